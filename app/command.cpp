@@ -61,7 +61,12 @@ Program::Program(const std::string& name, const std::string& description) : cli(
 
 CLI::App& add_command(Program& program, const std::string& name, const std::string& description,
                       const std::string& example) {
-  auto& command = *program.cli.add_subcommand(name, "Example: " + example + "\n\n" + description);
+  return add_subcommand(program, program.cli, name, description, example);
+}
+
+CLI::App& add_subcommand(Program& program, CLI::App& parent, const std::string& name, const std::string& description,
+                         const std::string& example) {
+  auto& command = *parent.add_subcommand(name, "Example: " + example + "\n\n" + description);
   command.add_flag("--json", program.console.json, "print facts as JSON");
   command.add_flag("-v,--verbose", program.console.verbose, "say more");
   command.add_flag("--quiet", program.console.quiet, "say nothing but faults");

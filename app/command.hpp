@@ -37,19 +37,32 @@ struct Program {
   Result<Exit> outcome = Exit::done;
 };
 
-/// Adds a subcommand whose help opens with an example. What its options are read into lives as long as the program; its
-/// callback puts the outcome into the program.
+/// Adds a subcommand to the program, or below another command: "gyrotherm report sign". Its help opens with an example.
+/// What its options are read into lives as long as the program; its callback puts the outcome into the program.
+CLI::App& add_subcommand(Program& program, CLI::App& parent, const std::string& name, const std::string& description,
+                         const std::string& example);
+/// Does the same, and has it carry out `what` with its options, in which defaults may be put first; nothing where one
+/// of its own subcommands is given.
+template <class Options>
+std::pair<CLI::App&, Options&> add_subcommand(Program& program, CLI::App& parent, const std::string& name,
+                                              const std::string& description, const std::string& example,
+                                              Result<Exit> (*what)(Console&, const Options&)) {
+  const auto options = std::make_shared<Options>();
+  auto& command = add_subcommand(program, parent, name, description, example);
+  command.callback([&program, &command, options, what] {
+    if (command.get_subcommands().empty()) program.outcome = what(program.console, *options);
+  });
+  return {command, *options};
+}
+
+/// Each to the program itself.
 CLI::App& add_command(Program& program, const std::string& name, const std::string& description,
                       const std::string& example);
 
-/// Does the same, and has it carry out `what` with its options, in which defaults may be put first.
 template <class Options>
 std::pair<CLI::App&, Options&> add_command(Program& program, const std::string& name, const std::string& description,
                                            const std::string& example, Result<Exit> (*what)(Console&, const Options&)) {
-  const auto options = std::make_shared<Options>();
-  auto& command = add_command(program, name, description, example);
-  command.callback([&program, options, what] { program.outcome = what(program.console, *options); });
-  return {command, *options};
+  return add_subcommand(program, program.cli, name, description, example, what);
 }
 
 /// Refuses what begins with a minus sign.

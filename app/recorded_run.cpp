@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <filesystem>
 #include <numeric>
 #include <optional>
 
@@ -86,6 +87,13 @@ Result<RecordedRuns> load_recorded_runs(Console& console, const std::vector<std:
     records.clusters.push_back(std::move(recorded->clusters));
   }
   return records;
+}
+
+std::string model_path(const std::string& folder, const data::AxisChoice& axis, const std::string& inputs) {
+  std::filesystem::path path = folder;
+  if (is_named(axis)) path /= axis.unit;
+  if (!axis.axis.empty()) path /= axis.axis;
+  return (path / fmt::format("model-{}.json", inputs)).string();
 }
 
 Result<model::Model> load_model(const std::string& path) {

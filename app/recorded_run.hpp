@@ -43,6 +43,11 @@ struct RecordedRuns {
 [[nodiscard]] Result<RecordedRuns> load_recorded_runs(Console& console, const std::vector<std::string>& paths,
                                                       const RecordedRunOptions& options);
 
+/// Where qualify leaves the model of an axis that is called `inputs`: FOLDER/UNIT/AXIS/model-INPUTS.json, without AXIS
+/// where the unit has one, without UNIT where the rig file names none.
+[[nodiscard]] std::string model_path(const std::string& folder, const data::AxisChoice& axis,
+                                     const std::string& inputs);
+
 /// Fails with bad_file.
 [[nodiscard]] Result<model::Model> load_model(const std::string& path);
 /// Fails with bad_file.

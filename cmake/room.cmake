@@ -38,10 +38,10 @@ function(gyrotherm_file_by_file target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
 endfunction()
 
-# gyrotherm_test(NAME [COMPUTES] USES rooms … SOURCES … [PRIVATE third parties …]) makes NAME_test and registers each of its
-# laws with CTest.
+# gyrotherm_test(NAME [COMPUTES] USES rooms … SOURCES … [PRIVATE third parties …] [TOGETHER suites …]) makes NAME_test and
+# registers each of its laws with CTest, those of a suite that is named together as one.
 function(gyrotherm_test room)
-  cmake_parse_arguments(test "COMPUTES" "" "USES;SOURCES;PRIVATE" ${ARGN})
+  cmake_parse_arguments(test "COMPUTES" "" "USES;SOURCES;PRIVATE;TOGETHER" ${ARGN})
   add_executable(${room}_test ${test_SOURCES})
   gyrotherm_options(${room}_test)
   if(NOT test_COMPUTES)
@@ -51,7 +51,20 @@ function(gyrotherm_test room)
   list(TRANSFORM test_USES PREPEND gyrotherm::)
   target_link_libraries(${room}_test PRIVATE ${test_USES} ${test_PRIVATE} GTest::gtest_main)
   target_compile_definitions(${room}_test PRIVATE GYROTHERM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  gtest_discover_tests(${room}_test NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${GYROTHERM_TIMEOUT})
+  gyrotherm_discover(${room}_test ${test_TOGETHER})
+endfunction()
+
+# Each test of a program by itself, but for those of the suites that are named: what these make for all of their tests
+# takes long, and is made once.
+function(gyrotherm_discover program)
+  list(TRANSFORM ARGN APPEND ".*" OUTPUT_VARIABLE together)
+  list(JOIN together ":" together)
+  gtest_discover_tests(${program} TEST_FILTER "-${together}" NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60
+    PROPERTIES TIMEOUT ${GYROTHERM_TIMEOUT})
+  foreach(suite IN LISTS ARGN)
+    add_test(NAME ${suite} COMMAND ${program} --gtest_filter=${suite}.*)
+    set_tests_properties(${suite} PROPERTIES TIMEOUT ${GYROTHERM_TIMEOUT})
+  endforeach()
 endfunction()
 
 # A fuzz target: with GYROTHERM_FUZZ a libFuzzer program; otherwise a program that replays inputs and a short seeded random

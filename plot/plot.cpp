@@ -174,10 +174,19 @@ void draw_background(SvgWriter& svg, const Plot& plot, const Panel& panel, const
     const double y = place.y(tick.value);
     svg.line(place.left_px, y, place.right_px(), y, {tick.value == 0 ? "#b9c1ca" : shade_of(tick)});
   }
-  if (plot.simulated) draw_simulated_mark(svg, place.left_px, place.top_px, place.width_px, place.height_px);
+  if (plot.simulated)
+    draw_simulated_mark(svg, place.left_px, place.top_px, place.width_px, place.height_px, plot.language.simulated);
 }
 
-void draw_y_axis(SvgWriter& svg, const AxisStyle& style, const Panel& panel, const Place& place, Side side) {
+/// A tick's label with the decimal sign of the language; categories are names and stay.
+std::string label_of(const Plot& plot, const Tick& tick, bool is_category) {
+  std::string label = tick.label;
+  if (plot.language.decimal_comma && !is_category) std::ranges::replace(label, '.', ',');
+  return label;
+}
+
+void draw_y_axis(SvgWriter& svg, const Plot& plot, const Panel& panel, const Place& place, Side side) {
+  const AxisStyle& style = side == Side::left ? panel.left : *panel.right;
   const bool left = side == Side::left;
   const double edge = left ? place.left_px : place.right_px();
   const double outwards = left ? -1 : 1;
@@ -185,7 +194,7 @@ void draw_y_axis(SvgWriter& svg, const AxisStyle& style, const Panel& panel, con
     const double y = place.scale(side)(tick.value);
     svg.line(edge, y, edge + outwards * kTickLength * (tick.label.empty() ? 0.5 : 1), y, {colour::kFaintInk});
     if (tick.label.empty()) continue;
-    svg.text(edge + outwards * (kTickLength + 4), y + 3.8, tick.label,
+    svg.text(edge + outwards * (kTickLength + 4), y + 3.8, label_of(plot, tick, false),
              {.colour = style.colour, .anchor = left ? Anchor::end : Anchor::start});
   }
   const double middle = place.top_px + place.height_px / 2;
@@ -198,7 +207,8 @@ void draw_x_axis(SvgWriter& svg, const Plot& plot, const Place& place, bool labe
     const double x = place.x(tick.value);
     svg.line(x, place.bottom_px(), x, place.bottom_px() + kTickLength * (tick.label.empty() ? 0.5 : 1),
              {colour::kFaintInk});
-    if (labelled && !tick.label.empty()) svg.text(x, place.bottom_px() + 17, tick.label, {.anchor = Anchor::middle});
+    if (!labelled || tick.label.empty()) continue;
+    svg.text(x, place.bottom_px() + 17, label_of(plot, tick, !plot.x.categories.empty()), {.anchor = Anchor::middle});
   }
   if (!labelled) return;
   svg.text(place.left_px + place.width_px / 2, place.bottom_px() + 36, plot.x.title,
@@ -330,8 +340,8 @@ void draw_panel(SvgWriter& svg, const Plot& plot, std::size_t index, const Place
   for (const Curve& curve : panel.curves) draw_curve(svg, curve, place, clip);
   draw_rules(svg, panel, place);
   svg.frame(place.left_px, place.top_px, place.width_px, place.height_px, {"#8b95a1"});
-  draw_y_axis(svg, panel.left, panel, place, Side::left);
-  if (panel.right) draw_y_axis(svg, *panel.right, panel, place, Side::right);
+  draw_y_axis(svg, plot, panel, place, Side::left);
+  if (panel.right) draw_y_axis(svg, plot, panel, place, Side::right);
   draw_x_axis(svg, plot, place, index + 1 == plot.panels.size());
   svg.text(place.left_px, place.top_px - 9, panel.title, {.size_px = 12, .bold = true});
   draw_legend(svg, panel, place);
@@ -450,13 +460,13 @@ std::string svg_of(const Plot& plot) {
   const double first_top = plot.stretches.empty() ? 0 : kStretchHeight;
   double height = first_top + kFootHeight - kPanelGap;
   for (const Panel& panel : plot.panels) height += kHeadHeight + panel.height_px + kPanelGap;
-  SvgWriter svg(plot.width_px, height, plot.simulated ? "SIMULATED – " + plot.title : plot.title);
+  SvgWriter svg(plot.width_px, height, plot.simulated ? plot.language.simulated + " – " + plot.title : plot.title);
   double top = first_top;
   for (std::size_t k = 0; k < plot.panels.size(); ++k) {
     draw_panel(svg, plot, k, place_of(plot, plot.panels[k], top + kHeadHeight, right_margin));
     top += kHeadHeight + plot.panels[k].height_px + kPanelGap;
   }
-  if (plot.simulated) draw_simulated_tag(svg, plot.width_px - right_margin, height - 8);
+  if (plot.simulated) draw_simulated_tag(svg, plot.width_px - right_margin, height - 8, plot.language.simulated);
   return std::move(svg).finish();
 }
 

@@ -119,6 +119,12 @@ struct Stretch {
   Range range;
 };
 
+/// How a figure writes what it says by itself.
+struct PlotLanguage {
+  bool decimal_comma = false;           ///< on its axes
+  std::string simulated = "SIMULATED";  ///< the mark of simulated data
+};
+
 struct Plot {
   std::string id;     ///< unique among the figures of one page: letters, digits, '-'
   std::string title;  ///< for screen readers
@@ -127,6 +133,7 @@ struct Plot {
   std::vector<Stretch> stretches = {};  ///< divided by hairlines through all panels, named above the first
   bool simulated = false;               ///< then every panel says SIMULATED
   double width_px = 760;
+  PlotLanguage language = {};
 };
 
 /// The figure as one SVG document. Long curves are thinned to the least and the greatest value of each pixel column.

@@ -230,9 +230,9 @@ std::string SvgWriter::finish() && {
   return std::move(out_);
 }
 
-void draw_simulated_mark(SvgWriter& svg, double x, double y, double width, double height) {
+void draw_simulated_mark(SvgWriter& svg, double x, double y, double width, double height, std::string_view mark) {
   const double size_px = std::clamp(0.2 * height, 18.0, 44.0);
-  svg.text(x + width / 2, y + height / 2 + 0.35 * size_px, "SIMULATED",
+  svg.text(x + width / 2, y + height / 2 + 0.35 * size_px, mark,
            {.size_px = size_px,
             .colour = colour::kSimulated,
             .anchor = Anchor::middle,
@@ -241,8 +241,8 @@ void draw_simulated_mark(SvgWriter& svg, double x, double y, double width, doubl
             .opacity = 0.11});
 }
 
-void draw_simulated_tag(SvgWriter& svg, double x, double y) {
-  svg.text(x, y, "SIMULATED", {.size_px = 10, .colour = colour::kSimulated, .anchor = Anchor::end, .bold = true});
+void draw_simulated_tag(SvgWriter& svg, double x, double y, std::string_view mark) {
+  svg.text(x, y, mark, {.size_px = 10, .colour = colour::kSimulated, .anchor = Anchor::end, .bold = true});
 }
 
 }  // namespace gyrotherm::plot

@@ -118,9 +118,10 @@ class SvgWriter {
 
 /// The mark of a figure whose data come from a simulated rig: large and pale across the given region, to be drawn under
 /// the data.
-void draw_simulated_mark(SvgWriter& svg, double x, double y, double width, double height);
+void draw_simulated_mark(SvgWriter& svg, double x, double y, double width, double height,
+                         std::string_view mark = "SIMULATED");
 
 /// The same in plain small letters that end at (x, y), where nothing covers them.
-void draw_simulated_tag(SvgWriter& svg, double x, double y);
+void draw_simulated_tag(SvgWriter& svg, double x, double y, std::string_view mark = "SIMULATED");
 
 }  // namespace gyrotherm::plot

@@ -56,16 +56,10 @@ struct ThermalImage {
 /// As an SVG document with axes, a colour bar and labelled isotherms; the colours themselves are a PNG inside it.
 [[nodiscard]] std::string svg_of(const ThermalImage& image);
 
-/// As the bytes of a PNG, one point per sample: colours, parts, isotherms, and the thermometers with their letters.
-[[nodiscard]] std::string png_of(const ThermalImage& image);
-
 /// The temperatures' colours, white where there is none, and the outlines of the parts.
 [[nodiscard]] plot::Picture coloured(const ThermalImage& image);
 
 /// Where the isotherms lie, in °C: the multiples of the step within the samples' range.
 [[nodiscard]] std::vector<double> isotherm_levels(const ThermalImage& image);
-
-/// Draws a dot and a letter at each thermometer into the picture.
-void draw_marks(plot::Picture& picture, const ThermalImage& image);
 
 }  // namespace gyrotherm::thermal

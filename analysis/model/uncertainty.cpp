@@ -152,36 +152,12 @@ std::optional<double> value_of(const std::optional<Kelvins>& kelvins) {
   return kelvins ? std::optional(kelvins->value) : std::nullopt;
 }
 
-void add_thermometer(std::vector<BudgetRow>& rows, const data::Dataset& dataset, const Sensitivity& sensitivity) {
-  const record::ThermometerUncertainty said = said_of(dataset, sensitivity.thermometer);
-  BudgetRow& calibration = rows.emplace_back(
-      said_or_assumed(Source::thermometer_calibration, value_of(said.calibration), kCalibration_k, sensitivity.rms));
-  if (said.rectangular) calibration.distribution = ErrorDistribution::rectangular;
-  calibration.of = sensitivity.thermometer;
-  const auto years = years_since_calibration(dataset, said);
-  BudgetRow& drift = rows.emplace_back(
-      said_or_assumed(Source::thermometer_drift, value_of(said.drift_in_a_year), kDriftInAYear_k, sensitivity.rms));
-  drift.standard_uncertainty *= std::sqrt(years.value_or(kYearsSinceCalibration));
-  drift.assumed = drift.assumed || !years;
-  drift.of = sensitivity.thermometer;
-}
-
-/// What comes with the Earth rate that is taken away, and with how the gyro was switched on.
+/// How the gyro was switched on, and what comes with the Earth rate that is taken away.
 void add_gyro(std::vector<BudgetRow>& rows, const std::vector<data::Dataset>& datasets) {
   const data::Dataset& dataset = datasets.front();
-  const record::GyroUncertainty& gyro = dataset.gyro_uncertainty;
-  rows.push_back(said_or_assumed(Source::turn_on, gyro.turn_on_repeatability_deg_per_h, kTurnOn_deg_per_h,
-                                 std::sqrt(1 + 1.0 / static_cast<double>(datasets.size()))));
-  if (gyro.latitude_deg && gyro.azimuth_deg && gyro.elevation_deg) {
-    const EarthRateSlopes slopes = earth_rate_slopes(*gyro.latitude_deg, *gyro.azimuth_deg, *gyro.elevation_deg);
-    rows.push_back(said_or_assumed(Source::latitude, gyro.latitude_uncertainty_deg, kLatitude_deg, slopes.latitude));
-    rows.push_back(said_or_assumed(Source::azimuth, gyro.azimuth_uncertainty_deg, kAzimuth_deg, slopes.azimuth));
-    rows.push_back(said_or_assumed(Source::tilt, gyro.tilt_uncertainty_deg, kTilt_deg, slopes.elevation));
-  }
-  constexpr double kPerPpm = 1e-6;
-  if (dataset.earth_rate_deg_per_h)
-    rows.push_back(said_or_assumed(Source::scale_factor, gyro.scale_factor_uncertainty_ppm, kScaleFactor_ppm,
-                                   *dataset.earth_rate_deg_per_h * kPerPpm));
+  rows.push_back(said_or_assumed(Source::turn_on, dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h,
+                                 kTurnOn_deg_per_h, std::sqrt(1 + 1.0 / static_cast<double>(datasets.size()))));
+  for (BudgetRow& row : budget_of_earth_rate(dataset)) rows.push_back(std::move(row));
 }
 
 /// √Σ(c_i n_i)² of one cluster's mean, the noise being that of the first record.
@@ -214,6 +190,36 @@ struct AtOneTemperature {
 };
 
 }  // namespace
+
+std::vector<BudgetRow> budget_of_thermometer(const data::Dataset& dataset, const Sensitivity& sensitivity) {
+  const record::ThermometerUncertainty said = said_of(dataset, sensitivity.thermometer);
+  BudgetRow calibration =
+      said_or_assumed(Source::thermometer_calibration, value_of(said.calibration), kCalibration_k, sensitivity.rms);
+  if (said.rectangular) calibration.distribution = ErrorDistribution::rectangular;
+  const auto years = years_since_calibration(dataset, said);
+  BudgetRow drift =
+      said_or_assumed(Source::thermometer_drift, value_of(said.drift_in_a_year), kDriftInAYear_k, sensitivity.rms);
+  drift.standard_uncertainty *= std::sqrt(years.value_or(kYearsSinceCalibration));
+  drift.assumed = drift.assumed || !years;
+  calibration.of = drift.of = sensitivity.thermometer;
+  return {std::move(calibration), std::move(drift)};
+}
+
+std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset) {
+  const record::GyroUncertainty& gyro = dataset.gyro_uncertainty;
+  std::vector<BudgetRow> rows;
+  if (gyro.latitude_deg && gyro.azimuth_deg && gyro.elevation_deg) {
+    const EarthRateSlopes slopes = earth_rate_slopes(*gyro.latitude_deg, *gyro.azimuth_deg, *gyro.elevation_deg);
+    rows.push_back(said_or_assumed(Source::latitude, gyro.latitude_uncertainty_deg, kLatitude_deg, slopes.latitude));
+    rows.push_back(said_or_assumed(Source::azimuth, gyro.azimuth_uncertainty_deg, kAzimuth_deg, slopes.azimuth));
+    rows.push_back(said_or_assumed(Source::tilt, gyro.tilt_uncertainty_deg, kTilt_deg, slopes.elevation));
+  }
+  constexpr double kPerPpm = 1e-6;
+  if (dataset.earth_rate_deg_per_h)
+    rows.push_back(said_or_assumed(Source::scale_factor, gyro.scale_factor_uncertainty_ppm, kScaleFactor_ppm,
+                                   *dataset.earth_rate_deg_per_h * kPerPpm));
+  return rows;
+}
 
 Result<Eigen::MatrixXd> sensitivities(const Model& model, const data::Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
@@ -305,7 +311,8 @@ Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
        .evaluation = Evaluation::a,
        .standard_uncertainty = result.added_noise_deg_per_h * std::sqrt(clusters->length_s / kSecondsPerHour)});
   add_model(rows, *clusters, on.held_out_residual_deg_per_h, floor);
-  for (const Sensitivity& one : result.sensitivities) add_thermometer(rows, on.datasets.front(), one);
+  for (const Sensitivity& one : result.sensitivities)
+    for (BudgetRow& row : budget_of_thermometer(on.datasets.front(), one)) rows.push_back(std::move(row));
   add_gyro(rows, on.datasets);
   return result;
 }

@@ -60,6 +60,15 @@ struct TrainedOn {
 /// that the model needs.
 [[nodiscard]] Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on);
 
+/// What makes a bias uncertain from which the Earth's rate was taken away: latitude, azimuth and tilt by the slopes of
+/// that rate, where the record says the angles, and the scale factor by the rate itself, as in a budget. Empty where
+/// none was taken away.
+[[nodiscard]] std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset);
+
+/// The calibration of a thermometer and its drift until the run of a record, as in a budget, for that sensitivity.
+[[nodiscard]] std::vector<BudgetRow> budget_of_thermometer(const data::Dataset& dataset,
+                                                           const Sensitivity& sensitivity);
+
 /// How well the thermometers of a record are known in a year of use, K: of each, the root sum square of its
 /// calibration, if the record says it, and of the drift of a year; where the record does not say that, `assumed`: 0.05
 /// K.

@@ -48,10 +48,7 @@ Result<ModelFiles> named_models(const std::vector<std::string>& words) {
 /// Where qualify leaves it: DIR/UNIT/AXIS/model-NAME.json, without AXIS where the unit has one.
 std::string file_of(const FuseArguments& options, const ModelFiles& named, const data::AxisChoice& axis) {
   if (const auto found = named.find(in_words(axis)); found != named.end()) return found->second;
-  std::filesystem::path folder = options.folder;
-  folder /= axis.unit;
-  if (!axis.axis.empty()) folder /= axis.axis;
-  return (folder / fmt::format("model-{}.json", options.inputs)).string();
+  return model_path(options.folder, axis, options.inputs);
 }
 
 /// Those that were asked for, or all.

@@ -1,27 +1,63 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/command.hpp"
+#include <filesystem>
+
+#include "app/commands/report_commands.hpp"
+#include "app/recorded_run.hpp"
+#include "app/report/calibration.hpp"
 #include "report/views.hpp"
 
 namespace gyrotherm::app {
+
 namespace {
 
-struct ReportArguments {
-  std::string folder;
-};
-
-Result<Exit> rebuild(Console& console, const ReportArguments& options) {
-  const auto report = options.folder + "/report";
+/// What qualify left in a folder.
+Result<Exit> rebuild(Console& console, const std::string& folder) {
+  const auto report = folder + "/report";
   if (auto rebuilt = report::rebuild_report(report); !rebuilt) return failure(rebuilt.error());
   console.say(report + "/report.html");
   return Exit::done;
 }
 
+Result<Exit> report_on(Console& console, const CalibrationArguments& options) {
+  if (options.runs.empty()) return failure(FaultKind::usage, "records", "name records, or a folder that qualify wrote");
+  const bool is_folder = options.runs.size() == 1 && std::filesystem::is_directory(options.runs.front());
+  if (is_folder && options.out.empty()) return rebuild(console, options.runs.front());
+  if (options.out.empty()) return failure(FaultKind::usage, "--out", "name the folder that the report is written to");
+  if (!is_folder) return calibrate(console, options);
+  CalibrationArguments of_folder = options;
+  const std::string folder = options.runs.front();
+  of_folder.runs = {folder + "/rate.db", folder + "/random.db"};
+  if (of_folder.left.empty() && of_folder.left_folder.empty()) of_folder.left_folder = folder;
+  return calibrate(console, of_folder);
+}
+
 }  // namespace
 
 void add_report(Program& program) {
-  auto [command, options] = add_command(program, "report", "Rebuilds the report from what qualify left in a folder.",
-                                        "gyrotherm report out", rebuild);
-  command.add_option("dir", options.folder, "the folder that qualify wrote")->required();
+  auto [command, options] = add_command(
+      program, "report",
+      "Writes the calibration report of a unit from its records; of a folder that qualify left, without --out, "
+      "rebuilds "
+      "the report of the experiment.",
+      "gyrotherm report out --order order.toml --laboratory laboratory.toml --out out/calibration", report_on);
+  command.add_option("records", options.runs, "the records, or the folder that qualify wrote");
+  command.add_option("--out", options.out, "the folder of the report");
+  command.add_option("--model", options.left, "the model that the unit leaves with; again for each further axis");
+  command.add_option("--models", options.left_folder, "… of each axis, in a folder as qualify leaves it");
+  command.add_option("--found", options.found, "the model that the unit came with; again for each further axis");
+  command.add_option("--found-models", options.found_folder, "… of each axis, in a folder as qualify left it");
+  command.add_option("--inputs", options.inputs, "NAME of the models in these folders (default: multi-point-t)");
+  command.add_option("--unit", options.unit, "of records with several units under test: only this one");
+  command.add_option("--laboratory", options.laboratory, "laboratory.toml: what the laboratory says in each report");
+  command.add_option("--order", options.order, "order.toml: customer, unit, people, limits");
+  command.add_option("--language", options.languages, "en, de, or both: en,de (default: en)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"en", "de"}));
+  add_unverified_flag(command, options.unverified);
+  add_report_state(program, command);
+  add_report_compare(program, command);
+  add_report_sign(program, command);
+  add_report_verify(program, command);
 }
 
 }  // namespace gyrotherm::app

@@ -2,6 +2,9 @@
 /// The commands image and fit of gyrotherm-thermal: a steady state and its views through the gyro, and which value of
 /// each parameter would give it a wanted difference.
 #include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
 #include <chrono>
@@ -10,12 +13,14 @@
 #include <limits>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
+#include "core/process.hpp"
 #include "thermal/difference_fit.hpp"
 #include "thermal/gyro_model.hpp"
 #include "thermal/mesh.hpp"
@@ -312,12 +317,34 @@ Json json(const Solved& solved, const ThermalArguments& options) {
   return json;
 }
 
-Result<void> write_all(const Solved& solved, const ThermalArguments& options) {
+/// Makes a picture with scale, unit and mark of each SVG in the folder, by the program that has fonts. Where it cannot,
+/// the SVGs are what there is, and this is said.
+void draw_pictures(Console& console, const std::filesystem::path& folder, const std::vector<std::string>& views) {
+  for (const auto& view : views) {
+    const auto program = program_beside_this_one("gyrotherm-pdf");
+    std::vector<std::string> line{program,   "--force",
+                                  "--width", "1600",
+                                  "--png",   (folder / (view + ".svg")).string(),
+                                  "--out",   (folder / (view + ".png")).string()};
+    std::vector<char*> arguments;
+    for (auto& word : line) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    pid_t child{};
+    int status = 0;
+    const int failed = ::posix_spawn(&child, program.c_str(), nullptr, nullptr, arguments.data(), environ);
+    if (failed == 0 && ::waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0) continue;
+    const auto why = failed != 0 ? std::generic_category().message(failed) : "it failed";
+    return console.say(fmt::format("no PNG of {}, but its SVG: {}: {}", view, program, why));
+  }
+}
+
+Result<void> write_all(Console& console, const Solved& solved, const ThermalArguments& options) {
   const std::filesystem::path folder = options.out;
+  std::vector<std::string> views;
   std::vector<std::pair<std::string, std::string>> files{{"thermal.json", json(solved, options).dump(2) + "\n"}};
   for (const auto& view : thermal_views(solved.model, solved.mesh, solved.state)) {
     files.emplace_back(view.file + ".svg", svg_of(view.image));
-    files.emplace_back(view.file + ".png", png_of(view.image));
+    views.push_back(view.file);
   }
   std::ostringstream vtu, calculix;
   write_vtu(vtu, solved.mesh, solved.state.field_c);
@@ -328,6 +355,7 @@ Result<void> write_all(const Solved& solved, const ThermalArguments& options) {
   for (const auto& [name, content] : files) {
     if (auto written = replace_text_file((folder / name).string(), content); !written) return written;
   }
+  draw_pictures(console, folder, views);
   return {};
 }
 
@@ -340,7 +368,7 @@ Result<Exit> image(Console& console, const ThermalArguments& options) {
   watch_for_interrupts(SecondInterrupt::ends);
   const auto solved = solve(console, std::move(*model), options);
   if (!solved) return failure(solved.error());
-  if (auto written = write_all(*solved, options); !written) return failure(written.error());
+  if (auto written = write_all(console, *solved, options); !written) return failure(written.error());
   if (!console.json) {
     console.data(describe(*solved, options));
     return Exit::done;

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+/// `report authorise` and `report supersede`: from a draft to a report that may be issued, and to one that is no longer
+/// valid.
+#include <fmt/format.h>
+
+#include "app/commands/report_commands.hpp"
+#include "app/report/calibration_folder.hpp"
+#include "core/clock.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct StateArguments {
+  std::string folder, by, reason;
+};
+
+Result<Exit> write_again(Console& console, const FiledReport& filed, const std::string& folder) {
+  if (auto written = write_calibration(console, filed.report, folder, languages_in(folder)); !written)
+    return failure(written.error());
+  return Exit::done;
+}
+
+Result<Exit> authorise(Console& console, const StateArguments& options) {
+  auto filed = load_calibration(options.folder);
+  if (!filed) return failure(filed.error());
+  report::CalibrationReport& report = filed->report;
+  if (report.state != report::ReportState::draft)
+    return failure(FaultKind::usage, filed->path, fmt::format("is no draft, it is {}", name(report.state)));
+  if (!report.missing.empty())
+    return failure(FaultKind::usage, filed->path, fmt::format("lacks {}", fmt::join(report.missing, "; ")));
+  report.state = report::ReportState::authorised;
+  report.authorised = report::Authorisation{options.by, civil_time(SteadyClock().now().utc)};
+  return write_again(console, *filed, options.folder);
+}
+
+Result<Exit> supersede(Console& console, const StateArguments& options) {
+  auto filed = load_calibration(options.folder);
+  const auto by = load_calibration(options.by);
+  if (!filed || !by) return failure(filed ? by.error() : filed.error());
+  report::CalibrationReport& report = filed->report;
+  if (report.state == report::ReportState::superseded)
+    return failure(FaultKind::usage, filed->path,
+                   fmt::format("is superseded already, by {}", report.replaced_by->number));
+  if (by->report.number == report.number)
+    return failure(FaultKind::usage, by->path, fmt::format("has the same number, {}", report.number));
+  if (auto kept = keep_as_signed(console, options.folder); !kept) return failure(kept.error());
+  report.state = report::ReportState::superseded;
+  report.replaced_by =
+      report::OtherReport{by->report.number, by->sha256, report::Texts{options.reason, options.reason}};
+  return write_again(console, *filed, options.folder);
+}
+
+}  // namespace
+
+void add_report_state(Program& program, CLI::App& report) {
+  {
+    auto [command, options] =
+        add_subcommand(program, report, "authorise",
+                       "Makes a report of a draft that lacks nothing: somebody says that it may be issued.",
+                       "gyrotherm report authorise out/calibration --by \"A. Metrologist\"", authorise);
+    command.add_option("folder", options.folder, "the folder of the report")->required();
+    command.add_option("--by", options.by, "who says so")->required();
+  }
+  auto [command, options] = add_subcommand(
+      program, report, "supersede", "Marks a report as no longer valid, and names the one that takes its place.",
+      "gyrotherm report supersede out/calibration --by out/calibration-2", supersede);
+  command.add_option("folder", options.folder, "the folder of the report")->required();
+  command.add_option("--by", options.by, "the folder of the one that takes its place")->required();
+  command.add_option("--reason", options.reason, "why");
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/record.hpp"
+#include "app/commands/report_commands.hpp"
+#include "app/qualify/axis_experiment.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "core/sha256.hpp"
+#include "report/signed_report.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+using report::Check;
+
+struct SignedReportArguments {
+  std::string folder;
+  report::Trust trust;
+  std::string on_day;
+};
+
+/// A record may be larger than what is read at once.
+Result<std::string> digest_of_file(const std::string& path) {
+  const auto file = open_regular_file(path);
+  if (!file) return failure(file.error());
+  Sha256 hash;
+  std::array<char, 65536> piece;
+  for (;;) {
+    const auto size = ::read(file->descriptor.number(), piece.data(), piece.size());
+    if (size < 0) return failure(FaultKind::bad_file, path, "cannot be read");
+    if (size == 0) return hex(hash.digest());
+    hash.add({piece.data(), static_cast<std::size_t>(size)});
+  }
+}
+
+/// The file of that name beside the report, or in the folder that the report's is in.
+std::string found_beside(const std::string& folder, const std::string& name) {
+  std::error_code error;
+  if (name.empty() || name.find('/') != std::string::npos) return {};
+  const std::filesystem::path here = std::filesystem::absolute(folder, error) / "";
+  for (const auto& place : {here / name, here.parent_path().parent_path() / name})
+    if (std::filesystem::is_regular_file(place, error)) return place.string();
+  return {};
+}
+
+/// A record is known by its bytes, or by its rows as `export` writes them.
+bool is_it(const report::UsedFile& file, const std::string& path) {
+  if (const auto digest = digest_of_file(path); digest && *digest == file.sha256) return true;
+  if (file.role != "record") return false;
+  const auto record = record::read_record(path);
+  return record && digest_of(*record) == file.sha256;
+}
+
+/// A file that the report rests on: a record by its own chain too.
+Check check_used(const std::string& folder, const report::UsedFile& file) {
+  using enum Check::Outcome;
+  const std::string path = found_beside(folder, file.name);
+  if (path.empty()) return {file.name, not_there, "is not beside the report; nothing is said of it"};
+  std::string rows;
+  if (file.role == "record") {
+    const auto verified = record::verify_record(path);
+    if (!verified) return {file.name, fails, text(verified.error())};
+    rows = fmt::format(", and all its {} rows are as they were written", verified->rows);
+  }
+  if (!is_it(file, path)) return {file.name, fails, "is not the file that the report rests on"};
+  return {file.name, holds, "is the file that the report rests on" + rows};
+}
+
+const char* word_of(Check::Outcome outcome) {
+  switch (outcome) {
+    case Check::Outcome::holds: return "holds";
+    case Check::Outcome::fails: return "FAILS";
+    case Check::Outcome::not_there: return "not there";
+  }
+  return "";
+}
+
+std::string json_of_checks(const report::VerifiedReport& found, bool holds) {
+  Json json{{"report", found.identifier}, {"holds", holds}, {"signer", nullptr}, {"checks", Json::array()}};
+  if (const auto& signer = found.signer)
+    json["signer"] = {{"subject", signer->subject},
+                      {"issuer", signer->issuer},
+                      {"serial_number", signer->serial_number},
+                      {"sha256", signer->fingerprint},
+                      {"not_after", signer->not_after}};
+  for (const Check& check : found.checks)
+    json["checks"].push_back({{"what", check.what}, {"outcome", word_of(check.outcome)}, {"text", check.text}});
+  return text_of(json) + "\n";
+}
+
+std::string lines_of_checks(const report::VerifiedReport& found) {
+  std::string lines;
+  for (const Check& check : found.checks)
+    lines += fmt::format("{:<9}  {}: {}\n", word_of(check.outcome), check.what, check.text);
+  return lines;
+}
+
+Result<Exit> verify_signed(Console& console, const SignedReportArguments& options) {
+  report::Trust trust = options.trust;
+  if (!options.on_day.empty()) trust.on_day = options.on_day;
+  auto found = report::verify_report(options.folder, trust);
+  if (!found) return failure(found.error());
+  if (found->report)
+    for (const report::UsedFile& file : found->report->files) found->checks.push_back(check_used(options.folder, file));
+  const auto failing = std::ranges::count(found->checks, Check::Outcome::fails, &Check::outcome);
+  console.data(console.json ? json_of_checks(*found, failing == 0) : lines_of_checks(*found));
+  if (failing > 0)
+    return failure(FaultKind::bad_file, options.folder,
+                   fmt::format("is not as it was signed: {} of {} checks fail", failing, found->checks.size()));
+  console.say(fmt::format("{}: the report {} is as it was signed", options.folder, found->identifier));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_report_verify(Program& program, CLI::App& report) {
+  auto [command, options] = add_subcommand(
+      program, report, "verify",
+      "Tells whether a signed report is as it was signed, who signed it, and whether the records and models that it "
+      "rests on, where they lie beside it, are those that it names.",
+      "gyrotherm report verify out/report --trusted authority.pem", verify_signed);
+  command.add_option("dir", options.folder, "the folder with dcc.xml")->required();
+  command
+      .add_option("--trusted", options.trust.certificates_file,
+                  "whom you trust: certificates of authorities, or of the laboratory, PEM")
+      ->required();
+  command.add_option("--on", options.on_day, "the day on which certificates must be valid; today without it");
+}
+
+}  // namespace gyrotherm::app

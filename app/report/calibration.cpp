@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/report/calibration.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "acquisition/record/record.hpp"
+#include "analysis/data/clusters.hpp"
+#include "app/recorded_run.hpp"
+#include "app/report/calibration_folder.hpp"
+#include "app/report/calibration_source.hpp"
+#include "core/file.hpp"
+#include "core/sha256.hpp"
+#include "report/calibration_results.hpp"
+#include "report/dcc.hpp"
+#include "report/order.hpp"
+#include "report/report.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr std::size_t kLargestRecord = 4'000'000'000;
+
+struct LoadedRecord {
+  std::string path, sha256;
+  bool chain_verified{};
+  record::Record record;
+};
+
+Result<LoadedRecord> load(Console& console, const std::string& path, bool unverified) {
+  if (auto checked = check_recorded_run(console, path, unverified); !checked) return failure(checked.error());
+  auto record = record::read_record(path);
+  if (!record) return failure(record.error());
+  if (!record->finished)
+    return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
+  const auto bytes = read_text_file(path, kLargestRecord);
+  if (!bytes) return failure(bytes.error());
+  return LoadedRecord{path, sha256(*bytes), !unverified, std::move(*record)};
+}
+
+Result<std::vector<LoadedRecord>> load_all(Console& console, const CalibrationArguments& options) {
+  std::vector<LoadedRecord> records;
+  for (const std::string& path : options.runs) {
+    auto one = load(console, path, options.unverified);
+    if (!one) return failure(one.error());
+    const auto same = [&](const LoadedRecord& other) { return other.record.info.id == one->record.info.id; };
+    if (std::ranges::any_of(records, same)) return failure(FaultKind::usage, path, "the same run is given twice");
+    records.push_back(std::move(*one));
+  }
+  return records;
+}
+
+std::vector<std::string> units_in(const record::RunInfo& info) {
+  std::vector<std::string> names;
+  for (const record::UnitInfo& unit : info.units) names.push_back(unit.name);
+  return names;
+}
+
+/// The units that reports are to be of, which all records have.
+Result<std::vector<std::string>> units_to_report(const std::vector<LoadedRecord>& records, const std::string& wanted) {
+  std::vector<std::string> units = units_in(records.front().record.info);
+  if (!wanted.empty()) units = {wanted};
+  for (const LoadedRecord& one : records) {
+    for (const std::string& unit : units)
+      if (find_unit(one.record.info, unit) == nullptr)
+        return failure(FaultKind::usage, one.path,
+                       fmt::format("has no unit \"{}\", it has {}", unit, fmt::join(units_in(one.record.info), ", ")));
+  }
+  return units;
+}
+
+/// A model and its file.
+struct ModelOfAxis {
+  model::Model model;
+  report::UsedFile file;
+};
+
+/// The models of a stage: files that were named, or a folder's.
+struct ModelSource {
+  const std::vector<std::string>& files;
+  const std::string& folder;
+  const char* role;
+};
+
+Result<ModelOfAxis> load_model_of_axis(const std::string& path, const char* role) {
+  const auto text = read_text_file(path, kLargestTable);
+  if (!text) return failure(text.error());
+  auto model = model::model_from_json(*text, path);
+  if (!model) return failure(model.error());
+  report::UsedFile file{.role = role,
+                        .name = std::filesystem::path(path).filename().string(),
+                        .sha256 = sha256(*text),
+                        .program_version = model->program_version};
+  return ModelOfAxis{std::move(*model), std::move(file)};
+}
+
+/// Whether a model that was trained on one axis is for another: a model of a record with a single axis is for any.
+bool is_for(const model::Model& model, const data::AxisChoice& axis) {
+  return model.trained_on.empty() || !is_named(model.trained_on.front().of) || model.trained_on.front().of == axis;
+}
+
+/// Nothing where neither a file nor a folder was given.
+Result<std::optional<ModelOfAxis>> model_of(const ModelSource& source, const std::string& inputs,
+                                            const data::AxisChoice& axis) {
+  for (const std::string& path : source.files) {
+    auto model = load_model_of_axis(path, source.role);
+    if (!model) return failure(model.error());
+    if (is_for(model->model, axis)) return std::optional(std::move(*model));
+  }
+  if (source.folder.empty()) return std::optional<ModelOfAxis>();
+  auto model = load_model_of_axis(model_path(source.folder, axis, inputs), source.role);
+  if (!model) return failure(model.error());
+  return std::optional(std::move(*model));
+}
+
+/// The folder in which qualify left what it made of an axis: that of its model.
+std::string experiment_of(const CalibrationArguments& options, const data::AxisChoice& axis) {
+  if (options.left_folder.empty()) return {};
+  return std::filesystem::path(model_path(options.left_folder, axis, options.inputs)).parent_path().string();
+}
+
+bool is_plane(const std::string& method) {
+  return method == "linear" || method == "ridge" || method == "ridge-u" || method == "stepwise";
+}
+
+report::ComparedModel compared(const report::ReportedMethod& method, const std::string& axis) {
+  return {.axis = axis,
+          .inputs = method.inputs,
+          .method = method.method,
+          .rmse_deg_per_h = method.random.figures.rmse,
+          .std_deg_per_h = method.random.figures.std,
+          .expanded_deg_per_h = method.uncertainty ? method.uncertainty->expanded_deg_per_h : report::kNotKnown};
+}
+
+/// What qualify tried beside the model that the unit leaves with: that one, the best plane, and what it recommended.
+void add_compared(report::CalibrationReport& report, const report::Report& experiment, const std::string& axis,
+                  const model::Model& left) {
+  const report::ReportedMethod* simplest = nullptr;
+  for (const report::ReportedMethod& method : experiment.methods)
+    if (is_plane(method.method) && (simplest == nullptr || method.random.figures.rmse < simplest->random.figures.rmse))
+      simplest = &method;
+  for (const report::ReportedMethod& method : experiment.methods) {
+    report::ComparedModel one = compared(method, axis);
+    one.left = method.inputs == left.inputs && method.method == left.method;
+    one.recommended = method.name == experiment.recommendation.recommended;
+    one.simple = &method == simplest;
+    if (one.left || one.recommended || one.simple) report.compared.push_back(std::move(one));
+  }
+}
+
+Result<void> add_experiment(report::CalibrationReport& report, const std::string& folder, const std::string& axis,
+                            const model::Model& left) {
+  const std::string path = folder + "/report/report.json";
+  const auto text = read_text_file_if_any(path, kLargestTable);
+  if (!text) return failure(text.error());
+  if (!*text) return {};
+  const auto experiment = report::read_report(**text, path);
+  if (!experiment) return failure(experiment.error());
+  add_compared(report, *experiment, axis, left);
+  return {};
+}
+
+void add_file(report::CalibrationReport& report, const std::optional<ModelOfAxis>& model) {
+  if (model) report.files.push_back(model->file);
+}
+
+/// Moves the model out; its file has been noted.
+std::optional<model::Model> taken(std::optional<ModelOfAxis>& model) {
+  return model ? std::optional(std::move(model->model)) : std::nullopt;
+}
+
+Result<void> add_axis(report::CalibrationReport& report, const std::vector<LoadedRecord>& records,
+                      const data::AxisChoice& choice, const std::string& label, const CalibrationArguments& options) {
+  report::CalibratedAxis axis{.label = label};
+  for (const LoadedRecord& one : records) {
+    auto dataset = data::make_dataset(one.record, one.path, choice);
+    auto clusters = data::make_clusters(dataset);
+    if (!clusters) return failure(clusters.error());
+    report.bias_zero = dataset.bias_zero;
+    report.cluster_length_s = clusters->length_s;
+    axis.runs.push_back({std::move(dataset), std::move(*clusters)});
+  }
+  auto found = model_of({options.found, options.found_folder, "model_found"}, options.inputs, choice);
+  if (!found) return failure(found.error());
+  auto left = model_of({options.left, options.left_folder, "model_left"}, options.inputs, choice);
+  if (!left) return failure(left.error());
+  add_file(report, *found);
+  add_file(report, *left);
+  axis.found = taken(*found);
+  axis.left = taken(*left);
+  if (axis.left)
+    if (auto added = add_experiment(report, experiment_of(options, choice), label, *axis.left); !added) return added;
+  return add_results(report, axis);
+}
+
+/// laboratory.toml and order.toml, where they are given.
+struct People {
+  std::optional<report::LaboratoryFile> laboratory;
+  std::optional<report::OrderFile> order;
+};
+
+Result<People> load_people(const CalibrationArguments& options) {
+  People people;
+  if (!options.laboratory.empty()) {
+    const auto text = read_text_file(options.laboratory);
+    if (!text) return failure(text.error());
+    auto laboratory = report::parse_laboratory(*text, options.laboratory);
+    if (!laboratory) return failure(laboratory.error());
+    people.laboratory = std::move(*laboratory);
+  }
+  if (!options.order.empty()) {
+    const auto text = read_text_file(options.order);
+    if (!text) return failure(text.error());
+    auto order = report::parse_order(*text, options.order);
+    if (!order) return failure(order.error());
+    people.order = std::move(*order);
+  }
+  return people;
+}
+
+Result<report::CalibrationReport> report_of(const std::vector<LoadedRecord>& records, const std::string& unit,
+                                            const People& people, const CalibrationArguments& options) {
+  report::CalibrationReport report{.program_version = GYROTHERM_VERSION};
+  for (const LoadedRecord& one : records)
+    add_record(report,
+               {one.record, std::filesystem::path(one.path).filename().string(), one.sha256, one.chain_verified}, unit);
+  const record::UnitInfo& info = *find_unit(records.front().record.info, unit);
+  for (std::size_t a = 0; a < info.axes.size(); ++a) {
+    const data::AxisChoice choice{unit, info.axes[a].name};
+    if (auto added = add_axis(report, records, choice, record::axis_label(info, a), options); !added)
+      return failure(added.error());
+  }
+  add_order(report, people.laboratory, people.order);
+  return report;
+}
+
+/// A report that somebody has authorised is never written over.
+Result<void> check_is_free(const std::string& folder) {
+  if (!std::filesystem::exists(folder + "/" + report::kCalibrationFile)) return {};
+  const auto there = load_calibration(folder);
+  if (there && there->report.state == report::ReportState::draft) return {};
+  return failure(FaultKind::usage, folder,
+                 there ? fmt::format("has a report that is {}; name another folder", name(there->report.state))
+                       : "has a calibration.json that is no report; name another folder");
+}
+
+}  // namespace
+
+Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
+  const auto people = load_people(options);
+  if (!people) return failure(people.error());
+  const auto records = load_all(console, options);
+  if (!records) return failure(records.error());
+  const auto units = units_to_report(*records, options.unit);
+  if (!units) return failure(units.error());
+  for (const std::string& unit : *units) {
+    const auto report = report_of(*records, unit, *people, options);
+    if (!report) return failure(report.error());
+    const std::string folder = units->size() > 1 ? options.out + "/" + unit : options.out;
+    if (auto free = check_is_free(folder); !free) return failure(free.error());
+    if (auto written = write_calibration(console, *report, folder, options.languages); !written)
+      return failure(written.error());
+    if (!report->missing.empty()) console.say(fmt::format("a draft: missing are {}", fmt::join(report->missing, "; ")));
+  }
+  return Exit::done;
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+/// `gyrotherm report RECORD…`: a calibration report of each unit under test of some records.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/command.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm::app {
+
+struct CalibrationArguments {
+  std::vector<std::string> runs;
+  std::vector<std::string> left, found;   ///< files of models, each for the axis that it was trained on
+  std::string left_folder, found_folder;  ///< … or folders as qualify leaves them
+  std::string inputs = "multi-point-t";   ///< name of the models in these
+  std::string unit;                       ///< empty: each unit of the records
+  std::string laboratory, order;          ///< files; empty: a draft
+  std::vector<std::string> languages{"en"};
+  std::string out;
+  bool unverified = false;
+};
+
+/// Writes calibration.json and its views into OUT, or into OUT/UNIT where the records have several units and none was
+/// named; says what makes it a draft. Fails with usage, bad_file or storage.
+[[nodiscard]] Result<Exit> calibrate(Console& console, const CalibrationArguments& options);
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,380 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/calibration.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/data/students_t.hpp"
+#include "core/json.hpp"
+#include "report/words.hpp"
+
+namespace gyrotherm::report {
+
+const char* name(Stage stage) {
+  switch (stage) {
+    case Stage::uncompensated: return "uncompensated";
+    case Stage::as_found: return "as_found";
+    case Stage::as_left: return "as_left";
+  }
+  return "";
+}
+
+const char* name(Group group) {
+  switch (group) {
+    case Group::turn_on: return "turn_on";
+    case Group::warm_up: return "warm_up";
+    case Group::bias: return "bias";
+    case Group::sensitivity: return "sensitivity";
+    case Group::hysteresis: return "hysteresis";
+    case Group::random_drift: return "random_drift";
+    case Group::compensation: return "compensation";
+  }
+  return "";
+}
+
+const char* name(DecisionRule rule) { return rule == DecisionRule::simple ? "simple" : "guard_band"; }
+
+const char* name(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::pass: return "pass";
+    case Verdict::conditional_pass: return "conditional_pass";
+    case Verdict::conditional_fail: return "conditional_fail";
+    case Verdict::fail: return "fail";
+    case Verdict::not_known: return "not_known";
+  }
+  return "";
+}
+
+const char* name(ReportState state) {
+  switch (state) {
+    case ReportState::draft: return "draft";
+    case ReportState::authorised: return "authorised";
+    case ReportState::superseded: return "superseded";
+  }
+  return "";
+}
+
+/// A key that a view has words for; of some members it may be empty.
+void expect_word(auto& form, const char* at, std::string_view key, bool may_be_empty = false) {
+  form.expect(at, (may_be_empty && key.empty()) || has_word(key),
+              "unknown, expected a key that the report has words for");
+}
+
+/// KEY.QUANTITY of a result.
+bool names_a_result(std::string_view quantity) {
+  const auto dot = quantity.find('.');
+  return has_word(quantity.substr(0, dot)) && (dot == std::string_view::npos || has_word(quantity.substr(dot + 1)));
+}
+
+void describe(auto& form, Like<Texts> auto& texts) {
+  form("en", texts.en);
+  form("de", texts.de);
+}
+
+void describe(auto& form, Like<Party> auto& party) {
+  form("name", party.name);
+  form("address", party.address);
+  form("postal_code", party.postal_code);
+  form("city", party.city);
+  form("country", party.country);
+  form("email", party.email);
+  form("phone", party.phone);
+}
+
+void describe(auto& form, Like<Logo> auto& logo) {
+  form("media_type", logo.media_type);
+  form("base64", logo.base64);
+  form.expect("media_type", logo.media_type == "image/svg+xml" || logo.media_type == "image/png",
+              "expected \"image/svg+xml\" or \"image/png\"");
+}
+
+void describe(auto& form, Like<Person> auto& person) {
+  form("name", person.name);
+  form("role", person.role);
+  expect_word(form, "role", person.role);
+  form("email", person.email);
+}
+
+void describe(auto& form, Like<CalibratedItem> auto& item) {
+  form("name", item.name);
+  form("description", item.description);
+  form("manufacturer", item.manufacturer);
+  form("model", item.model);
+  form("serial_number", item.serial_number);
+  form("customers_number", item.customers_number);
+  form("condition", item.condition);
+  form("axes", item.axes);
+}
+
+void describe(auto& form, Like<Equipment> auto& equipment) {
+  form("role", equipment.role);
+  expect_word(form, "role", equipment.role);
+  form("channel", equipment.channel);
+  form("name", equipment.name);
+  form("serial_number", equipment.serial_number);
+  form("certificate", equipment.certificate);
+  form("calibrated", equipment.calibrated);
+  form("due", equipment.due);
+  form("standard_uncertainty_k", equipment.standard_uncertainty_k);
+  form("drift_k_in_a_year", equipment.drift_k_in_a_year);
+  form("overdue", equipment.overdue);
+}
+
+void describe(auto& form, Like<Influence> auto& influence) {
+  form("key", influence.key);
+  expect_word(form, "key", influence.key, true);
+  form("name", influence.name);
+  form("unit", influence.unit);
+  form("low", influence.low);
+  form("high", influence.high);
+}
+
+void describe(auto& form, Like<Deviation> auto& deviation) {
+  form("utc", deviation.utc);
+  form("run", deviation.run);
+  form("kind", deviation.kind);
+  expect_word(form, "kind", deviation.kind);
+  form("text", deviation.text);
+  form("seconds", deviation.seconds);
+}
+
+void describe(auto& form, Like<UsedFile> auto& file) {
+  form("role", file.role);
+  expect_word(form, "role", file.role);
+  form("name", file.name);
+  form("id", file.id);
+  form("sha256", file.sha256);
+  form("program_version", file.program_version);
+  form("profile", file.profile);
+  form("started_utc", file.started_utc);
+  form("chain_verified", file.chain_verified);
+}
+
+void describe(auto& form, Like<ReportedValue> auto& value) {
+  form("value", value.value);
+  const bool is_uncertain = std::isfinite(value.standard_uncertainty);
+  form.if_there("u", is_uncertain, value.standard_uncertainty);
+  form.if_there("k", is_uncertain, value.coverage_factor);
+  if (is_uncertain) form.derived("U", value.expanded());
+  form.if_there("degrees_of_freedom", std::isfinite(value.degrees_of_freedom), positive(value.degrees_of_freedom));
+}
+
+void describe(auto& form, Like<Column> auto& column) {
+  form("quantity", column.quantity);
+  expect_word(form, "quantity", column.quantity);
+  form("unit", column.unit);
+  form("values", column.values);
+}
+
+void describe(auto& form, Like<ResultTable> auto& table) {
+  form("group", one_of(table.group, {Group::turn_on, Group::warm_up, Group::bias, Group::sensitivity, Group::hysteresis,
+                                     Group::random_drift, Group::compensation}));
+  form("key", table.key);
+  expect_word(form, "key", table.key);
+  form("axis", table.axis);
+  form("stage", one_of(table.stage, {Stage::uncompensated, Stage::as_found, Stage::as_left}));
+  form("run", table.run);
+  form("in_sample", table.in_sample);
+  form("detail", table.detail);
+  form("columns", table.columns);
+  const auto as_long = [&](const Column& column) {
+    return column.values.size() == table.columns.front().values.size();
+  };
+  form.expect("columns", std::ranges::all_of(table.columns, as_long), "wrong length, expected columns of one length");
+}
+
+void describe(auto& form, Like<ReportedBudget> auto& budget) {
+  form("axis", budget.axis);
+  form("stage", one_of(budget.stage, {Stage::uncompensated, Stage::as_found, Stage::as_left}));
+  form("averaging_s", positive(budget.budget.averaging_s));
+  form.derived("combined", combined(budget.budget.rows));
+  form("rows", budget.budget.rows);
+}
+
+void describe(auto& form, Like<Conformity> auto& conformity) {
+  form("quantity", conformity.quantity);
+  form.expect("quantity", names_a_result(conformity.quantity),
+              "unknown, expected KEY.QUANTITY of a result that the report has words for");
+  form("axis", conformity.axis);
+  form("stage", one_of(conformity.stage, {Stage::uncompensated, Stage::as_found, Stage::as_left}));
+  form("run", conformity.run);
+  form("unit", conformity.unit);
+  form("value", conformity.value);
+  form("limit", conformity.limit);
+  form("rule", one_of(conformity.rule, {DecisionRule::simple, DecisionRule::guard_band}));
+  form("verdict", one_of(conformity.verdict, {Verdict::pass, Verdict::conditional_pass, Verdict::conditional_fail,
+                                              Verdict::fail, Verdict::not_known}));
+  form("probability", conformity.probability);
+}
+
+void describe(auto& form, Like<ComparedModel> auto& model) {
+  form("axis", model.axis);
+  form("inputs", model.inputs);
+  form("method", model.method);
+  form("rmse_deg_per_h", model.rmse_deg_per_h);
+  form("std_deg_per_h", model.std_deg_per_h);
+  form("U_deg_per_h", model.expanded_deg_per_h);
+  form("left", model.left);
+  form("recommended", model.recommended);
+  form("simple", model.simple);
+}
+
+void describe(auto& form, Like<FigureLine> auto& line) {
+  form("key", line.key);
+  expect_word(form, "key", line.key);
+  form("detail", line.detail);
+  form("stage", one_of(line.stage, {Stage::uncompensated, Stage::as_found, Stage::as_left}));
+  form("x", line.x);
+  form("y", line.y);
+  form.expect("y", line.y.size() == line.x.size(), "wrong length, expected one value for each x");
+  form("error", line.error);
+  form.expect("error", line.error.empty() || line.error.size() == line.x.size(),
+              "wrong length, expected one value for each x, or none");
+}
+
+void describe(auto& form, Like<FigureData> auto& figure) {
+  form("key", figure.key);
+  expect_word(form, "key", figure.key);
+  form("axis", figure.axis);
+  form("run", figure.run);
+  form("x", figure.x_key);
+  expect_word(form, "x", figure.x_key);
+  form("x_unit", figure.x_unit);
+  form("y", figure.y_key);
+  expect_word(form, "y", figure.y_key);
+  form("y_unit", figure.y_unit);
+  form("logarithmic", figure.logarithmic);
+  form("lines", figure.lines);
+}
+
+void describe(auto& form, Like<Authorisation> auto& authorisation) {
+  form("name", authorisation.name);
+  form("utc", authorisation.utc);
+}
+
+void describe(auto& form, Like<OtherReport> auto& other) {
+  form("number", other.number);
+  form("sha256", other.sha256);
+  form("reason", other.reason);
+}
+
+void describe(auto& form, Like<CalibrationReport> auto& report) {
+  form("number", report.number);
+  form("state", one_of(report.state, {ReportState::draft, ReportState::authorised, ReportState::superseded}));
+  form("authorised", report.authorised);
+  form("replaces", report.replaces);
+  form("replaced_by", report.replaced_by);
+  form("simulated", report.simulated);
+  form("missing", report.missing);
+  form("title", report.title);
+  form("laboratory", report.laboratory);
+  form("logo", report.logo);
+  form("customer", report.customer);
+  form("people", report.people);
+  form("item", report.item);
+  form("received", report.received);
+  form("begun", report.begun);
+  form("ended", report.ended);
+  form("issued", report.issued);
+  form("place_kind", report.place_kind);
+  expect_word(form, "place_kind", report.place_kind, true);
+  form("place", report.place);
+  form("method", report.method);
+  form("traceability", report.traceability);
+  form("remarks", report.remarks);
+  form("statements", report.statements);
+  form("influences", report.influences);
+  form("equipment", report.equipment);
+  form("deviations", report.deviations);
+  form("bias_zero", report.bias_zero);
+  expect_word(form, "bias_zero", report.bias_zero, true);
+  form("cluster_length_s", positive(report.cluster_length_s));
+  form.derived("coverage", model::kCoverage);
+  form("results", report.results);
+  form("budgets", report.budgets);
+  form("decision_rule", one_of(report.rule, {DecisionRule::simple, DecisionRule::guard_band}));
+  form("conformity", report.conformity);
+  form("compared", report.compared);
+  form("figures", report.figures);
+  form("files", report.files);
+  form("program_version", report.program_version);
+}
+
+ReportedValue with_uncertainty(double value, double standard_uncertainty, double degrees_of_freedom) {
+  const double whole =
+      std::isfinite(degrees_of_freedom) ? std::max(1.0, std::floor(degrees_of_freedom)) : degrees_of_freedom;
+  return {.value = value,
+          .standard_uncertainty = standard_uncertainty,
+          .coverage_factor = data::coverage_factor(model::kCoverage, whole),
+          .degrees_of_freedom = degrees_of_freedom};
+}
+
+namespace {
+
+/// P(|true magnitude| ≤ limit).
+double probability_within(const ReportedValue& value, double limit) {
+  const double u = value.standard_uncertainty;
+  if (!(u > 0)) return std::numeric_limits<double>::quiet_NaN();
+  const double freedom = value.degrees_of_freedom;
+  return data::students_t_probability((limit - value.value) / u, freedom) -
+         data::students_t_probability((-limit - value.value) / u, freedom);
+}
+
+Verdict by_guard_band(double magnitude, double expanded, double limit) {
+  if (!std::isfinite(expanded)) return Verdict::not_known;
+  if (magnitude <= limit - expanded) return Verdict::pass;
+  if (magnitude <= limit) return Verdict::conditional_pass;
+  return magnitude <= limit + expanded ? Verdict::conditional_fail : Verdict::fail;
+}
+
+}  // namespace
+
+Conformity held_against(const ReportedValue& value, double limit, DecisionRule rule) {
+  Conformity found{.value = value, .limit = limit, .rule = rule, .verdict = Verdict::not_known};
+  if (!std::isfinite(value.value)) return found;
+  found.probability = probability_within(value, limit);
+  const double magnitude = std::abs(value.value);
+  found.verdict = rule == DecisionRule::guard_band ? by_guard_band(magnitude, value.expanded(), limit)
+                  : magnitude <= limit             ? Verdict::pass
+                                                   : Verdict::fail;
+  return found;
+}
+
+std::optional<Verdict> verdict_of(const CalibrationReport& report) {
+  std::optional<Verdict> worst;
+  for (const Conformity& one : report.conformity) worst = std::max(worst.value_or(Verdict::pass), one.verdict);
+  return worst;
+}
+
+std::vector<const ResultTable*> results_of(const CalibrationReport& report, Group group) {
+  std::vector<const ResultTable*> found;
+  for (const ResultTable& table : report.results)
+    if (table.group == group) found.push_back(&table);
+  return found;
+}
+
+const Column* find_column(const ResultTable& table, std::string_view quantity) {
+  const auto found = std::ranges::find(table.columns, quantity, &Column::quantity);
+  return found == table.columns.end() ? nullptr : &*found;
+}
+
+std::string to_json(const CalibrationReport& report) {
+  Json json{{"schema", kCalibrationSchema}};
+  json.update(json_of(report));
+  return text_of(json, 1) + "\n";
+}
+
+Result<CalibrationReport> calibration_from_json(std::string_view json, const std::string& file) {
+  const auto place = JsonPlace::parse(json, file);
+  if (!place) return failure(place.error());
+  if (const std::string schema = (*place)["schema"].text(); schema != kCalibrationSchema)
+    (*place)["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kCalibrationSchema));
+  CalibrationReport report;
+  read_json(*place, report);
+  if (auto verdict = place->verdict(); !verdict) return failure(verdict.error());
+  return report;
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/calibration_csv.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string_view>
+
+namespace gyrotherm::report {
+namespace {
+
+constexpr const char* kHeader =
+    "mark,report,axis,stage,group,result,detail,run,in_sample,row,quantity,value,u,k,U,degrees_of_freedom,unit\r\n";
+
+std::string field(std::string_view text) {
+  std::string value(text);
+  if (!value.empty() && std::string_view("=+-@\t\r").find(value.front()) != std::string_view::npos)
+    value.insert(0, 1, '\'');
+  if (value.find_first_of(",\"\r\n") == std::string::npos) return value;
+  std::string quoted = "\"";
+  for (const char c : value) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
+
+std::string mark_of(const CalibrationReport& report) {
+  std::string mark = report.state == ReportState::draft ? "DRAFT" : "";
+  if (report.state == ReportState::superseded) mark = "SUPERSEDED";
+  if (report.simulated) mark += mark.empty() ? "SIMULATED" : " SIMULATED";
+  return mark;
+}
+
+std::string line_of(const ReportedValue& value) {
+  const bool has_u = std::isfinite(value.standard_uncertainty);
+  return fmt::format("{},{},{},{},{}", number(value.value), number(value.standard_uncertainty),
+                     has_u ? number(value.coverage_factor) : "", number(value.expanded()),
+                     has_u ? number(value.degrees_of_freedom) : "");
+}
+
+}  // namespace
+
+std::string csv_of(const CalibrationReport& report) {
+  std::string csv = kHeader;
+  for (const ResultTable& table : report.results) {
+    const std::string of = fmt::format("{},{},{},{},{},{},{},{},{}", mark_of(report), field(report.number),
+                                       field(table.axis), name(table.stage), name(table.group), field(table.key),
+                                       field(table.detail), field(table.run), table.in_sample ? "yes" : "no");
+    for (const Column& column : table.columns)
+      for (std::size_t row = 0; row < column.values.size(); ++row)
+        csv += fmt::format("{},{},{},{},{}\r\n", of, row + 1, field(column.quantity), line_of(column.values[row]),
+                           field(column.unit));
+  }
+  return csv;
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,369 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/calibration_results.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "analysis/data/hold_noise.hpp"
+#include "analysis/model/characterisation.hpp"
+#include "analysis/model/uncertainty.hpp"
+#include "analysis/model/verification.hpp"
+#include "core/quantity.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+ReportedValue exact(double value) { return {.value = value}; }
+
+/// A type A uncertainty with degrees of freedom, and a type B one that is known.
+ReportedValue measured(double value, double u, double degrees_of_freedom, double u_known = 0) {
+  const double combined = std::hypot(u, u_known);
+  if (!std::isfinite(value) || !(combined > 0)) return exact(value);
+  const double freedom = u > 0 ? std::max(1.0, degrees_of_freedom) * std::pow(combined / u, 4) : kInfinite;
+  return with_uncertainty(value, combined, freedom);
+}
+
+ReportedValue measured(const model::Measured& figure, double degrees_of_freedom, double u_known = 0) {
+  return measured(figure.value, figure.u, degrees_of_freedom, u_known);
+}
+
+/// √Σ(c u)² of a budget's rows.
+double together(const std::vector<model::BudgetRow>& rows) { return combined(rows).standard_deg_per_h; }
+
+Column column(std::string quantity, std::string unit, std::vector<ReportedValue> values = {}) {
+  return {.quantity = std::move(quantity), .unit = std::move(unit), .values = std::move(values)};
+}
+
+/// One record at one stage: where its results go, and what is known of its zero.
+struct Speaking {
+  CalibrationReport& report;
+  std::string axis, run;
+  Stage stage{};
+  bool in_sample{};
+  double of_zero{};  ///< type B, °/h, of whatever counts from the zero of the bias
+};
+
+/// A table is there if a row of it is.
+void add(const Speaking& of, Group group, std::string key, std::vector<Column> columns, std::string detail = {}) {
+  if (columns.front().values.empty()) return;
+  of.report.results.push_back({.group = group,
+                               .key = std::move(key),
+                               .axis = of.axis,
+                               .stage = of.stage,
+                               .run = of.run,
+                               .in_sample = of.in_sample,
+                               .detail = std::move(detail),
+                               .columns = std::move(columns)});
+}
+
+/// Of before and after, what the stage speaks of.
+const model::Measured& at_stage(const Speaking& of, const model::BeforeAfter& figures) {
+  return of.stage == Stage::uncompensated ? figures.before : figures.after;
+}
+
+void add_warm_ups(const Speaking& of, const std::vector<model::WarmUp>& warm_ups) {
+  Column set_point = column("set_point", "°C"), within = column("within", "°/h"), duration = column("duration", "s");
+  for (const model::WarmUp& one : warm_ups) {
+    const double seconds = at_stage(of, one.seconds).value;
+    if (!std::isfinite(seconds)) continue;
+    set_point.values.push_back(exact(one.set_point_c));
+    within.values.push_back(exact(at_stage(of, one.within).value));
+    duration.values.push_back(exact(seconds));
+  }
+  add(of, Group::warm_up, "warm_up", {std::move(set_point), std::move(within), std::move(duration)});
+}
+
+/// Calibration of the gradient thermometers and their drift until the run, K, as if they erred together.
+double temperature_uncertainty_k(const data::Dataset& dataset) {
+  double sum = 0;
+  for (const std::string& name : dataset.gradients)
+    sum += together(model::budget_of_thermometer(dataset, {.thermometer = name, .mean = 1, .rms = 1, .greatest = 1}));
+  return dataset.gradients.empty() ? 0 : sum / static_cast<double>(dataset.gradients.size());
+}
+
+void add_stabilised(const Speaking& of, const std::vector<model::StabilisedBias>& holds, double temperature_u_k) {
+  Column set_point = column("set_point", "°C"), temperature = column("temperature", "°C"), bias = column("bias", "°/h");
+  for (const model::StabilisedBias& hold : holds) {
+    const model::Measured& found = at_stage(of, hold.bias);
+    if (hold.turned || !std::isfinite(found.value)) continue;
+    set_point.values.push_back(exact(hold.set_point_c));
+    temperature.values.push_back(measured(hold.temperature_c, 0, kInfinite, temperature_u_k));
+    bias.values.push_back(measured(found, hold.clusters - 1, of.of_zero));
+  }
+  add(of, Group::bias, "stabilised_bias", {std::move(set_point), std::move(temperature), std::move(bias)});
+}
+
+void add_two_positions(const Speaking& of, const std::vector<model::TwoPosition>& found) {
+  Column set_point = column("set_point", "°C"), bias = column("bias", "°/h"), rate = column("earth_rate", "°/h");
+  for (const model::TwoPosition& one : found) {
+    const int freedom = one.as_mounted + one.turned - 2;
+    set_point.values.push_back(exact(one.set_point_c));
+    bias.values.push_back(measured(at_stage(of, one.bias), freedom));
+    rate.values.push_back(measured(at_stage(of, one.earth_rate), freedom));
+  }
+  add(of, Group::bias, "two_position", {std::move(set_point), std::move(bias), std::move(rate)});
+}
+
+void add_retraces(const Speaking& of, const model::Characterisation& found) {
+  Column set_point = column("set_point", "°C"), change = column("change", "°/h");
+  for (const model::Retrace& one : found.retrace) {
+    const auto hold = std::ranges::find(found.stabilised, one.segment, &model::StabilisedBias::segment);
+    const double freedom = hold == found.stabilised.end() ? kInfinite : 2.0 * (hold->clusters - 1);
+    set_point.values.push_back(exact(one.set_point_c));
+    change.values.push_back(measured(at_stage(of, one.change), freedom));
+  }
+  add(of, Group::bias, "retrace", {std::move(set_point), std::move(change)});
+}
+
+/// A single figure of one name and unit.
+void add_figure(const Speaking& of, Group group, const char* key, const char* unit, const ReportedValue& value,
+                std::string detail = {}) {
+  if (std::isfinite(value.value)) add(of, group, key, {column(key, unit, {value})}, std::move(detail));
+}
+
+void add_sensitivities(const Speaking& of, const model::Characterisation& found) {
+  const double freedom = static_cast<double>(found.stabilised.size()) - 2;
+  add_figure(of, Group::sensitivity, "temperature_sensitivity", "°/h/K",
+             measured(at_stage(of, found.temperature), freedom));
+  add_figure(of, Group::sensitivity, "ramp_sensitivity", "°/h/(K/min)", measured(at_stage(of, found.ramp), kInfinite));
+  add_figure(of, Group::sensitivity, "gradient_sensitivity", "°/h/K",
+             measured(at_stage(of, found.of_gradient), kInfinite), found.gradient);
+}
+
+void add_hysteresis(const Speaking& of, const std::vector<model::HysteresisPoint>& points) {
+  Column temperature = column("temperature", "°C"), width = column("width", "°/h");
+  for (const model::HysteresisPoint& point : points) {
+    const model::Measured& found = at_stage(of, point.width);
+    if (!std::isfinite(found.value)) continue;
+    temperature.values.push_back(exact(point.temperature_c));
+    width.values.push_back(measured(found, point.heating + point.cooling - 2));
+  }
+  add(of, Group::hysteresis, "hysteresis", {std::move(temperature), std::move(width)});
+}
+
+void add_noise(const Speaking& of, const data::HoldNoise& noise) {
+  constexpr std::array<std::pair<const char*, const char*>, data::kNoiseTerms> kTerms{{{"quantisation", "″"},
+                                                                                       {"angle_random_walk", "°/√h"},
+                                                                                       {"bias_instability", "°/h"},
+                                                                                       {"rate_random_walk", "°/h/√h"},
+                                                                                       {"rate_ramp", "°/h/h"}}};
+  if (noise.curve.empty()) return;
+  for (const data::NoiseCoefficient& coefficient : noise.fit.coefficients) {
+    const auto& [key, unit] = kTerms[static_cast<std::size_t>(coefficient.term)];
+    if (coefficient.seen)
+      add_figure(of, Group::random_drift, key, unit, measured(coefficient.value, coefficient.error, kInfinite));
+  }
+}
+
+/// That of a root mean square, of those of the mean and the standard deviation, which are independent of each other.
+double rmse_error(const data::Figures& figures) {
+  return figures.rmse > 0
+             ? std::hypot(figures.std * std_error(figures), figures.mean * mean_error(figures)) / figures.rmse
+             : 0;
+}
+
+void add_whole_run(const Speaking& of, const data::Figures& figures) {
+  if (figures.count == 0) return;
+  const double freedom = figures.effective.of_std - 1;
+  add(of, Group::compensation, "whole_run",
+      {column("mean", "°/h", {measured(figures.mean, mean_error(figures), figures.effective.of_mean - 1, of.of_zero)}),
+       column("std", "°/h", {measured(figures.std, std_error(figures), freedom)}),
+       column("rmse", "°/h", {measured(figures.rmse, rmse_error(figures), freedom)}),
+       column("largest", "°/h", {exact(figures.max_abs)})});
+}
+
+void add_behaviour(const Speaking& of, const model::Characterisation& found, const data::Dataset& dataset) {
+  add_warm_ups(of, found.warm_ups);
+  add_stabilised(of, found.stabilised, temperature_uncertainty_k(dataset));
+  add_two_positions(of, found.two_position);
+  add_retraces(of, found);
+  add_sensitivities(of, found);
+  add_hysteresis(of, found.hysteresis);
+}
+
+/// What the unit is calibrated to: the mean of its compensated bias, as uncertain as its model's budget says.
+void add_compensated_mean(const Speaking& of, const data::Figures& figures, const model::Model& model) {
+  ReportedValue value = exact(figures.mean);
+  if (model.uncertainty) {
+    const model::CombinedUncertainty all = combined(model.uncertainty->budget.rows);
+    value.standard_uncertainty = all.standard_deg_per_h;
+    value.coverage_factor = all.coverage_factor;
+    value.degrees_of_freedom = all.degrees_of_freedom;
+  }
+  add(of, Group::compensation, "compensated_mean", {column("compensated_bias", "°/h", {value})});
+}
+
+void add_coverage(const Speaking& of, const std::optional<model::Coverage>& coverage) {
+  if (!coverage) return;
+  const double share = coverage->seen;
+  const double error = coverage->effective > 1 ? std::sqrt(share * (1 - share) / coverage->effective) : 0;
+  add(of, Group::compensation, "coverage",
+      {column("nominal_share", "1", {exact(coverage->nominal)}),
+       column("seen_share", "1", {measured(share, error, coverage->effective - 1)})});
+}
+
+std::vector<double> in_hours(const Eigen::VectorXd& seconds) {
+  std::vector<double> hours;
+  for (const double second : seconds) hours.push_back(second / kSecondsPerHour);
+  return hours;
+}
+
+std::vector<double> numbers(const Eigen::Ref<const Eigen::VectorXd>& values) { return {values.begin(), values.end()}; }
+
+FigureLine allan_line(Stage stage, const data::AllanCurve& curve) {
+  FigureLine line{.key = "bias", .stage = stage};
+  for (const data::AllanPoint& point : curve) {
+    line.x.push_back(point.tau_s);
+    line.y.push_back(point.deviation_deg_per_h);
+    line.error.push_back(point.error_deg_per_h);
+  }
+  return line;
+}
+
+/// One axis of one record, and what each stage leaves of it.
+struct Judged {
+  const data::RecordedRun& run;
+  data::Figures raw{};
+  data::HoldNoise noise{};
+  struct OfModel {
+    Stage stage{};
+    const model::Model* model{};
+    model::Verification verification{};
+    data::HoldNoise noise{};
+  };
+  std::vector<OfModel> models{};
+};
+
+Result<Judged> judge(const CalibratedAxis& axis, const data::RecordedRun& run) {
+  Judged judged{
+      .run = run, .raw = figures_of(run.clusters.bias_deg_per_h, run.clusters), .noise = noise_of_holds(run.dataset)};
+  for (const auto& [stage, model] : {std::pair{Stage::as_found, &axis.found}, {Stage::as_left, &axis.left}}) {
+    if (!*model) continue;
+    auto verification = verify(**model, run.dataset, run.clusters);
+    if (!verification) return failure(verification.error());
+    auto noise = noise_of_compensated_holds(run.dataset, run.clusters, verification->residual_deg_per_h);
+    judged.models.push_back({stage, &**model, std::move(*verification), std::move(noise)});
+  }
+  return judged;
+}
+
+void add_courses(CalibrationReport& report, const std::string& axis, const Judged& judged) {
+  const auto& [dataset, clusters] = judged.run;
+  const std::vector<double> time_h = in_hours(clusters.start_s);
+  FigureData temperatures{.key = "temperatures",
+                          .axis = axis,
+                          .run = dataset.run_id,
+                          .x_key = "time",
+                          .x_unit = "h",
+                          .y_key = "temperature",
+                          .y_unit = "°C"};
+  if (!dataset.imported)
+    temperatures.lines.push_back({.key = "set_point", .x = time_h, .y = numbers(clusters.set_point_c)});
+  for (std::size_t k = 0; k < clusters.thermometers.size(); ++k)
+    temperatures.lines.push_back({.key = "temperature",
+                                  .detail = clusters.thermometers[k],
+                                  .x = time_h,
+                                  .y = numbers(clusters.temperature_c.col(static_cast<Eigen::Index>(k)))});
+  FigureData bias = temperatures;
+  bias.key = "bias_course";
+  bias.y_key = "bias";
+  bias.y_unit = "°/h";
+  bias.lines = {{.key = "bias", .x = time_h, .y = numbers(clusters.bias_deg_per_h)}};
+  for (const Judged::OfModel& of : judged.models)
+    bias.lines.push_back(
+        {.key = "bias", .stage = of.stage, .x = time_h, .y = numbers(of.verification.residual_deg_per_h)});
+  report.figures.push_back(std::move(temperatures));
+  report.figures.push_back(std::move(bias));
+}
+
+void add_allan_figure(CalibrationReport& report, const std::string& axis, const Judged& judged) {
+  if (judged.noise.curve.empty()) return;
+  FigureData figure{.key = "allan_deviation",
+                    .axis = axis,
+                    .run = judged.run.dataset.run_id,
+                    .x_key = "averaging_time",
+                    .x_unit = "s",
+                    .y_key = "allan_deviation",
+                    .y_unit = "°/h",
+                    .logarithmic = true,
+                    .lines = {allan_line(Stage::uncompensated, judged.noise.curve)}};
+  for (const Judged::OfModel& of : judged.models) figure.lines.push_back(allan_line(of.stage, of.noise.curve));
+  report.figures.push_back(std::move(figure));
+}
+
+/// The results of one record, and how the unit behaved in it at each stage, in the order of the stages.
+std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, const std::string& axis,
+                                                 const Judged& judged) {
+  const auto& [dataset, clusters] = judged.run;
+  const double of_zero = dataset.zero_is_its_own ? 0 : together(model::budget_of_earth_rate(dataset));
+  Speaking of{report, axis, dataset.run_id, Stage::uncompensated, false, of_zero};
+  const Eigen::VectorXd nothing =
+      Eigen::VectorXd::Constant(clusters.start_s.size(), std::numeric_limits<double>::quiet_NaN());
+  std::map<Stage, model::Characterisation> found{
+      {Stage::uncompensated, model::characterise(dataset, clusters, nothing)}};
+  add_behaviour(of, found[Stage::uncompensated], dataset);
+  add_noise(of, judged.noise);
+  add_whole_run(of, judged.raw);
+  for (const Judged::OfModel& one : judged.models) {
+    of.stage = one.stage;
+    of.in_sample = one.verification.trained_on_this;
+    found[one.stage] = model::characterise(dataset, clusters, one.verification.residual_deg_per_h);
+    add_behaviour(of, found[one.stage], dataset);
+    add_noise(of, one.noise);
+    add_whole_run(of, one.verification.compensated);
+    add_compensated_mean(of, one.verification.compensated, *one.model);
+    add_coverage(of, one.verification.coverage);
+  }
+  add_courses(report, axis, judged);
+  add_allan_figure(report, axis, judged);
+  return found;
+}
+
+/// Of the starts of all records together, at each stage.
+void add_turn_on(CalibrationReport& report, const std::string& axis,
+                 const std::map<Stage, std::vector<model::Characterisation>>& records) {
+  for (const auto& [stage, characterised] : records) {
+    Column set_point = column("set_point", "°C"), starts = column("starts", "1"), std = column("std_of_bias", "°/h");
+    for (const model::TurnOn& one : model::turn_on_of(characterised)) {
+      const double freedom = one.starts - 1;
+      const double value = stage == Stage::uncompensated ? one.std_before_deg_per_h : one.std_after_deg_per_h;
+      set_point.values.push_back(exact(one.set_point_c));
+      starts.values.push_back(exact(one.starts));
+      std.values.push_back(measured(value, value / std::sqrt(2 * freedom), freedom));
+    }
+    add({report, axis, {}, stage, false, 0}, Group::turn_on, "turn_on_repeatability",
+        {std::move(set_point), std::move(starts), std::move(std)});
+  }
+}
+
+void add_budgets(CalibrationReport& report, const CalibratedAxis& axis) {
+  for (const auto& [stage, model] : {std::pair{Stage::as_found, &axis.found}, {Stage::as_left, &axis.left}})
+    if (*model && (*model)->uncertainty)
+      report.budgets.push_back({.axis = axis.label, .stage = stage, .budget = (*model)->uncertainty->budget});
+}
+
+}  // namespace
+
+Result<void> add_results(CalibrationReport& report, const CalibratedAxis& axis) {
+  std::map<Stage, std::vector<model::Characterisation>> all;
+  const std::size_t first = report.results.size();
+  for (const data::RecordedRun& run : axis.runs) {
+    const auto judged = judge(axis, run);
+    if (!judged) return failure(judged.error());
+    for (auto& [stage, found] : add_run(report, axis.label, *judged)) all[stage].push_back(std::move(found));
+  }
+  add_turn_on(report, axis.label, all);
+  const auto own = report.results.begin() + static_cast<std::ptrdiff_t>(first);
+  std::stable_sort(own, report.results.end(),
+                   [](const ResultTable& a, const ResultTable& b) { return a.group < b.group; });
+  add_budgets(report, axis);
+  return {};
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/comparison.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include "analysis/data/dataset.hpp"
+#include "core/json.hpp"
+#include "plot/svg.hpp"
+
+namespace gyrotherm::report {
+
+void describe(auto& form, Like<ComparedResult> auto& result) {
+  form("key", result.key);
+  form("quantity", result.quantity);
+  form("unit", result.unit);
+  form("axis", result.axis);
+  form("profile", result.profile);
+  form.derived("before_at", name(result.before_at));
+  form.derived("now_at", name(result.now_at));
+  form("condition", result.condition);
+  form("before", result.before.value);
+  form.derived("before_U", result.before.expanded());
+  form("now", result.now.value);
+  form.derived("now_U", result.now.expanded());
+  form("change", result.change);
+  form("U", result.expanded);
+  form("E_n", result.normalised_error);
+  form("change_in_a_year", result.in_a_year);
+}
+
+void describe(auto& form, Like<Comparison> auto& comparison) {
+  form("before", comparison.before_number);
+  form("now", comparison.now_number);
+  form("before_sha256", comparison.before_sha256);
+  form("now_sha256", comparison.now_sha256);
+  form("unit_model", comparison.model);
+  form("serial_number", comparison.serial_number);
+  form("days_between", comparison.days_between);
+  form("simulated", comparison.simulated);
+  form("same_model", comparison.same_model);
+  form("results", comparison.results);
+}
+
+namespace {
+
+constexpr double kDaysInAYear = 365.25;
+constexpr std::string_view kCondition = "temperature";  // of a hold: the chamber's doing, and no result of the unit
+
+std::string profile_of(const CalibrationReport& report, const std::string& run) {
+  const auto file = std::ranges::find(report.files, run, &UsedFile::id);
+  return run.empty() || file == report.files.end() ? std::string() : file->profile;
+}
+
+/// Whether each model that the unit came with is one that it had left with.
+bool has_same_models(const CalibrationReport& before, const CalibrationReport& now) {
+  bool any = false;
+  for (const UsedFile& found : now.files) {
+    if (found.role != "model_found") continue;
+    const auto is_it = [&](const UsedFile& left) { return left.role == "model_left" && left.sha256 == found.sha256; };
+    if (std::ranges::none_of(before.files, is_it)) return false;
+    any = true;
+  }
+  return any;
+}
+
+/// What a row is at: "set_point 20", "temperature 10"; empty of a table of one row without such a column.
+std::string condition_of(const ResultTable& table, std::size_t row) {
+  for (const char* quantity : {"set_point", "temperature"}) {
+    const Column* column = find_column(table, quantity);
+    const bool is_nominal = column != nullptr && !std::isfinite(column->values[row].standard_uncertainty);
+    if (is_nominal) return fmt::format("{} {:g}", quantity, column->values[row].value);
+  }
+  return {};
+}
+
+struct Row {
+  std::string condition;
+  ReportedValue value;
+};
+
+/// The rows of a column; where several are at the same, each has its number.
+std::vector<Row> rows_of(const ResultTable& table, const Column& column) {
+  std::vector<Row> rows;
+  std::map<std::string, int> seen;
+  for (std::size_t row = 0; row < column.values.size(); ++row) {
+    std::string condition = condition_of(table, row);
+    const int number = ++seen[condition];
+    if (number > 1) condition += fmt::format(", {}", number);
+    rows.push_back({std::move(condition), column.values[row]});
+  }
+  return rows;
+}
+
+ComparedResult compared(const ReportedValue& before, const ReportedValue& now, double days) {
+  ComparedResult result{.before = before, .now = now, .change = now.value - before.value};
+  result.expanded = std::hypot(before.expanded(), now.expanded());
+  if (result.expanded > 0) result.normalised_error = result.change / result.expanded;
+  if (days > 0) result.in_a_year = result.change * kDaysInAYear / days;
+  return result;
+}
+
+/// A table of either report that speaks of the same.
+const ResultTable* partner_of(const ResultTable& table, const CalibrationReport& of, const CalibrationReport& in,
+                              Stage stage) {
+  for (const ResultTable& other : in.results)
+    if (other.key == table.key && other.axis == table.axis && other.stage == stage && !other.in_sample &&
+        other.detail == table.detail && profile_of(in, other.run) == profile_of(of, table.run))
+      return &other;
+  return nullptr;
+}
+
+class Comparing {
+ public:
+  Comparing(const CalibrationReport& before, const CalibrationReport& now, Comparison& comparison)
+      : before_(before), now_(now), comparison_(comparison) {}
+
+  void compare(Stage before_at, Stage now_at) {
+    for (const ResultTable& table : before_.results) {
+      if (table.stage != before_at || table.in_sample) continue;
+      const ResultTable* other = partner_of(table, before_, now_, now_at);
+      if (other == nullptr) continue;
+      for (const Column& column : table.columns) {
+        const Column* theirs = column.quantity == kCondition ? nullptr : find_column(*other, column.quantity);
+        if (theirs != nullptr) compare(table, column, *other, *theirs);
+      }
+    }
+  }
+
+ private:
+  void compare(const ResultTable& table, const Column& column, const ResultTable& other, const Column& theirs) {
+    const std::vector<Row> rows = rows_of(other, theirs);
+    for (const Row& row : rows_of(table, column)) {
+      const auto same = std::ranges::find(rows, row.condition, &Row::condition);
+      const bool is_measured = std::isfinite(row.value.standard_uncertainty);
+      if (same == rows.end() || !is_measured || !std::isfinite(same->value.standard_uncertainty)) continue;
+      ComparedResult result = compared(row.value, same->value, comparison_.days_between);
+      result.key = table.key;
+      result.quantity = column.quantity;
+      result.unit = column.unit;
+      result.axis = table.axis;
+      result.profile = profile_of(before_, table.run);
+      result.before_at = table.stage;
+      result.now_at = other.stage;
+      result.condition = row.condition;
+      comparison_.results.push_back(std::move(result));
+    }
+  }
+
+  const CalibrationReport& before_;
+  const CalibrationReport& now_;
+  Comparison& comparison_;
+};
+
+double days_between(const std::string& before, const std::string& now) {
+  const auto first = record::parse_day(before), second = record::parse_day(now);
+  return first && second ? static_cast<double>((*second - *first).count()) : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace
+
+Result<Comparison> compare(const CalibrationReport& before, const CalibrationReport& now) {
+  if (before.item.serial_number != now.item.serial_number || before.item.model != now.item.model)
+    return failure(FaultKind::usage, now.number,
+                   fmt::format("is of {} {}, the other report of {} {}", now.item.model, now.item.serial_number,
+                               before.item.model, before.item.serial_number));
+  Comparison comparison{.before_number = before.number,
+                        .now_number = now.number,
+                        .model = now.item.model,
+                        .serial_number = now.item.serial_number,
+                        .days_between = days_between(before.ended, now.ended),
+                        .simulated = before.simulated || now.simulated,
+                        .same_model = has_same_models(before, now)};
+  Comparing comparing(before, now, comparison);
+  comparing.compare(Stage::uncompensated, Stage::uncompensated);
+  comparing.compare(Stage::as_left, Stage::as_found);
+  if (comparison.results.empty())
+    return failure(FaultKind::usage, now.number, "has no result in common with the other report");
+  return comparison;
+}
+
+std::string to_json(const Comparison& comparison) {
+  Json json{{"schema", kComparisonSchema}};
+  json.update(json_of(comparison));
+  return text_of(json, 1) + "\n";
+}
+
+std::string describe(const Comparison& comparison) {
+  std::vector<const ComparedResult*> all;
+  for (const ComparedResult& result : comparison.results) all.push_back(&result);
+  std::ranges::stable_sort(all, [](const ComparedResult* a, const ComparedResult* b) {
+    return std::abs(a->normalised_error) > std::abs(b->normalised_error);
+  });
+  std::string text =
+      fmt::format("{}{} {}: {} against {}{}\n", comparison.simulated ? "SIMULATED " : "", comparison.model,
+                  comparison.serial_number, comparison.now_number, comparison.before_number,
+                  std::isfinite(comparison.days_between) ? fmt::format(", {:.0f} days later", comparison.days_between)
+                                                         : std::string());
+  if (!comparison.same_model) text += "the model that the unit came with is not one that it had left with\n";
+  text += fmt::format("  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}\n", "E_n", "before", "now", "change", "U");
+  for (const ComparedResult* one : all)
+    text += fmt::format("  {:>6.2f}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{} {}, {} → {}\n", one->normalised_error,
+                        plot::significant(one->before.value), plot::significant(one->now.value),
+                        plot::significant(one->change), plot::significant(one->expanded), one->axis, one->key,
+                        one->quantity, one->condition.empty() ? "" : " at ", one->condition, one->unit,
+                        name(one->before_at), name(one->now_at));
+  const auto beyond =
+      std::ranges::count_if(all, [](const ComparedResult* one) { return std::abs(one->normalised_error) > 1; });
+  return text +
+         fmt::format("{} of {} results differ by more than both are uncertain (|E_n| > 1)\n", beyond, all.size());
+}
+
+}  // namespace gyrotherm::report

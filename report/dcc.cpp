@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/dcc.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "core/sha256.hpp"
+#include "plot/png.hpp"
+#include "report/dcc_text.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+bool is_draft(const CalibrationReport& report) { return report.state == ReportState::draft || !report.authorised; }
+
+bool is_country(std::string_view code) {
+  return code.size() == 2 && std::ranges::all_of(code, [](unsigned char c) { return std::isupper(c) != 0; });
+}
+
+/// What the schema asks for, and a report that is no draft must have.
+std::vector<std::string> lacking(const CalibrationReport& report) {
+  std::vector<std::string> names;
+  const auto ask = [&](bool there, const char* name) {
+    if (!there) names.emplace_back(name);
+  };
+  ask(!xml_characters(report.number).empty(), "number");
+  ask(!xml_characters(report.laboratory.name).empty(), "laboratory.name");
+  ask(is_country(report.laboratory.country), "laboratory.country");
+  ask(!xml_characters(report.customer.name).empty(), "customer.name");
+  ask(calendar_day(report.begun).has_value(), "begun");
+  ask(calendar_day(report.ended).has_value(), "ended");
+  ask(calendar_day(report.issued).has_value(), "issued");
+  ask(!report.results.empty(), "results");
+  return names;
+}
+
+/// The number; of what is no report of a calibration, nobody can take it for one.
+std::string identifier_of(const CalibrationReport& report) {
+  std::string marks;
+  if (is_draft(report)) marks = "draft";
+  if (report.simulated) marks += marks.empty() ? "simulated" : ", simulated";
+  return marks.empty() ? given(report.number) : fmt::format("{} ({})", given(report.number), marks);
+}
+
+std::string day_or_placeholder(const std::string& text) { return calendar_day(text).value_or("0001-01-01"); }
+
+class Certificate {
+ public:
+  Certificate(const CalibrationReport& report, const DccOptions& options)
+      : report_(report), options_(options), dcc_(report), xml_(dcc_.xml()) {}
+
+  std::string whole() && {
+    xml_.element("dcc:digitalCalibrationCertificate",
+                 {{"xmlns:dcc", "https://ptb.de/dcc"},
+                  {"xmlns:si", "https://ptb.de/si"},
+                  {"xmlns:xsi", "http://www.w3.org/2001/XMLSchema-instance"},
+                  {"xsi:schemaLocation", "https://ptb.de/dcc https://ptb.de/dcc/v3.3.0/dcc.xsd"},
+                  {"schemaVersion", "3.3.0"}},
+                 [&] {
+                   xml_.element("dcc:administrativeData", [&] { administrative_data(); });
+                   write_measurement_results(dcc_);
+                   if (options_.pdf && options_.pdf->bytes.size() <= kLargestEmbeddedPdf) document(*options_.pdf);
+                 });
+    return std::move(xml_).text();
+  }
+
+ private:
+  void administrative_data() {
+    software();
+    ref_type_definitions();
+    xml_.element("dcc:coreData", [&] { core_data(); });
+    xml_.element("dcc:items", [&] { item(); });
+    xml_.element("dcc:calibrationLaboratory",
+                 [&] { xml_.element("dcc:contact", [&] { contact(report_.laboratory, report_.logo); }); });
+    xml_.element("dcc:respPersons", [&] { persons(); });
+    xml_.element("dcc:customer", [&] { contact(report_.customer, {}); });
+    xml_.element("dcc:statements", [&] { statements(); });
+  }
+
+  void software() {
+    xml_.element("dcc:dccSoftware", [&] {
+      xml_.element("dcc:software", [&] {
+        dcc_.proper_name("dcc:name", "gyrotherm");
+        xml_.leaf("dcc:release", given(report_.program_version));
+        xml_.leaf("dcc:type", "application");
+      });
+    });
+  }
+
+  void ref_type_definitions() {
+    const auto definition = [&](const Texts& name, const char* space, const char* link) {
+      xml_.element("dcc:refTypeDefinition", [&] {
+        dcc_.text("dcc:name", name);
+        xml_.leaf("dcc:namespace", space);
+        xml_.leaf("dcc:link", link);
+      });
+    };
+    xml_.element("dcc:refTypeDefinitions", [&] {
+      definition({"Vocabulary of PTB", "Vokabular der PTB"}, "basic", "https://digilab.ptb.de/dkd/refType/vocab/");
+      definition({"Results and quantities of a gyro in a temperature test, by the keys of calibration.json",
+                  "Ergebnisse und Größen eines Kreisels im Temperaturtest, nach den Schlüsseln von calibration.json"},
+                 "gyrotherm", "urn:gyrotherm:calibration:1");
+    });
+  }
+
+  void core_data() {
+    const bool known = is_country(report_.laboratory.country);
+    xml_.leaf("dcc:countryCodeISO3166_1", known ? report_.laboratory.country : "ZZ");  // "ZZ" is nobody's
+    for (const char* language : {"en", "de"}) xml_.leaf("dcc:usedLangCodeISO639_1", language);
+    xml_.leaf("dcc:mandatoryLangCodeISO639_1", code(dcc_.mandatory()));
+    xml_.leaf("dcc:uniqueIdentifier", identifier_of(report_));
+    xml_.element("dcc:identifications", [&] { files(); });
+    if (const auto day = calendar_day(report_.received)) xml_.leaf("dcc:receiptDate", *day);
+    const bool both = calendar_day(report_.begun) && calendar_day(report_.ended);
+    xml_.leaf("dcc:beginPerformanceDate", day_or_placeholder(both ? report_.begun : ""));
+    xml_.leaf("dcc:endPerformanceDate", day_or_placeholder(both ? report_.ended : ""));
+    const bool is_place = report_.place_kind == "laboratory" || report_.place_kind == "customer";
+    xml_.leaf("dcc:performanceLocation", is_place ? report_.place_kind : "other");
+    if (const auto day = calendar_day(report_.issued)) xml_.leaf("dcc:issueDate", *day);
+    if (report_.replaces) replaced(*report_.replaces);
+  }
+
+  /// Which bytes of which files this certificate belongs to.
+  void files() {
+    const auto digest = [&](const std::string& name, const std::string& digest_of_file) {
+      xml_.element("dcc:identification", {{"refType", kFileDigestType}}, [&] {
+        xml_.leaf("dcc:issuer", "calibrationLaboratory");
+        xml_.leaf("dcc:value", given(digest_of_file));
+        xml_.element("dcc:name", [&] {
+          xml_.leaf("dcc:content", given(name));  // in no language: the name itself
+          xml_.leaf("dcc:content", "SHA-256 of the file " + given(name), {{"lang", "en"}});
+          xml_.leaf("dcc:content", "SHA-256 der Datei " + given(name), {{"lang", "de"}});
+        });
+      });
+    };
+    if (std::ranges::find(options_.files, kCalibrationFile, &IssuedFile::name) == options_.files.end())
+      digest(kCalibrationFile, sha256(to_json(report_)));
+    for (const IssuedFile& file : options_.files) digest(file.name, file.sha256);
+  }
+
+  void replaced(const OtherReport& other) {
+    xml_.element("dcc:reportAmendedSubstituted", [&] {
+      xml_.leaf("dcc:typeOfChange", "substituted");
+      xml_.leaf("dcc:replacedUniqueIdentifier", given(other.number));
+    });
+    if (other.sha256.empty()) return;
+    xml_.element("dcc:previousReport", [&] {
+      dcc_.text("dcc:referral", {"calibration.json of the report that this one replaces",
+                                 "calibration.json des Berichts, den dieser ersetzt"});
+      xml_.leaf("dcc:referralID", given(other.number));
+      xml_.leaf("dcc:procedure", "SHA-256");
+      xml_.leaf("dcc:value", given(other.sha256));
+      if (!other.reason.empty()) dcc_.text("dcc:description", other.reason);
+    });
+  }
+
+  void item() {
+    const CalibratedItem& item = report_.item;
+    xml_.element("dcc:item", {{"id", "item"}}, [&] {
+      item.description.empty() ? dcc_.proper_name("dcc:name", item.name.empty() ? item.model : item.name)
+                               : dcc_.text("dcc:name", item.description);
+      if (!item.condition.empty()) dcc_.text("dcc:description", joined(words("label.condition"), ": ", item.condition));
+      if (!item.manufacturer.empty())
+        xml_.element("dcc:manufacturer", [&] { dcc_.proper_name("dcc:name", item.manufacturer); });
+      if (!xml_characters(item.model).empty()) xml_.leaf("dcc:model", item.model);
+      xml_.element("dcc:identifications", [&] { identifications(item); });
+      const auto named = [](const std::string& axis) { return !axis.empty(); };
+      if (std::ranges::any_of(item.axes, named)) xml_.element("dcc:subItems", [&] { axes(item); });
+    });
+  }
+
+  void identifications(const CalibratedItem& item) {
+    dcc_.identification("manufacturer", item.serial_number, words("label.serial_number"),
+                        {{"refType", "basic_serialNumber"}});
+    if (!item.customers_number.empty())
+      dcc_.identification("customer", item.customers_number, words("label.customers_number"));
+    if (!item.name.empty()) dcc_.identification("other", item.name, words("label.name_in_rig"));
+  }
+
+  void axes(const CalibratedItem& item) {
+    for (std::size_t i = 0; i < item.axes.size(); ++i)
+      xml_.element("dcc:item", {{"id", fmt::format("axis-{}", i + 1)}}, [&] {
+        dcc_.text("dcc:name", words("heading.axis", given(item.axes[i])));
+        xml_.element("dcc:identifications",
+                     [&] { dcc_.identification("other", item.axes[i], words("label.name_in_rig")); });
+      });
+  }
+
+  void contact(const Party& party, const std::optional<Logo>& logo) {
+    const auto leaf_if_any = [&](const char* name, const std::string& text) {
+      if (!xml_characters(text).empty()) xml_.leaf(name, text);
+    };
+    dcc_.proper_name("dcc:name", party.name);
+    leaf_if_any("dcc:eMail", party.email);
+    leaf_if_any("dcc:phone", party.phone);
+    xml_.element("dcc:location", [&] {
+      xml_.leaf("dcc:city", given(party.city));
+      if (is_country(party.country)) xml_.leaf("dcc:countryCode", party.country);
+      leaf_if_any("dcc:postCode", party.postal_code);
+      for (const std::string& line : party.address) leaf_if_any("dcc:street", line);
+    });
+    if (!logo || !is_base64(logo->base64)) return;
+    xml_.element("dcc:descriptionData", [&] {
+      xml_.leaf("dcc:fileName", logo->media_type == "image/png" ? "logo.png" : "logo.svg");
+      xml_.leaf("dcc:mimeType", given(logo->media_type));
+      xml_.leaf("dcc:dataBase64", logo->base64);
+    });
+  }
+
+  void person(const Texts& name, const std::string& email, const std::string& role, const Texts& description,
+              bool signs) {
+    xml_.element("dcc:respPerson", [&] {
+      xml_.element("dcc:person", [&] {
+        name.en == name.de ? dcc_.proper_name("dcc:name", name.en) : dcc_.text("dcc:name", name);
+        if (!xml_characters(email).empty()) xml_.leaf("dcc:eMail", email);
+      });
+      if (!description.empty()) dcc_.text("dcc:description", description);
+      xml_.leaf("dcc:role", given(role));
+      xml_.leaf("dcc:mainSigner", signs ? "true" : "false");
+    });
+  }
+
+  [[nodiscard]] Texts authorised() const {
+    const Authorisation& by = *report_.authorised;
+    return joined(words("label.authorised"), ": ",
+                  in_no_language(fmt::format("{}, {}", given(by.name), given(by.utc))));
+  }
+
+  /// The first is who authorised it, or that nobody has.
+  void persons() {
+    const bool draft = is_draft(report_);
+    const std::string signer = draft ? "" : report_.authorised->name;
+    std::string email;
+    for (const Person& one : report_.people)
+      if (one.name == signer && !one.email.empty()) email = one.email;
+    person(draft ? words("say.not_authorised") : in_no_language(given(signer)), email, "authorising",
+           draft ? Texts{} : authorised(), true);
+    for (const Person& one : report_.people)
+      if (draft || one.name != signer || one.role != "authorising")
+        person(in_no_language(given(one.name)), one.email, one.role, {}, false);
+  }
+
+  void statement(const Texts& name, const char* ref_type, const Texts& declaration,
+                 const std::function<void()>& after = {}) {
+    xml_.element("dcc:statement", {{"refType", ref_type}}, [&] {
+      dcc_.text("dcc:name", name);
+      if (!declaration.empty()) dcc_.text("dcc:declaration", declaration);
+      if (after) after();
+    });
+  }
+
+  void statements() {
+    standing();
+    statement({"Results relate only to the item", "Geltungsbereich der Ergebnisse"}, "gyrotherm_scope",
+              joined(joined(words("say.only_this_item"), " ", words("say.standing")), " ", words("say.in_full")));
+    traceability();
+    xml_.element("dcc:statement", {{"refType", "gyrotherm_norm"}}, [&] {
+      dcc_.text("dcc:name", {"What a report has", "Inhalt des Berichts"});
+      xml_.leaf("dcc:norm", "ISO/IEC 17025:2017, 7.8.2 and 7.8.4");
+      dcc_.text("dcc:declaration", {"It has the fields that the standard asks for. That the laboratory is accredited "
+                                    "is not said by this.",
+                                    "Er hat die Angaben, die die Norm verlangt. Über eine Akkreditierung des "
+                                    "Laboratoriums sagt das nichts aus."});
+    });
+    conformity();
+    if (report_.replaces) revision();
+    if (!report_.place.empty()) statement(words("label.place"), "gyrotherm_place", report_.place);
+    if (!report_.remarks.empty()) statement({"Remarks", "Bemerkungen"}, "gyrotherm_remarks", report_.remarks);
+    for (const Texts& further : report_.statements)
+      if (!further.empty()) statement({"Statement", "Erklärung"}, "gyrotherm_statement", further);
+  }
+
+  void not_valid(const char* mark, const Texts& declaration) {
+    statement(words(mark), "gyrotherm_state", declaration, [&] { xml_.leaf("dcc:valid", "false"); });
+  }
+
+  /// Whether it is a report of a calibration at all.
+  void standing() {
+    if (is_draft(report_))
+      not_valid("mark.draft", report_.missing.empty()
+                                  ? words("say.draft")
+                                  : words("say.missing", fmt::format("{}", fmt::join(report_.missing, ", "))));
+    if (report_.simulated) not_valid("mark.simulated", words("say.simulated"));
+    if (report_.state == ReportState::superseded)
+      not_valid("mark.superseded", report_.replaced_by ? words("say.superseded", given(report_.replaced_by->number))
+                                                       : words("say.superseded_plainly"));
+    if (is_draft(report_) || report_.simulated || report_.state == ReportState::superseded) return;
+    statement(report_.title.empty() ? words("title.report") : report_.title, "gyrotherm_state", authorised(),
+              [&] { xml_.leaf("dcc:valid", "true"); });
+  }
+
+  /// What was simulated, or is a draft, is traceable to nothing.
+  void traceability() {
+    const bool stated = !report_.traceability.empty() && !is_draft(report_) && !report_.simulated;
+    xml_.element("dcc:statement", {{"refType", "basic_metrologicallyTraceableToSI"}}, [&] {
+      dcc_.text("dcc:name", {"Metrological traceability", "Metrologische Rückführung"});
+      xml_.leaf("dcc:traceable", stated ? "true" : "false");
+      dcc_.text("dcc:declaration", report_.traceability.empty() ? words("label.not_given") : report_.traceability);
+    });
+  }
+
+  void conformity() {
+    const auto verdict = verdict_of(report_);
+    const Texts rule = words(report_.rule == DecisionRule::simple ? "say.rule_simple" : "say.rule_guard_band");
+    statement(words("heading.conformity"), "basic_conformity",
+              verdict ? joined(words(name(*verdict)), ". ", rule) : words("say.no_limits"), [&] {
+                if (verdict && *dcc_verdict(*verdict) != '\0') xml_.leaf("dcc:conformity", dcc_verdict(*verdict));
+              });
+  }
+
+  void revision() {
+    const Texts replaced = joined(words("label.replaces"), ": ", in_no_language(given(report_.replaces->number)));
+    statement({"Revision", "Änderung"}, "basic_revision",
+              report_.replaces->reason.empty() ? replaced : joined(replaced, ". ", report_.replaces->reason));
+  }
+
+  void document(const ReadableReport& pdf) {
+    xml_.element("dcc:document", [&] {
+      dcc_.text("dcc:name", {"The report for people", "Der Bericht für Menschen"});
+      xml_.leaf("dcc:fileName", given(pdf.name));
+      xml_.leaf("dcc:mimeType", "application/pdf");
+      xml_.leaf("dcc:dataBase64", plot::base64(pdf.bytes));
+    });
+  }
+
+  const CalibrationReport& report_;
+  const DccOptions& options_;
+  DccText dcc_;
+  XmlText& xml_;
+};
+
+}  // namespace
+
+Result<std::string> dcc_of(const CalibrationReport& report, const DccOptions& options) {
+  const auto names = lacking(report);
+  if (!is_draft(report) && !names.empty())
+    return failure(FaultKind::bad_file, kCalibrationFile,
+                   fmt::format("a report that is no draft must have {}", fmt::join(names, ", ")));
+  return Certificate(report, options).whole();
+}
+
+}  // namespace gyrotherm::report

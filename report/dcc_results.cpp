@@ -1,0 +1,507 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What was measured, as the certificate has it: by what method, with which equipment, under which conditions, and each
+/// axis' tables.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/dcc.hpp"
+#include "report/dcc_text.hpp"
+#include "report/dsi.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+/// A column of a table, as the certificate has it.
+struct DccColumn {
+  Texts name;
+  std::string ref_type;
+  std::string unit;
+  std::vector<ReportedValue> values;
+  std::vector<std::string> units{};  ///< of each value, where they are not one
+};
+
+/// A column of words.
+struct DccWords {
+  Texts name;
+  std::string ref_type;
+  std::vector<std::string> values;
+};
+
+struct DccTable {
+  std::vector<DccWords> words;
+  std::vector<DccColumn> columns;
+  std::vector<DccColumn> singles{};  ///< what the table comes to, a value each
+  [[nodiscard]] std::size_t rows() const {
+    return !columns.empty() ? columns.front().values.size() : words.empty() ? 0 : words.front().values.size();
+  }
+};
+
+/// How much of each column is known in a row.
+std::vector<Certainty> pattern_of(const DccTable& table, std::size_t row) {
+  std::vector<Certainty> pattern;
+  for (const DccColumn& column : table.columns) pattern.push_back(certainty_of(column.values[row]));
+  return pattern;
+}
+
+struct RowsAlike {
+  std::vector<Certainty> pattern;
+  std::vector<std::size_t> rows;
+};
+
+/// The rows of which as much is known, in the order of the first of each. In a list of D-SI every column has as many
+/// values, and a value is a number: so what is not known is not written, and rows with and without it are lists apart.
+std::vector<RowsAlike> rows_alike(const DccTable& table) {
+  std::vector<RowsAlike> groups;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const auto pattern = pattern_of(table, row);
+    auto group = std::ranges::find(groups, pattern, &RowsAlike::pattern);
+    if (group == groups.end()) group = groups.insert(groups.end(), {pattern, {}});
+    group->rows.push_back(row);
+  }
+  return groups;
+}
+
+template <class T>
+std::vector<T> at(const std::vector<T>& values, const std::vector<std::size_t>& rows) {
+  std::vector<T> picked;
+  for (const std::size_t row : rows) picked.push_back(values[row]);
+  return picked;
+}
+
+std::string run_of(const std::string& run) { return run.empty() ? "" : "record " + run; }
+
+/// The keys of the table of words are letters, digits and underscores: a word of a list of refTypes.
+std::string own_type(std::string_view key) {
+  std::string type = "gyrotherm_";
+  for (const char c : key) type += c == ' ' || c == '\n' || c == '\t' ? '_' : c;
+  return type;
+}
+
+std::string type_of_quantity(const std::string& quantity) {
+  if (quantity == "set_point") return "basic_nominalValue " + own_type(quantity);
+  return "basic_measuredValue " + own_type(quantity);
+}
+
+std::string type_of_stage(Stage stage) {
+  switch (stage) {
+    case Stage::uncompensated: return "gyrotherm_uncompensated";
+    case Stage::as_found: return "basic_beforeAdjustment gyrotherm_as_found";
+    case Stage::as_left: return "basic_afterAdjustment gyrotherm_as_left";
+  }
+  return "";
+}
+
+class MeasurementResults {
+ public:
+  explicit MeasurementResults(DccText& dcc) : report_(dcc.report()), dcc_(dcc), xml_(dcc.xml()) {}
+
+  void write() {
+    xml_.element("dcc:measurementResults", [&] {
+      xml_.element("dcc:usedMethods", [&] { methods(); });
+      xml_.element("dcc:usedSoftware", [&] { software(); });
+      if (!report_.equipment.empty()) xml_.element("dcc:measuringEquipments", [&] { equipment(); });
+      if (!report_.influences.empty()) xml_.element("dcc:influenceConditions", [&] { influences(); });
+      if (!report_.files.empty()) xml_.element("dcc:measurementMetaData", [&] { files(); });
+      for (const std::string& axis : axes()) result_of_axis(axis);
+    });
+  }
+
+ private:
+  // What all axes have in common
+
+  void methods() {
+    xml_.element("dcc:usedMethod", {{"refType", "gyrotherm_method"}}, [&] {
+      dcc_.text("dcc:name", {"Bias of a gyro at rest over temperature",
+                             "Nullpunktabweichung eines ruhenden Kreisels "
+                             "über der Temperatur"});
+      if (!report_.method.empty()) dcc_.text("dcc:description", report_.method);
+      xml_.leaf("dcc:norm", "IEEE Std 952-2020, 6.6");
+      xml_.element("dcc:usedMethodQuantities", [&] {
+        dcc_.quantity(words("label.cluster_length"), "gyrotherm_clusterLength", "s",
+                      {{.value = report_.cluster_length_s}}, "dcc:usedMethodQuantity");
+      });
+    });
+    method("gyrotherm_biasZero", words("label.bias_zero"),
+           joined(report_.bias_zero.empty() ? words("label.not_given") : words_if_any(report_.bias_zero), ". ",
+                  words("say.bias")),
+           {});
+    method("gyrotherm_stages", words("column.stage"), words("say.stages"), {});
+    method("basic_methodMeasurementUncertainty", words("heading.uncertainty"), words("say.coverage"), "JCGM 100:2008");
+    method("gyrotherm_decisionRule", words("label.rule"),
+           words(report_.rule == DecisionRule::simple ? "say.rule_simple" : "say.rule_guard_band"), "ILAC-G8:09/2019");
+    for (const Deviation& deviation : report_.deviations) departure(deviation);
+  }
+
+  void method(const char* ref_type, const Texts& name, const Texts& description, const std::string& norm) {
+    xml_.element("dcc:usedMethod", {{"refType", ref_type}}, [&] {
+      dcc_.text("dcc:name", name);
+      dcc_.text("dcc:description", description);
+      if (!norm.empty()) xml_.leaf("dcc:norm", norm);
+    });
+  }
+
+  /// Where the method was not followed (ISO/IEC 17025:2017, 7.8.2.1 n).
+  void departure(const Deviation& deviation) {
+    xml_.element("dcc:usedMethod", {{"refType", "gyrotherm_deviation " + own_type(deviation.kind)}}, [&] {
+      dcc_.text("dcc:name", words_if_any(deviation.kind));
+      std::vector<std::string> parts{deviation.utc, run_of(deviation.run), deviation.text};
+      std::erase(parts, "");
+      if (!parts.empty()) dcc_.text("dcc:description", in_no_language(fmt::format("{}", fmt::join(parts, ": "))));
+      if (!std::isfinite(deviation.seconds)) return;
+      xml_.element("dcc:usedMethodQuantities", [&] {
+        dcc_.quantity(words("duration"), "gyrotherm_duration", "s", {{.value = deviation.seconds}},
+                      "dcc:usedMethodQuantity");
+      });
+    });
+  }
+
+  void software() {
+    xml_.element("dcc:software", [&] {
+      dcc_.proper_name("dcc:name", "gyrotherm");
+      xml_.leaf("dcc:release", given(report_.program_version));
+      xml_.leaf("dcc:type", "application");
+      dcc_.text("dcc:description", words("say.source_file", given(report_.program_version)));
+    });
+  }
+
+  void equipment() {
+    for (const Equipment& one : report_.equipment)
+      xml_.element("dcc:measuringEquipment", {{"refType", type_of_equipment(one)}}, [&] {
+        dcc_.proper_name("dcc:name", one.name);
+        dcc_.text("dcc:description", standing_of(one));
+        if (!one.certificate.empty()) xml_.element("dcc:certificate", [&] { certificate(one); });
+        if (!one.serial_number.empty() || !one.channel.empty())
+          xml_.element("dcc:identifications", [&] { identifications(one); });
+        if (std::isfinite(one.standard_uncertainty_k) || std::isfinite(one.drift_k_in_a_year))
+          xml_.element("dcc:measuringEquipmentQuantities", [&] { how_well_known(one); });
+      });
+  }
+
+  static std::string type_of_equipment(const Equipment& one) {
+    const bool is_standard = one.role == "thermometer" || one.role == "reference";
+    return (is_standard ? "basic_measurementStandard " : "") + own_type(one.role);
+  }
+
+  static Texts standing_of(const Equipment& one) {
+    Texts text = words_if_any(one.role);
+    if (!one.calibrated.empty())
+      text = joined(text, "; ", joined(words("column.calibrated"), " ", in_no_language(one.calibrated)));
+    if (!one.due.empty()) text = joined(text, "; ", joined(words("column.due"), " ", in_no_language(one.due)));
+    return one.overdue ? joined(text, "; ", words("label.overdue")) : text;
+  }
+
+  /// The schema wants a hash of the certificate; a laboratory has it on paper.
+  void certificate(const Equipment& one) {
+    dcc_.text("dcc:referral", words("column.certificate"));
+    xml_.leaf("dcc:referralID", given(one.certificate));
+    xml_.leaf("dcc:procedure", "not given");
+    xml_.leaf("dcc:value", "not given");
+    xml_.leaf("dcc:inValidityRange", one.overdue ? "false" : "true");
+  }
+
+  void identifications(const Equipment& one) {
+    if (!one.serial_number.empty())
+      dcc_.identification("manufacturer", one.serial_number, words("label.serial_number"),
+                          {{"refType", "basic_serialNumber"}});
+    if (!one.channel.empty()) dcc_.identification("other", one.channel, words("column.channel"));
+  }
+
+  void how_well_known(const Equipment& one) {
+    const auto kelvins = [&](const Texts& name, const char* ref_type, double value) {
+      if (std::isfinite(value))
+        dcc_.quantity(name, ref_type, "K", {{.value = value}}, "dcc:measuringEquipmentQuantity");
+    };
+    kelvins({"Standard uncertainty of its calibration (k = 1)", "Standardmessunsicherheit der Kalibrierung (k = 1)"},
+            "gyrotherm_standardUncertainty", one.standard_uncertainty_k);
+    kelvins({"Standard uncertainty of its drift in a year (k = 1)",
+             "Standardmessunsicherheit der Drift in einem Jahr (k = 1)"},
+            "gyrotherm_driftInAYear", one.drift_k_in_a_year);
+  }
+
+  void influences() {
+    for (const Influence& influence : report_.influences) {
+      const std::string type = type_of_influence(influence.key);
+      xml_.element("dcc:influenceCondition", {{"refType", type}}, [&] {
+        dcc_.text("dcc:name",
+                  influence.key.empty() && !influence.name.empty() ? influence.name : words_if_any(influence.key));
+        xml_.element("dcc:data", [&] {
+          bound(words("column.low"), type + "Min", influence.unit, influence.low);
+          bound(words("column.high"), type + "Max", influence.unit, influence.high);
+        });
+      });
+    }
+  }
+
+  static std::string type_of_influence(const std::string& key) {
+    if (key.ends_with("_temperature")) return "basic_temperature";
+    if (key == "relative_humidity") return "basic_humidityRelative";
+    return key.empty() ? "gyrotherm_influence" : own_type(key);
+  }
+
+  void bound(const Texts& name, const std::string& ref_type, const std::string& unit, double value) {
+    std::isfinite(value) ? dcc_.quantity(name, ref_type, unit, {{.value = value}})
+                         : dcc_.quantity_as_text(name, ref_type, unit, value);
+  }
+
+  void files() {
+    for (const UsedFile& file : report_.files)
+      xml_.element("dcc:metaData", {{"refType", "gyrotherm_file " + own_type(file.role)}}, [&] {
+        dcc_.text("dcc:name", words_if_any(file.role));
+        std::vector<std::string> parts{given(file.name), run_of(file.id), file.started_utc};
+        if (!file.program_version.empty()) parts.push_back("gyrotherm " + file.program_version);
+        if (file.role == "record") parts.emplace_back(file.chain_verified ? "chain verified" : "chain not verified");
+        std::erase(parts, "");
+        dcc_.text("dcc:description", in_no_language(fmt::format("{}", fmt::join(parts, "; "))));
+        if (!file.sha256.empty()) xml_.leaf("dcc:reference", "SHA-256 " + file.sha256);
+      });
+  }
+
+  // An axis
+
+  /// Those of the item, and what else has a result; at least one.
+  std::vector<std::string> axes() const {
+    std::vector<std::string> all = report_.item.axes;
+    const auto add = [&](const std::string& axis) {
+      if (std::ranges::find(all, axis) == all.end()) all.push_back(axis);
+    };
+    for (const ResultTable& table : report_.results) add(table.axis);
+    for (const ReportedBudget& budget : report_.budgets) add(budget.axis);
+    for (const ComparedModel& model : report_.compared) add(model.axis);
+    for (const Conformity& one : report_.conformity) add(one.axis);
+    if (all.empty()) all.emplace_back();
+    return all;
+  }
+
+  void result_of_axis(const std::string& axis) {
+    const auto place = std::ranges::find(report_.item.axes, axis) - report_.item.axes.begin();
+    const bool is_item = place < std::ssize(report_.item.axes) && !axis.empty();
+    xml_.element("dcc:measurementResult", {{"refId", is_item ? fmt::format("axis-{}", place + 1) : "item"}}, [&] {
+      dcc_.text("dcc:name", axis.empty() ? words("heading.results_of") : words("heading.axis", given(axis)));
+      xml_.element("dcc:results", [&] { results_of_axis(axis); });
+      if (std::ranges::find(report_.conformity, axis, &Conformity::axis) != report_.conformity.end())
+        xml_.element("dcc:measurementMetaData", [&] {
+          for (const Conformity& one : report_.conformity)
+            if (one.axis == axis) write_conformity(dcc_, one, id_of_result(one));
+        });
+    });
+  }
+
+  void results_of_axis(const std::string& axis) {
+    bool any = false;
+    const auto result = [&](const std::string& id, const std::string& ref_type, const Texts& name,
+                            const Texts& description, const DccTable& content) {
+      any = true;
+      xml_.element("dcc:result", {{"id", id}, {"refType", ref_type}}, [&] {
+        dcc_.text("dcc:name", name);
+        if (!description.empty()) dcc_.text("dcc:description", description);
+        xml_.element("dcc:data", [&] { table(content); });
+      });
+    };
+    for (std::size_t i = 0; i < report_.results.size(); ++i)
+      if (const ResultTable& one = report_.results[i]; one.axis == axis)
+        result(fmt::format("result-{}", i + 1), own_type(one.key) + " " + type_of_stage(one.stage), name_of(one),
+               description_of(one), table_of(one));
+    for (const ReportedBudget& budget : report_.budgets)
+      if (budget.axis == axis)
+        result("", "gyrotherm_uncertaintyBudget " + type_of_stage(budget.stage),
+               joined({"Uncertainty budget", "Unsicherheitsbudget"}, ", ", words(name(budget.stage))),
+               words("say.budget"), table_of(budget));
+    if (const DccTable models = compared_on(axis); models.rows() > 0)
+      result("", "gyrotherm_comparedModels", Texts{"Models on the same record", "Modelle auf derselben Aufzeichnung"},
+             words("say.models"), models);
+    if (!any) no_results();
+  }
+
+  void no_results() {
+    xml_.element("dcc:result", [&] {
+      dcc_.text("dcc:name", words("heading.results"));
+      xml_.element("dcc:data", [&] { dcc_.text("dcc:text", words("say.no_results")); });
+    });
+  }
+
+  static Texts name_of(const ResultTable& one) {
+    const Texts key = words_if_any(one.key);
+    return joined(one.detail.empty() ? key : joined(key, " ", in_no_language(one.detail)), ", ",
+                  words(name(one.stage)));
+  }
+
+  static Texts description_of(const ResultTable& one) {
+    const Texts run = in_no_language(run_of(one.run));
+    if (!one.in_sample) return run;
+    return joined(run, run.empty() ? "" : "; ",
+                  {"the model was fitted to this record: it is no verification",
+                   "das Modell wurde an diese Aufzeichnung angepasst: kein Nachweis seiner Güte"});
+  }
+
+  static DccTable table_of(const ResultTable& one) {
+    DccTable table;
+    for (const Column& column : one.columns)
+      table.columns.push_back(
+          {words_if_any(column.quantity), type_of_quantity(column.quantity), column.unit, column.values});
+    return table;
+  }
+
+  static DccTable table_of(const ReportedBudget& budget) {
+    const auto whole = model::combined(budget.budget.rows);
+    DccWords source{words("column.source"), "gyrotherm_source", {}}, of{words("column.channel"), "gyrotherm_of", {}},
+        type{words("column.type"), "gyrotherm_evaluation", {}},
+        distribution{words("column.distribution"), "gyrotherm_distribution", {}},
+        basis{words("label.assumed"), "gyrotherm_assumed", {}},
+        freedom{words("column.nu_i"), "gyrotherm_degreesOfFreedom", {}};
+    DccColumn uncertainty{words("column.u_i"), "gyrotherm_standardUncertainty", "1", {}},
+        sensitivity{words("column.c_i"), "gyrotherm_sensitivity", "1", {}},
+        contribution{words("column.u_i_y"), "gyrotherm_contribution", "°/h", {}};
+    for (const model::BudgetRow& row : budget.budget.rows) {
+      source.values.emplace_back(name(row.source));
+      of.values.push_back(row.of.empty() ? "-" : row.of);
+      type.values.emplace_back(name(row.evaluation));
+      distribution.values.emplace_back(name(row.distribution));
+      basis.values.emplace_back(row.assumed ? "yes" : "no");
+      const std::string unit = unit_of(row.source);
+      uncertainty.values.push_back({.value = row.standard_uncertainty});
+      uncertainty.units.push_back(unit);
+      sensitivity.units.push_back(unit == "°/h" ? "1" : "°/h/" + unit);
+      sensitivity.values.push_back({.value = row.sensitivity});
+      contribution.values.push_back({.value = contribution_deg_per_h(row)});
+      const bool finite = std::isfinite(row.degrees_of_freedom);
+      freedom.values.push_back(finite ? dsi_number(row.degrees_of_freedom) : "infinite");
+    }
+    return {{source, of, type, distribution, basis, freedom},
+            {uncertainty, sensitivity, contribution},
+            {{{"Averaging time", "Mittelungsdauer"},
+              "gyrotherm_averagingTime",
+              "s",
+              {{.value = budget.budget.averaging_s}}},
+             {words("budget.combined"),
+              "gyrotherm_combinedStandardUncertainty",
+              "°/h",
+              {{.value = whole.standard_deg_per_h}}},
+             {{"Expanded uncertainty U", "Erweiterte Messunsicherheit U"},
+              "gyrotherm_expandedUncertainty",
+              "°/h",
+              {{.value = whole.expanded_deg_per_h}}},
+             {{"Coverage factor k", "Erweiterungsfaktor k"},
+              "gyrotherm_coverageFactor",
+              "1",
+              {{.value = whole.coverage_factor}}}}};
+  }
+
+  DccTable compared_on(const std::string& axis) const {
+    DccWords inputs{words("column.inputs"), "gyrotherm_inputs", {}},
+        method{words("column.method"), "gyrotherm_modelMethod", {}},
+        standing{words("column.model_role"), "gyrotherm_standing", {}};
+    DccColumn rmse{words("rmse"), "gyrotherm_rmse", "°/h", {}}, std{words("std"), "gyrotherm_std", "°/h", {}},
+        expanded{in_no_language("U"), "gyrotherm_expandedUncertainty", "°/h", {}};
+    for (const ComparedModel& model : report_.compared) {
+      if (model.axis != axis) continue;
+      std::vector<const char*> roles;
+      if (model.left) roles.push_back("left");
+      if (model.recommended) roles.push_back("recommended");
+      if (model.simple) roles.push_back("simple");
+      inputs.values.push_back(model.inputs);
+      method.values.push_back(model.method);
+      standing.values.push_back(roles.empty() ? "-" : fmt::format("{}", fmt::join(roles, ",")));
+      rmse.values.push_back({.value = model.rmse_deg_per_h});
+      std.values.push_back({.value = model.std_deg_per_h});
+      expanded.values.push_back({.value = model.expanded_deg_per_h});
+    }
+    return {.words = {inputs, method, standing}, .columns = {rmse, std, expanded}};
+  }
+
+  // Tables
+
+  void table(const DccTable& table) {
+    bool any = false;
+    for (const RowsAlike& group : rows_alike(table)) {
+      const bool known = !std::ranges::all_of(group.pattern, [](Certainty one) { return one == Certainty::nothing; });
+      if (!known && table.words.empty()) continue;
+      any = true;
+      xml_.element("dcc:list", {{"refType", "basic_measurementTable"}}, [&] { list(table, group); });
+    }
+    for (const DccColumn& one : table.singles)
+      if (certainty_of(one.values.front()) != Certainty::nothing)
+        dcc_.quantity(one.name, one.ref_type, one.unit, one.values);
+    if (!any) dcc_.text("dcc:text", words("label.not_known"));
+  }
+
+  void list(const DccTable& table, const RowsAlike& group) {
+    Texts unknown;
+    for (std::size_t i = 0; i < table.columns.size(); ++i)
+      if (group.pattern[i] == Certainty::nothing)
+        unknown = unknown.empty() ? table.columns[i].name : joined(unknown, ", ", table.columns[i].name);
+    if (!unknown.empty()) dcc_.text("dcc:description", joined(words("label.not_known"), ": ", unknown));
+    for (const DccWords& column : table.words)
+      dcc_.quantity_of_words(column.name, column.ref_type, at(column.values, group.rows));
+    for (std::size_t i = 0; i < table.columns.size(); ++i)
+      if (const DccColumn& column = table.columns[i]; group.pattern[i] != Certainty::nothing)
+        column.units.empty()
+            ? dcc_.quantity(column.name, column.ref_type, column.unit, at(column.values, group.rows))
+            : dcc_.quantity(column.name, column.ref_type, at(column.units, group.rows), at(column.values, group.rows));
+  }
+
+  std::string id_of_result(const Conformity& one) const {
+    for (std::size_t i = 0; i < report_.results.size(); ++i) {
+      const ResultTable& table = report_.results[i];
+      const std::string_view quantity = one.quantity;
+      const bool is_it = table.axis == one.axis && table.stage == one.stage && table.run == one.run &&
+                         quantity.starts_with(table.key + ".") &&
+                         find_column(table, quantity.substr(table.key.size() + 1)) != nullptr;
+      if (is_it) return fmt::format("result-{}", i + 1);
+    }
+    return {};
+  }
+
+  const CalibrationReport& report_;
+  DccText& dcc_;
+  XmlText& xml_;
+};
+
+/// "compensated_mean.compensated_bias" → "Mean compensated bias, …": of key and quantity.
+Texts name_of_limit(const Conformity& one) {
+  const auto dot = one.quantity.find('.');
+  const std::string key = one.quantity.substr(0, dot);
+  const std::string quantity = dot == std::string::npos ? "" : one.quantity.substr(dot + 1);
+  const Texts name_of_key = words_if_any(key);
+  return joined(quantity.empty() ? name_of_key : joined(name_of_key, ": ", words_if_any(quantity)), ", ",
+                words(name(one.stage)));
+}
+
+}  // namespace
+
+const char* dcc_verdict(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::pass: return "pass";
+    case Verdict::conditional_pass: return "conditionalPass";
+    case Verdict::conditional_fail: return "conditionalFail";
+    case Verdict::fail: return "fail";
+    case Verdict::not_known: return "";
+  }
+  return "";
+}
+
+void write_conformity(DccText& dcc, const Conformity& conformity, const std::string& result_id) {
+  XmlText& xml = dcc.xml();
+  xml.element("dcc:metaData", {{"refId", result_id}, {"refType", "basic_conformity"}}, [&] {
+    dcc.text("dcc:name", name_of_limit(conformity));
+    dcc.text("dcc:declaration",
+             joined(words(name(conformity.verdict)), ". ",
+                    words(conformity.rule == DecisionRule::simple ? "say.rule_simple" : "say.rule_guard_band")));
+    if (*dcc_verdict(conformity.verdict) != '\0') xml.leaf("dcc:conformity", dcc_verdict(conformity.verdict));
+    xml.element("dcc:data", [&] {
+      if (certainty_of(conformity.value) != Certainty::nothing)
+        dcc.quantity(words("column.value"), "basic_measuredValue", conformity.unit, {conformity.value});
+      const Texts limit = words("column.limit");
+      dcc.quantity(limit, "basic_acceptanceLimitUpper", conformity.unit, {{.value = conformity.limit}});
+      dcc.quantity(limit, "basic_acceptanceLimitLower", conformity.unit, {{.value = -conformity.limit}});
+      if (std::isfinite(conformity.probability))
+        dcc.quantity(words("column.probability"), "gyrotherm_probabilityWithin", "1",
+                     {{.value = conformity.probability}});
+    });
+  });
+}
+
+void write_measurement_results(DccText& dcc) { MeasurementResults(dcc).write(); }
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/document.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "report/document_parts.hpp"
+
+namespace gyrotherm::report {
+
+void DocumentWriter::heading(std::string_view key) {
+  add(Heading{.text = word_of(key), .id = std::string(key.substr(key.find('.') + 1))});
+}
+
+void DocumentWriter::subheading(std::string text, std::string id) {
+  add(Heading{.text = std::move(text), .sub = true, .id = std::move(id)});
+}
+
+void DocumentWriter::paragraph(std::string text, Paragraph::Style style) {
+  if (!text.empty()) add(Paragraph{style, std::move(text)});
+}
+
+void DocumentWriter::table(DocumentTable table) {
+  if (table.rows.empty()) return;
+  for ([[maybe_unused]] const auto& row : table.rows) assert(row.size() == table.header.size());
+  add(std::move(table));
+}
+
+void DefinitionsWriter::line(std::string_view label_key, std::string value) {
+  if (!value.empty()) made_.lines.emplace_back(writer_.word_of(label_key), std::move(value));
+}
+
+void DefinitionsWriter::line_of_duty(std::string_view label_key, std::string value) {
+  line(label_key, value.empty() ? writer_.word_of("label.not_given") : std::move(value));
+}
+
+std::string coverage_note(Language language, const ReportedValue& value) {
+  if (!std::isfinite(value.value) || !(value.expanded() > 0)) return {};
+  std::string note = "k\u00a0=\u00a0" + format_number(language, value.coverage_factor, 2);
+  if (std::isfinite(value.degrees_of_freedom))
+    note += ", ν\u00a0=\u00a0" + format_number(language, std::floor(value.degrees_of_freedom), 0);
+  return note;
+}
+
+std::string quantity_in_a_sentence(Language language, const ReportedValue& value, std::string_view unit) {
+  std::string text = format(language, value);
+  const bool has_u = std::isfinite(value.expanded()) && value.expanded() > 0;
+  if (has_u && !text.starts_with('(')) text = "(" + text + ")";
+  if (const std::string printed = format_unit(unit); !printed.empty()) text += "\u00a0" + printed;
+  if (has_u) text += " (k\u00a0=\u00a0" + format_number(language, value.coverage_factor, 2) + ")";
+  return text;
+}
+
+std::string record_label(const CalibrationReport& report, const std::string& run) {
+  int number = 0, found = 0;
+  for (const UsedFile& file : report.files) {
+    if (file.role != "record") continue;
+    ++number;
+    if (file.id == run) found = number;
+  }
+  if (number < 2 || run.empty()) return {};
+  return found > 0 ? fmt::format("R{}", found) : run.substr(0, 8);
+}
+
+std::vector<std::string> axes_of(const CalibrationReport& report) {
+  std::vector<std::string> axes = report.item.axes;
+  const auto take = [&](const std::string& axis) {
+    if (std::ranges::find(axes, axis) == axes.end()) axes.push_back(axis);
+  };
+  for (const ResultTable& table : report.results) take(table.axis);
+  for (const FigureData& figure : report.figures) take(figure.axis);
+  return axes;
+}
+
+std::string axis_heading(const DocumentWriter& writer, const std::string& axis) {
+  return axis.empty() ? writer.word_of("heading.results_of") : writer.say("heading.axis", axis);
+}
+
+const ResultTable* result_of(const CalibrationReport& report, std::string_view key, std::string_view axis,
+                             Stage stage) {
+  const ResultTable* best = nullptr;
+  const auto rank = [](const ResultTable& table) { return (table.in_sample ? 0 : 2) + (table.run.empty() ? 1 : 0); };
+  for (const ResultTable& table : report.results) {
+    if (table.key != key || table.axis != axis || table.stage != stage) continue;
+    if (best == nullptr || rank(table) > rank(*best)) best = &table;
+  }
+  return best;
+}
+
+namespace {
+
+std::string title_of(const DocumentWriter& writer) {
+  const std::string own = in(writer.language, writer.report.title);
+  const std::string title = own.empty() ? writer.word_of("title.report") : own;
+  return writer.report.state == ReportState::draft ? writer.say("title.draft", title) : title;
+}
+
+std::string mark_of(const DocumentWriter& writer) {
+  std::string mark;
+  const auto join = [&](std::string_view key) { mark += (mark.empty() ? "" : " · ") + writer.word_of(key); };
+  if (writer.report.state == ReportState::draft) join("mark.draft");
+  if (writer.report.simulated) join("mark.simulated");
+  if (writer.report.state == ReportState::superseded) join("mark.superseded");
+  return mark;
+}
+
+/// "Table 3: …" and "Figure 2: …", each counted from 1.
+void number_captions(const DocumentWriter& writer, std::vector<Block>& blocks) {
+  int tables = 0, figures = 0;
+  for (Block& block : blocks) {
+    if (auto* table = std::get_if<DocumentTable>(&block))
+      table->caption = fmt::format("{} {}: {}", writer.word_of("title.table"), ++tables, table->caption);
+    if (auto* figure = std::get_if<DocumentFigure>(&block))
+      figure->caption = fmt::format("{} {}: {}", writer.word_of("title.figure"), ++figures, figure->caption);
+  }
+}
+
+}  // namespace
+
+Document document_of(const CalibrationReport& report, Language language) {
+  DocumentWriter writer(report, language);
+  add_summary(writer);
+  add_identification(writer);
+  add_method(writer);
+  add_equipment(writer);
+  add_results(writer);
+  add_uncertainty(writer);
+  add_conformity(writer);
+  add_deviations(writer);
+  add_files(writer);
+  add_statements(writer);
+  number_captions(writer, writer.blocks);
+  return {.language = language,
+          .title = title_of(writer),
+          .number = report.number.empty() ? "–" : report.number,
+          .laboratory = report.laboratory.name,
+          .logo = report.logo,
+          .mark = mark_of(writer),
+          .end = report.number.empty() ? writer.word_of("title.end") : writer.say("title.end_of", report.number),
+          .page_of = writer.word_of("title.page_of"),
+          .blocks = std::move(writer.blocks)};
+}
+
+}  // namespace gyrotherm::report

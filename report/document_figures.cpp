@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "plot/plot.hpp"
+#include "plot/svg.hpp"
+#include "report/document_parts.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+/// With more lines than these a legend has no room for what all have in common.
+constexpr std::size_t kFewLines = 4;
+constexpr std::size_t kLongestName = 28;
+/// Points of a line that goes back and forth in x, as the bias over temperature does.
+constexpr std::size_t kMostLoopPoints = 1500;
+
+bool differ(const FigureData& figure, auto FigureLine::*member) {
+  return std::ranges::any_of(figure.lines,
+                             [&](const FigureLine& line) { return line.*member != figure.lines.front().*member; });
+}
+
+std::string shortened(const std::string& name) {
+  std::size_t letters = 0, end = 0;
+  for (; end < name.size() && letters <= kLongestName; ++end)
+    if ((static_cast<unsigned char>(name[end]) & 0xC0) != 0x80) ++letters;
+  if (letters <= kLongestName) return name;
+  while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0) == 0x80) --end;
+  return name.substr(0, end) + "…";
+}
+
+/// A line that goes back and forth: the least and the greatest y of so many stretches of it, in their order.
+plot::Points thinned_loop(const std::vector<double>& x, const std::vector<double>& y) {
+  if (x.size() <= kMostLoopPoints) return {x, y};
+  std::vector<double> order(x.size());
+  for (std::size_t k = 0; k < order.size(); ++k) order[k] = static_cast<double>(k);
+  plot::Points kept = plot::decimate(order, y, kMostLoopPoints / 2);
+  for (double& at : kept.x) at = x[static_cast<std::size_t>(at)];
+  return kept;
+}
+
+plot::Marker marker_of(const FigureLine& line) {
+  switch (line.stage) {
+    case Stage::uncompensated: return plot::Marker::circle;
+    case Stage::as_found: return plot::Marker::square;
+    case Stage::as_left: return plot::Marker::diamond;
+  }
+  return plot::Marker::circle;
+}
+
+plot::Curve curve_of(const FigureData& figure, std::size_t index, std::string name) {
+  const FigureLine& line = figure.lines[index];
+  plot::Curve curve{.name = std::move(name), .colour = line_colour(figure, index), .x = line.x, .y = line.y};
+  curve.width_px = line.stage == Stage::as_left ? 1.6 : 1.2;
+  curve.dashed = line_is_dashed(line);
+  curve.error = line.error;
+  if (figure.logarithmic) curve.marker = marker_of(line);
+  if (!std::ranges::is_sorted(line.x)) {
+    plot::Points kept = thinned_loop(line.x, line.y);
+    curve.x = std::move(kept.x);
+    curve.y = std::move(kept.y);
+    curve.error.clear();
+  }
+  return curve;
+}
+
+plot::AxisStyle axis_style(const DocumentWriter& writer, const std::string& key, const std::string& unit,
+                           bool logarithmic) {
+  return {.title = with_unit(writer.word_of(key), unit), .logarithmic = logarithmic};
+}
+
+std::string caption_of(const DocumentWriter& writer, const FigureData& figure) {
+  std::string caption = writer.word_of(figure.key);
+  if (!figure.axis.empty()) caption += ", " + figure.axis;
+  if (const std::string record = record_label(writer.report, figure.run); !record.empty()) caption += ", " + record;
+  const bool has_errors = std::ranges::any_of(figure.lines, [](const FigureLine& line) { return !line.error.empty(); });
+  return has_errors ? caption + ". " + writer.word_of("say.error_bars") : caption;
+}
+
+std::string svg_of(const DocumentWriter& writer, const FigureData& figure, const std::string& id,
+                   const std::string& caption) {
+  plot::Plot plot{.id = id,
+                  .title = caption,
+                  .x = axis_style(writer, figure.x_key, figure.x_unit, figure.logarithmic),
+                  .simulated = writer.report.simulated,
+                  .language = {.decimal_comma = writer.language == Language::german,
+                               .simulated = writer.word_of("mark.simulated")}};
+  plot::Panel panel;
+  panel.left = axis_style(writer, figure.y_key, figure.y_unit, figure.logarithmic);
+  for (std::size_t k = 0; k < figure.lines.size(); ++k)
+    panel.curves.push_back(curve_of(figure, k, shortened(line_name(writer.language, figure, k))));
+  plot.panels.push_back(std::move(panel));
+  return plot::svg_of(plot);
+}
+
+}  // namespace
+
+std::string line_colour(const FigureData& figure, std::size_t index) {
+  const FigureLine& line = figure.lines[index];
+  if (line.key == "set_point") return plot::colour::kSetPoint;
+  if (line.key == "temperature") return plot::palette(index);
+  switch (line.stage) {
+    case Stage::uncompensated: return line.key == "fit" ? plot::colour::kInk : plot::colour::kFaintInk;
+    case Stage::as_found: return plot::colour::kThreePoint;
+    case Stage::as_left: return plot::colour::kBias;
+  }
+  return plot::colour::kInk;
+}
+
+bool line_is_dashed(const FigureLine& line) {
+  return line.key == "set_point" || line.key == "fit" || line.stage == Stage::as_found;
+}
+
+std::string line_name(Language language, const FigureData& figure, std::size_t index) {
+  const FigureLine& line = figure.lines[index];
+  std::string name;
+  const auto join = [&](std::string_view part) { name += (name.empty() ? "" : " ") + std::string(part); };
+  const bool crowded = figure.lines.size() > kFewLines && !line.detail.empty();
+  const bool has_stages = differ(figure, &FigureLine::stage);
+  const bool has_keys = differ(figure, &FigureLine::key);
+  if (!crowded && (has_keys || (!has_stages && line.detail.empty()))) join(word(language, line.key));
+  if (!line.detail.empty()) join(line.detail);
+  if (!has_stages) return name;
+  const std::string_view stage = word(language, report::name(line.stage));
+  if (name.empty()) return std::string(stage);
+  return line.key == "set_point" || line.key == "temperature" ? name : name + ", " + std::string(stage);
+}
+
+void add_figures(DocumentWriter& writer, const std::string& axis) {
+  const std::vector<FigureData>& all = writer.report.figures;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const FigureData& figure = all[k];
+    if (figure.axis != axis || figure.lines.empty()) continue;
+    const std::string id = fmt::format("figure-{}", k + 1);
+    const std::string caption = caption_of(writer, figure);
+    writer.add(DocumentFigure{id, caption, svg_of(writer, figure, id, caption), figure});
+  }
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "report/document_parts.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+constexpr std::array kStages = {Stage::uncompensated, Stage::as_found, Stage::as_left};
+
+std::size_t index_of(Stage stage) { return static_cast<std::size_t>(stage); }
+
+/// The tables of one record that say the same of each stage.
+struct OfOneRecord {
+  std::string run;
+  std::array<const ResultTable*, kStages.size()> of_stage{};
+  [[nodiscard]] const ResultTable& any() const {
+    return **std::ranges::find_if(of_stage, [](auto* t) { return t; });
+  }
+};
+
+/// What stands side by side: tables of one key and one detail, of all records and stages.
+struct SideBySide {
+  std::vector<OfOneRecord> records;
+  [[nodiscard]] const ResultTable& any() const { return records.front().any(); }
+};
+
+std::size_t rows_of(const ResultTable& table) {
+  return table.columns.empty() ? 0 : table.columns.front().values.size();
+}
+
+bool same_number(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+bool same_values(const Column& a, const Column& b) {
+  return std::ranges::equal(a.values, b.values, [](const ReportedValue& x, const ReportedValue& y) {
+    return same_number(x.value, y.value) && same_number(x.standard_uncertainty, y.standard_uncertainty);
+  });
+}
+
+bool same_shape(const ResultTable& a, const ResultTable& b) {
+  return rows_of(a) == rows_of(b) && std::ranges::equal(a.columns, b.columns, [](const Column& x, const Column& y) {
+           return x.quantity == y.quantity && x.unit == y.unit;
+         });
+}
+
+/// Puts a table beside its like; false if there is none, or its place is taken.
+bool put_beside(SideBySide& beside, const ResultTable& table) {
+  const ResultTable& other = beside.any();
+  if (other.key != table.key || other.detail != table.detail || !same_shape(other, table)) return false;
+  auto record = std::ranges::find(beside.records, table.run, &OfOneRecord::run);
+  if (record == beside.records.end())
+    record = beside.records.insert(beside.records.end(), OfOneRecord{.run = table.run});
+  const ResultTable*& place = record->of_stage.at(index_of(table.stage));
+  if (place != nullptr) return false;
+  place = &table;
+  return true;
+}
+
+std::vector<SideBySide> side_by_side(const CalibrationReport& report, Group group, const std::string& axis) {
+  std::vector<SideBySide> all;
+  for (const ResultTable* table : results_of(report, group)) {
+    if (table->axis != axis) continue;
+    if (std::ranges::any_of(all, [&](SideBySide& one) { return put_beside(one, *table); })) continue;
+    OfOneRecord record{.run = table->run};
+    record.of_stage.at(index_of(table->stage)) = table;
+    all.push_back({{record}});
+  }
+  return all;
+}
+
+/// A quantity that says for what a row is: a set point. It is one if it is the same at each stage.
+bool is_condition(const SideBySide& beside, const std::string& quantity) {
+  static const std::set<std::string> kConditions = {"set_point", "starts", "within", "temperature", "nominal_share"};
+  if (!kConditions.contains(quantity)) return false;
+  for (const OfOneRecord& record : beside.records)
+    for (const ResultTable* table : record.of_stage)
+      if (table != nullptr && !same_values(*find_column(*table, quantity), *find_column(record.any(), quantity)))
+        return false;
+  return true;
+}
+
+struct Quantities {
+  std::vector<std::string> conditions, results;
+};
+
+/// Where all are conditions the last one is the result.
+Quantities quantities_of(const SideBySide& beside) {
+  Quantities found;
+  for (const Column& column : beside.any().columns)
+    (is_condition(beside, column.quantity) ? found.conditions : found.results).push_back(column.quantity);
+  if (found.results.empty() && !found.conditions.empty()) {
+    found.results.push_back(found.conditions.back());
+    found.conditions.pop_back();
+  }
+  return found;
+}
+
+Cell value_cell(const DocumentWriter& writer, const ReportedValue& value, bool in_sample) {
+  Cell cell{.text = format(writer.language, value), .note = coverage_note(writer.language, value)};
+  if (in_sample) cell.note += (cell.note.empty() ? "" : "; ") + writer.word_of("label.in_sample");
+  return cell;
+}
+
+std::string key_with_detail(const DocumentWriter& writer, const ResultTable& table) {
+  const std::string key = writer.word_of(table.key);
+  return table.detail.empty() ? key : key + " " + table.detail;
+}
+
+/// Whether one name says the other too: "Stabilised bias" says "Bias". Of letters beyond ASCII the case counts.
+bool says(const std::string& name, const std::string& part) {
+  const auto same = [](char a, char b) {
+    return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
+  };
+  return !std::ranges::search(name, part, same).empty();
+}
+
+/// "Temperature sensitivity / (°/(h·K))"; where a key has more quantities than one, "Whole run: Mean / (°/h)".
+std::string quantity_name(const DocumentWriter& writer, const SideBySide& beside, const std::string& quantity) {
+  const ResultTable& table = beside.any();
+  const Column& column = *find_column(table, quantity);
+  const std::string key = key_with_detail(writer, table), own = writer.word_of(quantity);
+  return with_unit(says(key, own) ? key : key + ": " + own, column.unit);
+}
+
+/// A table of results as it grows: its own columns, then one for each stage.
+class ResultsTable {
+ public:
+  ResultsTable(const DocumentWriter& writer, const std::vector<const SideBySide*>& of) : writer_(writer) {
+    for (const SideBySide* beside : of)
+      for (const OfOneRecord& record : beside->records) take(record);
+    with_record_ = runs_.size() > 1;
+    with_quantity_ = of.size() > 1 || quantities_of(*of.front()).results.size() > 1;
+    start(*of.front());
+    for (const SideBySide* beside : of) add(*beside);
+  }
+
+  [[nodiscard]] DocumentTable finish(std::string caption) && {
+    table_.caption = std::move(caption);
+    return std::move(table_);
+  }
+  [[nodiscard]] bool with_quantity() const { return with_quantity_; }
+
+ private:
+  void take(const OfOneRecord& record) {
+    runs_.insert(record.run);
+    for (const Stage stage : kStages)
+      if (record.of_stage.at(index_of(stage)) != nullptr) stages_.insert(stage);
+  }
+  void start(const SideBySide& first) {
+    if (with_quantity_) table_.header.push_back(writer_.word_of("column.quantity"));
+    if (with_record_) table_.header.push_back(writer_.word_of("column.record"));
+    table_.text_columns = table_.header.size();
+    for (const std::string& condition : quantities_of(first).conditions)
+      table_.header.push_back(with_unit(writer_.word_of(condition), find_column(first.any(), condition)->unit));
+    for (const Stage stage : stages_) table_.header.push_back(writer_.word_of(name(stage)));
+  }
+  void add(const SideBySide& beside) {
+    const Quantities quantities = quantities_of(beside);
+    for (const std::string& quantity : quantities.results)
+      for (const OfOneRecord& record : beside.records)
+        for (std::size_t row = 0; row < rows_of(record.any()); ++row)
+          add_row(beside, record, quantities.conditions, quantity, row);
+  }
+  void add_row(const SideBySide& beside, const OfOneRecord& record, const std::vector<std::string>& conditions,
+               const std::string& quantity, std::size_t row) {
+    std::vector<Cell> cells;
+    if (with_quantity_) cells.push_back({.text = quantity_name(writer_, beside, quantity)});
+    if (with_record_) cells.push_back({.text = record_label(writer_.report, record.run)});
+    for (const std::string& condition : conditions)
+      cells.push_back(value_cell(writer_, find_column(record.any(), condition)->values[row], false));
+    for (const Stage stage : stages_) {
+      const ResultTable* table = record.of_stage.at(index_of(stage));
+      cells.push_back(table == nullptr
+                          ? Cell{.text = "–"}
+                          : value_cell(writer_, find_column(*table, quantity)->values[row], table->in_sample));
+    }
+    table_.rows.push_back(std::move(cells));
+  }
+
+  const DocumentWriter& writer_;
+  std::set<std::string> runs_{};
+  std::set<Stage> stages_{};
+  bool with_record_{}, with_quantity_{};
+  DocumentTable table_{};
+};
+
+std::string group_name(const DocumentWriter& writer, Group group) {
+  return writer.word_of(std::string("group.") + name(group));
+}
+
+/// "Random drift: Noise floor / (°/h)"; what the quantities name themselves the caption does not.
+std::string caption_of(const DocumentWriter& writer, const SideBySide& beside, bool with_quantity) {
+  const std::string group = group_name(writer, beside.any().group);
+  std::string own = with_quantity ? key_with_detail(writer, beside.any())
+                                  : quantity_name(writer, beside, quantities_of(beside).results.front());
+  return says(own, group) ? own : group + ": " + own;
+}
+
+void add_group(DocumentWriter& writer, Group group, const std::string& axis) {
+  const std::vector<SideBySide> all = side_by_side(writer.report, group, axis);
+  std::vector<const SideBySide*> without_conditions;
+  for (const SideBySide& one : all) {
+    if (one.any().columns.empty()) continue;
+    if (quantities_of(one).conditions.empty()) {
+      without_conditions.push_back(&one);
+      continue;
+    }
+    ResultsTable table(writer, {&one});
+    std::string caption = caption_of(writer, one, table.with_quantity());
+    writer.table(std::move(table).finish(std::move(caption)));
+  }
+  if (without_conditions.empty()) return;
+  ResultsTable table(writer, without_conditions);
+  std::string caption =
+      table.with_quantity() ? group_name(writer, group) : caption_of(writer, *without_conditions.front(), false);
+  writer.table(std::move(table).finish(std::move(caption)));
+}
+
+std::string axis_and_stage(const DocumentWriter& writer, const std::string& axis, Stage stage) {
+  const std::string of_stage = writer.word_of(name(stage));
+  return axis.empty() ? of_stage : axis + ", " + of_stage;
+}
+
+std::string with_unit_behind(std::string number, std::string_view unit) {
+  return number + "\u00a0" + format_unit(unit);
+}
+
+std::string freedom_of(Language language, double degrees_of_freedom) {
+  return std::isfinite(degrees_of_freedom) ? format_number(language, std::floor(degrees_of_freedom), 0) : "∞";
+}
+
+std::vector<Cell> budget_row(const DocumentWriter& writer, const model::BudgetRow& row) {
+  const Language language = writer.language;
+  const std::string unit = model::unit_of(row.source);
+  std::string source = writer.word_of(std::string("source.") + model::name(row.source));
+  if (!row.of.empty()) source += " " + row.of;
+  return {{.text = std::move(source), .note = row.assumed ? writer.word_of("label.assumed") : ""},
+          {.text = model::name(row.evaluation)},
+          {.text = writer.word_of(std::string("distribution.") + model::name(row.distribution))},
+          {.text = with_unit_behind("0", unit)},
+          {.text = with_unit_behind(format_significant(language, row.standard_uncertainty, 2), unit)},
+          {.text = freedom_of(language, row.degrees_of_freedom)},
+          {.text = unit == "°/h" ? format_plain(language, row.sensitivity)
+                                 : with_unit_behind(format_significant(language, row.sensitivity, 2), "°/h/" + unit)},
+          {.text = format_significant(language, model::contribution_deg_per_h(row), 2)}};
+}
+
+/// A last line of a budget: its name, degrees of freedom, and what it comes to.
+std::vector<Cell> budget_sum(std::string text, std::string freedom, std::string value) {
+  std::vector<Cell> row(8);
+  row[0].text = std::move(text);
+  row[5].text = std::move(freedom);
+  row[7].text = std::move(value);
+  return row;
+}
+
+DocumentTable budget_table(const DocumentWriter& writer, const ReportedBudget& reported) {
+  const Language language = writer.language;
+  DocumentTable table{.caption = writer.say("caption.budget", format_plain(language, reported.budget.averaging_s),
+                                            axis_and_stage(writer, reported.axis, reported.stage)),
+                      .header = {},
+                      .text_columns = 3};
+  for (const char* key : {"column.source", "column.type", "column.distribution", "column.estimate", "column.u_i",
+                          "column.nu_i", "column.c_i", "column.u_i_y"})
+    table.header.push_back(writer.word_of(key));
+  for (const model::BudgetRow& row : reported.budget.rows) table.rows.push_back(budget_row(writer, row));
+  const model::CombinedUncertainty combined = model::combined(reported.budget.rows);
+  table.rows.push_back(budget_sum(writer.word_of("budget.combined"), freedom_of(language, combined.degrees_of_freedom),
+                                  format_significant(language, combined.standard_deg_per_h, 2)));
+  table.rows.push_back(budget_sum(writer.say("budget.expanded", format_number(language, combined.coverage_factor, 2)),
+                                  "", format_significant(language, combined.expanded_deg_per_h, 2)));
+  return table;
+}
+
+/// "Mean compensated bias" of "compensated_mean.compensated_bias".
+std::string quantity_of_limit(const DocumentWriter& writer, const std::string& quantity) {
+  const auto dot = quantity.find('.');
+  const std::string key = writer.word_of(quantity.substr(0, dot));
+  if (dot == std::string::npos) return key;
+  const std::string own = writer.word_of(quantity.substr(dot + 1));
+  return says(key, own) ? key : key + ": " + own;
+}
+
+std::vector<Cell> conformity_row(const DocumentWriter& writer, const Conformity& one) {
+  const std::string record = record_label(writer.report, one.run);
+  return {{.text = with_unit(quantity_of_limit(writer, one.quantity), one.unit)},
+          {.text = one.axis.empty() ? "–" : one.axis, .note = record},
+          {.text = writer.word_of(name(one.stage))},
+          verdict_cell(writer, one.verdict),
+          value_cell(writer, one.value, false),
+          {.text = format_plain(writer.language, one.limit)},
+          {.text = format_probability(writer.language, one.probability)}};
+}
+
+}  // namespace
+
+Cell verdict_cell(const DocumentWriter& writer, Verdict verdict) {
+  using Mark = Cell::Mark;
+  const Mark mark = verdict == Verdict::pass ? Mark::pass : verdict == Verdict::fail ? Mark::fail : Mark::caution;
+  return {.mark = mark, .text = writer.word_of(name(verdict))};
+}
+
+void add_result_tables(DocumentWriter& writer, const std::string& axis) {
+  for (const Group group : {Group::turn_on, Group::warm_up, Group::bias, Group::sensitivity, Group::hysteresis,
+                            Group::random_drift, Group::compensation})
+    add_group(writer, group, axis);
+}
+
+void add_results(DocumentWriter& writer) {
+  const CalibrationReport& report = writer.report;
+  writer.heading("heading.results");
+  if (report.results.empty()) writer.paragraph(writer.word_of("say.no_results"));
+  if (!report.results.empty()) {
+    writer.paragraph(writer.word_of("say.stages"));
+    writer.paragraph(writer.word_of("say.coverage") + " " + writer.word_of("say.no_u"));
+  }
+  if (std::ranges::any_of(report.results, &ResultTable::in_sample))
+    writer.paragraph(writer.word_of("say.in_sample"), Paragraph::Style::caution);
+  if (!report.figures.empty()) writer.paragraph(writer.word_of("say.figures"), Paragraph::Style::note);
+  const std::vector<std::string> axes = axes_of(report);
+  for (std::size_t k = 0; k < axes.size(); ++k) {
+    writer.subheading(axis_heading(writer, axes[k]), fmt::format("results-{}", k + 1));
+    add_result_tables(writer, axes[k]);
+    add_figures(writer, axes[k]);
+  }
+}
+
+void add_uncertainty(DocumentWriter& writer) {
+  writer.heading("heading.uncertainty");
+  if (writer.report.budgets.empty()) {
+    writer.paragraph(writer.word_of("say.no_budget"));
+    return;
+  }
+  writer.paragraph(writer.word_of("say.budget"));
+  for (const ReportedBudget& budget : writer.report.budgets) writer.table(budget_table(writer, budget));
+}
+
+void add_conformity(DocumentWriter& writer) {
+  const CalibrationReport& report = writer.report;
+  writer.heading("heading.conformity");
+  if (report.conformity.empty()) {
+    writer.paragraph(writer.word_of("say.no_limits"));
+    return;
+  }
+  writer.paragraph(writer.word_of(std::string("say.rule_") + name(report.rule)));
+  writer.paragraph(writer.word_of("say.probability"));
+  DocumentTable table{.caption = writer.word_of("caption.conformity"), .header = {}, .text_columns = 4};
+  for (const char* key : {"column.quantity", "column.axis", "column.stage", "column.verdict", "column.value",
+                          "column.limit", "column.probability"})
+    table.header.push_back(writer.word_of(key));
+  for (const Conformity& one : report.conformity) table.rows.push_back(conformity_row(writer, one));
+  writer.table(std::move(table));
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "report/document_parts.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+std::string address_of(const Party& party) {
+  std::vector<std::string> lines = party.address;
+  std::string city = party.postal_code;
+  if (!party.city.empty()) city += (city.empty() ? "" : " ") + party.city;
+  if (!city.empty()) lines.push_back(city);
+  if (!party.country.empty()) lines.push_back(party.country);
+  std::string all;
+  for (const std::string& line : lines) all += (all.empty() ? "" : "\n") + line;
+  return all;
+}
+
+void add_party(DocumentWriter& writer, const char* heading_key, const char* id, const Party& party) {
+  writer.subheading(writer.word_of(heading_key), id);
+  DefinitionsWriter lines(writer);
+  lines.line_of_duty("label.name", party.name);
+  lines.line_of_duty("label.address", address_of(party));
+  lines.line("label.email", party.email);
+  lines.line("label.phone", party.phone);
+  writer.add(std::move(lines).finish());
+}
+
+std::string listed(const std::vector<std::string>& texts) { return fmt::format("{}", fmt::join(texts, ", ")); }
+
+void add_item(DocumentWriter& writer) {
+  const CalibratedItem& item = writer.report.item;
+  writer.subheading(writer.word_of("heading.item"), "item");
+  DefinitionsWriter lines(writer);
+  lines.line_of_duty("label.item", in(writer.language, item.description));
+  lines.line_of_duty("label.manufacturer", item.manufacturer);
+  lines.line_of_duty("label.model", item.model);
+  lines.line_of_duty("label.serial_number", item.serial_number);
+  lines.line("label.customers_number", item.customers_number);
+  lines.line("label.name_in_rig", item.name);
+  std::vector<std::string> named = item.axes;
+  std::erase(named, "");
+  lines.line("label.axes", listed(named));
+  lines.line_of_duty("label.condition", in(writer.language, item.condition));
+  writer.add(std::move(lines).finish());
+}
+
+std::string place_of(const DocumentWriter& writer) {
+  const CalibrationReport& report = writer.report;
+  std::string place = report.place_kind.empty() ? "" : writer.word_of(report.place_kind);
+  if (const std::string& own = in(writer.language, report.place); !own.empty())
+    place += (place.empty() ? "" : ": ") + own;
+  return place;
+}
+
+void add_other_report(DefinitionsWriter& lines, const DocumentWriter& writer, const char* label,
+                      const std::optional<OtherReport>& other) {
+  if (!other) return;
+  std::string text = other->number;
+  if (const std::string& reason = in(writer.language, other->reason); !reason.empty()) text += " – " + reason;
+  if (!other->sha256.empty()) text += "\nSHA-256 " + other->sha256;
+  lines.line(label, text);
+}
+
+void add_report_itself(DocumentWriter& writer) {
+  const CalibrationReport& report = writer.report;
+  const Language language = writer.language;
+  writer.subheading(writer.word_of("heading.report"), "report");
+  DefinitionsWriter lines(writer);
+  lines.line_of_duty("label.number", report.number);
+  lines.line("label.state", writer.word_of(name(report.state)));
+  lines.line("label.received", format_day(language, report.received));
+  lines.line_of_duty("label.performed", report.begun.empty() ? ""
+                                        : report.begun == report.ended || report.ended.empty()
+                                            ? format_day(language, report.begun)
+                                            : writer.say("label.from_to", format_day(language, report.begun),
+                                                         format_day(language, report.ended)));
+  lines.line_of_duty("label.issued", format_day(language, report.issued));
+  lines.line_of_duty("label.place", place_of(writer));
+  add_other_report(lines, writer, "label.replaces", report.replaces);
+  add_other_report(lines, writer, "label.replaced_by", report.replaced_by);
+  writer.add(std::move(lines).finish());
+}
+
+DocumentTable influences_table(const DocumentWriter& writer) {
+  DocumentTable table{
+      .caption = writer.word_of("caption.influences"),
+      .header = {writer.word_of("column.influence"), writer.word_of("column.low"), writer.word_of("column.high")}};
+  for (const Influence& influence : writer.report.influences) {
+    const std::string name =
+        influence.key.empty() ? in(writer.language, influence.name) : writer.word_of(influence.key);
+    table.rows.push_back({{.text = with_unit(name, influence.unit)},
+                          {.text = format_plain(writer.language, influence.low)},
+                          {.text = format_plain(writer.language, influence.high)}});
+  }
+  return table;
+}
+
+std::string uncertainty_of(const DocumentWriter& writer, double kelvins) {
+  return std::isfinite(kelvins) ? format_significant(writer.language, kelvins, 2) : "–";
+}
+
+std::vector<Cell> equipment_row(const DocumentWriter& writer, const Equipment& one) {
+  const auto dash = [](std::string text) { return text.empty() ? std::string("–") : text; };
+  const Cell instrument{
+      .text = dash(one.name),
+      .note = one.serial_number.empty() ? "" : writer.word_of("column.serial_number") + " " + one.serial_number};
+  const Cell certificate{.text = dash(one.certificate),
+                         .note = one.calibrated.empty() ? ""
+                                                        : writer.word_of("column.calibrated") + " " +
+                                                              format_day(writer.language, one.calibrated)};
+  const Cell due{.mark = one.overdue ? Cell::Mark::caution : Cell::Mark::none,
+                 .text = dash(format_day(writer.language, one.due)),
+                 .note = one.overdue ? writer.word_of("label.overdue") : ""};
+  const std::string role = writer.word_of(one.role) + (one.channel.empty() ? "" : " " + one.channel);
+  return {{.text = role},
+          instrument,
+          certificate,
+          due,
+          {.text = uncertainty_of(writer, one.standard_uncertainty_k)},
+          {.text = uncertainty_of(writer, one.drift_k_in_a_year)}};
+}
+
+DocumentTable equipment_table(const DocumentWriter& writer) {
+  DocumentTable table{.caption = writer.word_of("caption.equipment"),
+                      .header = {writer.word_of("column.role"), writer.word_of("column.instrument"),
+                                 writer.word_of("column.certificate"), writer.word_of("column.due"),
+                                 writer.word_of("column.equipment_u"), writer.word_of("column.equipment_drift")},
+                      .text_columns = 4};
+  for (const Equipment& one : writer.report.equipment) table.rows.push_back(equipment_row(writer, one));
+  return table;
+}
+
+std::vector<std::string> overdue_ones(const DocumentWriter& writer) {
+  std::vector<std::string> names;
+  for (const Equipment& one : writer.report.equipment)
+    if (one.overdue)
+      names.push_back(one.name.empty() ? writer.word_of(one.role)
+                                       : fmt::format("{} {}", writer.word_of(one.role), one.name));
+  return names;
+}
+
+/// "2026-11-11 03:00:12" of "2026-11-11T03:00:12Z": short, for a column that says UTC.
+std::string instant_in_a_table(std::string utc) {
+  if (utc.size() < 20 || utc[10] != 'T' || !utc.ends_with('Z')) return utc.empty() ? "–" : utc;
+  utc[10] = ' ';
+  return utc.substr(0, 19);
+}
+
+std::vector<Cell> deviation_row(const DocumentWriter& writer, const Deviation& one, bool with_record) {
+  std::vector<Cell> row{{.text = instant_in_a_table(one.utc)}};
+  if (with_record) row.push_back({.text = record_label(writer.report, one.run)});
+  row.push_back({.text = writer.word_of(one.kind)});
+  row.push_back({.text = one.text});
+  row.push_back({.text = format_plain(writer.language, one.seconds)});
+  return row;
+}
+
+Cell chain_cell(const DocumentWriter& writer, const UsedFile& file) {
+  if (file.role != "record") return {.text = "–"};
+  return {.mark = file.chain_verified ? Cell::Mark::pass : Cell::Mark::fail,
+          .text = writer.word_of(file.chain_verified ? "title.yes" : "title.no")};
+}
+
+DocumentTable files_table(const DocumentWriter& writer) {
+  DocumentTable table{
+      .caption = writer.word_of("caption.files"),
+      .header = {writer.word_of("column.file"), writer.word_of("column.hash"), writer.word_of("column.started"),
+                 writer.word_of("column.program"), writer.word_of("column.chain")},
+      .text_columns = 5};
+  for (const UsedFile& file : writer.report.files) {
+    const std::string label = record_label(writer.report, file.id);
+    std::string role = writer.word_of(file.role) + (label.empty() ? "" : " " + label);
+    if (!file.id.empty()) role += ", " + writer.word_of("column.run") + " " + file.id;
+    table.rows.push_back({{.text = file.name, .note = std::move(role)},
+                          {.text = file.sha256},
+                          {.text = instant_in_a_table(file.started_utc)},
+                          {.text = file.program_version.empty() ? "–" : "gyrotherm " + file.program_version},
+                          chain_cell(writer, file)});
+  }
+  return table;
+}
+
+void add_people(DocumentWriter& writer) {
+  const CalibrationReport& report = writer.report;
+  DefinitionsWriter lines(writer);
+  for (const Person& person : report.people)
+    lines.line(person.role, person.email.empty() ? person.name : fmt::format("{}, {}", person.name, person.email));
+  lines.line_of_duty("label.authorised", report.authorised
+                                             ? writer.say("label.authorised_by", report.authorised->name,
+                                                          format_instant(writer.language, report.authorised->utc))
+                                             : writer.word_of("say.not_authorised"));
+  writer.add(std::move(lines).finish());
+}
+
+}  // namespace
+
+void add_identification(DocumentWriter& writer) {
+  writer.heading("heading.identification");
+  add_item(writer);
+  add_party(writer, "heading.customer", "customer", writer.report.customer);
+  add_party(writer, "heading.laboratory", "laboratory", writer.report.laboratory);
+  add_report_itself(writer);
+}
+
+void add_method(DocumentWriter& writer) {
+  const CalibrationReport& report = writer.report;
+  writer.heading("heading.method");
+  writer.paragraph(in(writer.language, report.method));
+  writer.paragraph(writer.word_of("say.bias"));
+  DefinitionsWriter lines(writer);
+  if (!report.bias_zero.empty()) lines.line("label.bias_zero", writer.word_of(report.bias_zero));
+  if (report.cluster_length_s > 0)
+    lines.line("label.cluster_length", format_plain(writer.language, report.cluster_length_s) + "\u00a0s");
+  writer.add(std::move(lines).finish());
+  writer.table(influences_table(writer));
+}
+
+void add_equipment(DocumentWriter& writer) {
+  writer.heading("heading.equipment");
+  writer.paragraph(in(writer.language, writer.report.traceability));
+  if (writer.report.equipment.empty()) writer.paragraph(writer.word_of("say.no_equipment"));
+  if (const auto names = overdue_ones(writer); !names.empty())
+    writer.paragraph(writer.say("say.overdue", listed(names)), Paragraph::Style::caution);
+  writer.table(equipment_table(writer));
+}
+
+void add_deviations(DocumentWriter& writer) {
+  const CalibrationReport& report = writer.report;
+  writer.heading("heading.deviations");
+  if (report.deviations.empty()) writer.paragraph(writer.word_of("say.no_deviations"));
+  const bool with_record = std::ranges::any_of(
+      report.deviations, [&](const Deviation& one) { return !record_label(report, one.run).empty(); });
+  DocumentTable table{.caption = writer.word_of("caption.deviations"),
+                      .header = {writer.word_of("column.when")},
+                      .text_columns = with_record ? 4u : 3u};
+  if (with_record) table.header.push_back(writer.word_of("column.record"));
+  for (const char* key : {"column.kind", "column.text", "column.seconds"}) table.header.push_back(writer.word_of(key));
+  for (const Deviation& one : report.deviations) table.rows.push_back(deviation_row(writer, one, with_record));
+  writer.table(std::move(table));
+}
+
+void add_files(DocumentWriter& writer) {
+  const CalibrationReport& report = writer.report;
+  writer.heading("heading.files");
+  std::vector<std::string> broken;
+  bool has_record = false;
+  for (const UsedFile& file : report.files) {
+    has_record = has_record || file.role == "record";
+    if (file.role == "record" && !file.chain_verified) broken.push_back(file.name);
+  }
+  if (!broken.empty())
+    writer.paragraph(writer.say("say.chain_broken", listed(broken)), Paragraph::Style::caution);
+  else if (has_record)
+    writer.paragraph(writer.word_of("say.chain_verified"));
+  if (report.files.empty()) writer.paragraph(writer.word_of("say.no_files"));
+  writer.table(files_table(writer));
+  writer.paragraph(writer.say("say.source_file", report.program_version), Paragraph::Style::note);
+}
+
+void add_statements(DocumentWriter& writer) {
+  const CalibrationReport& report = writer.report;
+  writer.heading("heading.statements");
+  writer.paragraph(in(writer.language, report.remarks));
+  writer.paragraph(writer.word_of("say.only_this_item") + " " + writer.word_of("say.standing"));
+  writer.paragraph(writer.word_of("say.in_full"));
+  writer.paragraph(writer.word_of("say.by_customer"));
+  for (const Texts& statement : report.statements) writer.paragraph(in(writer.language, statement));
+  add_people(writer);
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/dsi.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <vector>
+
+namespace gyrotherm::report {
+namespace {
+
+struct Symbol {
+  std::string_view symbol, word;
+};
+
+// Longer symbols first, so that "°C" is not taken for "°".
+constexpr std::array kSymbols = {
+    Symbol{"°C", "\\degreecelsius"}, Symbol{"hPa", "\\hecto\\pascal"}, Symbol{"kPa", "\\kilo\\pascal"},
+    Symbol{"mbar", "\\milli\\bar"},  Symbol{"min", "\\minute"},        Symbol{"ppm", "\\ppm"},
+    Symbol{"rad", "\\radian"},       Symbol{"kHz", "\\kilo\\hertz"},   Symbol{"bar", "\\bar"},
+    Symbol{"mK", "\\milli\\kelvin"}, Symbol{"Pa", "\\pascal"},         Symbol{"Hz", "\\hertz"},
+    Symbol{"mA", "\\milli\\ampere"}, Symbol{"mV", "\\milli\\volt"},    Symbol{"ms", "\\milli\\second"},
+    Symbol{"µT", "\\micro\\tesla"},  Symbol{"mT", "\\milli\\tesla"},   Symbol{"mm", "\\milli\\metre"},
+    Symbol{"kg", "\\kilogram"},      Symbol{"°", "\\degree"},          Symbol{"′", "\\arcminute"},
+    Symbol{"″", "\\arcsecond"},      Symbol{"%", "\\percent"},         Symbol{"d", "\\day"},
+    Symbol{"h", "\\hour"},           Symbol{"s", "\\second"},          Symbol{"K", "\\kelvin"},
+    Symbol{"V", "\\volt"},           Symbol{"A", "\\ampere"},          Symbol{"W", "\\watt"},
+    Symbol{"T", "\\tesla"},          Symbol{"m", "\\metre"},           Symbol{"g", "\\gram"}};
+
+/// A unit to a power.
+struct Factor {
+  std::string word;
+  double exponent = 1;
+};
+using Factors = std::vector<Factor>;
+
+bool takes(std::string_view& text, std::string_view beginning) {
+  if (!text.starts_with(beginning)) return false;
+  text.remove_prefix(beginning.size());
+  return true;
+}
+
+class UnitParser {
+ public:
+  explicit UnitParser(std::string_view text) : rest_(text) {}
+
+  std::optional<Factors> whole() {
+    auto found = quotient();
+    return rest_.empty() ? found : std::nullopt;
+  }
+
+ private:
+  /// factor {("/" | "·") factor}: "°/h/K" is (°/h)/K.
+  std::optional<Factors> quotient() {
+    auto found = factor();
+    while (found) {
+      const bool divides = takes(rest_, "/");
+      if (!divides && !takes(rest_, "·")) break;
+      auto next = factor();
+      if (!next) return std::nullopt;
+      for (Factor& one : *next) {
+        if (divides) one.exponent = -one.exponent;
+        found->push_back(std::move(one));
+      }
+    }
+    return found;
+  }
+
+  /// "(" quotient ")", "√" factor, or a symbol and its power.
+  std::optional<Factors> factor() {
+    if (takes(rest_, "(")) {
+      auto found = quotient();
+      return takes(rest_, ")") ? found : std::nullopt;
+    }
+    if (takes(rest_, "√")) {
+      auto found = factor();
+      if (found)
+        for (Factor& one : *found) one.exponent /= 2;
+      return found;
+    }
+    for (const auto& [symbol, word] : kSymbols)
+      if (takes(rest_, symbol)) return Factors{{std::string(word), power()}};
+    return std::nullopt;
+  }
+
+  double power() { return takes(rest_, "²") ? 2 : takes(rest_, "³") ? 3 : 1; }
+
+  std::string_view rest_;
+};
+
+std::string to_power(const Factor& factor) {
+  return factor.exponent == 1 ? factor.word : fmt::format("{}\\tothe{{{:g}}}", factor.word, factor.exponent);
+}
+
+/// The place of the fourth significant digit of U: the decimals to be written; negative left of the point.
+int decimals_for(double expanded) { return 3 - static_cast<int>(std::floor(std::log10(expanded))); }
+
+constexpr int kMostDsiDecimals = 15;  ///< beyond, a power of ten says it better
+
+}  // namespace
+
+std::optional<std::string> dsi_unit(std::string_view unit) {
+  if (unit == "1") return "\\one";
+  const auto factors = UnitParser(unit).whole();
+  if (!factors) return std::nullopt;
+  std::vector<Factor> above, below;
+  for (const Factor& factor : *factors) (factor.exponent > 0 ? above : below).push_back(factor);
+  std::string text;
+  for (const Factor& factor : above) text += to_power(factor);
+  if (below.size() == 1 && !above.empty())
+    return text + "\\per" + to_power({below.front().word, -below.front().exponent});
+  for (const Factor& factor : below) text += to_power(factor);
+  return text;
+}
+
+Certainty certainty_of(const ReportedValue& value) {
+  if (!std::isfinite(value.value)) return Certainty::nothing;
+  const double expanded = value.expanded();
+  if (!std::isfinite(expanded) || expanded < 0 || !(value.coverage_factor >= 1)) return Certainty::value;
+  return std::isfinite(value.degrees_of_freedom) ? Certainty::with_students_u : Certainty::with_normal_u;
+}
+
+std::string dsi_number(double number) { return fmt::format("{}", number); }
+
+std::string dsi_value(const ReportedValue& value) {
+  if (certainty_of(value) <= Certainty::value || value.expanded() == 0) return dsi_number(value.value);
+  const int decimals = decimals_for(value.expanded());
+  if (decimals > kMostDsiDecimals || std::abs(value.value) >= 1e15) return dsi_number(value.value);
+  return fmt::format("{:.{}f}", value.value, std::max(0, decimals));
+}
+
+std::string dsi_expanded(const ReportedValue& value) {
+  const double expanded = value.expanded();
+  if (expanded == 0) return "0";
+  const int decimals = decimals_for(expanded);
+  if (decimals < 0 || decimals > kMostDsiDecimals) return dsi_number(expanded);
+  const double unit = std::pow(10, decimals);
+  // What is a whole number of units but for the last bits of a double is not rounded up to the next.
+  return fmt::format("{:.{}f}", std::ceil(expanded * unit * (1 - 1e-12)) / unit, decimals);
+}
+
+std::string dsi_coverage_factor(const ReportedValue& value) {
+  std::string text = fmt::format("{:.10f}", value.coverage_factor);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.ends_with('.')) text.pop_back();
+  return text;
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <optional>
+
+#include "report/words.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+constexpr const char* kMinus = "−";
+constexpr const char* kNarrowSpace = "\u202f";
+constexpr const char* kPlusMinus = "\u00a0±\u00a0";  // between spaces that do not break
+constexpr const char* kTimesTenTo = "\u00a0×\u00a010";
+constexpr const char* kDash = "–";
+constexpr int kDigitsOfU = 2;
+constexpr int kDigitsOfAValue = 4;
+/// Below this power of ten, or from that on, a number is written with a power of ten.
+constexpr int kLeastPower = -4, kGreatestPower = 7;
+/// With U more decimals than these are written with a power of ten.
+constexpr int kMostDecimals = 8;
+
+std::string superscript(int n) {
+  static constexpr std::array<const char*, 10> kDigits = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string text = n < 0 ? "⁻" : "";
+  for (const char digit : std::to_string(std::abs(n))) text += kDigits[static_cast<std::size_t>(digit - '0')];
+  return text;
+}
+
+/// Digits in groups of three from the decimal sign outwards, if there are more than four.
+std::string grouped(std::string_view digits, bool from_the_right) {
+  if (digits.size() <= 4) return std::string(digits);
+  std::string text;
+  const std::size_t first = from_the_right ? digits.size() % 3 : 0;
+  for (std::size_t k = 0; k < digits.size(); ++k) {
+    if (k > 0 && (k + 3 - first) % 3 == 0) text += kNarrowSpace;
+    text += digits[k];
+  }
+  return text;
+}
+
+/// The power of ten of the leading digit, after rounding to so many digits: 0.0996 has −1 of two.
+int power_of(double value, int digits) {
+  const std::string text = fmt::format("{:.{}e}", std::abs(value), digits - 1);
+  return std::stoi(text.substr(text.find('e') + 1));
+}
+
+/// To the decimals; fewer than none round to tens and hundreds.
+std::string fixed(Language language, double value, int decimals) {
+  if (decimals < 0) {
+    const double unit = std::pow(10.0, -decimals);
+    return fixed(language, std::round(value / unit) * unit, 0);
+  }
+  const std::string magnitude = fmt::format("{:.{}f}", std::abs(value), decimals);
+  const bool is_zero = magnitude.find_first_not_of("0.") == std::string::npos;
+  const auto point = std::min(magnitude.find('.'), magnitude.size());
+  std::string text = value < 0 && !is_zero ? kMinus : "";
+  text += grouped(std::string_view(magnitude).substr(0, point), true);
+  if (point == magnitude.size()) return text;
+  return text + (language == Language::german ? "," : ".") +
+         grouped(std::string_view(magnitude).substr(point + 1), false);
+}
+
+std::string times_power(int power) { return kTimesTenTo + superscript(power); }
+
+/// How a value and its U are written: decimals of what is left once the power of ten is taken out.
+struct Rounding {
+  int decimals{};
+  int power{};  ///< 0: none is taken out
+};
+
+Rounding rounding_of(double value, double expanded) {
+  const int decimals = kDigitsOfU - 1 - power_of(expanded, kDigitsOfU);
+  const double greatest = std::max(std::abs(value), expanded);
+  const int power = power_of(greatest, kDigitsOfAValue);
+  if (decimals <= kMostDecimals && power < kGreatestPower) return {decimals, 0};
+  return {decimals + power, power};
+}
+
+bool has_expanded(const ReportedValue& value) { return std::isfinite(value.expanded()) && value.expanded() > 0; }
+
+/// How many digits a value needs, of so many at most: 1 of 0.0005, 4 of 0.123456.
+int digits_needed(double value, int at_most) {
+  std::string mantissa = fmt::format("{:.{}e}", std::abs(value), at_most - 1);
+  mantissa.resize(mantissa.find('e'));
+  std::erase(mantissa, '.');
+  const auto last = mantissa.find_last_not_of('0');
+  return last == std::string::npos ? 1 : static_cast<int>(last) + 1;
+}
+
+/// The numbers of "2026-11-25".
+struct Day {
+  int year{}, month{}, day{};
+};
+
+std::optional<Day> day_of(std::string_view text) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  if (text.size() != 10 || text[4] != '-' || text[7] != '-') return {};
+  for (const std::size_t at : {0, 1, 2, 3, 5, 6, 8, 9})
+    if (!is_digit(text[at])) return {};
+  const auto number = [&](std::size_t from, std::size_t length) {
+    return std::stoi(std::string(text.substr(from, length)));
+  };
+  const Day day{number(0, 4), number(5, 2), number(8, 2)};
+  if (day.month < 1 || day.month > 12 || day.day < 1 || day.day > 31) return {};
+  return day;
+}
+
+constexpr std::array<std::array<const char*, 12>, 2> kMonths = {
+    {{"January", "February", "March", "April", "May", "June", "July", "August", "September", "October", "November",
+      "December"},
+     {"Januar", "Februar", "März", "April", "Mai", "Juni", "Juli", "August", "September", "Oktober", "November",
+      "Dezember"}}};
+
+}  // namespace
+
+FormattedValue format_parts(Language language, const ReportedValue& value) {
+  if (!std::isfinite(value.value)) return {kDash, ""};
+  if (!has_expanded(value)) return {format_plain(language, value.value), ""};
+  const Rounding rounding = rounding_of(value.value, value.expanded());
+  const auto part = [&](double number) {
+    if (rounding.power == 0) return fixed(language, number, rounding.decimals);
+    return fixed(language, number / std::pow(10.0, rounding.power), rounding.decimals) + times_power(rounding.power);
+  };
+  return {part(value.value), part(value.expanded())};
+}
+
+std::string format(Language language, const ReportedValue& value) {
+  if (!std::isfinite(value.value) || !has_expanded(value)) return format_parts(language, value).value;
+  const Rounding rounding = rounding_of(value.value, value.expanded());
+  const double scale = std::pow(10.0, rounding.power);
+  const std::string both = fixed(language, value.value / scale, rounding.decimals) + kPlusMinus +
+                           fixed(language, value.expanded() / scale, rounding.decimals);
+  return rounding.power == 0 ? both : "(" + both + ")" + times_power(rounding.power);
+}
+
+std::string format_number(Language language, double value, int decimals) {
+  return std::isfinite(value) ? fixed(language, value, decimals) : kDash;
+}
+
+std::string format_significant(Language language, double value, int digits) {
+  assert(digits > 0);
+  if (!std::isfinite(value)) return kDash;
+  if (value == 0) return "0";
+  const int power = power_of(value, digits);
+  if (power >= kLeastPower && power < kGreatestPower) return fixed(language, value, digits - 1 - power);
+  return fixed(language, value / std::pow(10.0, power), digits - 1) + times_power(power);
+}
+
+std::string format_plain(Language language, double value) {
+  if (!std::isfinite(value)) return kDash;
+  if (value == std::round(value) && std::abs(value) < std::pow(10.0, kGreatestPower)) return fixed(language, value, 0);
+  return format_significant(language, value, digits_needed(value, kDigitsOfAValue));
+}
+
+std::string format_probability(Language language, double probability) {
+  constexpr double kLeast = 0.0005;  // below it one decimal of a per cent would be 0
+  if (!std::isfinite(probability)) return kDash;
+  if (probability < kLeast) return "<\u00a0" + fixed(language, 0.1, 1) + "\u00a0%";
+  if (probability > 1 - kLeast) return ">\u00a0" + fixed(language, 99.9, 1) + "\u00a0%";
+  return fixed(language, 100 * probability, 1) + "\u00a0%";
+}
+
+std::string format_day(Language language, std::string_view day) {
+  const auto found = day_of(day);
+  if (!found) return std::string(day);
+  const auto* month = kMonths.at(language == Language::german ? 1 : 0).at(static_cast<std::size_t>(found->month) - 1);
+  return fmt::format("{}{} {} {}", found->day, language == Language::german ? "." : "", month, found->year);
+}
+
+std::string format_instant(Language language, std::string_view utc) {
+  if (utc.size() < 20 || utc[10] != 'T' || !utc.ends_with('Z') || !day_of(utc.substr(0, 10))) return std::string(utc);
+  return format_day(language, utc.substr(0, 10)) + ", " + std::string(utc.substr(11, 8)) + " UTC";
+}
+
+std::string format_unit(std::string_view unit) {
+  if (unit == "1") return "";
+  const auto first = unit.find('/');
+  const auto second = first == std::string_view::npos ? first : unit.find('/', first + 1);
+  if (second == std::string_view::npos) return std::string(unit);
+  return fmt::format("{}/({}·{})", unit.substr(0, first), unit.substr(first + 1, second - first - 1),
+                     unit.substr(second + 1));
+}
+
+std::string with_unit(std::string_view name, std::string_view unit) {
+  const std::string printed = format_unit(unit);
+  if (printed.empty()) return std::string(name);
+  if (printed.find('/') == std::string::npos) return fmt::format("{} /\u00a0{}", name, printed);
+  return fmt::format("{} /\u00a0({})", name, printed);
+}
+
+}  // namespace gyrotherm::report

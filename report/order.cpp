@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/order.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "analysis/data/dataset.hpp"
+#include "core/file.hpp"
+#include "core/toml_reader.hpp"
+#include "plot/png.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+constexpr std::size_t kLargestLogo = 1'000'000;
+constexpr Vocabulary<DecisionRule, 2> kRules{
+    {{"simple", DecisionRule::simple}, {"guard_band", DecisionRule::guard_band}}};
+constexpr Vocabulary<Stage, 3> kStages{
+    {{"uncompensated", Stage::uncompensated}, {"as_found", Stage::as_found}, {"as_left", Stage::as_left}}};
+
+/// A text, or a table of texts by language.
+Texts texts(const TomlTable& table, const char* key) {
+  if (!table.has(key)) return {};
+  if (!table.is_table(key)) {
+    const std::string text = table.text(key);
+    return {text, text};
+  }
+  const TomlTable languages = table.table(key);
+  return {languages.text("en", ""), languages.text("de", "")};
+}
+
+std::string day(const TomlTable& table, const char* key) {
+  std::string text = table.text(key, "");
+  if (!text.empty() && !record::parse_day(text))
+    table.mistake(key, fmt::format("\"{}\" is no day, expected one like \"2026-11-25\"", text));
+  return text;
+}
+
+std::string country(const TomlTable& table) {
+  std::string code = table.text("country", "");
+  const bool is_code = code.size() == 2 && std::ranges::all_of(code, [](char c) { return c >= 'A' && c <= 'Z'; });
+  if (!code.empty() && !is_code)
+    table.mistake("country", fmt::format("\"{}\", expected two letters of ISO 3166-1 like \"DE\"", code));
+  return code;
+}
+
+Party party(const TomlTable& table) {
+  return {.name = table.text("name", ""),
+          .address = table.texts("address"),
+          .postal_code = table.text("postal_code", ""),
+          .city = table.text("city", ""),
+          .country = country(table),
+          .email = table.text("email", ""),
+          .phone = table.text("phone", "")};
+}
+
+std::vector<Person> people(const TomlTable& table) {
+  std::vector<Person> all;
+  for (const TomlTable& one : table.tables("person"))
+    all.push_back(
+        {one.text("name"), one.choice("role", {"operator", "reviewer", "authorising"}), one.text("email", "")});
+  return all;
+}
+
+std::vector<Equipment> equipment(const TomlTable& table) {
+  std::vector<Equipment> all;
+  for (const TomlTable& one : table.tables("equipment"))
+    all.push_back({.role = "reference",
+                   .name = one.text("name"),
+                   .serial_number = one.text("serial_number", ""),
+                   .certificate = one.text("certificate", ""),
+                   .calibrated = day(one, "calibrated"),
+                   .due = day(one, "due")});
+  return all;
+}
+
+std::optional<Logo> logo(const TomlTable& table, const std::string& file) {
+  if (!table.has("logo")) return std::nullopt;
+  const std::string name = table.text("logo");
+  const std::filesystem::path path = std::filesystem::path(file).parent_path() / name;
+  const std::string extension = path.extension().string();
+  if (extension != ".svg" && extension != ".png") {
+    table.mistake("logo", fmt::format("\"{}\", expected a picture that ends in .svg or .png", name));
+    return std::nullopt;
+  }
+  const auto bytes = read_text_file(path.string(), kLargestLogo);
+  if (!bytes) {
+    table.mistake("logo", text(bytes.error()));
+    return std::nullopt;
+  }
+  const bool is_png = bytes->starts_with("\x89PNG\r\n\x1a\n");
+  if (is_png != (extension == ".png")) {
+    table.mistake("logo", fmt::format("\"{}\" is no {}", name, extension == ".png" ? "PNG" : "SVG"));
+    return std::nullopt;
+  }
+  return Logo{is_png ? "image/png" : "image/svg+xml", plot::base64(*bytes)};
+}
+
+CalibratedItem item(const TomlTable& table) {
+  return {.description = texts(table, "description"),
+          .manufacturer = table.text("manufacturer", ""),
+          .model = table.text("model", ""),
+          .serial_number = table.text("serial_number", ""),
+          .customers_number = table.text("customers_number", ""),
+          .condition = texts(table, "condition")};
+}
+
+std::vector<OrderedUnit> units(const TomlTable& table) {
+  std::vector<OrderedUnit> all;
+  for (const TomlTable& one : table.tables("unit")) {
+    all.push_back({one.text("name", ""), item(one)});
+    const auto same = [&](const OrderedUnit& unit) { return unit.name == all.back().name; };
+    if (std::ranges::count_if(all, same) > 1)
+      one.mistake("name", fmt::format("unit \"{}\" is there twice", all.back().name));
+  }
+  return all;
+}
+
+std::vector<Influence> influences(const TomlTable& table) {
+  std::vector<Influence> all;
+  for (const TomlTable& one : table.tables("influence")) {
+    Influence influence{
+        .name = texts(one, "name"), .unit = one.text("unit"), .low = one.number("low"), .high = one.number("high")};
+    if (influence.name.empty()) one.mistake("name", "missing, expected a text");
+    if (influence.low > influence.high) one.mistake("high", "is below \"low\"");
+    all.push_back(std::move(influence));
+  }
+  return all;
+}
+
+std::vector<ReportedLimit> limits(const TomlTable& table) {
+  std::vector<ReportedLimit> all;
+  for (const TomlTable& one : table.tables("limit")) {
+    ReportedLimit limit{.quantity = one.text("quantity"), .at_most = one.number("at_most")};
+    if (one.has("stage")) limit.stage = one_of(kStages, one, "stage");
+    if (limit.quantity.find('.') == std::string::npos)
+      one.mistake("quantity", fmt::format("\"{}\", expected RESULT.QUANTITY like \"compensated_mean.compensated_bias\"",
+                                          limit.quantity));
+    if (!(limit.at_most > 0)) one.mistake("at_most", "expected a number above 0");
+    all.push_back(std::move(limit));
+  }
+  return all;
+}
+
+std::optional<OtherReport> replaced(const TomlTable& table) {
+  if (!table.has("replaces")) return std::nullopt;
+  const TomlTable other = table.table("replaces");
+  return OtherReport{other.text("number"), other.text("sha256", ""), texts(other, "reason")};
+}
+
+std::vector<Deviation> deviations(const TomlTable& table) {
+  std::vector<Deviation> all;
+  for (const TomlTable& one : table.tables("deviation"))
+    all.push_back({.utc = one.text("utc", ""), .kind = "other", .text = one.text("text")});
+  return all;
+}
+
+}  // namespace
+
+Result<LaboratoryFile> parse_laboratory(std::string_view toml, const std::string& file) {
+  const auto table = TomlTable::parse(toml, file);
+  if (!table) return failure(table.error());
+  table->expect("schema", kLaboratorySchema);
+  LaboratoryFile laboratory{.party = party(*table),
+                            .logo = logo(*table, file),
+                            .title = texts(*table, "title"),
+                            .method = texts(*table, "method"),
+                            .traceability = texts(*table, "traceability")};
+  for (const TomlTable& one : table->tables("statement"))
+    laboratory.statements.push_back({one.text("en", ""), one.text("de", "")});
+  laboratory.equipment = equipment(*table);
+  laboratory.people = people(*table);
+  if (auto verdict = table->verdict(); !verdict) return failure(verdict.error());
+  return laboratory;
+}
+
+Result<OrderFile> parse_order(std::string_view toml, const std::string& file) {
+  const auto table = TomlTable::parse(toml, file);
+  if (!table) return failure(table.error());
+  table->expect("schema", kOrderSchema);
+  OrderFile order{.number = table->text("number", ""),
+                  .customer = party(table->table("customer")),
+                  .people = people(*table),
+                  .units = units(*table),
+                  .received = day(*table, "received"),
+                  .issued = day(*table, "issued"),
+                  .place_kind = table->choice("place_kind", {"laboratory", "customer", "other"}, "laboratory"),
+                  .place = texts(*table, "place"),
+                  .method = texts(*table, "method"),
+                  .remarks = texts(*table, "remarks"),
+                  .influences = influences(*table),
+                  .deviations = deviations(*table),
+                  .rule = one_of(kRules, *table, "decision_rule", "simple"),
+                  .limits = limits(*table),
+                  .replaces = replaced(*table)};
+  if (auto verdict = table->verdict(); !verdict) return failure(verdict.error());
+  return order;
+}
+
+namespace {
+
+/// What is not empty takes the place of what the record says.
+void take(std::string& into, const std::string& from) {
+  if (!from.empty()) into = from;
+}
+void take(Texts& into, const Texts& from) {
+  if (!from.empty()) into = from;
+}
+
+template <class T>
+void append(std::vector<T>& into, const std::vector<T>& from) {
+  into.insert(into.end(), from.begin(), from.end());
+}
+
+void add_laboratory(CalibrationReport& report, const LaboratoryFile& laboratory) {
+  report.laboratory = laboratory.party;
+  report.logo = laboratory.logo;
+  report.title = laboratory.title;
+  report.method = laboratory.method;
+  report.traceability = laboratory.traceability;
+  report.statements = laboratory.statements;
+  append(report.equipment, laboratory.equipment);
+  append(report.people, laboratory.people);
+}
+
+const OrderedUnit* unit_of(const OrderFile& order, const std::string& name) {
+  const auto named = std::ranges::find(order.units, name, &OrderedUnit::name);
+  if (named != order.units.end()) return &*named;
+  return order.units.size() == 1 && order.units.front().name.empty() ? &order.units.front() : nullptr;
+}
+
+void add_unit(CalibratedItem& item, const CalibratedItem& ordered) {
+  take(item.description, ordered.description);
+  take(item.manufacturer, ordered.manufacturer);
+  take(item.model, ordered.model);
+  take(item.serial_number, ordered.serial_number);
+  take(item.customers_number, ordered.customers_number);
+  take(item.condition, ordered.condition);
+}
+
+void add_order(CalibrationReport& report, const OrderFile& order) {
+  report.number = order.number;
+  if (!order.number.empty() && order.units.size() > 1) report.number += "-" + report.item.name;
+  report.customer = order.customer;
+  append(report.people, order.people);
+  report.received = order.received;
+  report.issued = order.issued;
+  report.place_kind = order.place_kind;
+  report.place = order.place;
+  take(report.method, order.method);
+  report.remarks = order.remarks;
+  append(report.influences, order.influences);
+  append(report.deviations, order.deviations);
+  report.replaces = order.replaces;
+  if (const OrderedUnit* unit = unit_of(order, report.item.name)) add_unit(report.item, unit->item);
+}
+
+bool has_person(const CalibrationReport& report, std::string_view role) {
+  return std::ranges::find(report.people, role, &Person::role) != report.people.end();
+}
+
+/// Whether each model was judged on a record that it was not fitted to.
+bool is_verified(const CalibrationReport& report) {
+  for (const Stage stage : {Stage::as_found, Stage::as_left}) {
+    const auto is_of_stage = [&](const ResultTable& table) { return table.stage == stage; };
+    const auto is_unseen = [&](const ResultTable& table) { return table.stage == stage && !table.in_sample; };
+    if (std::ranges::any_of(report.results, is_of_stage) && std::ranges::none_of(report.results, is_unseen))
+      return false;
+  }
+  return true;
+}
+
+void note_missing(CalibrationReport& report) {
+  const auto need = [&](bool is_there, const char* file, const char* key) {
+    if (!is_there) report.missing.push_back(fmt::format("{}: {}", file, key));
+  };
+  constexpr const char *kLaboratory = "laboratory.toml", *kOrder = "order.toml";
+  need(!report.laboratory.name.empty(), kLaboratory, "name");
+  need(!report.laboratory.city.empty(), kLaboratory, "city");
+  need(!report.laboratory.country.empty(), kLaboratory, "country");
+  need(!report.traceability.empty(), kLaboratory, "traceability");
+  need(!report.method.empty(), kOrder, "method");
+  need(!report.number.empty(), kOrder, "number");
+  need(!report.customer.name.empty(), kOrder, "customer.name");
+  need(!report.customer.city.empty(), kOrder, "customer.city");
+  need(!report.received.empty(), kOrder, "received");
+  need(!report.issued.empty(), kOrder, "issued");
+  need(!report.item.model.empty(), kOrder, "unit.model");
+  need(!report.item.serial_number.empty(), kOrder, "unit.serial_number");
+  need(!report.item.condition.empty(), kOrder, "unit.condition");
+  need(is_verified(report), "records", "one that the model has not seen");
+  need(has_person(report, "operator"), kOrder, "person with role \"operator\"");
+  need(has_person(report, "authorising"), kOrder, "person with role \"authorising\"");
+}
+
+/// The row with the greatest magnitude.
+const ReportedValue* worst_of(const Column& column) {
+  const ReportedValue* worst = nullptr;
+  for (const ReportedValue& value : column.values)
+    if (std::isfinite(value.value) && (worst == nullptr || std::abs(value.value) > std::abs(worst->value)))
+      worst = &value;
+  return worst;
+}
+
+}  // namespace
+
+void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
+               const std::optional<OrderFile>& order) {
+  if (laboratory) add_laboratory(report, *laboratory);
+  if (order) {
+    add_order(report, *order);
+    hold_against(report, order->limits, order->rule);
+  }
+  note_missing(report);
+}
+
+void hold_against(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule) {
+  report.rule = rule;
+  for (const ReportedLimit& limit : limits) {
+    const auto dot = limit.quantity.find('.');
+    const std::string key = limit.quantity.substr(0, dot), quantity = limit.quantity.substr(dot + 1);
+    const std::size_t before = report.conformity.size();
+    for (const ResultTable& table : report.results) {
+      const Column* column = find_column(table, quantity);
+      if (table.key != key || column == nullptr || table.in_sample) continue;
+      if (limit.stage && *limit.stage != table.stage) continue;
+      const ReportedValue* worst = worst_of(*column);
+      Conformity one = held_against(worst != nullptr ? *worst : ReportedValue{}, limit.at_most, rule);
+      one.quantity = limit.quantity;
+      one.axis = table.axis;
+      one.stage = table.stage;
+      one.run = table.run;
+      one.unit = column->unit;
+      report.conformity.push_back(std::move(one));
+    }
+    if (report.conformity.size() > before) continue;
+    Conformity none = held_against({}, limit.at_most, rule);
+    none.quantity = limit.quantity;
+    none.stage = limit.stage.value_or(Stage::as_left);
+    report.conformity.push_back(std::move(none));
+  }
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What people add to a calibration report: laboratory.toml, which is the laboratory's own and the same for each order,
+/// and order.toml, of one order.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+#include "report/calibration.hpp"
+
+namespace gyrotherm::report {
+
+inline constexpr const char* kLaboratorySchema = "gyrotherm-laboratory/1";
+inline constexpr const char* kOrderSchema = "gyrotherm-order/1";
+
+/// The laboratory, and what it says in each of its reports.
+struct LaboratoryFile {
+  Party party{};
+  std::optional<Logo> logo{};
+  Texts title{}, method{}, traceability{};
+  std::vector<Texts> statements{};
+  std::vector<Equipment> equipment{};  ///< beside what the records name
+  std::vector<Person> people{};
+};
+
+/// A unit under test as its customer knows it. What is empty is taken from the record.
+struct OrderedUnit {
+  std::string name{};  ///< in the rig; empty: the only one
+  CalibratedItem item{};
+};
+
+/// One order: of one unit, or of a lot whose units have reports of their own.
+struct OrderFile {
+  std::string number{};  ///< of the report; of a lot each unit's name is added
+  Party customer{};
+  std::vector<Person> people{};
+  std::vector<OrderedUnit> units{};
+  std::string received{}, issued{};
+  std::string place_kind{};
+  Texts place{}, method{}, remarks{};
+  std::vector<Influence> influences{};
+  std::vector<Deviation> deviations{};
+  DecisionRule rule{};
+  std::vector<ReportedLimit> limits{};
+  std::optional<OtherReport> replaces{};
+};
+
+/// Reads laboratory.toml; a logo that it names is read beside it, SVG or PNG, at most 1 MB. Fails with bad_file, every
+/// mistake with its place.
+[[nodiscard]] Result<LaboratoryFile> parse_laboratory(std::string_view toml, const std::string& file);
+
+/// Reads order.toml. Fails with bad_file, every mistake with its place.
+[[nodiscard]] Result<OrderFile> parse_order(std::string_view toml, const std::string& file);
+
+/// Puts what people have written into a report of that unit, and notes what a report must have and they have not
+/// written: "laboratory.toml: name". Without a file all of its keys are missing.
+void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
+               const std::optional<OrderFile>& order);
+
+/// Holds the results against the limits of an order, each by its worst row; those of a model on a record that it was
+/// fitted to are not held against any. A limit of which there is no result is not_known.
+void hold_against(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule);
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/signature.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <chrono>
+#include <filesystem>
+#include <regex>
+#include <vector>
+
+#include "core/file.hpp"
+#include "core/text.hpp"
+#include "report/dcc_reader.hpp"
+#include "report/dcc_text.hpp"
+#include "report/other_program.hpp"
+#include "report/xml_text.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+using Strings = std::vector<std::string>;
+
+// One form of the signature, of which only what stands between these is free. An enveloped signature over the empty
+// reference is one over the whole document.
+constexpr std::string_view kBeforeDigest =
+    "\n  <ds:Signature xmlns:ds=\"http://www.w3.org/2000/09/xmldsig#\"><ds:SignedInfo>"
+    "<ds:CanonicalizationMethod Algorithm=\"http://www.w3.org/2001/10/xml-exc-c14n#\"></ds:CanonicalizationMethod>"
+    "<ds:SignatureMethod Algorithm=\"http://www.w3.org/2001/04/xmldsig-more#rsa-sha256\"></ds:SignatureMethod>"
+    "<ds:Reference URI=\"\"><ds:Transforms>"
+    "<ds:Transform Algorithm=\"http://www.w3.org/2000/09/xmldsig#enveloped-signature\"></ds:Transform>"
+    "<ds:Transform Algorithm=\"http://www.w3.org/2001/10/xml-exc-c14n#\"></ds:Transform></ds:Transforms>"
+    "<ds:DigestMethod Algorithm=\"http://www.w3.org/2001/04/xmlenc#sha256\"></ds:DigestMethod><ds:DigestValue>";
+constexpr std::string_view kBeforeValue = "</ds:DigestValue></ds:Reference></ds:SignedInfo><ds:SignatureValue>";
+constexpr std::string_view kBeforeCertificates = "</ds:SignatureValue><ds:KeyInfo><ds:X509Data>";
+constexpr std::string_view kCertificate = "<ds:X509Certificate>", kCertificateEnd = "</ds:X509Certificate>";
+constexpr std::string_view kAfter = "</ds:X509Data></ds:KeyInfo></ds:Signature>";
+constexpr std::string_view kRootEnd = "\n</dcc:digitalCalibrationCertificate>\n";
+
+constexpr std::size_t kMostCertificates = 8;
+
+/// A signed certificate in its parts.
+struct SignedDcc {
+  std::string text;  ///< what was signed
+  std::string digest, value;
+  Strings certificates;  ///< base64; the key's own first
+};
+
+std::string signature_of(const SignedDcc& parts) {
+  std::string text(kBeforeDigest);
+  text.append(parts.digest).append(kBeforeValue).append(parts.value).append(kBeforeCertificates);
+  for (const std::string& one : parts.certificates) text.append(kCertificate).append(one).append(kCertificateEnd);
+  return text.append(kAfter);
+}
+
+/// The text between two others, the first of each; nothing if one of them is not there.
+std::optional<std::string> between(std::string_view text, std::string_view before, std::string_view after) {
+  const auto begins = text.find(before);
+  if (begins == std::string_view::npos) return std::nullopt;
+  const auto from = begins + before.size(), to = text.find(after, from);
+  if (to == std::string_view::npos) return std::nullopt;
+  return std::string(text.substr(from, to - from));
+}
+
+Strings all_between(std::string_view text, std::string_view before, std::string_view after) {
+  Strings found;
+  for (auto one = between(text, before, after); one; one = between(text, before, after)) {
+    found.push_back(*one);
+    text.remove_prefix(text.find(before) + before.size() + one->size() + after.size());
+  }
+  return found;
+}
+
+Result<SignedDcc> parts_of(std::string_view dcc, const std::string& file) {
+  const auto refused = [&](const char* what) { return failure(FaultKind::bad_file, file, what); };
+  const auto begins = dcc.find(kBeforeDigest.substr(0, kBeforeDigest.find('>')));
+  if (begins == std::string_view::npos) return refused("has no signature of the form that gyrotherm makes");
+  if (!dcc.ends_with(kRootEnd)) return refused("something stands after its signature");
+  const std::string_view signature = dcc.substr(begins, dcc.size() - kRootEnd.size() - begins);
+  SignedDcc parts;
+  parts.text = std::string(dcc.substr(0, begins)) + std::string(kRootEnd);
+  parts.digest = between(signature, "<ds:DigestValue>", "</ds:DigestValue>").value_or("");
+  parts.value = between(signature, "<ds:SignatureValue>", "</ds:SignatureValue>").value_or("");
+  parts.certificates = all_between(signature, kCertificate, kCertificateEnd);
+  const bool base64 = is_base64(parts.digest) && is_base64(parts.value) &&
+                      std::ranges::all_of(parts.certificates, [](const auto& one) { return is_base64(one); });
+  const bool has_certificates = !parts.certificates.empty() && parts.certificates.size() <= kMostCertificates;
+  if (!base64 || !has_certificates || signature != signature_of(parts))
+    return refused("its signature is not of the form that gyrotherm makes");
+  return parts;
+}
+
+// Other programs
+
+/// A path that no program takes for an option.
+std::string absolute(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::absolute(path, error).string();
+}
+
+/// Writes what goes with the folder.
+Result<void> put(const std::string& path, std::string_view text) {
+  return replace_own_file(path, text, Syncing::not_awaited);
+}
+
+/// Runs a step of signing or verifying, which must end well.
+Result<std::string> step(const std::string& program, const Strings& words, const char* what) {
+  const auto run = run_program(program, words);
+  if (!run) return failure(run.error());
+  if (run->exit_code == 0) return run->out;
+  const std::string said = plain(trimmed(run->out, " \t\r\n"));
+  return failure(FaultKind::bad_file, program, fmt::format("{}: {}", what, said.substr(0, 600)));
+}
+
+/// OpenSSL would also trust whom the system trusts.
+Strings trusting(const Trust& trust) {
+  Strings words{"-no-CApath", "-no-CAstore", "-partial_chain", "-purpose", "any", "-CAfile", trust.certificates_file};
+  if (!trust.on_day) return words;
+  int year = 0;
+  unsigned month = 0, day = 0;
+  const char* text = trust.on_day->data();
+  std::from_chars(text, text + 4, year);
+  std::from_chars(text + 5, text + 7, month);
+  std::from_chars(text + 8, text + 10, day);
+  const std::chrono::sys_days at = std::chrono::year(year) / std::chrono::month(month) / std::chrono::day(day);
+  const auto noon = std::chrono::duration_cast<std::chrono::seconds>(at.time_since_epoch()).count() + 12 * 3600;
+  words.insert(words.end(), {"-attime", std::to_string(noon)});
+  return words;
+}
+
+Result<void> is_usable(const Trust& trust) {
+  if (auto there = read_text_file(trust.certificates_file); !there) return failure(there.error());
+  if (trust.on_day && !calendar_day(*trust.on_day))
+    return failure(FaultKind::usage, *trust.on_day, "is no day, expected one like 2026-11-25");
+  return {};
+}
+
+/// Fails if a certificate is nobody's who is trusted.
+Result<void> is_trusted(const PrivateFolder& folder, const Trust& trust) {
+  Strings words{"verify"};
+  for (std::string& word : trusting(trust)) words.push_back(std::move(word));
+  words.insert(words.end(), {"-untrusted", folder / "chain.pem", folder / "own.pem"});
+  const auto run = run_program("openssl", words);
+  if (!run) return failure(run.error());
+  if (run->exit_code == 0) return {};
+  const std::string why = between(run->out, "lookup: ", "\n").value_or("it cannot be read");
+  return failure(FaultKind::bad_file, trust.certificates_file, "the signer is not trusted: " + plain(why));
+}
+
+std::string pem_of(const std::string& base64) {
+  std::string lines;
+  for (std::size_t at = 0; at < base64.size(); at += 64) lines += base64.substr(at, 64) + "\n";
+  return "-----BEGIN CERTIFICATE-----\n" + lines + "-----END CERTIFICATE-----\n";
+}
+
+/// Fails if a certificate is not followed by its issuer's: they are under no signature of ours, so that none may stand
+/// there that has nothing to do with the first.
+Result<void> is_chain(const PrivateFolder& folder, const Strings& certificates, const std::string& file) {
+  for (std::size_t i = 1; i < certificates.size(); ++i) {
+    for (const auto& [name, one] :
+         {std::pair("below.pem", certificates[i - 1]), std::pair("above.pem", certificates[i])})
+      if (auto written = put(folder / name, pem_of(one)); !written) return written;
+    const auto run = run_program("openssl", {"verify", "-no-CApath", "-no-CAstore", "-partial_chain", "-no_check_time",
+                                             "-purpose", "any", "-CAfile", folder / "above.pem", folder / "below.pem"});
+    if (!run) return failure(run.error());
+    if (run->exit_code != 0)
+      return failure(FaultKind::bad_file, file, "its certificates are no chain: each must be followed by its issuer's");
+  }
+  return {};
+}
+
+std::string value_of(std::string_view text, std::string_view key) { return between(text, key, "\n").value_or(""); }
+
+Result<Signer> signer_of(const std::string& certificate) {
+  const auto said = step("openssl",
+                         {"x509", "-in", certificate, "-noout", "-subject", "-issuer", "-serial", "-fingerprint",
+                          "-sha256", "-enddate", "-nameopt", "RFC2253,-esc_msb,utf8"},
+                         "does not read the signer's certificate");
+  if (!said) return failure(said.error());
+  const std::string lines = "\n" + *said;
+  std::string fingerprint = value_of(lines, "\nsha256 Fingerprint=");
+  std::erase(fingerprint, ':');
+  return Signer{.subject = plain(value_of(lines, "\nsubject=")),
+                .issuer = plain(value_of(lines, "\nissuer=")),
+                .serial_number = value_of(lines, "\nserial="),
+                .fingerprint = fingerprint,
+                .not_after = value_of(lines, "\nnotAfter=")};
+}
+
+/// "key.pem", unlocked, "own.pem" and "chain.pem" in the folder, if the key is that of the certificate.
+Result<void> unlock(const PrivateFolder& folder, const SigningKey& key) {
+  const auto certificates = read_text_file(key.certificate_file);
+  if (!certificates) return failure(certificates.error());
+  if (auto written = put(folder / "chain.pem", *certificates); !written) return written;
+  Strings words{"pkey", "-in", key.key_file, "-out", folder / "key.pem"};
+  if (!key.password_file.empty()) words.insert(words.end(), {"-passin", "file:" + key.password_file});
+  if (auto there = read_text_file(key.key_file); !there) return failure(there.error());
+  if (auto unlocked = step("openssl", words, "does not open the key"); !unlocked) return failure(unlocked.error());
+  const auto of_key = step("openssl", {"pkey", "-in", folder / "key.pem", "-pubout"}, "does not read the key");
+  const auto of_certificate =
+      step("openssl", {"x509", "-in", folder / "chain.pem", "-noout", "-pubkey"}, "does not read the certificate");
+  if (!of_key) return failure(of_key.error());
+  if (!of_certificate) return failure(of_certificate.error());
+  if (*of_key != *of_certificate)
+    return failure(FaultKind::bad_file, key.certificate_file, "is not the certificate of the key " + key.key_file);
+  return {};
+}
+
+Strings certificates_in(const std::string& pem) {
+  Strings all = all_between(pem, "-----BEGIN CERTIFICATE-----", "-----END CERTIFICATE-----");
+  for (std::string& one : all) std::erase_if(one, [](char c) { return c == '\n' || c == '\r' || c == ' '; });
+  return all;
+}
+
+std::string without_blanks(std::string text) {
+  std::erase_if(text, [](char c) { return c == '\n' || c == '\r' || c == ' '; });
+  return text;
+}
+
+/// Puts the certificates of a signature into the folder as is_trusted() wants them.
+Result<void> put_certificates(const PrivateFolder& folder, const Strings& certificates) {
+  std::string chain;
+  for (const std::string& one : certificates) chain += pem_of(one);
+  if (auto written = put(folder / "chain.pem", chain); !written) return written;
+  return put(folder / "own.pem", pem_of(certificates.front()));
+}
+
+// PDF
+
+/// What pdfsig says of the one signature of a PDF.
+struct PdfSignature {
+  std::size_t first_end{}, second_begin{}, end{};  ///< bytes: [0, first_end) and [second_begin, end) are signed
+};
+
+std::size_t count_of(std::string_view text, std::string_view word) {
+  std::size_t count = 0;
+  for (auto at = text.find(word); at != std::string_view::npos; at = text.find(word, at + word.size())) ++count;
+  return count;
+}
+
+/// Each line that counts must be there once: a signer's name could hold more of them.
+Result<PdfSignature> signature_in(const std::string& said, const std::string& path) {
+  const auto refused = [&](std::string what) { return failure(FaultKind::bad_file, path, std::move(what)); };
+  if (said.find("does not contain any signatures") != std::string::npos) return refused("has no signature");
+  for (const char* line : {"Signature #", "- Signed Ranges: ", "- Signature Validation: ", "otal document signed"})
+    if (count_of(said, line) != 1) return refused("is not signed exactly once");
+  const std::string validation = value_of(said, "- Signature Validation: ");
+  if (validation != "Signature is Valid.") return refused("its signature does not hold: " + plain(validation));
+  if (said.find("- Total document signed\n") == std::string::npos)
+    return refused("its signature is not over all of it");
+  static const std::regex ranges(R"(- Signed Ranges: \[0 - (\d{1,12})\], \[(\d{1,12}) - (\d{1,12})\]\n)");
+  std::smatch match;
+  if (!std::regex_search(said, match, ranges)) return refused("its signature is not over all of it");
+  return PdfSignature{std::stoul(match[1]), std::stoul(match[2]), std::stoul(match[3])};
+}
+
+/// How pdfsig is told to sign a PDF: into its empty field, as gyrotherm-pdf leaves one, or into a new field, which
+/// brings a font of half a megabyte along.
+Result<Strings> way_to_sign(const std::string& path) {
+  const auto run = run_program("pdfsig", {"-nocert", absolute(path)});
+  if (!run) return failure(run.error());
+  if (run->out.find("does not contain any signatures") != std::string::npos) return Strings{"-add-signature"};
+  const std::string field = value_of(run->out, "- Signature Field Name: ");
+  const bool plain_name = !field.empty() && std::ranges::all_of(field, [](unsigned char c) { return std::isalnum(c); });
+  const bool is_empty = run->out.find("The signature form field is not signed.") != std::string::npos;
+  if (plain_name && is_empty && count_of(run->out, "Signature #") == 1) return Strings{"-sign", field};
+  return failure(FaultKind::bad_file, path, "is signed already, or is no PDF");
+}
+
+std::optional<std::string> bytes_of_hex(std::string_view hex) {
+  std::string bytes;
+  if (hex.size() % 2 != 0) return std::nullopt;
+  for (std::size_t i = 0; i < hex.size(); i += 2) {
+    unsigned byte = 0;
+    const auto end = hex.data() + i + 2;
+    if (std::from_chars(hex.data() + i, end, byte, 16).ptr != end) return std::nullopt;
+    bytes += static_cast<char>(byte);
+  }
+  return bytes;
+}
+
+/// The bytes that are signed, "content", and the signature, "signature.der", into the folder.
+Result<void> take_apart(const PrivateFolder& folder, const std::string& path, const PdfSignature& signature) {
+  const auto pdf = read_text_file(path, kLargestTable);
+  if (!pdf) return failure(pdf.error());
+  const std::string_view bytes = *pdf;
+  const auto [first_end, second_begin, end] = signature;
+  const auto refused = [&] { return failure(FaultKind::bad_file, path, "its signature is not over all of it"); };
+  if (end != bytes.size() || first_end + 2 > second_begin || second_begin > end) return refused();
+  if (bytes[first_end] != '<' || bytes[second_begin - 1] != '>') return refused();
+  const auto der = bytes_of_hex(bytes.substr(first_end + 1, second_begin - first_end - 2));
+  if (!der) return refused();
+  if (auto written = put(folder / "signature.der", *der); !written) return written;
+  return put(folder / "content", std::string(bytes.substr(0, first_end)) + std::string(bytes.substr(second_begin)));
+}
+
+/// "own.p12" from the folder's key and certificates, in a store of keys as pdfsig wants one.
+Result<void> make_store(const PrivateFolder& folder) {
+  const std::string store = "sql:" + folder / "store";
+  std::error_code error;
+  std::filesystem::create_directory(folder / "store", error);
+  const std::vector<std::pair<const char*, Strings>> steps{
+      {"openssl",
+       {"pkcs12", "-export", "-inkey", folder / "key.pem", "-in", folder / "chain.pem", "-name", "gyrotherm",
+        "-passout", "pass:", "-out", folder / "own.p12"}},
+      {"certutil", {"-N", "--empty-password", "-d", store}},
+      {"pk12util", {"-i", folder / "own.p12", "-d", store, "-W", ""}}};
+  for (const auto& [program, words] : steps)
+    if (auto done = step(program, words, "does not take the key"); !done) return failure(done.error());
+  return {};
+}
+
+}  // namespace
+
+Result<std::string> sign_dcc(std::string_view dcc, const SigningKey& key) {
+  if (auto written = read_dcc(dcc, kDccFile); !written) return failure(written.error());
+  const auto folder = PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  if (auto unlocked = unlock(*folder, key); !unlocked) return failure(unlocked.error());
+  const auto chain = read_text_file(*folder / "chain.pem");
+  if (!chain) return failure(chain.error());
+  SignedDcc parts{.text = std::string(dcc), .digest = "", .value = "", .certificates = certificates_in(*chain)};
+  const std::string before(dcc.substr(0, dcc.size() - kRootEnd.size()));
+  if (auto written = put(*folder / "in.xml", before + signature_of(parts) + std::string(kRootEnd)); !written)
+    return failure(written.error());
+  const auto made = step("xmlsec1",
+                         {"--sign", "--privkey-pem", *folder / "key.pem", "--enabled-key-data", "key-name", "--output",
+                          *folder / "out.xml", *folder / "in.xml"},
+                         "does not sign");
+  if (!made) return failure(made.error());
+  const auto out = read_text_file(*folder / "out.xml", kLargestTable);
+  if (!out) return failure(out.error());
+  parts.digest = without_blanks(between(*out, "<ds:DigestValue>", "</ds:DigestValue>").value_or(""));
+  parts.value = without_blanks(between(*out, "<ds:SignatureValue>", "</ds:SignatureValue>").value_or(""));
+  std::string signed_dcc = before + signature_of(parts) + std::string(kRootEnd);
+  const Trust own{.certificates_file = key.certificate_file};
+  if (auto holds = verify_dcc(signed_dcc, kDccFile, own); !holds) return failure(holds.error());
+  return signed_dcc;
+}
+
+Result<std::string> without_signature(std::string_view signed_dcc, const std::string& file) {
+  auto parts = parts_of(signed_dcc, file);
+  if (!parts) return failure(parts.error());
+  return std::move(parts->text);
+}
+
+Result<Signer> verify_dcc(std::string_view signed_dcc, const std::string& file, const Trust& trust) {
+  if (auto usable = is_usable(trust); !usable) return failure(usable.error());
+  const auto parts = parts_of(signed_dcc, file);
+  if (!parts) return failure(parts.error());
+  if (auto read = read_dcc(parts->text, file); !read) return failure(read.error());
+  const auto folder = PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  if (auto written = put_certificates(*folder, parts->certificates); !written) return failure(written.error());
+  if (auto written = put(*folder / "in.xml", signed_dcc); !written) return failure(written.error());
+  // By the key of the first certificate alone, and not by any that the document may bring: it is the one that is named.
+  const auto run = run_program("xmlsec1", {"--verify", "--pubkey-cert-pem", *folder / "own.pem", "--enabled-key-data",
+                                           "key-name", "--enabled-reference-uris", "empty", *folder / "in.xml"});
+  if (!run) return failure(run.error());
+  if (run->exit_code != 0)
+    return failure(FaultKind::bad_file, file, "its signature does not hold: it was changed after it was signed");
+  if (auto chain = is_chain(*folder, parts->certificates, file); !chain) return failure(chain.error());
+  if (auto trusted = is_trusted(*folder, trust); !trusted) return failure(trusted.error());
+  return signer_of(*folder / "own.pem");
+}
+
+Result<void> sign_pdf(const std::string& path, const std::string& signed_path, const SigningKey& key,
+                      const std::string& reason) {
+  const auto way = way_to_sign(path);
+  if (!way) return failure(way.error());
+  const auto folder = PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  if (auto unlocked = unlock(*folder, key); !unlocked) return unlocked;
+  if (auto made = make_store(*folder); !made) return made;
+  Strings words{"-nssdir", "sql:" + *folder / "store", "-nick", "gyrotherm", "-reason", reason};
+  words.insert(words.end(), way->begin(), way->end());
+  words.insert(words.end(), {absolute(path), absolute(signed_path)});
+  const auto done = step("pdfsig", words, "does not sign");
+  if (!done) return failure(done.error());
+  if (auto holds = verify_pdf(signed_path, {.certificates_file = key.certificate_file}); !holds)
+    return failure(holds.error());
+  return {};
+}
+
+Result<Signer> verify_pdf(const std::string& path, const Trust& trust) {
+  if (auto usable = is_usable(trust); !usable) return failure(usable.error());
+  const auto said = run_program("pdfsig", {"-nocert", absolute(path)});
+  if (!said) return failure(said.error());
+  const auto signature = signature_in(said->out, path);
+  if (!signature) return failure(signature.error());
+  const auto folder = PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  if (auto apart = take_apart(*folder, path, *signature); !apart) return failure(apart.error());
+  Strings words{"cms",
+                "-verify",
+                "-binary",
+                "-inform",
+                "DER",
+                "-in",
+                *folder / "signature.der",
+                "-content",
+                *folder / "content",
+                "-out",
+                "/dev/null",
+                "-signer",
+                *folder / "own.pem"};
+  for (std::string& word : trusting(trust)) words.push_back(std::move(word));
+  const auto run = run_program("openssl", words);
+  if (!run) return failure(run.error());
+  if (run->exit_code != 0) {
+    const auto why = between(run->out, "Verify error: ", "\n");
+    return failure(FaultKind::bad_file, path,
+                   why ? "the signer is not trusted: " + plain(*why) : "its signature does not hold");
+  }
+  return signer_of(*folder / "own.pem");
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A laboratory reports on a unit, from the records of a virtual rig, and again a year later.
+#include "report/calibration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "core/file.hpp"
+#include "report/dsi.hpp"
+#include "report/words.hpp"
+#include "tests/app/program.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr const char* kLaboratory = R"(schema = "gyrotherm-laboratory/1"
+name = "Inertial Laboratory"
+city = "Berlin"
+country = "DE"
+traceability = "To the SI."
+[[person]]
+name = "A. Metrologist"
+role = "authorising"
+)";
+
+constexpr const char* kOrder = R"(schema = "gyrotherm-order/1"
+number = "C-1"
+received = "2025-12-20"
+issued = "2026-01-09"
+method = "Ramps and soaks"
+[customer]
+name = "Navigation <script>alert(1)</script> Works 航海"
+city = "Hamburg"
+[[unit]]
+model = "RLG-1"
+serial_number = "0042"
+condition = "no damage"
+[[person]]
+name = "O. Perator"
+role = "operator"
+[[limit]]
+quantity = "whole_run.rmse"
+stage = "as_left"
+at_most = 0.1
+[[limit]]
+quantity = "whole_run.std"
+stage = "uncompensated"
+at_most = 0.0001
+)";
+
+std::string text_in(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
+
+/// Narrow and other blanks that do not break as a plain blank, as pdftotext has them; lines joined.
+std::string plain_blanks(std::string text) {
+  for (const std::string blank : {"\u202f", "\u00a0", "\u2009", "\n"})
+    for (auto at = text.find(blank); at != std::string::npos; at = text.find(blank, at))
+      text.replace(at, blank.size(), " ");
+  return text;
+}
+
+/// Recorded, trained and reported once for all tests.
+class CalibrationOfAUnit : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder() = std::make_unique<Folder>();
+    std::ofstream(in("laboratory.toml")) << kLaboratory;
+    std::ofstream(in("order.toml")) << kOrder;
+    for (const auto& [profile, name] : {std::pair{"short-rate", "rate.db"}, std::pair{"short-random", "random.db"}})
+      run("run tests/profiles/" + std::string(profile) + ".toml --rig profiles/rigs/virtual.toml --seed 3 --out " +
+          in(name));
+    run("train " + in("rate.db") + " --inputs seven-point,A --method ridge-u --out " + in("model.json"));
+    run("report " + in("rate.db") + " " + in("random.db") + " --model " + in("model.json") + files("order.toml") +
+        " --language en,de --out " + in("report"));
+  }
+  static void TearDownTestSuite() { folder().reset(); }
+
+  static void run(const std::string& arguments) {
+    const auto ran = gyrotherm_with(arguments);
+    ASSERT_EQ(ran.exit_code, 0) << arguments << ": " << ran.err;
+  }
+  static std::string files(const std::string& order) {
+    return " --laboratory " + in("laboratory.toml") + " --order " + in(order);
+  }
+  [[nodiscard]] static std::string in(const std::string& name) { return *folder() / name; }
+  [[nodiscard]] static report::CalibrationReport filed(const std::string& name) {
+    return report::calibration_from_json(text_in(in(name) + "/calibration.json"), name).value();
+  }
+
+ private:
+  static std::unique_ptr<Folder>& folder() {
+    static std::unique_ptr<Folder> one;
+    return one;
+  }
+};
+
+TEST_F(CalibrationOfAUnit, HasAllItsViews) {
+  for (const char* name : {"calibration.json", "calibration.csv", "dcc.xml", "calibration.html", "calibration.de.html",
+                           "calibration.pdf", "calibration.de.pdf"})
+    EXPECT_TRUE(std::filesystem::exists(in("report/") + name)) << name;
+  const auto report = filed("report");
+  EXPECT_TRUE(report.missing.empty());
+  EXPECT_TRUE(report.simulated);
+  EXPECT_EQ(verdict_of(report), report::Verdict::fail)
+      << "before compensation it is far beyond a tenth of a thousandth";
+  EXPECT_NE(text_in(in("report/calibration.html")).find("&lt;script&gt;alert(1)"), std::string::npos);
+}
+
+TEST_F(CalibrationOfAUnit, SaysTheSameNumbersInAllOfThem) {
+  const std::string page = plain_blanks(text_in(in("report/calibration.html")));
+  const std::string certificate = text_in(in("report/dcc.xml"));
+  const auto pdf = shell("pdftotext -layout " + in("report/calibration.pdf") + " -");
+  ASSERT_EQ(pdf.exit_code, 0) << pdf.err;
+  const std::string paper = plain_blanks(pdf.out);
+  int values = 0;
+  for (const report::ResultTable& table : filed("report").results) {
+    for (const report::Column& column : table.columns) {
+      for (const report::ReportedValue& value : column.values) {
+        if (!std::isfinite(value.standard_uncertainty)) continue;
+        const std::string text = plain_blanks(report::format(report::Language::english, value));
+        EXPECT_NE(page.find(text), std::string::npos) << table.key << "." << column.quantity << " " << text;
+        EXPECT_NE(paper.find(text), std::string::npos) << table.key << "." << column.quantity << " " << text;
+        EXPECT_NE(certificate.find(report::dsi_value(value)), std::string::npos) << table.key << " " << text;
+        ++values;
+      }
+    }
+  }
+  EXPECT_GT(values, 30);
+}
+
+TEST_F(CalibrationOfAUnit, HoldsNoLimitAgainstWhatTheModelHasLearnt) {
+  for (const report::Conformity& one : filed("report").conformity) {
+    if (one.stage != report::Stage::as_left) continue;
+    EXPECT_EQ(one.run, filed("report").files[3].id) << "the random run";
+  }
+}
+
+TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverWrittenOver) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("once"));
+  run("report authorise " + in("once") + " --by 'A. Metrologist'");
+  EXPECT_EQ(filed("once").authorised->name, "A. Metrologist");
+  EXPECT_EQ(gyrotherm_with("report authorise " + in("once") + " --by B").exit_code, 2);
+  const auto again = gyrotherm_with("report " + in("random.db") + files("order.toml") + " --out " + in("once"));
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_NE(again.err.find("has a report that is authorised"), std::string::npos) << again.err;
+}
+
+TEST_F(CalibrationOfAUnit, WithoutAnOrderIsADraftThatSaysWhatIsMissing) {
+  run("report " + in("rate.db") + " --model " + in("model.json") + " --out " + in("draft"));
+  const auto report = filed("draft");
+  EXPECT_NE(std::ranges::find(report.missing, "order.toml: customer.name"), report.missing.end());
+  EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
+  const auto refused = gyrotherm_with("report authorise " + in("draft") + " --by B");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("lacks"), std::string::npos) << refused.err;
+}
+
+TEST_F(CalibrationOfAUnit, AYearLaterIsComparedWithWhatItLeftWith) {
+  std::string order = kOrder;
+  order.replace(order.find("\"C-1\""), 5, "\"C-2\"");
+  std::ofstream(in("order2.toml")) << order;
+  run("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --seed 3 --days-later 365 --out " +
+      in("later.db"));
+  run("report " + in("later.db") + " --found " + in("model.json") + files("order2.toml") + " --out " + in("later"));
+  const auto compared = gyrotherm_with("report compare " + in("report") + " " + in("later") + " --json");
+  ASSERT_EQ(compared.exit_code, 0) << compared.err;
+  const auto json = nlohmann::json::parse(compared.out);
+  EXPECT_TRUE(json["same_model"]);
+  EXPECT_NEAR(json["days_between"].get<double>(), 365, 1);
+  bool found = false;
+  for (const auto& one : json["results"]) {
+    EXPECT_NEAR(one["E_n"].get<double>() * one["U"].get<double>(), one["change"].get<double>(), 1e-12);
+    EXPECT_NEAR(std::hypot(one["before_U"].get<double>(), one["now_U"].get<double>()), one["U"].get<double>(), 1e-12);
+    found = found || (one["key"] == "whole_run" && one["before_at"] == "as_left" && one["now_at"] == "as_found");
+  }
+  EXPECT_TRUE(found);
+  run("report supersede " + in("report") + " --by " + in("later") + " --reason 'a year'");
+  EXPECT_EQ(filed("report").replaced_by->number, "C-2");
+}
+
+TEST_F(CalibrationOfAUnit, RowsOfExportAreWhatCompensateTakes) {
+  run("export " + in("random.db") + " --out " + in("random.csv"));
+  run("export " + in("random.db") + " --compensated --model " + in("model.json") + " --out " + in("compensated.csv"));
+  const auto stream = gyrotherm_with("compensate " + in("model.json"), text_in(in("random.csv")));
+  ASSERT_EQ(stream.exit_code, 0) << stream.err;
+  const std::string table = text_in(in("compensated.csv"));
+  EXPECT_NE(table.find("# SIMULATED"), std::string::npos);
+  EXPECT_NE(table.find(",bias [°/h],compensated [°/h],U of a mean over 100 s [°/h]\n"), std::string::npos);
+  const auto last_of = [](std::string text, int from_behind) {
+    text.pop_back();
+    text = text.substr(text.rfind('\n') + 1);
+    for (; from_behind > 0; --from_behind) text = text.substr(0, text.rfind(','));
+    return std::stod(text.substr(text.rfind(',') + 1));
+  };
+  EXPECT_NEAR(last_of(stream.out, 0), last_of(table, 1), 1e-6);
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/calibration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/report/sample_calibration.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+TEST(Calibration, IsReadBackToTheSameBytes) {
+  const std::string json = to_json(sample_calibration());
+  const auto read = calibration_from_json(json, "calibration.json");
+  ASSERT_TRUE(read) << text(read.error());
+  EXPECT_EQ(to_json(*read), json);
+}
+
+TEST(Calibration, OfAnotherSchemaIsRefused) {
+  std::string json = to_json(sample_calibration());
+  json.replace(json.find(kCalibrationSchema), std::string(kCalibrationSchema).size(), "gyrotherm-calibration/9");
+  const auto read = calibration_from_json(json, "calibration.json");
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().kind, FaultKind::bad_file);
+}
+
+TEST(Calibration, ColumnsOfUnequalLengthAreRefused) {
+  CalibrationReport report = sample_calibration();
+  report.results[0].columns[0].values.push_back({.value = 1});
+  const auto read = calibration_from_json(to_json(report), "calibration.json");
+  ASSERT_FALSE(read);
+  EXPECT_NE(text(read.error()).find("columns of one length"), std::string::npos) << text(read.error());
+}
+
+TEST(Decision, OfTheSimpleRuleIsTheLimit) {
+  const auto at = [](double value) {
+    return held_against(with_uncertainty(value, 0.05, 1e9), 1, DecisionRule::simple).verdict;
+  };
+  EXPECT_EQ(at(0.99), Verdict::pass);
+  EXPECT_EQ(at(-1), Verdict::pass);
+  EXPECT_EQ(at(1.01), Verdict::fail);
+}
+
+TEST(Decision, OfAGuardBandHasTheUncertaintyBetween) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const auto at = [](double value) {
+    return held_against(with_uncertainty(value, 0.05, kInfinite), 1, DecisionRule::guard_band).verdict;
+  };
+  EXPECT_EQ(at(-0.9), Verdict::pass);  // U is 0.098
+  EXPECT_EQ(at(0.91), Verdict::conditional_pass);
+  EXPECT_EQ(at(1.05), Verdict::conditional_fail);
+  EXPECT_EQ(at(-1.1), Verdict::fail);
+  EXPECT_EQ(held_against({.value = 0.5}, 1, DecisionRule::guard_band).verdict, Verdict::not_known);
+}
+
+TEST(Decision, SaysHowLikelyTheTrueValueIsWithin) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  EXPECT_NEAR(held_against(with_uncertainty(1, 0.05, kInfinite), 1, DecisionRule::simple).probability, 0.5, 1e-9);
+  EXPECT_NEAR(held_against(with_uncertainty(0.95, 0.05, kInfinite), 1, DecisionRule::simple).probability, 0.841344746,
+              1e-8);
+  EXPECT_NEAR(held_against(with_uncertainty(0.95, 0.05, 1), 1, DecisionRule::simple).probability, 0.75 - 0.00816,
+              1e-4);  // Cauchy, less what lies below −1
+}
+
+TEST(Decision, OverAllIsTheWorst) {
+  CalibrationReport report = sample_calibration();
+  EXPECT_EQ(verdict_of(report), Verdict::conditional_fail);
+  report.conformity.clear();
+  EXPECT_FALSE(verdict_of(report));
+}
+
+}  // namespace
+}  // namespace gyrotherm::report

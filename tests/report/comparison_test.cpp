@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/comparison.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/report/sample_calibration.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+/// A year later: the bias of each hold is greater by 0.01 °/h, and the unit comes with the model it had left with.
+CalibrationReport a_year_later() {
+  CalibrationReport now = sample_calibration();
+  now.number = "C-2027-0042";
+  now.ended = "2027-11-14";
+  for (UsedFile& file : now.files)
+    if (file.role == "model_left") file.role = "model_found";
+  for (ResultTable& table : now.results) {
+    if (table.key != "stabilised_bias") continue;
+    for (Column& column : table.columns)
+      if (column.quantity == "bias")
+        for (ReportedValue& value : column.values) value.value += 0.01;
+  }
+  return now;
+}
+
+const ComparedResult* find(const Comparison& comparison, const std::string& key, const std::string& condition,
+                           Stage before_at) {
+  const auto found = std::ranges::find_if(comparison.results, [&](const ComparedResult& one) {
+    return one.key == key && one.condition == condition && one.before_at == before_at && one.axis == "u1.x";
+  });
+  return found == comparison.results.end() ? nullptr : &*found;
+}
+
+TEST(Comparison, SaysTheChangeWithItsUncertaintyAndNormalisedError) {
+  const auto comparison = compare(sample_calibration(), a_year_later());
+  ASSERT_TRUE(comparison) << text(comparison.error());
+  EXPECT_EQ(comparison->days_between, 365);
+  EXPECT_TRUE(comparison->same_model);
+  const ComparedResult* one = find(*comparison, "stabilised_bias", "set_point -40", Stage::uncompensated);
+  ASSERT_NE(one, nullptr);
+  EXPECT_NEAR(one->change, 0.01, 1e-12);
+  // By hand: u 0.00031 with 35 degrees of freedom, Student's t 2.0301, both times.
+  const double u = 0.00031 * 2.0301;
+  EXPECT_NEAR(one->expanded, std::sqrt(2.0) * u, 1e-7);
+  EXPECT_NEAR(one->normalised_error, 0.01 / (std::sqrt(2.0) * u), 1e-3);
+  EXPECT_NEAR(one->in_a_year, 0.01 * 365.25 / 365, 1e-9);
+}
+
+TEST(Comparison, HoldsWhatItLeftWithAgainstWhatItWasFoundWith) {
+  const auto comparison = compare(sample_calibration(), a_year_later());
+  ASSERT_TRUE(comparison);
+  const ComparedResult* one = find(*comparison, "compensated_mean", "", Stage::as_left);
+  ASSERT_NE(one, nullptr);
+  EXPECT_EQ(one->now_at, Stage::as_found);
+  EXPECT_NEAR(one->change, 0.0131 - 0.002, 1e-12);
+}
+
+TEST(Comparison, TakesNoConditionForAResult) {
+  const auto comparison = compare(sample_calibration(), a_year_later());
+  ASSERT_TRUE(comparison);
+  EXPECT_TRUE(std::ranges::none_of(comparison->results,
+                                   [](const ComparedResult& one) { return one.quantity == "temperature"; }));
+}
+
+TEST(Comparison, OfAnotherUnitIsRefused) {
+  CalibrationReport now = a_year_later();
+  now.item.serial_number = "0043";
+  const auto comparison = compare(sample_calibration(), now);
+  ASSERT_FALSE(comparison);
+  EXPECT_EQ(comparison.error().kind, FaultKind::usage);
+}
+
+TEST(Comparison, SaysHowManyDoNotAgree) {
+  const auto comparison = compare(sample_calibration(), a_year_later());
+  ASSERT_TRUE(comparison);
+  const std::string text = describe(*comparison);
+  EXPECT_NE(text.find("SIMULATED RLG-1 0042: C-2027-0042 against C-2026-0042, 365 days later"), std::string::npos);
+  EXPECT_NE(text.find("(|E_n| > 1)"), std::string::npos);
+  EXPECT_NE(to_json(*comparison).find("\"schema\": \"gyrotherm-comparison/1\""), std::string::npos);
+}
+
+}  // namespace
+}  // namespace gyrotherm::report

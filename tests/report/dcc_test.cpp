@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/dcc.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "core/file.hpp"
+#include "core/sha256.hpp"
+#include "report/dcc_reader.hpp"
+#include "report/dsi.hpp"
+#include "report/other_program.hpp"
+#include "tests/report/sample_calibration.hpp"
+#include "tests/report/varied_calibrations.hpp"
+#include "tests/support/folder.hpp"
+#include "tests/support/markup.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+#ifdef GYROTHERM_NIGHTLY
+constexpr std::uint64_t kRandomReports = 500;
+#else
+constexpr std::uint64_t kRandomReports = 50;
+#endif
+
+std::string dcc(const CalibrationReport& report, const DccOptions& options = {}) {
+  const auto made = dcc_of(report, options);
+  EXPECT_TRUE(made) << text(made.error());
+  return made.value_or("");
+}
+
+CalibrationReport real_report() {
+  CalibrationReport report = sample_calibration();
+  report.simulated = false;
+  return report;
+}
+
+/// The varied reports and random ones, as files.
+class Certificates : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (const VariedReport& one : varied_calibrations()) put(one.name, dcc(one.report, one.options));
+    for (std::uint64_t seed = 0; seed < kRandomReports; ++seed) {
+      CalibrationReport report = random_calibration(seed);
+      if (!dcc_of(report)) report.state = ReportState::draft;
+      put(fmt::format("random {}", seed), dcc(report));
+    }
+  }
+
+  void expect_none_refused(const std::string& program, std::vector<std::string> words) const {
+    words.insert(words.end(), paths_.begin(), paths_.end());
+    const auto run = run_program(program, words, std::chrono::minutes(10));
+    ASSERT_TRUE(run) << text(run.error());
+    EXPECT_EQ(run->exit_code, 0) << run->out.substr(0, 4000);
+  }
+
+  tests::TestFolder folder_;
+  std::vector<std::string> paths_;
+
+ private:
+  void put(const std::string& name, const std::string& bytes) {
+    paths_.push_back(folder_ / (name + ".xml"));
+    ASSERT_TRUE(replace_text_file(paths_.back(), bytes));
+  }
+};
+
+TEST_F(Certificates, AreValidByTheSchema) {
+  const char* shared = std::getenv("GYROTHERM_SHARED");
+  if (shared == nullptr) GTEST_SKIP() << "GYROTHERM_SHARED is not set: PTB's schema is not at hand";
+  const std::string schema = std::string(shared) + "/dcc/v3.3.0/dcc/dcc.xsd";
+  expect_none_refused("xmllint", {"--nonet", "--noout", "--schema", schema});
+}
+
+TEST_F(Certificates, KeepTheRulesThatNoSchemaHolds) {
+  expect_none_refused(GYROTHERM_SOURCE_DIR "/tests/report/dcc_rules.py", {});
+}
+
+TEST_F(Certificates, AreReadAndWrittenAgainToTheSameBytes) {
+  for (const std::string& path : paths_) {
+    const auto read = read_dcc(*read_text_file(path), path);
+    EXPECT_TRUE(read) << text(read.error());
+  }
+}
+
+TEST(Dcc, IsTheSameEachTime) { EXPECT_EQ(dcc(sample_calibration()), dcc(sample_calibration())); }
+
+TEST(Dcc, HasEveryResultWithItsUncertainty) {
+  const CalibrationReport report = real_report();
+  const std::string xml = dcc(report);
+  for (const ResultTable& table : report.results)
+    for (const Column& column : table.columns)
+      for (const ReportedValue& value : column.values) {
+        EXPECT_NE(xml.find(dsi_value(value)), std::string::npos) << table.key << " " << column.quantity;
+        if (certainty_of(value) >= Certainty::with_normal_u) {
+          EXPECT_NE(xml.find(dsi_expanded(value)), std::string::npos) << table.key << " " << column.quantity;
+        }
+      }
+  EXPECT_EQ(tests::count_of(xml, "<dcc:measurementResult "), 2);
+  EXPECT_EQ(tests::count_of(xml, "basic_conformity\">"), 5);
+  EXPECT_EQ(tests::count_of(xml, "refType=\"basic_conformity\">\n          <dcc:name>"), 4);
+}
+
+TEST(Dcc, PutsRowsOfWhichNotAllIsKnownIntoListsApart) {
+  CalibrationReport report = real_report();
+  report.results.resize(1);
+  report.results[0].columns = {{"set_point", "°C", {{.value = 20}, {.value = -40}, {.value = 60}}},
+                               {"bias", "°/h", {with_uncertainty(1, 0.1, 1e9), {}, with_uncertainty(3, 0.1, 1e9)}}};
+  report.budgets.clear();
+  report.compared.clear();
+  const std::string xml = dcc(report);
+  EXPECT_NE(xml.find(">20 60<"), std::string::npos);
+  EXPECT_NE(xml.find(">-40<"), std::string::npos);
+  EXPECT_NE(xml.find("not known: Bias"), std::string::npos);
+  EXPECT_EQ(xml.find("NaN"), std::string::npos);
+}
+
+TEST(Dcc, GivesEachSourceOfUncertaintyItsUnit) {
+  const std::string xml = dcc(real_report());
+  EXPECT_NE(xml.find(" \\kelvin \\degree</si:unitXMLList>"), std::string::npos);
+  EXPECT_NE(xml.find(" \\degree\\hour\\tothe{-1}\\kelvin\\tothe{-1} "), std::string::npos);
+}
+
+TEST(Dcc, OfADraftCannotBeTakenForACertificate) {
+  const std::string xml = dcc({});
+  EXPECT_NE(xml.find("<dcc:uniqueIdentifier>not given (draft)</dcc:uniqueIdentifier>"), std::string::npos);
+  EXPECT_NE(xml.find("DRAFT"), std::string::npos);
+  EXPECT_NE(xml.find("<dcc:valid>false</dcc:valid>"), std::string::npos);
+  EXPECT_NE(xml.find("Not authorised."), std::string::npos);
+  EXPECT_EQ(xml.find("<dcc:valid>true"), std::string::npos);
+}
+
+TEST(Dcc, OfSimulatedRecordsSaysThatNothingWasMeasured) {
+  const std::string xml = dcc(sample_calibration());
+  EXPECT_NE(xml.find("<dcc:uniqueIdentifier>C-2026-0042 (simulated)</dcc:uniqueIdentifier>"), std::string::npos);
+  EXPECT_NE(xml.find("Nothing in this report was measured"), std::string::npos);
+  EXPECT_NE(xml.find("<dcc:traceable>false</dcc:traceable>"), std::string::npos);
+}
+
+TEST(Dcc, OfWhatIsNoDraftMustHaveWhatTheSchemaAsksFor) {
+  for (const auto& take :
+       std::vector<void (*)(CalibrationReport&)>{[](CalibrationReport& report) { report.number = " "; },
+                                                 [](CalibrationReport& report) { report.laboratory.country = "de"; },
+                                                 [](CalibrationReport& report) { report.ended = "2026-02-30"; },
+                                                 [](CalibrationReport& report) { report.customer.name.clear(); },
+                                                 [](CalibrationReport& report) { report.results.clear(); }}) {
+    CalibrationReport report = real_report();
+    take(report);
+    const auto made = dcc_of(report);
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().kind, FaultKind::bad_file);
+    report.state = ReportState::draft;
+    EXPECT_TRUE(dcc_of(report));
+  }
+}
+
+TEST(Dcc, NamesTheReportByItsBytes) {
+  const auto read = read_dcc(dcc(sample_calibration()), "dcc.xml");
+  ASSERT_TRUE(read);
+  ASSERT_EQ(read->files.size(), 1u);
+  EXPECT_EQ(read->files[0].name, "calibration.json");
+  EXPECT_EQ(read->files[0].sha256, sha256(to_json(sample_calibration())));
+}
+
+TEST(Dcc, LeavesOutAPdfThatReadersOfXmlWouldRefuse) {
+  DccOptions options{.pdf = ReadableReport{"report.pdf", std::string(kLargestEmbeddedPdf + 1, 'x')}};
+  EXPECT_EQ(dcc(sample_calibration(), options).find("<dcc:document>"), std::string::npos);
+  options.pdf->bytes.resize(1000);
+  EXPECT_NE(dcc(sample_calibration(), options).find("<dcc:document>"), std::string::npos);
+}
+
+/// What XML says alike is not the same bytes.
+TEST(DccReader, RefusesAnotherWayOfSayingTheSame) {
+  const std::string xml = dcc(sample_calibration());
+  const auto with = [&](const std::string& what, const std::string& instead) {
+    std::string other = xml;
+    other.replace(other.find(what), what.size(), instead);
+    return read_dcc(other, "dcc.xml").has_value();
+  };
+  EXPECT_TRUE(with("<dcc:city>", "<dcc:city>"));
+  EXPECT_FALSE(with("<dcc:city>", "<dcc:city >"));
+  EXPECT_FALSE(with("<dcc:city>", "<dcc:city><!-- -->"));
+  EXPECT_FALSE(with("<dcc:city>", "<dcc:city><?x?>"));
+  EXPECT_FALSE(with("<dcc:city>Berlin", "<dcc:city><![CDATA[Berlin]]>"));
+  EXPECT_FALSE(with("<dcc:city>Berlin", "<dcc:city>&#66;erlin"));
+  EXPECT_FALSE(with("lang=\"en\"", "lang='en'"));
+  EXPECT_FALSE(with("UTF-8", "utf-8"));
+  EXPECT_FALSE(with("1.0\" enc", "1.1\" enc"));
+  EXPECT_FALSE(with("?>\n", "?>\n<!DOCTYPE x [<!ENTITY a \"b\">]>\n"));
+  EXPECT_FALSE(with("</dcc:digitalCalibrationCertificate>\n", "</dcc:digitalCalibrationCertificate>\n\n"));
+  EXPECT_FALSE(with("</dcc:digitalCalibrationCertificate>\n", ""));
+}
+
+}  // namespace
+}  // namespace gyrotherm::report

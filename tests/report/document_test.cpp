@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/document.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/report/sample_calibration.hpp"
+#include "tests/support/markup.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+constexpr Language kLanguages[] = {Language::english, Language::german};
+
+/// Collects all text of a document; figures by their caption.
+struct Text {
+  std::string all;
+  void take(const std::string& text) { all += text + "\n"; }
+  void operator()(const Heading& heading) { take(heading.text); }
+  void operator()(const Paragraph& paragraph) { take(paragraph.text); }
+  void operator()(const Definitions& definitions) {
+    for (const auto& [what, value] : definitions.lines) take(what + ": " + value);
+  }
+  void operator()(const KeyFigures& keys) {
+    take(keys.title);
+    for (const KeyFigures::One& one : keys.figures) take(one.value + " " + one.unit + " " + one.label);
+  }
+  void operator()(const DocumentTable& table) {
+    take(table.caption);
+    for (const std::string& name : table.header) take(name);
+    for (const auto& row : table.rows)
+      for (const Cell& cell : row) take(cell.text + "\n" + cell.note);
+  }
+  void operator()(const DocumentFigure& figure) { take(figure.caption); }
+};
+
+std::string text_of(const Document& document) {
+  Text text;
+  text.take(document.title);
+  for (const Block& block : document.blocks) std::visit(text, block);
+  text.take(document.end);
+  return text.all;
+}
+
+std::string text_of(const CalibrationReport& report, Language language = Language::english) {
+  return text_of(document_of(report, language));
+}
+
+template <class T>
+std::vector<T> all_of(const Document& document) {
+  std::vector<T> found;
+  for (const Block& block : document.blocks)
+    if (const T* one = std::get_if<T>(&block)) found.push_back(*one);
+  return found;
+}
+
+bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST(Document, HasEveryValueWithItsUncertainty) {
+  const CalibrationReport report = sample_calibration();
+  for (const Language language : kLanguages) {
+    const std::string text = text_of(report, language);
+    for (const ResultTable& table : report.results)
+      for (const Column& column : table.columns)
+        for (const ReportedValue& value : column.values)
+          EXPECT_TRUE(has(text, format(language, value))) << table.key << " " << column.quantity;
+    for (const Conformity& one : report.conformity) EXPECT_TRUE(has(text, format(language, one.value)));
+  }
+}
+
+TEST(Document, HasWhatIso17025AsksFor) {
+  const CalibrationReport report = sample_calibration();
+  const std::string text = text_of(report);
+  for (const std::string& part : {report.number,
+                                  report.laboratory.name,
+                                  report.laboratory.address[0],
+                                  report.customer.name,
+                                  report.customer.city,
+                                  report.method.en,
+                                  report.traceability.en,
+                                  report.item.serial_number,
+                                  report.item.condition.en,
+                                  report.place.en,
+                                  std::string("2 November 2026"),
+                                  std::string("10 November 2026"),
+                                  std::string("20 November 2026"),
+                                  report.people[0].name,
+                                  report.authorised->name,
+                                  report.replaces->number,
+                                  report.replaces->sha256,
+                                  report.files[0].sha256,
+                                  report.equipment[0].certificate,
+                                  std::string("relate only to the item"),
+                                  std::string("except in full"),
+                                  std::string("guard band"),
+                                  std::string("coverage factor k"),
+                                  std::string("approximately 95 %"),
+                                  report.deviations[0].text,
+                                  std::string("overdue"),
+                                  std::string("End of the calibration report C-2026-0042")})
+    EXPECT_TRUE(has(text, part)) << part;
+}
+
+TEST(Document, IsGermanWhereItIsAskedFor) {
+  const std::string text = text_of(sample_calibration(), Language::german);
+  for (const char* part : {"Kalibrierbericht", "Erweiterungsfaktor k", "Nach Justierung", "10. November 2026",
+                           "Ringlaserkreisel", "Erddrehrate abgezogen", "Bedingt nicht konform"})
+    EXPECT_TRUE(has(text, part)) << part;
+  EXPECT_FALSE(has(text, "As left"));
+}
+
+TEST(Document, SaysTheSameInBothLanguages) {
+  const CalibrationReport report = sample_calibration();
+  const Document english = document_of(report, Language::english), german = document_of(report, Language::german);
+  ASSERT_EQ(english.blocks.size(), german.blocks.size());
+  for (std::size_t k = 0; k < english.blocks.size(); ++k)
+    EXPECT_EQ(english.blocks[k].index(), german.blocks[k].index()) << k;
+}
+
+TEST(Document, OfADraftSaysWhatIsMissing) {
+  CalibrationReport report = sample_calibration();
+  report.state = ReportState::draft;
+  report.authorised.reset();
+  report.missing = {"order.toml: customer.name"};
+  report.number.clear();
+  const Document document = document_of(report, Language::english);
+  EXPECT_EQ(document.title, "Calibration report (draft)");
+  EXPECT_EQ(document.mark, "DRAFT · SIMULATED");
+  EXPECT_EQ(document.number, "–");
+  const auto* first = std::get_if<Paragraph>(&document.blocks.front());
+  ASSERT_NE(first, nullptr);
+  EXPECT_EQ(first->style, Paragraph::Style::caution);
+  EXPECT_TRUE(has(first->text, "order.toml: customer.name"));
+  EXPECT_TRUE(has(text_of(document), "Not authorised"));
+}
+
+TEST(Document, OfAReplacedReportSaysByWhich) {
+  CalibrationReport report = sample_calibration();
+  report.simulated = false;
+  report.state = ReportState::superseded;
+  report.replaced_by = OtherReport{.number = "C-2026-0099"};
+  const Document document = document_of(report, Language::english);
+  EXPECT_EQ(document.mark, "SUPERSEDED");
+  EXPECT_TRUE(has(text_of(document), "replaced by the report C-2026-0099"));
+}
+
+TEST(Document, CallsAFitToItsOwnRecordNoVerification) {
+  CalibrationReport report = sample_calibration();
+  EXPECT_FALSE(has(text_of(report), "no verification"));
+  for (ResultTable& table : report.results) table.in_sample = table.stage == Stage::as_left;
+  EXPECT_TRUE(has(text_of(report), "no verification"));
+  const auto keys = all_of<KeyFigures>(document_of(report, Language::english));
+  ASSERT_FALSE(keys.empty());
+  EXPECT_TRUE(has(keys[0].figures[0].label, "in-sample"));
+}
+
+TEST(Document, BeginsWithTheMeanOfEachAxis) {
+  const auto keys = all_of<KeyFigures>(document_of(sample_calibration(), Language::english));
+  ASSERT_EQ(keys.size(), 2u);
+  EXPECT_EQ(keys[0].title, "Axis u1.x");
+  ASSERT_EQ(keys[0].figures.size(), 4u);
+  EXPECT_TRUE(keys[0].figures[0].best);
+  EXPECT_EQ(keys[0].figures[0].value, format(Language::english, with_uncertainty(0.002, 0.00003, 41.7)));
+  EXPECT_TRUE(has(keys[0].figures[0].label, "as left (k\u00a0=\u00a02.02, ν\u00a0=\u00a041)"))
+      << keys[0].figures[0].label;
+  EXPECT_TRUE(has(keys[0].figures[3].label, "as found"));
+}
+
+TEST(Document, HasTheStagesOfAResultSideBySide) {
+  const auto tables = all_of<DocumentTable>(document_of(sample_calibration(), Language::english));
+  const auto found = std::ranges::find_if(
+      tables, [](const DocumentTable& table) { return table.caption.ends_with(": Stabilised bias /\u00a0(°/h)"); });
+  ASSERT_NE(found, tables.end());
+  EXPECT_EQ(found->header, (std::vector<std::string>{"Set point /\u00a0°C", "Temperature /\u00a0°C", "Uncompensated",
+                                                     "As found", "As left"}));
+  ASSERT_EQ(found->rows.size(), 3u);
+  EXPECT_EQ(found->rows[1][0].text, "−40");
+  EXPECT_EQ(found->rows[1][4].note, "k\u00a0=\u00a02.03, ν\u00a0=\u00a035");
+}
+
+TEST(Document, ResultsOfSeveralRecordsNameThem) {
+  CalibrationReport report = sample_calibration();
+  report.files.push_back({.role = "record", .name = "random.db", .id = "second", .sha256 = std::string(64, 'd')});
+  ResultTable again = report.results.back();
+  again.run = "second";
+  report.results.push_back(again);
+  const Document document = document_of(report, Language::english);
+  const auto tables = all_of<DocumentTable>(document);
+  EXPECT_TRUE(std::ranges::any_of(tables, [](const DocumentTable& table) {
+    return table.header.size() > 1 && table.header[1] == "Record" && table.rows.back()[1].text == "R2";
+  }));
+  EXPECT_TRUE(has(text_of(document), "chain of hashes was not verified of: random.db"));
+}
+
+TEST(Document, TablesAreRectangular) {
+  for (const Language language : kLanguages)
+    for (const DocumentTable& table : all_of<DocumentTable>(document_of(sample_calibration(), language)))
+      for (const auto& row : table.rows) EXPECT_EQ(row.size(), table.header.size()) << table.caption;
+}
+
+TEST(Document, FiguresAreDrawnInItsLanguage) {
+  const auto figures = all_of<DocumentFigure>(document_of(sample_calibration(), Language::german));
+  ASSERT_EQ(figures.size(), 6u);
+  std::set<std::string> ids;
+  for (const DocumentFigure& figure : figures) {
+    EXPECT_EQ(tests::markup_mistake(figure.svg), "") << figure.caption;
+    EXPECT_TRUE(ids.insert(figure.id).second);
+  }
+  EXPECT_TRUE(has(figures[1].svg, ">0,2</text>")) << figures[1].svg.substr(0, 3000);
+  EXPECT_TRUE(has(figures[1].svg, "Nach Justierung"));
+  EXPECT_TRUE(has(figures[1].svg, "SIMULIERT"));
+  EXPECT_FALSE(has(figures[1].svg, "SIMULATED"));
+}
+
+TEST(Document, OfAnEmptyReportStands) {
+  for (const Language language : kLanguages) EXPECT_FALSE(text_of(CalibrationReport{}, language).empty());
+}
+
+TEST(Calibration, KeysWithoutAWordAreRefusedWithTheirPlace) {
+  CalibrationReport report = sample_calibration();
+  report.results[1].columns[0].quantity = "set_pont";
+  auto read = calibration_from_json(to_json(report), "calibration.json");
+  ASSERT_FALSE(read);
+  EXPECT_TRUE(has(text(read.error()), "results[1].columns[0].quantity")) << text(read.error());
+  report = sample_calibration();
+  report.deviations[0].kind = "say.coverage";
+  EXPECT_FALSE(calibration_from_json(to_json(report), "calibration.json"));
+  report = sample_calibration();
+  report.conformity[0].quantity = "compensated_mean.size";
+  EXPECT_FALSE(calibration_from_json(to_json(report), "calibration.json"));
+}
+
+}  // namespace
+}  // namespace gyrotherm::report

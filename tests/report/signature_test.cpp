@@ -1,0 +1,458 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/signature.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <random>
+
+#include "core/file.hpp"
+#include "core/sha256.hpp"
+#include "report/dcc.hpp"
+#include "report/other_program.hpp"
+#include "report/signed_report.hpp"
+#include "tests/report/sample_calibration.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+#ifdef GYROTHERM_NIGHTLY
+constexpr int kTries = 100;
+#else
+constexpr int kTries = 10;
+#endif
+
+void run(const std::string& program, const std::vector<std::string>& words) {
+  const auto ran = run_program(program, words);
+  ASSERT_TRUE(ran) << text(ran.error());
+  ASSERT_EQ(ran->exit_code, 0) << program << ": " << ran->out;
+}
+
+/// Keys and certificates of an authority and of those whom it knows, made for the tests.
+class Keys {
+ public:
+  Keys() {
+    authority("ca");
+    authority("other-ca");
+    issue("lab", "ca", {"-days", "3650"});
+    issue("colleague", "ca", {"-days", "3650"});
+    issue("stranger", "other-ca", {"-days", "3650"});
+    run("openssl",
+        {"pkey", "-in", folder_ / "lab.key", "-aes256", "-passout", "pass:a secret", "-out", folder_ / "locked.key"});
+    write("password", "a secret\n");
+    write("wrong-password", "another\n");
+  }
+  [[nodiscard]] std::string operator/(const std::string& name) const { return folder_ / name; }
+  [[nodiscard]] SigningKey key(const std::string& name) const {
+    return {.key_file = folder_ / (name + ".key"), .certificate_file = folder_ / (name + ".pem")};
+  }
+  [[nodiscard]] Trust trust(const std::string& name = "ca") const {
+    return {.certificates_file = folder_ / (name + ".pem")};
+  }
+
+ private:
+  void write(const std::string& name, const std::string& bytes) { (void)replace_text_file(folder_ / name, bytes); }
+  void authority(const std::string& name) {
+    run("openssl", {"req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", folder_ / (name + ".key"), "-out",
+                    folder_ / (name + ".pem"), "-days", "3650", "-subj", "/CN=" + name});
+  }
+  void issue(const std::string& name, const std::string& by, const std::vector<std::string>& more) {
+    write("extensions", "basicConstraints=critical,CA:FALSE\nkeyUsage=critical,digitalSignature,nonRepudiation\n");
+    run("openssl", {"req", "-newkey", "rsa:2048", "-nodes", "-keyout", folder_ / (name + ".key"), "-out",
+                    folder_ / "request", "-subj", "/C=DE/O=Inertial Laboratory/CN=" + name});
+    std::vector<std::string> words{"x509",
+                                   "-req",
+                                   "-in",
+                                   folder_ / "request",
+                                   "-CA",
+                                   folder_ / (by + ".pem"),
+                                   "-CAkey",
+                                   folder_ / (by + ".key"),
+                                   "-CAcreateserial",
+                                   "-extfile",
+                                   folder_ / "extensions",
+                                   "-out",
+                                   folder_ / (name + ".pem")};
+    words.insert(words.end(), more.begin(), more.end());
+    run("openssl", words);
+  }
+
+  tests::TestFolder folder_;
+};
+
+/// A PDF of two pages, by hand; with an empty field for a signature on the second, if asked for.
+std::string pdf_of(const std::string& first, const std::string& second, bool has_field = false) {
+  const auto stream = [](const std::string& said) {
+    const std::string drawn = fmt::format("BT /F 12 Tf 72 720 Td ({}) Tj ET", said);
+    return fmt::format("<< /Length {} >>\nstream\n{}\nendstream", drawn.size(), drawn);
+  };
+  const auto page = [](int contents) {
+    return fmt::format(
+        "<< /Type /Page /Parent 2 0 R /MediaBox [0 0 595 842] /Resources << /Font << /F 7 0 R >> >> /Contents {} 0 R "
+        ">>",
+        contents);
+  };
+  std::vector<std::string> objects{"<< /Type /Catalog /Pages 2 0 R >>",
+                                   "<< /Type /Pages /Kids [3 0 R 4 0 R] /Count 2 >>",
+                                   page(5),
+                                   page(6),
+                                   stream(first),
+                                   stream(second),
+                                   "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>"};
+  if (has_field) {
+    objects[0] = "<< /Type /Catalog /Pages 2 0 R /AcroForm << /Fields [8 0 R] /SigFlags 1 >> >>";
+    objects[3].insert(3, "/Annots [8 0 R] ");
+    objects.push_back("<< /Type /Annot /Subtype /Widget /FT /Sig /T (Signature) /Rect [0 0 0 0] /F 132 /P 4 0 R >>");
+  }
+  std::string pdf = "%PDF-1.6\n", table = "0000000000 65535 f \n";
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    table += fmt::format("{:010} 00000 n \n", pdf.size());
+    pdf += fmt::format("{} 0 obj\n{}\nendobj\n", i + 1, objects[i]);
+  }
+  return pdf + fmt::format("xref\n0 {}\n{}trailer\n<< /Size {} /Root 1 0 R >>\nstartxref\n{}\n%%EOF\n",
+                           objects.size() + 1, table, objects.size() + 1, pdf.size());
+}
+
+std::string bytes_of(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
+
+/// Keys, and a report of a folder that is signed with them.
+class Signed : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { keys_ = std::make_unique<Keys>(); }
+  static void TearDownTestSuite() { keys_.reset(); }
+
+  void SetUp() override {
+    write("calibration.json", to_json(sample_calibration()));
+    write("report.pdf", pdf_of("Bias 0.0021 deg/h", "page 2"));
+    write("report.html", "<p>Bias</p>");
+    write("notes.txt", "not issued");
+  }
+
+  void sign() {
+    const auto done = sign_report(folder_path(), keys_->key("lab"));
+    ASSERT_TRUE(done) << text(done.error());
+  }
+  void write(const std::string& name, const std::string& bytes) { ASSERT_TRUE(replace_text_file(at(name), bytes)); }
+  [[nodiscard]] std::string at(const std::string& name) const { return folder_ / name; }
+  [[nodiscard]] std::string folder_path() const { return std::filesystem::path(at("x")).parent_path().string(); }
+  [[nodiscard]] std::string bytes(const std::string& name) const { return bytes_of(at(name)); }
+  [[nodiscard]] static bool dcc_holds(const std::string& dcc, const Trust& trust = keys_->trust()) {
+    return verify_dcc(dcc, "dcc.xml", trust).has_value();
+  }
+  /// What of the folder does not hold.
+  [[nodiscard]] std::vector<std::string> failing(const Trust& trust = keys_->trust()) const {
+    const auto found = verify_report(folder_path(), trust);
+    EXPECT_TRUE(found) << text(found.error());
+    std::vector<std::string> names;
+    if (found)
+      for (const Check& check : found->checks)
+        if (check.outcome == Check::Outcome::fails) names.push_back(check.what);
+    return names;
+  }
+
+  static std::unique_ptr<Keys> keys_;
+
+ private:
+  tests::TestFolder folder_;
+};
+
+std::unique_ptr<Keys> Signed::keys_;
+
+/// Another byte at a random place; a digit becomes another digit where `digits`.
+std::string with_another_byte(std::string bytes, std::mt19937_64& engine, bool digits, std::size_t from = 0,
+                              std::size_t to = std::string::npos) {
+  to = std::min(to, bytes.size());
+  for (;;) {
+    char& byte = bytes[from + engine() % (to - from)];
+    const char before = byte;
+    if (digits && std::isdigit(static_cast<unsigned char>(byte)) == 0) continue;
+    byte = digits ? static_cast<char>('0' + engine() % 10) : static_cast<char>(engine() % 256);
+    if (byte != before) return bytes;
+    byte = before;
+  }
+}
+
+TEST_F(Signed, HoldsAsItWasSigned) {
+  sign();
+  const auto found = verify_report(folder_path(), keys_->trust());
+  ASSERT_TRUE(found) << text(found.error());
+  EXPECT_EQ(found->identifier, "C-2026-0042 (simulated)");
+  ASSERT_TRUE(found->signer);
+  EXPECT_EQ(found->signer->subject, "CN=lab,O=Inertial Laboratory,C=DE");
+  EXPECT_EQ(found->signer->issuer, "CN=ca");
+  EXPECT_EQ(found->signer->fingerprint.size(), 64u);
+  EXPECT_TRUE(found->report);
+  std::vector<std::string> names;
+  for (const Check& check : found->checks) {
+    EXPECT_EQ(check.outcome, Check::Outcome::holds) << check.what << ": " << check.text;
+    names.push_back(check.what);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"dcc.xml", "calibration.json", "report.html", "report.pdf"}));
+}
+
+TEST_F(Signed, CertificateIsStillValidByTheSchema) {
+  const char* shared = std::getenv("GYROTHERM_SHARED");
+  if (shared == nullptr) GTEST_SKIP() << "GYROTHERM_SHARED is not set: PTB's schema is not at hand";
+  sign();
+  run("xmllint", {"--nonet", "--noout", "--schema", std::string(shared) + "/dcc/v3.3.0/dcc/dcc.xsd", at("dcc.xml")});
+}
+
+TEST_F(Signed, CertificateHoldsNoOtherByte) {
+  sign();
+  const std::string dcc = bytes("dcc.xml");
+  ASSERT_TRUE(dcc_holds(dcc));
+  const std::size_t embedded = dcc.find("<dcc:document>");
+  for (int i = 0; i < kTries; ++i) {
+    std::mt19937_64 engine(static_cast<std::uint64_t>(i));
+    EXPECT_FALSE(dcc_holds(with_another_byte(dcc, engine, false))) << "seed " << i;
+    EXPECT_FALSE(dcc_holds(with_another_byte(dcc, engine, true, 0, embedded))) << "seed " << i << ", a digit";
+    EXPECT_FALSE(dcc_holds(with_another_byte(dcc, engine, false, dcc.find("<ds:Signature")))) << "seed " << i;
+    std::string without = dcc, with = dcc;
+    without.erase(engine() % dcc.size(), 1);
+    with.insert(engine() % dcc.size(), 1, ' ');
+    EXPECT_FALSE(dcc_holds(without)) << "seed " << i << ", a byte less";
+    EXPECT_FALSE(dcc_holds(with)) << "seed " << i << ", a blank more";
+  }
+}
+
+TEST_F(Signed, PdfHoldsNoOtherByte) {
+  sign();
+  const std::string pdf = bytes("report.pdf");
+  ASSERT_TRUE(verify_pdf(at("report.pdf"), keys_->trust()));
+  // The signature itself cannot be under the signature; that no byte of it changed, dcc.xml says.
+  const std::size_t begins = pdf.rfind("/Contents <"), ends = pdf.find('>', begins);
+  ASSERT_NE(begins, std::string::npos);
+  const auto holds = [&](const std::string& other) {
+    (void)replace_text_file(at("other.pdf"), other);
+    return verify_pdf(at("other.pdf"), keys_->trust()).has_value();
+  };
+  ASSERT_TRUE(holds(pdf));
+  const std::size_t original = pdf_of("Bias 0.0021 deg/h", "page 2").size();
+  for (int i = 0; i < kTries; ++i) {
+    std::mt19937_64 engine(static_cast<std::uint64_t>(i));
+    EXPECT_FALSE(holds(with_another_byte(pdf, engine, false, 0, begins))) << "seed " << i;
+    EXPECT_FALSE(holds(with_another_byte(pdf, engine, true, 0, original))) << "seed " << i << ", a digit";
+    EXPECT_FALSE(holds(with_another_byte(pdf, engine, false, ends + 1))) << "seed " << i << ", after the signature";
+  }
+}
+
+TEST_F(Signed, PdfHoldsNoOtherPage) {
+  sign();
+  const std::string pdf = bytes("report.pdf");
+  const auto refused = [&](const std::string& other) {
+    write("other.pdf", other);
+    const auto signer = verify_pdf(at("other.pdf"), keys_->trust());
+    return signer ? "" : signer.error().what;
+  };
+  std::string fewer = pdf;
+  fewer.replace(fewer.find("[3 0 R 4 0 R] /Count 2"), 22, "[3 0 R      ] /Count 1");
+  EXPECT_NE(refused(fewer), "");
+  // Appended, as an editor saves: the signature still holds of what was there before.
+  const std::size_t at_table =
+      pdf.rfind("startxref\n") == std::string::npos ? pdf.rfind("startxref") : pdf.rfind("startxref");
+  const std::string previous = pdf.substr(at_table + 9, pdf.find("%%EOF", at_table) - at_table - 9);
+  std::string appended = pdf;
+  const std::size_t object = appended.size();
+  appended += "2 0 obj\n<< /Type /Pages /Kids [4 0 R] /Count 1 >>\nendobj\n";
+  const std::size_t table = appended.size();
+  appended +=
+      fmt::format("xref\n2 1\n{:010} 00000 n \ntrailer\n<< /Size 19 /Root 1 0 R /Prev {} >>\nstartxref\n{}\n%%EOF\n",
+                  object, std::stoul(previous), table);
+  EXPECT_EQ(refused(appended), "its signature is not over all of it");
+  EXPECT_NE(refused(pdf_of("Bias 0.0001 deg/h", "page 2")), "");
+}
+
+TEST_F(Signed, FolderHoldsNoOtherByteInAnyFile) {
+  sign();
+  for (const char* name : {"calibration.json", "report.pdf", "report.html"}) {
+    const std::string before = bytes(name);
+    for (int i = 0; i < std::max(1, kTries / 10); ++i) {
+      std::mt19937_64 engine(static_cast<std::uint64_t>(i));
+      write(name, with_another_byte(before, engine, false));
+      EXPECT_EQ(failing(), std::vector<std::string>{name}) << "seed " << i;
+    }
+    write(name, before);
+  }
+  EXPECT_TRUE(failing().empty());
+}
+
+TEST_F(Signed, FileThatIsGoneIsSaidToBe) {
+  sign();
+  std::filesystem::remove(at("report.html"));
+  EXPECT_TRUE(failing().empty());
+  std::filesystem::remove(at("calibration.json"));
+  EXPECT_EQ(failing(), std::vector<std::string>{"calibration.json"});
+}
+
+TEST_F(Signed, CertificateOfAnotherReportIsNotTheirs) {
+  sign();
+  const std::string other = bytes("dcc.xml");
+  CalibrationReport report = sample_calibration();
+  report.number = "C-2026-0043";
+  write("calibration.json", to_json(report));
+  write("report.pdf", pdf_of("Bias 0.0021 deg/h", "page 2"));
+  std::filesystem::remove(at("dcc.xml"));
+  sign();
+  EXPECT_TRUE(failing().empty());
+  write("dcc.xml", other);
+  EXPECT_EQ(failing(), (std::vector<std::string>{"calibration.json", "report.pdf"}));
+}
+
+TEST_F(Signed, ByAStrangerIsNotTrusted) {
+  sign();
+  EXPECT_EQ(failing(keys_->trust("other-ca")), std::vector<std::string>{"dcc.xml"});
+  const auto signer = verify_dcc(bytes("dcc.xml"), "dcc.xml", keys_->trust("other-ca"));
+  ASSERT_FALSE(signer);
+  EXPECT_NE(signer.error().what.find("the signer is not trusted: unable to get"), std::string::npos);
+  EXPECT_FALSE(verify_pdf(at("report.pdf"), keys_->trust("other-ca")));
+  EXPECT_TRUE(dcc_holds(bytes("dcc.xml"), keys_->trust("lab"))) << "the laboratory's own certificate is enough";
+  EXPECT_FALSE(dcc_holds(bytes("dcc.xml"), keys_->trust("colleague")));
+}
+
+/// Both are trusted, but whose name it bears is not who signed.
+TEST_F(Signed, UnderTheNameOfAnotherDoesNotHold) {
+  sign();
+  const std::string dcc = bytes("dcc.xml");
+  std::string certificate;
+  for (const char c : bytes_of(*keys_ / "colleague.pem")) certificate += c == '\n' ? "" : std::string(1, c);
+  certificate = certificate.substr(27, certificate.size() - 27 - 25);
+  const std::string element = "<ds:X509Certificate>" + certificate + "</ds:X509Certificate>";
+  std::string first = dcc, second = dcc;
+  first.insert(first.find("<ds:X509Certificate>"), element);
+  second.insert(second.find("</ds:X509Data>"), element);
+  EXPECT_FALSE(dcc_holds(first));
+  EXPECT_FALSE(dcc_holds(second));
+}
+
+TEST_F(Signed, PdfHasItsSignatureInTheFieldThatIsThere) {
+  write("report.pdf", pdf_of("Bias 0.0021 deg/h", "page 2", true));
+  const auto nobody = verify_pdf(at("report.pdf"), keys_->trust());
+  ASSERT_FALSE(nobody);
+  EXPECT_EQ(nobody.error().what, "is not signed exactly once");
+  sign();
+  EXPECT_TRUE(failing().empty());
+  EXPECT_LT(bytes("report.pdf").size(), 20'000u);
+  EXPECT_NE(bytes("report.pdf").find("/T (Signature)"), std::string::npos);
+}
+
+TEST_F(Signed, PdfByAnotherIsSaidToBe) {
+  ASSERT_TRUE(sign_pdf(at("report.pdf"), at("by-colleague.pdf"), keys_->key("colleague"), "x"));
+  write("report.pdf", bytes("by-colleague.pdf"));
+  std::filesystem::remove(at("by-colleague.pdf"));
+  EXPECT_FALSE(sign_report(folder_path(), keys_->key("lab"))) << "it is signed already";
+  const auto dcc = dcc_of(sample_calibration(), {.files = {{"report.pdf", sha256(bytes("report.pdf"))}}});
+  ASSERT_TRUE(dcc);
+  const auto signed_dcc = sign_dcc(*dcc, keys_->key("lab"));
+  ASSERT_TRUE(signed_dcc) << text(signed_dcc.error());
+  write("dcc.xml", *signed_dcc);
+  EXPECT_EQ(failing(), std::vector<std::string>{"report.pdf"});
+}
+
+TEST_F(Signed, OnADayOnWhichTheCertificateWasValid) {
+  sign();
+  Trust trust = keys_->trust();
+  trust.on_day = "2015-01-01";
+  EXPECT_EQ(failing(trust), std::vector<std::string>{"dcc.xml"});
+  EXPECT_FALSE(verify_pdf(at("report.pdf"), trust));
+  trust.on_day = "never";
+  const auto found = verify_report(folder_path(), trust);
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error().kind, FaultKind::usage);
+}
+
+TEST_F(Signed, ASignatureOfAnotherFormIsNone) {
+  sign();
+  const std::string dcc = bytes("dcc.xml");
+  const auto with = [&](const std::string& what, const std::string& instead) {
+    std::string other = dcc;
+    other.replace(other.find(what), what.size(), instead);
+    return other;
+  };
+  EXPECT_FALSE(dcc_holds(with("Reference URI=\"\"", "Reference URI=\"#item\"")));
+  EXPECT_FALSE(dcc_holds(with("</ds:Transforms>", "<ds:Transform Algorithm=\"x\"></ds:Transform></ds:Transforms>")));
+  EXPECT_FALSE(dcc_holds(with("rsa-sha256", "hmac-sha256")));
+  EXPECT_FALSE(dcc_holds(with("</ds:KeyInfo>", "<ds:KeyValue></ds:KeyValue></ds:KeyInfo>")));
+  const std::size_t begins = dcc.find("\n  <ds:Signature"), ends = dcc.find("</ds:Signature>") + 15;
+  EXPECT_FALSE(dcc_holds(std::string(dcc).insert(ends, dcc.substr(begins, ends - begins))));
+  EXPECT_FALSE(dcc_holds(std::string(dcc).erase(begins, ends - begins)));
+  EXPECT_FALSE(dcc_holds(""));
+  EXPECT_FALSE(dcc_holds(dcc + dcc));
+}
+
+TEST_F(Signed, WithALockedKeyNeedsItsPassword) {
+  SigningKey key = keys_->key("lab");
+  key.key_file = *keys_ / "locked.key";
+  key.password_file = *keys_ / "wrong-password";
+  const auto refused = sign_report(folder_path(), key);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().what.find("does not open the key"), std::string::npos) << text(refused.error());
+  key.password_file = *keys_ / "password";
+  const auto done = sign_report(folder_path(), key);
+  ASSERT_TRUE(done) << text(done.error());
+  EXPECT_TRUE(failing().empty());
+}
+
+TEST_F(Signed, WithAKeyOfAnotherIsRefused) {
+  SigningKey key = keys_->key("lab");
+  key.certificate_file = *keys_ / "colleague.pem";
+  const std::string before = bytes("report.pdf");
+  const auto refused = sign_report(folder_path(), key);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().what.find("is not the certificate of the key"), std::string::npos);
+  EXPECT_EQ(bytes("report.pdf"), before);
+}
+
+TEST_F(Signed, LeavesNoKeyBehind) {
+  tests::TestFolder place;
+  ASSERT_EQ(::setenv("XDG_RUNTIME_DIR", std::filesystem::path(place / "x").parent_path().c_str(), 1), 0);
+  sign();
+  EXPECT_TRUE(failing().empty());
+  EXPECT_TRUE(entries_of(std::filesystem::path(place / "x").parent_path()).empty());
+  ::unsetenv("XDG_RUNTIME_DIR");
+}
+
+TEST_F(Signed, NeverADraft) {
+  for (const ReportState state : {ReportState::draft, ReportState::superseded}) {
+    CalibrationReport report = sample_calibration();
+    report.state = state;
+    write("calibration.json", to_json(report));
+    const auto refused = sign_report(folder_path(), keys_->key("lab"));
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().kind, FaultKind::bad_file);
+  }
+}
+
+TEST_F(Signed, IsSignedOnce) {
+  sign();
+  const auto again = sign_report(folder_path(), keys_->key("lab"));
+  ASSERT_FALSE(again);
+  EXPECT_EQ(text(again.error()), at("dcc.xml") + ": is signed already");
+  EXPECT_TRUE(failing().empty());
+  std::filesystem::remove(at("dcc.xml"));
+  const auto pdf = sign_report(folder_path(), keys_->key("lab"));
+  ASSERT_FALSE(pdf);
+  EXPECT_EQ(text(pdf.error()), at("report.pdf") + ": is signed already, or is no PDF");
+}
+
+TEST_F(Signed, WithoutTheProgramsSaysWhichPackageHasThem) {
+  const std::string path = std::getenv("PATH");
+  ASSERT_EQ(::setenv("PATH", "/nowhere", 1), 0);
+  const auto refused = sign_report(folder_path(), keys_->key("lab"));
+  ::setenv("PATH", path.c_str(), 1);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(text(refused.error()).find("package poppler-utils"), std::string::npos) << text(refused.error());
+}
+
+TEST(OtherProgram, IsEndedWhenItTakesTooLong) {
+  const auto run = run_program("sleep", {"60"}, std::chrono::milliseconds(50));
+  ASSERT_FALSE(run);
+  EXPECT_EQ(run.error().kind, FaultKind::timeout);
+}
+
+}  // namespace
+}  // namespace gyrotherm::report

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/words.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <set>
+#include <string>
+
+namespace gyrotherm::report {
+namespace {
+
+constexpr Language kEn = Language::english, kDe = Language::german;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+ReportedValue with_expanded(double value, double expanded) {
+  return {.value = value, .standard_uncertainty = expanded / 2, .coverage_factor = 2};
+}
+
+/// Plain spaces for those that do not break, so that expectations can be read.
+std::string plain(std::string text) {
+  for (const std::string space : {"\u202f", "\u00a0"})
+    for (auto at = text.find(space); at != std::string::npos; at = text.find(space))
+      text.replace(at, space.size(), " ");
+  return text;
+}
+
+std::string written(double value, double expanded, Language language = kEn) {
+  return plain(format(language, with_expanded(value, expanded)));
+}
+
+TEST(Words, OfEachKeyAreThereInBothLanguages) {
+  std::set<std::string_view> seen;
+  for (const std::string_view key : word_keys()) {
+    EXPECT_FALSE(word(kEn, key).empty()) << key;
+    EXPECT_FALSE(word(kDe, key).empty()) << key;
+    EXPECT_TRUE(seen.insert(key).second) << key << " is there twice";
+  }
+}
+
+TEST(Words, HaveTheSamePlacesInBothLanguages) {
+  const auto places = [](std::string_view text) { return std::ranges::count(text, '{'); };
+  for (const std::string_view key : word_keys()) EXPECT_EQ(places(word(kEn, key)), places(word(kDe, key))) << key;
+}
+
+TEST(Words, OfTheDocumentItselfAreNoKeysOfAReport) {
+  EXPECT_TRUE(has_word("stabilised_bias"));
+  EXPECT_FALSE(has_word("say.coverage"));
+  EXPECT_FALSE(has_word("stabilized_bias"));
+}
+
+TEST(Words, CoverWhatAnEnumeratorIsCalled) {
+  for (const Stage stage : {Stage::uncompensated, Stage::as_found, Stage::as_left}) EXPECT_TRUE(has_word(name(stage)));
+  for (const Verdict verdict :
+       {Verdict::pass, Verdict::conditional_pass, Verdict::conditional_fail, Verdict::fail, Verdict::not_known})
+    EXPECT_TRUE(has_word(name(verdict)));
+  for (const DecisionRule rule : {DecisionRule::simple, DecisionRule::guard_band}) EXPECT_TRUE(has_word(name(rule)));
+  for (const ReportState state : {ReportState::draft, ReportState::authorised, ReportState::superseded})
+    EXPECT_TRUE(has_word(name(state)));
+}
+
+TEST(Words, OfPeopleAreInTheLanguageOrTheOther) {
+  EXPECT_EQ(in(kDe, {"a", "b"}), "b");
+  EXPECT_EQ(in(kEn, {"", "b"}), "b");
+  EXPECT_EQ(in(kDe, {"a", ""}), "a");
+}
+
+TEST(NumberFormat, IsRoundedToTwoDigitsOfU) {
+  EXPECT_EQ(written(0.0021449, 0.000123), "0.002 14 ± 0.000 12");
+  EXPECT_EQ(written(0.002, 0.0000606), "0.002 000 ± 0.000 061");
+  EXPECT_EQ(written(-3.14159, 0.25), "−3.14 ± 0.25");
+  EXPECT_EQ(written(0.002, 0.0000606, kDe), "0,002 000 ± 0,000 061");
+}
+
+TEST(NumberFormat, CarriesWhenURoundsUp) {
+  EXPECT_EQ(written(1.234567, 0.0996), "1.23 ± 0.10");
+  EXPECT_EQ(written(1.234567, 0.00999), "1.235 ± 0.010");
+  EXPECT_EQ(written(1234.5, 99.6), "1230 ± 100");
+  EXPECT_EQ(written(123.45, 9.96), "123 ± 10");
+}
+
+TEST(NumberFormat, OfALargeURoundsToTens) {
+  EXPECT_EQ(written(12345, 1234), "12 300 ± 1200");
+  EXPECT_EQ(written(12345, 123), "12 350 ± 120");
+  EXPECT_EQ(written(54, 123), "50 ± 120");
+}
+
+TEST(NumberFormat, FarFromOneHasAPowerOfTen) {
+  EXPECT_EQ(written(2e-9, 6.06e-11), "(2.000 ± 0.061) × 10⁻⁹");
+  EXPECT_EQ(written(1.5e9, 2e7), "(1.500 ± 0.020) × 10⁹");
+  EXPECT_EQ(plain(format_parts(kEn, with_expanded(2e-9, 6.06e-11)).expanded), "0.061 × 10⁻⁹");
+}
+
+TEST(NumberFormat, OfZeroHasNoSign) {
+  EXPECT_EQ(written(-0.00001, 0.01), "0.000 ± 0.010");
+  EXPECT_EQ(written(0, 0.0000606), "0.000 000 ± 0.000 061");
+}
+
+TEST(NumberFormat, WithoutUHasFourDigitsAtMost) {
+  EXPECT_EQ(plain(format(kEn, {.value = 20})), "20");
+  EXPECT_EQ(plain(format(kEn, {.value = 12345})), "12 345");
+  EXPECT_EQ(plain(format(kEn, {.value = 0.0005})), "0.0005");
+  EXPECT_EQ(plain(format(kEn, {.value = 0.123456})), "0.1235");
+  EXPECT_EQ(plain(format(kEn, {.value = 1.5e-7})), "1.5 × 10⁻⁷");
+  EXPECT_EQ(plain(format(kDe, {.value = -0.31})), "−0,31");
+  EXPECT_EQ(plain(format(kEn, {.value = 0})), "0");
+  EXPECT_EQ(plain(format(kEn, {.value = 100.5})), "100.5");
+}
+
+TEST(NumberFormat, OfAUThatIsZeroOrUnknownIsThatOfTheValueAlone) {
+  EXPECT_EQ(written(0.25, 0), "0.25");
+  EXPECT_EQ(written(0.25, kNaN), "0.25");
+  EXPECT_EQ(written(0.25, std::numeric_limits<double>::infinity()), "0.25");
+  EXPECT_EQ(written(kNaN, 0.1), "–");
+  EXPECT_EQ(format_parts(kEn, with_expanded(0.25, 0)).expanded, "");
+}
+
+TEST(NumberFormat, GroupsMoreThanFourDigits) {
+  EXPECT_EQ(plain(format_number(kEn, 1234, 0)), "1234");
+  EXPECT_EQ(plain(format_number(kEn, 1234567.25, 2)), "1 234 567.25");
+  EXPECT_EQ(plain(format_number(kDe, 0.123456, 6)), "0,123 456");
+  EXPECT_EQ(plain(format_number(kEn, 0.1234, 4)), "0.1234");
+  EXPECT_EQ(format_number(kEn, kNaN, 3), "–");
+}
+
+TEST(NumberFormat, KeepsSignificantDigits) {
+  EXPECT_EQ(plain(format_significant(kEn, 0.0005, 2)), "0.000 50");
+  EXPECT_EQ(plain(format_significant(kEn, 0.0996, 2)), "0.10");
+  EXPECT_EQ(plain(format_significant(kEn, 19.77, 2)), "20");
+  EXPECT_EQ(plain(format_significant(kDe, 1.25e-6, 3)), "1,25 × 10⁻⁶");
+}
+
+TEST(NumberFormat, OfAProbabilityDoesNotPromiseCertainty) {
+  EXPECT_EQ(plain(format_probability(kEn, 0.9821)), "98.2 %");
+  EXPECT_EQ(plain(format_probability(kDe, 1)), "> 99,9 %");
+  EXPECT_EQ(plain(format_probability(kEn, 0)), "< 0.1 %");
+  EXPECT_EQ(format_probability(kEn, kNaN), "–");
+}
+
+TEST(DayFormat, IsThatOfTheLanguage) {
+  EXPECT_EQ(format_day(kEn, "2026-11-25"), "25 November 2026");
+  EXPECT_EQ(format_day(kDe, "2026-03-05"), "5. März 2026");
+  EXPECT_EQ(format_day(kEn, "2026-13-05"), "2026-13-05");
+  EXPECT_EQ(format_day(kEn, "soon"), "soon");
+  EXPECT_EQ(format_day(kEn, ""), "");
+  EXPECT_EQ(format_instant(kDe, "2026-11-25T14:03:07Z"), "25. November 2026, 14:03:07 UTC");
+  EXPECT_EQ(format_instant(kDe, "yesterday"), "yesterday");
+}
+
+TEST(UnitFormat, HasOneFractionAlone) {
+  EXPECT_EQ(format_unit("°/h/K"), "°/(h·K)");
+  EXPECT_EQ(format_unit("°/√h"), "°/√h");
+  EXPECT_EQ(format_unit("1"), "");
+  EXPECT_EQ(plain(with_unit("Bias", "°/h")), "Bias / (°/h)");
+  EXPECT_EQ(plain(with_unit("Temperature", "°C")), "Temperature / °C");
+  EXPECT_EQ(plain(with_unit("Starts", "1")), "Starts");
+}
+
+}  // namespace
+}  // namespace gyrotherm::report

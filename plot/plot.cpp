@@ -435,6 +435,15 @@ std::vector<Tick> ticks(const Range& range, int count) {
   return all;
 }
 
+Panel panel_of(std::string title, std::string left_title, std::vector<Curve> curves, double height_px) {
+  Panel panel;
+  panel.title = std::move(title);
+  panel.left.title = std::move(left_title);
+  panel.curves = std::move(curves);
+  panel.height_px = height_px;
+  return panel;
+}
+
 Points decimate(const std::vector<double>& x, const std::vector<double>& y, std::size_t columns) {
   assert(x.size() == y.size() && columns > 0);
   if (x.size() <= 2 * columns) return {x, y};

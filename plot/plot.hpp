@@ -113,6 +113,9 @@ struct Panel {
   double height_px = 230;  ///< of the plotting area
 };
 
+/// A panel of curves on its left side.
+[[nodiscard]] Panel panel_of(std::string title, std::string left_title, std::vector<Curve> curves, double height_px);
+
 /// A stretch of x with a name: the cycles of a program.
 struct Stretch {
   std::string name;

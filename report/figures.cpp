@@ -38,15 +38,6 @@ plot::Plot time_plot(const Report& report, const ReportedRun& run, const std::st
           .simulated = report.rig.is_virtual};
 }
 
-plot::Panel panel(std::string title, const char* left_title, std::vector<plot::Curve> curves, double height_px) {
-  plot::Panel made;
-  made.title = std::move(title);
-  made.left.title = left_title;
-  made.curves = std::move(curves);
-  made.height_px = height_px;
-  return made;
-}
-
 std::vector<plot::Band> floor_band(const ReportedRun& run) {
   const double floor = run.floor.deg_per_h;
   if (!std::isfinite(floor)) return {};
@@ -62,7 +53,8 @@ struct Drawn {
 
 plot::Panel error_panel(const ReportedRun& run, const std::string& title, const Drawn& drawn,
                         std::optional<plot::Range> range, double height_px) {
-  plot::Panel made = panel(title, kErrorTitle, {over_time(run, drawn.residual, drawn.name, drawn.colour)}, height_px);
+  plot::Panel made =
+      plot::panel_of(title, kErrorTitle, {over_time(run, drawn.residual, drawn.name, drawn.colour)}, height_px);
   made.left.range = range;
   made.bands = floor_band(run);
   return made;
@@ -72,10 +64,10 @@ ReportFigure before_and_after(const Report& report, const Drawn& drawn, const st
                               const std::string& heading) {
   const ReportedRun& run = report.rate;
   plot::Plot plot = time_plot(report, run, id, fmt::format("Bias before and after {} compensation", drawn.name));
-  plot::Panel both = panel("(a) Before and after", kBiasTitle,
-                           {over_time(run, run.series.raw, "before", plot::colour::kRaw),
-                            over_time(run, drawn.residual, drawn.name, drawn.colour)},
-                           210);
+  plot::Panel both = plot::panel_of("(a) Before and after", kBiasTitle,
+                                    {over_time(run, run.series.raw, "before", plot::colour::kRaw),
+                                     over_time(run, drawn.residual, drawn.name, drawn.colour)},
+                                    210);
   plot.panels = {both, error_panel(run, "(b) Error, enlarged", drawn, {}, 170)};
   const std::string caption =
       fmt::format("Bias in the {} run before and after {} compensation, and the enlarged error curve; {}.", run.profile,
@@ -122,8 +114,8 @@ ReportFigure temperature_figure(const Report& report, const ReportedRun& run, co
   set_point.dashed = true;
   const std::string block_name = "block (" + first_name + ")";
   plot::Panel only =
-      panel("", "Temperature, °C",
-            {bias, set_point, over_time(run, first, block_name.c_str(), plot::colour::kTemperature)}, 270);
+      plot::panel_of("", "Temperature, °C",
+                     {bias, set_point, over_time(run, first, block_name.c_str(), plot::colour::kTemperature)}, 270);
   only.left.colour = plot::colour::kTemperature;
   only.right = plot::AxisStyle{.title = kBiasTitle, .colour = plot::colour::kBias};
   plot.panels = {only};
@@ -151,7 +143,7 @@ ReportFigure correlation_array(const Report& report) {
 ReportFigure correlation_curves(const Report& report) {
   const ReportedCorrelation& correlation = report.correlation;
   const plot::Rule threshold{"threshold " + plot::decimal(correlation.threshold, 2), correlation.threshold};
-  plot::Panel whole = panel("(a)", "|r|", {}, 200), enlarged = panel("(b) Enlarged", "|r|", {}, 170);
+  plot::Panel whole = plot::panel_of("(a)", "|r|", {}, 200), enlarged = plot::panel_of("(b) Enlarged", "|r|", {}, 170);
   for (std::size_t row = 0; row < correlation.names.size(); ++row) {
     whole.curves.push_back(correlation_curve(correlation, row));
     enlarged.curves.push_back(whole.curves.back());
@@ -191,11 +183,11 @@ ReportFigure random_figure(const Report& report) {
                                    plot::range_of(multi_t.residual));
   range = rounded_out(range, 3);
   plot::Plot plot = time_plot(report, run, "figure-8", "Bias of the random run before and after compensation");
-  plot.panels = {panel("(a) Before and after", kBiasTitle,
-                       {over_time(run, run.series.raw, "before", plot::colour::kRaw),
-                        over_time(run, multi.residual, multi.name, multi.colour),
-                        over_time(run, multi_t.residual, multi_t.name, multi_t.colour)},
-                       210),
+  plot.panels = {plot::panel_of("(a) Before and after", kBiasTitle,
+                                {over_time(run, run.series.raw, "before", plot::colour::kRaw),
+                                 over_time(run, multi.residual, multi.name, multi.colour),
+                                 over_time(run, multi_t.residual, multi_t.name, multi_t.colour)},
+                                210),
                  error_panel(run, "(b) Error, enlarged", three, range, 120), error_panel(run, "(c)", multi, range, 120),
                  error_panel(run, "(d)", multi_t, range, 120)};
   return {
@@ -213,11 +205,11 @@ ReportFigure tuning_figure(const Report& report) {
                   .x = {.title = "Iteration (0: the initial swarm)"},
                   .simulated = report.rig.is_virtual};
   plot.panels = {
-      panel("", "RMSE on held-out cycles, °/h",
-            {history_curve(models.three_point, "three-point", plot::colour::kThreePoint),
-             history_curve(models.multi_point, "multi-point", plot::colour::kMultiPoint),
-             history_curve(models.multi_point_t, "multi-point with temperature", plot::colour::kMultiPointT)},
-            210)};
+      plot::panel_of("", "RMSE on held-out cycles, °/h",
+                     {history_curve(models.three_point, "three-point", plot::colour::kThreePoint),
+                      history_curve(models.multi_point, "multi-point", plot::colour::kMultiPoint),
+                      history_curve(models.multi_point_t, "multi-point with temperature", plot::colour::kMultiPointT)},
+                     210)};
   return {plot.id, "Tuning",
           "Best fitness found by each swarm, as the root of its mean squared error on held-out cycles.", svg_of(plot)};
 }

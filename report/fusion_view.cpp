@@ -38,15 +38,6 @@ std::string figure(const plot::Plot& plot, const std::string& caption) {
   return fmt::format("<figure id=\"{}\">\n{}<figcaption>{}</figcaption>\n</figure>\n", plot.id, svg_of(plot), caption);
 }
 
-plot::Panel fusion_panel(std::string title, const char* left_title, std::vector<plot::Curve> curves, double height_px) {
-  plot::Panel panel;
-  panel.title = std::move(title);
-  panel.left.title = left_title;
-  panel.curves = std::move(curves);
-  panel.height_px = height_px;
-  return panel;
-}
-
 /// Means of the rate, less the Earth's rotation where that is known.
 std::string rate_figure(const model::FusedRun& run) {
   const bool is_error = !run.summary.earth_deg_per_h.empty();
@@ -55,13 +46,13 @@ std::string rate_figure(const model::FusedRun& run) {
   for (std::size_t k = 0; k < kComponents.size(); ++k) {
     Eigen::VectorXd values = means.mean.col(static_cast<Eigen::Index>(k));
     if (is_error) values.array() -= run.summary.earth_deg_per_h[k];
-    plot::Panel panel = fusion_panel(fmt::format("({}) {}", static_cast<char>('a' + k), kComponents[k]),
-                                     is_error ? "Error, °/h" : "Rate, °/h",
-                                     {{.name = is_error ? "fused rate less the Earth’s" : "fused rate",
-                                       .colour = plot::colour::kMultiPointT,
-                                       .x = hours_of(means.end_s),
-                                       .y = listed(values)}},
-                                     130);
+    plot::Panel panel = plot::panel_of(fmt::format("({}) {}", static_cast<char>('a' + k), kComponents[k]),
+                                       is_error ? "Error, °/h" : "Rate, °/h",
+                                       {{.name = is_error ? "fused rate less the Earth’s" : "fused rate",
+                                         .colour = plot::colour::kMultiPointT,
+                                         .x = hours_of(means.end_s),
+                                         .y = listed(values)}},
+                                       130);
     plot.panels.push_back(std::move(panel));
   }
   return figure(
@@ -75,7 +66,7 @@ std::string parity_figure(const model::FusedRun& run) {
   const model::ClusterMeans means = model::cluster_means(run.time_s, run.statistic, kMean_s);
   plot::Plot plot = over_hours(run.summary, "parity", "The parity of the axes over time");
   const auto degrees = run.summary.axes.size() - 3;
-  plot::Panel panel = fusion_panel(
+  plot::Panel panel = plot::panel_of(
       {}, "pᵀp",
       {{.name = "of each second", .colour = plot::colour::kRaw, .x = hours_of(run.time_s), .y = listed(run.statistic)},
        {.name = fmt::format("mean over {:.0f} s", kMean_s),
@@ -97,7 +88,7 @@ std::string parity_figure(const model::FusedRun& run) {
 /// A line per axis, where it has a part in the rate.
 std::string axes_figure(const model::FusedRun& run) {
   plot::Plot plot = over_hours(run.summary, "axes", "Which axes have a part in the rate");
-  plot::Panel panel = fusion_panel({}, "Axis no.", {}, 24.0 * static_cast<double>(run.summary.axes.size()) + 30);
+  plot::Panel panel = plot::panel_of({}, "Axis no.", {}, 24.0 * static_cast<double>(run.summary.axes.size()) + 30);
   panel.left.range = plot::Range{0, static_cast<double>(run.summary.axes.size()) + 1};
   for (std::size_t a = 0; a < run.summary.axes.size(); ++a) {
     plot::Curve curve{

@@ -69,9 +69,8 @@ struct InstrumentIoOptions {
 class InstrumentIo {
  public:
   /// Calls the instruments in the caller's thread, in a fixed order: chamber, thermometers, gyros, analogue inputs. For
-  /// virtual time,
-  /// where a run must be reproducible and a silent device costs no wall time. Nothing is cut off: each driver's own
-  /// deadline holds.
+  /// virtual time, where a run must be reproducible and a silent device costs no wall time. Nothing is cut off: each
+  /// driver's own deadline holds.
   [[nodiscard]] static std::unique_ptr<InstrumentIo> inline_calls(Instruments instruments,
                                                                   InstrumentIoOptions options = {});
   /// Gives each instrument a thread of its own. For real time.

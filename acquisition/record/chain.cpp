@@ -67,9 +67,12 @@ namespace {
 
 std::string name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 
-Result<std::string> hash_of(const std::string& path) {
+}  // namespace
+
+Result<std::string> file_digest(const std::string& path, std::uint64_t most) {
   const auto file = open_regular_file(path);
   if (!file) return failure(file.error());
+  if (file->size > most) return failure(FaultKind::bad_file, path, fmt::format("has more than {} bytes", most));
   Sha256 hash;
   std::array<char, 65536> piece;
   for (std::uint64_t left = file->size; left > 0;) {
@@ -83,8 +86,6 @@ Result<std::string> hash_of(const std::string& path) {
   return hex(hash.digest());
 }
 
-}  // namespace
-
 std::string manifest_path(const std::string& record_path) { return record_path + ".sha256"; }
 
 Result<void> write_manifest(const std::string& record_path, int last_part) {
@@ -93,7 +94,7 @@ Result<void> write_manifest(const std::string& record_path, int last_part) {
     for (const char* suffix : {"", "-wal"}) {
       const auto path = part_path(record_path, part) + suffix;
       if (!is_there(path)) continue;
-      const auto hash = hash_of(path);
+      const auto hash = file_digest(path);
       if (!hash) return failure(FaultKind::storage, hash.error().where, hash.error().what);
       text += fmt::format("{}  {}\n", *hash, name_of(path));
     }
@@ -113,7 +114,7 @@ Result<std::optional<std::set<std::string>>> check_manifest(const std::string& r
     if (line.size() <= kName) return refuse("is no manifest");
     const auto name = name_of(line.substr(kName));
     const auto path = (folder / name).string();
-    const auto hash = hash_of(path);
+    const auto hash = file_digest(path);
     if (!hash) return failure(hash.error());
     if (*hash != line.substr(0, 64))
       return failure(FaultKind::bad_file, path, "is not as it was when the run was closed");

@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <set>
 #include <string>
@@ -51,6 +52,11 @@ class RowChain {
 };
 
 // The fingerprint of a closed run, RUN.db.sha256, in the form that `sha256sum -c` checks.
+
+/// The digest of a file's bytes, in hexadecimal digits, read piece by piece: a record may be larger than what is read
+/// at once. Fails with bad_file if it has more than `most` bytes, or as open_regular_file() does.
+[[nodiscard]] Result<std::string> file_digest(const std::string& path,
+                                              std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
 
 /// "RUN.db" → "RUN.db.sha256".
 [[nodiscard]] std::string manifest_path(const std::string& record_path);

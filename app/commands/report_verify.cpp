@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 
 #include "acquisition/record/chain.hpp"
@@ -12,7 +10,6 @@
 #include "app/qualify/axis_experiment.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
-#include "core/sha256.hpp"
 #include "report/signed_report.hpp"
 
 namespace gyrotherm::app {
@@ -26,20 +23,6 @@ struct SignedReportArguments {
   std::string on_day;
 };
 
-/// A record may be larger than what is read at once.
-Result<std::string> digest_of_file(const std::string& path) {
-  const auto file = open_regular_file(path);
-  if (!file) return failure(file.error());
-  Sha256 hash;
-  std::array<char, 65536> piece;
-  for (;;) {
-    const auto size = ::read(file->descriptor.number(), piece.data(), piece.size());
-    if (size < 0) return failure(FaultKind::bad_file, path, "cannot be read");
-    if (size == 0) return hex(hash.digest());
-    hash.add({piece.data(), static_cast<std::size_t>(size)});
-  }
-}
-
 /// The file of that name beside the report, or in the folder that the report's is in.
 std::string found_beside(const std::string& folder, const std::string& name) {
   std::error_code error;
@@ -52,7 +35,7 @@ std::string found_beside(const std::string& folder, const std::string& name) {
 
 /// A record is known by its bytes, or by its rows as `export` writes them.
 bool is_it(const report::UsedFile& file, const std::string& path) {
-  if (const auto digest = digest_of_file(path); digest && *digest == file.sha256) return true;
+  if (const auto digest = record::file_digest(path); digest && *digest == file.sha256) return true;
   if (file.role != "record") return false;
   const auto record = record::read_record(path);
   return record && digest_of(*record) == file.sha256;

@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
 #include "analysis/data/clusters.hpp"
 #include "app/recorded_run.hpp"
@@ -38,12 +39,12 @@ Result<LoadedRecord> load(Console& console, const std::string& path, bool unveri
   if (!record) return failure(record.error());
   if (!record->finished)
     return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
-  const auto bytes = read_text_file(path, kLargestRecord);
-  if (!bytes) return failure(bytes.error());
-  return LoadedRecord{path, sha256(*bytes), !unverified, std::move(*record)};
+  auto digest = record::file_digest(path, kLargestRecord);
+  if (!digest) return failure(digest.error());
+  return LoadedRecord{path, std::move(*digest), !unverified, std::move(*record)};
 }
 
-Result<std::vector<LoadedRecord>> load_all(Console& console, const CalibrationArguments& options) {
+Result<std::vector<LoadedRecord>> load_records(Console& console, const CalibrationArguments& options) {
   std::vector<LoadedRecord> records;
   for (const std::string& path : options.runs) {
     auto one = load(console, path, options.unverified);
@@ -80,13 +81,6 @@ struct ModelOfAxis {
   report::UsedFile file;
 };
 
-/// The models of a stage: files that were named, or a folder's.
-struct ModelSource {
-  const std::vector<std::string>& files;
-  const std::string& folder;
-  const char* role;
-};
-
 Result<ModelOfAxis> load_model_of_axis(const std::string& path, const char* role) {
   const auto text = read_text_file(path, kLargestTable);
   if (!text) return failure(text.error());
@@ -99,6 +93,23 @@ Result<ModelOfAxis> load_model_of_axis(const std::string& path, const char* role
   return ModelOfAxis{std::move(*model), std::move(file)};
 }
 
+/// The models of a stage: of files that were named, or of a folder.
+struct ModelSource {
+  std::vector<ModelOfAxis> named;
+  std::string folder;
+  const char* role;
+};
+
+Result<ModelSource> load_models(const std::vector<std::string>& files, const std::string& folder, const char* role) {
+  ModelSource source{{}, folder, role};
+  for (const std::string& path : files) {
+    auto model = load_model_of_axis(path, role);
+    if (!model) return failure(model.error());
+    source.named.push_back(std::move(*model));
+  }
+  return source;
+}
+
 /// Whether a model that was trained on one axis is for another: a model of a record with a single axis is for any.
 bool is_for(const model::Model& model, const data::AxisChoice& axis) {
   return model.trained_on.empty() || !is_named(model.trained_on.front().of) || model.trained_on.front().of == axis;
@@ -107,15 +118,46 @@ bool is_for(const model::Model& model, const data::AxisChoice& axis) {
 /// Nothing where neither a file nor a folder was given.
 Result<std::optional<ModelOfAxis>> model_of(const ModelSource& source, const std::string& inputs,
                                             const data::AxisChoice& axis) {
-  for (const std::string& path : source.files) {
-    auto model = load_model_of_axis(path, source.role);
-    if (!model) return failure(model.error());
-    if (is_for(model->model, axis)) return std::optional(std::move(*model));
-  }
+  for (const ModelOfAxis& one : source.named)
+    if (is_for(one.model, axis)) return std::optional(one);
   if (source.folder.empty()) return std::optional<ModelOfAxis>();
   auto model = load_model_of_axis(model_path(source.folder, axis, inputs), source.role);
   if (!model) return failure(model.error());
   return std::optional(std::move(*model));
+}
+
+/// What a file says, where one is given.
+template <class T>
+Result<std::optional<T>> parsed_if_given(const std::string& path,
+                                         Result<T> (*parse)(std::string_view text, const std::string& file)) {
+  if (path.empty()) return std::optional<T>();
+  const auto text = read_text_file(path);
+  if (!text) return failure(text.error());
+  auto parsed = parse(*text, path);
+  if (!parsed) return failure(parsed.error());
+  return std::optional(std::move(*parsed));
+}
+
+/// All that the reports are made of.
+struct Given {
+  std::optional<report::LaboratoryFile> laboratory;
+  std::optional<report::OrderFile> order;
+  std::vector<LoadedRecord> records;
+  ModelSource found, left;
+};
+
+Result<Given> load_all(Console& console, const CalibrationArguments& options) {
+  auto laboratory = parsed_if_given(options.laboratory, report::parse_laboratory);
+  if (!laboratory) return failure(laboratory.error());
+  auto order = parsed_if_given(options.order, report::parse_order);
+  if (!order) return failure(order.error());
+  auto records = load_records(console, options);
+  if (!records) return failure(records.error());
+  auto found = load_models(options.found, options.found_folder, "model_found");
+  if (!found) return failure(found.error());
+  auto left = load_models(options.left, options.left_folder, "model_left");
+  if (!left) return failure(left.error());
+  return Given{std::move(*laboratory), std::move(*order), std::move(*records), std::move(*found), std::move(*left)};
 }
 
 /// The folder in which qualify left what it made of an axis: that of its model.
@@ -174,10 +216,10 @@ std::optional<model::Model> taken(std::optional<ModelOfAxis>& model) {
   return model ? std::optional(std::move(model->model)) : std::nullopt;
 }
 
-Result<void> add_axis(report::CalibrationReport& report, const std::vector<LoadedRecord>& records,
-                      const data::AxisChoice& choice, const std::string& label, const CalibrationArguments& options) {
+Result<void> add_axis(report::CalibrationReport& report, const Given& given, const data::AxisChoice& choice,
+                      const std::string& label, const CalibrationArguments& options) {
   report::CalibratedAxis axis{.label = label};
-  for (const LoadedRecord& one : records) {
+  for (const LoadedRecord& one : given.records) {
     auto dataset = data::make_dataset(one.record, one.path, choice);
     auto clusters = data::make_clusters(dataset);
     if (!clusters) return failure(clusters.error());
@@ -185,9 +227,9 @@ Result<void> add_axis(report::CalibrationReport& report, const std::vector<Loade
     report.cluster_length_s = clusters->length_s;
     axis.runs.push_back({std::move(dataset), std::move(*clusters)});
   }
-  auto found = model_of({options.found, options.found_folder, "model_found"}, options.inputs, choice);
+  auto found = model_of(given.found, options.inputs, choice);
   if (!found) return failure(found.error());
-  auto left = model_of({options.left, options.left_folder, "model_left"}, options.inputs, choice);
+  auto left = model_of(given.left, options.inputs, choice);
   if (!left) return failure(left.error());
   add_file(report, *found);
   add_file(report, *left);
@@ -198,44 +240,19 @@ Result<void> add_axis(report::CalibrationReport& report, const std::vector<Loade
   return add_results(report, axis);
 }
 
-/// laboratory.toml and order.toml, where they are given.
-struct People {
-  std::optional<report::LaboratoryFile> laboratory;
-  std::optional<report::OrderFile> order;
-};
-
-Result<People> load_people(const CalibrationArguments& options) {
-  People people;
-  if (!options.laboratory.empty()) {
-    const auto text = read_text_file(options.laboratory);
-    if (!text) return failure(text.error());
-    auto laboratory = report::parse_laboratory(*text, options.laboratory);
-    if (!laboratory) return failure(laboratory.error());
-    people.laboratory = std::move(*laboratory);
-  }
-  if (!options.order.empty()) {
-    const auto text = read_text_file(options.order);
-    if (!text) return failure(text.error());
-    auto order = report::parse_order(*text, options.order);
-    if (!order) return failure(order.error());
-    people.order = std::move(*order);
-  }
-  return people;
-}
-
-Result<report::CalibrationReport> report_of(const std::vector<LoadedRecord>& records, const std::string& unit,
-                                            const People& people, const CalibrationArguments& options) {
+Result<report::CalibrationReport> report_of(const Given& given, const std::string& unit,
+                                            const CalibrationArguments& options) {
   report::CalibrationReport report{.program_version = GYROTHERM_VERSION};
-  for (const LoadedRecord& one : records)
+  for (const LoadedRecord& one : given.records)
     add_record(report,
                {one.record, std::filesystem::path(one.path).filename().string(), one.sha256, one.chain_verified}, unit);
-  const record::UnitInfo& info = *find_unit(records.front().record.info, unit);
+  const record::UnitInfo& info = *find_unit(given.records.front().record.info, unit);
   for (std::size_t a = 0; a < info.axes.size(); ++a) {
     const data::AxisChoice choice{unit, info.axes[a].name};
-    if (auto added = add_axis(report, records, choice, record::axis_label(info, a), options); !added)
+    if (auto added = add_axis(report, given, choice, record::axis_label(info, a), options); !added)
       return failure(added.error());
   }
-  add_order(report, people.laboratory, people.order);
+  add_order(report, given.laboratory, given.order);
   return report;
 }
 
@@ -252,17 +269,15 @@ Result<void> check_is_free(const std::string& folder) {
 }  // namespace
 
 Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
-  const auto people = load_people(options);
-  if (!people) return failure(people.error());
-  const auto records = load_all(console, options);
-  if (!records) return failure(records.error());
-  const auto units = units_to_report(*records, options.unit);
+  const auto given = load_all(console, options);
+  if (!given) return failure(given.error());
+  const auto units = units_to_report(given->records, options.unit);
   if (!units) return failure(units.error());
   for (const std::string& unit : *units) {
-    const auto report = report_of(*records, unit, *people, options);
-    if (!report) return failure(report.error());
     const std::string folder = units->size() > 1 ? options.out + "/" + unit : options.out;
     if (auto free = check_is_free(folder); !free) return failure(free.error());
+    const auto report = report_of(*given, unit, options);
+    if (!report) return failure(report.error());
     if (auto written = write_calibration(console, *report, folder, options.languages); !written)
       return failure(written.error());
     if (!report->missing.empty()) console.say(fmt::format("a draft: missing are {}", fmt::join(report->missing, "; ")));

@@ -69,9 +69,10 @@ Result<void> write_calibration(Console& console, const report::CalibrationReport
   std::error_code trouble;
   std::filesystem::create_directories(folder, trouble);
   if (trouble) return failure(FaultKind::storage, folder, trouble.message());
-  const auto certificate = dcc_of(report);
+  const std::string json = to_json(report);
+  const auto certificate = dcc_of(report, {.files = {{report::kCalibrationFile, sha256(json)}}});
   if (!certificate) return failure(certificate.error());
-  for (const auto& [name, text] : {std::pair<const char*, std::string>{report::kCalibrationFile, to_json(report)},
+  for (const auto& [name, text] : {std::pair<const char*, std::string>{report::kCalibrationFile, json},
                                    {"calibration.csv", csv_of(report)},
                                    {report::kDccFile, *certificate}})
     if (auto written = write_view(console, folder + "/" + name, text); !written) return written;

@@ -26,7 +26,7 @@ std::string program_beside_this_one(const std::string& name) {
 }
 
 /// A line of passwd(5) is name, password, number, … between colons.
-std::string user_in_words(std::int64_t uid) {
+std::string user_name(std::int64_t uid) {
   std::ifstream users("/etc/passwd");
   const auto number = ":" + std::to_string(uid) + ":";
   for (std::string line; std::getline(users, line);) {
@@ -34,10 +34,12 @@ std::string user_in_words(std::int64_t uid) {
     if (name_ends == std::string::npos || name_ends == 0) continue;
     const auto password_ends = line.find(':', name_ends + 1);
     if (password_ends == std::string::npos || line.compare(password_ends, number.size(), number) != 0) continue;
-    return fmt::format("{} (uid {})", line.substr(0, name_ends), uid);
+    return line.substr(0, name_ends);
   }
-  return fmt::format("unknown (uid {})", uid);
+  return "unknown";
 }
+
+std::string user_in_words(std::int64_t uid) { return fmt::format("{} (uid {})", user_name(uid), uid); }
 
 OneCore::OneCore() {
   const int here = ::sched_getcpu();

@@ -26,8 +26,10 @@ void ensure(bool holds, const char* law);
 /// The path of the program `name` that was installed beside the one that runs; it need not be there.
 [[nodiscard]] std::string program_beside_this_one(const std::string& name);
 
-/// Names a user of this machine: "ada (uid 1000)", or "unknown (uid 1000)" where /etc/passwd has no such user.
-/// Directory services are not asked: one that does not answer would hold whoever drives a chamber.
+/// The name of a user of this machine, or "unknown" where /etc/passwd has no such user. Directory services are not
+/// asked: one that does not answer would hold whoever drives a chamber.
+[[nodiscard]] std::string user_name(std::int64_t uid);
+/// Name and number of a user: "ada (uid 1000)", "unknown (uid 1000)".
 [[nodiscard]] std::string user_in_words(std::int64_t uid);
 
 /// While it lives, the calling thread (and every thread it starts) stays on the processor it is on now. Where the

@@ -184,15 +184,18 @@ enum class EventKind {
   note,
   interrupted,
   finished,
-  state,     ///< the run's state changed, and why
-  command,   ///< of an operator, with who it was
-  dropped,   ///< a unit under test, by an operator
-  returned,  ///< one that was dropped
+  state,         ///< the run's state changed, and why
+  command,       ///< of an operator, with who it was
+  dropped,       ///< a unit under test, by an operator
+  returned,      ///< one that was dropped
+  acknowledged,  ///< an alarm, with who has seen it and what they say to it
+  told,          ///< of an alarm, with who was told and by which rule
 };
 [[nodiscard]] inline const char* name(EventKind kind) {
-  return word_in<EventKind::returned>({"started", "resumed", "segment", "fault", "recovered", "interlock", "note",
-                                       "interrupted", "finished", "state", "command", "dropped", "returned"},
-                                      kind);
+  return word_in<EventKind::told>(
+      {"started", "resumed", "segment", "fault", "recovered", "interlock", "note", "interrupted", "finished", "state",
+       "command", "dropped", "returned", "acknowledged", "told"},
+      kind);
 }
 
 /// What an event is about, where it is about one thing.
@@ -207,6 +210,7 @@ struct Event {
   EventKind kind{};
   std::string text;
   EventSubject about{};
+  std::int64_t number{};  ///< in the record's table of events; 0: not in the record yet
 };
 
 }  // namespace gyrotherm

@@ -17,7 +17,9 @@ bool is_safety(const Event& event) {
     case EventKind::state:
     case EventKind::command:
     case EventKind::dropped:
-    case EventKind::returned: return true;
+    case EventKind::returned:
+    case EventKind::acknowledged:
+    case EventKind::told: return true;
     case EventKind::segment:
     case EventKind::fault:
     case EventKind::recovered:

@@ -346,7 +346,7 @@ EventKind event_kind_named(std::string_view text) {
   return named(text,
                {EventKind::started, EventKind::resumed, EventKind::segment, EventKind::fault, EventKind::recovered,
                 EventKind::interlock, EventKind::note, EventKind::interrupted, EventKind::finished, EventKind::state,
-                EventKind::command, EventKind::dropped, EventKind::returned});
+                EventKind::command, EventKind::dropped, EventKind::returned, EventKind::acknowledged, EventKind::told});
 }
 
 Result<Database> open_record(const std::string& path) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cassert>
 #include <filesystem>
 
@@ -262,7 +263,8 @@ Result<void> RunFile::insert_event(std::int64_t slot, const Event& event) {
   RecordedEvent recorded{slot, event};
   recorded.event.text = plain(event.text);
   Row row(statements_->event, now_.chain, "event");
-  row.put(++now_.events);
+  now_.events = std::max(event.number, now_.events + 1);
+  row.put(now_.events);
   for (const auto& column : columns_of_events()) row.put(column.cell(recorded));
   return row.run();
 }

@@ -49,6 +49,7 @@ class RunFile {
   [[nodiscard]] Result<void> insert(const Entry& entry);
   [[nodiscard]] Result<void> insert(const SampleRow& row);
   [[nodiscard]] Result<void> insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault);
+  /// Under the event's number where it has one that is higher than all before, else under the next.
   [[nodiscard]] Result<void> insert_event(std::int64_t slot, const Event& event);
   /// Takes over the rows before `slot` of another file of the same run, which is open.
   [[nodiscard]] Result<void> copy_rows(Database& other, std::int64_t slot);
@@ -60,6 +61,8 @@ class RunFile {
   [[nodiscard]] Result<void> finish();
 
   [[nodiscard]] const RunInfo& info() const { return info_; }
+  /// The highest number that an event has; 0: there is none.
+  [[nodiscard]] std::int64_t last_event() const { return now_.events; }
   [[nodiscard]] Database& database() { return database_; }
 
  private:

@@ -43,6 +43,7 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form("written_since_boot_ns", status.written_since_boot);
   form("written_in_boot", status.written_in_boot);
   form("parts", status.parts);
+  form.if_there("alarms", true, status.alarms);  // an older file has none
 }
 
 namespace {
@@ -66,6 +67,9 @@ Result<RunStatus> status_of_record(const std::string& path) {
   if (files->lost) status->record_damage = text(*files->lost);
   for (const auto& part : files->parts)
     if (part.path != path) status->parts.push_back(part.path);
+  const auto alarms = alarms_of(path);
+  if (!alarms) return failure(alarms.error());
+  status->alarms = alarms->standing();
   return status;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/alarms.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/sqlite.hpp"
 #include "core/quantity.hpp"
@@ -45,6 +46,7 @@ struct RunStatus {
   Duration written_since_boot{};     ///< … since the start of the machine that written_in_boot names
   std::string written_in_boot{};     ///< empty: this does not come from a status file
   std::vector<std::string> parts{};  ///< files that the record goes on in after a failure of its own
+  std::vector<Alarm> alarms{};       ///< that nobody has acknowledged; the oldest first
 };
 
 /// "RUN.db" → "RUN.db.status".

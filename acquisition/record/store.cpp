@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "acquisition/record/alarms.hpp"
 #include "acquisition/record/backlog.hpp"
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
@@ -26,16 +27,27 @@
 namespace gyrotherm::record {
 namespace {
 
+/// What the record holds when a store takes it up.
+struct Counted {
+  std::int64_t last_event{};  ///< its number
+  std::int64_t spare{};       ///< numbers that are left free before the events of a second: for what the writer adds
+  Alarms alarms{};
+};
+
 /// The law of slots, and what the status file tells: the same for every store. Each slot has exactly one row or lies in
 /// exactly one gap.
+/// Events are numbered when they are appended, as the record's table will number them.
 class OrderedStore : public Store {
  public:
   Result<void> append(const Sample& sample, std::span<const Event> events) final {
     assert(sample.thermometers.size() == info_.thermometers.size());
     if (auto follows = follow_on(sample.slot); !follows) return follows;
     Entry entry = entry_of(sample, events, info_);
+    number(entry);
     const auto faults = static_cast<std::int64_t>(entry.missing.size());
+    auto kept = entry.events;
     if (auto taken = take(std::move(entry)); !taken) return taken;
+    see(sample.slot, std::move(kept));
     last_ = sample.slot;
     status_.faults += faults;
     show(sample);
@@ -50,16 +62,27 @@ class OrderedStore : public Store {
     return taken;
   }
 
-  Result<void> append_event(const Event& event) final { return take(event_entry(last_, event)); }
+  Result<void> append_event(const Event& event) final {
+    auto entry = event_entry(last_, event);
+    number(entry);
+    auto kept = entry.events;
+    if (auto taken = take(std::move(entry)); !taken) return taken;
+    see(last_, std::move(kept));
+    return {};
+  }
+  const Alarms& alarms() const final { return alarms_; }
   void publish(const RunStanding& standing) final { status_.standing = standing; }
   const RunInfo& info() const final { return info_; }
 
  protected:
-  OrderedStore(RunInfo info, RunStatus status)
+  OrderedStore(RunInfo info, RunStatus status, Counted counted)
       : info_(std::move(info)),
         status_(std::move(status)),
         before_(status_.frames.value_or(FrameCount{})),
-        last_(status_.acknowledged) {}
+        last_(status_.acknowledged),
+        last_event_(counted.last_event),
+        spare_(counted.spare),
+        alarms_(std::move(counted.alarms)) {}
 
   /// Entries come in order, each where the one before ended.
   virtual Result<void> take(Entry entry) = 0;
@@ -75,6 +98,17 @@ class OrderedStore : public Store {
     if (slot <= last_) return failure(FaultKind::storage, where, fmt::format("comes after slot {}", last_));
     return failure(FaultKind::storage, where,
                    fmt::format("slots {} to {} have neither a sample nor a gap", last_ + 1, slot - 1));
+  }
+
+  void number(Entry& entry) {
+    if (!entry.events.empty()) last_event_ += spare_;
+    for (Event& event : entry.events) event.number = ++last_event_;
+  }
+
+  void see(std::int64_t slot, std::vector<Event> events) {
+    if (events.empty()) return;
+    for (Event& event : events) alarms_.see({slot, std::move(event)});
+    status_.alarms = alarms_.standing();
   }
 
   void show(const Sample& sample) {
@@ -97,13 +131,19 @@ class OrderedStore : public Store {
   RunStatus status_;     ///< of what was appended
   FrameCount before_;    ///< frames before this program took the run up
   std::int64_t last_{};  ///< appended
+  std::int64_t last_event_{};
+  std::int64_t spare_{};
+  Alarms alarms_;
 };
 
 /// Writes inside its calls.
 class InlineStore final : public OrderedStore {
  public:
-  InlineStore(RunFile file, const RunStatus& status, int part)
-      : OrderedStore(file.info(), status), acknowledged_(status.acknowledged), part_(part), file_(std::move(file)) {}
+  InlineStore(RunFile file, const RunStatus& status, Alarms alarms, int part)
+      : OrderedStore(file.info(), status, {.last_event = file.last_event(), .alarms = std::move(alarms)}),
+        acknowledged_(status.acknowledged),
+        part_(part),
+        file_(std::move(file)) {}
 
   Result<std::int64_t> sync() override {
     if (broken_) return failure(*broken_);
@@ -309,8 +349,12 @@ void tell(SharedState& desk) {
 
 class BackgroundStore final : public OrderedStore {
  public:
-  BackgroundStore(RecordWriter writer, RunInfo info, const RunStatus& status, const StoreOptions& options)
-      : OrderedStore(std::move(info), status),
+  BackgroundStore(RecordWriter writer, RunInfo info, const RunStatus& status, Alarms alarms,
+                  const StoreOptions& options)
+      : OrderedStore(std::move(info), status,
+                     {.last_event = writer.file() != nullptr ? writer.file()->last_event() : 0,
+                      .spare = 1,
+                      .alarms = std::move(alarms)}),
         desk_(std::make_shared<SharedState>(std::move(writer), status, options)) {}
   ~BackgroundStore() override { stop(); }
   BackgroundStore(const BackgroundStore&) = delete;
@@ -430,25 +474,29 @@ class BackgroundStore final : public OrderedStore {
 
 }  // namespace
 
-AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus status, const StoreOptions& options) {
-  auto store = std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, options);
+AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus status, Alarms alarms,
+                                  const StoreOptions& options) {
+  auto store =
+      std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, std::move(alarms), options);
   const auto attend = [desk = store.get()] { desk->attend(); };
   return {std::move(store), attend};
 }
 
 namespace {
 
-Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, const StoreOptions& options, int part) {
+Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Alarms alarms, const StoreOptions& options,
+                                      int part) {
   status.pid = ::getpid();
   status.being_written = true;
-  if (status.path == kInMemory) return std::make_unique<InlineStore>(std::move(file), status, part);
+  if (status.path == kInMemory) return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms), part);
   if (auto told = write_status(status); !told && !options.background) return failure(told.error());
-  if (!options.background) return std::make_unique<InlineStore>(std::move(file), status, part);
+  if (!options.background) return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms), part);
   RunInfo info = file.info();
   RecordWriter writer(
       std::move(file), status.path,
       {.most_rows = static_cast<std::size_t>(options.most_rows), .part = part, .last_slot = status.acknowledged});
-  auto store = std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, options);
+  auto store =
+      std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, std::move(alarms), options);
   store->start_workers();
   return store;
 }
@@ -464,18 +512,21 @@ Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunI
     remove_record(path);
     return failure(proved.error());
   }
-  return opened(std::move(*file), first_status(path, info), options, 1);
+  return opened(std::move(*file), first_status(path, info), {}, options, 1);
 }
 
 Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const StoreOptions& options) {
   const auto part = last_part(path);
   if (!part) return failure(part.error());
+  auto alarms = alarms_of(path);  // before the record is written again
+  if (!alarms) return failure(alarms.error());
   auto file = RunFile::reopen(part_path(path, *part));
   if (!file) return failure(file.error());
   auto status = stored_status(file->database(), path);
   if (!status) return failure(status.error());
+  status->alarms = alarms->standing();
   if (auto proved = file->prove(); !proved) return failure(proved.error());
-  return opened(std::move(*file), std::move(*status), options, *part);
+  return opened(std::move(*file), std::move(*status), std::move(*alarms), options, *part);
 }
 
 void remove_record(const std::string& path) {

@@ -15,6 +15,7 @@
 
 namespace gyrotherm::record {
 
+class Alarms;
 class RecordWriter;
 struct Record;
 struct RunStatus;
@@ -74,6 +75,8 @@ class Store {
   /// For the status file, from the next sync on.
   virtual void publish(const RunStanding& standing) = 0;
   [[nodiscard]] virtual StoreHealth health() const = 0;
+  /// Of everything appended so far, on the disk or not.
+  [[nodiscard]] virtual const Alarms& alarms() const = 0;
   [[nodiscard]] virtual const RunInfo& info() const = 0;
   /// Everything appended so far, of a store without a worker; the way to a record in memory. Fails like read_record().
   [[nodiscard]] virtual Result<Record> read_back() = 0;
@@ -89,7 +92,7 @@ struct AttendedStore {
   /// One transaction, if one is wanted or the last one failed. The store outlives it.
   std::function<void()> attend;
 };
-[[nodiscard]] AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus status,
+[[nodiscard]] AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus status, Alarms alarms,
                                                 const StoreOptions& options);
 
 }  // namespace gyrotherm::record

@@ -33,6 +33,10 @@ std::string standing_lines(const record::RunStatus& status) {
   if (standing.missed_set_points > 0)
     text += fmt::format("  {} set points that the chamber did not take\n", standing.missed_set_points);
   for (const auto& fault : standing.faults_now) text += fmt::format("  fault: {}\n", fault);
+  for (const auto& alarm : status.alarms)
+    text += fmt::format("  ALARM {}, {}: {}\n", alarm.number, civil_time(alarm.utc), alarm.text);
+  if (!status.alarms.empty() && status.being_written)
+    text += "  \"gyrotherm tell RUN.db acknowledge ALARM\" with a comment takes one off this list\n";
   if (!status.ended_by.empty()) text += fmt::format("  ended by: {}\n", status.ended_by);
   if (status.backlog_s > 0) text += fmt::format("  {} s wait for the disk\n", status.backlog_s);
   if (!status.storage_trouble.empty()) text += fmt::format("  the disk takes no rows: {}\n", status.storage_trouble);

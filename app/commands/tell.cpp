@@ -3,7 +3,7 @@
 
 #include "app/command.hpp"
 #include "core/json.hpp"
-#include "sequencer/run/control_socket.hpp"
+#include "sequencer/control/control_socket.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -17,9 +17,9 @@ struct TellArguments {
 };
 
 Result<Exit> speak(Console& console, const TellArguments& options) {
-  const auto request = run::request_of(options.word, fmt::format("{}", fmt::join(options.texts, " ")));
+  const auto request = control::request_of(options.word, fmt::format("{}", fmt::join(options.texts, " ")));
   if (!request) return failure(request.error());
-  const auto answer = run::tell(options.run, *request, kAnswerWithin);
+  const auto answer = control::tell(options.run, *request, kAnswerWithin);
   if (!answer) return failure(answer.error());
   if (!answer->done) return failure(FaultKind::refused, options.run, answer->text);
   if (console.json)
@@ -43,12 +43,16 @@ void add_tell(Program& program) {
                   "drop UNIT: nothing of this unit is recorded or judged any more, and why; the run goes on for the "
                   "others.\n"
                   "return UNIT: it is in the run again.\n"
+                  "acknowledge ALARM: somebody has seen this alarm, by its number in status, or all of them; with a "
+                  "comment.\n"
                   "note: puts a line of text into the record.",
                   "gyrotherm tell random.db note \"door opened to look at the cable\"", speak);
   command.add_option("run", options.run, "the record")->required();
-  command.add_option("word", options.word, "pause, resume, stop, abort, drop, return or note")->required();
-  command.add_option("text", options.texts,
-                     "of the note; with resume what was done; with drop and return the unit, and why");
+  command.add_option("word", options.word, "pause, resume, stop, abort, drop, return, acknowledge or note")->required();
+  command.add_option(
+      "text", options.texts,
+      "of the note; with resume what was done; with drop and return the unit, and why; with acknowledge the "
+      "alarm, and a comment");
 }
 
 }  // namespace gyrotherm::app

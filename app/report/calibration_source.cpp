@@ -117,7 +117,9 @@ std::string kind_of(const Event& event) {
     case EventKind::fault:
     case EventKind::recovered:
     case EventKind::finished:
-    case EventKind::command: return {};
+    case EventKind::command:
+    case EventKind::acknowledged:
+    case EventKind::told: return {};
   }
   return {};
 }

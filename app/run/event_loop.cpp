@@ -12,8 +12,7 @@
 #include "app/run/carry_out.hpp"
 #include "app/run/display.hpp"
 #include "core/clock.hpp"
-#include "sequencer/run/control_socket.hpp"
-#include "sequencer/run/operator_requests.hpp"
+#include "sequencer/control/control_socket.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -33,16 +32,16 @@ RunStanding standing_of(const UnderWay& run) {
 }
 
 /// Those who may speak to the run; nobody can where their socket cannot be made, which is said.
-std::optional<run::ControlSocket> ears_of(const UnderWay& run) {
-  auto socket = run::ControlSocket::open(run.path);
+std::optional<control::ControlSocket> ears_of(const UnderWay& run) {
+  auto socket = control::ControlSocket::open(run.path);
   if (socket) return std::move(*socket);
   run.console.say("warning: " + text(socket.error()));
   return {};
 }
 
-void listen(const UnderWay& run, std::optional<run::ControlSocket>& control_socket) {
+void listen(const UnderWay& run, std::optional<control::ControlSocket>& control_socket) {
   if (!control_socket) return;
-  control_socket->listen([&](const run::ControlRequest& request, const std::string& who) {
+  control_socket->listen([&](const control::ControlRequest& request, const std::string& who) {
     auto answer = run.run_controller.carry_out(request, who);
     run.console.say(fmt::format("{} by {}: {}", answer.done ? "told" : "refused, told", who, answer.text));
     return answer;
@@ -155,8 +154,8 @@ class RealTime {
     forgive_hangups();
     if (run_.rig.file().run_limits.on_hangup == interlocks::OnHangup::go_on)
       run_.run_controller.note(EventKind::note, "the terminal was closed; the run goes on, and its guard with it");
-    else if (run_.run_controller.objection(run::OperatorCommand::abort).empty())
-      run_.run_controller.tell(run::OperatorCommand::abort, "the terminal, which was closed");
+    else if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
+      run_.run_controller.tell(control::OperatorCommand::abort, "the terminal, which was closed");
   }
 
   void interrupt_now() {
@@ -187,7 +186,7 @@ class RealTime {
 
   const UnderWay& run_;
   Display display_;
-  std::optional<run::ControlSocket> ears_;
+  std::optional<control::ControlSocket> ears_;
   QTimer timer_;
   bool ended_ = false;
   int seen_hangups_ = 0;

@@ -16,9 +16,10 @@
 #include <string>
 #include <tl/expected.hpp>
 
+#include "core/clock.hpp"
+#include "core/file.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
-#include "drivers/line/deadline.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/wires.hpp"
 

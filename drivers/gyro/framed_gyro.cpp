@@ -15,11 +15,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/deadline.hpp"
 #include "core/process.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/gyro/frame_means.hpp"
 #include "drivers/gyro/frame_sum.hpp"
-#include "drivers/line/deadline.hpp"
 
 namespace gyrotherm::drivers {
 

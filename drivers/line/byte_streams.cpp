@@ -19,8 +19,9 @@
 #include <optional>
 #include <utility>
 
+#include "core/deadline.hpp"
 #include "core/file.hpp"
-#include "drivers/line/deadline.hpp"
+#include "drivers/line/backoff.hpp"
 
 namespace gyrotherm::drivers {
 

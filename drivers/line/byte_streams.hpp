@@ -10,8 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "core/clock.hpp"
+#include "core/file.hpp"
 #include "core/result.hpp"
-#include "drivers/line/deadline.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/wires.hpp"
 

@@ -14,7 +14,8 @@
 #include <mutex>
 #include <utility>
 
-#include "drivers/line/deadline.hpp"
+#include "core/deadline.hpp"
+#include "drivers/line/backoff.hpp"
 
 namespace gyrotherm::drivers {
 

@@ -8,7 +8,8 @@
 #include <optional>
 #include <utility>
 
-#include "drivers/line/deadline.hpp"
+#include "core/deadline.hpp"
+#include "drivers/line/backoff.hpp"
 #include "drivers/line/modbus_lines.hpp"
 
 namespace gyrotherm::drivers {

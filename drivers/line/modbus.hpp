@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/clock.hpp"
-#include "drivers/line/deadline.hpp"
+#include "core/deadline.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/line/modbus_frame.hpp"
 #include "drivers/wires.hpp"

@@ -15,8 +15,8 @@
 #include <cstring>
 #include <utility>
 
+#include "core/deadline.hpp"
 #include "drivers/line/byte_streams.hpp"
-#include "drivers/line/deadline.hpp"
 #include "drivers/line/modbus_frame.hpp"
 
 namespace gyrotherm::drivers {

@@ -6,6 +6,8 @@
 #include <array>
 #include <utility>
 
+#include "core/deadline.hpp"
+
 namespace gyrotherm::drivers {
 
 namespace {

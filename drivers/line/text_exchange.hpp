@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "core/clock.hpp"
-#include "drivers/line/deadline.hpp"
+#include "core/deadline.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm::drivers {

@@ -12,8 +12,8 @@
 #include <string>
 #include <utility>
 
+#include "core/deadline.hpp"
 #include "drivers/checksum.hpp"
-#include "drivers/line/deadline.hpp"
 #include "drivers/thermometer/placed_readings.hpp"
 
 namespace gyrotherm::drivers {

@@ -8,7 +8,7 @@
 
 namespace gyrotherm::run {
 
-std::string DroppedUnits::objection(const UnitRequest& request) const {
+std::string DroppedUnits::objection(const control::UnitRequest& request) const {
   const auto found = std::ranges::find(names_, request.unit);
   if (found == names_.end())
     return fmt::format("\"{}\" is no unit of this run, expected one of {}", request.unit, fmt::join(names_, ", "));
@@ -20,7 +20,7 @@ std::string DroppedUnits::objection(const UnitRequest& request) const {
   return {};
 }
 
-void DroppedUnits::carry_out(const UnitRequest& request) {
+void DroppedUnits::carry_out(const control::UnitRequest& request) {
   for (std::size_t i = 0; i < names_.size(); ++i)
     if (names_[i] == request.unit) dropped_[i] = request.drop;
 }

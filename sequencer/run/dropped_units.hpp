@@ -10,7 +10,7 @@
 
 #include "acquisition/record/record.hpp"
 #include "core/sample.hpp"
-#include "sequencer/run/operator_requests.hpp"
+#include "sequencer/control/control_message.hpp"
 
 namespace gyrotherm::run {
 
@@ -21,9 +21,9 @@ class DroppedUnits {
 
   /// Why a unit is not dropped, or returned; empty: it can be. The last one that is left is not dropped: that ends the
   /// run, which has a word of its own.
-  [[nodiscard]] std::string objection(const UnitRequest& request) const;
+  [[nodiscard]] std::string objection(const control::UnitRequest& request) const;
   /// There is no objection.
-  void carry_out(const UnitRequest& request);
+  void carry_out(const control::UnitRequest& request);
   /// Of a run that goes on; names that are no unit's are passed over.
   void drop(std::span<const std::string> names);
 

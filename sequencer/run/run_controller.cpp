@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "acquisition/record/alarms.hpp"
 #include "core/process.hpp"
 #include "sequencer/run/resume.hpp"
 
@@ -121,7 +122,8 @@ void RunController::tell(OperatorCommand command, const std::string& who, const 
   note(EventKind::command, fmt::format("{} by {}{}{}", name(command), who, answer.empty() ? "" : ": ", answer));
 }
 
-ControlAnswer RunController::carry_out(const UnitRequest& request, const std::string& who, const std::string& why) {
+control::ControlAnswer RunController::carry_out(const control::UnitRequest& request, const std::string& who,
+                                                const std::string& why) {
   const auto* word = request.drop ? "drop" : "return";
   auto objection =
       is_over(machine_) ? fmt::format("the run is over: {}", name(run_state())) : dropped_.objection(request);
@@ -139,10 +141,34 @@ ControlAnswer RunController::carry_out(const UnitRequest& request, const std::st
                                : request.unit + " is in the run again"};
 }
 
-ControlAnswer RunController::carry_out(const ControlRequest& request, const std::string& who) {
+/// Into the record at once: what is acknowledged stands no longer when the next request comes.
+control::ControlAnswer RunController::acknowledge(std::optional<std::int64_t> alarm, const std::string& who,
+                                                  const std::string& comment) {
+  const auto& alarms = store_.alarms();
+  auto objection = alarm ? alarms.objection(*alarm) : alarms.standing().empty() ? "no alarm stands" : std::string();
+  auto seen = alarms.standing();
+  if (alarm) std::erase_if(seen, [&](const record::Alarm& one) { return one.number != *alarm; });
+  for (const auto& one : seen) {
+    if (!objection.empty()) break;
+    const auto stored = store_.append_event(
+        acknowledgement_of(one, rig_.clock().now(), position_of(profile_, state_).segment, who, comment));
+    if (!stored) objection = text(stored.error());
+  }
+  if (!objection.empty()) {
+    note(EventKind::command,
+         fmt::format("{}: acknowledge {}, refused: {}", who, alarm ? std::to_string(*alarm) : "all", objection));
+    return {.done = false, .text = std::move(objection)};
+  }
+  return {.done = true,
+          .text = seen.size() == 1 ? fmt::format("alarm {} is acknowledged", seen.front().number)
+                                   : fmt::format("{} alarms are acknowledged", seen.size())};
+}
+
+control::ControlAnswer RunController::carry_out(const control::ControlRequest& request, const std::string& who) {
   if (request.unit) return carry_out(*request.unit, who, request.note);
+  if (request.acknowledgement) return acknowledge(request.acknowledgement->alarm, who, request.note);
   if (!request.command) {
-    note(EventKind::note, who + ": " + request.note);
+    note(request.told ? EventKind::told : EventKind::note, who + ": " + request.note);
     return {.done = true, .text = "noted"};
   }
   if (auto why = objection(*request.command); !why.empty()) {

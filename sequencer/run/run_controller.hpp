@@ -53,7 +53,7 @@ class RunController {
   void leave_out(std::span<const std::string> units) { dropped_.drop(units); }
   /// Takes what an operator asks for the next tick and says so, or says why not. Either way it is in the record, with
   /// who it was.
-  [[nodiscard]] ControlAnswer carry_out(const ControlRequest& request, const std::string& who);
+  [[nodiscard]] control::ControlAnswer carry_out(const control::ControlRequest& request, const std::string& who);
   /// An operator has asked for the run's end, and the next tick will begin it.
   [[nodiscard]] bool is_told_to_end() const { return requests_.end_the_run(); }
 
@@ -85,7 +85,10 @@ class RunController {
   [[nodiscard]] RunStanding standing() const;
 
  private:
-  [[nodiscard]] ControlAnswer carry_out(const UnitRequest& request, const std::string& who, const std::string& why);
+  [[nodiscard]] control::ControlAnswer carry_out(const control::UnitRequest& request, const std::string& who,
+                                                 const std::string& why);
+  [[nodiscard]] control::ControlAnswer acknowledge(std::optional<std::int64_t> alarm, const std::string& who,
+                                                   const std::string& comment);
   Result<void> record_gap(std::int64_t slot);
   void note_changes(const Sample& sample);
   void note_alarms(const interlocks::InterlockResult& result);

@@ -11,6 +11,7 @@
 #include <csignal>
 #include <string_view>
 
+#include "core/deadline.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::watchdog {
@@ -45,7 +46,7 @@ void leave_parents_input() {
 /// Whether the child has ended within that time; then it is no more.
 bool reap(pid_t pid, Duration within) {
   constexpr useconds_t kLookUs = 10'000;
-  for (const drivers::Deadline deadline(within); ::waitpid(pid, nullptr, WNOHANG) == 0; ::usleep(kLookUs))
+  for (const Deadline deadline(within); ::waitpid(pid, nullptr, WNOHANG) == 0; ::usleep(kLookUs))
     if (deadline.over()) return false;
   return true;
 }
@@ -80,7 +81,7 @@ std::optional<std::string> ChildWork::take_line() {
 }
 
 std::optional<std::string> ChildWork::next(Duration within) {
-  const drivers::Deadline deadline(within);
+  const Deadline deadline(within);
   for (;;) {
     if (auto line = take_line()) return line;
     if (ended_ || !ready(lines_.number(), POLLIN, deadline)) return {};

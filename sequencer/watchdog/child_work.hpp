@@ -8,8 +8,9 @@
 #include <optional>
 #include <string>
 
+#include "core/clock.hpp"
+#include "core/file.hpp"
 #include "core/quantity.hpp"
-#include "drivers/line/deadline.hpp"
 
 namespace gyrotherm::watchdog {
 

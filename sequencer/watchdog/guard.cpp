@@ -16,7 +16,7 @@
 #include <utility>
 
 #include "core/clock.hpp"
-#include "drivers/line/deadline.hpp"
+#include "core/deadline.hpp"
 
 namespace gyrotherm::watchdog {
 
@@ -103,7 +103,7 @@ bool readable(int descriptor) {
 }
 
 /// One byte; a fault if none comes before the deadline.
-Result<char> take_byte(int descriptor, const drivers::Deadline& deadline) {
+Result<char> take_byte(int descriptor, const Deadline& deadline) {
   char byte = 0;
   if (!ready(descriptor, POLLIN, deadline)) return failure(FaultKind::timeout, "guard", "its orders do not come");
   if (::read(descriptor, &byte, 1) == 1) return byte;
@@ -111,7 +111,7 @@ Result<char> take_byte(int descriptor, const drivers::Deadline& deadline) {
 }
 
 /// Digits up to a line break.
-Result<std::size_t> take_length(int descriptor, const drivers::Deadline& deadline) {
+Result<std::size_t> take_length(int descriptor, const Deadline& deadline) {
   constexpr std::size_t kLongest = 4'000'000, kMostDigits = 8;
   std::string digits;
   for (;;) {
@@ -140,7 +140,7 @@ std::string safe_state_message(std::string_view safe_state_text) {
 }
 
 Result<std::string> receive_safe_state(int descriptor, Duration within) {
-  const drivers::Deadline deadline(within);
+  const Deadline deadline(within);
   const auto first = take_byte(descriptor, deadline);
   if (!first) return failure(first.error());
   if (*first != kSafeStateFollows) return failure(FaultKind::corrupted, "guard", "its orders begin otherwise");

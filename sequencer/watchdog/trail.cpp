@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/clock.hpp"
+#include "core/deadline.hpp"
 
 namespace gyrotherm::watchdog {
 namespace {
@@ -60,7 +61,7 @@ void Trail::go_on() {
 }
 
 bool Trail::settle(Duration within) {
-  const drivers::Deadline deadline(within);
+  const Deadline deadline(within);
   for (go_on(); writing_; go_on()) {
     (void)writing_->next(deadline.left());
     if (deadline.over()) break;

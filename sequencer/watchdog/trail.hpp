@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/line/deadline.hpp"
+#include "core/deadline.hpp"
 #include "sequencer/watchdog/child_work.hpp"
 #include "sequencer/watchdog/safe_attempt.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
@@ -41,7 +41,7 @@ class Trail {
   const SafeState& safe_state_;
   MadeSafe trace_;
   Duration began_;  ///< UTC
-  std::optional<drivers::Deadline> same_until_, gone_until_;
+  std::optional<Deadline> same_until_, gone_until_;
   bool trace_to_write_ = false, to_disarm_ = false;
   std::unique_ptr<ChildWork> writing_;  ///< one at a time, so that the newest trace is the last
   std::unique_ptr<ChildWork> looking_;  ///< one at a time: while the disk hangs none is added

@@ -20,6 +20,7 @@
 #include <mutex>
 #include <utility>
 
+#include "core/deadline.hpp"
 #include "core/process.hpp"
 #include "sequencer/watchdog/guard.hpp"
 
@@ -75,7 +76,7 @@ bool send_all(int line, std::string_view bytes) {
 /// Whether the guard says in time that it watches.
 bool says_that_it_watches(int line) {
   char answer = 0;
-  return ready(line, POLLIN, drivers::Deadline(kWatchesWithin)) && ::recv(line, &answer, 1, MSG_DONTWAIT) == 1 &&
+  return ready(line, POLLIN, Deadline(kWatchesWithin)) && ::recv(line, &answer, 1, MSG_DONTWAIT) == 1 &&
          answer == kWatching;
 }
 
@@ -201,7 +202,7 @@ void WatchdogClient::Ties::listen() {
   std::array<char, 64> heard;
   while (line.is_open()) {
     const auto size = ::recv(line.number(), heard.data(), heard.size(), MSG_DONTWAIT);
-    if (size < 0 && drivers::would_block()) return;
+    if (size < 0 && would_block()) return;
     if (size <= 0) return void(watching = false);
     unanswered.reset();
   }

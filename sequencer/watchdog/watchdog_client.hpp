@@ -9,8 +9,8 @@
 #include <string_view>
 #include <thread>
 
+#include "core/file.hpp"
 #include "core/result.hpp"
-#include "drivers/line/deadline.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
 namespace gyrotherm::watchdog {

@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/file.hpp"
 #include "core/result.hpp"
-#include "drivers/line/deadline.hpp"
 
 namespace gyrotherm::simulator {
 

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "drivers/line/deadline.hpp"
+#include "core/deadline.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -34,7 +34,7 @@ class UnreadPipe {
   /// What has come without the filling, up to and with `end`.
   [[nodiscard]] std::string read_until(const std::string& end) {
     std::string text;
-    for (char bytes[4096]; !text.ends_with(end) && ready(reader_.number(), POLLIN, drivers::Deadline(10s));) {
+    for (char bytes[4096]; !text.ends_with(end) && ready(reader_.number(), POLLIN, Deadline(10s));) {
       const auto size = ::read(reader_.number(), bytes, sizeof bytes);
       for (ssize_t i = 0; i < size; ++i)
         if (bytes[i] != '.') text += bytes[i];

@@ -5,7 +5,7 @@
 
 #include <chrono>
 
-#include "drivers/line/deadline.hpp"
+#include "core/deadline.hpp"
 #include "drivers/line/hid_line.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "tests/qemu/checks.hpp"
@@ -35,7 +35,7 @@ bool reads_well(drivers::Thermometer& thermometer) {
 
 /// Reads until the readings are (or are not) good; false after half a minute.
 bool becomes(drivers::Thermometer& thermometer, bool good) {
-  const drivers::Deadline deadline(seconds(30));
+  const Deadline deadline(seconds(30));
   while (!deadline.over()) {
     if (reads_well(thermometer) == good) return true;
     usleep(100'000);
@@ -62,7 +62,7 @@ int run() {
   checks.expect(who && *who == "MCC USB-TEMP 01234567, calibrated 2024-05-17", "it is the one with the number");
   checks.expect(reads_well(*wanted), "eight inputs are read, the open one a fault");
 
-  const drivers::Deadline began(seconds(60));
+  const Deadline began(seconds(60));
   int good = 0;
   for (int i = 0; i < 200; ++i) good += reads_well(*wanted);
   fmt::print("{} of 200 scans good, {:.2f} ms each\n", good, 1e3 * (60 - to_seconds(began.left())) / 200);

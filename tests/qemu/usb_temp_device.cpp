@@ -15,7 +15,7 @@
 #include <cstring>
 #include <string>
 
-#include "drivers/line/deadline.hpp"
+#include "core/deadline.hpp"
 #include "tests/support/fake_usb_temp.hpp"
 
 namespace gyrotherm::tests {
@@ -71,7 +71,7 @@ class UserspaceHid {
 
   /// Answers whatever comes within `time`.
   void serve(Duration time) {
-    const drivers::Deadline deadline(time);
+    const Deadline deadline(time);
     while (ready(node_.number(), POLLIN, deadline)) {
       uhid_event event{};
       if (read(node_.number(), &event, sizeof event) <= 0) return;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/alarms.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/store.hpp"
 #include "rig/rig.hpp"
@@ -127,19 +128,25 @@ class BenchStore final : public record::Store {
  public:
   Result<void> append(const Sample& sample, std::span<const Event> more) override {
     samples.push_back(sample);
-    events.insert(events.end(), more.begin(), more.end());
+    for (const auto& event : more) (void)append_event(event);
     return {};
   }
   Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string&) override {
     gap_seconds += last - first + 1;
     return {};
   }
-  Result<void> append_event(const Event& event) override { return events.push_back(event), Result<void>{}; }
+  Result<void> append_event(const Event& event) override {
+    events.push_back(event);
+    events.back().number = static_cast<std::int64_t>(events.size());
+    alarms_.see({.slot = static_cast<std::int64_t>(samples.size()) - 1, .event = events.back()});
+    return {};
+  }
   Result<std::int64_t> sync() override { return static_cast<std::int64_t>(samples.size()) - 1; }
   bool settle(Duration) override { return true; }
   Result<void> finish() override { return {}; }
   void publish(const RunStanding&) override {}
   record::StoreHealth health() const override { return {}; }
+  const record::Alarms& alarms() const override { return alarms_; }
   const record::RunInfo& info() const override { return info_; }
   Result<record::Record> read_back() override { return record::Record{}; }
 
@@ -148,6 +155,7 @@ class BenchStore final : public record::Store {
   std::int64_t gap_seconds = 0;
 
  private:
+  record::Alarms alarms_;
   record::RunInfo info_;
 };
 

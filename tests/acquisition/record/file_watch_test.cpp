@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "acquisition/record/run_file.hpp"
-#include "drivers/line/deadline.hpp"
+#include "core/file.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
 namespace gyrotherm::record {

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <vector>
 
-#include "drivers/line/deadline.hpp"
+#include "core/deadline.hpp"
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/modbus_frame.hpp"
 #include "tests/drivers/line/loopback_server.hpp"

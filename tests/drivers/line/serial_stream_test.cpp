@@ -10,6 +10,7 @@
 #include <csignal>
 #include <filesystem>
 
+#include "core/deadline.hpp"
 #include "drivers/line/byte_streams.hpp"
 #include "tests/drivers/line/pseudo_terminal.hpp"
 #include "tests/support/fakes.hpp"

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/line/deadline.hpp"
+#include "core/deadline.hpp"
 #include "tests/drivers/line/faults.hpp"
 
 namespace gyrotherm::drivers {

@@ -9,6 +9,7 @@
 
 #include <csignal>
 
+#include "core/deadline.hpp"
 #include "drivers/chamber/register_item.hpp"
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/modbus_frame.hpp"

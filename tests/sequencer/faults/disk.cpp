@@ -41,14 +41,15 @@ Disk::~Disk() {
       std::filesystem::remove(entry.path(), error);
 }
 
-Result<std::unique_ptr<record::Store>> Disk::attended(record::RunFile file, record::RunStatus status, int part) {
+Result<std::unique_ptr<record::Store>> Disk::attended(record::RunFile file, record::RunStatus status,
+                                                      record::Alarms alarms, int part) {
   auto info = file.info();
   record::RecordWriter writer(
       std::move(file), path_,
       {.most_rows = static_cast<std::size_t>(most_rows_), .part = part, .last_slot = status.acknowledged});
   record::StoreOptions options;
   options.most_rows = most_rows_;
-  auto made = make_attended_store(std::move(writer), std::move(info), std::move(status), options);
+  auto made = make_attended_store(std::move(writer), std::move(info), std::move(status), std::move(alarms), options);
   attend_ = std::move(made.attend);
   return std::move(made.store);
 }
@@ -57,18 +58,20 @@ Result<std::unique_ptr<record::Store>> Disk::create(const record::RunInfo& info)
   if (!vfs_) return record::Store::create(path_, info);
   auto file = record::RunFile::create(path_, info);
   if (!file) return failure(file.error());
-  return attended(std::move(*file), first_status(path_, info), 1);
+  return attended(std::move(*file), first_status(path_, info), {}, 1);
 }
 
 Result<std::unique_ptr<record::Store>> Disk::reopen() {
   if (!vfs_) return record::Store::reopen(path_);
   const auto part = record::last_part(path_);
   if (!part) return failure(part.error());
+  auto alarms = record::alarms_of(path_);
+  if (!alarms) return failure(alarms.error());
   auto file = record::RunFile::reopen(record::part_path(path_, *part));
   if (!file) return failure(file.error());
   auto status = record::stored_status(file->database(), path_);
   if (!status) return failure(status.error());
-  return attended(std::move(*file), std::move(*status), *part);
+  return attended(std::move(*file), std::move(*status), std::move(*alarms), *part);
 }
 
 void Disk::inject(const std::vector<InjectedFault>& standing) {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "acquisition/record/alarms.hpp"
 #include "acquisition/record/run_file.hpp"
 #include "acquisition/record/status.hpp"
 #include "acquisition/record/store.hpp"
@@ -50,7 +51,7 @@ class Disk {
 
  private:
   [[nodiscard]] Result<std::unique_ptr<record::Store>> attended(record::RunFile file, record::RunStatus status,
-                                                                int part);
+                                                                record::Alarms alarms, int part);
 
   std::string path_;
   std::int64_t most_rows_;

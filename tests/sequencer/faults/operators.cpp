@@ -16,12 +16,12 @@ namespace gyrotherm::faults {
 namespace {
 
 /// How severe a state is at least, once a command was carried out.
-int least_severity(run::OperatorCommand command) {
+int least_severity(control::OperatorCommand command) {
   switch (command) {
-    case run::OperatorCommand::resume: return severity(RunState::execute);
-    case run::OperatorCommand::pause: return severity(RunState::held);
-    case run::OperatorCommand::stop:
-    case run::OperatorCommand::abort: return severity(RunState::aborting);
+    case control::OperatorCommand::resume: return severity(RunState::execute);
+    case control::OperatorCommand::pause: return severity(RunState::held);
+    case control::OperatorCommand::stop:
+    case control::OperatorCommand::abort: return severity(RunState::aborting);
   }
   return 0;
 }
@@ -29,7 +29,7 @@ int least_severity(run::OperatorCommand command) {
 }  // namespace
 
 /// What is not refused is promised. Of several promises the most severe is to be kept.
-void Operators::ask(run::OperatorCommand command, run::RunController& run_controller) {
+void Operators::ask(control::OperatorCommand command, run::RunController& run_controller) {
   if (!run_controller.objection(command).empty()) return;
   run_controller.tell(command, "operator");
   promised_ = std::max(promised_.value_or(command), command);
@@ -40,12 +40,12 @@ void Operators::ask(const InjectedFault& fault, run::RunController& run_controll
   switch (fault.kind) {
     case InjectedFaultKind::operator_pauses:
       resumes_at_ = second + fault.lasts;
-      return ask(run::OperatorCommand::pause, run_controller);
-    case InjectedFaultKind::operator_stops: return ask(run::OperatorCommand::stop, run_controller);
-    case InjectedFaultKind::operator_aborts: return ask(run::OperatorCommand::abort, run_controller);
+      return ask(control::OperatorCommand::pause, run_controller);
+    case InjectedFaultKind::operator_stops: return ask(control::OperatorCommand::stop, run_controller);
+    case InjectedFaultKind::operator_aborts: return ask(control::OperatorCommand::abort, run_controller);
     case InjectedFaultKind::operators_at_once:
       for (int which = static_cast<int>(fault.size); which > 0; which /= kCommands)
-        ask(static_cast<run::OperatorCommand>(which % kCommands), run_controller);
+        ask(static_cast<control::OperatorCommand>(which % kCommands), run_controller);
       return;
     default: return;
   }
@@ -57,13 +57,14 @@ bool Operators::has_dropped(const std::string& unit) const {
 
 void Operators::drop(const std::string& unit, std::int64_t lasts, run::RunController& run_controller,
                      std::int64_t second) {
-  const run::ControlRequest request{.note = "it came to grief", .unit = run::UnitRequest{.drop = true, .unit = unit}};
+  const control::ControlRequest request{.note = "it came to grief",
+                                        .unit = control::UnitRequest{.drop = true, .unit = unit}};
   if (run_controller.carry_out(request, "operator").done) returns_at_.emplace_back(unit, second + lasts);
 }
 
 void Operators::attend(run::RunController& run_controller, std::int64_t second) {
   std::erase_if(returns_at_, [&](const auto& one) {
-    const run::ControlRequest request{.unit = run::UnitRequest{.drop = false, .unit = one.first}};
+    const control::ControlRequest request{.unit = control::UnitRequest{.drop = false, .unit = one.first}};
     return second >= one.second && run_controller.carry_out(request, "operator").done;
   });
   if (run_controller.run_state() != RunState::held) {
@@ -72,7 +73,7 @@ void Operators::attend(run::RunController& run_controller, std::int64_t second) 
   }
   if (!resumes_at_) resumes_at_ = second + kOperatorComesAfter;
   if (second < *resumes_at_) return;
-  ask(run::OperatorCommand::resume, run_controller);
+  ask(control::OperatorCommand::resume, run_controller);
   resumes_at_ = second + kOperatorComesAfter;
 }
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "app/outlet.hpp"
-#include "drivers/line/deadline.hpp"
+#include "core/file.hpp"
 #include "sequencer/run/run_controller.hpp"
 #include "tests/sequencer/faults/schedule.hpp"
 
@@ -33,12 +33,12 @@ class Operators {
   [[nodiscard]] bool has_dropped(const std::string& unit) const;
 
  private:
-  void ask(run::OperatorCommand command, run::RunController& run_controller);
+  void ask(control::OperatorCommand command, run::RunController& run_controller);
 
   /// Units that are dropped, each with the second in which it is returned.
   std::vector<std::pair<std::string, std::int64_t>> returns_at_;
   std::optional<std::int64_t> resumes_at_;  ///< when the one who looks at a held run lets it go on
-  std::optional<run::OperatorCommand> promised_;
+  std::optional<control::OperatorCommand> promised_;
 };
 
 // Who reads what a program says, or does not: a pipe behind the program's own outlet.

@@ -44,6 +44,7 @@ class RecordingStore final : public record::Store {
   [[nodiscard]] Result<void> finish() override { return store_->finish(); }
   void publish(const RunStanding& standing) override { store_->publish(standing); }
   [[nodiscard]] record::StoreHealth health() const override { return store_->health(); }
+  [[nodiscard]] const record::Alarms& alarms() const override { return store_->alarms(); }
   [[nodiscard]] const record::RunInfo& info() const override { return store_->info(); }
   [[nodiscard]] Result<record::Record> read_back() override { return store_->read_back(); }
 

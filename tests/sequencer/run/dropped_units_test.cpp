@@ -10,8 +10,8 @@ namespace {
 
 constexpr const char* kHold = "[[segment]]\nkind = \"hold\"\nat = \"20 °C\"\ntime = \"1 h\"\n";
 
-UnitRequest drop(const std::string& unit) { return {.drop = true, .unit = unit}; }
-UnitRequest give_back(const std::string& unit) { return {.drop = false, .unit = unit}; }
+control::UnitRequest drop(const std::string& unit) { return {.drop = true, .unit = unit}; }
+control::UnitRequest give_back(const std::string& unit) { return {.drop = false, .unit = unit}; }
 
 TEST(DroppedUnits, AreThoseThatWereDroppedAndNotReturned) {
   DroppedUnits units({"u1", "u2", "u3"});

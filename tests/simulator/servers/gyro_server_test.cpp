@@ -7,6 +7,7 @@
 
 #include <array>
 
+#include "core/deadline.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/line/line_address.hpp"
 #include "tests/support/frame_streams.hpp"
@@ -29,7 +30,7 @@ std::string receive(drivers::ByteStream& line) {
 /// What comes out of a pseudo-terminal, up to `count` bytes: the system hands them over a little later.
 std::string take(int descriptor, std::size_t count) {
   std::string taken;
-  const drivers::Deadline deadline(kSoon);
+  const Deadline deadline(kSoon);
   while (taken.size() < count && ready(descriptor, POLLIN, deadline)) {
     std::array<char, 4096> buffer{};
     const auto size = ::read(descriptor, buffer.data(), buffer.size());

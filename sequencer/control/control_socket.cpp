@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sequencer/run/control_socket.hpp"
+#include "sequencer/control/control_socket.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -13,23 +13,11 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/deadline.hpp"
 #include "core/process.hpp"
 
-namespace gyrotherm::run {
+namespace gyrotherm::control {
 namespace {
-
-/// A message is "gyrotherm-tell/1 WORD TEXT": its word and its text.
-Result<std::pair<std::string_view, std::string_view>> split(std::string_view message) {
-  const auto wrong = [](const char* why) { return failure(FaultKind::corrupted, "tell", why); };
-  if (message.size() > kLongestRequest) return wrong("a message that is too long");
-  if (!message.starts_with(kControlSchema) || message.substr(kControlSchema.size(), 1) != " ")
-    return wrong("a message of another version");
-  message.remove_prefix(kControlSchema.size() + 1);
-  if (!is_one_line(message)) return wrong("a message of more than one line");
-  const auto blank = message.find(' ');
-  const auto text = blank == std::string_view::npos ? std::string_view() : message.substr(blank + 1);
-  return std::pair{message.substr(0, blank), text};
-}
 
 constexpr std::size_t kMostSpeakers = 8;
 constexpr int kMostNewSpeakers = 64;  ///< heard at once; the others wait for the next time
@@ -60,11 +48,13 @@ Descriptor new_socket(int more_flags) {
   return Descriptor(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | more_flags, 0));
 }
 
-std::string who_is(int speaker) {
+std::string who_is(int speaker, const std::string& for_user) {
   ucred credentials{};
   socklen_t size = sizeof credentials;
-  if (::getsockopt(speaker, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return "unknown";
-  return user_in_words(credentials.uid);
+  const bool known = ::getsockopt(speaker, SOL_SOCKET, SO_PEERCRED, &credentials, &size) == 0;
+  if (for_user.empty()) return known ? user_in_words(credentials.uid) : "unknown";
+  if (!known) return fmt::format("{} (through somebody unknown)", for_user);
+  return fmt::format("{} (through {}, uid {})", for_user, user_name(credentials.uid), credentials.uid);
 }
 
 /// Gives the socket at that path its mode: what stands there now, if it is a socket of this user's, and no link.
@@ -78,14 +68,15 @@ bool open_to_owner_and_group(const Address& address, const std::string& name) {
 
 ControlAnswer answer_to(std::string_view message, int speaker, const Listener& listener) {
   const auto request = parse_request(message);
-  return request ? listener(*request, who_is(speaker)) : ControlAnswer{.done = false, .text = request.error().what};
+  return request ? listener(*request, who_is(speaker, request->for_user))
+                 : ControlAnswer{.done = false, .text = request.error().what};
 }
 
 /// Hears one speaker; false once there is no more to hear.
 bool hear(int speaker, const Listener& listener) {
   std::array<char, kLongestRequest + 1> message{};
   const auto size = ::recv(speaker, message.data(), message.size(), MSG_DONTWAIT);
-  if (size < 0 && drivers::would_block()) return true;
+  if (size < 0 && would_block()) return true;
   if (size <= 0) return false;
   const auto answer = to_message(answer_to({message.data(), static_cast<std::size_t>(size)}, speaker, listener));
   ::send(speaker, answer.data(), answer.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -93,31 +84,6 @@ bool hear(int speaker, const Listener& listener) {
 }
 
 }  // namespace
-
-std::string to_message(const ControlRequest& request) {
-  return fmt::format("{} {} {}", kControlSchema, word_of(request), text_of(request));
-}
-
-std::string to_message(const ControlAnswer& answer) {
-  return fmt::format("{} {} {}", kControlSchema, answer.done ? "done" : "refused", answer.text)
-      .substr(0, kLongestRequest);
-}
-
-Result<ControlRequest> parse_request(std::string_view message) {
-  const auto parts = split(message);
-  if (!parts) return failure(parts.error());
-  auto request = request_of(std::string(parts->first), std::string(parts->second));
-  if (!request) return failure(FaultKind::corrupted, request.error().where, request.error().what);
-  return request;
-}
-
-Result<ControlAnswer> parse_answer(std::string_view message) {
-  const auto parts = split(message);
-  if (!parts) return failure(parts.error());
-  if (parts->first != "done" && parts->first != "refused")
-    return failure(FaultKind::corrupted, "tell", "an answer that is neither done nor refused");
-  return ControlAnswer{.done = parts->first == "done", .text = std::string(parts->second)};
-}
 
 std::string control_socket_path(const std::string& record) { return record + ".socket"; }
 
@@ -157,7 +123,7 @@ void ControlSocket::listen(const Listener& listener) {
 namespace {
 
 /// A connection, as soon as it is this speaker's turn: where too many wait already the kernel says so at once.
-Result<Descriptor> connected(const std::string& record, const drivers::Deadline& deadline) {
+Result<Descriptor> connected(const std::string& record, const Deadline& deadline) {
   const auto path = control_socket_path(record);
   const auto address = address_of(path);
   if (!address) return failure(address.error());
@@ -177,7 +143,7 @@ Result<Descriptor> connected(const std::string& record, const drivers::Deadline&
 
 Result<ControlAnswer> tell(const std::string& record, const ControlRequest& request, Duration within) {
   const auto path = control_socket_path(record);
-  const drivers::Deadline deadline(within);
+  const Deadline deadline(within);
   const auto socket = connected(record, deadline);
   if (!socket) return failure(socket.error());
   const auto message = to_message(request);
@@ -191,4 +157,4 @@ Result<ControlAnswer> tell(const std::string& record, const ControlRequest& requ
   return parse_answer({answer.data(), static_cast<std::size_t>(size)});
 }
 
-}  // namespace gyrotherm::run
+}  // namespace gyrotherm::control

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "core/text.hpp"
-#include "sequencer/run/control_socket.hpp"
+#include "sequencer/control/control_message.hpp"
 
-namespace gyrotherm::run {
+namespace gyrotherm::control {
 
 namespace {
 
@@ -20,7 +20,9 @@ void require(bool condition) {
 void take(std::string_view message) {
   if (const auto request = parse_request(message)) {
     require(request->note.size() <= kLongestNote && request->note.find('\n') == std::string::npos);
-    require(request->command.has_value() == request->note.empty());
+    require(request->note.empty() == (request->command.has_value() || request->unit.has_value()) ||
+            request->command == OperatorCommand::resume || request->unit.has_value());
+    require(request->for_user.empty() || is_user_name(request->for_user));
     require(is_utf8(request->note));
     const auto again = parse_request(to_message(*request));
     require(again.has_value() && *again == *request);
@@ -36,9 +38,10 @@ void take(std::string_view message) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   take(bytes);
-  for (const auto* beginning : {" ", " note ", " pause ", " done ", " refused "})
+  for (const auto* beginning : {" ", " note ", " pause ", " done ", " refused ", " acknowledge ", " acknowledge 1 ",
+                                " told ", " for=", " for=anna "})
     take(std::string(kControlSchema) + beginning + bytes);
   return 0;
 }
 
-}  // namespace gyrotherm::run
+}  // namespace gyrotherm::control

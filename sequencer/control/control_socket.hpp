@@ -1,32 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The socket beside a record by which other programs of this machine speak to the one that carries the run out, and
-/// the messages that go over it: one each way.
+/// The socket beside a record by which other programs of this machine speak to the one that carries the run out: one
+/// message each way.
 #pragma once
 
 #include <functional>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "core/clock.hpp"
+#include "core/file.hpp"
 #include "core/result.hpp"
-#include "drivers/line/deadline.hpp"
-#include "sequencer/run/operator_requests.hpp"
+#include "sequencer/control/control_message.hpp"
 
-namespace gyrotherm::run {
-
-inline constexpr std::string_view kControlSchema = "gyrotherm-tell/1";
-inline constexpr std::size_t kLongestRequest = 4096;  ///< bytes of a message
-
-[[nodiscard]] std::string to_message(const ControlRequest& request);
-[[nodiscard]] std::string to_message(const ControlAnswer& answer);
-/// Both fail with corrupted if the message is not what to_message() writes.
-[[nodiscard]] Result<ControlRequest> parse_request(std::string_view message);
-[[nodiscard]] Result<ControlAnswer> parse_answer(std::string_view message);
+namespace gyrotherm::control {
 
 /// "RUN.db" → "RUN.db.socket".
 [[nodiscard]] std::string control_socket_path(const std::string& record);
 
-/// Carries one out, told by `who` ("anna (uid 1000)").
+/// Carries one out, told by `who`: as the kernel says, "ada (uid 1000)"; of one who speaks for a user of their own,
+/// both: "anna (through ada, uid 1000)".
 using Listener = std::function<ControlAnswer(const ControlRequest&, const std::string& who)>;
 
 /// The end of the program that listens. Whoever may write to the socket (mode 0660) may speak; the kernel says who it
@@ -56,4 +49,4 @@ class ControlSocket {
 /// usage if no program listens there, refused if this user may not speak to it, timeout or corrupted.
 [[nodiscard]] Result<ControlAnswer> tell(const std::string& record, const ControlRequest& request, Duration within);
 
-}  // namespace gyrotherm::run
+}  // namespace gyrotherm::control

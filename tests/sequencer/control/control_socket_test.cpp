@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What other programs may say to the one that carries a run out.
-#include "sequencer/run/control_socket.hpp"
+/// How other programs speak to the one that carries a run out.
+#include "sequencer/control/control_socket.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -12,9 +13,11 @@
 #include <fstream>
 #include <thread>
 
+#include "core/deadline.hpp"
+#include "core/process.hpp"
 #include "tests/support/folder.hpp"
 
-namespace gyrotherm::run {
+namespace gyrotherm::control {
 namespace {
 
 using std::chrono_literals::operator""ms;
@@ -42,40 +45,6 @@ class Listening {
   std::jthread thread_;
 };
 
-TEST(ControlRequest, GoesThroughAMessageUnchanged) {
-  for (const auto* word : {"pause", "resume", "stop", "abort"}) {
-    const auto request = request_of(word, "");
-    ASSERT_TRUE(request) << word;
-    const auto parsed = parse_request(to_message(*request));
-    ASSERT_TRUE(parsed) << text(parsed.error());
-    EXPECT_EQ(*parsed, *request);
-  }
-  const auto note = request_of("note", "Tür geöffnet, \"Kabel\" geprüft");
-  ASSERT_TRUE(note);
-  EXPECT_EQ(parse_request(to_message(*note)), *note);
-  const auto answer = request_of("resume", "turned by hand");
-  ASSERT_TRUE(answer);
-  EXPECT_EQ(parse_request(to_message(*answer)), *answer);
-  EXPECT_EQ(to_message(*request_of("pause", "")), "gyrotherm-tell/1 pause ");
-}
-
-TEST(ControlRequest, WhatIsNoWordIsAMistakeOfTheCommandLine) {
-  for (const auto& [word, note] : std::vector<std::pair<std::string, std::string>>{{"go", ""},
-                                                                                   {"", ""},
-                                                                                   {"pause", "now"},
-                                                                                   {"resume", "two\nlines"},
-                                                                                   {"note", ""},
-                                                                                   {"note", "two\nlines"},
-                                                                                   {"note",
-                                                                                    "20 \xB0"
-                                                                                    "C"},
-                                                                                   {"note", std::string(2001, 'x')}}) {
-    const auto request = request_of(word, note);
-    ASSERT_FALSE(request) << word;
-    EXPECT_EQ(request.error().kind, FaultKind::usage);
-  }
-}
-
 TEST(ControlSocket, AnswersWithWhatWasDone) {
   const tests::TestFolder folder;
   auto socket = ControlSocket::open(folder / "run.db");
@@ -97,6 +66,21 @@ TEST(ControlSocket, TheKernelSaysWhoSpeaks) {
   ASSERT_TRUE(tell(folder / "run.db", *request_of("note", "from somebody else (uid 0)"), 5s));
   listening.end();
   EXPECT_NE(listening.speaker.find("(uid " + std::to_string(::getuid()) + ")"), std::string::npos) << listening.speaker;
+}
+
+TEST(ControlSocket, WhomAMonitorAsksForIsNamedBesideWhoTheKernelSaysItIs) {
+  const tests::TestFolder folder;
+  auto socket = ControlSocket::open(folder / "run.db");
+  ASSERT_TRUE(socket);
+  Listening listening(*socket, {.done = true, .text = "noted"});
+  auto request = *request_of("note", "the door was open");
+  request.for_user = "anna";
+  ASSERT_TRUE(tell(folder / "run.db", request, 5s));
+  listening.end();
+  const auto through = fmt::format("anna (through {}, uid {})", user_name(::getuid()), ::getuid());
+  EXPECT_EQ(listening.speaker, through);
+  ASSERT_EQ(listening.heard.size(), 1u);
+  EXPECT_EQ(listening.heard[0].note, "the door was open");
 }
 
 TEST(ControlSocket, NobodyThereIsAMistakeAndASilentOneATimeout) {
@@ -159,7 +143,7 @@ std::string say_raw(const std::string& record, const std::string& message) {
   if (::connect(socket.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return "no";
   ::send(socket.number(), message.data(), message.size(), MSG_NOSIGNAL);
   char heard[5000];
-  if (!ready(socket.number(), POLLIN, drivers::Deadline(5s))) return "nothing";
+  if (!ready(socket.number(), POLLIN, Deadline(5s))) return "nothing";
   const auto size = ::recv(socket.number(), heard, sizeof heard, 0);
   return {heard, static_cast<std::size_t>(std::max<ssize_t>(size, 0))};
 }
@@ -171,8 +155,9 @@ TEST(ControlSocket, NoMessageButAWholeOneOfThisVersionIsHeard) {
   Listening listening(*socket, {.done = true, .text = "done"});
   for (const auto& message :
        {std::string("abort"), std::string("gyrotherm-tell/2 abort "), std::string("gyrotherm-tell/1 ABORT "),
-        std::string("gyrotherm-tell/1 abort now"), std::string("gyrotherm-tell/1 note \n"), std::string(4500, 'x'),
-        std::string("\0\0\0", 3)})
+        std::string("gyrotherm-tell/1 abort now"), std::string("gyrotherm-tell/1 for= abort "),
+        std::string("gyrotherm-tell/1 for=a/b abort "), std::string("gyrotherm-tell/1 for=anna"),
+        std::string("gyrotherm-tell/1 note \n"), std::string(4500, 'x'), std::string("\0\0\0", 3)})
     EXPECT_TRUE(say_raw(folder / "run.db", message).starts_with("gyrotherm-tell/1 refused ")) << message;
   listening.end();
   EXPECT_TRUE(listening.heard.empty());
@@ -196,4 +181,4 @@ TEST(ControlSocket, WhoConnectsAndSaysNothingKeepsNobodyOut) {
 }
 
 }  // namespace
-}  // namespace gyrotherm::run
+}  // namespace gyrotherm::control

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/control/control_message.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <utility>
+
+#include "core/text.hpp"
+
+namespace gyrotherm::control {
+namespace {
+
+constexpr std::array kCommands{OperatorCommand::pause, OperatorCommand::resume, OperatorCommand::stop,
+                               OperatorCommand::abort};
+
+constexpr const char *kDrop = "drop", *kReturn = "return", *kAcknowledge = "acknowledge", *kAll = "all",
+                     *kTold = "told", *kNote = "note";
+constexpr std::string_view kForUser = "for=";
+
+/// The first word of a text, and what stands behind the blanks after it.
+std::pair<std::string, std::string> first_word(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
+  const auto end = std::min(text.find(' '), text.size());
+  const auto rest = text.substr(end);
+  return {std::string(text.substr(0, end)),
+          std::string(rest.substr(std::min(rest.find_first_not_of(' '), rest.size())))};
+}
+
+ControlRequest request_of_unit(bool drop, std::string_view text) {
+  auto [unit, reason] = first_word(text);
+  return {.note = std::move(reason), .unit = UnitRequest{.drop = drop, .unit = std::move(unit)}};
+}
+
+Result<ControlRequest> acknowledgement_of(std::string_view text) {
+  auto [alarm, comment] = first_word(text);
+  const auto refuse = [](const std::string& why) { return failure(FaultKind::usage, "tell acknowledge", why); };
+  Acknowledgement acknowledgement;
+  if (alarm != kAll) {
+    std::int64_t number{};
+    const auto* end = alarm.data() + alarm.size();
+    const auto read = std::from_chars(alarm.data(), end, number);
+    if (read.ec != std::errc() || read.ptr != end || number < 1)
+      return refuse(fmt::format("\"{}\" is no number of an alarm, expected one that status shows, or all", alarm));
+    acknowledgement.alarm = number;
+  }
+  if (comment.empty()) return refuse(fmt::format("wants a comment: gyrotherm tell RUN.db acknowledge {} \"…\"", alarm));
+  return ControlRequest{.note = std::move(comment), .acknowledgement = acknowledgement};
+}
+
+/// What is wrong with a text, whatever it is for.
+std::string objection_to(const std::string& text) {
+  if (text.size() > kLongestNote) return fmt::format("a note has at most {} bytes", kLongestNote);
+  if (!is_utf8(text)) return "a note is text in UTF-8";
+  if (!is_one_line(text)) return "a note is one line of text";
+  return {};
+}
+
+/// A message is "gyrotherm-tell/1 WORD TEXT": its word and its text.
+Result<std::pair<std::string_view, std::string_view>> split(std::string_view message) {
+  const auto wrong = [](const char* why) { return failure(FaultKind::corrupted, "tell", why); };
+  if (message.size() > kLongestRequest) return wrong("a message that is too long");
+  if (!message.starts_with(kControlSchema) || message.substr(kControlSchema.size(), 1) != " ")
+    return wrong("a message of another version");
+  message.remove_prefix(kControlSchema.size() + 1);
+  if (!is_one_line(message)) return wrong("a message of more than one line");
+  const auto blank = message.find(' ');
+  const auto text = blank == std::string_view::npos ? std::string_view() : message.substr(blank + 1);
+  return std::pair{message.substr(0, blank), text};
+}
+
+}  // namespace
+
+const char* name(OperatorCommand command) {
+  switch (command) {
+    case OperatorCommand::resume: return "resume";
+    case OperatorCommand::pause: return "pause";
+    case OperatorCommand::stop: return "stop";
+    case OperatorCommand::abort: return "abort";
+  }
+  return "";
+}
+
+bool is_one_line(std::string_view text) {
+  return std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 0x7F; });
+}
+
+bool is_user_name(std::string_view name) {
+  const auto may_stand = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.' ||
+           c == '@' || c == '-';
+  };
+  return !name.empty() && name.size() <= kLongestUser && std::ranges::all_of(name, may_stand);
+}
+
+std::string word_of(const ControlRequest& request) {
+  if (request.command) return name(*request.command);
+  if (request.unit) return request.unit->drop ? kDrop : kReturn;
+  if (request.acknowledgement) return kAcknowledge;
+  return request.told ? kTold : kNote;
+}
+
+std::string text_of(const ControlRequest& request) {
+  if (request.acknowledgement) {
+    const auto& alarm = request.acknowledgement->alarm;
+    return fmt::format("{} {}", alarm ? std::to_string(*alarm) : kAll, request.note);
+  }
+  if (!request.unit) return request.note;
+  return request.note.empty() ? request.unit->unit : request.unit->unit + " " + request.note;
+}
+
+Result<ControlRequest> request_of(const std::string& word, const std::string& text) {
+  const auto refuse = [&](const std::string& why) { return failure(FaultKind::usage, "tell " + word, why); };
+  std::optional<OperatorCommand> found;
+  for (const auto command : kCommands) {
+    if (word != name(command)) continue;
+    if (command != OperatorCommand::resume && !text.empty()) return refuse("takes no text; \"note\" does");
+    found = command;
+  }
+  const bool of_a_unit = word == kDrop || word == kReturn;
+  if (!found && !of_a_unit && word != kAcknowledge && word != kTold && word != kNote)
+    return refuse("is none of pause, resume, stop, abort, drop, return, acknowledge, note");
+  if (of_a_unit && text.find_first_not_of(' ') == std::string::npos)
+    return refuse(fmt::format("wants a unit: gyrotherm tell RUN.db {} UNIT \"…\"", word));
+  if (!found && text.empty()) return refuse(fmt::format("wants a text: gyrotherm tell RUN.db {} \"…\"", word));
+  if (const auto why = objection_to(text); !why.empty()) return refuse(why);
+  if (of_a_unit) return request_of_unit(word == kDrop, text);
+  if (word == kAcknowledge) return acknowledgement_of(text);
+  return ControlRequest{.command = found, .note = text, .told = word == kTold};
+}
+
+std::string to_message(const ControlRequest& request) {
+  const auto whom = request.for_user.empty() ? "" : fmt::format("{}{} ", kForUser, request.for_user);
+  return fmt::format("{} {}{} {}", kControlSchema, whom, word_of(request), text_of(request));
+}
+
+std::string to_message(const ControlAnswer& answer) {
+  return fmt::format("{} {} {}", kControlSchema, answer.done ? "done" : "refused", answer.text)
+      .substr(0, kLongestRequest);
+}
+
+Result<ControlRequest> parse_request(std::string_view message) {
+  auto parts = split(message);
+  if (!parts) return failure(parts.error());
+  std::string for_user;
+  if (parts->first.starts_with(kForUser)) {
+    for_user = parts->first.substr(kForUser.size());
+    if (!is_user_name(for_user))
+      return failure(FaultKind::corrupted, "tell", "a user whose name is not 1 to 64 letters, digits and _ . @ -");
+    const auto blank = std::min(parts->second.find(' '), parts->second.size());
+    parts = std::pair{parts->second.substr(0, blank), parts->second.substr(std::min(blank + 1, parts->second.size()))};
+  }
+  auto request = request_of(std::string(parts->first), std::string(parts->second));
+  if (!request) return failure(FaultKind::corrupted, request.error().where, request.error().what);
+  request->for_user = std::move(for_user);
+  return request;
+}
+
+Result<ControlAnswer> parse_answer(std::string_view message) {
+  const auto parts = split(message);
+  if (!parts) return failure(parts.error());
+  if (parts->first != "done" && parts->first != "refused")
+    return failure(FaultKind::corrupted, "tell", "an answer that is neither done nor refused");
+  return ControlAnswer{.done = parts->first == "done", .text = std::string(parts->second)};
+}
+
+}  // namespace gyrotherm::control

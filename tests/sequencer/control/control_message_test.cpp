@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What other programs may say to the one that carries a run out.
+#include "sequencer/control/control_message.hpp"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace gyrotherm::control {
+namespace {
+
+TEST(ControlRequest, GoesThroughAMessageUnchanged) {
+  for (const auto* word : {"pause", "resume", "stop", "abort"}) {
+    const auto request = request_of(word, "");
+    ASSERT_TRUE(request) << word;
+    const auto parsed = parse_request(to_message(*request));
+    ASSERT_TRUE(parsed) << text(parsed.error());
+    EXPECT_EQ(*parsed, *request);
+  }
+  const auto note = request_of("note", "Tür geöffnet, \"Kabel\" geprüft");
+  ASSERT_TRUE(note);
+  EXPECT_EQ(parse_request(to_message(*note)), *note);
+  const auto answer = request_of("resume", "turned by hand");
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(parse_request(to_message(*answer)), *answer);
+  EXPECT_EQ(to_message(*request_of("pause", "")), "gyrotherm-tell/1 pause ");
+  for (const auto& [word, text] :
+       std::vector<std::pair<std::string, std::string>>{{"acknowledge", "12 seen, the door was open"},
+                                                        {"acknowledge", "all seen"},
+                                                        {"told", "mailto:anna@lab: rule \"night\", alarm 12"}}) {
+    const auto request = request_of(word, text);
+    ASSERT_TRUE(request) << text;
+    EXPECT_EQ(parse_request(to_message(*request)), *request) << text;
+    EXPECT_EQ(word_of(*request), word);
+    EXPECT_EQ(text_of(*request), text);
+  }
+}
+
+TEST(ControlRequest, SaysForWhomAMonitorAsks) {
+  auto request = *request_of("acknowledge", "7 seen");
+  request.for_user = "anna.b@lab-2";
+  EXPECT_EQ(to_message(request), "gyrotherm-tell/1 for=anna.b@lab-2 acknowledge 7 seen");
+  EXPECT_EQ(parse_request(to_message(request)), request);
+}
+
+TEST(ControlRequest, AUserHasANameOfAFewCharacters) {
+  for (const auto* good : {"a", "anna", "A.B_c-d@e", "0"}) EXPECT_TRUE(is_user_name(good)) << good;
+  EXPECT_TRUE(is_user_name(std::string(64, 'x')));
+  for (const auto& bad : {std::string(), std::string(65, 'x'), std::string("an na"), std::string("änna"),
+                          std::string("a(b"), std::string("a\n")}) {
+    EXPECT_FALSE(is_user_name(bad)) << bad;
+    EXPECT_FALSE(parse_request("gyrotherm-tell/1 for=" + bad + " pause ")) << bad;
+  }
+}
+
+TEST(ControlRequest, AnAlarmIsAcknowledgedByItsNumberAndWithAComment) {
+  const auto one = request_of("acknowledge", "12  seen: it was the fuse");
+  ASSERT_TRUE(one) << text(one.error());
+  EXPECT_EQ(one->acknowledgement->alarm, 12);
+  EXPECT_EQ(one->note, "seen: it was the fuse");
+  EXPECT_EQ(request_of("acknowledge", "all of them seen")->acknowledgement->alarm, std::nullopt);
+  for (const auto* wrong :
+       {"", " ", "12", "12 ", "all", "0 seen", "-1 seen", "1.5 seen", "seen", "99999999999999999999 x"})
+    EXPECT_FALSE(request_of("acknowledge", wrong)) << wrong;
+}
+
+TEST(ControlRequest, WhatIsNoWordIsAMistakeOfTheCommandLine) {
+  for (const auto& [word, note] : std::vector<std::pair<std::string, std::string>>{{"go", ""},
+                                                                                   {"", ""},
+                                                                                   {"pause", "now"},
+                                                                                   {"resume", "two\nlines"},
+                                                                                   {"note", ""},
+                                                                                   {"note", "two\nlines"},
+                                                                                   {"note",
+                                                                                    "20 \xB0"
+                                                                                    "C"},
+                                                                                   {"note", std::string(2001, 'x')},
+                                                                                   {"told", ""},
+                                                                                   {"told", std::string(2001, 'x')}}) {
+    const auto request = request_of(word, note);
+    ASSERT_FALSE(request) << word;
+    EXPECT_EQ(request.error().kind, FaultKind::usage);
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm::control

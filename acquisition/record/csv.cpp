@@ -288,14 +288,20 @@ struct CellOf {
 
 }  // namespace
 
-void write_csv(const Record& record, const std::function<void(std::string_view)>& sink) {
+void write_csv_head(const RunInfo& info, bool finished, const std::function<void(std::string_view)>& sink) {
+  Buffer out;
+  add_comments(out, info, finished);
+  each_column(channel_columns(info), TitleOf{out, info});
+  out.push_back('\n');
+  sink(std::string_view(out.data(), out.size()));
+}
+
+void write_csv_rows(const Record& record, std::int64_t after, const std::function<void(std::string_view)>& sink) {
   constexpr std::size_t kPiece = 1 << 16;
   Buffer out;
-  add_comments(out, record.info, record.finished);
   const auto channels = channel_columns(record.info);
-  each_column(channels, TitleOf{out, record.info});
   out.push_back('\n');
-  std::size_t begun = 0;  // behind the end of the line before, by which add_cell() sees where a line begins
+  std::size_t begun = 1;  // behind the end of the line before, by which add_cell() sees where a line begins
   const auto flush = [&] {
     sink(std::string_view(out.data(), out.size()).substr(begun));
     out.clear();
@@ -303,11 +309,17 @@ void write_csv(const Record& record, const std::function<void(std::string_view)>
     begun = 1;
   };
   for (std::size_t row = 0; row < record.slot.size(); ++row) {
+    if (record.slot[row] <= after) continue;
     each_column(channels, CellOf{out, record, row});
     out.push_back('\n');
     if (out.size() > kPiece) flush();
   }
   flush();
+}
+
+void write_csv(const Record& record, const std::function<void(std::string_view)>& sink) {
+  write_csv_head(record.info, record.finished, sink);
+  write_csv_rows(record, -1, sink);
 }
 
 std::string to_csv(const Record& record) {

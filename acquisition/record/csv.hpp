@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -80,6 +81,7 @@ class LiveRows {
 // How a record is written as a table for others.
 
 struct Record;
+struct RunInfo;
 
 /// The record as text: comment lines with `#` that say what it is ("SIMULATED" first, if it is), a header of names with
 /// units, one row per sample; an empty field where there is no value. Comments also say what makes a bias of the
@@ -89,6 +91,9 @@ struct Record;
 [[nodiscard]] std::string to_csv(const Record& record);
 /// The same text, piece by piece: that of a record with many channels is larger than the record.
 void write_csv(const Record& record, const std::function<void(std::string_view)>& sink);
+/// … in two steps, of a record that grows: comments and header, then the rows behind second `after`.
+void write_csv_head(const RunInfo& info, bool finished, const std::function<void(std::string_view)>& sink);
+void write_csv_rows(const Record& record, std::int64_t after, const std::function<void(std::string_view)>& sink);
 
 /// Writes it; the file appears as a whole. Fails like read_record, or with storage.
 [[nodiscard]] Result<void> export_record(const std::string& record_path, const std::string& csv_path);

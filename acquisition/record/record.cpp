@@ -76,11 +76,11 @@ void add(Record& record, const SampleRow& row) {
   record.last_utc = row.utc;
 }
 
-Result<void> read_samples(Database& database, Record& record) {
-  const auto rows = database.ask_integer("SELECT count(*) FROM sample", 0);
+Result<void> read_samples(Database& database, Record& record, std::int64_t after) {
+  const auto rows = database.ask_integer(fmt::format("SELECT count(*) FROM sample WHERE slot > {}", after), 0);
   if (!rows) return failure(rows.error());
   reserve(record, static_cast<std::size_t>(*rows));
-  return each_sample(database, record.info, [&](const SampleRow& row) { add(record, row); });
+  return each_sample(database, record.info, after, [&](const SampleRow& row) { add(record, row); });
 }
 
 Result<void> read_gaps(Database& database, Record& record) {
@@ -170,11 +170,11 @@ const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row) {
   return index < record.info.segments.size() ? &record.info.segments[index] : nullptr;
 }
 
-Result<Record> record_of(Database& database) {
+Result<Record> record_of(Database& database, std::int64_t after) {
   Record record;
   const auto read = into(record.info, read_run_info(database))
                         .and_then([&] { return into(record.finished, is_finished(database)); })
-                        .and_then([&] { return read_samples(database, record); })
+                        .and_then([&] { return read_samples(database, record, after); })
                         .and_then([&] { return read_gaps(database, record); })
                         .and_then([&] { return read_events(database, record); });
   if (!read) return failure(read.error());

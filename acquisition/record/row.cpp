@@ -10,6 +10,7 @@
 #include <initializer_list>
 #include <type_traits>
 
+#include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/schema.hpp"
@@ -350,6 +351,7 @@ EventKind event_kind_named(std::string_view text) {
 }
 
 Result<Database> open_record(const std::string& path) {
+  if (is_live_copy(path)) return open_live_copy(path);
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status))
@@ -363,9 +365,10 @@ Result<Database> open_record(const std::string& path) {
   return database;
 }
 
-Result<void> each_sample(Database& database, const RunInfo& info, const std::function<void(const SampleRow&)>& use) {
+Result<void> each_sample(Database& database, const RunInfo& info, std::int64_t after,
+                         const std::function<void(const SampleRow&)>& use) {
   const SampleColumns columns(info);
-  const auto sql = fmt::format("SELECT {} FROM sample ORDER BY slot", columns.names());
+  const auto sql = fmt::format("SELECT {} FROM sample WHERE slot > {} ORDER BY slot", columns.names(), after);
   return database.each_row(sql, [&](const Statement& from) -> Result<void> {
     const SampleRow row = columns.row_in(from);
     if (!has_possible_times(row))

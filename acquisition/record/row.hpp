@@ -79,8 +79,8 @@ struct Entry {
 
 struct Record;
 
-/// Everything that one open file holds. Fails with storage.
-[[nodiscard]] Result<Record> record_of(Database& database);
+/// Everything that one open file holds; of the samples those behind second `after`. Fails with storage.
+[[nodiscard]] Result<Record> record_of(Database& database, std::int64_t after = -1);
 
 /// A column of the samples as a text table has it. Without a title it has none.
 struct Exported {
@@ -168,8 +168,8 @@ void take(Row& row, std::span<const Column<Row>> columns, const Statement& from,
 /// lies beside it; with storage if it is being written or damaged.
 [[nodiscard]] Result<Database> open_record(const std::string& path);
 
-/// Calls `use` with each sample in order of slots; the row is overwritten by the next.
-[[nodiscard]] Result<void> each_sample(Database& database, const RunInfo& info,
+/// Calls `use` with each sample behind second `after`, in order of slots; the row is overwritten by the next.
+[[nodiscard]] Result<void> each_sample(Database& database, const RunInfo& info, std::int64_t after,
                                        const std::function<void(const SampleRow&)>& use);
 
 /// Whether a run's clock, or the wall's, could show it, until 2116: differences of such times do not overflow.

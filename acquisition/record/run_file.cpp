@@ -63,6 +63,10 @@ Result<void> check_unfinished(Database& database, const std::string& path) {
   return {};
 }
 
+constexpr int kCopyPatienceMs = 100;
+/// What a machine that dies leaves of a copy is of no use to anybody.
+constexpr const char* kUnsynced = "PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF";
+
 std::string insert_sql(std::string_view table, const std::string& columns) {
   std::string places = "?";
   for (const char c : columns)
@@ -115,7 +119,7 @@ Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& 
   return prepared;
 }
 
-Result<RunFile> RunFile::ready(Database database, const std::string& path, RunInfo info) {
+Result<RunFile> RunFile::ready(Database database, const std::string& path, RunInfo info, Watching watching) {
   Position end;
   Statements statements;
   const auto read =
@@ -125,7 +129,7 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
           .and_then([&] { return into(statements, prepare(database, info)); });
   if (!read) return failure(read.error());
   std::optional<FileWatch> watch;
-  if (!in_memory(path)) {
+  if (watching == Watching::yes && !in_memory(path)) {
     auto found = FileWatch::begin(path);
     if (!found) return failure(found.error());
     watch = std::move(*found);
@@ -151,7 +155,7 @@ Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
           database.keep_log_on_close();
           return failure(filled.error());
         }
-        return ready(std::move(database), path, info);
+        return ready(std::move(database), path, info, Watching::yes);
       });
   if (!file && !in_memory(path)) remove_all_of(path);
   return file;
@@ -171,7 +175,47 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
   std::filesystem::remove(path + "-shm", none_there);
   auto info = read_run_info(*database);
   if (!info) return failure(info.error());
-  return ready(std::move(*database), path, std::move(*info));
+  return ready(std::move(*database), path, std::move(*info), Watching::yes);
+}
+
+Result<RunFile> RunFile::create_copy(const std::string& path, const RunInfo& info) {
+  if (auto made = make_new_file(path); !made) return failure(made.error());
+  auto file = Database::open(path, Access::read_write, kCopyPatienceMs).and_then([&](Database database) {
+    const auto filled = database.execute(kUnsynced)
+                            .and_then([&] { return database.execute("BEGIN IMMEDIATE"); })
+                            .and_then([&] { return create_schema(database, info); })
+                            .and_then([&] { return write_run_info(database, info); })
+                            .and_then([&] { return begin_chain(database); })
+                            .and_then([&] { return database.execute("COMMIT"); });
+    return filled ? ready(std::move(database), path, info, Watching::no) : failure(filled.error());
+  });
+  if (!file) remove_all_of(path);
+  return file;
+}
+
+Result<RunFile> RunFile::open_copy(const std::string& path) {
+  auto database = Database::open(path, Access::read_write, kCopyPatienceMs);
+  if (!database) return failure(database.error());
+  if (auto set = database->execute(kUnsynced); !set) return failure(set.error());
+  auto info = read_run_info(*database);
+  if (!info) return failure(info.error());
+  return ready(std::move(*database), path, std::move(*info), Watching::no);
+}
+
+Result<void> RunFile::share() {
+  auto mode = database_.ask("PRAGMA journal_mode = WAL");
+  if (!mode) return failure(mode.error());
+  if (*mode != "wal") return failure(FaultKind::storage, path_, "SQLite makes no log for it");
+  database_.keep_log_on_close();
+  if (auto set = database_.execute("PRAGMA wal_autocheckpoint = 0; PRAGMA journal_size_limit = 4194304"); !set)
+    return set;
+  database_.watch_log();  // which SQLite forgets with the first of these
+  return {};
+}
+
+Result<void> RunFile::copy_to(const std::string& path) {
+  auto copy = database_.prepare("VACUUM INTO ?");
+  return copy ? copy->run(std::string_view(path)) : failure(copy.error());
 }
 
 Result<void> RunFile::refuse_if(std::optional<Interference> found) {

@@ -28,6 +28,16 @@ class RunFile {
   /// Takes up an unfinished run, folding in the log of a writer that died. Fails like Store::reopen().
   [[nodiscard]] static Result<RunFile> reopen(const std::string& path);
 
+  /// Makes a new file with the same tables that is no record but a copy of one, for others to read while the record is
+  /// written: not claimed, not synced and not watched. Until share() nobody may read it; then everybody may, and it has
+  /// a log. Fails like create().
+  [[nodiscard]] static Result<RunFile> create_copy(const std::string& path, const RunInfo& info);
+  /// Takes up a copy that nobody reads yet.
+  [[nodiscard]] static Result<RunFile> open_copy(const std::string& path);
+  [[nodiscard]] Result<void> share();
+  /// Puts all that was committed to this file into a new one, which is there and empty. Fails with storage.
+  [[nodiscard]] Result<void> copy_to(const std::string& path);
+
   /// Writes something that changes nothing, syncs it and reads it back from the file: nothing may depend on a record
   /// that was not seen to work. Fails with storage.
   [[nodiscard]] Result<void> prove();
@@ -79,7 +89,9 @@ class RunFile {
         info_(std::move(info)),
         columns_(info_) {}
   [[nodiscard]] static Result<Statements> prepare(Database& database, const RunInfo& info);
-  [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info);
+  enum class Watching { yes, no };
+  [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info,
+                                             Watching watching);
   [[nodiscard]] Result<void> seal();
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
   [[nodiscard]] Result<void> copy_row(std::string_view table, const record::Statement& row);

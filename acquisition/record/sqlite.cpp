@@ -118,12 +118,13 @@ void Database::Close::operator()(sqlite3* connection) const {
 }
 
 Result<Database> Database::open(const std::string& path, Access access, int patience_ms) {
-  const bool reads = access == Access::read_only;
+  const bool reads = access != Access::read_write;
+  const bool beside = access == Access::read_beside;
   if (reads && is_written_here(path)) return failure(FaultKind::storage, path, kBeingWritten);
   sqlite3* connection = nullptr;
   // A connection to read is used by one thread, and its statements lock nothing.
   const int flags = reads ? SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX : SQLITE_OPEN_READWRITE;
-  const int code = sqlite3_open_v2(path.c_str(), &connection, flags, reads ? reader_vfs() : nullptr);
+  const int code = sqlite3_open_v2(path.c_str(), &connection, flags, reads && !beside ? reader_vfs() : nullptr);
   Database database(connection);
   if (code == SQLITE_BUSY) return failure(FaultKind::storage, path, kBeingWritten);
   if (code != SQLITE_OK) return failure(FaultKind::bad_file, path, why_not_opened(connection));
@@ -135,8 +136,8 @@ Result<Database> Database::open(const std::string& path, Access access, int pati
   sqlite3_db_config(connection, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   if (!reads) return database;
   sqlite3_limit(connection, SQLITE_LIMIT_LENGTH, kLongestValue);
-  if (auto set =
-          database.execute("PRAGMA locking_mode = EXCLUSIVE; PRAGMA temp_store = MEMORY; PRAGMA cell_size_check = ON");
+  const auto* locking = beside ? "" : "PRAGMA locking_mode = EXCLUSIVE; ";
+  if (auto set = database.execute(fmt::format("{}PRAGMA temp_store = MEMORY; PRAGMA cell_size_check = ON", locking));
       !set)
     return failure(set.error());
   database.keep_log_on_close();

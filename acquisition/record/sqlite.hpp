@@ -65,8 +65,8 @@ class Statement {
 };
 
 /// read_only: nothing beside the file and nothing in it changes, not even a log that a dead writer left
-/// (reader_vfs()).
-enum class Access { read_only, read_write };
+/// (reader_vfs()). read_beside: a writer goes on writing it meanwhile, as it does with a live copy.
+enum class Access { read_only, read_beside, read_write };
 
 /// One connection to an existing file. Its statements must be gone before it is.
 class Database {

@@ -43,7 +43,8 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form("written_since_boot_ns", status.written_since_boot);
   form("written_in_boot", status.written_in_boot);
   form("parts", status.parts);
-  form.if_there("alarms", true, status.alarms);  // an older file has none
+  form.if_there("live_copy_trouble", true, status.live_copy_trouble);  // an older file has neither
+  form.if_there("alarms", true, status.alarms);
 }
 
 namespace {

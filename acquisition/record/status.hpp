@@ -46,6 +46,7 @@ struct RunStatus {
   Duration written_since_boot{};     ///< … since the start of the machine that written_in_boot names
   std::string written_in_boot{};     ///< empty: this does not come from a status file
   std::vector<std::string> parts{};  ///< files that the record goes on in after a failure of its own
+  std::string live_copy_trouble{};   ///< why the live copy does not follow; empty: it does, or there is none
   std::vector<Alarm> alarms{};       ///< that nobody has acknowledged; the oldest first
 };
 

@@ -15,6 +15,7 @@
 #include "acquisition/record/alarms.hpp"
 #include "acquisition/record/backlog.hpp"
 #include "acquisition/record/chain.hpp"
+#include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/record_writer.hpp"
 #include "acquisition/record/row.hpp"
@@ -139,11 +140,12 @@ class OrderedStore : public Store {
 /// Writes inside its calls.
 class InlineStore final : public OrderedStore {
  public:
-  InlineStore(RunFile file, const RunStatus& status, Alarms alarms, int part)
+  InlineStore(RunFile file, const RunStatus& status, Alarms alarms, std::unique_ptr<LiveCopy> copy, int part)
       : OrderedStore(file.info(), status, {.last_event = file.last_event(), .alarms = std::move(alarms)}),
         acknowledged_(status.acknowledged),
         part_(part),
-        file_(std::move(file)) {}
+        file_(std::move(file)),
+        copy_(std::move(copy)) {}
 
   Result<std::int64_t> sync() override {
     if (broken_) return failure(*broken_);
@@ -151,6 +153,8 @@ class InlineStore final : public OrderedStore {
       const auto done = keep(file_->replace_frames(frames()).and_then([&] { return file_->commit(); }));
       if (!done) return failure(done.error());
       acknowledged_ = last();
+      if (copy_) copy_->add(batch_, frames());
+      batch_.clear();
       if (const auto folded = keep(file_->fold_log()); !folded) return failure(folded.error());
     }
     tell(false);
@@ -165,9 +169,10 @@ class InlineStore final : public OrderedStore {
     broken_ = Fault{FaultKind::storage, status().path, "the run is finished"};
     if (status().path == kInMemory) return {};
     file_.reset();
-    if (auto written = close_record(status().path, part_); !written) return written;
-    tell(true);
-    return {};
+    auto closed = close_record(status().path, part_);
+    copy_.reset();
+    if (closed) tell(true);
+    return closed;
   }
 
   /// What nobody has asked to make durable does not wait for the disk.
@@ -180,7 +185,9 @@ class InlineStore final : public OrderedStore {
 
  private:
   Result<void> take(Entry entry) override {
-    return keep(open_batch().and_then([&] { return file_->insert(entry); }));
+    auto taken = keep(open_batch().and_then([&] { return file_->insert(entry); }));
+    if (taken && copy_) batch_.push_back(std::make_shared<const Entry>(std::move(entry)));
+    return taken;
   }
 
   Result<void> open_batch() {
@@ -206,6 +213,7 @@ class InlineStore final : public OrderedStore {
     now.acknowledged = acknowledged_;
     now.finished = finished;
     now.being_written = !finished;
+    now.live_copy_trouble = copy_ ? copy_->trouble() : "";
     [[maybe_unused]] const auto told = write_status(now);
   }
 
@@ -214,6 +222,8 @@ class InlineStore final : public OrderedStore {
   std::optional<Fault> broken_;  ///< the first failure of the file: after it nothing is acknowledged any more
   int part_{};
   std::optional<RunFile> file_;  ///< gone after finish(), but in memory
+  std::unique_ptr<LiveCopy> copy_;
+  std::vector<EntryPointer> batch_;  ///< for the copy, once it is on the disk
 };
 
 constexpr std::size_t kMostAtOnce = 1000;  ///< rows of one transaction
@@ -228,11 +238,13 @@ using std::chrono::steady_clock;
 /// What the store and its two workers share: the one writes the record, the other one the status file, so that it goes
 /// on telling when a write to the record does not come back. Only the first touches the writer, until it has ended.
 struct SharedState {
-  SharedState(RecordWriter record_writer, RunStatus run_status, const StoreOptions& options)
+  SharedState(RecordWriter record_writer, RunStatus run_status, std::unique_ptr<LiveCopy> live_copy,
+              const StoreOptions& options)
       : retry(options.retry),
         backlog(static_cast<std::size_t>(options.most_rows)),
         status(std::move(run_status)),
         acknowledged(status.acknowledged),
+        copy(std::move(live_copy)),
         writer(std::move(record_writer)) {}
 
   const Duration retry;
@@ -254,6 +266,7 @@ struct SharedState {
   std::string trouble;
   std::string damage;
   int parts{1};
+  std::unique_ptr<LiveCopy> copy;  ///< null: there is none
   RecordWriter writer;
 };
 
@@ -278,6 +291,7 @@ RunStatus told_of(const SharedState& desk) {
   status.backlog_s = std::max(desk.status.slot, desk.acknowledged) - desk.acknowledged;
   status.storage_trouble = trouble_of(desk);
   status.record_damage = desk.damage;
+  status.live_copy_trouble = desk.copy ? desk.copy->trouble() : "";
   for (int part = 2; part <= desk.parts; ++part) status.parts.push_back(part_path(status.path, part));
   return status;
 }
@@ -295,6 +309,7 @@ void write_once(SharedState& desk, std::unique_lock<std::mutex>& lock) {
   if (written) {
     desk.backlog.acknowledge();
     desk.dropped_before = desk.backlog.dropped();
+    if (desk.copy) desk.copy->add(batch, frames);
   } else {
     desk.backlog.put_back();
   }
@@ -350,13 +365,15 @@ void tell(SharedState& desk) {
 class BackgroundStore final : public OrderedStore {
  public:
   BackgroundStore(RecordWriter writer, RunInfo info, const RunStatus& status, Alarms alarms,
-                  const StoreOptions& options)
+                  std::unique_ptr<LiveCopy> copy, const StoreOptions& options)
       : OrderedStore(std::move(info), status,
                      {.last_event = writer.file() != nullptr ? writer.file()->last_event() : 0,
                       .spare = 1,
                       .alarms = std::move(alarms)}),
-        desk_(std::make_shared<SharedState>(std::move(writer), status, options)) {}
-  ~BackgroundStore() override { stop(); }
+        desk_(std::make_shared<SharedState>(std::move(writer), status, std::move(copy), options)) {}
+  ~BackgroundStore() override {
+    if (stop()) desk_->copy.reset();
+  }
   BackgroundStore(const BackgroundStore&) = delete;
   BackgroundStore& operator=(const BackgroundStore&) = delete;
 
@@ -395,7 +412,9 @@ class BackgroundStore final : public OrderedStore {
     const bool is_working = worker_.joinable();
     if (!stop()) return failure(FaultKind::storage, status().path, "a write does not come back from the disk");
     finished_ = true;
-    if (auto done = desk_->writer.finish(); !done) return done;
+    const auto done = desk_->writer.finish();
+    desk_->copy.reset();
+    if (!done) return done;
     auto told = told_of(*desk_);
     told.finished = true;
     told.being_written = false;
@@ -476,29 +495,39 @@ class BackgroundStore final : public OrderedStore {
 
 AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus status, Alarms alarms,
                                   const StoreOptions& options) {
-  auto store =
-      std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, std::move(alarms), options);
+  auto store = std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, std::move(alarms), nullptr,
+                                                 options);
   const auto attend = [desk = store.get()] { desk->attend(); };
   return {std::move(store), attend};
 }
 
 namespace {
 
-Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Alarms alarms, const StoreOptions& options,
-                                      int part) {
+Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Alarms alarms, std::unique_ptr<LiveCopy> copy,
+                                      const StoreOptions& options, int part) {
   status.pid = ::getpid();
   status.being_written = true;
-  if (status.path == kInMemory) return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms), part);
+  if (status.path == kInMemory)
+    return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms), nullptr, part);
   if (auto told = write_status(status); !told && !options.background) return failure(told.error());
-  if (!options.background) return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms), part);
+  if (!options.background)
+    return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms), std::move(copy), part);
   RunInfo info = file.info();
   RecordWriter writer(
       std::move(file), status.path,
       {.most_rows = static_cast<std::size_t>(options.most_rows), .part = part, .last_slot = status.acknowledged});
-  auto store =
-      std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, std::move(alarms), options);
+  auto store = std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, std::move(alarms),
+                                                 std::move(copy), options);
   store->start_workers();
   return store;
+}
+
+}  // namespace
+
+namespace {
+
+Result<RunInfo> info_of(const std::string& path) {
+  return open_record(path).and_then([](Database database) { return read_run_info(database); });
 }
 
 }  // namespace
@@ -512,7 +541,8 @@ Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunI
     remove_record(path);
     return failure(proved.error());
   }
-  return opened(std::move(*file), first_status(path, info), {}, options, 1);
+  auto copy = options.live_copy ? std::make_unique<LiveCopy>(path, info, *options.live_copy) : nullptr;
+  return opened(std::move(*file), first_status(path, info), {}, std::move(copy), options, 1);
 }
 
 Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const StoreOptions& options) {
@@ -520,13 +550,17 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   if (!part) return failure(part.error());
   auto alarms = alarms_of(path);  // before the record is written again
   if (!alarms) return failure(alarms.error());
+  std::unique_ptr<LiveCopy> copy;
+  if (options.live_copy)
+    if (const auto info = info_of(part_path(path, *part)); info)
+      copy = LiveCopy::of_record(path, *info, *options.live_copy);
   auto file = RunFile::reopen(part_path(path, *part));
   if (!file) return failure(file.error());
   auto status = stored_status(file->database(), path);
   if (!status) return failure(status.error());
   status->alarms = alarms->standing();
   if (auto proved = file->prove(); !proved) return failure(proved.error());
-  return opened(std::move(*file), std::move(*status), std::move(*alarms), options, *part);
+  return opened(std::move(*file), std::move(*status), std::move(*alarms), std::move(copy), options, *part);
 }
 
 void remove_record(const std::string& path) {

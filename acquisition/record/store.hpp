@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
+#include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
@@ -34,6 +36,8 @@ struct StoreOptions {
   std::int64_t most_rows = 14'400;
   /// Between two attempts while the disk takes nothing.
   Duration retry = std::chrono::seconds(1);
+  /// What others can read while the record is written (live_copy.hpp); nothing: they cannot.
+  std::optional<LiveCopyOptions> live_copy = {};
 };
 
 /// How far the disk follows.

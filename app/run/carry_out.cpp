@@ -66,6 +66,17 @@ Duration time_since_last(const record::Record& record) {
   return std::max(Duration{}, SteadyClock().now().utc - record.last_utc.value_or(record.info.started_utc));
 }
 
+/// Of a real rig, before the first of them is waited for.
+void say_connecting(Console& console, const rig::RigFile& rig) {
+  if (rig.simulated) return;
+  auto words = fmt::format("connecting to the {} at {}", rig.chamber_map.name, rig.chamber_line);
+  for (const auto& thermometer : rig.thermometers)
+    words += fmt::format(", {} thermometers at {}", thermometer.channels.size(), thermometer.line);
+  for (const auto& line : rig.gyro_lines) words += ", gyro at " + line.line;
+  for (const auto& inputs : rig.analogue_inputs) words += ", analogue inputs at " + inputs.line;
+  console.say(words);
+}
+
 /// Tells what becomes of a rig that could not be prepared: if its chamber is as it was found nobody need make it safe,
 /// but where a program had died and left it so.
 tl::unexpected<Fault> not_begun(run::ChamberOwnership& ownership, const rig::Rig& rig, Fault why) {
@@ -116,6 +127,13 @@ Result<void> recall_guard(Console& console, record::Store& store, const Instant&
 void remove_unbegun(std::unique_ptr<record::Store> store, const std::string& path) {
   store.reset();
   record::remove_record(path);
+}
+
+/// A virtual run that is over in a moment is not worth a copy, and is written too fast for more than one a second.
+record::StoreOptions store_options(bool simulated) {
+  using std::chrono_literals::operator""ms;
+  const record::LiveCopyOptions of_real{}, of_virtual{.pause = 1000ms, .begins_after = 1500ms};
+  return {.background = !simulated, .live_copy = simulated ? of_virtual : of_real};
 }
 
 Result<void> record_absence(record::Store& store, std::int64_t first, std::int64_t last) {
@@ -199,12 +217,13 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
     store = record::Store::create(
         path,
         run::run_info(GYROTHERM_VERSION, profile, file, options.seed, (*rig)->will_start_utc(), options.days_later),
-        {.background = !file.simulated});
+        store_options(file.simulated));
     if (!store) return failure(store.error());
     const auto goal = command(profile, first), air = found.state.air;
     entry = run::entry_at(goal, air, upload || run::is_in_place(air, goal, {}), file.chamber_limits);
     return ownership->arm().map([&] { return entry.set_point; });
   };
+  say_connecting(console, file);
   const auto names = (*rig)->prepare(entrance, upload ? &*program : nullptr);
   if (!names) {
     auto why = not_begun(*ownership, **rig, names.error());
@@ -244,10 +263,11 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
     if (!at) return failure(at.error());
     entry = *at;
     if (auto good = check_controller(found.limits, on->profile, on->rig); !good) return failure(good.error());
-    store = record::Store::reopen(path, {.background = !on->rig.simulated});
+    store = record::Store::reopen(path, store_options(on->rig.simulated));
     if (!store) return failure(store.error());
     return ownership->arm().map([&] { return entry.set_point; });
   };
+  say_connecting(console, on->rig);
   if (auto names = (*rig)->prepare(entrance, nullptr); !names) return not_begun(*ownership, **rig, names.error());
   ownership->heartbeat({});
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);

@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/record/live_copy.hpp"
+
+#include <fmt/format.h>
+#include <sched.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <deque>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "acquisition/record/run_file.hpp"
+#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/schema.hpp"
+#include "core/file.hpp"
+#include "core/process.hpp"
+
+namespace gyrotherm::record {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::steady_clock;
+
+constexpr auto kLongestGoodbye = std::chrono::seconds(2);
+constexpr auto kRetry = std::chrono::seconds(1);
+constexpr std::uintmax_t kLeftFree = std::uintmax_t{256} << 20U;  ///< bytes of the disk, for the record
+constexpr int kPatienceBesideMs = 2000;
+constexpr std::int64_t kPage = 4096;
+
+/// A file of a copy, by its name: the number in "RUN.live.db.7", also of "RUN.live.db.7-wal"; nothing of another file.
+std::optional<int> copy_number(std::string_view name, std::string_view link) {
+  if (!name.starts_with(link) || name.substr(link.size(), 1) != ".") return {};
+  name.remove_prefix(link.size() + 1);
+  int number{};
+  const auto read = std::from_chars(name.data(), name.data() + name.size(), number);
+  if (read.ec != std::errc()) return {};
+  const auto rest = name.substr(static_cast<std::size_t>(read.ptr - name.data()));
+  return rest.empty() || rest == "-wal" || rest == "-shm" ? std::optional(number) : std::nullopt;
+}
+
+std::string folder_of(const std::string& path) {
+  const auto folder = fs::path(path).parent_path();
+  return folder.empty() ? "." : folder.string();
+}
+
+std::string last_name(const std::string& path) { return fs::path(path).filename().string(); }
+
+/// The files of all copies that lie there, but those of number `but`; the highest number among them, or 0.
+int remove_files(const std::string& link, int but) {
+  int highest = 0;
+  for (const auto& entry : entries_of(folder_of(link))) {
+    const auto number = copy_number(entry.filename().string(), last_name(link));
+    if (!number || *number == but) continue;
+    highest = std::max(highest, *number);
+    ::unlink(entry.c_str());
+  }
+  return highest;
+}
+
+/// The link to the file of a copy; no other file is taken away for it.
+Result<void> lead_to(const std::string& link, const std::string& target) {
+  std::error_code none_there;
+  const auto there = fs::symlink_status(link, none_there);
+  if (fs::exists(there) && !fs::is_symlink(there))
+    return failure(FaultKind::storage, link, "is somebody's file, and no live copy");
+  const auto made = link + ".new";
+  ::unlink(made.c_str());
+  if (::symlink(last_name(target).c_str(), made.c_str()) != 0 || ::rename(made.c_str(), link.c_str()) != 0)
+    return failure(FaultKind::storage, link, std::strerror(errno));
+  return {};
+}
+
+/// All rows of the record that nobody writes now, file by file; each part tells again what it begins with.
+Result<void> copy_record(RunFile& copy, const std::string& record_path) {
+  const auto files = files_of_record(record_path);
+  if (!files) return failure(files.error());
+  FrameCount frames;
+  for (std::size_t i = 0; i < files->parts.size(); ++i) {
+    auto part = open_record(files->parts[i].path);
+    if (!part && i + 1 < files->parts.size()) continue;
+    if (!part) return failure(part.error());
+    const auto end = i + 1 < files->parts.size() ? files->parts[i + 1].continuation.from : kMostSlots + 1;
+    if (auto copied = copy.copy_rows(*part, end); !copied) return copied;
+    const auto count = [&](const char* what) {
+      return static_cast<std::uint64_t>(part->ask_integer(fmt::format("SELECT {} FROM frames", what), 0).value_or(0));
+    };
+    frames = {.seen = count("seen"), .lost = count("lost"), .bad = count("bad")};
+  }
+  return copy.replace_frames(frames);
+}
+
+}  // namespace
+
+std::string live_copy_path(const std::string& record_path) {
+  constexpr std::string_view kEnding = ".db";
+  const auto stem =
+      record_path.ends_with(kEnding) ? record_path.substr(0, record_path.size() - kEnding.size()) : record_path;
+  return stem + ".live.db";
+}
+
+bool is_live_copy(const std::string& path) {
+  std::error_code none_there;
+  if (!path.ends_with(".live.db") || !fs::is_symlink(fs::symlink_status(path, none_there))) return false;
+  const auto target = fs::read_symlink(path, none_there).string();
+  return copy_number(target, last_name(path)).has_value();
+}
+
+/// What the copy and its worker share. Only the worker touches the file, once it works.
+struct LiveCopy::Worker {
+  Worker(const std::string& record, RunInfo run_info, const LiveCopyOptions& how)
+      : record_path(record), link(live_copy_path(record)), info(std::move(run_info)), options(how) {}
+
+  const std::string record_path;
+  const std::string link;
+  const RunInfo info;
+  const LiveCopyOptions options;
+
+  std::mutex mutex;  ///< of everything down to the file
+  std::condition_variable news, progress;
+  std::deque<EntryPointer> waiting;
+  FrameCount frames;
+  std::string trouble;
+  bool stop{}, ended{};
+  bool given_up{};  ///< more rows came than memory keeps
+
+  std::optional<RunFile> file;
+  int number{};                                    ///< of the file
+  steady_clock::time_point begun_at{};             ///< … when it was begun
+  std::optional<steady_clock::time_point> locked;  ///< since when it could not be written
+  std::thread thread;
+
+  /// With the lock, or before the worker works.
+  void give_up(std::string why) {
+    given_up = true;
+    trouble = std::move(why);
+    waiting.clear();
+  }
+  std::string path_of(int which) const { return fmt::format("{}.{}", link, which); }
+  bool is_in_place() const;
+  Result<void> begin();
+  Result<void> begin_with_record();
+  Result<void> open_to_readers(RunFile made, int its_number);
+  Result<void> begin_anew();
+  Result<void> put(std::span<const EntryPointer> entries, const FrameCount& count);
+  Result<void> be_ready();
+  Result<void> write(std::span<const EntryPointer> entries, const FrameCount& count);
+  void await_age(std::unique_lock<std::mutex>& lock);
+  void work();
+  void leave();
+};
+
+/// Whether the link leads to the file; anybody may have removed it.
+bool LiveCopy::Worker::is_in_place() const {
+  std::error_code none_there;
+  return fs::read_symlink(link, none_there) == last_name(path_of(number));
+}
+
+/// From now on it is the copy, also where the link cannot be made, which is tried again.
+Result<void> LiveCopy::Worker::open_to_readers(RunFile made, int its_number) {
+  begun_at = steady_clock::now();
+  if (options.most_pages > 0)
+    if (auto set = made.database().execute(fmt::format("PRAGMA max_page_count = {}", options.most_pages)); !set)
+      return set;
+  if (auto shared = made.share(); !shared) return shared;
+  file.reset();  // its statements before its connection
+  file.emplace(std::move(made));
+  number = its_number;
+  locked.reset();
+  auto leads = lead_to(link, path_of(number));
+  if (leads) remove_files(link, number);
+  return leads;
+}
+
+Result<void> LiveCopy::Worker::begin() {
+  begun_at = steady_clock::now();
+  const int next = remove_files(link, 0) + 1;
+  auto made = RunFile::create_copy(path_of(next), info);
+  return made ? open_to_readers(std::move(*made), next) : failure(made.error());
+}
+
+/// Before the worker works.
+Result<void> LiveCopy::Worker::begin_with_record() {
+  const int next = remove_files(link, 0) + 1;
+  auto made = RunFile::create_copy(path_of(next), info);
+  if (!made) return failure(made.error());
+  const auto filled =
+      made->begin().and_then([&] { return copy_record(*made, record_path); }).and_then([&] { return made->commit(); });
+  return filled ? open_to_readers(std::move(*made), next) : filled;
+}
+
+/// Readers of the file before have it as long as they like.
+Result<void> LiveCopy::Worker::begin_anew() {
+  begun_at = steady_clock::now();
+  struct statvfs disk {};
+  std::error_code unknown;
+  const auto size = fs::file_size(path_of(number), unknown);
+  if (::statvfs(folder_of(link).c_str(), &disk) == 0 && !unknown &&
+      disk.f_bavail * disk.f_frsize < 2 * size + kLeftFree)
+    return failure(FaultKind::storage, link, "it must be begun anew, and there is no space for another file");
+  const int next = number + 1;
+  for (const char* suffix : {"", "-wal", "-shm"}) ::unlink((path_of(next) + suffix).c_str());
+  if (auto made = make_new_file(path_of(next)); !made) return made;
+  auto made = file->copy_to(path_of(next)).and_then([&] { return RunFile::open_copy(path_of(next)); });
+  return made ? open_to_readers(std::move(*made), next) : failure(made.error());
+}
+
+Result<void> LiveCopy::Worker::put(std::span<const EntryPointer> entries, const FrameCount& count) {
+  auto done = file->begin();
+  for (const auto& entry : entries)
+    if (done) done = file->insert(*entry);
+  return done.and_then([&] { return file->replace_frames(count); }).and_then([&] { return file->commit(); });
+}
+
+/// A file that can take the next rows, in its place and with a log that is not too long.
+Result<void> LiveCopy::Worker::be_ready() {
+  const bool rests = steady_clock::now() - begun_at < options.rest && begun_at != steady_clock::time_point();
+  if (!file) return rests ? failure(FaultKind::storage, link, "it could not be begun") : begin();
+  std::error_code none_there;
+  const bool is_gone = !fs::exists(path_of(number), none_there);
+  const bool is_long = file->database().log_pages() * kPage > options.longest_log;
+  if (is_gone && rests) return failure(FaultKind::storage, link, "somebody has removed its file");
+  if (is_gone || is_long) return begin_anew();
+  return is_in_place() ? Result<void>{} : lead_to(link, path_of(number));
+}
+
+/// Afterwards all of the entries are in the copy, or none.
+Result<void> LiveCopy::Worker::write(std::span<const EntryPointer> entries, const FrameCount& count) {
+  if (auto ready = be_ready(); !ready) return ready;
+  if (auto done = put(entries, count); !done) {
+    (void)file->roll_back();
+    const auto now = steady_clock::now();
+    if (!locked) locked = now;
+    const bool passes =
+        is_full(done.error()) || now - *locked < options.longest_locked || now - begun_at < options.rest;
+    if (passes) return done;
+    if (auto again = begin_anew(); !again) return again;
+    if (done = put(entries, count); !done) return (void)file->roll_back(), done;
+  }
+  locked.reset();
+  // Who may not write the log's index sees what this connection has seen last: it looks at once.
+  (void)file->database().ask_integer("SELECT seen FROM frames", 0);
+  (void)file->fold_log();
+  return {};
+}
+
+void LiveCopy::Worker::await_age(std::unique_lock<std::mutex>& lock) {
+  news.wait_for(lock, options.begins_after, [&] { return stop; });
+}
+
+void LiveCopy::Worker::work() {
+  block_signals();
+  cpu_set_t every;  // a virtual run stays on one processor, and this does not compete with it
+  std::memset(&every, 0xFF, sizeof every);
+  ::sched_setaffinity(0, sizeof every, &every);
+  std::unique_lock lock(mutex);
+  await_age(lock);
+  for (;;) {
+    news.wait(lock, [&] { return stop || given_up || !waiting.empty(); });
+    if (stop || given_up) break;
+    const std::vector<EntryPointer> batch(waiting.begin(), waiting.end());
+    const auto count = frames;
+    lock.unlock();
+    const auto written = write(batch, count);
+    lock.lock();
+    if (written && !given_up) waiting.erase(waiting.begin(), waiting.begin() + std::ssize(batch));
+    if (!given_up) trouble = written ? "" : text(written.error());
+    news.wait_for(lock, written ? options.pause : Duration(kRetry), [&] { return stop; });
+  }
+  lock.unlock();
+  leave();
+  lock.lock();
+  ended = true;
+  progress.notify_all();
+}
+
+/// Takes the copy away.
+void LiveCopy::Worker::leave() {
+  if (number > 0 && is_in_place()) ::unlink(link.c_str());
+  file.reset();
+  if (number > 0) remove_files(link, 0);
+}
+
+LiveCopy::LiveCopy(const std::string& record_path, const RunInfo& info, const LiveCopyOptions& options)
+    : worker_(std::make_shared<Worker>(record_path, info, options)) {
+  start();
+}
+
+std::unique_ptr<LiveCopy> LiveCopy::of_record(const std::string& record_path, const RunInfo& info,
+                                              const LiveCopyOptions& options) {
+  std::unique_ptr<LiveCopy> copy(new LiveCopy(std::make_shared<Worker>(record_path, info, options)));
+  const auto begun = copy->worker_->begin_with_record();
+  if (begun) copy->start();
+  if (!begun) copy->worker_->give_up(text(begun.error()));
+  return copy;
+}
+
+LiveCopy::LiveCopy(std::shared_ptr<Worker> worker) : worker_(std::move(worker)) {}
+
+void LiveCopy::start() {
+  worker_->thread = std::thread([worker = worker_] { worker->work(); });
+}
+
+LiveCopy::~LiveCopy() {
+  auto& thread = worker_->thread;
+  if (!thread.joinable()) return;
+  bool ended{};
+  {
+    std::unique_lock lock(worker_->mutex);
+    worker_->stop = true;
+    worker_->news.notify_all();
+    ended = worker_->progress.wait_for(lock, kLongestGoodbye, [&] { return worker_->ended; });
+  }
+  ended ? thread.join() : thread.detach();
+}
+
+void LiveCopy::add(std::span<const EntryPointer> entries, const FrameCount& frames) {
+  if (entries.empty()) return;
+  const std::lock_guard lock(worker_->mutex);
+  if (worker_->given_up) return;
+  worker_->waiting.insert(worker_->waiting.end(), entries.begin(), entries.end());
+  worker_->frames = frames;
+  if (worker_->waiting.size() > worker_->options.most_rows)
+    worker_->give_up(
+        fmt::format("there is no copy any more, for more rows wait than memory keeps: {}", worker_->trouble));
+  worker_->news.notify_all();
+}
+
+std::string LiveCopy::trouble() const {
+  const std::lock_guard lock(worker_->mutex);
+  return worker_->trouble;
+}
+
+Result<Database> open_live_copy(const std::string& path) {
+  const auto copy = is_live_copy(path) ? path : live_copy_path(path);
+  if (!is_live_copy(copy))
+    return failure(FaultKind::bad_file, copy, "is not there: no program writes the record now, or it has only begun");
+  auto database = Database::open(copy, Access::read_beside, kPatienceBesideMs);
+  if (!database) return database;
+  // What it sees stays as it is from the first look on.
+  if (auto begun = database->execute("BEGIN; SELECT 1 FROM meta LIMIT 1"); !begun) return failure(begun.error());
+  if (auto checked = check_schema(*database, copy); !checked) return failure(checked.error());
+  return database;
+}
+
+}  // namespace gyrotherm::record

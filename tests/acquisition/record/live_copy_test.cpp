@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Whoever reads a running record reads its copy, and nothing that they do there reaches the record.
+#include "acquisition/record/live_copy.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sqlite3.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/status.hpp"
+#include "acquisition/record/store.hpp"
+#include "tests/acquisition/record/runs.hpp"
+
+namespace gyrotherm::record {
+namespace {
+
+using std::chrono_literals::operator""ms;
+using std::chrono_literals::operator""s;
+using std::chrono::steady_clock;
+
+#ifdef GYROTHERM_NIGHTLY
+constexpr int kReaders = 10, kSeconds = 300;
+#else
+constexpr int kReaders = 4, kSeconds = 40;
+#endif
+constexpr auto kShort = 5ms;  ///< a second of these tests
+
+StoreOptions watched(bool background, LiveCopyOptions copy = {.pause = 2ms}) {
+  return {.background = background, .live_copy = copy};
+}
+
+/// A connection as any program makes it.
+class Reader {
+ public:
+  explicit Reader(const std::string& path, int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE) {
+    opened_ = sqlite3_open_v2(path.c_str(), &connection_, flags, nullptr) == SQLITE_OK;
+    sqlite3_busy_timeout(connection_, 5000);
+  }
+  ~Reader() { sqlite3_close(connection_); }
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+  bool run(const std::string& sql) {
+    return opened_ && sqlite3_exec(connection_, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK;
+  }
+  /// −1 where it fails.
+  std::int64_t number(const std::string& sql) {
+    sqlite3_stmt* query = nullptr;
+    if (!opened_ || sqlite3_prepare_v2(connection_, sql.c_str(), -1, &query, nullptr) != SQLITE_OK) return -1;
+    const auto found = sqlite3_step(query) == SQLITE_ROW ? sqlite3_column_int64(query, 0) : -1;
+    sqlite3_finalize(query);
+    return found;
+  }
+  std::string table(const std::string& sql) {
+    std::string rows;
+    const auto add = [](void* to, int columns, char** values, char**) {
+      for (int i = 0; i < columns; ++i)
+        *static_cast<std::string*>(to) += (values[i] ? values[i] : "NULL") + std::string("|");
+      *static_cast<std::string*>(to) += "\n";
+      return 0;
+    };
+    return sqlite3_exec(connection_, sql.c_str(), add, &rows, nullptr) == SQLITE_OK ? rows : "no";
+  }
+
+ private:
+  sqlite3* connection_ = nullptr;
+  bool opened_{};
+};
+
+std::int64_t last_in(const std::string& copy) {
+  return std::filesystem::exists(copy)
+             ? Reader(copy, SQLITE_OPEN_READONLY).number("SELECT coalesce(max(slot), -1) FROM sample")
+             : -1;
+}
+
+bool comes_to(const std::string& copy, std::int64_t slot, std::chrono::milliseconds within = 10s) {
+  for (const auto end = steady_clock::now() + within; steady_clock::now() < end; std::this_thread::sleep_for(2ms))
+    if (last_in(copy) >= slot) return true;
+  return false;
+}
+
+void append(Store& store, std::int64_t slot) {
+  std::vector<Event> events;
+  if (slot % 7 == 3) events.push_back({sample_at(slot).at, EventKind::note, fmt::format("at {}", slot)});
+  auto sample = sample_at(slot);
+  if (slot % 5 == 2) sample.thermometers[1].value = failure(FaultKind::timeout, "an instrument", "no reply");
+  ASSERT_TRUE(store.append(sample, events));
+  ASSERT_TRUE(store.sync());
+}
+
+/// Everything that stands in a file, in order.
+std::string rows_of(const std::string& path) {
+  Reader reader(path, SQLITE_OPEN_READONLY);
+  std::string all;
+  for (const auto* table : {"channel", "segment", "sample", "fault", "event", "gap"})
+    all += reader.table(fmt::format("SELECT * FROM {} ORDER BY 1", table));
+  return all;
+}
+
+TEST(LiveCopy, StandsBesideTheRecord) {
+  EXPECT_EQ(live_copy_path("a/RUN.db"), "a/RUN.live.db");
+  EXPECT_EQ(live_copy_path("run"), "run.live.db");
+}
+
+TEST(LiveCopy, HasWhatTheRecordHasAndGoesWithTheRun) {
+  for (const bool background : {false, true}) {
+    const Folder folder;
+    const auto path = folder / "run.db", copy = live_copy_path(path);
+    auto store = Store::create(path, two_thermometers(), watched(background));
+    ASSERT_TRUE(store) << text(store.error());
+    for (std::int64_t slot = 0; slot < 40; ++slot) append(**store, slot);
+    ASSERT_TRUE((*store)->append_gap(40, 44, "the program was late"));
+    append(**store, 45);
+    ASSERT_TRUE((*store)->settle(kLong));
+    ASSERT_TRUE(comes_to(copy, 45));
+    const auto seen = rows_of(copy);
+    ASSERT_TRUE((*store)->finish());
+    EXPECT_TRUE(rows_of(path) == seen) << "its links of the chain too";
+    for (const auto& entry : std::filesystem::directory_iterator(folder / ""))
+      EXPECT_EQ(entry.path().string().find(".live."), std::string::npos) << entry.path();
+  }
+}
+
+TEST(LiveCopy, AStaleOneIsReplacedByOneWithAllRowsOfTheRecord) {
+  for (const bool background : {false, true}) {
+    const Folder folder;
+    const auto path = folder / "run.db", copy = live_copy_path(path);
+    {
+      auto store = Store::create(path, two_thermometers());
+      ASSERT_TRUE(store);
+      for (std::int64_t slot = 0; slot < 20; ++slot) append(**store, slot);
+    }
+    std::ofstream(copy + ".3") << "what a program that died left";
+    std::ofstream(copy + ".3-wal") << "its log";
+    std::filesystem::create_symlink("run.live.db.3", copy);
+    auto store = Store::reopen(path, watched(background));
+    ASSERT_TRUE(store) << text(store.error());
+    EXPECT_EQ(last_in(copy), 19) << "before the first tick";
+    for (std::int64_t slot = 20; slot < 30; ++slot) append(**store, slot);
+    ASSERT_TRUE((*store)->settle(kLong));
+    EXPECT_TRUE(comes_to(copy, 29));
+    EXPECT_EQ(Reader(copy).number("SELECT count(*) FROM sample"), 30);
+    EXPECT_FALSE(std::filesystem::exists(copy + ".3"));
+    const auto seen = rows_of(copy);
+    ASSERT_TRUE((*store)->finish());
+    EXPECT_TRUE(rows_of(path) == seen);
+  }
+}
+
+TEST(LiveCopy, SomebodysFileOfThatNameStays) {
+  const Folder folder;
+  const auto path = folder / "run.db", copy = live_copy_path(path);
+  std::ofstream(copy) << "precious";
+  auto store = Store::create(path, two_thermometers(), watched(false));
+  ASSERT_TRUE(store);
+  for (std::int64_t slot = 0; slot < 5; ++slot) append(**store, slot);
+  for (int i = 0; i < 500 && parse_status((std::stringstream() << std::ifstream(status_path(path)).rdbuf()).str(), "")
+                                 .value()
+                                 .live_copy_trouble.empty();
+       ++i) {
+    std::this_thread::sleep_for(5ms);
+    ASSERT_TRUE((*store)->sync());
+  }
+  const auto status = parse_status((std::stringstream() << std::ifstream(status_path(path)).rdbuf()).str(), "");
+  EXPECT_NE(status->live_copy_trouble.find("somebody's file"), std::string::npos) << status->live_copy_trouble;
+  ASSERT_TRUE((*store)->finish());
+  EXPECT_EQ((std::stringstream() << std::ifstream(copy).rdbuf()).str(), "precious");
+}
+
+TEST(LiveCopy, ItsFullDiskStopsTheCopyAlone) {
+  for (const bool background : {false, true}) {
+    const Folder folder;
+    const auto path = folder / "run.db";
+    auto store = Store::create(path, two_thermometers(), watched(background, {.pause = 2ms, .most_pages = 22}));
+    ASSERT_TRUE(store);
+    std::string trouble;
+    for (std::int64_t slot = 0; slot < 600; ++slot) append(**store, slot);
+    for (int i = 0; i < 1000 && trouble.empty(); ++i) {
+      std::this_thread::sleep_for(5ms);
+      ASSERT_TRUE((*store)->sync());
+      const auto status = parse_status((std::stringstream() << std::ifstream(status_path(path)).rdbuf()).str(), "");
+      if (status) trouble = status->live_copy_trouble;
+    }
+    EXPECT_NE(trouble.find(kDiskFull), std::string::npos) << trouble;
+    EXPECT_EQ((*store)->health().trouble, "") << "the record's is another";
+    ASSERT_TRUE((*store)->finish());
+    const auto record = read_record(path);
+    ASSERT_TRUE(record);
+    EXPECT_EQ(record->slot.size(), 600u);
+    EXPECT_FALSE(std::filesystem::exists(live_copy_path(path)));
+  }
+}
+
+/// A process that reads the copy again and again, and is killed while it does.
+pid_t start_reader(const std::string& copy, bool only_reads) {
+  const auto pid = ::fork();
+  if (pid != 0) return pid;
+  const auto uri = "file:" + copy + "?mode=ro";
+  const std::string script = fmt::format(
+      "import sqlite3\nwhile True:\n  c = sqlite3.connect({}, uri={})\n  c.execute('SELECT count(*), max(slot) FROM "
+      "sample').fetchall()\n",
+      only_reads ? "'" + uri + "'" : "'" + copy + "'", only_reads ? "True" : "False");
+  const int nothing = ::open("/dev/null", O_WRONLY);
+  ::dup2(nothing, 2);
+  ::execlp("python3", "python3", "-c", script.c_str(), nullptr);
+  ::_exit(127);
+}
+
+void end(pid_t pid) {
+  ::kill(pid, SIGKILL);
+  ::waitpid(pid, nullptr, 0);
+}
+
+TEST(LiveCopy, ReadersThatAreKilledAndThatHoldItOpenCostTheRecordNothing) {
+  const Folder folder;
+  const auto path = folder / "run.db", copy = live_copy_path(path);
+  auto store = Store::create(path, two_thermometers(), watched(true));
+  ASSERT_TRUE(store);
+  append(**store, 0);
+  ASSERT_TRUE(comes_to(copy, 0));
+  Reader open_for_long(copy);
+  ASSERT_TRUE(open_for_long.run("BEGIN; SELECT count(*) FROM sample"));
+  std::vector<pid_t> readers;
+  for (int i = 0; i < kReaders; ++i) readers.push_back(start_reader(copy, i % 2 == 0));
+  for (std::int64_t slot = 1; slot < kSeconds * 10; ++slot) {
+    const auto before = steady_clock::now();
+    append(**store, slot);
+    EXPECT_LT(steady_clock::now() - before, 250ms) << "a tick waits for no reader";
+    std::this_thread::sleep_for(kShort);
+    if (slot % 20 != 0) continue;
+    auto& victim = readers[static_cast<std::size_t>(slot / 20) % readers.size()];
+    end(victim);
+    victim = start_reader(copy, slot % 40 == 0);
+  }
+  ASSERT_TRUE((*store)->settle(kLong));
+  EXPECT_TRUE(comes_to(copy, kSeconds * 10 - 1));
+  EXPECT_EQ(open_for_long.number("SELECT max(slot) FROM sample"), 0) << "it sees what it saw";
+  for (const auto reader : readers) end(reader);
+  const auto seen = rows_of(copy);
+  ASSERT_TRUE((*store)->finish());
+  EXPECT_TRUE(rows_of(path) == seen);
+}
+
+std::uintmax_t longest_log(const std::string& folder) {
+  std::uintmax_t longest = 0;
+  std::error_code gone;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.path().string().ends_with("-wal") && entry.path().string().find(".live.") != std::string::npos)
+      if (const auto size = entry.file_size(gone); !gone) longest = std::max(longest, size);
+  return longest;
+}
+
+TEST(LiveCopy, AReaderThatHoldsItOpenDoesNotLetItsLogGrow) {
+  const Folder folder;
+  const auto path = folder / "run.db", copy = live_copy_path(path);
+  constexpr std::int64_t kBound = 400'000;
+  auto store = Store::create(path, two_thermometers(), watched(true, {.pause = 1ms, .longest_log = kBound}));
+  ASSERT_TRUE(store);
+  append(**store, 0);
+  ASSERT_TRUE(comes_to(copy, 0));
+  Reader pinned(copy);
+  ASSERT_TRUE(pinned.run("BEGIN; SELECT count(*) FROM sample"));
+  std::uintmax_t longest = 0;
+  for (std::int64_t slot = 1; slot < 600; ++slot) {
+    append(**store, slot);
+    ASSERT_TRUE(comes_to(copy, slot));
+    longest = std::max(longest, longest_log(folder / ""));
+  }
+  EXPECT_LT(longest, kBound * 3 / 2);
+  EXPECT_NE(std::filesystem::read_symlink(copy), "run.live.db.1") << "it was begun anew";
+  EXPECT_EQ(Reader(copy).number("SELECT count(*) FROM sample"), 600);
+  EXPECT_EQ(pinned.number("SELECT count(*) FROM sample"), 1);
+  const auto seen = rows_of(copy);
+  ASSERT_TRUE((*store)->finish());
+  EXPECT_TRUE(rows_of(path) == seen);
+}
+
+TEST(LiveCopy, WhoHoldsItsLockIsLeftBehindWithIt) {
+  const Folder folder;
+  const auto path = folder / "run.db", copy = live_copy_path(path);
+  auto store =
+      Store::create(path, two_thermometers(), watched(true, {.pause = 1ms, .longest_locked = 100ms, .rest = 0ms}));
+  ASSERT_TRUE(store);
+  append(**store, 0);
+  ASSERT_TRUE(comes_to(copy, 0));
+  Reader greedy(copy);
+  ASSERT_TRUE(greedy.run("BEGIN IMMEDIATE"));
+  for (std::int64_t slot = 1; slot < 20; ++slot) append(**store, slot);
+  EXPECT_TRUE(comes_to(copy, 19));
+  ASSERT_TRUE((*store)->finish());
+}
+
+TEST(LiveCopy, OneThatSomebodyRemovedComesBack) {
+  const Folder folder;
+  const auto path = folder / "run.db", copy = live_copy_path(path);
+  auto store = Store::create(path, two_thermometers(), watched(true, {.pause = 1ms, .rest = 0ms}));
+  ASSERT_TRUE(store);
+  append(**store, 0);
+  ASSERT_TRUE(comes_to(copy, 0));
+  std::filesystem::remove(copy);
+  append(**store, 1);
+  EXPECT_TRUE(comes_to(copy, 1));
+  std::filesystem::remove(std::filesystem::canonical(copy));
+  append(**store, 2);
+  EXPECT_TRUE(comes_to(copy, 2));
+  EXPECT_EQ(Reader(copy).number("SELECT count(*) FROM sample"), 3);
+  ASSERT_TRUE((*store)->finish());
+}
+
+TEST(LiveCopy, IsForOwnerAndGroup) {
+  const Folder folder;
+  const auto path = folder / "run.db", copy = live_copy_path(path);
+  auto store = Store::create(path, two_thermometers(), watched(true));
+  ASSERT_TRUE(store);
+  append(**store, 0);
+  ASSERT_TRUE(comes_to(copy, 0));
+  for (const auto* suffix : {"", "-wal", "-shm"}) {
+    struct stat found {};
+    ASSERT_EQ(::stat((std::filesystem::canonical(copy).string() + suffix).c_str(), &found), 0) << suffix;
+    EXPECT_EQ(found.st_mode & 0777, 0640u) << suffix;
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm::record

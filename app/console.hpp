@@ -19,6 +19,7 @@ class Console {
   Console();
 
   bool json = false;     ///< facts as JSON
+  bool samples = false;  ///< … and each second of a run
   bool quiet = false;    ///< no messages, no progress
   bool verbose = false;  ///< more of them
 
@@ -46,6 +47,8 @@ class Console {
   /// progress() as a sink that also asks for a stop once the user has pressed Ctrl-C.
   [[nodiscard]] ProgressSink sink();
 
+  /// Whether a panel is redrawn in place.
+  [[nodiscard]] bool redraws() const { return moving_; }
   /// Whether some data could not be written.
   [[nodiscard]] bool data_was_lost() const { return out_.has_failed(); }
 

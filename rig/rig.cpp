@@ -119,6 +119,10 @@ std::vector<bool> lines_that_may_be_off(const RigFile& file, const RigStart& sta
   return may_be_off;
 }
 
+std::string place_of(const GyroLine& line) {
+  return line.stream ? fmt::format("stream {} on {}", line.stream->name, line.line) : "on " + line.line;
+}
+
 /// Instruments on their lines, and the io that reads them.
 class AssembledRig : public Rig {
  public:
@@ -135,20 +139,27 @@ class AssembledRig : public Rig {
 
   std::vector<Result<std::string>> ask() override {
     const SteadyClock watch;
-    const auto titled = [](const std::string& title, Result<std::string> answer) {
-      return answer ? Result<std::string>(plain(title + ": " + *answer)) : answer;
+    // One that does not answer is named, with its line and what was expected there.
+    const auto titled = [](const std::string& title, const std::string& place, Result<std::string> answer) {
+      if (answer) return Result<std::string>(plain(title + ": " + *answer));
+      auto& [kind, where, what] = answer.error();
+      where = where.empty() || where == title ? title : title + ": " + where;
+      what += " (" + place + ")";
+      return answer;
     };
-    std::vector<Result<std::string>> answers{titled("chamber", ask_chamber(watch))};
+    std::vector<Result<std::string>> answers{
+        titled("chamber", fmt::format("{} on {}", file_.chamber_map.name, file_.chamber_line), ask_chamber(watch))};
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
-      answers.push_back(titled(fmt::format("thermometer {}", i + 1),
+      answers.push_back(titled(fmt::format("thermometer {}", i + 1), "on " + file_.thermometers[i].line,
                                ask_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) {
       const auto gyro = drivers_->gyro(file_, i, kGyroAskedWithin);
-      answers.push_back(titled(title_of(file_.gyro_lines[i], file_.units),
+      answers.push_back(titled(title_of(file_.gyro_lines[i], file_.units), place_of(file_.gyro_lines[i]),
                                ask_gyro(*gyro, file_.gyro_lines[i].frame, [this] { let_pass(1); })));
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i)
-      answers.push_back(titled(title_of_analogue(i), ask_analogue(*analogue_[i], readings_of(i), watch)));
+      answers.push_back(titled(title_of_analogue(i), "on " + file_.analogue_inputs[i].line,
+                               ask_analogue(*analogue_[i], readings_of(i), watch)));
     return answers;
   }
 

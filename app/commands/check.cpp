@@ -181,26 +181,26 @@ Json timeline_json(const profile::Profile& profile, const profile::Timeline& tim
   return json;
 }
 
-/// Asks each instrument who it is and reads it once, and the chamber which set points it takes; fails with the first
-/// fault, after all have been asked.
-Result<std::vector<std::string>> ask_instruments(Console& console, const rig::RigFile& file, std::uint64_t seed,
-                                                 drivers::SetPointRange& limits) {
+/// What each instrument said of itself, and the first fault.
+struct Answers {
+  std::vector<std::string> all;  ///< of one that has a fault: what that is
+  std::optional<Fault> fault;
+};
+
+/// Asks each instrument who it is and reads it once, and the chamber which set points it takes.
+Result<Answers> ask_instruments(const rig::RigFile& file, std::uint64_t seed, drivers::SetPointRange& limits) {
   auto rig = rig::Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
   if (!rig) return failure(rig.error());
-  Result<std::vector<std::string>> all;
+  Answers answers;
   for (const auto& answer : (*rig)->ask()) {
-    if (answer && all)
-      all->push_back(*answer);
-    else if (!answer && all)
-      all = failure(answer.error());
-    else if (!answer)
-      console.complain(answer.error());
+    answers.all.push_back(answer ? *answer : "FAULT " + text(answer.error()));
+    if (!answer && !answers.fault) answers.fault = answer.error();
   }
-  if (!all) return all;
+  if (answers.fault) return answers;
   const auto found = (*rig)->controller_limits();
   if (!found) return failure(found.error());
   limits = *found;
-  return all;
+  return answers;
 }
 
 /// What was found, for people and for programs.
@@ -208,10 +208,11 @@ struct Findings {
   std::string words;
   Json json;
   drivers::SetPointRange controller;  ///< where it was asked
+  std::optional<Fault> fault{};       ///< of the first instrument that has one
 };
 
 /// Checks the rig and, if asked to, its instruments.
-Result<rig::RigFile> check_rig(Console& console, const CheckArguments& options, Findings& found) {
+Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
   auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (rig->simulated)
@@ -223,10 +224,11 @@ Result<rig::RigFile> check_rig(Console& console, const CheckArguments& options, 
   if (!rig->simulated)
     if (const auto holder = drivers::ChamberLock::holder(run::chamber_place(*rig)))
       return failure(FaultKind::refused, rig->file, "the chamber is in use: " + holder->words);
-  const auto answers = ask_instruments(console, *rig, options.seed, found.controller);
+  const auto answers = ask_instruments(*rig, options.seed, found.controller);
   if (!answers) return failure(answers.error());
-  for (const auto& answer : *answers) found.words += "  " + answer + "\n";
-  found.json["instruments"] = *answers;
+  for (const auto& answer : answers->all) found.words += "  " + answer + "\n";
+  found.json["instruments"] = answers->all;
+  found.fault = answers->fault;
   return rig;
 }
 
@@ -238,9 +240,13 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
   Findings found;
   std::optional<rig::RigFile> rig;
   if (!options.rig.empty()) {
-    auto checked = check_rig(console, options, found);
+    auto checked = check_rig(options, found);
     if (!checked) return failure(checked.error());
     rig = std::move(*checked);
+  }
+  if (found.fault) {  // all that was found out is told all the same
+    console.data(console.json ? text_of(found.json) + "\n" : found.words);
+    return failure(*found.fault);
   }
   if (rig && options.profile.empty())
     if (const auto taken = check_controller(found.controller, {}, *rig); !taken) return failure(taken.error());

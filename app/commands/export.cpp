@@ -7,9 +7,11 @@
 #include <optional>
 
 #include "acquisition/record/csv.hpp"
+#include "acquisition/record/row.hpp"
 #include "analysis/data/dataset.hpp"
 #include "analysis/model/stream.hpp"
 #include "app/command.hpp"
+#include "app/follow.hpp"
 #include "app/recorded_run.hpp"
 #include "core/file.hpp"
 
@@ -19,6 +21,7 @@ namespace {
 struct ExportArguments {
   std::string run, out, model, outside = "clamp";
   bool compensated = false;
+  bool follow = false;
   bool unverified = false;
   data::AxisChoice axis;
 };
@@ -87,6 +90,10 @@ Result<void> write_table(const ExportArguments& options) {
 }
 
 Result<Exit> export_table(Console& console, const ExportArguments& options) {
+  if (options.follow && (options.compensated || !options.out.empty()))
+    return failure(FaultKind::usage, "--follow", "writes the rows as they come to stdout, and nothing else");
+  if (options.follow) return follow_record(console, options.run).map([] { return Exit::done; });
+  if (options.out.empty()) return failure(FaultKind::usage, "--out", "where to? Only --follow writes to stdout");
   const auto done =
       check_recorded_run(console, options.run, options.unverified).and_then([&] { return write_table(options); });
   return done ? Result<Exit>(Exit::done) : failure(done.error());
@@ -98,7 +105,8 @@ void add_export(Program& program) {
   auto [command, options] = add_command(program, "export", "Writes a record as a text table.",
                                         "gyrotherm export random.db --out random.csv", export_table);
   command.add_option("run", options.run, "the record")->required();
-  command.add_option("--out", options.out, "the table")->required();
+  command.add_option("--out", options.out, "the table");
+  command.add_flag("--follow", options.follow, "of a run that goes on: rows to stdout as they come, until it ends");
   command.add_flag("--compensated", options.compensated,
                    "of one axis: calibrated temperatures, bias, compensated bias and its U");
   command.add_option("--model", options.model, "the model that compensates");

@@ -4,18 +4,21 @@
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/run/carry_out.hpp"
+#include "app/run/sample_json.hpp"
 #include "core/toml_reader.hpp"
 
 namespace gyrotherm::app {
 namespace {
 
 struct ResumeArguments {
+  std::string json;
   std::string run;
   bool accept = false;
   std::string gap = "30 s";
 };
 
 Result<Exit> resume(Console& console, const ResumeArguments& options) {
+  apply_json_of_run(console, options.json);
   const auto gap = parse_duration(options.gap);
   if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
   // A record that cannot be read says so below; until then Ctrl-C ends this at once.
@@ -35,6 +38,7 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
 void add_resume(Program& program) {
   auto [command, options] = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
                                         "gyrotherm resume random.db", resume);
+  add_json_of_run(command, options.json);
   command.add_option("run", options.run, "the record")->required();
   command.add_flag("--accept", options.accept, "the operator has looked at the chamber and allows the run to go on");
   command.add_option("--gap", options.gap, "on a virtual rig: how long it was down (default: 30 s)");

@@ -5,12 +5,14 @@
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/run/carry_out.hpp"
+#include "app/run/sample_json.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::app {
 namespace {
 
 struct RunArguments {
+  std::string json;
   std::string profile;
   std::string rig;
   std::string out;
@@ -34,6 +36,7 @@ std::string record_named_after(const std::string& profile_name) {
 }
 
 Result<Exit> run(Console& console, const RunArguments& options) {
+  apply_json_of_run(console, options.json);
   const auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   const auto profile = read_profile(options.profile, &*rig);
@@ -50,6 +53,7 @@ void add_run(Program& program) {
   auto [command, options] =
       add_command(program, "run", "Runs one profile on a rig and records it, a second at a time.",
                   "gyrotherm run profiles/random.toml --rig profiles/rigs/virtual.toml --out random.db", run);
+  add_json_of_run(command, options.json);
   command.add_option("profile", options.profile, "the profile")->required();
   command.add_option("--rig", options.rig, "the rig")->required();
   command.add_option("--out", options.out, "the record (default: the profile's name with .db)");

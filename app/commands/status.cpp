@@ -3,8 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
+#include <sstream>
+#include <thread>
+
 #include "acquisition/record/chain.hpp"
 #include "app/command.hpp"
+#include "app/interrupt.hpp"
 #include "core/clock.hpp"
 #include "core/json.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
@@ -26,7 +31,9 @@ std::string standing_lines(const record::RunStatus& status) {
   const RunStanding& standing = status.standing;
   auto text = fmt::format("  {}{}\n", name(standing.state), standing.cause.empty() ? "" : ": " + standing.cause);
   if (standing.state == RunState::held) text += "  \"gyrotherm tell RUN.db resume\" goes on\n";
-  if (standing.time_left) text += fmt::format("  {} left", spoken(*standing.time_left));
+  if (standing.time_left)
+    text += fmt::format("  {} left{}", spoken(*standing.time_left),
+                        status.simulated ? " by the clock of the dry run, which goes faster" : "");
   if (standing.time_left && standing.behind_plan)
     text += fmt::format(", {} behind plan", spoken(*standing.behind_plan));
   if (standing.time_left) text += "\n";
@@ -117,12 +124,40 @@ Result<Exit> verify(Console& console, const std::string& path) {
   return Exit::done;
 }
 
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream all(text);
+  for (std::string line; std::getline(all, line);) lines.push_back(line);
+  return lines;
+}
+
+/// Each second anew, until no program writes the record any more; the last one stays.
+Result<Exit> watch(Console& console, const std::string& path) {
+  constexpr int kLooks = 10;
+  watch_for_interrupts(SecondInterrupt::ends);
+  for (;;) {
+    const auto status = record::read_status(path);
+    if (!status) return failure(status.error());
+    const bool goes_on = status->being_written && !interrupted();
+    if (!goes_on || console.json || !console.redraws())
+      (void)show(console, path);
+    else
+      console.panel([&] { return lines_of(describe(*status)); }, true);
+    if (!goes_on || console.data_was_lost()) return Exit::done;
+    for (int i = 0; i < kLooks && !interrupted(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1000 / kLooks));
+  }
+}
+
 struct StatusArguments {
   std::string run;
   bool verify = false;
+  bool watch = false;
 };
 
 Result<Exit> show_or_verify(Console& console, const StatusArguments& options) {
+  if (options.watch && options.verify) return failure(FaultKind::usage, "--watch", "a closed run is verified once");
+  if (options.watch) return watch(console, options.run);
   return options.verify ? verify(console, options.run) : show(console, options.run);
 }
 
@@ -133,6 +168,7 @@ void add_status(Program& program) {
       add_command(program, "status", "Tells where a running or finished run stands; safe while it runs.",
                   "gyrotherm status random.db", show_or_verify);
   command.add_option("run", options.run, "the record")->required();
+  command.add_flag("--watch", options.watch, "each second anew, until the run has ended; with --json a line a second");
   command.add_flag("--verify", options.verify,
                    "checks the record against its chain, and against the manifest it was closed with");
 }

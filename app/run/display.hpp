@@ -3,11 +3,16 @@
 /// then elsewhere, none with --quiet.
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "acquisition/record/alarms.hpp"
 #include "app/console.hpp"
+#include "core/clock.hpp"
 #include "core/sample.hpp"
 #include "rig/rig_file.hpp"
 #include "sequencer/profile/profile.hpp"
@@ -46,20 +51,28 @@ class Display {
   /// Each second.
   void see(const Sample& sample);
   /// Now and then: after each second or each batch of them.
-  void show(const Sample& sample, const RunStanding& standing);
+  void show(const Sample& sample, const RunStanding& standing, std::span<const record::Alarm> alarms);
 
-  /// The lines for a terminal, the newest second in them.
-  [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const RunStanding& standing) const;
+  /// The lines for a terminal, the newest second in them. `alarms`: those that stand.
+  [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const RunStanding& standing,
+                                               std::span<const record::Alarm> alarms = {}) const;
+  /// How long the end is away, by the clock on the wall: of a dry run by how fast it has gone so far; nothing while
+  /// that is not known, or where the run does not go on.
+  [[nodiscard]] std::optional<Duration> time_left(const Sample& sample, const RunStanding& standing) const;
 
  private:
   [[nodiscard]] std::string unit_line(std::size_t unit) const;
   [[nodiscard]] std::string headline(const Sample& sample, const RunStanding& standing) const;
+  [[nodiscard]] std::string clock_line(const Sample& sample, const RunStanding& standing) const;
+  [[nodiscard]] std::vector<std::string> temperature_lines(const Sample& sample) const;
 
   Console& console_;
   const profile::Profile& profile_;
   const rig::RigFile& rig_;
   std::vector<record::Channel> channels_;
   std::vector<std::vector<BiasMeter>> bias_;  ///< of each unit's axes
+  SteadyClock clock_;
+  std::optional<std::pair<std::int64_t, Duration>> first_seen_;  ///< a slot, and when it was seen
   int shown_segment_ = -1;
   RunState shown_state_{};
 };

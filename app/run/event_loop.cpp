@@ -11,6 +11,7 @@
 #include "app/interrupt.hpp"
 #include "app/run/carry_out.hpp"
 #include "app/run/display.hpp"
+#include "app/run/sample_json.hpp"
 #include "core/clock.hpp"
 #include "sequencer/control/control_socket.hpp"
 
@@ -101,6 +102,14 @@ void tell_events(const UnderWay& run) {
     }
 }
 
+/// The second that was ticked last, for programs that asked for each.
+void tell_sample(const UnderWay& run) {
+  if (!run.console.samples || run.run_controller.last().slot + 1 != run.run_controller.next_slot()) return;
+  run.console.fact([&](std::size_t) {
+    return sample_json(run.run_controller.last(), run.run_controller.last_events(), run.store.info()) + "\n";
+  });
+}
+
 /// One real-time tick and what follows from it. Nothing in it waits for a person, a terminal, a disk or a lock.
 class RealTime {
  public:
@@ -178,7 +187,8 @@ class RealTime {
       if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
       display_.see(run_.run_controller.last());
       tell_events(run_);
-      display_.show(run_.run_controller.last(), standing_of(run_));
+      tell_sample(run_);
+      display_.show(run_.run_controller.last(), standing_of(run_), run_.store.alarms().standing());
       if (!outcome || *outcome != run::RunOutcome::going_on) return end(with_its_last_second(std::move(outcome)));
     }
     arm();
@@ -210,6 +220,7 @@ Result<run::RunOutcome> drive_virtual(const UnderWay& run) {
     const auto outcome = run.run_controller.tick(run.run_controller.next_slot());
     if (!outcome) return outcome;
     display.see(run.run_controller.last());
+    tell_sample(run);
     const bool ended = *outcome != run::RunOutcome::going_on;
     if (!ended && run.run_controller.next_slot() % kTicksPerLook != 0) continue;
     if (interrupted() && !ended && !run.run_controller.is_told_to_end() &&
@@ -219,7 +230,7 @@ Result<run::RunOutcome> drive_virtual(const UnderWay& run) {
     if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;
     if (auto synced = sync(run); !synced) return failure(synced.error());
     last_sync = steady_clock::now();
-    display.show(run.run_controller.last(), standing_of(run));
+    display.show(run.run_controller.last(), standing_of(run), run.store.alarms().standing());
     if (ended) return outcome;
   }
 }

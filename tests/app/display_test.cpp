@@ -87,12 +87,41 @@ TEST(Display, SaysHowARunThatIsHeldGoesOn) {
 TEST(Display, ShowsWhereTheRunStandsAndThatItIsSimulated) {
   Shown shown;
   const auto text = shown.text();
-  EXPECT_TRUE(text.starts_with("SIMULATED random: 25 %, 45 min 00 s left, execute\n")) << text;
+  EXPECT_TRUE(text.starts_with("SIMULATED random: 25 %, time left not known yet, execute\n")) << text;
+  EXPECT_NE(text.find("  45 min 00 s of the run's own time left\n"), std::string::npos) << text;
   EXPECT_NE(text.find("segment 1 of 1, cold: ramping"), std::string::npos) << text;
   EXPECT_NE(text.find("set point -40.00 °C (chamber -40.00 °C), air -39.50 °C"), std::string::npos) << text;
   EXPECT_NE(text.find("A -38.25 B – °C"), std::string::npos) << text;
   shown.rig.simulated = false;
-  EXPECT_TRUE(shown.text().starts_with("random: ")) << "a real rig is not simulated";
+  EXPECT_TRUE(shown.text().starts_with("random: 25 %, 45 min 00 s left, ")) << "a real rig is not simulated";
+  EXPECT_NE(shown.text().find("Z, ends "), std::string::npos) << "the hour of the end: " << shown.text();
+}
+
+TEST(Display, ShowsAlarmsThatNobodyHasAcknowledged) {
+  Shown shown;
+  Display display(shown.console, shown.profile, shown.rig);
+  std::vector<record::Alarm> alarms;
+  for (int i = 1; i <= 5; ++i) alarms.push_back({i, 0, {}, "door", "suspend", "door (suspend): open"});
+  std::string text;
+  for (const auto& line : display.lines(shown.sample, shown.standing, alarms)) text += line + "\n";
+  EXPECT_EQ(text.find("ALARM 2"), std::string::npos) << text;
+  EXPECT_NE(text.find("  ALARM 5: door (suspend): open\n  5 alarms that nobody has acknowledged\n"), std::string::npos)
+      << text;
+}
+
+TEST(Display, FitsIntoSixtyColumns) {
+  Shown shown;
+  shown.rig.thermometers[0].calibrated.resize(9);
+  shown.sample.thermometers.resize(9, {Celsius{-38.25}, {}});
+  for (std::size_t i = 0; i < 9; ++i) shown.rig.thermometers[0].calibrated[i].name = "shell-" + std::to_string(i);
+  Display display(shown.console, shown.profile, shown.rig);
+  std::size_t found = 0;
+  for (const auto& line : display.lines(shown.sample, shown.standing)) {
+    if (line.find("shell-") == std::string::npos) continue;
+    EXPECT_LE(line.size(), 62u) << line;
+    ++found;
+  }
+  EXPECT_EQ(found, 3u) << "none is cut off";
 }
 
 TEST(Display, ShowsStateCauseAndEveryFaultThatStands) {

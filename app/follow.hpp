@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A running record, followed row by row through its live copy.
+#pragma once
+
+#include <string>
+
+#include "app/console.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm::app {
+
+/// Prints the rows that there are as `export` writes them, then each second's as it comes, until the run has ended or
+/// Ctrl-C is pressed. A run that has ended already is printed whole. Fails like read_record(), also where the record is
+/// being written and has no live copy.
+[[nodiscard]] Result<void> follow_record(Console& console, const std::string& path);
+
+}  // namespace gyrotherm::app

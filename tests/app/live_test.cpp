@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A run that goes on can be watched: its rows, where it stands, and what stands there to be acknowledged.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "tests/app/program.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+using nlohmann::json;
+using std::chrono_literals::operator""ms;
+
+std::vector<std::string> split_lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream all(text);
+  for (std::string line; std::getline(all, line);) lines.push_back(line);
+  return lines;
+}
+
+/// A dry run of several minutes, its record open to readers.
+class LiveRun : public testing::Test {
+ protected:
+  LiveRun()
+      : path_(folder_ / "run.db"),
+        run_({"run", "profiles/qualification.toml", "--rig", "profiles/rigs/virtual.toml", "--out", path_,
+              "--json=samples"},
+             folder_ / "out") {
+    for (int i = 0; i < 1000 && !std::filesystem::exists(folder_ / "run.live.db"); ++i)
+      std::this_thread::sleep_for(20ms);
+  }
+  Folder folder_;
+  std::string path_;
+  Background run_;
+};
+
+TEST_F(LiveRun, ItsRowsAreExportedAsTheyCome) {
+  const auto followed = shell("gyrotherm export " + path_ + " --follow | head -200");
+  const auto lines = split_lines(followed.out);
+  ASSERT_EQ(lines.size(), 200u) << followed.err;
+  EXPECT_TRUE(lines[0].starts_with("# SIMULATED")) << lines[0];
+  const auto table = gyrotherm_with("export " + (folder_ / "run.live.db") + " --out " + (folder_ / "table.csv"));
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+}
+
+TEST_F(LiveRun, IsFollowedToItsEnd) {
+  Background follower({"export", path_, "--follow"}, folder_ / "followed");
+  ASSERT_TRUE(follower.wait_for("\n10,", 20));
+  run_.signal(SIGINT);
+  EXPECT_EQ(run_.wait(), 5);
+  EXPECT_EQ(follower.wait(), 0) << follower.output();
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "run.live.db"));
+  ASSERT_EQ(gyrotherm_with("export " + path_ + " --out " + (folder_ / "whole.csv")).exit_code, 0);
+  EXPECT_EQ(follower.output(), shell("cat " + (folder_ / "whole.csv")).out) << "no row twice, and none left out";
+}
+
+TEST_F(LiveRun, IsReadByPythonWhileItGoesOn) {
+  if (!installed("python3")) GTEST_SKIP() << "no python3";
+  const auto read = shell("python3 -c \"import sqlite3; c = sqlite3.connect('file:" + (folder_ / "run.live.db") +
+                          "?mode=ro', uri=True); print(c.execute('SELECT count(*) FROM sample').fetchone()[0])\"");
+  EXPECT_GT(std::atoi(read.out.c_str()), 100) << read.err;
+}
+
+TEST_F(LiveRun, SaysEachSecondWhereItStands) {
+  const auto watched = shell("gyrotherm status " + path_ + " --watch --json | head -2");
+  const auto lines = split_lines(watched.out);
+  ASSERT_EQ(lines.size(), 2u) << watched.err;
+  EXPECT_LT(json::parse(lines[0])["slot"], json::parse(lines[1])["slot"]);
+  EXPECT_EQ(json::parse(lines[0])["alarms"], json::array());
+  EXPECT_EQ(json::parse(lines[0])["live_copy_trouble"], "");
+}
+
+TEST_F(LiveRun, PrintsEachSecondWhole) {
+  const auto lines = split_lines(run_.output());
+  ASSERT_GT(lines.size(), 100u);
+  const auto second = json::parse(lines[0]);
+  EXPECT_EQ(second["slot"], 0);
+  EXPECT_EQ(second["state"], "execute");
+  EXPECT_TRUE(second["thermometers_c"]["A"].is_number()) << lines[0];
+  EXPECT_EQ(second["events"][0]["kind"], "started") << lines[0];
+}
+
+TEST_F(LiveRun, RefusesToAcknowledgeWhatIsNoAlarm) {
+  const auto unknown = gyrotherm_with("tell " + path_ + " acknowledge 9999 seen");
+  EXPECT_EQ(unknown.exit_code, 3);
+  EXPECT_NE(unknown.err.find("there is no alarm 9999"), std::string::npos) << unknown.err;
+  EXPECT_EQ(gyrotherm_with("tell " + path_ + " acknowledge 9999").exit_code, 2) << "a comment is wanted";
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

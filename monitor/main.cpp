@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The gyrotherm-monitor program: the live page of the runs in some folders, and who may use it.
+#include <fmt/format.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+#include <string>
+
+#include "core/text.hpp"
+#include "monitor/monitor.hpp"
+#include "monitor/users.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+constexpr int kUsageExit = 2, kFileExit = 4;
+
+int exit_for(const Fault& fault) { return fault.kind == FaultKind::usage ? kUsageExit : kFileExit; }
+
+/// One line of stdin; on a terminal it is asked for, and not shown.
+std::string read_password() {
+  const bool terminal = ::isatty(STDIN_FILENO) == 1;
+  termios before{};
+  if (terminal) {
+    fmt::print(stderr, "Password: ");
+    ::tcgetattr(STDIN_FILENO, &before);
+    auto silent = before;
+    silent.c_lflag &= ~static_cast<tcflag_t>(ECHO);
+    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &silent);
+  }
+  std::string password;
+  std::getline(std::cin, password);
+  if (terminal) {
+    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &before);
+    fmt::print(stderr, "\n");
+  }
+  return password;
+}
+
+struct UserArguments {
+  std::string state;
+  std::string name;
+  std::string role = "viewer";
+};
+
+Result<std::string> users_file(const UserArguments& options) {
+  const auto folder = state_folder_or_usual(options.state);
+  return make_state_folder(folder).map([&] { return folder + "/" + kUsersFile; });
+}
+
+/// Changes the list in the file.
+template <class Change>
+Result<void> change_users(const UserArguments& options, Change change) {
+  const auto file = users_file(options);
+  if (!file) return failure(file.error());
+  auto list = read_users(*file);
+  if (!list) return failure(list.error());
+  if (auto changed = change(*list); !changed) return failure(changed.error());
+  return write_users(*file, *list);
+}
+
+Result<void> add_user(const UserArguments& options) {
+  return change_users(options, [&](UserList& list) {
+    return put_user(list, options.name, *role_named(options.role), read_password());
+  });
+}
+
+Result<void> add_token(const UserArguments& options) {
+  std::string secret;
+  auto added = change_users(options, [&](UserList& list) -> Result<void> {
+    return put_token(list, options.name, *role_named(options.role)).map([&](std::string made) {
+      secret = std::move(made);
+    });
+  });
+  if (!added) return added;
+  fmt::print("{}\n", secret);
+  fmt::print(stderr, "Keep it: it cannot be shown again. A script sends it as \"Authorization: Bearer …\".\n");
+  return {};
+}
+
+Result<void> remove_user(const UserArguments& options) {
+  return change_users(options, [&](UserList& list) { return remove_name(list, options.name); });
+}
+
+Result<void> list_users(const UserArguments& options) {
+  const auto file = users_file(options);
+  if (!file) return failure(file.error());
+  const auto list = read_users(*file);
+  if (!list) return failure(list.error());
+  for (const auto& user : list->users) fmt::print("{:<14} {}\n", name(user.role), user.name);
+  for (const auto& token : list->tokens) fmt::print("{:<14} {} (token)\n", name(token.role), token.name);
+  return {};
+}
+
+/// The commands below "user" and "token". What they do is put into `action`.
+void add_user_commands(CLI::App& cli, UserArguments& options, Result<void> (*&action)(const UserArguments&)) {
+  const auto add = [&](CLI::App& parent, const char* word, const char* help, Result<void> (*what)(const UserArguments&),
+                       bool named, bool with_role) {
+    auto& command = *parent.add_subcommand(word, help);
+    if (named) command.add_option("name", options.name, "1 to 64 letters, digits and _ . @ -")->required();
+    if (with_role)
+      command.add_option("--role", options.role, "viewer looks, operator speaks to runs, administrator ends sessions")
+          ->required()
+          ->check(CLI::IsMember({"viewer", "operator", "administrator"}));
+    command.add_option("--state", options.state, "the monitor's own folder");
+    command.callback([&action, what] { action = what; });
+  };
+  auto& user =
+      *cli.add_subcommand("user", "Example: gyrotherm-monitor user add ada --role operator\n\nWho may use the page.");
+  user.require_subcommand(1);
+  add(user, "add", "Adds a user, or changes role and password; the password is asked for, or read from stdin.",
+      add_user, true, true);
+  add(user, "list", "Lists users and tokens.", list_users, false, false);
+  add(user, "remove", "Removes a user or a token; their sessions end.", remove_user, true, false);
+  auto& token = *cli.add_subcommand(
+      "token", "Example: gyrotherm-monitor token add prometheus --role viewer\n\nSecrets for scripts.");
+  token.require_subcommand(1);
+  add(token, "add", "Makes a token and prints it once.", add_token, true, true);
+}
+
+void add_serve_options(CLI::App& cli, MonitorOptions& options) {
+  cli.add_option("--folder", options.folders, "where records are; may be given several times");
+  cli.add_option("--listen", options.listen, "ADDRESS:PORT; port 0 for any that is free")->capture_default_str();
+  cli.add_option("--host", options.hosts, "a further name by which browsers call the page");
+  cli.add_option("--site", options.site_file, "a site file: who is told of what (docs/monitor.md)");
+  cli.add_option("--state", options.state_folder, "the monitor's own folder, of users and sessions");
+  cli.add_flag("--control", options.control, "operators may speak to runs");
+  cli.add_option("--certificate", options.certificate, "certificate chain in PEM, for TLS");
+  cli.add_option("--key", options.key, "its key in PEM");
+  cli.add_flag("--behind-proxy", options.behind_proxy, "a proxy on this machine speaks TLS, and says who asks");
+}
+
+int run(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  CLI::App cli(
+      "Example: gyrotherm-monitor --folder runs --listen 127.0.0.1:8321\n\n"
+      "gyrotherm-monitor shows the runs whose records lie in a folder, live, in a browser. Without users whoever sits "
+      "at "
+      "this machine may look, and nobody may change anything.",
+      "gyrotherm-monitor");
+  cli.set_version_flag("--version", std::string("gyrotherm-monitor ") + GYROTHERM_VERSION);
+  MonitorOptions options;
+  UserArguments user;
+  Result<void> (*action)(const UserArguments&) = nullptr;
+  add_serve_options(cli, options);
+  add_user_commands(cli, user, action);
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return cli.exit(error);
+    fmt::print(stderr, "gyrotherm-monitor: {}\nRun with --help for more information.\n", error.what());
+    return kUsageExit;
+  }
+  const auto say = [](const std::string& address) {
+    fmt::print("{}\n", address);
+    std::fflush(stdout);
+  };
+  const auto complain = [](const Fault& fault) {
+    fmt::print(stderr, "gyrotherm-monitor: {}\n", plain(text(fault), Blanks::kept));
+  };
+  const auto done = action != nullptr ? action(user) : serve(options, say, complain);
+  if (done) return 0;
+  complain(done.error());
+  return exit_for(done.error());
+}
+
+}  // namespace
+}  // namespace gyrotherm::monitor
+
+int main(int argc, char** argv) { return gyrotherm::monitor::run(argc, argv); }

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The files of the page, as the build has put them into the program (cmake/embed.cmake), dygraphs among them.
+#pragma once
+
+#include <string_view>
+
+namespace gyrotherm::monitor {
+
+[[nodiscard]] std::string_view page_html();
+[[nodiscard]] std::string_view page_style();
+[[nodiscard]] std::string_view page_script();
+[[nodiscard]] std::string_view chart_script();
+[[nodiscard]] std::string_view control_script();
+[[nodiscard]] std::string_view dygraphs_script();
+[[nodiscard]] std::string_view dygraphs_style();
+[[nodiscard]] std::string_view openapi_text();
+
+}  // namespace gyrotherm::monitor

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The runs that lie in the folders of a monitor, and where each stands.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/run_info.hpp"
+#include "acquisition/record/status.hpp"
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+#include "monitor/run_source.hpp"
+
+namespace gyrotherm::monitor {
+
+/// A run as it was found. Plain; copies are handed out.
+struct FoundRun {
+  std::string key;   ///< of its address in the page: 16 hexadecimal digits, made of the record's path
+  std::string path;  ///< of the record
+  std::string name;  ///< "soak" of "soak.db"
+  record::RunStatus status;
+  std::optional<double> age_s;                  ///< since the status was written; nothing where no program writes it
+  std::string trouble;                          ///< why its status cannot be told; empty: it can
+  std::int64_t version{};                       ///< grows when anything above but the age changes
+  std::shared_ptr<const record::RunInfo> info;  ///< null where it could not be read
+
+  /// Whether a program carries it out, and says so.
+  [[nodiscard]] bool is_running() const;
+  /// Whether a program has the record, and has been silent for longer than record::kSilentAfter.
+  [[nodiscard]] bool is_silent() const;
+};
+
+/// Any thread may ask; one thread looks.
+class RunCatalogue {
+ public:
+  explicit RunCatalogue(std::vector<std::string> folders);
+
+  /// Looks for new records, and at those whose files have changed since.
+  void look();
+
+  [[nodiscard]] std::vector<FoundRun> runs() const;  ///< running ones first, then by start, the newest first
+  [[nodiscard]] std::optional<FoundRun> find(const std::string& key) const;
+  [[nodiscard]] const std::vector<std::string>& folders() const { return folders_; }
+
+ private:
+  /// What a run's files looked like when they were last read.
+  struct Stamp {
+    std::int64_t status_ns{-1}, record_ns{-1}, live_inode{-1};
+    bool operator==(const Stamp&) const = default;
+  };
+  struct Entry {
+    FoundRun run;
+    Stamp stamp;
+    std::shared_ptr<const record::RunInfo> info;
+    std::string info_of;  ///< the run's id
+  };
+  [[nodiscard]] static Stamp stamp_of(const std::string& path);
+  void look_at(const std::string& path);
+
+  std::vector<std::string> folders_;
+  mutable std::mutex mutex_;
+  std::map<std::string, Entry> entries_;  ///< by path
+};
+
+}  // namespace gyrotherm::monitor

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "monitor/run_source.hpp"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <tuple>
+
+#include "acquisition/record/row.hpp"
+#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/schema.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+constexpr int kLivePatienceMs = 200;
+
+/// What tells one state of a file from another; of a live copy, which grows, the file alone.
+using FileState = std::tuple<dev_t, ino_t, off_t, std::int64_t>;
+
+std::optional<FileState> state_of(const SourceFile& file) {
+  struct stat facts {};
+  if (::stat(file.path.c_str(), &facts) != 0) return std::nullopt;
+  if (file.live) return FileState{facts.st_dev, facts.st_ino, 0, 0};
+  return FileState{facts.st_dev, facts.st_ino, facts.st_size,
+                   std::int64_t{facts.st_mtim.tv_sec} * 1'000'000'000 + facts.st_mtim.tv_nsec};
+}
+
+/// The files whose content was looked at.
+class SeenFiles {
+ public:
+  bool has(const std::string& path, const FileState& state) {
+    const std::lock_guard lock(mutex_);
+    const auto found = files_.find(path);
+    return found != files_.end() && found->second == state;
+  }
+  void add(const std::string& path, const FileState& state) {
+    constexpr std::size_t kMost = 4096;
+    const std::lock_guard lock(mutex_);
+    if (files_.size() >= kMost) files_.clear();
+    files_.insert_or_assign(path, state);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, FileState> files_;
+};
+
+SeenFiles& seen_files() {
+  static SeenFiles seen;
+  return seen;
+}
+
+Result<record::Database> open_live(const std::string& path) {
+  auto database = record::Database::open(path, record::Access::read_write, kLivePatienceMs);
+  if (!database) return database;
+  database->keep_log_on_close();
+  if (auto set = database->execute("PRAGMA query_only = ON; PRAGMA temp_store = MEMORY"); !set)
+    return failure(set.error());
+  return database;
+}
+
+std::string quoted(const std::string& name) { return '"' + name + '"'; }
+
+SeriesChannel channel_of_chamber(const char* column) { return {column, "°C", {}, quoted(column)}; }
+
+/// The rate about an axis as it was read, Earth rate included.
+SeriesChannel rate_of(const record::ChannelColumn& column, const record::UnitInfo& unit, const std::string& interval) {
+  const auto& axis = unit.axes[column.index];
+  constexpr std::size_t kPulses = 6;  // "pulses" at the name's end
+  auto name = column.name.substr(0, column.name.size() - std::min(kPulses, column.name.size())) + "rate";
+  const bool counts = axis.kind == record::GyroKind::pulse_count;
+  auto sql = counts ? fmt::format("{} * {:.17g} / nullif({}, 0)", quoted(column.name), axis.scale * 1e9, interval)
+                    : fmt::format("{} * {:.17g}", quoted(column.name), axis.scale);
+  return {std::move(name), "°/h", unit.name, std::move(sql)};
+}
+
+}  // namespace
+
+std::string live_copy_path(const std::string& record_path) {
+  std::filesystem::path path(record_path);
+  const auto extension = path.extension().string();
+  path.replace_extension();
+  return path.string() + ".live" + extension;
+}
+
+std::vector<SeriesChannel> series_channels(const record::RunInfo& info) {
+  std::vector<SeriesChannel> channels{channel_of_chamber("set_point_c"), channel_of_chamber("chamber_air_c"),
+                                      channel_of_chamber("chamber_set_point_c")};
+  const auto columns = record::channel_columns(info);
+  for (const auto& column : columns) {
+    switch (column.measures) {
+      case record::Measures::temperature: {
+        const auto& thermometer = info.thermometers[column.index];
+        channels.push_back({column.name, thermometer.unit, thermometer.unit_under_test, quoted(column.name)});
+        break;
+      }
+      case record::Measures::rotation: {
+        const auto interval = std::ranges::find_if(columns, [&](const auto& other) {
+          return other.measures == record::Measures::interval && other.unit == column.unit;
+        });
+        if (interval != columns.end())
+          channels.push_back(rate_of(column, info.units[column.unit], quoted(interval->name)));
+        break;
+      }
+      case record::Measures::value: {
+        const auto& unit = info.units[column.unit];
+        channels.push_back({column.name, unit.values[column.index].unit, unit.name, quoted(column.name)});
+        break;
+      }
+      case record::Measures::true_bias:
+        channels.push_back({column.name, "°/h", info.units[column.unit].name, quoted(column.name)});
+        break;
+      case record::Measures::interval: break;
+    }
+  }
+  return channels;
+}
+
+Result<record::Database> open_source(const SourceFile& file) {
+  const auto state = state_of(file);
+  if (!state) return failure(FaultKind::bad_file, file.path, "no such file");
+  const bool seen = seen_files().has(file.path, *state);
+  if (!file.live && !seen) {
+    auto opened = record::open_record(file.path);
+    if (opened) seen_files().add(file.path, *state);
+    return opened;
+  }
+  auto database = file.live ? open_live(file.path) : record::Database::open(file.path, record::Access::read_only, 0);
+  if (!database || seen) return database;
+  if (auto checked = record::check_schema(*database, file.path); !checked) return failure(checked.error());
+  seen_files().add(file.path, *state);
+  return database;
+}
+
+namespace {
+
+Result<std::vector<SourceFile>> record_files(const std::string& record_path) {
+  const auto parts = record::files_of_record(record_path);
+  if (!parts) return failure(parts.error());
+  std::vector<SourceFile> files;
+  for (const auto& part : parts->parts) {
+    if (!files.empty()) files.back().last = part.continuation.from - 1;
+    files.push_back({.path = part.path, .first = part.continuation.from});
+  }
+  return files;
+}
+
+}  // namespace
+
+Result<std::vector<SourceFile>> source_files(const std::string& record_path, bool running) {
+  const std::vector live{SourceFile{.path = live_copy_path(record_path), .live = true}};
+  std::error_code error;
+  const bool has_live = std::filesystem::is_regular_file(live.front().path, error);
+  if (running && has_live) return live;
+  auto files = record_files(record_path);
+  return files || !has_live ? files : live;
+}
+
+Result<record::RunInfo> read_info(const std::vector<SourceFile>& files) {
+  return open_source(files.back()).and_then([](record::Database database) { return record::read_run_info(database); });
+}
+
+namespace {
+
+/// The rows of one file; false where no more are wanted.
+Result<bool> each_row_of(const SourceFile& file, const RowQuery& query, std::int64_t& left,
+                         const std::function<bool(const record::Statement&)>& use) {
+  auto database = open_source(file);
+  if (!database) return failure(database.error());
+  const auto first = std::max(query.first, file.first), last = std::min(query.last, file.last);
+  auto rows = database->prepare(fmt::format("SELECT {} FROM {} WHERE {} BETWEEN {} AND {} ORDER BY {} LIMIT {}",
+                                            query.what, query.table, query.key, first, last, query.order, left));
+  if (!rows) return failure(rows.error());
+  for (;;) {
+    const auto more = rows->step();
+    if (!more) return failure(more.error());
+    if (!*more) return left > 0;
+    --left;
+    if (!use(*rows)) return false;
+  }
+}
+
+}  // namespace
+
+Result<void> each_row(const std::vector<SourceFile>& files, const RowQuery& query,
+                      const std::function<bool(const record::Statement&)>& use) {
+  auto left = query.most;
+  for (const auto& file : files) {
+    if (file.last < query.first || file.first > query.last || file.first > file.last) continue;
+    const auto more = each_row_of(file, query, left, use);
+    if (!more) return failure(more.error());
+    if (!*more) break;
+  }
+  return {};
+}
+
+}  // namespace gyrotherm::monitor

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A request and its answer, as the monitor's own code sees them: nothing of a socket or a library is in them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace gyrotherm::monitor {
+
+/// What comes before the body; checked (request_head.hpp).
+struct RequestHead {
+  std::string method;                          ///< "GET" or "POST"
+  std::string path;                            ///< begins with '/'; decoded
+  std::map<std::string, std::string> query;    ///< decoded
+  std::map<std::string, std::string> headers;  ///< by name in small letters
+  std::size_t body_size{};
+  bool keep_alive{};
+
+  /// Empty where there is none.
+  [[nodiscard]] std::string header(const std::string& name) const {
+    const auto found = headers.find(name);
+    return found == headers.end() ? std::string() : found->second;
+  }
+  [[nodiscard]] std::string parameter(const std::string& name) const {
+    const auto found = query.find(name);
+    return found == query.end() ? std::string() : found->second;
+  }
+};
+
+struct WebRequest {
+  RequestHead head;
+  std::string body;
+  std::string peer;  ///< address of the client, as the connection or a trusted proxy says
+  bool secure{};     ///< it came by TLS, here or at a trusted proxy
+};
+
+/// Gives a piece of an answer away; false once nobody takes it any more.
+using Send = std::function<bool(std::string_view piece)>;
+
+struct WebAnswer {
+  int status = 200;
+  std::string type = "application/json";
+  std::string body{};
+  std::vector<std::pair<std::string, std::string>> headers{};
+  /// Instead of the body: sends pieces until it returns, or until `send` is false.
+  std::function<void(const Send& send)> stream{};
+  /// With a stream whose size is known; 0: it is not, and ends with the connection.
+  std::uint64_t stream_size{};
+};
+
+/// An answer that says why not: {"error": "…"}.
+[[nodiscard]] WebAnswer refusal(int status, std::string_view why);
+
+/// "Not Found" of 404.
+[[nodiscard]] const char* reason_of(int status);
+
+}  // namespace gyrotherm::monitor

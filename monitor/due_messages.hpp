@@ -60,6 +60,7 @@ struct ToldMatter {
   Duration at{};            ///< the last of them, UTC
   Duration since{};         ///< when the matter began, UTC
   std::int64_t failures{};  ///< of the address that is next
+  bool operator==(const ToldMatter&) const = default;
 };
 
 class ToldMemory {

@@ -118,20 +118,13 @@ void add_disks(std::string& text, const std::vector<FoundRun>& runs) {
   }
 }
 
-/// Whether the run is to go on and no program carries it out.
-bool was_left(const FoundRun& run) {
-  const auto& status = run.status;
-  return run.trouble.empty() && !status.finished && !(run.info && run.info->imported) &&
-         status.standing.state < RunState::aborted;
-}
-
 }  // namespace
 
 std::string metrics_text(const std::vector<FoundRun>& runs, const OwnFigures& own) {
   std::vector<FoundRun> going_on;
   std::map<std::string, bool> names;  // of two runs of one name only the first has figures: labels must differ
   for (const auto& run : runs)
-    if ((run.is_running() || was_left(run)) && names.emplace(labels_of(run), true).second) going_on.push_back(run);
+    if ((run.is_running() || run.was_left()) && names.emplace(labels_of(run), true).second) going_on.push_back(run);
   std::string text;
   for (const auto& metric : kMetrics) add_metric(text, metric, going_on);
   if (!going_on.empty()) {

@@ -190,6 +190,7 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   catalogue.look();
   const Often looking(kLookEvery, [&] { catalogue.look(); });
   const Often reading(kReadEvery, [&] { feed.read(); });
+  const Often catching_up(kReadEvery, [&] { runs.catch_up(); });
   const Often telling(kTellEvery, [&] {
     if (notifier) notifier->look();
   });

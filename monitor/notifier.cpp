@@ -23,12 +23,6 @@ std::optional<std::uint64_t> free_bytes(const std::string& record) {
   return std::uint64_t{disk.f_bavail} * disk.f_frsize;
 }
 
-/// Left by a program that died, so that somebody must go on with it.
-bool was_left(const FoundRun& run) {
-  return !run.is_running() && !run.status.finished && run.status.standing.state < RunState::aborting &&
-         run.status.ended_by.empty();
-}
-
 /// What fits into a request, cut between characters.
 std::string shortened(std::string note) {
   std::ranges::replace_if(
@@ -47,7 +41,7 @@ RunSeen seen(const FoundRun& run) {
               .rig = run.info ? run.info->rig_name : std::string(),
               .simulated = run.status.simulated,
               .running = run.is_running(),
-              .silent = run.is_silent() || (was_left(run) && run.trouble.empty()),
+              .silent = run.is_silent() || run.was_left(),
               .outcome = !over                         ? ""
                          : run.status.ended_by.empty() ? (run.status.finished ? "complete" : state)
                                                        : run.status.ended_by,

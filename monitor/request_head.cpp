@@ -151,9 +151,9 @@ std::optional<std::string> percent_decoded(std::string_view text) {
 }
 
 std::optional<std::size_t> end_of_head(std::string_view bytes) {
-  const auto strict = bytes.find("\r\n\r\n"), loose = bytes.find("\n\n");
+  const auto strict = bytes.find("\n\r\n"), loose = bytes.find("\n\n");
   if (strict == std::string_view::npos && loose == std::string_view::npos) return std::nullopt;
-  return loose < strict ? loose + 2 : strict + 4;
+  return loose < strict ? loose + 2 : strict + 3;
 }
 
 std::variant<RequestHead, HeadRefusal> read_head(std::string_view bytes) {

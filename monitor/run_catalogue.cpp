@@ -62,6 +62,11 @@ bool FoundRun::is_running() const { return status.being_written && !status.finis
 
 bool FoundRun::is_silent() const { return is_running() && (!age_s || *age_s > to_seconds(record::kSilentAfter)); }
 
+bool FoundRun::was_left() const {
+  return trouble.empty() && !is_running() && !status.finished && !(info && info->imported) &&
+         status.standing.state < RunState::aborting;
+}
+
 RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(std::move(folders)) {}
 
 RunCatalogue::Stamp RunCatalogue::stamp_of(const std::string& path) {

@@ -74,8 +74,8 @@ SeriesChannel rate_of(const record::ChannelColumn& column, const record::UnitInf
   constexpr std::size_t kPulses = 6;  // "pulses" at the name's end
   auto name = column.name.substr(0, column.name.size() - std::min(kPulses, column.name.size())) + "rate";
   const bool counts = axis.kind == record::GyroKind::pulse_count;
-  auto sql = counts ? fmt::format("{} * {:.17g} / nullif({}, 0)", quoted(column.name), axis.scale * 1e9, interval)
-                    : fmt::format("{} * {:.17g}", quoted(column.name), axis.scale);
+  auto sql = counts ? fmt::format("{} * {:.17e} / nullif({}, 0)", quoted(column.name), axis.scale * 1e9, interval)
+                    : fmt::format("{} * {:.17e}", quoted(column.name), axis.scale);
   return {std::move(name), "°/h", unit.name, std::move(sql)};
 }
 

@@ -156,22 +156,39 @@ std::size_t SeriesCache::bytes() const {
   return sum;
 }
 
+bool SeriesCache::is_far_behind(const Overview& overview, const FoundRun& run) {
+  constexpr std::int64_t kFar = 2 * kAtOnce;
+  return run.status.slot - overview.read > kFar;
+}
+
+void SeriesCache::catch_up() {
+  std::list<std::shared_ptr<Overview>> overviews;
+  {
+    const std::lock_guard lock(mutex_);
+    overviews = overviews_;
+  }
+  for (const auto& overview : overviews) {
+    const std::lock_guard lock(overview->mutex);
+    if (is_far_behind(*overview, overview->found)) (void)catch_up(*overview, overview->found);
+  }
+  make_room();
+}
+
 Result<Buckets> SeriesCache::buckets(const FoundRun& run, const SeriesWish& wish) {
   const auto slots = std::max<std::int64_t>(1, wish.to - wish.from + 1);
   const auto most = std::clamp<std::int64_t>(wish.buckets, 1, kMostBuckets);
   auto width = (slots + most - 1) / most;
   if (width >= kFinestOverview) {
     const auto overview = overview_of(run, series_channels(*run.info).size());
-    Result<Buckets> made = failure(FaultKind::storage, run.path, "was not read");
-    {
-      const std::lock_guard lock(overview->mutex);
-      if (const auto read = catch_up(*overview, run); !read) return failure(read.error());
-      const auto finest = overview->buckets.width();
-      width = std::max((width + finest - 1) / finest, std::int64_t{1}) * finest;
-      made = folded(overview->buckets, wish, width);
+    if (const std::unique_lock lock(overview->mutex, std::try_to_lock); lock) {
+      overview->found = run;
+      if (!is_far_behind(*overview, run)) {
+        if (const auto read = catch_up(*overview, run); !read) return failure(read.error());
+        const auto finest = overview->buckets.width();
+        width = std::max((width + finest - 1) / finest, std::int64_t{1}) * finest;
+        return folded(overview->buckets, wish, width);
+      }
     }
-    make_room();
-    return made;
   }
   Buckets buckets(wish.channels.size(), wish.from, width);
   const auto read = take_rows(

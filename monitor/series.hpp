@@ -68,6 +68,9 @@ class SeriesCache {
   /// The buckets of the wish, at least one slot wide. Fails with storage or bad_file.
   [[nodiscard]] Result<Buckets> buckets(const FoundRun& run, const SeriesWish& wish);
   [[nodiscard]] std::size_t bytes() const;
+  /// Reads on the overviews that are far behind. Until that is done, which one thread does now and then, charts of
+  /// their runs are made of the rows: of the channels that are wanted, which is faster once.
+  void catch_up();
 
  private:
   static constexpr std::size_t kUsualBytes = 20'000'000;
@@ -75,11 +78,13 @@ class SeriesCache {
     std::mutex mutex;
     std::string run;  ///< key, and id of the run, for another record may take a name
     Buckets buckets;
+    FoundRun found;         ///< as it was last asked for
     std::int64_t read{-1};  ///< the last slot that is in it
     explicit Overview(std::string of, Buckets empty) : run(std::move(of)), buckets(std::move(empty)) {}
   };
   [[nodiscard]] std::shared_ptr<Overview> overview_of(const FoundRun& run, std::size_t channels);
   [[nodiscard]] Result<void> catch_up(Overview& overview, const FoundRun& run) const;
+  [[nodiscard]] static bool is_far_behind(const Overview& overview, const FoundRun& run);
   void make_room();
 
   std::size_t most_bytes_;

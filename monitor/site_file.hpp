@@ -53,10 +53,10 @@ struct NotifyRule {
   std::string name{};
   Occasion when{};
   std::vector<std::string> tell{};  ///< names of addresses, in order
-  Duration after{};               ///< alarm: before the next address is told; silent: before the first is
+  Duration after{};                 ///< alarm: before the next address is told; silent: before the first is
   std::uint64_t free_bytes{};
   std::string monitor{};  ///< silent: the URL of another monitor; empty: the runs of this one
-  bool simulated{};     ///< runs on virtual rigs too
+  bool simulated{};       ///< runs on virtual rigs too
 };
 
 struct Site {

@@ -5,6 +5,9 @@
 const chart = (() => {
   const kBuckets = 2000, kSpans = [[60, '1 min'], [600, '10 min'], [3600, '1 h'], [86400, '24 h'], [0, 'All']];
 
+  // The legend is this page's own: the library's has styles in its markup, which the page does not allow.
+  Dygraph.PLUGINS = Dygraph.PLUGINS.filter(plugin => plugin.prototype.toString() !== 'Legend Plugin');
+
   function colour(i) { return getComputedStyle(document.documentElement).getPropertyValue(`--c${i % 8 + 1}`).trim(); }
 
   // The buckets of an answer as dygraphs takes them: for each the time and, of each channel, lowest, middle, highest.
@@ -74,7 +77,7 @@ const chart = (() => {
         const tick = make('input', {type: 'checkbox', id: 'channel-' + i});
         tick.checked = chosen.has(channel.name);
         tick.addEventListener('change', () => { if (tick.checked) chosen.add(channel.name); else chosen.delete(channel.name); if (chosen.size > 0) load(); localStorage.setItem('channels', JSON.stringify([...chosen])); });
-        return make('label', {for: 'channel-' + i}, tick, ` ${channel.name} [${channel.unit || '1'}]`);
+        return make('label', {for: 'channel-' + i}, tick, ` ${label_of(channel.name)} [${channel.unit || '1'}]`);
       }))),
       make('fieldset', {}, make('legend', {}, 'Scale'), make('div', {class: 'row'}, make('label', {for: 'scale-pinned'}, pinned, ' pinned, from'), make('label', {for: 'scale-low', class: 'unseen'}, 'Lowest'), low, ' to ', make('label', {for: 'scale-high', class: 'unseen'}, 'Highest'), high))));
 
@@ -91,19 +94,17 @@ const chart = (() => {
     function look_at(from, to) { look({span: view.span, from: Math.max(0, Math.floor(from)), to: Math.min(last_slot(), Math.max(Math.ceil(to), Math.floor(from) + 10))}); }
 
     function show_legend(values) {
-      const items = [...chosen].filter(name => answer && answer.channels.some(channel => channel.name === name));
       legend.replaceChildren(...answer.channels.map((channel, i) => {
         const line = make('span', {class: 'line'});
         line.style.background = colour(i);
-        return make('li', {}, line, `${channel.name} `, values ? make('strong', {}, with_unit(values[i], channel.unit)) : channel.unit);
+        return make('li', {}, line, `${label_of(channel.name)} `, values ? make('strong', {}, with_unit(values[i], channel.unit)) : channel.unit);
       }));
-      return items;
     }
 
     function draw() {
       const options = {
         file: rows, labels: ['time', ...answer.channels.map(channel => channel.name)], customBars: true, colors: answer.channels.map((_, i) => colour(i)),
-        valueRange: value_range(), fillAlpha: 0.25, strokeWidth: 1.6, connectSeparatedPoints: false, legend: 'never', drawCallback: null,
+        valueRange: value_range(), fillAlpha: 0.25, strokeWidth: 1.6, connectSeparatedPoints: false,
         gridLineColor: getComputedStyle(document.documentElement).getPropertyValue('--line').trim(), axisLineColor: getComputedStyle(document.documentElement).getPropertyValue('--soft').trim(),
         axisLabelFontSize: 13, labelsUTC: false, rightGap: 12, dateWindow: null,
         axes: {y: {axisLabelWidth: 56, axisLabelFormatter: value => number(value, Math.abs(value) < 10 ? 2 : 1)}, x: {pixelsPerLabel: 80}},
@@ -111,14 +112,13 @@ const chart = (() => {
         highlightCallback: (event, x, points, row) => show_legend(rows[row].slice(1).map(bar => Number.isNaN(bar[1]) ? null : bar[1])),
         unhighlightCallback: () => show_legend(null),
       };
-      delete options.drawCallback;
       if (graph) graph.updateOptions(options, false);
       else graph = new Dygraph(box, rows, options);
       graph.setAnnotations(marks_of(run.events, answer, answer.channels[0].name, started));
       show_legend(null);
       const {from, to} = range();
-      set_text(said, `${answer.channels.map(channel => channel.name).join(', ')}: ${moment(started + 1000 * from, true)} to ${moment(started + 1000 * to, true)}, ` +
-        (answer.step === 1 ? 'every second' : `lowest and highest of each ${duration(answer.step)}`) + (follows() ? ', following' : '') + '.');
+      set_text(said, `${answer.channels.map(channel => label_of(channel.name)).join(', ')}: ${moment(started + 1000 * from, true)} to ${moment(started + 1000 * to, true)}, ` +
+        (answer.step === 1 ? 'every second' : `lowest and highest of each ${duration(answer.step)}`) + (follows() && run.status.running ? ', following' : '') + '.');
       span_buttons.forEach((one, i) => one.setAttribute('aria-pressed', follows() && kSpans[i][0] === view.span ? 'true' : 'false'));
     }
 
@@ -179,13 +179,13 @@ const chart = (() => {
 
   function profile(box, run, height) {
     const started = run.status.started_ms || 0;
-    let past = null, loaded = -1, ended = false, drawn = 0;
+    let past = null, loaded = -1, ended = false, drawn = -Infinity;
     async function load(slot) {
       loaded = slot;
       const found = await ask(`/api/v1/runs/${run.key}/series?channels=set_point_c,chamber_air_c&from=0&to=${slot}&buckets=400`);
       if (ended || !found.ok) return;
       past = found.json;
-      drawn = 0;
+      drawn = -Infinity;
       refresh();
     }
     function path(points, x, y) { return points.map(([t, value], i) => (value === null ? '' : `${i === 0 || points[i - 1][1] === null ? 'M' : 'L'}${x(t).toFixed(1)} ${y(value).toFixed(1)}`)).join(''); }

@@ -31,6 +31,10 @@ function number(value, digits) {
   return value === null || value === undefined || !Number.isFinite(value) ? '–' : value.toFixed(digits).replace('-', '\u2212');
 }
 
+const kLabels = {set_point_c: 'set point', chamber_air_c: 'air', chamber_set_point_c: 'set point of the chamber'};
+
+function label_of(channel) { return kLabels[channel] || channel.replace('true_bias_deg_per_h', 'true bias'); }
+
 function digits_of(unit) { return unit === '°C' ? 2 : 4; }
 
 function with_unit(value, unit) { return number(value, digits_of(unit)) + (unit ? '\u00a0' + unit : ''); }
@@ -51,6 +55,11 @@ function moment(ms, with_day) {
   if (with_day) Object.assign(form, {weekday: 'short', day: 'numeric', month: 'short'});
   else form.second = '2-digit';
   return new Date(ms).toLocaleString('en-GB', form);
+}
+
+/// The head of a table; a column whose name begins with '>' has numbers.
+function head_row(...columns) {
+  return make('thead', {}, make('tr', {}, ...columns.map(text => make('th', {scope: 'col', class: text.startsWith('>') ? 'number' : null}, text.replace('>', '')))));
 }
 
 function announce(text) { document.getElementById('announce').textContent = text; }
@@ -247,7 +256,7 @@ views.now = content => {
   ].filter(Boolean));
   parts.values = run.channels.slice(1).map(channel => {
     const value = make('span', {class: 'value'}, '–');
-    parts.channels.append(make('li', {}, make('span', {class: 'name'}, channel.name), value));
+    parts.channels.append(make('li', {}, make('span', {class: 'name'}, label_of(channel.name)), value));
     return {channel, value};
   });
   const drawing = chart.profile(parts.drawing, run, 220);
@@ -315,8 +324,7 @@ views.profile = content => {
   content.replaceChildren(
     make('section', {class: 'sheet', 'aria-labelledby': 'profile-title'}, make('h2', {id: 'profile-title'}, run.plan.title || run.plan.name), drawing_box,
       make('p', {class: 'note'}, 'Solid: what the profile asked for; dashed: what it will ask for if every soak counts from now on; red: how far the air was from it.')),
-    make('section', {class: 'sheet scroll', 'aria-label': 'Segments', tabindex: 0}, make('table', {}, make('thead', {}, make('tr', {},
-      ...['#', 'Segment', 'Kind', 'To', 'Planned', 'Began'].map(text => make('th', {scope: 'col'}, text)))), body)));
+    make('section', {class: 'sheet scroll', 'aria-label': 'Segments', tabindex: 0}, make('table', {}, head_row('#', 'Segment', 'Kind', '>To', '>Planned', 'Began'), body)));
   const rows = run.plan.segments.map((segment, i) => {
     const row = make('tr', {}, make('td', {}, String(i + 1)), make('td', {}, segment.name, segment.prompt ? ` — asks: ${segment.prompt}` : ''), make('td', {}, segment.kind),
       make('td', {class: 'number'}, with_unit(segment.to_c, '°C')), make('td', {class: 'number'}, duration(segment.duration_s)),
@@ -353,7 +361,7 @@ views.events = content => {
   content.replaceChildren(...[control.note_form(run),
     make('section', {class: 'sheet', 'aria-labelledby': 'events-title'}, make('h2', {id: 'events-title'}, 'Events'),
       make('div', {class: 'row'}, make('label', {for: 'event-kind'}, 'Kind'), kinds, make('label', {for: 'event-words'}, 'Words'), words), count,
-      make('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of events'}, make('table', {}, make('thead', {}, make('tr', {}, ...['When', 'At', 'Kind', 'What'].map(text => make('th', {scope: 'col'}, text)))), body)))].filter(Boolean));
+      make('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of events'}, make('table', {}, head_row('When', '>At', 'Kind', 'What'), body)))].filter(Boolean));
   fill();
   return {event: fill};
 };
@@ -406,7 +414,7 @@ function outcome_of(status) {
 views.runs = content => {
   const body = make('tbody', {}), none = make('p', {class: 'note'});
   content.replaceChildren(make('section', {class: 'sheet', 'aria-labelledby': 'runs-title'}, make('h2', {id: 'runs-title'}, 'Runs'), none,
-    make('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of runs'}, make('table', {}, make('thead', {}, make('tr', {}, ...['Run', 'State', 'Profile', 'Rig', 'Started', 'Length', 'Outcome'].map(text => make('th', {scope: 'col'}, text)))), body))));
+    make('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of runs'}, make('table', {}, head_row('Run', 'State', 'Profile', 'Rig', 'Started', '>Length', 'Outcome'), body))));
   let before = '';
   return often(async () => {
     const runs = await all_runs(), now = JSON.stringify(runs.map(run => [run.key, run.slot, state_of(run), run.time_left_s]));

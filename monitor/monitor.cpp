@@ -26,7 +26,8 @@
 namespace gyrotherm::monitor {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono_literals::operator""s;
+using std::chrono_literals::operator""ms;
 
 constexpr auto kLookEvery = 500ms;
 constexpr auto kReadEvery = 100ms;

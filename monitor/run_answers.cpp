@@ -13,7 +13,7 @@
 namespace gyrotherm::monitor {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono_literals::operator""s;
 
 constexpr auto kKeepAlive = 15s;
 constexpr std::int64_t kMostEvents = 2000;

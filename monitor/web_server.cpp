@@ -22,7 +22,8 @@
 namespace gyrotherm::monitor {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono_literals::operator""s;
+using std::chrono_literals::operator""ms;
 
 constexpr std::size_t kThreads = 32;
 constexpr std::size_t kMostWaiting = 32;  ///< connections that no thread has taken; more are closed at once

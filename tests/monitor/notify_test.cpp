@@ -12,7 +12,10 @@
 namespace gyrotherm::monitor {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono_literals::operator""h;
+using std::chrono_literals::operator""min;
+using std::chrono_literals::operator""s;
+using std::chrono_literals::operator""ms;
 
 constexpr const char* kSite = R"(schema = "gyrotherm-site/1"
 name = "lab"

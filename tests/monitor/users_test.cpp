@@ -13,7 +13,9 @@
 namespace gyrotherm::monitor {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono_literals::operator""h;
+using std::chrono_literals::operator""min;
+using std::chrono_literals::operator""s;
 
 struct Site {
   tests::TestFolder folder;

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Operators speak to a run through the page, and the record has each of them by name; an alarm at night reaches a mail
+server, the next address after a while, and nobody any more once it is acknowledged."""
+import pathlib
+import re
+import socket
+import threading
+import time
+import unittest
+
+from programs import PASSWORD, Browser, Folder, Monitor, RealTimeRun, gyrotherm, key_of, monitor_command, until
+
+
+class MailServer(threading.Thread):
+    """Takes mail by SMTP; so much of it as a client needs."""
+
+    def __init__(self) -> None:
+        super().__init__(daemon=True)
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listener.getsockname()[1]
+        self.letters: list[str] = []
+        self.start()
+
+    def run(self) -> None:
+        while True:
+            line, _ = self.listener.accept()
+            with line, line.makefile("rwb") as talk:
+                self.hear(talk)
+
+    def hear(self, talk) -> None:
+        def say(text: str) -> None:
+            talk.write(text.encode() + b"\r\n")
+            talk.flush()
+        say("220 here")
+        for word in talk:
+            verb = word[:4].upper()
+            if verb == b"DATA":
+                say("354 go on")
+                letter = b""
+                for text in talk:
+                    if text == b".\r\n":
+                        break
+                    letter += text
+                self.letters.append(letter.decode())
+                say("250 taken")
+            elif verb == b"QUIT":
+                return say("221 good night")
+            else:
+                say("250 yes")
+
+
+SITE = """schema = "gyrotherm-site/1"
+name = "laboratory"
+
+[notify.mail]
+server = "smtp://127.0.0.1:{port}"
+from = "rig@example.org"
+secure = false
+
+[[notify.address]]
+name = "night"
+mail = ["ada@example.org"]
+
+[[notify.address]]
+name = "boss"
+command = ["sh", "-c", "cat >> {folder}/boss.txt", "x"]
+
+[[notify.rule]]
+name = "alarms"
+when = "alarm"
+tell = ["night", "boss"]
+after = "2 s"
+
+[[notify.rule]]
+when = "run ended"
+tell = ["night"]
+"""
+
+
+class Control(unittest.TestCase):
+    def setUp(self) -> None:
+        self.holder = Folder()
+        self.folder = self.holder.__enter__()
+        for name, role in (("ada", "operator"), ("eve", "viewer"), ("root", "administrator")):
+            self.assertEqual(monitor_command(self.folder, "user", "add", name, "--role", role, password=PASSWORD).returncode, 0)
+        self.mail = MailServer()
+        site = self.folder / "site.toml"
+        site.write_text(SITE.format(port=self.mail.port, folder=self.folder))
+        self.run_ = RealTimeRun(self.folder)
+        self.monitor = Monitor(self.folder, "--control", "--site", str(site))
+        self.ada = Browser(self.monitor, "ada")
+        self.key = key_of(self.monitor, self.ada.headers)
+
+    def tearDown(self) -> None:
+        self.run_.end()
+        self.monitor.stop()
+        self.holder.__exit__()
+
+    def tell(self, verb: str, **body: str):
+        return self.ada.ask(f"/api/v1/runs/{self.key}/{verb}", body)
+
+    def status(self) -> dict:
+        return self.ada.ask(f"/api/v1/runs/{self.key}").json
+
+    def test_an_operator_speaks_to_the_run_and_is_told_of_it_at_night(self) -> None:
+        self.assertTrue(until(lambda: self.status()["state"] == "execute"))
+        self.assertEqual(self.tell("note", text="door <b>opened</b>").status, 200)
+        self.assertEqual(self.tell("pause").status, 200)
+        self.assertTrue(until(lambda: self.status()["state"] == "held"))
+        self.assertIn("ada", self.status()["cause"])
+        self.assertEqual(self.tell("pause").status, 409, "it is held already")
+        self.assertEqual(self.tell("resume", text="looked").status, 200)
+        self.assertTrue(until(lambda: self.status()["state"] == "execute"))
+
+        self.run_.move_set_point(24.0)
+        self.assertTrue(until(lambda: self.status()["alarms"], 20))
+        alarm = self.status()["alarms"][0]
+        self.assertTrue(until(lambda: self.mail.letters, 20))
+        self.assertIn("Subject: Alarm: laboratory: run on virtual", self.mail.letters[0])
+        self.assertIn("To: ada@example.org", self.mail.letters[0])
+        boss = self.folder / "boss.txt"
+        self.assertTrue(until(boss.exists, 20), "nobody acknowledges: the next address")
+        self.monitor.kill()
+        self.monitor.again()
+        self.assertEqual(self.tell("acknowledge", alarm=str(alarm["number"])).status, 400, "without a comment")
+        self.assertTrue(until(lambda: self.tell("acknowledge", alarm=str(alarm["number"]), text="I am coming").status == 200))
+        self.assertTrue(until(lambda: not self.status()["alarms"]))
+        self.assertEqual(self.tell("acknowledge", alarm=str(alarm["number"]), text="again").status, 409)
+        letters = len(self.mail.letters)
+        time.sleep(2.5)
+        self.assertEqual(len(self.mail.letters), letters, "told once, over a restart too")
+        self.assertEqual(boss.read_text().count("rule"), 1)
+
+        asked = self.tell("stop")
+        self.assertEqual(asked.status, 409)
+        self.assertRegex(asked.json["question"], r"done, .* left\..*Sure\?")
+        self.assertEqual(self.tell("stop", confirm=asked.json["confirm"]).status, 200)
+        self.assertEqual(self.run_.run.wait(timeout=30), 0)
+        self.assertTrue(until(lambda: any("Subject: Ended" in letter for letter in self.mail.letters), 20))
+        self.expect_in_the_record(alarm["number"])
+
+    def expect_in_the_record(self, alarm: int) -> None:
+        events = self.run_.events()
+        for kind, pattern in (("note", r"door <b>opened</b>"), ("command", r"pause.*ada \(through|ada \(through.*pause"), ("command", "resume"), ("command", "stop"),
+                              ("acknowledged", rf"{alarm}.*ada \(through .*I am coming"), ("told", r"night was told of alarm"), ("told", r"boss was told of alarm")):
+            with self.subTest(kind=kind, pattern=pattern):
+                self.assertTrue(any(one == kind and re.search(pattern, text) for one, text in events), events)
+        verified = gyrotherm("status", str(self.run_.record), "--verify")
+        self.assertEqual(verified.returncode, 0, verified.stderr)
+
+
+class Starts(unittest.TestCase):
+    """What would let in whom nobody knows is refused before anything is listened at."""
+
+    def starts(self, *options: str) -> tuple[int, str]:
+        import os
+        import subprocess
+        with Folder() as folder:
+            ran = subprocess.run([os.environ["GYROTHERM_MONITOR"], "--state", str(folder / "state"), *options], capture_output=True, text=True, timeout=20, check=False)
+            return ran.returncode, ran.stderr
+
+    def test_only_as_far_as_is_safe(self) -> None:
+        folder = str(pathlib.Path(__file__).parent)
+        for options, why in ((("--listen", "127.0.0.1:0"), "--folder"), (("--folder", folder, "--listen", "0.0.0.0:0"), "users"),
+                             (("--folder", folder, "--control"), "users first"), (("--folder", "/nothing/there"), "no folder"),
+                             (("--folder", folder, "--listen", "somewhere"), "ADDRESS:PORT"), (("--folder", folder, "--nonsense"), "--nonsense"),
+                             (("--folder", folder, "--certificate", "x"), "--key"), (("--folder", folder, "--behind-proxy", "--listen", "0.0.0.0:1"), "own address")):
+            with self.subTest(options):
+                code, said = self.starts(*options)
+                self.assertEqual(code, 2, said)
+                self.assertIn(why, said)
+        code, said = self.starts("--folder", folder, "--site", __file__)
+        self.assertEqual(code, 4, said)
+        self.assertIn("control_test.py:", said)
+
+    def test_users_are_added_listed_and_removed(self) -> None:
+        with Folder() as folder:
+            self.assertEqual(monitor_command(folder, "user", "add", "ada", "--role", "operator", password="short").returncode, 2)
+            self.assertEqual(monitor_command(folder, "user", "add", "ada", "--role", "boss", password=PASSWORD).returncode, 2)
+            self.assertEqual(monitor_command(folder, "user", "add", "ada", "--role", "operator", password=PASSWORD).returncode, 0)
+            token = monitor_command(folder, "token", "add", "script", "--role", "viewer").stdout.strip()
+            self.assertEqual(len(token), 43)
+            listed = monitor_command(folder, "user", "list").stdout
+            self.assertIn("operator       ada", listed)
+            self.assertIn("script (token)", listed)
+            (folder / "runs").mkdir()
+            monitor = Monitor(folder, runs=folder / "runs")
+            self.assertEqual(monitor.ask("/api/v1/runs").status, 401)
+            self.assertEqual(monitor.ask("/api/v1/runs", None, {"Authorization": "Bearer " + token}).status, 200)
+            ada = Browser(monitor, "ada")
+            self.assertEqual(monitor_command(folder, "user", "remove", "ada").returncode, 0)
+            self.assertEqual(ada.ask("/api/v1/runs").status, 401)
+            tries = [monitor.ask("/api/v1/login", {"name": "ada", "password": "wrong wrong"}, {"Sec-Fetch-Site": "same-origin"}).status for _ in range(12)]
+            self.assertIn(429, tries)
+            self.assertNotIn(200, tries)
+            self.assertEqual(monitor.stop(), 0)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)

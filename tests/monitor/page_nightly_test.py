@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page in a browser, on a run that takes real time: a ramp is seen, the run is held and goes on, a note is added, an
+alarm acknowledged, a chart zoomed; no width is too small, nothing is complained of, and, where axe-core is there
+(GYROTHERM_AXE=…/axe.min.js), it finds nothing. Pictures go to GYROTHERM_PICTURES, if that is set."""
+import os
+import pathlib
+import sys
+import time
+import unittest
+
+from programs import PASSWORD, Folder, Monitor, RealTimeRun, monitor_command, key_of, Browser, until
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.options import Options
+    from selenium.webdriver.chrome.service import Service
+    from selenium.webdriver.common.by import By
+except ImportError:
+    print("skipped: python3-selenium is not installed")
+    sys.exit(77)
+if not pathlib.Path("/usr/bin/chromedriver").exists():
+    print("skipped: chromium-driver is not installed")
+    sys.exit(77)
+
+PROFILE = """schema = "gyrotherm-profile/1"
+name = "up"
+title = "A ramp, for the page"
+
+[[segment]]
+kind = "hold"
+at = "20 °C"
+time = "8 s"
+
+[[segment]]
+kind = "ramp"
+to = "30 °C"
+rate = "5 °C/min"
+
+[[segment]]
+kind = "hold"
+time = "10 min"
+"""
+VIEWS = ("now", "trend", "profile", "events", "alarms", "files", "runs", "rigs")
+WIDTHS = (360, 800, 1600)
+
+
+class Page(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.holder = Folder()
+        cls.folder = cls.holder.__enter__()
+        monitor_command(cls.folder, "user", "add", "ada", "--role", "operator", password=PASSWORD)
+        (cls.folder / "up.toml").write_text(PROFILE)
+        cls.run_ = RealTimeRun(cls.folder, str(cls.folder / "up.toml"), "soak")
+        cls.monitor = Monitor(cls.folder, "--control")
+        options = Options()
+        for word in ("--headless=new", "--no-sandbox", "--hide-scrollbars"):
+            options.add_argument(word)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        cls.browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        cls.key = key_of(cls.monitor, Browser(cls.monitor, "ada").headers, "soak")
+        cls.pictures = os.environ.get("GYROTHERM_PICTURES")
+
+    @classmethod
+    def tearDownClass(cls) -> None:
+        cls.browser.quit()
+        cls.monitor.stop()
+        cls.run_.end()
+        cls.holder.__exit__()
+
+    def go(self, view: str) -> None:
+        site = view in ("runs", "rigs")
+        self.browser.get(f"http://127.0.0.1:{self.monitor.port}/#/" + (view if site else f"run/{self.key}/{view}"))
+
+    def text(self) -> str:
+        return self.browser.execute_script("return document.body.innerText")
+
+    def sees(self, words: str, seconds: float = 15) -> None:
+        self.assertTrue(until(lambda: words in self.text(), seconds), f"{words!r} in {self.text()}")
+
+    def press(self, element: str) -> None:
+        until(lambda: self.browser.find_elements(By.XPATH, element), 10)
+        self.browser.find_element(By.XPATH, element).click()
+
+    def put(self, element: str, words: str) -> None:
+        until(lambda: self.browser.find_elements(By.ID, element), 10)
+        self.browser.find_element(By.ID, element).send_keys(words)
+
+    def test_1_an_operator_carries_a_run_through_its_evening(self) -> None:
+        self.go("now")
+        self.sees("Log in")
+        self.put("login-name", "ada")
+        self.put("login-password", PASSWORD)
+        self.press("//form//button")
+        self.sees("Running")
+        self.sees("Segment 2 of 3", 30)
+        air = self.browser.find_element(By.XPATH, "//dt[.='Set point']/following-sibling::dd").text
+        self.assertTrue(until(lambda: self.browser.find_element(By.XPATH, "//dt[.='Set point']/following-sibling::dd").text != air, 5), "the ramp is seen")
+        self.press("//button[.='Pause']")
+        self.sees("Held")
+        self.sees("ada")
+        self.press("//button[.='Resume']")
+        self.put("dialog-text", "looked at it")
+        self.press("//dialog//button[.='Resume']")
+        self.sees("Running")
+        self.go("events")
+        self.put("note-text", "<img src=x onerror=alert(1)> the door was open")
+        self.press("//button[.='Add']")
+        self.sees("<img src=x onerror=alert(1)> the door was open")
+        self.run_.move_set_point(26.0)
+        self.go("alarms")
+        self.sees("foreign_set_point", 20)
+        box = self.browser.find_element(By.XPATH, "//div[@class='alarm']//input").get_attribute("id")
+        if self.pictures:
+            self.take_pictures("alarm", ("now", "alarms"))
+            self.go("alarms")
+        self.put(box, "put back by hand")
+        self.press("//button[.='Acknowledge']")
+        self.sees("put back by hand")
+        self.sees("None.")
+        self.go("now")
+        self.press("//button[starts-with(., 'Stop')]")
+        self.sees("Sure?")
+        self.sees("left")
+        self.press("//dialog//button[.='Cancel']")
+        self.go("trend")
+        self.press("//button[.='All']")
+        self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".chart canvas"), 10))
+        self.press("//button[.='Zoom in']")
+        self.sees("every second")
+        self.assertIn("chart", self.browser.find_element(By.CSS_SELECTOR, ".chart").get_attribute("class"))
+        kinds = [kind for kind, _ in self.events()]
+        self.assertGreaterEqual(kinds.count("command"), 2)
+        self.assertIn("acknowledged", kinds)
+
+    def events(self) -> list[tuple[str, str]]:
+        found = Browser(self.monitor, "ada").ask(f"/api/v1/runs/{self.key}/events").json["events"]
+        return [(event["kind"], event["text"]) for event in found]
+
+    def take_pictures(self, name: str, views: tuple[str, ...]) -> None:
+        for dark in (False, True):
+            self.look("dark" if dark else "light")
+            for width in WIDTHS:
+                self.be(width)
+                for view in views:
+                    self.browser.get("about:blank")
+                    self.go(view)
+                    time.sleep(1.5)
+                    self.browser.save_screenshot(f"{self.pictures}/{name}-{view}-{width}-{'dark' if dark else 'light'}.png")
+        self.be(1200)
+
+    def look(self, scheme: str) -> None:
+        self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
+
+    def be(self, width: int) -> None:
+        self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": 1000, "deviceScaleFactor": 1, "mobile": False})
+
+    def test_2_it_fits_each_width_and_finds_nothing_to_complain_of(self) -> None:
+        axe = os.environ.get("GYROTHERM_AXE")
+        for scheme in ("light", "dark"):
+            self.look(scheme)
+            for width in WIDTHS:
+                self.be(width)
+                for view in VIEWS:
+                    with self.subTest(scheme=scheme, width=width, view=view):
+                        self.browser.get("about:blank")
+                        self.go(view)
+                        self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, "main > *"), 10))
+                        time.sleep(0.7)
+                        self.assertLessEqual(self.browser.execute_script("return document.documentElement.scrollWidth - innerWidth"), 0)
+                        if axe and width != 800:
+                            self.browser.execute_cdp_cmd("Runtime.evaluate", {"expression": pathlib.Path(axe).read_text()})
+                            found = self.browser.execute_async_script("axe.run().then(r => arguments[0](r.violations.map(v => [v.id, v.nodes.length, v.nodes[0].html])))")
+                            self.assertEqual(found, [])
+        said = [entry["message"] for entry in self.browser.get_log("browser") if entry["level"] == "SEVERE" and "401" not in entry["message"]]
+        self.assertEqual(said, [])
+        if self.pictures:
+            self.take_pictures("run", VIEWS)
+
+    def test_3_it_can_be_used_without_a_mouse(self) -> None:
+        self.go("now")
+        self.sees("Running", 20)
+        reached = set()
+        for _ in range(40):
+            self.browser.switch_to.active_element.send_keys("\ue004")
+            focused = self.browser.switch_to.active_element
+            reached.add(focused.text or focused.get_attribute("id"))
+            outline = self.browser.execute_script("return getComputedStyle(document.activeElement).outlineStyle")
+            self.assertTrue(outline != "none" or focused.tag_name == "body", focused.get_attribute("outerHTML")[:80])
+        for words in ("Skip to the content", "Trend", "Rigs", "Pause", "Stop …"):
+            self.assertIn(words, reached)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)

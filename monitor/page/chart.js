@@ -3,7 +3,7 @@
 'use strict';
 
 const chart = (() => {
-  const kBuckets = 2000, kSpans = [[60, '1 min'], [600, '10 min'], [3600, '1 h'], [86400, '24 h'], [0, 'All']];
+  const kMostBuckets = 2000, kMostChannels = 16, kSpans = [[60, '1 min'], [600, '10 min'], [3600, '1 h'], [86400, '24 h'], [0, 'All']];
 
   // The legend is this page's own: the library's has styles in its markup, which the page does not allow.
   Dygraph.PLUGINS = Dygraph.PLUGINS.filter(plugin => plugin.prototype.toString() !== 'Legend Plugin');
@@ -54,7 +54,7 @@ const chart = (() => {
   function trend(content, run) {
     const started = run.status.started_ms || 0, names = run.channels.map(channel => channel.name);
     const chosen = new Set((JSON.parse(localStorage.getItem('channels') || 'null') || []).filter(name => names.includes(name)));
-    if (chosen.size === 0) for (const channel of run.channels.slice(0, 4)) chosen.add(channel.name);
+    if (chosen.size === 0) for (const name of names.filter(one => one !== 'chamber_set_point_c').slice(0, 4)) chosen.add(name);
     const box = make('div', {class: 'chart', role: 'img', 'aria-label': 'Chart of the chosen channels over time', 'aria-describedby': 'trend-said'});
     const legend = make('ul', {class: 'legend', 'aria-hidden': 'true'}), said = make('p', {class: 'note', id: 'trend-said', role: 'status'});
     const low = make('input', {type: 'number', id: 'scale-low', step: 'any'}), high = make('input', {type: 'number', id: 'scale-high', step: 'any'});
@@ -76,7 +76,11 @@ const chart = (() => {
       make('fieldset', {}, make('legend', {}, 'Channels'), make('div', {class: 'pick', tabindex: 0, role: 'group', 'aria-label': 'Channels'}, ...run.channels.map((channel, i) => {
         const tick = make('input', {type: 'checkbox', id: 'channel-' + i});
         tick.checked = chosen.has(channel.name);
-        tick.addEventListener('change', () => { if (tick.checked) chosen.add(channel.name); else chosen.delete(channel.name); if (chosen.size > 0) load(); localStorage.setItem('channels', JSON.stringify([...chosen])); });
+        tick.addEventListener('change', () => {
+          if (tick.checked && chosen.size >= kMostChannels) { tick.checked = false; return set_text(said, `At most ${kMostChannels} channels are drawn.`); }
+          if (tick.checked) chosen.add(channel.name); else chosen.delete(channel.name);
+          if (chosen.size > 0) load();
+          localStorage.setItem('channels', JSON.stringify([...chosen])); });
         return make('label', {for: 'channel-' + i}, tick, ` ${label_of(channel.name)} [${channel.unit || '1'}]`);
       }))),
       make('fieldset', {}, make('legend', {}, 'Scale'), make('div', {class: 'row'}, make('label', {for: 'scale-pinned'}, pinned, ' pinned, from'), make('label', {for: 'scale-low', class: 'unseen'}, 'Lowest'), low, ' to ', make('label', {for: 'scale-high', class: 'unseen'}, 'Highest'), high))));
@@ -112,9 +116,14 @@ const chart = (() => {
         highlightCallback: (event, x, points, row) => show_legend(rows[row].slice(1).map(bar => Number.isNaN(bar[1]) ? null : bar[1])),
         unhighlightCallback: () => show_legend(null),
       };
-      if (graph) graph.updateOptions(options, false);
-      else graph = new Dygraph(box, rows, options);
-      graph.setAnnotations(marks_of(run.events, answer, answer.channels[0].name, started));
+      const marks = marks_of(run.events, answer, answer.channels[0].name, started);
+      if (graph) {
+        graph.setAnnotations(marks, true);
+        graph.updateOptions(options, false);
+      } else {
+        graph = new Dygraph(box, rows, options);
+        if (marks.length > 0) graph.setAnnotations(marks);
+      }
       show_legend(null);
       const {from, to} = range();
       set_text(said, `${answer.channels.map(channel => label_of(channel.name)).join(', ')}: ${moment(started + 1000 * from, true)} to ${moment(started + 1000 * to, true)}, ` +
@@ -124,7 +133,7 @@ const chart = (() => {
 
     async function load() {
       const mine = ++asked, {from, to} = range(), wanted = names.filter(name => chosen.has(name));
-      const found = await ask(`/api/v1/runs/${run.key}/series?channels=${wanted.map(encodeURIComponent).join(',')}&from=${from}&to=${to}&buckets=${kBuckets}`);
+      const found = await ask(`/api/v1/runs/${run.key}/series?channels=${wanted.map(encodeURIComponent).join(',')}&from=${from}&to=${to}&buckets=${Math.min(kMostBuckets, Math.max(300, box.clientWidth))}`);
       if (mine !== asked || page.view.name !== 'trend') return;
       if (!found.ok) return set_text(said, found.json.error);
       if (graph && (!answer || answer.channels.map(c => c.name).join() !== found.json.channels.map(c => c.name).join())) { graph.destroy(); graph = null; }
@@ -142,7 +151,7 @@ const chart = (() => {
       const now = performance.now();
       if (now < due || !graph) return;
       due = now + 250;
-      if (now - refetch > 3000 && (rows.length > 1.25 * kBuckets || (view.span && (one.slot - answer.from) > 1.2 * view.span))) return load();
+      if (now - refetch > 3000 && (rows.length > 1.25 * kMostBuckets || (view.span && (one.slot - answer.from) > 1.2 * view.span))) return load();
       const first = view.span ? rows.findIndex(row => row[0] >= started + 1000 * (one.slot - view.span)) : 0;
       if (first > 0) { rows.splice(0, first); answer.from += first * answer.step; }
       graph.updateOptions({file: rows});

@@ -116,7 +116,7 @@ function close_stream() {
 
 function open_stream() {
   close_stream();
-  const run = page.run, after = run.sample ? run.sample.slot : run.status.slot;
+  const run = page.run, after = run.sample ? run.sample.slot : Math.max(-1, run.status.slot - 1);  // the last one comes at once
   const source = page.source = new EventSource(`/api/v1/runs/${run.key}/events-stream?after=${after}&event=${run.last_event}`);
   source.addEventListener('open', () => connection(''));
   source.addEventListener('status', message => take_status(JSON.parse(message.data)));
@@ -157,18 +157,21 @@ function take_event(event) {
   if (page.view.event) page.view.event(event);
 }
 
-async function load_run(key) {
-  const found = await ask('/api/v1/runs/' + key);
-  if (!found.ok) return found.json.error;
-  const run = page.run = {key, status: found.json, channels: found.json.channels, sample: null, events: [], last_event: -1, plan: null};
+async function load_events(run) {
   for (let more = true; more;) {
-    const events = await ask(`/api/v1/runs/${key}/events?after=${run.last_event}`);
-    if (!events.ok) break;
+    const events = await ask(`/api/v1/runs/${run.key}/events?after=${run.last_event}`);
+    if (!events.ok) return;
     run.events.push(...events.json.events);
     if (run.events.length > 0) run.last_event = run.events[run.events.length - 1].number;
     more = events.json.more;
   }
-  const plan = await ask(`/api/v1/runs/${key}/profile`);
+}
+
+async function load_run(key) {
+  const found = await ask('/api/v1/runs/' + key);
+  if (!found.ok) return found.json.error;
+  const run = page.run = {key, status: found.json, channels: found.json.channels, sample: null, events: [], last_event: -1, plan: null};
+  const [plan] = await Promise.all([ask(`/api/v1/runs/${key}/profile`), load_events(run)]);
   run.plan = plan.ok ? plan.json : null;
   open_stream();
   return null;
@@ -297,19 +300,8 @@ views.now = content => {
     drawing.refresh();
     tick();
   };
-  if (!run.sample && !run.status.running) last_values(run, refresh);
   return {refresh, sample: refresh, tick, end: () => drawing.end()};
 };
-
-/// A finished run has no stream of samples: its last one is asked for.
-async function last_values(run, then) {
-  const names = run.channels.map(channel => channel.name).join(',');
-  const last = await ask(`/api/v1/runs/${run.key}/series?channels=${encodeURIComponent(names)}&from=${Math.max(0, run.status.slot)}&to=${Math.max(0, run.status.slot)}`);
-  if (!last.ok || last.json.count === 0 || run.sample) return;
-  run.sample = {slot: run.status.slot, utc_ms: run.status.started_ms === null ? null : run.status.started_ms + 1000 * run.status.slot, segment: null, phase: '', in_segment_s: 0, values: last.json.channels.map(channel => channel.low[0])};
-  run.sample_came = performance.now();
-  then();
-}
 
 views.trend = content => chart.trend(content, page.run);
 

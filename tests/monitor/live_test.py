@@ -40,6 +40,12 @@ class Watcher(threading.Thread):
 
     def read(self) -> None:
         line = http.client.HTTPConnection("127.0.0.1", self.monitor.port, timeout=20)
+        try:
+            self.read_from(line)
+        finally:
+            line.close()
+
+    def read_from(self, line: http.client.HTTPConnection) -> None:
         line.request("GET", f"/api/v1/runs/{self.key}/events-stream?after={self.last}", headers={"Last-Event-ID": str(self.last)})
         reply = line.getresponse()
         if reply.status != 200:
@@ -142,6 +148,7 @@ class Live(unittest.TestCase):
             self.assertEqual(self.monitor.ask(f"{run}/{bad}").status, 400, bad)
 
     def test_a_chart_has_the_seconds_of_now(self) -> None:
+        self.assertTrue(until(lambda: self.run_.acknowledged >= 6))
         slot = self.run_.acknowledged
         path = f"/api/v1/runs/{self.key}/series?channels=A,rate&from={max(0, slot - 5)}&to={slot}"
         made = until(lambda: (lambda answer: answer if answer.get("count", 0) >= 5 else None)(self.monitor.ask(path).json), 5)

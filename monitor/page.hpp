@@ -8,7 +8,11 @@ namespace gyrotherm::monitor {
 
 [[nodiscard]] std::string_view page_html();
 [[nodiscard]] std::string_view page_style();
+[[nodiscard]] std::string_view page_icon();
 [[nodiscard]] std::string_view page_script();
+[[nodiscard]] std::string_view text_script();
+[[nodiscard]] std::string_view views_script();
+[[nodiscard]] std::string_view drawing_script();
 [[nodiscard]] std::string_view chart_script();
 [[nodiscard]] std::string_view control_script();
 [[nodiscard]] std::string_view dygraphs_script();

@@ -113,8 +113,7 @@ std::vector<SeriesChannel> series_channels(const record::RunInfo& info) {
         break;
       }
       case record::Measures::true_bias:
-        if (info.simulated)
-          channels.push_back({column.name, "°/h", info.units[column.unit].name, quoted(column.name)});
+        if (info.simulated) channels.push_back({column.name, "°/h", info.units[column.unit].name, quoted(column.name)});
         break;
       case record::Measures::interval: break;
     }

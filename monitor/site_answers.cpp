@@ -20,7 +20,9 @@ struct PageFile {
 };
 constexpr std::array kPage{
     PageFile{"/", "text/html; charset=utf-8", page_html}, PageFile{"/page.css", kStyle, page_style},
-    PageFile{"/page.js", kScript, page_script},           PageFile{"/chart.js", kScript, chart_script},
+    PageFile{"/icon.svg", "image/svg+xml", page_icon},    PageFile{"/page.js", kScript, page_script},
+    PageFile{"/text.js", kScript, text_script},           PageFile{"/views.js", kScript, views_script},
+    PageFile{"/drawing.js", kScript, drawing_script},     PageFile{"/chart.js", kScript, chart_script},
     PageFile{"/control.js", kScript, control_script},     PageFile{"/dygraph.js", kScript, dygraphs_script},
     PageFile{"/dygraph.css", kStyle, dygraphs_style}};
 

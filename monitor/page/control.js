@@ -7,17 +7,42 @@ const control = (() => {
   const dialog = () => document.getElementById('dialog');
 
   function send(path, body) {
-    return ask(path, {method: 'POST', headers: {'Content-Type': 'application/json', 'X-CSRF-Token': page.session.csrf || ''}, body: JSON.stringify(body)});
+    return ask(path, {
+      method: 'POST',
+      headers: {'Content-Type': 'application/json', 'X-CSRF-Token': page.session.csrf || ''},
+      body: JSON.stringify(body),
+    });
   }
 
   function login_view() {
     const trouble = make('p', {class: 'error', role: 'alert'});
-    const name = make('input', {id: 'login-name', name: 'name', autocomplete: 'username', required: true}), password = make('input', {id: 'login-password', type: 'password', autocomplete: 'current-password', required: true});
-    const form = make('form', {class: 'card'}, make('h2', {}, 'Log in'), make('label', {for: 'login-name'}, 'Name'), name, make('label', {for: 'login-password'}, 'Password'), password, make('button', {}, 'Log in'), trouble);
+    const name = make('input', {id: 'login-name', name: 'name', autocomplete: 'username', required: true}),
+      password = make('input', {
+        id: 'login-password',
+        type: 'password',
+        autocomplete: 'current-password',
+        required: true,
+      });
+    const form = make(
+      'form',
+      {class: 'card'},
+      make('h2', {}, 'Log in'),
+      make('label', {for: 'login-name'}, 'Name'),
+      name,
+      make('label', {for: 'login-password'}, 'Password'),
+      password,
+      make('button', {}, 'Log in'),
+      trouble
+    );
     form.addEventListener('submit', async event => {
       event.preventDefault();
       const answer = await send('/api/v1/login', {name: name.value, password: password.value});
-      if (!answer.ok) { set_text(trouble, answer.json.error); password.value = ''; password.focus(); return; }
+      if (!answer.ok) {
+        set_text(trouble, answer.json.error);
+        password.value = '';
+        password.focus();
+        return;
+      }
       begin();
     });
     return make('section', {class: 'sheet half'}, form);
@@ -33,10 +58,25 @@ const control = (() => {
   /// Shows a dialog with a form; resolves to its text, or null if it was closed.
   function question(title, text, action, grave, wants_text) {
     return new Promise(resolve => {
-      const words = make('input', {id: 'dialog-text', maxlength: 500, autocomplete: 'off', required: wants_text === 'required'});
-      const form = make('form', {method: 'dialog'}, make('h2', {id: 'dialog-title'}, title), make('p', {}, text),
+      const words = make('input', {
+        id: 'dialog-text',
+        maxlength: 500,
+        autocomplete: 'off',
+        required: wants_text === 'required',
+      });
+      const form = make(
+        'form',
+        {method: 'dialog'},
+        make('h2', {id: 'dialog-title'}, title),
+        make('p', {}, text),
         wants_text ? make('label', {for: 'dialog-text'}, 'Text', words) : null,
-        make('div', {class: 'row'}, make('button', {type: 'button', value: 'cancel', on: {click: () => dialog().close('cancel')}}, 'Cancel'), make('button', {value: 'go', class: grave ? 'grave' : null}, action)));
+        make(
+          'div',
+          {class: 'row'},
+          make('button', {type: 'button', value: 'cancel', on: {click: () => dialog().close('cancel')}}, 'Cancel'),
+          make('button', {value: 'go', class: grave ? 'grave' : null}, action)
+        )
+      );
       dialog().replaceChildren(form);
       dialog().returnValue = 'cancel';
       dialog().onclose = () => resolve(dialog().returnValue === 'go' ? words.value : null);
@@ -59,22 +99,46 @@ const control = (() => {
     }
     const first = await send(`/api/v1/runs/${run.key}/${verb}`, {});
     if (!first.json.confirm) return told(first);
-    const sure = await question(verb === 'stop' ? 'Stop the run?' : 'Abort the run?', first.json.question, verb === 'stop' ? 'Stop it' : 'Abort it', true, null);
+    const sure = await question(
+      verb === 'stop' ? 'Stop the run?' : 'Abort the run?',
+      first.json.question,
+      verb === 'stop' ? 'Stop it' : 'Abort it',
+      true,
+      null
+    );
     if (sure !== null) told(await send(`/api/v1/runs/${run.key}/${verb}`, {confirm: first.json.confirm}));
   }
 
-  const kVerbs = [['pause', 'Pause', false], ['resume', 'Resume', false], ['stop', 'Stop …', true], ['abort', 'Abort …', true]];
+  const kVerbs = [
+    ['pause', 'Pause', false],
+    ['resume', 'Resume', false],
+    ['stop', 'Stop …', true],
+    ['abort', 'Abort …', true],
+  ];
 
   function run_bar(run) {
     if (!page.session.may_control || !run.status.running) return null;
-    const buttons = kVerbs.map(([verb, label, grave]) => make('button', {type: 'button', id: 'ask-' + verb, class: grave ? 'grave' : null, on: {click: () => command(run, verb)}}, label));
-    return make('section', {class: 'sheet', id: 'control', 'aria-labelledby': 'control-title'}, make('h2', {id: 'control-title'}, 'Control'), make('div', {class: 'row'}, ...buttons), make('p', {class: 'note', id: 'told', role: 'status'}));
+    const buttons = kVerbs.map(([verb, label, grave]) =>
+      make(
+        'button',
+        {type: 'button', id: 'ask-' + verb, class: grave ? 'grave' : null, on: {click: () => command(run, verb)}},
+        label
+      )
+    );
+    return make(
+      'section',
+      {class: 'sheet', id: 'control', 'aria-labelledby': 'control-title'},
+      make('h2', {id: 'control-title'}, 'Control'),
+      make('div', {class: 'row'}, ...buttons),
+      make('p', {class: 'note', id: 'told', role: 'status'})
+    );
   }
 
   function refresh_bar(run) {
     const bar = document.getElementById('control');
     if (!bar) return;
-    const held = run.status.state === 'held', over = !run.status.running || ['aborting', 'aborted', 'stopped', 'complete'].includes(run.status.state);
+    const held = run.status.state === 'held',
+      over = !run.status.running || ['aborting', 'aborted', 'stopped', 'complete'].includes(run.status.state);
     document.getElementById('ask-pause').disabled = held || over;
     document.getElementById('ask-resume').disabled = !held;
     document.getElementById('ask-stop').disabled = over;
@@ -84,25 +148,52 @@ const control = (() => {
   function note_form(run) {
     if (!page.session.may_control || !run.status.running) return null;
     const words = make('input', {id: 'note-text', maxlength: 500, required: true, autocomplete: 'off'});
-    const form = make('form', {class: 'row'}, make('label', {for: 'note-text'}, 'Note'), words, make('button', {}, 'Add'));
+    const form = make(
+      'form',
+      {class: 'row'},
+      make('label', {for: 'note-text'}, 'Note'),
+      words,
+      make('button', {}, 'Add')
+    );
     form.addEventListener('submit', async event => {
       event.preventDefault();
       const answer = await send(`/api/v1/runs/${run.key}/note`, {text: words.value});
       told(answer);
       if (answer.ok) words.value = '';
     });
-    return make('section', {class: 'sheet', 'aria-label': 'Add a note to the record'}, form, make('p', {class: 'note', id: 'told', role: 'status'}));
+    return make(
+      'section',
+      {class: 'sheet', 'aria-label': 'Add a note to the record'},
+      form,
+      make('p', {class: 'note', id: 'told', role: 'status'})
+    );
   }
 
   function alarm_box(run, alarm) {
-    const when = moment(alarm.utc_ns / 1e6, true), id = 'comment-' + alarm.number;
-    const box = make('div', {class: 'alarm'}, make('p', {}, make('strong', {}, alarm.text)), make('p', {class: 'note'}, `${when}, ${alarm.interlock}, reaction: ${alarm.reaction}`));
+    const when = moment(alarm.utc_ns / 1e6, true),
+      id = 'comment-' + alarm.number;
+    const box = make(
+      'div',
+      {class: 'alarm'},
+      make('p', {}, make('strong', {}, alarm.text)),
+      make('p', {class: 'note'}, `${when}, ${alarm.interlock}, reaction: ${alarm.reaction}`)
+    );
     if (!page.session.may_control) return box;
-    const words = make('input', {id, maxlength: 500, required: true, autocomplete: 'off'}), trouble = make('p', {class: 'error', role: 'alert'});
-    const form = make('form', {class: 'row'}, make('label', {for: id}, 'Comment'), words, make('button', {}, 'Acknowledge'));
+    const words = make('input', {id, maxlength: 500, required: true, autocomplete: 'off'}),
+      trouble = make('p', {class: 'error', role: 'alert'});
+    const form = make(
+      'form',
+      {class: 'row'},
+      make('label', {for: id}, 'Comment'),
+      words,
+      make('button', {}, 'Acknowledge')
+    );
     form.addEventListener('submit', async event => {
       event.preventDefault();
-      const answer = await send(`/api/v1/runs/${run.key}/acknowledge`, {alarm: String(alarm.number), text: words.value});
+      const answer = await send(`/api/v1/runs/${run.key}/acknowledge`, {
+        alarm: String(alarm.number),
+        text: words.value,
+      });
       if (!answer.ok) set_text(trouble, answer.json.error);
       else announce(answer.json.done);
     });

@@ -31,6 +31,7 @@ class MailServer(threading.Thread):
         def say(text: str) -> None:
             talk.write(text.encode() + b"\r\n")
             talk.flush()
+
         say("220 here")
         for word in talk:
             verb = word[:4].upper()
@@ -82,7 +83,9 @@ class Control(unittest.TestCase):
         self.holder = Folder()
         self.folder = self.holder.__enter__()
         for name, role in (("ada", "operator"), ("eve", "viewer"), ("root", "administrator")):
-            self.assertEqual(monitor_command(self.folder, "user", "add", name, "--role", role, password=PASSWORD).returncode, 0)
+            self.assertEqual(
+                monitor_command(self.folder, "user", "add", name, "--role", role, password=PASSWORD).returncode, 0
+            )
         self.mail = MailServer()
         site = self.folder / "site.toml"
         site.write_text(SITE.format(port=self.mail.port, folder=self.folder))
@@ -123,7 +126,9 @@ class Control(unittest.TestCase):
         self.monitor.kill()
         self.monitor.again()
         self.assertEqual(self.tell("acknowledge", alarm=str(alarm["number"])).status, 400, "without a comment")
-        self.assertTrue(until(lambda: self.tell("acknowledge", alarm=str(alarm["number"]), text="I am coming").status == 200))
+        self.assertTrue(
+            until(lambda: self.tell("acknowledge", alarm=str(alarm["number"]), text="I am coming").status == 200)
+        )
         self.assertTrue(until(lambda: not self.status()["alarms"]))
         self.assertEqual(self.tell("acknowledge", alarm=str(alarm["number"]), text="again").status, 409)
         letters = len(self.mail.letters)
@@ -141,8 +146,15 @@ class Control(unittest.TestCase):
 
     def expect_in_the_record(self, alarm: int) -> None:
         events = self.run_.events()
-        for kind, pattern in (("note", r"door <b>opened</b>"), ("command", r"pause.*ada \(through|ada \(through.*pause"), ("command", "resume"), ("command", "stop"),
-                              ("acknowledged", rf"{alarm}.*ada \(through .*I am coming"), ("told", r"night was told of alarm"), ("told", r"boss was told of alarm")):
+        for kind, pattern in (
+            ("note", r"door <b>opened</b>"),
+            ("command", r"pause.*ada \(through|ada \(through.*pause"),
+            ("command", "resume"),
+            ("command", "stop"),
+            ("acknowledged", rf"{alarm}.*ada \(through .*I am coming"),
+            ("told", r"night was told of alarm"),
+            ("told", r"boss was told of alarm"),
+        ):
             with self.subTest(kind=kind, pattern=pattern):
                 self.assertTrue(any(one == kind and re.search(pattern, text) for one, text in events), events)
         verified = gyrotherm("status", str(self.run_.record), "--verify")
@@ -155,16 +167,29 @@ class Starts(unittest.TestCase):
     def starts(self, *options: str) -> tuple[int, str]:
         import os
         import subprocess
+
         with Folder() as folder:
-            ran = subprocess.run([os.environ["GYROTHERM_MONITOR"], "--state", str(folder / "state"), *options], capture_output=True, text=True, timeout=20, check=False)
+            ran = subprocess.run(
+                [os.environ["GYROTHERM_MONITOR"], "--state", str(folder / "state"), *options],
+                capture_output=True,
+                text=True,
+                timeout=20,
+                check=False,
+            )
             return ran.returncode, ran.stderr
 
     def test_only_as_far_as_is_safe(self) -> None:
         folder = str(pathlib.Path(__file__).parent)
-        for options, why in ((("--listen", "127.0.0.1:0"), "--folder"), (("--folder", folder, "--listen", "0.0.0.0:0"), "users"),
-                             (("--folder", folder, "--control"), "users first"), (("--folder", "/nothing/there"), "no folder"),
-                             (("--folder", folder, "--listen", "somewhere"), "ADDRESS:PORT"), (("--folder", folder, "--nonsense"), "--nonsense"),
-                             (("--folder", folder, "--certificate", "x"), "--key"), (("--folder", folder, "--behind-proxy", "--listen", "0.0.0.0:1"), "own address")):
+        for options, why in (
+            (("--listen", "127.0.0.1:0"), "--folder"),
+            (("--folder", folder, "--listen", "0.0.0.0:0"), "users"),
+            (("--folder", folder, "--control"), "users first"),
+            (("--folder", "/nothing/there"), "no folder"),
+            (("--folder", folder, "--listen", "somewhere"), "ADDRESS:PORT"),
+            (("--folder", folder, "--nonsense"), "--nonsense"),
+            (("--folder", folder, "--certificate", "x"), "--key"),
+            (("--folder", folder, "--behind-proxy", "--listen", "0.0.0.0:1"), "own address"),
+        ):
             with self.subTest(options):
                 code, said = self.starts(*options)
                 self.assertEqual(code, 2, said)
@@ -175,9 +200,15 @@ class Starts(unittest.TestCase):
 
     def test_users_are_added_listed_and_removed(self) -> None:
         with Folder() as folder:
-            self.assertEqual(monitor_command(folder, "user", "add", "ada", "--role", "operator", password="short").returncode, 2)
-            self.assertEqual(monitor_command(folder, "user", "add", "ada", "--role", "boss", password=PASSWORD).returncode, 2)
-            self.assertEqual(monitor_command(folder, "user", "add", "ada", "--role", "operator", password=PASSWORD).returncode, 0)
+            self.assertEqual(
+                monitor_command(folder, "user", "add", "ada", "--role", "operator", password="short").returncode, 2
+            )
+            self.assertEqual(
+                monitor_command(folder, "user", "add", "ada", "--role", "boss", password=PASSWORD).returncode, 2
+            )
+            self.assertEqual(
+                monitor_command(folder, "user", "add", "ada", "--role", "operator", password=PASSWORD).returncode, 0
+            )
             token = monitor_command(folder, "token", "add", "script", "--role", "viewer").stdout.strip()
             self.assertEqual(len(token), 43)
             listed = monitor_command(folder, "user", "list").stdout
@@ -190,7 +221,12 @@ class Starts(unittest.TestCase):
             ada = Browser(monitor, "ada")
             self.assertEqual(monitor_command(folder, "user", "remove", "ada").returncode, 0)
             self.assertEqual(ada.ask("/api/v1/runs").status, 401)
-            tries = [monitor.ask("/api/v1/login", {"name": "ada", "password": "wrong wrong"}, {"Sec-Fetch-Site": "same-origin"}).status for _ in range(12)]
+            tries = [
+                monitor.ask(
+                    "/api/v1/login", {"name": "ada", "password": "wrong wrong"}, {"Sec-Fetch-Site": "same-origin"}
+                ).status
+                for _ in range(12)
+            ]
             self.assertIn(429, tries)
             self.assertNotIn(200, tries)
             self.assertEqual(monitor.stop(), 0)

@@ -21,12 +21,22 @@ class Flood(unittest.TestCase):
                 before, began = run.acknowledged, time.monotonic()
                 self.attack(monitor, key)
                 passed = time.monotonic() - began
-                self.assertTrue(until(lambda: run.acknowledged - before >= passed - 3, 5), f"{run.acknowledged - before} s in {passed:.0f} s")
+                self.assertTrue(
+                    until(lambda: run.acknowledged - before >= passed - 3, 5),
+                    f"{run.acknowledged - before} s in {passed:.0f} s",
+                )
                 self.assertIsNone(monitor.process.poll(), "the page lives")
                 self.assertTrue(until(lambda: self.answers(monitor), 5))
-                print(f"{CONNECTIONS} connections in {passed:.0f} s, {monitor.memory_mb:.0f} MB, {run.acknowledged - before} s acknowledged")
+                print(
+                    f"{CONNECTIONS} connections in {passed:.0f} s, {monitor.memory_mb:.0f} MB, {run.acknowledged - before} s acknowledged"
+                )
                 self.assertLess(monitor.memory_mb, 64)
-                slots = [row for row in monitor.ask(f"/api/v1/runs/{key}/series?channels=A&from={before}&to={before + int(passed) - 4}").json["channels"][0]["low"]]
+                slots = [
+                    row
+                    for row in monitor.ask(
+                        f"/api/v1/runs/{key}/series?channels=A&from={before}&to={before + int(passed) - 4}"
+                    ).json["channels"][0]["low"]
+                ]
                 self.assertNotIn(None, slots, "no second is missing")
             finally:
                 monitor.stop()
@@ -40,8 +50,14 @@ class Flood(unittest.TestCase):
 
     def attack(self, monitor: Monitor, key: str) -> None:
         over = threading.Event()
-        kinds = [b"", b"GET / HTTP/1.1\r\nHost: ", b"GET / HTTP/1.1\r\nX: " + b"y" * 20_000, b"POST /api/v1/login HTTP/1.1\r\nHost: 127.0.0.1:%d\r\nContent-Length: 1000000000\r\n\r\n" % monitor.port,
-                 b"GET /api/v1/runs/%s/events-stream?after=-1 HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n" % (key.encode(), monitor.port)]
+        kinds = [
+            b"",
+            b"GET / HTTP/1.1\r\nHost: ",
+            b"GET / HTTP/1.1\r\nX: " + b"y" * 20_000,
+            b"POST /api/v1/login HTTP/1.1\r\nHost: 127.0.0.1:%d\r\nContent-Length: 1000000000\r\n\r\n" % monitor.port,
+            b"GET /api/v1/runs/%s/events-stream?after=-1 HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n"
+            % (key.encode(), monitor.port),
+        ]
 
         def slow() -> None:
             while not over.is_set():

@@ -42,12 +42,20 @@ class Hostile(unittest.TestCase):
         body = b"Content-Type: application/json\r\nContent-Length: 2\r\n\r\n{}"
         return [
             ("foreign host", b"GET /api/v1/runs HTTP/1.1\r\nHost: evil.example\r\n\r\n", {421}),
-            ("rebinding: a foreign host with the right port", b"GET / HTTP/1.1\r\nHost: evil.example:%d\r\n\r\n" % self.monitor.port, {421}),
+            (
+                "rebinding: a foreign host with the right port",
+                b"GET / HTTP/1.1\r\nHost: evil.example:%d\r\n\r\n" % self.monitor.port,
+                {421},
+            ),
             ("host without a port", b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", {421}),
             ("no host", b"GET / HTTP/1.1\r\n\r\n", {421}),
             ("host twice", b"GET / HTTP/1.1\r\n" + host + host + b"\r\n", {400}),
             ("host with a user", b"GET / HTTP/1.1\r\nHost: ada@127.0.0.1:%d\r\n\r\n" % self.monitor.port, {421}),
-            ("host of a subdomain", b"GET / HTTP/1.1\r\nHost: localhost.evil.example:%d\r\n\r\n" % self.monitor.port, {421}),
+            (
+                "host of a subdomain",
+                b"GET / HTTP/1.1\r\nHost: localhost.evil.example:%d\r\n\r\n" % self.monitor.port,
+                {421},
+            ),
             ("absolute address", b"GET http://127.0.0.1/ HTTP/1.1\r\n" + host + b"\r\n", {400}),
             ("network path", b"GET //evil.example/ HTTP/1.1\r\n" + host + b"\r\n", {400}),
             ("asterisk", b"OPTIONS * HTTP/1.1\r\n" + host + b"\r\n", {405}),
@@ -88,13 +96,25 @@ class Hostile(unittest.TestCase):
             ("climbing", b"GET /../../etc/passwd HTTP/1.1\r\n" + host + b"\r\n", {400}),
             ("climbing, encoded", b"GET /%2e%2e/%2e%2e/etc/passwd HTTP/1.1\r\n" + host + b"\r\n", {400}),
             ("climbing, slashes encoded", b"GET /..%2f..%2fetc%2fpasswd HTTP/1.1\r\n" + host + b"\r\n", {400}),
-            ("climbing, encoded twice", b"GET " + run + b"/files/%252e%252e%252fusers.json HTTP/1.1\r\n" + host + cookie + b"\r\n", {404}),
+            (
+                "climbing, encoded twice",
+                b"GET " + run + b"/files/%252e%252e%252fusers.json HTTP/1.1\r\n" + host + cookie + b"\r\n",
+                {404},
+            ),
             ("climbing with backslashes", b"GET /..%5c..%5cetc HTTP/1.1\r\n" + host + b"\r\n", {400}),
-            ("climbing from the files of a run", b"GET " + run + b"/files/../state/users.json HTTP/1.1\r\n" + host + cookie + b"\r\n", {400}),
+            (
+                "climbing from the files of a run",
+                b"GET " + run + b"/files/../state/users.json HTTP/1.1\r\n" + host + cookie + b"\r\n",
+                {400},
+            ),
             ("overlong UTF-8", b"GET /%c0%ae%c0%ae/ HTTP/1.1\r\n" + host + b"\r\n", {400}),
             ("half an escape", b"GET /%2 HTTP/1.1\r\n" + host + b"\r\n", {400}),
             ("a fragment", b"GET /#x HTTP/1.1\r\n" + host + b"\r\n", {400}),
-            ("a parameter twice", b"GET " + run + b"/series?from=1&from=2 HTTP/1.1\r\n" + host + cookie + b"\r\n", {400}),
+            (
+                "a parameter twice",
+                b"GET " + run + b"/series?from=1&from=2 HTTP/1.1\r\n" + host + cookie + b"\r\n",
+                {400},
+            ),
             ("an overlong address", b"GET /" + OVERLONG + b" HTTP/1.1\r\n" + host + b"\r\n", {414}),
             ("an overlong header", get + b"X: " + OVERLONG * 4 + b"\r\n\r\n", {431}),
             ("an overlong name of a header", get + OVERLONG * 4 + b": x\r\n\r\n", {431}),
@@ -102,7 +122,15 @@ class Hostile(unittest.TestCase):
             ("200 headers", get + b"".join(b"X%d: y\r\n" % i for i in range(200)) + b"\r\n", {431}),
             ("Expect", post + b"Expect: 100-continue\r\nContent-Length: 2\r\n\r\n", {501}),
             ("Upgrade", get + b"Connection: Upgrade\r\nUpgrade: websocket\r\n\r\n", {501}),
-            ("a request in the body of another", post + b"Content-Type: application/json\r\nContent-Length: 60\r\n\r\n{}POST " + run + b"/abort HTTP/1.1\r\n\r\n" + b" " * 60, {400, 403}),
+            (
+                "a request in the body of another",
+                post
+                + b"Content-Type: application/json\r\nContent-Length: 60\r\n\r\n{}POST "
+                + run
+                + b"/abort HTTP/1.1\r\n\r\n"
+                + b" " * 60,
+                {400, 403},
+            ),
             ("a line break in the address", b"GET /a%0d%0aSet-Cookie:x HTTP/1.1\r\n" + host + b"\r\n", {400}),
         ]
 
@@ -150,7 +178,11 @@ class Hostile(unittest.TestCase):
             ("from a cross-site form", ada.ask(pause, {}, Sec_Fetch_Site="cross-site"), {403}),
             ("from a sibling site", ada.ask(pause, {}, Sec_Fetch_Site="same-site"), {403}),
             ("by TLS that is not", ada.ask(pause, {}, Origin=ada.headers["Origin"].replace("http", "https")), {403}),
-            ("not saying where from", monitor.ask(pause, {}, {k: v for k, v in ada.headers.items() if k not in origin}), {403}),
+            (
+                "not saying where from",
+                monitor.ask(pause, {}, {k: v for k, v in ada.headers.items() if k not in origin}),
+                {403},
+            ),
             ("as a form", ada.ask(pause, {}, Content_Type="application/x-www-form-urlencoded"), {400}),
             ("as text", ada.ask(pause, {}, Content_Type="text/plain"), {400}),
             ("a forged cookie", ada.ask(pause, {}, Cookie="gyrotherm_session=" + "A" * 43), {401}),
@@ -161,14 +193,22 @@ class Hostile(unittest.TestCase):
             ("a token of another kind", monitor.ask(pause, {}, {"Authorization": "Basic YWRhOmFkYQ=="}), {401}),
             ("the token in the query", monitor.ask("/api/v1/runs?token=" + self.token), {401}),
             ("an unknown verb", ada.ask(f"/api/v1/runs/{self.key}/go", {}), {404}),
-            ("a verb of the socket that is not the page's", ada.ask(f"/api/v1/runs/{self.key}/told", {"text": "x"}), {404}),
+            (
+                "a verb of the socket that is not the page's",
+                ada.ask(f"/api/v1/runs/{self.key}/told", {"text": "x"}),
+                {404},
+            ),
             ("a run that is none", ada.ask("/api/v1/runs/0000000000000000/pause", {}), {404}),
             ("an unknown key", ada.ask(pause, {"who": "root"}), {400}),
             ("a line break in a note", ada.ask(f"/api/v1/runs/{self.key}/note", {"text": "a\nb"}), {400}),
             ("another user in a note", ada.ask(f"/api/v1/runs/{self.key}/note", {"text": ""}), {400}),
             ("an abort that nobody confirmed", ada.ask(abort, {}), {409}),
             ("an abort with a word that was not given", ada.ask(abort, {"confirm": "A" * 43}), {409}),
-            ("an abort with the word for a stop", ada.ask(abort, {"confirm": ada.ask(f"/api/v1/runs/{self.key}/stop", {}).json["confirm"]}), {409}),
+            (
+                "an abort with the word for a stop",
+                ada.ask(abort, {"confirm": ada.ask(f"/api/v1/runs/{self.key}/stop", {}).json["confirm"]}),
+                {409},
+            ),
             ("an abort by a GET", ada.ask(abort), {404}),
             ("who is logged in", ada.ask("/api/v1/sessions"), {403}),
             ("an anonymous look", monitor.ask("/api/v1/runs"), {401}),

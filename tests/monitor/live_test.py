@@ -46,7 +46,9 @@ class Watcher(threading.Thread):
             line.close()
 
     def read_from(self, line: http.client.HTTPConnection) -> None:
-        line.request("GET", f"/api/v1/runs/{self.key}/events-stream?after={self.last}", headers={"Last-Event-ID": str(self.last)})
+        line.request(
+            "GET", f"/api/v1/runs/{self.key}/events-stream?after={self.last}", headers={"Last-Event-ID": str(self.last)}
+        )
         reply = line.getresponse()
         if reply.status != 200:
             raise OSError(reply.status)
@@ -72,6 +74,7 @@ class Watcher(threading.Thread):
 
 def schemas() -> dict:
     """Those of the interface, as JSON Schema has them: "nullable" is OpenAPI's own."""
+
     def plain(value):
         if isinstance(value, list):
             return [plain(one) for one in value]
@@ -81,6 +84,7 @@ def schemas() -> dict:
         if value.pop("nullable", False):
             value["type"] = [value["type"], "null"]
         return value
+
     text = (pathlib.Path(__file__).parents[2] / "monitor/openapi.json").read_text()
     return plain(json.loads(text))
 
@@ -121,9 +125,15 @@ class Live(unittest.TestCase):
     def test_a_sample_is_there_within_a_second_of_its_own(self) -> None:
         watchers = [Watcher(self.monitor, self.key, self.run_.acknowledged) for _ in range(20)]
         self.assertTrue(until(lambda: all(len(watcher.slots) >= 6 for watcher in watchers), 20))
-        ages = sorted(came - sample["utc_ms"] / 1000 for watcher in watchers for came, sample in zip(watcher.came[2:], watcher.samples[2:]))
-        print(f"sample to watcher, of {len(ages)}: median {ages[len(ages) // 2]:.2f} s, 99 % {ages[int(0.99 * (len(ages) - 1))]:.2f} s; "
-              f"{self.monitor.memory_mb:.0f} MB")
+        ages = sorted(
+            came - sample["utc_ms"] / 1000
+            for watcher in watchers
+            for came, sample in zip(watcher.came[2:], watcher.samples[2:])
+        )
+        print(
+            f"sample to watcher, of {len(ages)}: median {ages[len(ages) // 2]:.2f} s, 99 % {ages[int(0.99 * (len(ages) - 1))]:.2f} s; "
+            f"{self.monitor.memory_mb:.0f} MB"
+        )
         self.assertEqual(self.monitor.ask(f"/api/v1/runs/{self.key}/events-stream").status, 503, "the 21st")
         self.assertLess(ages[len(ages) // 2], 1.5)
         self.assertLess(self.monitor.memory_mb, 64)
@@ -137,21 +147,38 @@ class Live(unittest.TestCase):
         resolver = schemas()
         run = f"/api/v1/runs/{self.key}"
         slot = self.monitor.ask(run).json["slot"]
-        answers = {"runs": "/api/v1/runs", "run": run, "events": run + "/events", "alarms": run + "/alarms", "files": run + "/files", "profile": run + "/profile",
-                   "session": "/api/v1/session", "series": f"{run}/series?channels=A,chamber_air_c&from=0&to={slot}&buckets=3", "refusal": run + "/nothing"}
+        answers = {
+            "runs": "/api/v1/runs",
+            "run": run,
+            "events": run + "/events",
+            "alarms": run + "/alarms",
+            "files": run + "/files",
+            "profile": run + "/profile",
+            "session": "/api/v1/session",
+            "series": f"{run}/series?channels=A,chamber_air_c&from=0&to={slot}&buckets=3",
+            "refusal": run + "/nothing",
+        }
         for name, path in answers.items():
             with self.subTest(name):
                 schema = {"$ref": f"#/components/schemas/{name}"} | {"components": resolver["components"]}
                 jsonschema.validate(self.monitor.ask(path).json, schema)
         self.assertEqual(interface["info"]["title"], "gyrotherm-monitor")
-        for bad in ("series?channels=nothing", "series?channels=A&buckets=0", "series?channels=A&buckets=99999", "series?channels=A&from=x", "events?after=x"):
+        for bad in (
+            "series?channels=nothing",
+            "series?channels=A&buckets=0",
+            "series?channels=A&buckets=99999",
+            "series?channels=A&from=x",
+            "events?after=x",
+        ):
             self.assertEqual(self.monitor.ask(f"{run}/{bad}").status, 400, bad)
 
     def test_a_chart_has_the_seconds_of_now(self) -> None:
         self.assertTrue(until(lambda: self.run_.acknowledged >= 6))
         slot = self.run_.acknowledged
         path = f"/api/v1/runs/{self.key}/series?channels=A,rate&from={max(0, slot - 5)}&to={slot}"
-        made = until(lambda: (lambda answer: answer if answer.get("count", 0) >= 5 else None)(self.monitor.ask(path).json), 5)
+        made = until(
+            lambda: (lambda answer: answer if answer.get("count", 0) >= 5 else None)(self.monitor.ask(path).json), 5
+        )
         self.assertTrue(made)
         self.assertTrue(all(value is None or -60 < value < 100 for value in made["channels"][0]["low"]))
 
@@ -159,7 +186,9 @@ class Live(unittest.TestCase):
         text = self.monitor.ask("/metrics").body.decode()
         self.assertIn('gyrotherm_run_up{run="run",rig="virtual"', text)
         try:
-            checked = subprocess.run(["promtool", "check", "metrics"], input=text, capture_output=True, text=True, check=False)
+            checked = subprocess.run(
+                ["promtool", "check", "metrics"], input=text, capture_output=True, text=True, check=False
+            )
         except FileNotFoundError:
             self.skipTest("promtool (prometheus) is not installed")
         self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)

@@ -95,7 +95,12 @@ class Page(unittest.TestCase):
         self.sees("Running")
         self.sees("Segment 2 of 3", 30)
         air = self.browser.find_element(By.XPATH, "//dt[.='Set point']/following-sibling::dd").text
-        self.assertTrue(until(lambda: self.browser.find_element(By.XPATH, "//dt[.='Set point']/following-sibling::dd").text != air, 5), "the ramp is seen")
+        self.assertTrue(
+            until(
+                lambda: self.browser.find_element(By.XPATH, "//dt[.='Set point']/following-sibling::dd").text != air, 5
+            ),
+            "the ramp is seen",
+        )
         self.press("//button[.='Pause']")
         self.sees("Held")
         self.sees("ada")
@@ -146,14 +151,21 @@ class Page(unittest.TestCase):
                     self.browser.get("about:blank")
                     self.go(view)
                     time.sleep(1.5)
-                    self.browser.save_screenshot(f"{self.pictures}/{name}-{view}-{width}-{'dark' if dark else 'light'}.png")
+                    self.browser.save_screenshot(
+                        f"{self.pictures}/{name}-{view}-{width}-{'dark' if dark else 'light'}.png"
+                    )
         self.be(1200)
 
     def look(self, scheme: str) -> None:
-        self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
+        self.browser.execute_cdp_cmd(
+            "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+        )
 
     def be(self, width: int) -> None:
-        self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": 1000, "deviceScaleFactor": 1, "mobile": False})
+        self.browser.execute_cdp_cmd(
+            "Emulation.setDeviceMetricsOverride",
+            {"width": width, "height": 1000, "deviceScaleFactor": 1, "mobile": False},
+        )
 
     def test_2_it_fits_each_width_and_finds_nothing_to_complain_of(self) -> None:
         axe = os.environ.get("GYROTHERM_AXE")
@@ -167,12 +179,22 @@ class Page(unittest.TestCase):
                         self.go(view)
                         self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, "main > *"), 10))
                         time.sleep(0.7)
-                        self.assertLessEqual(self.browser.execute_script("return document.documentElement.scrollWidth - innerWidth"), 0)
+                        self.assertLessEqual(
+                            self.browser.execute_script("return document.documentElement.scrollWidth - innerWidth"), 0
+                        )
                         if axe and width != 800:
-                            self.browser.execute_cdp_cmd("Runtime.evaluate", {"expression": pathlib.Path(axe).read_text()})
-                            found = self.browser.execute_async_script("axe.run().then(r => arguments[0](r.violations.map(v => [v.id, v.nodes.length, v.nodes[0].html])))")
+                            self.browser.execute_cdp_cmd(
+                                "Runtime.evaluate", {"expression": pathlib.Path(axe).read_text()}
+                            )
+                            found = self.browser.execute_async_script(
+                                "axe.run().then(r => arguments[0](r.violations.map(v => [v.id, v.nodes.length, v.nodes[0].html])))"
+                            )
                             self.assertEqual(found, [])
-        said = [entry["message"] for entry in self.browser.get_log("browser") if entry["level"] == "SEVERE" and not any(code in entry["message"] for code in ("401", "409"))]  # what was refused
+        said = [
+            entry["message"]
+            for entry in self.browser.get_log("browser")
+            if entry["level"] == "SEVERE" and not any(code in entry["message"] for code in ("401", "409"))
+        ]  # what was refused
         self.assertEqual(said, [])
         if self.pictures:
             self.take_pictures("run", VIEWS)

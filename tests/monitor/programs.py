@@ -39,8 +39,14 @@ class Folder:
 
 
 def monitor_command(folder: pathlib.Path, *words: str, password: str | None = None) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([MONITOR, *words, "--state", str(folder / "state")], input=password, capture_output=True,
-                          text=True, timeout=30, check=False)
+    return subprocess.run(
+        [MONITOR, *words, "--state", str(folder / "state")],
+        input=password,
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
 
 
 class Answer:
@@ -64,9 +70,20 @@ class Monitor:
 
     def again(self) -> None:
         self.process = subprocess.Popen(
-            [MONITOR, "--folder", str(self.runs), "--listen", f"127.0.0.1:{self.port}", "--state",
-             str(self.folder / "state"), *self.options],
-            stdout=subprocess.PIPE, stderr=self.log, text=True)
+            [
+                MONITOR,
+                "--folder",
+                str(self.runs),
+                "--listen",
+                f"127.0.0.1:{self.port}",
+                "--state",
+                str(self.folder / "state"),
+                *self.options,
+            ],
+            stdout=subprocess.PIPE,
+            stderr=self.log,
+            text=True,
+        )
         line = self.process.stdout.readline()
         assert line, (self.folder / "monitor.log").read_text()
         self.port = int(re.search(r":(\d+)/", line)[1])
@@ -89,7 +106,9 @@ class Monitor:
             sent = dict(headers or {})
             if body is not None:
                 sent.setdefault("Content-Type", "application/json")
-            connection.request("GET" if body is None else "POST", path, None if body is None else json.dumps(body), sent)
+            connection.request(
+                "GET" if body is None else "POST", path, None if body is None else json.dumps(body), sent
+            )
             reply = connection.getresponse()
             return Answer(reply.status, {k.lower(): v for k, v in reply.getheaders()}, reply.read())
         finally:
@@ -126,7 +145,9 @@ class Browser:
         self.headers["X-CSRF-Token"] = monitor.ask("/api/v1/session", None, self.headers).json["csrf"]
 
     def ask(self, path: str, body: dict[str, str] | None = None, without: str = "", **others: str) -> Answer:
-        headers = {k: v for k, v in self.headers.items() if k != without} | {k.replace("_", "-"): v for k, v in others.items()}
+        headers = {k: v for k, v in self.headers.items() if k != without} | {
+            k.replace("_", "-"): v for k, v in others.items()
+        }
         return self.monitor.ask(path, body, headers)
 
 
@@ -137,28 +158,48 @@ def gyrotherm(*words: str) -> subprocess.CompletedProcess[str]:
 class RealTimeRun:
     """A run whose instruments are served by `simulate`, so that a second of it takes a second."""
 
-    def __init__(self, folder: pathlib.Path, profile: str = "tests/profiles/ten-minutes-warm.toml", name: str = "run") -> None:
+    def __init__(
+        self, folder: pathlib.Path, profile: str = "tests/profiles/ten-minutes-warm.toml", name: str = "run"
+    ) -> None:
         self.record = folder / f"{name}.db"
         self.log = folder / "laboratory.log"
         with open(self.log, "w", encoding="utf-8") as log:
-            self.laboratory = subprocess.Popen([GYROTHERM, "simulate", "--rig", "profiles/rigs/virtual.toml"], stdout=log,
-                                               stderr=subprocess.STDOUT, cwd=SOURCE)
+            self.laboratory = subprocess.Popen(
+                [GYROTHERM, "simulate", "--rig", "profiles/rigs/virtual.toml"],
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                cwd=SOURCE,
+            )
         assert until(lambda: "gyro  " in self.log.read_text(), 60), self.log.read_text()
         text = self.log.read_text()
-        ports = [re.search(rf"{who} +tcp://127\.0\.0\.1:(\d+)", text)[1] for who in ("chamber", "thermometer 1", "thermometer 2", "gyro")]
+        ports = [
+            re.search(rf"{who} +tcp://127\.0\.0\.1:(\d+)", text)[1]
+            for who in ("chamber", "thermometer 1", "thermometer 2", "gyro")
+        ]
         self.chamber = int(ports[0])
-        made = subprocess.run(["python3", SOURCE / "tests/app/real_rig.py", SOURCE / "profiles/rigs/virtual.toml", *ports],
-                              capture_output=True, text=True, check=True)
+        made = subprocess.run(
+            ["python3", SOURCE / "tests/app/real_rig.py", SOURCE / "profiles/rigs/virtual.toml", *ports],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
         (folder / "rig.toml").write_text(made.stdout)
         with open(folder / "run.log", "w", encoding="utf-8") as log:
-            self.run = subprocess.Popen([GYROTHERM, "run", profile, "--rig", str(folder / "rig.toml"), "--out", str(self.record), "--json"],
-                                        stdout=log, stderr=log, cwd=SOURCE)
+            self.run = subprocess.Popen(
+                [GYROTHERM, "run", profile, "--rig", str(folder / "rig.toml"), "--out", str(self.record), "--json"],
+                stdout=log,
+                stderr=log,
+                cwd=SOURCE,
+            )
         self.folder = folder
         assert until(lambda: self.acknowledged >= 1, 60), (folder / "run.log").read_text()
 
     @property
     def acknowledged(self) -> int:
-        found = re.findall(r'"acknowledged": (\d+)', (self.folder / "run.log").read_text() if (self.folder / "run.log").exists() else "")
+        found = re.findall(
+            r'"acknowledged": (\d+)',
+            (self.folder / "run.log").read_text() if (self.folder / "run.log").exists() else "",
+        )
         return int(found[-1]) if found else -1
 
     def end(self) -> None:
@@ -182,9 +223,14 @@ class RealTimeRun:
     def events(self) -> list[tuple[str, str]]:
         """Of the closed record."""
         import sqlite3
+
         with sqlite3.connect(f"file:{self.record}?immutable=1", uri=True) as database:
             return database.execute("SELECT kind, text FROM event ORDER BY id").fetchall()
 
 
 def key_of(monitor: Monitor, headers: dict[str, str] | None = None, name: str = "run") -> str:
-    return until(lambda: next((run["key"] for run in monitor.ask("/api/v1/runs", None, headers).json["runs"] if run["name"] == name), None))
+    return until(
+        lambda: next(
+            (run["key"] for run in monitor.ask("/api/v1/runs", None, headers).json["runs"] if run["name"] == name), None
+        )
+    )

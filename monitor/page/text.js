@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// Elements, and what is said in them. Whatever comes from a run is put in as text and never as markup.
+'use strict';
+
+// Building blocks.
+
+function make(tag, attributes, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes || {})) {
+    if (name === 'on') for (const [event, what] of Object.entries(value)) element.addEventListener(event, what);
+    else if (value === true) element.setAttribute(name, '');
+    else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, value);
+  }
+  for (const child of children.flat()) if (child !== null && child !== undefined) element.append(child);
+  return element;
+}
+
+function set_text(element, text) {
+  if (element && element.textContent !== text) element.textContent = text;
+}
+
+function number(value, digits) {
+  return value === null || value === undefined || !Number.isFinite(value)
+    ? '–'
+    : value.toFixed(digits).replace('-', '\u2212');
+}
+
+const kLabels = {set_point_c: 'set point', chamber_air_c: 'air', chamber_set_point_c: 'set point of the chamber'};
+
+function label_of(channel) {
+  return kLabels[channel] || channel.replace('true_bias_deg_per_h', 'true bias');
+}
+
+function digits_of(unit) {
+  return unit === '°C' ? 2 : 4;
+}
+
+function with_unit(value, unit) {
+  return number(value, digits_of(unit)) + (unit ? '\u00a0' + unit : '');
+}
+
+function duration(seconds) {
+  if (seconds === null || seconds === undefined) return '–';
+  const whole = Math.max(0, Math.round(seconds)),
+    days = Math.floor(whole / 86400),
+    hours = Math.floor(whole / 3600) % 24;
+  const minutes = Math.floor(whole / 60) % 60;
+  if (days > 0) return `${days} d ${hours} h ${minutes} min`;
+  if (hours > 0) return `${hours} h ${String(minutes).padStart(2, '0')} min`;
+  if (minutes > 0) return `${minutes} min ${String(whole % 60).padStart(2, '0')} s`;
+  return `${whole} s`;
+}
+
+function moment(ms, with_day) {
+  if (ms === null || ms === undefined) return '–';
+  const form = {hour: '2-digit', minute: '2-digit', hour12: false};
+  if (with_day) Object.assign(form, {weekday: 'short', day: 'numeric', month: 'short'});
+  else form.second = '2-digit';
+  return new Date(ms).toLocaleString('en-GB', form);
+}
+
+/// The head of a table; a column whose name begins with '>' has numbers.
+function head_row(...columns) {
+  return make(
+    'thead',
+    {},
+    make(
+      'tr',
+      {},
+      ...columns.map(text =>
+        make('th', {scope: 'col', class: text.startsWith('>') ? 'number' : null}, text.replace('>', ''))
+      )
+    )
+  );
+}
+
+function announce(text) {
+  document.getElementById('announce').textContent = text;
+}
+
+async function ask(path, options) {
+  const answer = await fetch(path, Object.assign({credentials: 'same-origin', cache: 'no-store'}, options));
+  const json = await answer.json().catch(() => ({error: 'the monitor gave no answer that can be read'}));
+  if (answer.status === 401 && page.session.may_look) {
+    page.session.may_look = false;
+    show();
+  }
+  return {status: answer.status, ok: answer.ok, json};
+}
+
+// What a status says in words.
+
+function state_of(status) {
+  if (status.trouble) return 'unknown';
+  if (status.silent) return 'silent';
+  if (status.imported) return 'imported';
+  if (status.running) return status.state;
+  if (status.finished) return ['aborted', 'stopped'].includes(status.state) ? status.state : 'complete';
+  return status.state === 'execute' || status.state === undefined ? 'interrupted' : status.state;
+}
+
+const kStates = {
+  execute: 'Running',
+  suspended: 'Suspended',
+  held: 'Held',
+  aborting: 'Aborting',
+  aborted: 'Aborted',
+  stopped: 'Stopped',
+  complete: 'Complete',
+  interrupted: 'Interrupted',
+  silent: 'Does not answer',
+  unknown: 'Unknown',
+  imported: 'Imported',
+};
+
+function state_badge(status) {
+  return make('span', {class: 'badge ' + state_of(status)}, kStates[state_of(status)] || state_of(status));
+}
+
+function simulated_badge(status) {
+  return status.simulated ? make('span', {class: 'badge sim'}, 'SIMULATED') : null;
+}
+
+function cause_of(status) {
+  if (status.trouble) return status.trouble;
+  if (status.silent) return 'the program that carries the run out, or its disk, is silent; this is how it stood then';
+  return status.cause || status.ended_by || status.storage_trouble || '';
+}
+
+/// When the run ends by the clock that its samples have: of a virtual run the virtual one.
+function end_of(status, sample) {
+  if (!status.running || status.time_left_s === null || status.time_left_s === undefined) return null;
+  const now = sample && sample.utc_ms !== null ? sample.utc_ms : status.started_ms + 1000 * Math.max(0, status.slot);
+  return now + 1000 * status.time_left_s;
+}

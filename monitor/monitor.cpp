@@ -33,14 +33,22 @@ constexpr auto kLookEvery = 500ms;
 constexpr auto kReadEvery = 100ms;
 constexpr auto kTellEvery = 1s;
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kWatched = true;
+#else
+constexpr bool kWatched = false;
+#endif
+
 /// The most that a flood can have of this machine: the page ends before others suffer. What systemd's unit allows is
-/// less, and counts what is really used; this counts what was asked for, thread stacks among it.
+/// less, and counts what is really used; this counts what was asked for, thread stacks among it. A sanitizer asks for
+/// terabytes.
 void limit_itself() {
   constexpr rlim_t kData = 192 * 1024 * 1024, kFiles = 160;
   constexpr std::size_t kStack = 1024 * 1024;
   const rlimit data{kData, kData}, files{kFiles, kFiles};
-  ::setrlimit(RLIMIT_DATA, &data);
   ::setrlimit(RLIMIT_NOFILE, &files);
+  if (kWatched) return;
+  ::setrlimit(RLIMIT_DATA, &data);
   ::mallopt(M_ARENA_MAX, 2);
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);

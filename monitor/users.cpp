@@ -146,7 +146,7 @@ Result<void> Users::load() {
   return {};
 }
 
-/// A file that cannot be read lets nobody in.
+/// A file that cannot be read lets nobody in, and does not open the door either.
 void Users::refresh() {
   struct stat facts {};
   const auto now = ::stat(path_.c_str(), &facts) == 0
@@ -155,13 +155,14 @@ void Users::refresh() {
   if (now == changed_ns_) return;
   changed_ns_ = now;
   auto list = read_users(path_);
+  broken_ = !list;
   list_ = list ? std::move(*list) : UserList{};
 }
 
 bool Users::has_any() {
   const std::lock_guard lock(mutex_);
   refresh();
-  return !list_.users.empty() || !list_.tokens.empty();
+  return broken_ || !list_.users.empty() || !list_.tokens.empty();
 }
 
 std::optional<Identity> Users::of_password(const std::string& name, const std::string& password) {

@@ -82,7 +82,7 @@ class Users {
 
   /// Fails as read_users() does.
   [[nodiscard]] Result<void> load();
-  /// Whether there is anybody.
+  /// Whether there is anybody, or a file that cannot be read.
   [[nodiscard]] bool has_any();
   /// Takes about a tenth of a second and 12 MB, one at a time, and as long for a name that there is not.
   [[nodiscard]] std::optional<Identity> of_password(const std::string& name, const std::string& password);
@@ -96,6 +96,7 @@ class Users {
   std::string path_;
   std::mutex mutex_, one_at_a_time_;
   UserList list_;
+  bool broken_{};  ///< the file is there and cannot be read
   std::int64_t changed_ns_{-1};
 };
 

@@ -189,6 +189,8 @@ class WebServer::Guarded final : public httplib::Server {
       ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
       ::fcntl(socket, F_SETFD, FD_CLOEXEC);
     });
+    set_keep_alive_max_count(kMostRequests);
+    set_keep_alive_timeout(std::chrono::seconds(kIdle).count());
     set_pre_routing_handler([this](const httplib::Request&, httplib::Response& response) {
       put(answer_(*current), response);
       return HandlerResponse::Handled;

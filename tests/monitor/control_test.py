@@ -1,14 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Operators speak to a run through the page, and the record has each of them by name; an alarm at night reaches a mail
 server, the next address after a while, and nobody any more once it is acknowledged."""
+import http.client
+import json
+import os
 import pathlib
 import re
+import shutil
 import socket
+import ssl
+import subprocess
 import threading
 import time
 import unittest
 
-from programs import PASSWORD, Browser, Folder, Monitor, RealTimeRun, gyrotherm, key_of, monitor_command, until
+from programs import PASSWORD, SOURCE, Browser, Folder, Monitor, RealTimeRun, gyrotherm, key_of, monitor_command, until
 
 
 class MailServer(threading.Thread):
@@ -165,9 +171,6 @@ class Starts(unittest.TestCase):
     """What would let in whom nobody knows is refused before anything is listened at."""
 
     def starts(self, *options: str) -> tuple[int, str]:
-        import os
-        import subprocess
-
         with Folder() as folder:
             ran = subprocess.run(
                 [os.environ["GYROTHERM_MONITOR"], "--state", str(folder / "state"), *options],
@@ -230,6 +233,77 @@ class Starts(unittest.TestCase):
             self.assertIn(429, tries)
             self.assertNotIn(200, tries)
             self.assertEqual(monitor.stop(), 0)
+
+    def test_tls_is_spoken_where_it_was_asked_for(self) -> None:
+        with Folder() as folder:
+            certificate, key = folder / "page.pem", folder / "page.key"
+            made = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost"]
+            names = ["-addext", "subjectAltName=DNS:localhost", "-keyout", key, "-out", certificate]
+            subprocess.run([*made, *names], capture_output=True, check=True)
+            monitor_command(folder, "user", "add", "ada", "--role", "viewer", password=PASSWORD)
+            (folder / "runs").mkdir()
+            monitor = Monitor(folder, "--certificate", str(certificate), "--key", str(key), runs=folder / "runs")
+            trusted = ssl.create_default_context(cafile=str(certificate))
+            line = http.client.HTTPSConnection("localhost", monitor.port, context=trusted, timeout=10)
+            body = json.dumps({"name": "ada", "password": PASSWORD})
+            origin = {"Origin": f"https://localhost:{monitor.port}", "Content-Type": "application/json"}
+            line.request("POST", "/api/v1/login", body, origin)
+            reply = line.getresponse()
+            self.assertEqual(reply.status, 200, reply.read())
+            self.assertIn("; Secure", reply.headers["Set-Cookie"])
+            self.assertIn("HttpOnly; SameSite=Strict", reply.headers["Set-Cookie"])
+            line.close()
+            self.assertEqual(monitor.raw(b"GET / HTTP/1.1\r\nHost: localhost:%d\r\n\r\n" % monitor.port), b"")
+            old = ssl.create_default_context(cafile=str(certificate))
+            old.minimum_version, old.maximum_version = ssl.TLSVersion.TLSv1, ssl.TLSVersion.TLSv1_1
+            with self.assertRaises((ssl.SSLError, OSError)):
+                with socket.create_connection(("localhost", monitor.port), timeout=5) as plain:
+                    old.wrap_socket(plain, server_hostname="localhost")
+            self.assertEqual(monitor.stop(), 0)
+
+    def test_a_proxy_says_who_asks_and_how(self) -> None:
+        with Folder() as folder:
+            (folder / "runs").mkdir()
+            options = ("--behind-proxy", "--host", "rig.example.org")
+            alone = Monitor(folder, *options, runs=folder / "runs")
+            host = {"Host": "rig.example.org", "X-Forwarded-For": "10.1.2.3", "X-Forwarded-Proto": "https"}
+            self.assertEqual(
+                alone.ask("/api/v1/runs", None, host).status, 401, "an open door is for this machine alone"
+            )
+            self.assertEqual(alone.stop(), 0)
+            monitor_command(folder, "user", "add", "ada", "--role", "viewer", password=PASSWORD)
+            monitor = Monitor(folder, *options, runs=folder / "runs")
+            login = {"name": "ada", "password": PASSWORD}
+            page = host | {"Origin": "https://rig.example.org"}
+            self.assertEqual(monitor.ask("/api/v1/login", login, page).status, 200)
+            plain = host | {"Origin": "http://rig.example.org"}
+            self.assertEqual(monitor.ask("/api/v1/login", login, plain).status, 403)
+            wrong = [monitor.ask("/api/v1/login", login | {"password": "wrong wrong"}, page).status for _ in range(12)]
+            self.assertIn(429, wrong)
+            other = page | {"X-Forwarded-For": "10.1.2.3, 10.9.9.9"}
+            self.assertIn(monitor.ask("/api/v1/session", None, other).status, (200,))
+            self.assertEqual(monitor.stop(), 0)
+
+    def test_the_unit_is_understood_and_well_shut_in(self) -> None:
+        text = (SOURCE / "monitor/systemd/gyrotherm-monitor.service.in").read_text()
+        self.assertIn("MemoryMax=64M", text)
+        self.assertIn("Restart=always", text)
+        if not shutil.which("systemd-analyze"):
+            self.skipTest("systemd-analyze is not installed")
+        with Folder() as folder:
+            unit = folder / "gyrotherm-monitor.service"
+            unit.write_text(
+                text.replace("@GYROTHERM_BIN@/gyrotherm-monitor", "/bin/true").replace("@GYROTHERM_DOCS@", "/")
+            )
+            said = subprocess.run(["systemd-analyze", "verify", unit], capture_output=True, text=True, check=False)
+            self.assertNotIn("gyrotherm-monitor.service:", said.stdout + said.stderr)
+            judged = subprocess.run(
+                ["systemd-analyze", "security", "--offline=true", "--threshold=25", "--no-pager", unit],
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            self.assertEqual(judged.returncode, 0, judged.stdout[-300:])
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import socket
 import time
 import unittest
 
-from programs import PASSWORD, Browser, Folder, Monitor, RealTimeRun, key_of, monitor_command, until
+from programs import MOST_MEMORY_MB, PASSWORD, Browser, Folder, Monitor, RealTimeRun, key_of, monitor_command, until
 
 OVERLONG = b"a" * 3000
 STATES = ("execute", "suspended")
@@ -230,7 +230,7 @@ class Hostile(unittest.TestCase):
         self.assertTrue(until(lambda: self.tries(), 8))
         for line in lines:
             line.close()
-        self.assertLess(self.monitor.memory_mb, 64)
+        self.assertLess(self.monitor.memory_mb, MOST_MEMORY_MB)
         self.expect_undisturbed()
 
     def tries(self) -> bool:

@@ -19,6 +19,7 @@ MONITOR = os.environ["GYROTHERM_MONITOR"]
 GYROTHERM = os.environ["GYROTHERM_PROGRAM"]
 SOURCE = pathlib.Path(os.environ["GYROTHERM_SOURCE"])
 PASSWORD = "correct horse"
+MOST_MEMORY_MB = float(os.environ.get("GYROTHERM_MEMORY_MB", "64"))
 
 
 def until(condition: Callable[[], Any], seconds: float = 20, every: float = 0.05) -> Any:

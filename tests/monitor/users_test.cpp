@@ -59,6 +59,9 @@ TEST(Users, StandInAFileThatHasNoSecretAndIsTheirOwnersAlone) {
   EXPECT_EQ(facts.st_mode & 0777, 0600u);
   ::chmod(site.file.c_str(), 0640);
   EXPECT_FALSE(read_users(site.file)) << "a file that others read lets nobody in";
+  Users users(site.file);
+  EXPECT_FALSE(users.of_name("ada"));
+  EXPECT_TRUE(users.has_any()) << "and does not open the door";
 }
 
 TEST(Users, WhoIsRemovedIsOutAtOnce) {

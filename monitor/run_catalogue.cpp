@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <set>
 
+#include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
@@ -72,7 +73,7 @@ RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(std::mov
 RunCatalogue::Stamp RunCatalogue::stamp_of(const std::string& path) {
   return {.status_ns = changed_ns(record::status_path(path)),
           .record_ns = std::max(changed_ns(path), changed_ns(path + "-wal")),
-          .live_inode = inode_of(live_copy_path(path))};
+          .live_inode = inode_of(record::live_copy_path(path))};
 }
 
 void RunCatalogue::look_at(const std::string& path) {

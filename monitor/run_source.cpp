@@ -10,6 +10,7 @@
 #include <mutex>
 #include <tuple>
 
+#include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/schema.hpp"
@@ -55,15 +56,6 @@ SeenFiles& seen_files() {
   return seen;
 }
 
-Result<record::Database> open_live(const std::string& path) {
-  auto database = record::Database::open(path, record::Access::read_write, kLivePatienceMs);
-  if (!database) return database;
-  database->keep_log_on_close();
-  if (auto set = database->execute("PRAGMA query_only = ON; PRAGMA temp_store = MEMORY"); !set)
-    return failure(set.error());
-  return database;
-}
-
 std::string quoted(const std::string& name) { return '"' + name + '"'; }
 
 SeriesChannel channel_of_chamber(const char* column) { return {column, "°C", {}, quoted(column)}; }
@@ -80,13 +72,6 @@ SeriesChannel rate_of(const record::ChannelColumn& column, const record::UnitInf
 }
 
 }  // namespace
-
-std::string live_copy_path(const std::string& record_path) {
-  std::filesystem::path path(record_path);
-  const auto extension = path.extension().string();
-  path.replace_extension();
-  return path.string() + ".live" + extension;
-}
 
 std::vector<SeriesChannel> series_channels(const record::RunInfo& info) {
   std::vector<SeriesChannel> channels{channel_of_chamber("set_point_c"), channel_of_chamber("chamber_air_c"),
@@ -130,7 +115,8 @@ Result<record::Database> open_source(const SourceFile& file) {
     if (opened) seen_files().add(file.path, *state);
     return opened;
   }
-  auto database = file.live ? open_live(file.path) : record::Database::open(file.path, record::Access::read_only, 0);
+  auto database = record::Database::open(file.path, file.live ? record::Access::read_beside : record::Access::read_only,
+                                         file.live ? kLivePatienceMs : 0);
   if (!database || seen) return database;
   if (auto checked = record::check_schema(*database, file.path); !checked) return failure(checked.error());
   seen_files().add(file.path, *state);
@@ -153,7 +139,7 @@ Result<std::vector<SourceFile>> record_files(const std::string& record_path) {
 }  // namespace
 
 Result<std::vector<SourceFile>> source_files(const std::string& record_path, bool running) {
-  const std::vector live{SourceFile{.path = live_copy_path(record_path), .live = true}};
+  const std::vector live{SourceFile{.path = record::live_copy_path(record_path), .live = true}};
   std::error_code error;
   const bool has_live = std::filesystem::is_regular_file(live.front().path, error);
   if (running && has_live) return live;

@@ -18,9 +18,6 @@ namespace gyrotherm::monitor {
 
 inline constexpr std::int64_t kNoEnd = std::numeric_limits<std::int64_t>::max();
 
-/// "RUN.db" → "RUN.live.db".
-[[nodiscard]] std::string live_copy_path(const std::string& record_path);
-
 /// Something that can be drawn: a column of the record, or the rate that pulses and their interval make.
 struct SeriesChannel {
   std::string name;

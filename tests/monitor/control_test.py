@@ -129,6 +129,8 @@ class Control(unittest.TestCase):
         self.assertIn("To: ada@example.org", self.mail.letters[0])
         boss = self.folder / "boss.txt"
         self.assertTrue(until(boss.exists, 20), "nobody acknowledges: the next address")
+        memory = self.folder / "state" / "told.json"
+        self.assertTrue(until(lambda: '"steps": 2' in memory.read_text(), 10))
         self.monitor.kill()
         self.monitor.again()
         self.assertEqual(self.tell("acknowledge", alarm=str(alarm["number"])).status, 400, "without a comment")

@@ -16,6 +16,8 @@ const chart = (() => {
   // The legend is this page's own: the library's has styles in its markup, which the page does not allow.
   Dygraph.PLUGINS = Dygraph.PLUGINS.filter(plugin => plugin.prototype.toString() !== 'Legend Plugin');
 
+  const shown = {rows: []};
+
   function colour(i) {
     return getComputedStyle(document.documentElement)
       .getPropertyValue(`--c${(i % 8) + 1}`)
@@ -321,22 +323,22 @@ const chart = (() => {
         graph = null;
       }
       answer = found.json;
-      rows = rows_of(answer, started);
+      rows = shown.rows = rows_of(answer, started);
+      if (follows()) run.recent.forEach(take);
       refetch = performance.now();
       if (rows.length === 0) return set_text(said, 'Nothing was recorded in this stretch.');
       draw();
     }
 
+    function take(one) {
+      const places = answer.channels.map(channel => names.indexOf(channel.name));
+      add_sample(rows, answer, one, places, started);
+    }
+
     /// At most four drawings a second; the buckets are asked for anew once they have grown too many, or far.
     function sample(one) {
       if (!answer || !follows()) return;
-      add_sample(
-        rows,
-        answer,
-        one,
-        answer.channels.map(channel => names.indexOf(channel.name)),
-        started
-      );
+      take(one);
       const now = performance.now();
       if (now < due || !graph) return;
       due = now + 250;
@@ -379,5 +381,10 @@ const chart = (() => {
     };
   }
 
-  return {trend};
+  /// Rows of the chart that is shown in which no channel has a value; for tests.
+  function holes() {
+    return shown.rows.filter(row => row.slice(1).every(bar => Number.isNaN(bar[1]))).length;
+  }
+
+  return {trend, holes};
 })();

@@ -57,6 +57,8 @@ function take_sample(sample) {
   const run = page.run;
   if (run.sample && sample.slot <= run.sample.slot) return;
   run.sample = sample;
+  run.recent.push(sample);
+  if (run.recent.length > 300) run.recent.shift();
   run.sample_came = performance.now();
   if (page.view.sample) page.view.sample(sample);
 }
@@ -87,6 +89,7 @@ async function load_run(key) {
     status: found.json,
     channels: found.json.channels,
     sample: null,
+    recent: [], // samples that may have come while a chart was being asked for
     events: [],
     last_event: -1,
     plan: null,

@@ -131,12 +131,22 @@ class Page(unittest.TestCase):
         self.go("trend")
         self.press("//button[.='All']")
         self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".chart canvas"), 10))
+        self.expect_no_hole()
         self.press("//button[.='Zoom in']")
         self.sees("every second")
         self.assertIn("chart", self.browser.find_element(By.CSS_SELECTOR, ".chart").get_attribute("class"))
         kinds = [kind for kind, _ in self.events()]
         self.assertGreaterEqual(kinds.count("command"), 2)
         self.assertIn("acknowledged", kinds)
+
+    def expect_no_hole(self) -> None:
+        """Samples that come while a chart is asked for are in it: the chart's rows are read from the library's own."""
+        for _ in range(3):
+            self.browser.refresh()
+            self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, ".chart canvas"), 10))
+            time.sleep(2.5)
+            holes = self.browser.execute_script("return chart.holes()")
+            self.assertEqual(holes, 0)
 
     def events(self) -> list[tuple[str, str]]:
         found = Browser(self.monitor, "ada").ask(f"/api/v1/runs/{self.key}/events").json["events"]

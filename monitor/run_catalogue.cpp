@@ -72,6 +72,7 @@ RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(std::mov
 
 RunCatalogue::Stamp RunCatalogue::stamp_of(const std::string& path) {
   return {.status_ns = changed_ns(record::status_path(path)),
+          .status_inode = inode_of(record::status_path(path)),
           .record_ns = std::max(changed_ns(path), changed_ns(path + "-wal")),
           .live_inode = inode_of(record::live_copy_path(path))};
 }

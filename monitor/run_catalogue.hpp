@@ -52,7 +52,7 @@ class RunCatalogue {
  private:
   /// What a run's files looked like when they were last read.
   struct Stamp {
-    std::int64_t status_ns{-1}, record_ns{-1}, live_inode{-1};
+    std::int64_t status_ns{-1}, status_inode{-1}, record_ns{-1}, live_inode{-1};
     bool operator==(const Stamp&) const = default;
   };
   struct Entry {

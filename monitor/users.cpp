@@ -149,11 +149,12 @@ Result<void> Users::load() {
 /// A file that cannot be read lets nobody in, and does not open the door either.
 void Users::refresh() {
   struct stat facts {};
-  const auto now = ::stat(path_.c_str(), &facts) == 0
-                       ? std::int64_t{facts.st_mtim.tv_sec} * 1'000'000'000 + facts.st_mtim.tv_nsec
-                       : std::int64_t{-1};
-  if (now == changed_ns_) return;
-  changed_ns_ = now;
+  if (::stat(path_.c_str(), &facts) != 0) facts = {};
+  const std::tuple now{std::uint64_t{facts.st_ino},
+                       std::int64_t{facts.st_mtim.tv_sec} * 1'000'000'000 + facts.st_mtim.tv_nsec,
+                       std::int64_t{facts.st_size}};
+  if (now == seen_) return;
+  seen_ = now;
   auto list = read_users(path_);
   broken_ = !list;
   list_ = list ? std::move(*list) : UserList{};

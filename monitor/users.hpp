@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "core/form.hpp"
@@ -97,7 +98,8 @@ class Users {
   std::mutex mutex_, one_at_a_time_;
   UserList list_;
   bool broken_{};  ///< the file is there and cannot be read
-  std::int64_t changed_ns_{-1};
+  /// Of the file as it was read: its number, when it was changed, its size. The time alone may be the one of before.
+  std::tuple<std::uint64_t, std::int64_t, std::int64_t> seen_{};
 };
 
 }  // namespace gyrotherm::monitor

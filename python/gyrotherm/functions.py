@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every method ends in: one of four functions of the scaled inputs, and the variance of a Gaussian process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Callable
+
+import numpy as np
+
+from .errors import ModelError
+from .record import Numbers
+
+_MOST_DIFFERENCES = 4_000_000  # at a time: 32 MB
+
+
+def squared_distances(points: Numbers, centres: Numbers) -> Numbers:
+    """‖z − c‖², points × centres, from the differences, in which nothing cancels.
+
+    >>> squared_distances(np.array([[0.0, 0.0]]), np.array([[3.0, 4.0]])).tolist()
+    [[25.0]]
+    """
+    squares = np.zeros((len(points), len(centres)))
+    for point, centre in zip(points.T, centres.T):
+        squares += np.subtract.outer(point, centre) ** 2
+    return squares
+
+
+def _sum_of_gaussians(points: Numbers, centres: Numbers, widths: Numbers, weights: Numbers) -> Numbers:
+    """Σ_k w_k exp(−‖z − c_k‖²/(2 s_k²))."""
+    rows = max(1, _MOST_DIFFERENCES // max(1, len(centres)))
+    parts = [np.exp(squared_distances(points[i:i + rows], centres) / (-2 * widths**2)) @ weights
+             for i in range(0, len(points), rows)]
+    return np.concatenate(parts) if parts else np.zeros(0)
+
+
+@dataclass(frozen=True)
+class Function:
+    """f(z), and Σ|w|, by which its rounding grows."""
+
+    form: str
+    at: Callable[[Numbers], Numbers]
+    weight: float
+
+
+def _matrix(rows: Any, columns: int) -> Numbers:
+    return np.asarray(rows, dtype=np.float64).reshape(-1, columns)
+
+
+def _vector(numbers: Any) -> Numbers:
+    return np.asarray(numbers, dtype=np.float64)
+
+
+def function_from_json(function: dict[str, Any], inputs: int) -> Function:
+    """The function of a model file, of so many inputs."""
+    form, b = function["form"], float(function["b"])
+    if form == "svr":
+        beta, vectors = _vector(function["beta"]), _matrix(function["support_vectors"], inputs)
+        widths = np.full(beta.size, float(function["parameters"]["sigma"]))
+        return Function(form, lambda z: _sum_of_gaussians(z, vectors, widths, beta) + b, float(np.abs(beta).sum()))
+    if form == "linear":
+        weights = _vector(function["weights"])
+        return Function(form, lambda z: z @ weights + b, float(np.abs(weights).sum()))
+    if form == "expansion":
+        lengths, widths = _vector(function["lengths"]), _vector(function["widths"])
+        weights = _vector(function["weights"])
+        centres = _matrix(function["centres"], inputs) / lengths
+        slope = _vector(function["slope"]) if "slope" in function else np.zeros(inputs)
+        return Function(form, lambda z: _sum_of_gaussians(z / lengths, centres, widths, weights) + b + z @ slope,
+                        float(np.abs(weights).sum() + np.abs(slope).sum()))
+    if form == "network":
+        hidden, offsets = _matrix(function["weights"], inputs), _vector(function["offsets"])
+        out = _vector(function["out"])
+        return Function(form, lambda z: np.tanh(z @ hidden.T + offsets) @ out + b, float(np.abs(out).sum()))
+    raise ModelError(f'the function has the form "{form}", expected svr, linear, expansion or network')
+
+
+def variance_from_json(variance: dict[str, Any], inputs: int) -> Callable[[Numbers], Numbers]:
+    """What a Gaussian process knows of its own: φᵀSφ + σ_f² − |w|², φ = (z, w), w = L⁻¹k, in the target's variance."""
+    lengths, signal = _vector(variance["lengths"]), float(variance["signal"])
+    centres = _matrix(variance["centres"], inputs) / lengths
+    count = len(centres)
+    posterior, root = _matrix(variance["posterior"], inputs + count), _matrix(variance["root"], count)
+
+    def at(z: Numbers) -> Numbers:
+        kernel = signal**2 * np.exp(-0.5 * squared_distances(z / lengths, centres))
+        known = np.isfinite(kernel).all(axis=1)
+        w = np.full(kernel.shape, np.nan)
+        w[known] = np.linalg.solve(np.tril(root), kernel[known].T).T if count else kernel[known]
+        features = np.hstack([z, w])
+        seen = np.einsum("ij,ij->i", w, w)
+        value = np.einsum("ij,ij->i", features @ posterior, features) + np.maximum(signal**2 - seen, 0)
+        return np.maximum(value, 0)
+
+    return at

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Follows a run while it goes on, by the live copy that stands beside its record."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Callable
+
+from .database import live_path, opened
+from .errors import BeingWritten, RecordError
+from .record import Record, read_record, record_of
+from .table import table_of, to_pandas
+
+if TYPE_CHECKING:
+    import pandas
+
+_PATIENCE_S = 10.0  # for the record to be closed once its live copy is gone
+
+
+def _from_slot(record: Record, first: int) -> pandas.DataFrame:
+    """The seconds of a whole record from a slot on."""
+    frame = to_pandas(table_of(record, own_zero=False))
+    return frame[frame.index >= first]
+
+
+def _next_slot(record: Record, first: int) -> int:
+    last = int(record.slot[-1]) if record.slot.size else first - 1
+    return max([last, *(gap.last for gap in record.gaps)]) + 1
+
+
+def follow(path: str | os.PathLike[str], *, every_s: float = 1.0,
+           sleep: Callable[[float], None] = time.sleep) -> Iterator[pandas.DataFrame]:
+    """Yields the seconds of a run as they come, first all that there are: DataFrames like those of `to_pandas`. Ends
+    when the run has ended and its last second has been yielded. Looks every `every_s` at the live copy, RUN.live.db;
+    the record itself is left alone. Where the Earth's rate is not known nothing is removed from the bias: the first
+    hold may not be over. Raises `BeingWritten` if the run goes on and has no live copy."""
+    record_path, live = Path(path), live_path(path)
+    first, waited = 0, 0.0
+    while True:
+        try:
+            with opened(live) as database:
+                part = record_of(database, first)
+            waited = 0.0
+        except RecordError:
+            if live.exists():
+                raise
+            try:
+                whole = read_record(record_path)
+            except BeingWritten:  # just now closed, or never copied
+                if first == 0 or waited >= _PATIENCE_S:
+                    raise
+                waited += every_s
+                sleep(every_s)
+                continue
+            if (rest := _from_slot(whole, first)).size:
+                yield rest
+            return
+        if (after := _next_slot(part, first)) > first:
+            yield to_pandas(table_of(part, own_zero=False, first=first))
+            first = after
+        sleep(every_s)

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A trained compensation model: reads a model file and evaluates it with NumPy, as the program does."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Union
+
+import numpy as np
+
+from .budget import Uncertainty, of_mean_over
+from .clusters import Clusters
+from .errors import ModelError
+from .functions import function_from_json, variance_from_json
+from .record import Numbers
+from .stream import inputs_each_second
+from .terms import term_from_json
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+    from .run import Run
+
+SCHEMA = "gyrotherm-model/1"
+OUTSIDE = ("clamp", "refuse", "extrapolate")
+_ROUNDING = 1e-9  # of a range: what the rounding of a mean may amount to
+Predictable = Union["Run", Clusters, "pandas.DataFrame", "xarray.Dataset"]
+
+
+class Model:
+    """Predicts the bias in °/h, to be subtracted. `json` is the model file as it is."""
+
+    def __init__(self, content: dict[str, Any], file: str = "model") -> None:
+        if content.get("schema") != SCHEMA:
+            raise ModelError(f'{file}: schema "{content.get("schema", "")}", expected "{SCHEMA}"')
+        try:
+            self.json = content
+            self.method: str = content["method"]
+            self.cluster_length_s = float(content["cluster_length_s"])
+            self.terms = tuple(term_from_json(entry) for entry in content["terms"])
+            self.mean, self.std, self.min, self.max = (
+                np.array([float(entry[key]) for entry in content["terms"]]) for key in ("mean", "std", "min", "max"))
+            self.target_mean_deg_per_h = float(content["target"]["mean_deg_per_h"])
+            self.target_std_deg_per_h = float(content["target"]["std_deg_per_h"])
+            self.function = function_from_json(content["function"], len(self.terms))
+            self._variance = variance_from_json(content["variance"], len(self.terms)) if "variance" in content else None
+        except (KeyError, TypeError, ValueError) as error:
+            raise ModelError(f"{file}: is no model that can be evaluated: {error!r}") from error
+
+    def __repr__(self) -> str:
+        return f"<gyrotherm model: {self.method} on {', '.join(map(str, self.terms))}>"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The thermometers (and "self", "aux:NAME") that the model asks for."""
+        named = {name for term in self.terms for f in term.factors for name in (f.first, f.second) if name}
+        return tuple(sorted(named))
+
+    @property
+    def axis(self) -> tuple[str, str]:
+        """Unit and axis that it was trained on; empty where the record had one."""
+        first = self.json["trained_on"][0] if self.json.get("trained_on") else {}
+        return first.get("unit", ""), first.get("axis", "")
+
+    @property
+    def rounding_deg_per_h(self) -> float:
+        """Within what two evaluations of the model agree: 1e-12 of the bias' STD in training, and more as the weights
+        add up to more than 1000."""
+        return 1e-12 * self.target_std_deg_per_h * max(1.0, self.function.weight / 1000)
+
+    def within_range(self, inputs: Numbers, outside: str = "clamp") -> Numbers:
+        """Unscaled inputs (rows × terms) after the policy. clamp: one beyond the trained range is moved to its nearer
+        end; refuse: its row becomes NaN; extrapolate: as it is."""
+        if outside not in OUTSIDE:
+            raise ModelError(f'outside="{outside}" is no policy, expected {", ".join(OUTSIDE)}')
+        if outside == "extrapolate":
+            return inputs
+        known = np.isfinite(inputs).all(axis=1)
+        beyond = np.maximum(self.min - inputs, inputs - self.max) > _ROUNDING * (self.max - self.min)
+        rows = known & beyond.any(axis=1)
+        moved = inputs.copy()
+        moved[rows] = np.clip(inputs[rows], self.min, self.max) if outside == "clamp" else np.nan
+        return moved
+
+    def predict_inputs(self, inputs: Numbers) -> Numbers:
+        """The bias of rows of unscaled inputs (rows × terms), °/h; NaN where an input is not finite."""
+        known = np.isfinite(inputs).all(axis=1)
+        bias = np.full(len(inputs), np.nan)
+        bias[known] = self.function.at((inputs[known] - self.mean) / self.std)
+        return bias * self.target_std_deg_per_h + self.target_mean_deg_per_h
+
+    def inputs_of(self, of: Predictable) -> tuple[Numbers, pandas.Index]:
+        """The model's unscaled inputs, rows × terms, and the time of each row."""
+        import pandas
+
+        if isinstance(of, Clusters):
+            if of.length_s != self.cluster_length_s:
+                raise ModelError(f"the clusters are of {of.length_s:g} s, the model of {self.cluster_length_s:g} s")
+            return of.inputs(self.terms), pandas.Index(of.start_s, name="start_s")
+        columns, time = _columns(of, self)
+        return inputs_each_second(self.terms, columns, self.cluster_length_s), time
+
+    def predict(self, of: Predictable, outside: str = "clamp") -> pandas.Series:
+        """The bias in °/h, to be subtracted. Of clusters: of each mean, by its start. Of a run, or a frame or Dataset
+        with a row per second and a column for each of `names`: in each second from the means over the last cluster
+        length (causal: it lags by half of that), NaN until there are enough rows and where a reading is missing."""
+        import pandas
+
+        inputs, time = self.inputs_of(of)
+        return pandas.Series(self.predict_inputs(self.within_range(inputs, outside)), index=time, name="bias_deg_per_h")
+
+    def predict_std(self, of: Predictable, outside: str = "clamp") -> pandas.Series:
+        """The standard deviation of the function, °/h, as far as the model knows it (a Gaussian process): without the
+        noise of a mean, and without what the thermometers do after the training."""
+        import pandas
+
+        if self._variance is None:
+            raise ModelError(f"standard deviation: a model of {self.method} does not know it")
+        inputs, time = self.inputs_of(of)
+        scaled = (self.within_range(inputs, outside) - self.mean) / self.std
+        return pandas.Series(self.target_std_deg_per_h * np.sqrt(self._variance(scaled)), index=time,
+                             name="std_deg_per_h")
+
+    def uncertainty(self, averaging_s: float | None = None) -> Uncertainty:
+        """What the model's budget comes to for a mean of compensated bias over that time; its cluster length if none is
+        given."""
+        if "uncertainty" not in self.json:
+            raise ModelError("the model has no budget")
+        return of_mean_over(self.json["uncertainty"], averaging_s or self.cluster_length_s)
+
+
+def _columns(of: Any, model: Model) -> tuple[dict[str, Numbers], pandas.Index]:
+    """Columns of seconds by the names of the model's inputs, and their times."""
+    import pandas
+
+    if hasattr(of, "inputs_each_second"):  # a run
+        of = of.inputs_each_second(*model.axis)
+    elif not hasattr(of, "columns"):  # a Dataset of xarray
+        of = of.to_dataframe()
+    if not isinstance(of, pandas.DataFrame):
+        raise ModelError(f"cannot predict of a {type(of).__name__}: give a run, clusters, a DataFrame or a Dataset")
+    if missing := [name for name in model.names if name not in of.columns]:
+        raise ModelError(f'no column "{missing[0]}"; there are {", ".join(map(str, of.columns))}')
+    return {name: of[name].to_numpy(dtype=np.float64) for name in model.names}, of.index
+
+
+def load_model(path: str | os.PathLike[str]) -> Model:
+    """Reads a model file. Raises `ModelError`."""
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ModelError(f"{path}: {error.strerror or error}, expected a model file") from None
+    except ValueError as error:
+        raise ModelError(f"{path}: {error}, expected a model file") from None
+    if not isinstance(content, dict):
+        raise ModelError(f"{path}: is no object, expected a model file")
+    return Model(content, str(path))

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A run as recorded: what `gyrotherm.open` returns."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .axis import AxisColumns, axis_columns, choose_axis
+from .clusters import Clusters, make_clusters
+from .errors import RecordError
+from .folds import DEFAULT_BLOCKS, Rows, folds
+from .info import Axis, RunInfo
+from .record import EVENT_COLUMNS, FAULT_COLUMNS, Record, read_record
+from .table import Table, table_of, to_pandas, to_xarray
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+
+class Run:
+    """A run, read whole. Nothing of the file stays open."""
+
+    def __init__(self, path: str | os.PathLike[str], record: Record) -> None:
+        self.path = Path(path)
+        self.record = record  #: raw, a row per sample
+        self._clusters: dict[tuple[str, str, float], Clusters] = {}
+
+    def __repr__(self) -> str:
+        of = "SIMULATED run" if self.info.simulated else "run"
+        axes = ", ".join(axis.label for axis in self.axes)
+        return f"<{of} of {self.info.profile_name}, {self.record.slot.size} s, {axes or 'no gyro'}>"
+
+    @property
+    def info(self) -> RunInfo:
+        """What the record knew before its first second."""
+        return self.record.info
+
+    @property
+    def finished(self) -> bool:
+        """Whether the profile came to its end."""
+        return self.record.finished
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """All axes of all units under test."""
+        return self.info.axes
+
+    @property
+    def events(self) -> pandas.DataFrame:
+        """What happened, in order: slot, time since the start, UTC, kind, …"""
+        import pandas
+
+        frame = pandas.DataFrame(self.record.events, columns=list(EVENT_COLUMNS))
+        frame["time_s"] = frame.pop("monotonic_ns").astype(np.float64) / 1e9
+        frame["utc"] = pandas.to_datetime(frame.pop("utc_ns").astype(np.int64), unit="ns", utc=True)
+        return frame[["slot", "time_s", "utc", "kind", "interlock", "reaction", "segment", "channel", "text"]]
+
+    @property
+    def faults(self) -> pandas.DataFrame:
+        """Why a value of a sample is NaN: slot, channel, kind, where, what."""
+        import pandas
+
+        return pandas.DataFrame(self.record.faults, columns=list(FAULT_COLUMNS))
+
+    @property
+    def gaps(self) -> pandas.DataFrame:
+        """Slots that have no sample, and why."""
+        import pandas
+
+        rows = [(gap.first, gap.last, gap.cause) for gap in self.record.gaps]
+        return pandas.DataFrame(rows, columns=["first", "last", "cause"])
+
+    @property
+    def segments(self) -> pandas.DataFrame:
+        """The expanded profile, with the seconds that each segment has in the record."""
+        import pandas
+
+        seconds = np.bincount(self.record.segment[self.record.segment >= 0], minlength=len(self.info.segments))
+        rows = [{**vars(segment), "seconds": int(count)} for segment, count in zip(self.info.segments, seconds)]
+        return pandas.DataFrame(rows)
+
+    def _table(self, is_calibrated: bool) -> Table:
+        return table_of(self.record, is_calibrated)
+
+    def to_pandas(self, *, calibrated: bool = True) -> pandas.DataFrame:
+        """Every second from the start to the end, NaN in gaps; temperatures calibrated unless asked otherwise, bias in
+        °/h, raw counts beside it. Units are in `attrs["columns"]`."""
+        return to_pandas(self._table(calibrated))
+
+    def to_xarray(self, *, calibrated: bool = True) -> xarray.Dataset:
+        """The same as a Dataset, units in the attributes of each variable."""
+        return to_xarray(self._table(calibrated))
+
+    def axis(self, unit: str = "", axis: str = "") -> AxisColumns:
+        """One axis as a model sees it; names may be left out where there is one. A label like "u1.x" will do."""
+        try:
+            return axis_columns(self.record, choose_axis(self.info, unit, axis))
+        except RecordError as error:
+            raise RecordError(f"{self.path}: {error}") from None
+
+    def inputs_each_second(self, unit: str = "", axis: str = "") -> pandas.DataFrame:
+        """The inputs of a model and "bias", on the grid of seconds: NaN in gaps."""
+        frame = self.axis(unit, axis).to_pandas()
+        if self.info.imported:
+            raise RecordError(f"{self.path}: an imported record has rows at its own times; take its clusters")
+        return frame.reindex(np.arange(int(frame.index[-1]) + 1, dtype=np.float64)).rename_axis("time_s")
+
+    def clusters(self, unit: str = "", axis: str = "", length_s: float = 100) -> Clusters:
+        """The means of one axis over 100 s, on which models are trained and judged. They are made once."""
+        if not self.finished:
+            raise RecordError(f'{self.path}: the run has not finished; "gyrotherm resume" ends it')
+        key, info = (unit, axis, length_s), self.info
+        if key not in self._clusters:
+            columns = self.axis(unit, axis)
+            try:
+                made = make_clusters(columns, length_s, info.id, info.profile_name, info.simulated)
+            except RecordError as error:
+                raise RecordError(f"{self.path}: {error}") from None
+            self._clusters[key] = made
+        return self._clusters[key]
+
+    def folds(self, by: str = "auto", *, unit: str = "", axis: str = "", blocks: int = DEFAULT_BLOCKS,
+              guard_minutes: float | None = None) -> list[tuple[Rows, Rows]]:
+        """Rows of `clusters(unit, axis)` to learn from and held out, of each fold, as the program takes them."""
+        return folds(self.clusters(unit, axis), by, blocks=blocks, guard_minutes=guard_minutes)
+
+
+def open_run(path: str | os.PathLike[str]) -> Run:
+    """Reads a record, all files that it consists of. Raises `BeingWritten` while its run goes on: `follow` is for that.
+    Whether it is as it was written is for `gyrotherm status RUN.db --verify` to say."""
+    return Run(path, read_record(Path(path)))

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Inputs of a model second by second, as `compensate` makes them: trailing means, their rates and lags."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .clusters import SECONDS_PER_MINUTE, lags
+from .record import Numbers
+from .terms import Factor, Term, evaluate
+
+
+def sliding_means(values: Numbers, length: int) -> Numbers:
+    """Means of the last `length` values, NaN before there are as many. A window is the rest of one block of `length`
+    and the beginning of the next, each summed anew: nothing is subtracted, so that nothing drifts and a NaN leaves.
+
+    >>> sliding_means(np.array([1.0, 2.0, np.nan, 4.0, 5.0, 6.0]), 2).tolist()
+    [nan, 1.5, nan, nan, 4.5, 5.5]
+    """
+    blocks = -(-values.size // length)
+    padded = np.full(blocks * length, np.nan)
+    padded[:values.size] = values
+    table = padded.reshape(blocks, length)
+    begun = np.cumsum(table, axis=1)
+    ends = np.zeros_like(table)  # of the block before, behind each place
+    ends[1:, :-1] = np.cumsum(table[:-1, :0:-1], axis=1)[:, ::-1]
+    ends[0, :-1] = np.nan
+    return ((begun + ends) / length).ravel()[:values.size]
+
+
+def _lag_each_second(means: Numbers, length: int, time_constant_s: int) -> Numbers:
+    """Each second those of the means a cluster length apart that end with it: so many series beside each other."""
+    blocks = -(-means.size // length)
+    padded = np.full(blocks * length, np.nan)
+    padded[:means.size] = means
+    elapsed = np.full(blocks, float(length))
+    constants = np.full(length, float(time_constant_s))
+    return lags(padded.reshape(blocks, length), elapsed, constants).ravel()[:means.size]
+
+
+def inputs_each_second(terms: Sequence[Term], columns: dict[str, Numbers], length_s: float) -> Numbers:
+    """The terms, seconds × terms, from temperatures in °C once a second."""
+    length = max(1, round(length_s))
+    means = {name: sliding_means(values, length) for name, values in columns.items()}
+    known: dict[Factor, Numbers] = {}
+
+    def value_of(factor: Factor) -> Numbers:
+        if factor not in known:
+            mean = means[factor.first]
+            if factor.kind == "rate":
+                before = np.concatenate([np.full(min(length, mean.size), np.nan), mean[:-length]])[:mean.size]
+                known[factor] = (mean - before) * (SECONDS_PER_MINUTE / length_s)
+            elif factor.kind == "lag":
+                known[factor] = _lag_each_second(mean, length, factor.time_constant_s)
+            elif factor.kind == "gradient":
+                known[factor] = mean - means[factor.second]
+            else:
+                known[factor] = mean
+        return known[factor]
+
+    return np.column_stack(evaluate(terms, value_of))

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A run is followed by its live copy: an SQLite file in write-ahead mode that another connection goes on writing."""
+
+import shutil
+import sqlite3
+import unittest
+
+from program import InAFolder, record
+
+import pandas as pd
+
+import gyrotherm as module
+
+
+class Follow(InAFolder):
+    def setUp(self):
+        whole = self.folder / "whole.db"
+        if not whole.exists():
+            record(whole)
+        self.whole = module.open(whole)
+        self.path, self.live = self.folder / "run.db", self.folder / "run.live.db"
+        shutil.copy(whole, self.live)
+        self.writer = sqlite3.connect(self.live, isolation_level=None)
+        self.writer.execute("PRAGMA journal_mode = WAL")
+        self.writer.execute("ATTACH ? AS whole", (str(whole),))
+        for table in ("sample", "event"):
+            self.writer.execute(f"DELETE FROM main.{table} WHERE slot >= 3000")
+        self.writer.execute("DELETE FROM main.meta WHERE key = 'outcome'")
+
+    def tearDown(self):
+        self.writer.close()
+        for path in self.folder.glob("run*"):
+            path.unlink()
+
+    def advance(self, first, last):
+        for table in ("sample", "event"):
+            self.writer.execute(f"INSERT INTO main.{table} SELECT * FROM whole.{table} WHERE slot BETWEEN ? AND ?",
+                                (first, last))
+
+    def close(self):
+        """The record is closed and its live copy removed, as at the end of a run."""
+        shutil.copy(self.folder / "whole.db", self.path)
+        self.writer.close()
+        for path in self.folder.glob("run.live*"):
+            path.unlink()
+
+    def test_yields_each_second_once(self):
+        steps = [lambda: self.advance(3000, 3099), lambda: None, lambda: self.advance(3100, 3100), self.close]
+        pieces = list(module.follow(self.path, sleep=lambda seconds: steps.pop(0)()))
+        self.assertEqual([len(piece) for piece in pieces], [3000, 100, 1, 6499])
+        pd.testing.assert_frame_equal(pd.concat(pieces), self.whole.to_pandas(), check_categorical=False)
+
+    def test_a_live_copy_can_be_opened_and_stays_as_it_is(self):
+        before = {p.name for p in self.folder.iterdir()}
+        self.assertEqual(len(module.open(self.live).to_pandas()), 3000)
+        self.assertEqual({p.name for p in self.folder.iterdir()}, before)
+
+    def test_a_closed_record_is_yielded_whole(self):
+        self.close()
+        pieces = list(module.follow(self.path))
+        self.assertEqual([len(piece) for piece in pieces], [9600])
+
+
+if __name__ == "__main__":
+    unittest.main()

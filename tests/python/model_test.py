@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Predictions are the program's, of each method and each kind of input, to 1e-12 of the bias' STD in training (and more
+where the function's weights add up to more than 1000: docs/files.md)."""
+
+import json
+import re
+import sqlite3
+import unittest
+from concurrent.futures import ThreadPoolExecutor
+
+from program import InAFolder, gyrotherm, record
+
+import numpy as np
+import pandas as pd
+
+import gyrotherm as module
+
+TERMS = "A,rate:A,lag:600:B,A^2,A^3,A-B^2,A*rate:A,A*A-B,lag:600:A*A*rate:B"
+
+
+def methods():
+    """All that `train --help` lists."""
+    words = re.search(r"--method TEXT[^\n]*\n\s*([a-z, -]+)\(default", gyrotherm("train", "--help"))
+    return [word.strip() for word in words[1].split(",")]
+
+
+class Predictions(InAFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.path = record(cls.folder / "run.db")
+
+    def predicted(self, model, path, *more):
+        """What the program predicts of each second: raw bias less what `export --compensated` leaves."""
+        out = model.with_suffix(".csv")
+        gyrotherm("export", path, "--compensated", "--model", model, "--out", out, "--unverified", *more)
+        table = pd.read_csv(out, comment="#", float_precision="round_trip", index_col="time [s]")
+        return table["bias [°/h]"] - table["compensated [°/h]"]
+
+    def agree(self, path, file):
+        run, model = module.open(path), module.load_model(file)
+        program, ours = self.predicted(file, path), model.predict(run)
+        allowed = model.rounding_deg_per_h + 4 * np.finfo(float).eps * np.abs(run.axis().bias_deg_per_h).max()
+        np.testing.assert_array_equal(program.isna(), ours.isna())
+        self.assertGreater(ours.notna().sum(), len(ours) / 2)
+        self.assertLess((program - ours).abs().max(), allowed, file)
+        clusters = run.clusters()  # the last second of each stands for its mean
+        means = model.predict(clusters)
+        at_ends = program.loc[clusters.start_s + clusters.length_s - 1].to_numpy()
+        self.assertLess(np.nanmax(np.abs(means - at_ends)), 100 * allowed, file)  # means are summed in another order
+        residual = module.figures(clusters.bias_deg_per_h - means)
+        verified = json.loads(gyrotherm("verify", file, path, "--json", "--unverified"))["compensated"]
+        for key, value in (("std_deg_per_h", residual.std), ("rmse_deg_per_h", residual.rmse)):
+            self.assertLess(abs(verified[key] - value), allowed, (file, key))
+        self.assertEqual(verified["count"], residual.count)
+
+    def train(self, path, name, *words):
+        file = self.folder / f"{name}.json"
+        gyrotherm("train", path, "--quick", "--threads", 1, "--out", file, *words)
+        return file
+
+    def test_of_each_method(self):
+        names = methods()
+        self.assertGreaterEqual(len(names), 15)
+        with ThreadPoolExecutor(2) as pool:
+            files = list(pool.map(lambda name: self.train(self.path, name, "--method", name), names))
+        forms = set()
+        for name, file in zip(names, files):
+            with self.subTest(name):
+                forms.add(module.load_model(file).function.form)
+                self.agree(self.path, file)
+        self.assertEqual(forms, {"svr", "linear", "expansion", "network"})
+
+    def test_of_each_kind_of_input(self):
+        self.agree(self.path, self.train(self.path, "terms", "--method", "linear", "--inputs", TERMS))
+
+    def test_of_what_a_unit_tells_of_itself(self):
+        mixed = record(self.folder / "mixed.db", rig="virtual-mixed")
+        database = sqlite3.connect(mixed)  # its own temperature stands still there
+        database.execute('UPDATE sample SET "gyro.temperature" = round(A + 0.3 * B), "gyro.acceleration_x" = slot % 977')
+        database.execute("""UPDATE sample SET "gyro.temperature" = NULL WHERE slot BETWEEN 2050 AND 2060""")
+        database.commit()
+        database.close()
+        run = module.open(mixed)
+        self.assertEqual(run.clusters().names[-4:], ("aux:acceleration_z", "self", "aux:frames", "aux:flagged"))
+        self.agree(mixed, self.train(mixed, "own", "--unverified", "--method", "ridge-u", "--inputs",
+                                     "self,aux:acceleration_x,rate:self,lag:300:self,self*A"))
+
+    def test_beyond_the_trained_range(self):
+        file = self.train(self.path, "part", "--method", "linear", "--inputs", "A,B", "--clusters", "0:60")
+        run, model = module.open(self.path), module.load_model(file)
+        for outside in ("clamp", "refuse", "extrapolate"):
+            program, ours = self.predicted(file, self.path, "--outside", outside), model.predict(run, outside)
+            np.testing.assert_array_equal(program.isna(), ours.isna())
+            self.assertLess((program - ours).abs().max(), 1e-12 * model.target_std_deg_per_h)
+
+    def test_of_frames_and_datasets_with_a_row_per_second(self):
+        file = self.train(self.path, "frame", "--method", "linear", "--inputs", "A,A-B")
+        run, model = module.open(self.path), module.load_model(file)
+        for seconds in (run.to_pandas(), run.to_xarray()):
+            np.testing.assert_array_equal(model.predict(seconds), model.predict(run))
+        with self.assertRaisesRegex(module.ModelError, 'no column "A"'):
+            model.predict(run.to_pandas()[["B"]])
+
+    def test_the_budget_is_the_programs(self):
+        file = self.train(self.path, "budget", "--method", "gp")
+        model = module.load_model(file)
+        combined = model.json["uncertainty"]["combined"]
+        uncertainty = model.uncertainty(model.json["uncertainty"]["averaging_s"])
+        self.assertAlmostEqual(uncertainty.expanded_deg_per_h, combined["U_deg_per_h"], delta=1e-12)
+        self.assertAlmostEqual(uncertainty.coverage_factor, combined["k"], delta=1e-9)
+        out = self.folder / "budget.csv"
+        gyrotherm("export", self.path, "--compensated", "--model", file, "--out", out)
+        last = pd.read_csv(out, comment="#", float_precision="round_trip").iloc[:, -1].dropna()
+        self.assertAlmostEqual(model.uncertainty().expanded_deg_per_h, last.iloc[0], delta=1e-12)
+        self.assertTrue((model.predict_std(module.open(self.path).clusters()).dropna() > 0).all())
+
+    def test_with_a_type_prior(self):
+        units = []
+        for seed in range(1, 4):
+            units.append(self.folder / f"unit-{seed}.db")
+            gyrotherm("run", "tests/python/two_cycles.toml", "--rig", "profiles/rigs/virtual.toml", "--seed", seed,
+                      "--out", units[-1], "--quiet")
+        gyrotherm("type-prior", *units, "--out", self.folder / "prior.json")
+        file = self.folder / "prior-model.json"
+        gyrotherm("train", self.path, "--prior", self.folder / "prior.json", "--clusters", "0:40", "--out", file)
+        self.assertEqual(module.load_model(file).method, "type-prior")
+        self.agree(self.path, file)
+
+    def test_files_that_are_no_models_are_refused(self):
+        for text, why in (("{", "expected a model file"), ("[]", "no object"), ('{"schema": "x"}', 'schema "x"'),
+                          ('{"schema": "gyrotherm-model/1"}', "cannot|no model")):
+            (self.folder / "bad.json").write_text(text)
+            with self.assertRaisesRegex(module.ModelError, why):
+                module.load_model(self.folder / "bad.json")
+
+
+class Folds(InAFolder):
+    def test_are_the_programs(self):
+        """Least squares on these folds leave what the program's held-out residual says, cluster by cluster."""
+        path = record(self.folder / "run.db")
+        run = module.open(path)
+        for by in ("cycles", "blocks"):
+            file = self.folder / f"{by}.json"
+            gyrotherm("train", path, "--method", "linear", "--inputs", "A,A-B,A-C", "--folds", by, "--out", file)
+            model, clusters = module.load_model(file), run.clusters()
+            inputs = np.column_stack([np.ones(len(clusters)), clusters.inputs(model.terms)])
+            left = np.full(len(clusters), np.nan)
+            for training, held_out in run.folds(by):
+                weights, *_ = np.linalg.lstsq(inputs[training], clusters.bias_deg_per_h[training], rcond=None)
+                left[held_out] = clusters.bias_deg_per_h[held_out] - inputs[held_out] @ weights
+            np.testing.assert_allclose(left, model.json["leave_cycle_out_residual_deg_per_h"], rtol=0, atol=1e-10)
+            rmse = model.json["leave_cycle_out"]["rmse_deg_per_h"]
+            self.assertAlmostEqual(module.figures(left).rmse, rmse, delta=1e-12)
+
+    def test_of_several_records(self):
+        clusters = module.open(record(self.folder / "one.db")).clusters()
+        by_records = module.folds([clusters, clusters, clusters], "records")
+        self.assertEqual([len(held_out) for _, held_out in by_records], [96] * 3)
+        self.assertEqual([len(training) for training, _ in by_records], [192] * 3)
+        with self.assertRaisesRegex(module.RecordError, "one of another"):
+            module.folds([clusters, clusters], "programs")
+        self.assertEqual(len(module.folds([clusters, clusters], "cycles")), 4)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A record in pandas and xarray has what the program says that it has."""
+
+import shutil
+import sqlite3
+import time
+import unittest
+
+from program import SOURCE, InAFolder, gyrotherm, record, start
+
+import numpy as np
+import pandas as pd
+
+import gyrotherm as module
+
+
+def exported(path, out):
+    """What `export` makes of a record."""
+    gyrotherm("export", path, "--out", out, "--unverified")
+    return pd.read_csv(out, comment="#", float_precision="round_trip")
+
+
+class Record(InAFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.path = record(cls.folder / "run.db")
+        cls.run_ = module.open(cls.path)
+
+    def test_has_the_values_of_export(self):
+        frame, table = self.run_.to_pandas(calibrated=False), exported(self.path, self.folder / "run.csv")
+        self.assertEqual(len(frame), len(table))
+        for title, name in (("A [°C]", "A"), ("shell [°C]", "shell"), ("set point [°C]", "set_point_c"),
+                            ("chamber air [°C]", "chamber_air_c"),
+                            ("gyro [pulses of 0.1 arcsec]", "pulses"), ("gyro interval [s]", "interval_s"),
+                            ("true bias [°/h]", "true_bias_deg_per_h"), ("phase", "phase")):
+            np.testing.assert_array_equal(table[title].to_numpy(), frame[name].to_numpy(), err_msg=title)
+
+    def test_says_units_axes_and_that_it_is_simulated(self):
+        dataset = self.run_.to_xarray()
+        self.assertIn("SIMULATED", dataset.attrs["source"])
+        self.assertIn("SIMULATED", repr(self.run_))
+        self.assertEqual(dataset["A"].attrs["units"], "degC")
+        self.assertEqual(dataset["bias_deg_per_h"].attrs["bias_zero"], "earth rate removed")
+        self.assertEqual(self.run_.to_pandas().attrs["columns"]["bias_deg_per_h"]["units"], "degree/hour")
+        self.assertEqual([axis.label for axis in self.run_.axes], ["gyro"])
+        self.assertEqual(str(dataset["utc"].values[0]), "2026-01-01T00:00:01.000000000")
+        self.assertEqual(self.run_.segments["seconds"].sum(), len(dataset["time_s"]))
+        self.assertEqual(self.run_.events["kind"].iloc[0], "started")
+
+    def test_bias_is_arcsec_per_pulse_over_the_exact_interval_less_earth_rate(self):
+        axis, frame = self.run_.axes[0], self.run_.to_pandas()
+        expected = axis.scale * frame["pulses"] / frame["interval_s"] - axis.earth_rate_deg_per_h
+        np.testing.assert_array_equal(frame["bias_deg_per_h"], expected)
+        self.assertLess(abs((frame["bias_deg_per_h"] - frame["true_bias_deg_per_h"]).mean()), 0.01)
+
+    def test_reading_changes_nothing(self):
+        before = self.files()
+        module.open(self.path).to_pandas()
+        self.assertEqual(self.files(), before)
+
+    def test_refuses_what_is_no_record(self):
+        (self.folder / "text.db").write_text("no record " * 100)
+        sqlite3.connect(self.folder / "other.db").execute("CREATE TABLE a(b)").connection.close()
+        for name, why in (("none.db", "No such file"), ("text.db", "not a database"), ("other.db", "not a gyrotherm"),
+                          (".", "no regular file")):
+            with self.assertRaisesRegex(module.RecordError, why):
+                module.open(self.folder / name)
+        shutil.copy(self.path, self.folder / "journal.db")
+        (self.folder / "journal.db-journal").write_bytes(b"")
+        with self.assertRaisesRegex(module.RecordError, "journal"):
+            module.open(self.folder / "journal.db")
+
+    def test_calibration_is_applied(self):
+        copy = self.folder / "calibrated.db"
+        shutil.copy(self.path, copy)
+        database = sqlite3.connect(copy)
+        database.execute("UPDATE channel SET offset_k = 0.25 WHERE name = 'A'")
+        database.execute("UPDATE channel SET polynomial = '0.5,1.01,-0.0001' WHERE name = 'B'")
+        database.commit()
+        database.close()
+        run = module.open(copy)
+        raw, frame = run.to_pandas(calibrated=False), run.to_pandas()
+        np.testing.assert_array_equal(frame["A"], raw["A"] + 0.25)
+        np.testing.assert_allclose(frame["B"], 0.5 + 1.01 * raw["B"] - 0.0001 * raw["B"] ** 2, rtol=1e-15)
+        self.assertEqual(run.to_xarray()["A"].attrs["calibration"], "applied")
+
+    def test_faults_and_gaps_are_nan(self):
+        copy = self.folder / "gaps.db"
+        shutil.copy(self.path, copy)
+        database = sqlite3.connect(copy)
+        database.execute("DELETE FROM sample WHERE slot BETWEEN 1000 AND 1009")
+        database.execute("INSERT INTO gap VALUES(1000, 1009, 'tested', 0)")
+        database.execute("UPDATE sample SET C = NULL, pulses = NULL, interval_ns = NULL WHERE slot = 1500")
+        database.commit()
+        database.close()
+        run = module.open(copy)
+        frame, table = run.to_pandas(), exported(copy, self.folder / "gaps.csv")
+        self.assertEqual(len(frame), len(table) + 10)
+        self.assertTrue(frame.loc[1000:1009, ["A", "bias_deg_per_h"]].isna().all(axis=None))
+        self.assertTrue((frame.loc[1000:1009, "segment"] == -1).all())
+        self.assertTrue(frame.loc[1500, ["C", "bias_deg_per_h"]].isna().all())
+        self.assertEqual(run.gaps.to_numpy().tolist(), [[1000, 1009, "tested"]])
+        clusters = run.clusters()
+        self.assertEqual(len(clusters), 94)
+        self.assertFalse({1000.0, 1500.0} & set(clusters.start_s))
+        rates = dict(zip(clusters.start_s, clusters.rate_c_per_min[:, 0]))
+        self.assertTrue(np.isnan(rates[1100.0]) and np.isfinite(rates[1200.0]))
+
+
+class Turned(InAFolder):
+    def test_the_earths_rate_has_the_other_sign_and_no_bias_is_from_before_the_prompt(self):
+        path = record(self.folder / "two.db", profile="profiles/two-position.toml")
+        frame = module.open(path).to_pandas()
+        self.assertLess(frame["bias_deg_per_h"].abs().max(), 2)  # the Earth's rate, 10.6 °/h, is gone on both sides
+        model, out = self.folder / "two.json", self.folder / "two.csv"
+        gyrotherm("train", path, "--method", "linear", "--inputs", "A", "--folds", "blocks:4", "--out", model)
+        gyrotherm("export", path, "--compensated", "--model", model, "--out", out)
+        table = pd.read_csv(out, comment="#", float_precision="round_trip")
+        np.testing.assert_array_equal(table["bias [°/h]"], frame["bias_deg_per_h"].to_numpy())
+
+
+class UnknownEarthRate(InAFolder):
+    def test_the_mean_of_the_first_hold_is_removed(self):
+        path = record(self.folder / "run.db")
+        database = sqlite3.connect(path)
+        database.execute("UPDATE axis SET earth_rate_deg_per_h = NULL")
+        database.commit()
+        database.close()
+        axis = module.open(path).axis()
+        self.assertEqual(axis.bias_zero, "mean of the first hold removed")
+        self.assertLess(abs(axis.bias_deg_per_h[:1200].mean()), 1e-12)
+
+
+class Lot(InAFolder):
+    def test_each_axis_is_there_and_has_to_be_named(self):
+        run = module.open(record(self.folder / "run.db", rig="virtual-tetrad"))
+        labels = [axis.label for axis in run.axes]
+        self.assertEqual(len(labels), 4)
+        with self.assertRaisesRegex(module.RecordError, "choose one with unit= and axis="):
+            run.clusters()
+        for label in labels:
+            self.assertEqual(run.clusters(label).label, label)
+            self.assertEqual(run.to_xarray()[f"{label}.bias_deg_per_h"].attrs["input_axis"], label)
+
+
+def wait_for(what, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not what():
+        if time.monotonic() > end:
+            raise AssertionError("waited in vain")
+        time.sleep(0.01)
+
+
+class Running(InAFolder):
+    """A run that is looked at while it is written, and after it was killed."""
+
+    def begin(self, name):
+        path = self.folder / name
+        process = start("run", "profiles/qualification.toml", "--rig", "profiles/rigs/virtual.toml", "--out", path,
+                        "--quiet")
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        wait_for(lambda: (self.folder / f"{name}-wal").exists() and path.stat().st_size > 0)
+        time.sleep(1)
+        return path, process
+
+    def test_is_refused_while_written_and_read_after_a_kill(self):
+        path, process = self.begin("killed.db")
+        with self.assertRaisesRegex(module.BeingWritten, "is being written by another program"):
+            module.open(path)
+        with self.assertRaises(module.BeingWritten):
+            next(module.follow(path))
+        process.kill()
+        process.wait()
+        before = self.files()
+        run = module.open(path)
+        self.assertFalse(run.finished)
+        self.assertGreater(len(run.to_pandas()), 10)
+        self.assertEqual(self.files(), before)
+        with self.assertRaisesRegex(module.RecordError, "has not finished"):
+            run.clusters()
+        np.testing.assert_array_equal(exported(path, self.folder / "killed.csv")["A [°C]"],
+                                      run.to_pandas(calibrated=False)["A"].to_numpy())
+
+
+class Parts(InAFolder):
+    """A record in two files, made of one: the program goes on in a second one after an error of the disk alone."""
+
+    def test_the_second_counts_from_its_first_slot_on(self):
+        whole = record(self.folder / "whole.db")
+        first, second = self.folder / "run.db", self.folder / "run.2.db"
+        shutil.copy(whole, first)
+        shutil.copy(whole, second)
+        database = sqlite3.connect(first)
+        database.execute("DELETE FROM sample WHERE slot >= 5000")
+        database.execute("DELETE FROM event WHERE slot >= 5000")
+        database.execute("DELETE FROM meta WHERE key = 'outcome'")
+        database.commit()
+        database.close()
+        database = sqlite3.connect(second)
+        database.execute("DELETE FROM sample WHERE slot < 4900")
+        database.execute("DELETE FROM event WHERE slot < 4900")
+        database.executemany("INSERT INTO meta VALUES(?, ?)", [("part", 2), ("continues", "run.db"),
+                                                               ("continues_from", 4900), ("continues_cause", "tested")])
+        database.commit()
+        database.close()
+        run = module.open(first)
+        self.assertTrue(run.finished)
+        self.assertTrue(run.gaps.empty)
+        pd.testing.assert_frame_equal(run.to_pandas(), module.open(whole).to_pandas())
+        pd.testing.assert_frame_equal(run.events, module.open(whole).events)
+        first.write_text("damaged")
+        run = module.open(first)
+        self.assertEqual(run.gaps.to_numpy().tolist(), [[0, 4899, "lost with run.db: tested"]])
+        self.assertTrue(run.to_pandas()["A"].iloc[:4900].isna().all())
+        self.assertEqual(len(run.to_pandas()), 9600)
+
+
+if __name__ == "__main__":
+    assert SOURCE.exists()
+    unittest.main()

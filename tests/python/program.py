@@ -24,7 +24,7 @@ def need(*modules):
         try:
             importlib.import_module(module)
         except ImportError as error:
-            print(f"skipped: {error}; apt-get install python3-numpy python3-pandas python3-xarray")
+            print(f"skipped: {error}; needed are {', '.join(modules)}")
             sys.exit(SKIPPED)
 
 

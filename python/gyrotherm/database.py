@@ -25,7 +25,8 @@ except ImportError:  # no POSIX: SQLite's own locks have to do
 APPLICATION_ID = 0x67797274  # "gyrt"
 USER_VERSION = 1
 SCHEMA = "gyrotherm-run/1"
-TABLES = ("meta", "unit", "axis", "unit_value", "channel", "segment", "list", "sample", "fault", "event", "gap")
+TABLES = ("meta", "unit", "axis", "unit_value", "channel", "segment", "list", "sample", "fault", "event", "gap",
+          "frames")
 _FIRST_LOCKED_BYTE, _LOCKED_BYTES = 0x40000002, 510  # where SQLite keeps its shared locks
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .chain import is_as_written
 from .database import opened
 from .errors import BeingWritten, RecordError
 from .info import RunInfo, column_of, read_info
@@ -205,7 +206,8 @@ def _parts(path: Path) -> tuple[list[tuple[Path, Continuation | None]], RecordEr
 
 
 def read_record(path: Path) -> Record:
-    """Everything, of all the files that the record consists of. Raises `BeingWritten` or `RecordError`."""
+    """Everything, of all the files that the record consists of. One that others go on from, and that is not as it was
+    written, is passed over: what it held is in those after it, or is a gap. Raises `BeingWritten` or `RecordError`."""
     parts, lost = _parts(path)
     if not parts:
         raise lost or RecordError(f"{path}: is no record")
@@ -213,13 +215,15 @@ def read_record(path: Path) -> Record:
     for name, continuation in parts:
         try:
             with opened(name) as database:
+                if name != parts[-1][0] and not is_as_written(database):
+                    continue  # one that others go on from must be as it was written
                 part = record_of(database)
         except BeingWritten:
             raise
         except RecordError:
             if name == parts[-1][0]:
                 raise
-            continue  # one that others go on from and that cannot be read is passed over
+            continue
         if record is None:
             record = part
             if continuation is not None and continuation.first > 0:

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 import gyrotherm as module
+from gyrotherm import chain
 
 
 def exported(path, out):
@@ -195,7 +196,9 @@ class Parts(InAFolder):
         database = sqlite3.connect(first)
         database.execute("DELETE FROM sample WHERE slot >= 5000")
         database.execute("DELETE FROM event WHERE slot >= 5000")
-        database.execute("DELETE FROM meta WHERE key = 'outcome'")
+        database.execute("DELETE FROM meta WHERE key IN ('outcome', 'chain_end')")
+        head = chain.rows_head(database, chain.description_head(database))
+        database.execute("UPDATE frames SET head = ?", (head.hex(),))
         database.commit()
         database.close()
         database = sqlite3.connect(second)
@@ -210,6 +213,13 @@ class Parts(InAFolder):
         self.assertTrue(run.gaps.empty)
         pd.testing.assert_frame_equal(run.to_pandas(), module.open(whole).to_pandas())
         pd.testing.assert_frame_equal(run.events, module.open(whole).events)
+        self.assertEqual(len(exported(first, self.folder / "run.csv")), 9600)  # the program sees the same chain
+        database = sqlite3.connect(first)
+        database.execute("UPDATE sample SET A = A + 1 WHERE slot = 77")
+        database.commit()
+        database.close()
+        self.assertEqual(len(exported(first, self.folder / "changed.csv")), 9600 - 4900)
+        self.assertEqual(module.open(first).gaps.to_numpy().tolist(), [[0, 4899, "lost with run.db: tested"]])
         first.write_text("damaged")
         run = module.open(first)
         self.assertEqual(run.gaps.to_numpy().tolist(), [[0, 4899, "lost with run.db: tested"]])

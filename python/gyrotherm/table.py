@@ -85,7 +85,8 @@ def _columns(record: Record, is_calibrated: bool, own_zero: bool) -> dict[str, C
         interval = column_of(unit.name, "interval_s")
         for axis in unit.axes:
             pulses, counts = column_of(axis.label, "pulses"), axis.kind != "rate"
-            columns[pulses] = Column(raw[pulses], {**of_unit, "units": "1", "input_axis": axis.label, "scale": axis.scale,
+            columns[pulses] = Column(raw[pulses], {**of_unit, "units": "1", "input_axis": axis.label,
+                                                   "scale": axis.scale,
                                                    "long_name": "pulses counted" if counts else "number as read"})
             bias, zero = bias_of(record, axis, own_zero)
             columns[column_of(axis.label, "bias_deg_per_h")] = Column(

@@ -6,7 +6,6 @@ import json
 import re
 import sqlite3
 import unittest
-from concurrent.futures import ThreadPoolExecutor
 
 from program import InAFolder, gyrotherm, record
 
@@ -14,7 +13,30 @@ import numpy as np
 import pandas as pd
 
 import gyrotherm as module
+from gyrotherm.functions import variance_from_json
 
+IMPORT_MAP = """schema = "gyrotherm-import/1"
+name = "foreign"
+title = "A foreign table"
+[file]
+separator = ","
+header = true
+[time]
+column = "ms"
+unit = "ms"
+[[thermometer]]
+name = "one"
+column = "T1"
+[[thermometer]]
+name = "two"
+column = "T2"
+[gyro]
+column = "rate"
+kind = "rate"
+scale = 0.5
+[analysis]
+gradients = ["one", "two"]
+"""
 TERMS = "A,rate:A,lag:600:B,A^2,A^3,A-B^2,A*rate:A,A*A-B,lag:600:A*A*rate:B"
 
 
@@ -62,11 +84,10 @@ class Predictions(InAFolder):
     def test_of_each_method(self):
         names = methods()
         self.assertGreaterEqual(len(names), 15)
-        with ThreadPoolExecutor(2) as pool:
-            files = list(pool.map(lambda name: self.train(self.path, name, "--method", name), names))
         forms = set()
-        for name, file in zip(names, files):
+        for name in names:
             with self.subTest(name):
+                file = self.train(self.path, name, "--method", name)
                 forms.add(module.load_model(file).function.form)
                 self.agree(self.path, file)
         self.assertEqual(forms, {"svr", "linear", "expansion", "network"})
@@ -74,10 +95,34 @@ class Predictions(InAFolder):
     def test_of_each_kind_of_input(self):
         self.agree(self.path, self.train(self.path, "terms", "--method", "linear", "--inputs", TERMS))
 
+    def test_of_an_imported_record(self):
+        """Rows count by their own time: two a second, some missing."""
+        rows = ["ms,T1,T2,rate"]
+        for k in range(0, 8000):
+            if not 3000 < k < 3450:
+                t1, t2 = 20 + 10 * np.sin(k / 700), 21 + 10 * np.sin((k - 150) / 700)
+                rows.append(f"{500 * k + k % 3},{t1:.4f},{t2:.4f},{1000 * np.cos(t1) + k % 7:.3f}")
+        (self.folder / "foreign.csv").write_text("\n".join(rows) + "\n")
+        (self.folder / "map.toml").write_text(IMPORT_MAP)
+        path = self.folder / "foreign.db"
+        gyrotherm("import", self.folder / "foreign.csv", "--map", self.folder / "map.toml", "--out", path)
+        file = self.train(path, "imported", "--method", "rbfnn", "--inputs", "one,rate:two,lag:300:one")
+        run, model = module.open(path), module.load_model(file)
+        self.assertTrue(run.info.imported)
+        self.assertEqual(len(run.to_pandas()), len(rows) - 1)
+        clusters = run.clusters()
+        residual = module.figures(clusters.bias_deg_per_h - model.predict(clusters))
+        verified = json.loads(gyrotherm("verify", file, path, "--json"))["compensated"]
+        self.assertEqual(verified["count"], residual.count)
+        self.assertLess(abs(verified["rmse_deg_per_h"] - residual.rmse), 1e-12 * model.target_std_deg_per_h)
+        with self.assertRaisesRegex(module.RecordError, "own times"):
+            model.predict(run)
+
     def test_of_what_a_unit_tells_of_itself(self):
         mixed = record(self.folder / "mixed.db", rig="virtual-mixed")
         database = sqlite3.connect(mixed)  # its own temperature stands still there
-        database.execute('UPDATE sample SET "gyro.temperature" = round(A + 0.3 * B), "gyro.acceleration_x" = slot % 977')
+        database.execute('UPDATE sample SET "gyro.temperature" = round(A + 0.3 * B)')
+        database.execute('UPDATE sample SET "gyro.acceleration_x" = slot % 977')
         database.execute("""UPDATE sample SET "gyro.temperature" = NULL WHERE slot BETWEEN 2050 AND 2060""")
         database.commit()
         database.close()
@@ -114,6 +159,16 @@ class Predictions(InAFolder):
         last = pd.read_csv(out, comment="#", float_precision="round_trip").iloc[:, -1].dropna()
         self.assertAlmostEqual(model.uncertainty().expanded_deg_per_h, last.iloc[0], delta=1e-12)
         self.assertTrue((model.predict_std(module.open(self.path).clusters()).dropna() > 0).all())
+
+    def test_the_variance_of_a_gaussian_process_is_its_formula(self):
+        """One centre c = 1 of one input, l = 2, σ_f = 3, S = [[a, 0], [0, s]], L² = 9 + 1e-9: k = 9 exp(−(z − 1)²/8),
+        w = k/L, and the variance a z² + s w² + 9 − w²."""
+        root = np.sqrt(9 + 1e-9)
+        at = variance_from_json({"lengths": [2], "signal": 3, "noise": 0.1, "centres": [[1]], "root": [[root]],
+                                 "posterior": [[0.5, 0], [0, 0.25]]}, 1)
+        z = np.array([[-1.0], [0.0], [1.0], [4.0]])
+        w = 9 * np.exp(-((z[:, 0] - 1) ** 2) / 8) / root
+        np.testing.assert_allclose(at(z), 0.5 * z[:, 0] ** 2 + 0.25 * w**2 + 9 - w**2, rtol=1e-14)
 
     def test_with_a_type_prior(self):
         units = []

@@ -31,12 +31,21 @@ def _next_slot(record: Record, first: int) -> int:
     return max([last, *(gap.last for gap in record.gaps)]) + 1
 
 
+def _may_go_on(record_path: Path) -> bool:
+    """False once nobody writes the record: its writer may have died and left the live copy behind."""
+    try:
+        with opened(record_path):
+            return False
+    except RecordError:
+        return True
+
+
 def follow(path: str | os.PathLike[str], *, every_s: float = 1.0,
            sleep: Callable[[float], None] = time.sleep) -> Iterator[pandas.DataFrame]:
     """Yields the seconds of a run as they come, first all that there are: DataFrames like those of `to_pandas`. Ends
     when the run has ended and its last second has been yielded. Looks every `every_s` at the live copy, RUN.live.db;
-    the record itself is left alone. Where the Earth's rate is not known nothing is removed from the bias: the first
-    hold may not be over. Raises `BeingWritten` if the run goes on and has no live copy."""
+    the record itself is only asked whether it is being written. Where the Earth's rate is not known nothing is removed
+    from the bias: the first hold may not be over. Raises `BeingWritten` if the run goes on and has no live copy."""
     record_path, live = Path(path), live_path(path)
     first, waited = 0, 0.0
     while True:
@@ -61,4 +70,8 @@ def follow(path: str | os.PathLike[str], *, every_s: float = 1.0,
         if (after := _next_slot(part, first)) > first:
             yield to_pandas(table_of(part, own_zero=False, first=first))
             first = after
+        elif not _may_go_on(record_path):
+            if (rest := _from_slot(read_record(record_path), first)).size:
+                yield rest
+            return
         sleep(every_s)

@@ -50,6 +50,11 @@ class Follow(InAFolder):
         self.assertEqual([len(piece) for piece in pieces], [3000, 100, 1, 6499])
         pd.testing.assert_frame_equal(pd.concat(pieces), self.whole.to_pandas(), check_categorical=False)
 
+    def test_ends_where_the_writer_died_and_left_its_live_copy(self):
+        steps = [lambda: shutil.copy(self.folder / "whole.db", self.path)]
+        pieces = list(module.follow(self.path, sleep=lambda seconds: steps.pop(0)()))
+        self.assertEqual([len(piece) for piece in pieces], [3000, 6600])
+
     def test_a_live_copy_can_be_opened_and_stays_as_it_is(self):
         before = {p.name for p in self.folder.iterdir()}
         self.assertEqual(len(module.open(self.live).to_pandas()), 3000)

@@ -41,17 +41,4 @@ std::string user_name(std::int64_t uid) {
 
 std::string user_in_words(std::int64_t uid) { return fmt::format("{} (uid {})", user_name(uid), uid); }
 
-OneCore::OneCore() {
-  const int here = ::sched_getcpu();
-  if (here < 0 || ::sched_getaffinity(0, sizeof before_, &before_) != 0) return;
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  CPU_SET(here, &one);
-  pinned_ = ::sched_setaffinity(0, sizeof one, &one) == 0;
-}
-
-OneCore::~OneCore() {
-  if (pinned_) ::sched_setaffinity(0, sizeof before_, &before_);
-}
-
 }  // namespace gyrotherm

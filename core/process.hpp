@@ -3,8 +3,6 @@
 /// were installed with it, and the users who own other processes.
 #pragma once
 
-#include <sched.h>
-
 #include <csignal>
 #include <cstdint>
 #include <string>
@@ -31,19 +29,5 @@ void ensure(bool holds, const char* law);
 [[nodiscard]] std::string user_name(std::int64_t uid);
 /// Name and number of a user: "ada (uid 1000)", "unknown (uid 1000)".
 [[nodiscard]] std::string user_in_words(std::int64_t uid);
-
-/// While it lives, the calling thread (and every thread it starts) stays on the processor it is on now. Where the
-/// system does not allow it, nothing happens.
-class OneCore {
- public:
-  OneCore();
-  ~OneCore();
-  OneCore(const OneCore&) = delete;
-  OneCore& operator=(const OneCore&) = delete;
-
- private:
-  cpu_set_t before_{};
-  bool pinned_ = false;
-};
 
 }  // namespace gyrotherm

@@ -13,6 +13,7 @@
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/line/modbus.hpp"
 #include "rig/inquiry.hpp"
+#include "rig/loopback_wires.hpp"
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
@@ -321,66 +322,6 @@ class RealRig final : public AssembledRig {
   SteadyClock clock_;
 };
 
-/// The line of a virtual gyro, on which nothing is waited for while it is switched off: the wait would be one by the
-/// clock on the wall.
-class LineOfAUnit final : public drivers::ByteStream {
- public:
-  /// `instruments`, whose unit it is of, outlive it.
-  LineOfAUnit(std::unique_ptr<drivers::ByteStream> line, simulator::VirtualInstruments& instruments)
-      : line_(std::move(line)), instruments_(instruments) {}
-
-  Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
-    return line_->read(buffer, instruments_.unit().off ? Duration::zero() : within);
-  }
-  Result<void> write(std::span<const std::byte> bytes, Duration within) override { return line_->write(bytes, within); }
-
- private:
-  std::unique_ptr<drivers::ByteStream> line_;
-  simulator::VirtualInstruments& instruments_;
-};
-
-/// Those to virtual instruments of its own, which serve on loopback.
-class LoopbackWires final : public Wires {
- public:
-  LoopbackWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already, Duration later)
-      : instruments_(std::move(instruments)), clock_(already - kSecond, later) {}
-
-  std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) override {
-    return make_modbus(local(instruments_->chamber_port()), map.link.modbus);
-  }
-  std::unique_ptr<drivers::Pauses> pauses() override { return drivers::virtual_pauses(); }
-  Wire<drivers::ByteStream> thermometer(std::size_t index) override {
-    return {.line = make_stream(local(instruments_->thermometer_port(index)), {}, kConnectWithin)};
-  }
-  Wire<drivers::HidReports> usb_temp(std::size_t index) override { return {.line = instruments_->usb_temp(index)}; }
-  Wire<drivers::ByteStream> gyro(std::size_t index) override {
-    auto line = make_stream(local(instruments_->gyro_port(index)), {}, kConnectWithin);
-    return {.line = std::make_unique<LineOfAUnit>(std::move(line), *instruments_)};
-  }
-  Wire<drivers::Registers> analogue_input(std::size_t index, const drivers::RegisterMap& map) override {
-    return {.line = make_modbus(local(instruments_->analogue_port(index)), map.link.modbus)};
-  }
-
-  const Clock& clock() const override { return clock_; }
-  void let_pass(std::int64_t seconds) override {
-    instruments_->advance(static_cast<int>(seconds));
-    clock_.advance(std::chrono::seconds(seconds));
-  }
-  void bring_units_to(const UnitState& state) override { instruments_->bring_unit_to(state); }
-  std::vector<DegreesPerHour> true_bias(const std::string& unit) override {
-    const auto& units = instruments_->units();
-    const auto found = std::ranges::find(units, unit);
-    if (found == units.end()) return {};
-    return instruments_->true_bias(static_cast<std::size_t>(found - units.begin()));
-  }
-
- private:
-  static drivers::Line local(std::uint16_t port) { return drivers::TcpLine{"127.0.0.1", port}; }
-
-  std::unique_ptr<simulator::VirtualInstruments> instruments_;
-  VirtualClock clock_;
-};
-
 /// Wires of the rig's own are a base, for its instruments are at their ends: they come before them and go after them.
 struct OwnedWires {
   std::unique_ptr<Wires> owned_;
@@ -455,7 +396,8 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
                                                .gyros = {},
                                                .first_port = how.first_port,
                                                .frames = how.frames,
-                                               .ptys = how.ptys};
+                                               .ptys = how.ptys,
+                                               .attended = how.attended};
   for (const auto& line : file.gyro_lines) options.gyros.push_back(virtual_gyro(line, file.units));
   for (const auto& settings : file.thermometers) options.thermometers.push_back(virtual_thermometer(settings));
   for (const auto& settings : file.analogue_inputs)
@@ -465,12 +407,11 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
 
 Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& start) {
   if (!file.simulated) return std::make_unique<RealRig>(file, start);
-  auto laboratory = serve_virtual(file, start.seed, {.first_set_point = start.first_set_point});
+  auto laboratory = serve_virtual(file, start.seed, {.first_set_point = start.first_set_point, .attended = true});
   if (!laboratory) return failure(laboratory.error());
   (*laboratory)->replay(start.replay);
   const auto later = std::chrono::days(start.seed.days_later);
-  return std::make_unique<VirtualRig>(
-      file, std::make_unique<LoopbackWires>(std::move(*laboratory), start.already, later), start);
+  return std::make_unique<VirtualRig>(file, make_loopback_wires(std::move(*laboratory), start.already, later), start);
 }
 
 std::unique_ptr<Rig> Rig::assemble(const RigFile& file, Wires& wires) {

@@ -67,6 +67,7 @@ struct ServeOptions {
   simulator::FramePace frames{};
   bool ptys = false;
   std::optional<Celsius> first_set_point{};  ///< of the profile that will be run; some rigs have stood there before
+  bool attended = false;                     ///< see VirtualInstrumentsOptions
 };
 /// The virtual instruments of a rig file, serving on loopback (see VirtualInstrumentsOptions). Fails like
 /// parse_laboratory and VirtualInstruments::start, and with usage if the rig is not virtual.

@@ -169,6 +169,8 @@ class Servers final : public VirtualInstruments {
     }
   }
 
+  void attend() override { replies_.attend(); }
+
   void bring_unit_to(const UnitState& state) override {
     const std::scoped_lock lock(guard_);
     laboratory_.bring_unit_to(state);
@@ -286,7 +288,7 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
       serve(instrument, std::move(*pty++),
             [this, i] { return std::make_unique<ModbusRtuSession>(analogue_[i], drivers::LinkKind::rtu); });
   }
-  replies_.start();
+  if (!options.attended) replies_.start();
 }
 
 }  // namespace

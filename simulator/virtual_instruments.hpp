@@ -38,6 +38,8 @@ struct VirtualInstrumentsOptions {
   FramePace frames{};            ///< of all gyros
   bool ptys = false;  ///< serves all but HID devices on pseudo-terminals too; there chamber and analogue inputs speak
                       ///< Modbus RTU, with unit and registers of the map's link in use
+  bool attended = false;  ///< what waits for an answer is served in attend(), by whoever calls it, and not at once from
+                          ///< a thread of their own: for one client that knows when it has asked
 };
 
 /// One second that the laboratory lives through again.
@@ -53,8 +55,8 @@ struct ServedLine {
   std::string instrument, line;
 };
 
-/// Serves on 127.0.0.1 from a thread of its own until destroyed. All clients see one world; several clients may connect
-/// to each.
+/// Serves on 127.0.0.1, from a thread of its own unless attended, until destroyed. All clients see one world; several
+/// clients may connect to each.
 class VirtualInstruments {
  public:
   /// Fails with disconnected if a port cannot be bound, or usage if a channel is not a thermometer of the world, an
@@ -75,6 +77,10 @@ class VirtualInstruments {
   virtual void bring_unit_to(const UnitState& state) = 0;
   /// The state it was brought to last, in the seconds lived through again too.
   [[nodiscard]] virtual UnitState unit() = 0;
+
+  /// Answers whoever has asked; returns when nobody waits any more. For attended instruments, after something was sent
+  /// to one of them that answers.
+  virtual void attend() = 0;
 
   /// A unit that does not send (VirtualLaboratory::silence).
   virtual void silence(std::size_t unit, bool silent) = 0;

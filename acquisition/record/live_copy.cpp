@@ -2,7 +2,6 @@
 #include "acquisition/record/live_copy.hpp"
 
 #include <fmt/format.h>
-#include <sched.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -259,9 +258,6 @@ void LiveCopy::Worker::await_age(std::unique_lock<std::mutex>& lock) {
 
 void LiveCopy::Worker::work() {
   block_signals();
-  cpu_set_t every;  // a virtual run stays on one processor, and this does not compete with it
-  std::memset(&every, 0xFF, sizeof every);
-  ::sched_setaffinity(0, sizeof every, &every);
   std::unique_lock lock(mutex);
   await_age(lock);
   for (;;) {

@@ -192,8 +192,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   if (!file.simulated && options.days_later > 0)
     return failure(FaultKind::usage, "--days-later", "this rig is real; only a virtual gyro grows older by command");
   const bool upload = options.upload;
-  std::optional<OneCore> one_core;
-  file.simulated ? void(one_core.emplace()) : console.never_wait();
+  if (!file.simulated) console.never_wait();
   if (std::error_code error;
       std::filesystem::exists(path, error))  // before anything moves; Store::create would refuse too
     return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
@@ -250,8 +249,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
                                  run::run_number(record->info.profile_text));
   if (!on) return failure(on.error());
   const auto lost = record::lost_end(path);  // before the record is written again
-  std::optional<OneCore> one_core;
-  on->rig.simulated ? void(one_core.emplace()) : console.never_wait();
+  if (!on->rig.simulated) console.never_wait();
   auto ownership = run::ChamberOwnership::take(on->rig, path);
   if (!ownership) return failure(ownership.error());
   auto rig = rig::Rig::assemble(on->rig, on->start);

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cassert>
 #include <cerrno>
 #include <cstdint>
 #include <utility>
@@ -16,6 +17,7 @@ namespace {
 
 constexpr std::size_t kMostBytesAtOnce = 4096;
 constexpr int kMostEvents = 64;
+constexpr int kDeliveryMs = 100;
 
 }  // namespace
 
@@ -56,20 +58,30 @@ void ReplyServer::watch(int descriptor) {
 }
 
 void ReplyServer::run() {
-  std::array<epoll_event, kMostEvents> events{};
-  while (true) {
-    const int count = ::epoll_wait(poll_.number(), events.data(), kMostEvents, -1);
-    if (count < 0 && errno != EINTR) return;
-    for (int i = 0; i < count; ++i) {
-      const int descriptor = events[static_cast<std::size_t>(i)].data.fd;
-      if (descriptor == stop_.number()) return;
-      const auto listener = listeners_.find(descriptor);
-      if (listener == listeners_.end())
-        attend(descriptor);
-      else
-        admit(listener->second);
-    }
+  while (serve_once(-1)) {
   }
+}
+
+void ReplyServer::attend() {
+  assert(!thread_.joinable());
+  for (int patience_ms = kDeliveryMs; serve_once(patience_ms); patience_ms = 0) {
+  }
+}
+
+bool ReplyServer::serve_once(int patience_ms) {
+  std::array<epoll_event, kMostEvents> events{};
+  const int count = ::epoll_wait(poll_.number(), events.data(), kMostEvents, patience_ms);
+  if (count < 0) return errno == EINTR;
+  for (int i = 0; i < count; ++i) {
+    const int descriptor = events[static_cast<std::size_t>(i)].data.fd;
+    if (descriptor == stop_.number()) return false;
+    const auto listener = listeners_.find(descriptor);
+    if (listener == listeners_.end())
+      attend(descriptor);
+    else
+      admit(listener->second);
+  }
+  return count > 0;
 }
 
 void ReplyServer::admit(Listener& listener) {

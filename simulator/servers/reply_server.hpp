@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Serves the instruments that answer when asked: one thread over all their sockets.
+/// Serves the instruments that answer when asked: one thread over all their sockets, its own or the caller's.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,11 @@ class ReplyServer {
   /// To be called before start().
   void add(Descriptor listener, MakeSession make_session);
   void add(Pty line, MakeSession make_session);
+  /// Serves from a thread of its own from now on.
   void start();
+  /// Serves, without such a thread, what was sent until now, in the calling one. Something was: it is waited for,
+  /// should the system be slow to deliver it, for at most 0.1 s.
+  void attend();
 
  private:
   struct Listener {
@@ -48,6 +52,8 @@ class ReplyServer {
   };
 
   void run();
+  /// Waits for at most so long, −1 for ever. False: there was nothing, or the server ends.
+  [[nodiscard]] bool serve_once(int patience_ms);
   void watch(int descriptor);
   void admit(Listener& listener);
   void attend(int descriptor);

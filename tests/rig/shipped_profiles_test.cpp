@@ -2,7 +2,6 @@
 /// Every shipped profile runs to its end on the virtual rig, so that none can rot.
 #include <gtest/gtest.h>
 
-#include "core/process.hpp"
 #include "tests/support/dry_run.hpp"
 
 namespace gyrotherm::rig {
@@ -11,7 +10,6 @@ namespace {
 class ShippedProfile : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(ShippedProfile, RunsToItsEndOnTheVirtualRig) {
-  const OneCore one_core;
   tests::DryRun dry_run(std::string(GYROTHERM_SOURCE_DIR "/profiles/") + GetParam());
   ASSERT_TRUE(check_profile(dry_run.profile(), dry_run.file().chamber_limits));
   EXPECT_EQ(dry_run.run(), run::RunOutcome::complete);

@@ -84,7 +84,7 @@ const std::map<std::string, std::set<std::string>> kArrows{
 
 /// Floor → beginnings of the third-party headers that it may include. fmt and tl::expected are allowed everywhere.
 const std::map<std::string, std::vector<std::string>> kThirdParties{
-    {"core", {"toml++/", "nlohmann/"}},
+    {"core", {"toml++/", "nlohmann/", "openssl/"}},
     {"drivers", {"modbus/", "libserialport.h", "hidapi.h"}},
     {"acquisition/io", {}},
     {"acquisition/record", {"sqlite3.h"}},

@@ -54,7 +54,7 @@ Result<void> follow_record(Console& console, const std::string& path) {
   for (auto seen = steady_clock::now(); !interrupted() && !console.data_was_lost();
        std::this_thread::sleep_for(kFollowEvery)) {
     const auto rows = record::open_live_copy(path).and_then(
-        [&](record::Database copy) { return record::record_of(copy, table.last()); });
+        [&](record::Database copy) { return record::record_of(copy, {.after = table.last()}); });
     if (rows) {
       table.add(*rows);
       seen = steady_clock::now();

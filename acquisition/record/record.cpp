@@ -25,19 +25,22 @@ Fault explained(Fault fault, const std::string& path) {
   return fault;
 }
 
-/// Every column of numbers, in an order of its own that two records of one run share.
-void each_number(Record& record, const std::function<void(std::vector<double>&)>& use) {
+/// Every column of numbers that is selected, in an order of its own that two records of one run share.
+void each_number(Record& record, const Selection& selection, const std::function<void(std::vector<double>&)>& use) {
   for (auto* column : {&record.time_s, &record.set_point_c, &record.chamber_air_c, &record.chamber_set_point_c})
     use(*column);
-  std::ranges::for_each(record.thermometers_c, use);
-  for (auto& unit : record.units) {
+  for (std::size_t i = 0; i < record.thermometers_c.size(); ++i)
+    if (selection.thermometers[i]) use(record.thermometers_c[i]);
+  for (std::size_t i = 0; i < record.units.size(); ++i) {
+    if (!selection.units[i]) continue;
+    auto& unit = record.units[i];
     use(unit.interval_s);
     for (auto* columns : {&unit.rotation, &unit.values, &unit.true_bias_deg_per_h})
       std::ranges::for_each(*columns, use);
   }
 }
 
-void reserve(Record& record, std::size_t rows) {
+void reserve(Record& record, std::size_t rows, const Selection& selection) {
   record.slot.reserve(rows);
   record.thermometers_c.resize(record.info.thermometers.size());
   for (const auto& unit : record.info.units) {
@@ -46,7 +49,7 @@ void reserve(Record& record, std::size_t rows) {
     columns.values.resize(unit.values.size());
     columns.true_bias_deg_per_h.resize(unit.axes.size());
   }
-  each_number(record, [rows](std::vector<double>& column) { column.reserve(rows); });
+  each_number(record, selection, [rows](std::vector<double>& column) { column.reserve(rows); });
   record.progress.reserve(rows);
   record.state.reserve(rows);
 }
@@ -62,25 +65,28 @@ void add(UnitColumns& unit, const UnitRow& row) {
   add_to(unit.true_bias_deg_per_h, row.true_bias_deg_per_h);
 }
 
-void add(Record& record, const SampleRow& row) {
+void add(Record& record, const SampleRow& row, const Selection& selection) {
   record.slot.push_back(row.slot);
   record.time_s.push_back(to_seconds(row.monotonic));
   const auto progress = row.progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}});
   record.set_point_c.push_back(progress.set_point.value);
   record.chamber_air_c.push_back(row.chamber_air_c);
   record.chamber_set_point_c.push_back(row.chamber_set_point_c);
-  add_to(record.thermometers_c, row.thermometers_c);
-  for (std::size_t i = 0; i < record.units.size(); ++i) add(record.units[i], row.units[i]);
+  for (std::size_t i = 0; i < record.thermometers_c.size(); ++i)
+    if (selection.thermometers[i]) record.thermometers_c[i].push_back(row.thermometers_c[i]);
+  for (std::size_t i = 0; i < record.units.size(); ++i)
+    if (selection.units[i]) add(record.units[i], row.units[i]);
   record.progress.push_back(progress);
   record.state.push_back(row.state.value_or(RunState::execute));
   record.last_utc = row.utc;
 }
 
-Result<void> read_samples(Database& database, Record& record, std::int64_t after) {
-  const auto rows = database.ask_integer(fmt::format("SELECT count(*) FROM sample WHERE slot > {}", after), 0);
+Result<void> read_samples(Database& database, Record& record, const Wanted& wanted) {
+  const auto rows = database.ask_integer(fmt::format("SELECT count(*) FROM sample WHERE slot > {}", wanted.after), 0);
   if (!rows) return failure(rows.error());
-  reserve(record, static_cast<std::size_t>(*rows));
-  return each_sample(database, record.info, after, [&](const SampleRow& row) { add(record, row); });
+  const auto selection = select(record.info, wanted);
+  reserve(record, static_cast<std::size_t>(*rows), selection);
+  return each_sample(database, record.info, selection, [&](const SampleRow& row) { add(record, row, selection); });
 }
 
 Result<void> read_gaps(Database& database, Record& record) {
@@ -106,7 +112,7 @@ Gap lost_with(const Continuation& continuation, std::int64_t first) {
 }
 
 /// What the part says from its first slot on counts; slots that neither has went with the file that failed.
-void join(Record& record, Record part, const Continuation& continuation) {
+void join(Record& record, Record part, const Continuation& continuation, const Selection& selection) {
   const auto kept = static_cast<std::size_t>(
       std::lower_bound(record.slot.begin(), record.slot.end(), continuation.from) - record.slot.begin());
   const auto extend = [&](auto& column, const auto& by) {
@@ -119,8 +125,9 @@ void join(Record& record, Record part, const Continuation& continuation) {
   if (last + 1 < continuation.from) record.gaps.push_back(lost_with(continuation, last + 1));
   extend(record.slot, part.slot);
   std::vector<const std::vector<double>*> more;
-  each_number(part, [&](std::vector<double>& column) { more.push_back(&column); });
-  each_number(record, [&, next = more.begin()](std::vector<double>& column) mutable { extend(column, **next++); });
+  each_number(part, selection, [&](std::vector<double>& column) { more.push_back(&column); });
+  each_number(record, selection,
+              [&, next = more.begin()](std::vector<double>& column) mutable { extend(column, **next++); });
   extend(record.progress, part.progress);
   extend(record.state, part.state);
   record.gaps.insert(record.gaps.end(), part.gaps.begin(), part.gaps.end());
@@ -130,26 +137,26 @@ void join(Record& record, Record part, const Continuation& continuation) {
 }
 
 /// A file that others go on from must be as it was written.
-Result<Record> read_file(const std::string& path, bool is_last) {
+Result<Record> read_file(const std::string& path, bool is_last, const std::string& unit) {
   auto database = open_record(path);
   if (!database) return failure(database.error());
   if (!is_last)
     if (const auto chain = check_chain(*database, path); !chain) return failure(chain.error());
-  return record_of(*database);
+  return record_of(*database, {.unit = unit});
 }
 
 /// One that is not as it was written is passed over: what it held is in those after it, or is a gap.
-Result<Record> read_all(const std::string& path) {
+Result<Record> read_all(const std::string& path, const std::string& unit) {
   const auto files = files_of_record(path);
   if (!files) return failure(files.error());
   std::optional<Record> record;
   for (const auto& part : files->parts) {
     const bool is_last = &part == &files->parts.back();
-    auto more = read_file(part.path, is_last);
+    auto more = read_file(part.path, is_last, unit);
     if (!more && !is_last && !is_locked(more.error())) continue;
     if (!more) return more;
     if (record) {
-      join(*record, std::move(*more), part.continuation);
+      join(*record, std::move(*more), part.continuation, select(record->info, {.unit = unit}));
     } else {
       record = std::move(*more);
       if (part.continuation.from > 0) record->gaps.insert(record->gaps.begin(), lost_with(part.continuation, 0));
@@ -170,19 +177,32 @@ const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row) {
   return index < record.info.segments.size() ? &record.info.segments[index] : nullptr;
 }
 
-Result<Record> record_of(Database& database, std::int64_t after) {
+Result<Record> record_of(Database& database, const Wanted& wanted) {
   Record record;
   const auto read = into(record.info, read_run_info(database))
                         .and_then([&] { return into(record.finished, is_finished(database)); })
-                        .and_then([&] { return read_samples(database, record, after); })
+                        .and_then([&] { return read_samples(database, record, wanted); })
                         .and_then([&] { return read_gaps(database, record); })
                         .and_then([&] { return read_events(database, record); });
   if (!read) return failure(read.error());
   return record;
 }
 
-Result<Record> read_record(const std::string& path) {
-  return read_all(path).map_error([&](const Fault& fault) { return explained(fault, path); });
+Result<RunInfo> read_info(const std::string& path) {
+  const auto files = files_of_record(path);
+  if (!files) return failure(explained(files.error(), path));
+  std::optional<Fault> first;
+  for (const auto& part : files->parts) {
+    auto database = open_record(part.path);
+    auto info = database ? read_run_info(*database) : failure(database.error());
+    if (info) return info;
+    if (!first) first = info.error();
+  }
+  return failure(explained(*first, path));
+}
+
+Result<Record> read_record(const std::string& path, const std::string& unit) {
+  return read_all(path, unit).map_error([&](const Fault& fault) { return explained(fault, path); });
 }
 
 }  // namespace gyrotherm::record

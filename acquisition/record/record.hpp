@@ -56,8 +56,12 @@ struct Record {
 
 /// Reads everything, of all the files that the record consists of (a file that failed is followed by RUN.2.db, …). One
 /// that others go on from, and that is gone or not as it was written, is passed over: slots that are in none of them
-/// are a gap, "lost with RUN.db: …". Safe while a run is being written? No: it refuses with storage ("being written by
-/// …"); see status.hpp. Fails with bad_file (not a record, another schema version, damaged).
-[[nodiscard]] Result<Record> read_record(const std::string& path);
+/// are a gap, "lost with RUN.db: …". With the name of a unit only what was measured of the rig and of that unit is read
+/// (serves() says which thermometers that are); the columns of the others are empty. Safe while a run is being written?
+/// No: it refuses with storage ("being written by …"); see status.hpp. Fails with bad_file (not a record, another
+/// schema version, damaged).
+[[nodiscard]] Result<Record> read_record(const std::string& path, const std::string& unit = {});
+/// What a record knew before its first sample, by the first of its files that can be read. Fails likewise.
+[[nodiscard]] Result<RunInfo> read_info(const std::string& path);
 
 }  // namespace gyrotherm::record

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <initializer_list>
 #include <type_traits>
+#include <utility>
 
 #include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/record.hpp"
@@ -256,7 +257,17 @@ std::vector<ChannelColumn> channel_columns(const RunInfo& info) {
   return columns;
 }
 
-SampleColumns::SampleColumns(const RunInfo& info) : empty_(empty_row(info)), channels_(channel_columns(info)) {
+Selection select(const RunInfo& info, const Wanted& wanted) {
+  const UnitInfo* only = wanted.unit.empty() ? nullptr : find_unit(info, wanted.unit);
+  Selection selection{.thermometers = {}, .units = {}, .after = wanted.after};
+  for (const Channel& thermometer : info.thermometers)
+    selection.thermometers.push_back(only == nullptr || serves(thermometer, *only));
+  for (const UnitInfo& one : info.units) selection.units.push_back(only == nullptr || &one == only);
+  return selection;
+}
+
+SampleColumns::SampleColumns(const RunInfo& info, const Selection& selection) : channels_(channel_columns(info)) {
+  std::erase_if(channels_, [&](const ChannelColumn& column) { return !selection.has(column); });
   before_progress_ = static_cast<std::size_t>(
       std::ranges::find(channels_, Measures::true_bias, &ChannelColumn::measures) - channels_.begin());
 }
@@ -320,13 +331,15 @@ void SampleColumns::each_cell(const SampleRow& row, const std::function<void(con
   for (const auto& column : channels.subspan(before_progress_)) use(cell_in(column, row));
 }
 
-SampleRow SampleColumns::row_in(const Statement& from) const {
-  SampleRow row = empty_;
+void SampleColumns::read(SampleRow& row, const Statement& from) const {
+  row = SampleRow{.thermometers_c = std::move(row.thermometers_c), .units = std::move(row.units)};
   int i = 0;
   const auto take_channels = [&](std::span<const ChannelColumn> channels) {
     for (const auto& column : channels) {
       if (column.measures == Measures::interval) {
-        if (!from.null(i)) take_value(row.units[column.unit].interval, from, i);
+        auto& interval = row.units[column.unit].interval;
+        interval.reset();
+        if (!from.null(i)) take_value(interval, from, i);
       } else {
         number_at(column, row) = from.real(i);
       }
@@ -338,7 +351,6 @@ SampleRow SampleColumns::row_in(const Statement& from) const {
   take_channels(channels.first(before_progress_));
   take(row, columns_after_channels(), from, i);
   take_channels(channels.subspan(before_progress_));
-  return row;
 }
 
 std::span<const Column<RecordedEvent>> columns_of_events() { return kEventColumns; }
@@ -365,12 +377,13 @@ Result<Database> open_record(const std::string& path) {
   return database;
 }
 
-Result<void> each_sample(Database& database, const RunInfo& info, std::int64_t after,
+Result<void> each_sample(Database& database, const RunInfo& info, const Selection& selection,
                          const std::function<void(const SampleRow&)>& use) {
-  const SampleColumns columns(info);
-  const auto sql = fmt::format("SELECT {} FROM sample WHERE slot > {} ORDER BY slot", columns.names(), after);
+  const SampleColumns columns(info, selection);
+  SampleRow row = empty_row(info);
+  const auto sql = fmt::format("SELECT {} FROM sample WHERE slot > {} ORDER BY slot", columns.names(), selection.after);
   return database.each_row(sql, [&](const Statement& from) -> Result<void> {
-    const SampleRow row = columns.row_in(from);
+    columns.read(row, from);
     if (!has_possible_times(row))
       return failure(FaultKind::bad_file, database.path(), fmt::format("second {} has impossible times", row.slot));
     use(row);
@@ -383,7 +396,10 @@ Result<std::optional<SampleRow>> last_row(Database& database, const RunInfo& inf
   const auto last =
       database.first_row(fmt::format("SELECT {} FROM sample ORDER BY slot DESC LIMIT 1", columns.names()));
   if (!last) return failure(last.error());
-  return *last ? std::optional(columns.row_in(**last)) : std::nullopt;
+  if (!*last) return std::nullopt;
+  SampleRow row = empty_row(info);
+  columns.read(row, **last);
+  return row;
 }
 
 Result<std::int64_t> last_slot(Database& database) {

@@ -79,8 +79,13 @@ struct Entry {
 
 struct Record;
 
-/// Everything that one open file holds; of the samples those behind second `after`. Fails with storage.
-[[nodiscard]] Result<Record> record_of(Database& database, std::int64_t after = -1);
+/// What of the samples is wanted.
+struct Wanted {
+  std::string unit{};       ///< what was measured of the rig and of this unit; empty: everything
+  std::int64_t after = -1;  ///< … behind this second
+};
+/// What one open file holds, of the samples what is wanted. Fails with storage.
+[[nodiscard]] Result<Record> record_of(Database& database, const Wanted& wanted = {});
 
 /// A column of the samples as a text table has it. Without a title it has none.
 struct Exported {
@@ -121,10 +126,21 @@ struct ChannelColumn {
 /// file that names none: "pulses", "u1.x.pulses".
 [[nodiscard]] std::vector<ChannelColumn> channel_columns(const RunInfo& info);
 
-/// All columns of `sample` but its link of the chain, of one record.
+/// … of one record.
+struct Selection {
+  std::vector<bool> thermometers, units;  ///< of each, whether
+  std::int64_t after{};
+  [[nodiscard]] bool has(const ChannelColumn& column) const {
+    return column.measures == Measures::temperature ? thermometers[column.index] : units[column.unit];
+  }
+};
+[[nodiscard]] Selection select(const RunInfo& info, const Wanted& wanted);
+
+/// Columns of `sample` but its link of the chain, of one record: all, or those of the channels that are selected.
 class SampleColumns {
  public:
-  explicit SampleColumns(const RunInfo& info);
+  explicit SampleColumns(const RunInfo& info) : SampleColumns(info, select(info, {})) {}
+  SampleColumns(const RunInfo& info, const Selection& selection);
 
   [[nodiscard]] std::span<const ChannelColumn> channels() const { return channels_; }
   /// Each in order, with its type.
@@ -133,11 +149,11 @@ class SampleColumns {
   [[nodiscard]] std::string names() const;
   /// What a row has in each; units and thermometers of the row as many as the record's.
   void each_cell(const SampleRow& row, const std::function<void(const Cell&)>& use) const;
-  /// The row that stands in the first columns of a statement which asked for names().
-  [[nodiscard]] SampleRow row_in(const Statement& from) const;
+  /// Puts the row that stands in the first columns of a statement which asked for names() into one of the record,
+  /// whose channels that are not selected stay as they are.
+  void read(SampleRow& row, const Statement& from) const;
 
  private:
-  SampleRow empty_;
   std::vector<ChannelColumn> channels_;
   std::size_t before_progress_{};  ///< channels
 };
@@ -168,8 +184,8 @@ void take(Row& row, std::span<const Column<Row>> columns, const Statement& from,
 /// lies beside it; with storage if it is being written or damaged.
 [[nodiscard]] Result<Database> open_record(const std::string& path);
 
-/// Calls `use` with each sample behind second `after`, in order of slots; the row is overwritten by the next.
-[[nodiscard]] Result<void> each_sample(Database& database, const RunInfo& info, std::int64_t after,
+/// Calls `use` with what is selected of each sample, in order of slots; the row is overwritten by the next.
+[[nodiscard]] Result<void> each_sample(Database& database, const RunInfo& info, const Selection& selection,
                                        const std::function<void(const SampleRow&)>& use);
 
 /// Whether a run's clock, or the wall's, could show it, until 2116: differences of such times do not overflow.

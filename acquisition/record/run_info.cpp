@@ -381,6 +381,14 @@ const UnitInfo* find_unit(const RunInfo& info, std::string_view name) {
   return found == info.units.end() ? nullptr : &*found;
 }
 
+bool serves(const Channel& thermometer, const UnitInfo& unit) {
+  const auto named_in = [&](const std::vector<std::string>& names) {
+    return std::ranges::count(names, thermometer.name) > 0;
+  };
+  return thermometer.unit_under_test.empty() || thermometer.unit_under_test == unit.name || named_in(unit.gradients) ||
+         named_in(unit.three_point);
+}
+
 std::string axis_label(const UnitInfo& unit, std::size_t axis) {
   return unit.axes.size() < 2 ? unit.name : unit.name + "." + unit.axes[axis].name;
 }

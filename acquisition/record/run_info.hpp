@@ -125,6 +125,10 @@ struct RunInfo {
 /// The first unit of that name; null if there is none.
 [[nodiscard]] const UnitInfo* find_unit(const RunInfo& info, std::string_view name);
 
+/// Whether a thermometer may be an input of the unit's models: it sits on it, on no other unit, or the unit names it
+/// among its gradients or three points.
+[[nodiscard]] bool serves(const Channel& thermometer, const UnitInfo& unit);
+
 /// How an axis is called among all: "gyro", "x" of a unit that has one axis, "u1.x" of one that has several.
 [[nodiscard]] std::string axis_label(const UnitInfo& unit, std::size_t axis);
 

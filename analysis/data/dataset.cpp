@@ -52,12 +52,6 @@ bool is_one_of(const std::string& name, const std::vector<std::string>& names) {
   return std::ranges::count(names, name) > 0;
 }
 
-/// One that sits on the unit, or that is no other unit's.
-bool belongs_to(const record::UnitInfo& unit, const record::Channel& channel) {
-  return channel.unit_under_test.empty() || channel.unit_under_test == unit.name ||
-         is_one_of(channel.name, unit.gradients) || is_one_of(channel.name, unit.three_point);
-}
-
 /// Whatever the sensor of an own value is off by is a part of the unit, but it drifts: a temperature as thermometers do
 /// of which nothing is said; of anything else it is assumed that a year adds a hundredth of how far it went here.
 record::ThermometerUncertainty uncertainty_of_own(bool is_temperature, const Eigen::VectorXd& values) {
@@ -79,7 +73,7 @@ void add_inputs(Dataset& dataset, const record::Record& record, const Place& at)
   std::vector<Eigen::VectorXd> columns;
   const auto& channels = record.info.thermometers;
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (!belongs_to(at.unit, channels[c])) continue;
+    if (!record::serves(channels[c], at.unit)) continue;
     dataset.thermometers.push_back(channels[c].name);
     dataset.thermometer_uncertainty.push_back(channels[c].uncertainty);
     columns.push_back(column(record.thermometers_c[c], rows).unaryExpr([&](double reading_c) {

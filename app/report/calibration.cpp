@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <future>
 #include <optional>
 #include <set>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "app/report/calibration_folder.hpp"
 #include "app/report/calibration_source.hpp"
 #include "core/file.hpp"
+#include "core/process.hpp"
 #include "core/sha256.hpp"
 #include "report/calibration_results.hpp"
 #include "report/dcc.hpp"
@@ -27,33 +29,46 @@ namespace {
 
 constexpr std::size_t kLargestRecord = 4'000'000'000;
 
-struct LoadedRecord {
+/// A record that was looked at. What it holds is read for one unit after the other: all of it at once would not fit
+/// where a lot is reported.
+struct CheckedRecord {
   std::string path, sha256;
   bool chain_verified{};
-  record::Record record;
+  record::RunInfo info;
 };
 
-Result<LoadedRecord> load(Console& console, const std::string& path, bool unverified) {
+Result<CheckedRecord> check(Console& console, const std::string& path, bool unverified) {
   if (auto checked = check_recorded_run(console, path, unverified); !checked) return failure(checked.error());
-  auto record = record::read_record(path);
-  if (!record) return failure(record.error());
-  if (!record->finished)
-    return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
+  auto info = record::read_info(path);
+  if (!info) return failure(info.error());
   auto digest = record::file_digest(path, kLargestRecord);
   if (!digest) return failure(digest.error());
-  return LoadedRecord{path, std::move(*digest), !unverified, std::move(*record)};
+  return CheckedRecord{path, std::move(*digest), !unverified, std::move(*info)};
 }
 
-Result<std::vector<LoadedRecord>> load_records(Console& console, const CalibrationArguments& options) {
-  std::vector<LoadedRecord> records;
+Result<std::vector<CheckedRecord>> check_records(Console& console, const CalibrationArguments& options) {
+  std::vector<CheckedRecord> records;
   for (const std::string& path : options.runs) {
-    auto one = load(console, path, options.unverified);
+    auto one = check(console, path, options.unverified);
     if (!one) return failure(one.error());
-    const auto same = [&](const LoadedRecord& other) { return other.record.info.id == one->record.info.id; };
+    const auto same = [&](const CheckedRecord& other) { return other.info.id == one->info.id; };
     if (std::ranges::any_of(records, same)) return failure(FaultKind::usage, path, "the same run is given twice");
     records.push_back(std::move(*one));
   }
   return records;
+}
+
+/// What the records hold of one unit, in their order.
+Result<std::vector<record::Record>> read_records(const std::vector<CheckedRecord>& records, const std::string& unit) {
+  std::vector<record::Record> all;
+  for (const CheckedRecord& one : records) {
+    auto record = record::read_record(one.path, unit);
+    if (!record) return failure(record.error());
+    if (!record->finished)
+      return failure(FaultKind::usage, one.path, "the run has not finished; \"gyrotherm resume\" ends it");
+    all.push_back(std::move(*record));
+  }
+  return all;
 }
 
 std::vector<std::string> units_in(const record::RunInfo& info) {
@@ -63,14 +78,14 @@ std::vector<std::string> units_in(const record::RunInfo& info) {
 }
 
 /// The units that reports are to be of, which all records have.
-Result<std::vector<std::string>> units_to_report(const std::vector<LoadedRecord>& records, const std::string& wanted) {
-  std::vector<std::string> units = units_in(records.front().record.info);
+Result<std::vector<std::string>> units_to_report(const std::vector<CheckedRecord>& records, const std::string& wanted) {
+  std::vector<std::string> units = units_in(records.front().info);
   if (!wanted.empty()) units = {wanted};
-  for (const LoadedRecord& one : records) {
+  for (const CheckedRecord& one : records) {
     for (const std::string& unit : units)
-      if (find_unit(one.record.info, unit) == nullptr)
+      if (find_unit(one.info, unit) == nullptr)
         return failure(FaultKind::usage, one.path,
-                       fmt::format("has no unit \"{}\", it has {}", unit, fmt::join(units_in(one.record.info), ", ")));
+                       fmt::format("has no unit \"{}\", it has {}", unit, fmt::join(units_in(one.info), ", ")));
   }
   return units;
 }
@@ -142,7 +157,7 @@ Result<std::optional<T>> parsed_if_given(const std::string& path,
 struct Given {
   std::optional<report::LaboratoryFile> laboratory;
   std::optional<report::OrderFile> order;
-  std::vector<LoadedRecord> records;
+  std::vector<CheckedRecord> records;
   ModelSource found, left;
 };
 
@@ -151,7 +166,7 @@ Result<Given> load_all(Console& console, const CalibrationArguments& options) {
   if (!laboratory) return failure(laboratory.error());
   auto order = parsed_if_given(options.order, report::parse_order);
   if (!order) return failure(order.error());
-  auto records = load_records(console, options);
+  auto records = check_records(console, options);
   if (!records) return failure(records.error());
   auto found = load_models(options.found, options.found_folder, "model_found");
   if (!found) return failure(found.error());
@@ -216,11 +231,11 @@ std::optional<model::Model> taken(std::optional<ModelOfAxis>& model) {
   return model ? std::optional(std::move(model->model)) : std::nullopt;
 }
 
-Result<void> add_axis(report::CalibrationReport& report, const Given& given, const data::AxisChoice& choice,
-                      const std::string& label, const CalibrationArguments& options) {
+Result<void> add_axis(report::CalibrationReport& report, const Given& given, const std::vector<record::Record>& records,
+                      const data::AxisChoice& choice, const std::string& label, const CalibrationArguments& options) {
   report::CalibratedAxis axis{.label = label};
-  for (const LoadedRecord& one : given.records) {
-    auto dataset = data::make_dataset(one.record, one.path, choice);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    auto dataset = data::make_dataset(records[i], given.records[i].path, choice);
     auto clusters = data::make_clusters(dataset);
     if (!clusters) return failure(clusters.error());
     report.bias_zero = dataset.bias_zero;
@@ -242,14 +257,19 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
 
 Result<report::CalibrationReport> report_of(const Given& given, const std::string& unit,
                                             const CalibrationArguments& options) {
+  const auto records = read_records(given.records, unit);
+  if (!records) return failure(records.error());
   report::CalibrationReport report{.program_version = GYROTHERM_VERSION};
-  for (const LoadedRecord& one : given.records)
+  for (std::size_t i = 0; i < records->size(); ++i) {
+    const CheckedRecord& one = given.records[i];
     add_record(report,
-               {one.record, std::filesystem::path(one.path).filename().string(), one.sha256, one.chain_verified}, unit);
-  const record::UnitInfo& info = *find_unit(given.records.front().record.info, unit);
+               {(*records)[i], std::filesystem::path(one.path).filename().string(), one.sha256, one.chain_verified},
+               unit);
+  }
+  const record::UnitInfo& info = *find_unit(given.records.front().info, unit);
   for (std::size_t a = 0; a < info.axes.size(); ++a) {
     const data::AxisChoice choice{unit, info.axes[a].name};
-    if (auto added = add_axis(report, given, choice, record::axis_label(info, a), options); !added)
+    if (auto added = add_axis(report, given, *records, choice, record::axis_label(info, a), options); !added)
       return failure(added.error());
   }
   add_order(report, given.laboratory, given.order);
@@ -273,12 +293,24 @@ Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
   if (!given) return failure(given.error());
   const auto units = units_to_report(given->records, options.unit);
   if (!units) return failure(units.error());
-  for (const std::string& unit : *units) {
-    const std::string folder = units->size() > 1 ? options.out + "/" + unit : options.out;
-    if (auto free = check_is_free(folder); !free) return failure(free.error());
-    const auto report = report_of(*given, unit, options);
+  const auto folder_of = [&](const std::string& unit) {
+    return units->size() > 1 ? options.out + "/" + unit : options.out;
+  };
+  for (const std::string& unit : *units)
+    if (auto free = check_is_free(folder_of(unit)); !free) return failure(free.error());
+  const auto begin = [&](std::size_t unit) {
+    return std::async(std::launch::async, [&, unit] {
+      block_signals();
+      return report_of(*given, (*units)[unit], options);
+    });
+  };
+  // The next unit's report is made while that of the one before is written.
+  auto next = begin(0);
+  for (std::size_t i = 0; i < units->size(); ++i) {
+    const auto report = next.get();
+    if (i + 1 < units->size()) next = begin(i + 1);
     if (!report) return failure(report.error());
-    if (auto written = write_calibration(console, *report, folder, options.languages); !written)
+    if (auto written = write_calibration(console, *report, folder_of((*units)[i]), options.languages); !written)
       return failure(written.error());
     if (!report->missing.empty()) console.say(fmt::format("a draft: missing are {}", fmt::join(report->missing, "; ")));
   }

@@ -86,6 +86,26 @@ TEST(ManyUnits, ComeBackWithTheirAxesAndValues) {
   EXPECT_TRUE(verify_record(folder / "run.db"));
 }
 
+TEST(ManyUnits, OneIsReadByItself) {
+  const Folder folder;
+  {
+    auto store = Store::create(folder / "run.db", two_units()).value();
+    ASSERT_TRUE(store->append(sample_of_two(0), {}));
+    ASSERT_TRUE(store->append(sample_of_two(1), {}));
+    ASSERT_TRUE(store->finish());
+  }
+  const auto whole = read_record(folder / "run.db").value(), part = read_record(folder / "run.db", "u-2").value();
+  EXPECT_EQ(part.info.units.size(), 2u) << "what the run knew is there";
+  EXPECT_EQ(read_info(folder / "run.db")->id, whole.info.id);
+  EXPECT_EQ(part.slot, whole.slot);
+  EXPECT_EQ(part.chamber_air_c, whole.chamber_air_c);
+  EXPECT_TRUE(part.thermometers_c[0].empty()) << "A is no thermometer of it";
+  EXPECT_EQ(part.thermometers_c[1], whole.thermometers_c[1]);
+  EXPECT_TRUE(part.units[0].rotation[0].empty() && part.units[0].interval_s.empty() && part.units[0].values[0].empty());
+  EXPECT_EQ(part.units[1].rotation, whole.units[1].rotation);
+  EXPECT_EQ(part.units[1].interval_s, whole.units[1].interval_s);
+}
+
 TEST(ManyUnits, OneThatIsSilentLosesItsOwnChannelsAlone) {
   const Folder folder;
   {

@@ -29,11 +29,44 @@ struct ExportArguments {
 /// What a model makes of each second of a record.
 struct CompensatedRows {
   data::Dataset dataset;
-  Eigen::VectorXd compensated_deg_per_h;
-  std::vector<Eigen::Index> outside;  ///< rows with an input beyond the trained range
+  Eigen::VectorXd compensated_deg_per_h{};
+  std::vector<Eigen::Index> outside{};  ///< rows with an input beyond the trained range
   double averaging_s{};
-  std::optional<double> expanded_deg_per_h;  ///< U of a mean over so many seconds
+  std::optional<double> expanded_deg_per_h{};  ///< U of a mean over so many seconds
 };
+
+/// Compensates the rows from `first` up to `end`, which follow each other by a second.
+void push_stretch(model::CompensationStream& stream, CompensatedRows& rows, Eigen::Index first, Eigen::Index end) {
+  const Eigen::Index count = end - first;
+  rows.compensated_deg_per_h.segment(first, count) = stream.push(rows.dataset.temperature_c.middleRows(first, count),
+                                                                 rows.dataset.bias_deg_per_h.segment(first, count));
+  for (const Eigen::Index row : stream.rows_outside()) rows.outside.push_back(first + row);
+}
+
+/// Seconds that the record has not: nothing is known of them.
+void push_gap(model::CompensationStream& stream, const CompensatedRows& rows, Eigen::Index seconds) {
+  constexpr Eigen::Index kAtOnce = 10'000;
+  for (; seconds > 0; seconds -= kAtOnce) {
+    const Eigen::Index count = std::min(seconds, kAtOnce);
+    (void)stream.push(Eigen::MatrixXd::Constant(count, rows.dataset.temperature_c.cols(), record::kMissing),
+                      Eigen::VectorXd::Constant(count, record::kMissing));
+  }
+}
+
+void push_all(model::CompensationStream& stream, CompensatedRows& rows) {
+  const Eigen::VectorXd& time_s = rows.dataset.time_s;
+  rows.compensated_deg_per_h.resize(time_s.size());
+  Eigen::Index first = 0;
+  for (Eigen::Index end = 1; end <= time_s.size(); ++end) {
+    const bool is_last = end == time_s.size();
+    const Eigen::Index missing =
+        is_last || rows.dataset.imported ? 0 : static_cast<Eigen::Index>(time_s(end) - time_s(end - 1)) - 1;
+    if (!is_last && missing == 0) continue;
+    push_stretch(stream, rows, first, end);
+    push_gap(stream, rows, missing);
+    first = end;
+  }
+}
 
 Result<CompensatedRows> compensate(const ExportArguments& options) {
   const auto outside = model::parse_outside(options.outside);
@@ -44,13 +77,10 @@ Result<CompensatedRows> compensate(const ExportArguments& options) {
   if (!dataset) return failure(dataset.error());
   auto stream = model::CompensationStream::open(*model, dataset->thermometers, *outside);
   if (!stream) return failure(stream.error());
-  CompensatedRows rows;
-  rows.compensated_deg_per_h = stream->push(dataset->temperature_c, dataset->bias_deg_per_h);
-  rows.averaging_s = model->cluster_length_s;
-  rows.outside = stream->rows_outside();
+  CompensatedRows rows{.dataset = std::move(*dataset), .averaging_s = model->cluster_length_s};
+  push_all(*stream, rows);
   if (model->uncertainty)
     rows.expanded_deg_per_h = of_mean_over(*model->uncertainty, model->cluster_length_s).expanded_deg_per_h;
-  rows.dataset = std::move(*dataset);
   return rows;
 }
 
@@ -66,7 +96,8 @@ std::string table_of(const CompensatedRows& rows) {
       "# run {}, {}; temperatures are calibrated, inputs of the model are their means over the last {:g} s"
       "\ntime [s]",
       dataset.run_id, dataset.bias_zero, rows.averaging_s);
-  for (const std::string& thermometer : dataset.thermometers) text += "," + thermometer + " [°C]";
+  for (const std::string& input : dataset.thermometers)
+    text += "," + input + (input.starts_with(data::kAux) ? "" : " [°C]");
   text += fmt::format(",bias [°/h],compensated [°/h],U of a mean over {:g} s [°/h]\n", rows.averaging_s);
   for (Eigen::Index row = 0; row < dataset.time_s.size(); ++row) {
     fmt::format_to(std::back_inserter(text), "{}", dataset.time_s(row));

@@ -2,6 +2,7 @@
 /// A laboratory reports on a unit, from the records of a virtual rig, and again a year later.
 #include "report/calibration.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "acquisition/record/sqlite.hpp"
 #include "core/file.hpp"
 #include "report/dsi.hpp"
 #include "report/words.hpp"
@@ -199,6 +201,25 @@ TEST_F(CalibrationOfAUnit, RowsOfExportAreWhatCompensateTakes) {
     return std::stod(text.substr(text.rfind(',') + 1));
   };
   EXPECT_NEAR(last_of(stream.out, 0), last_of(table, 1), 1e-6);
+}
+
+TEST_F(CalibrationOfAUnit, NoMeanReachesAcrossAGap) {
+  std::filesystem::copy_file(in("random.db"), in("gap.db"));
+  {
+    auto record = record::Database::open(in("gap.db"), record::Access::read_write, 0).value();
+    ASSERT_TRUE(record.execute("DELETE FROM sample WHERE slot BETWEEN 1000 AND 1009"));
+  }
+  run("export " + in("gap.db") + " --unverified --compensated --model " + in("model.json") + " --out " + in("gap.csv"));
+  const auto compensated = [table = text_in(in("gap.csv"))](int second) {
+    auto line = table.substr(table.find(fmt::format("\n{},", second)) + 1);
+    line = line.substr(0, line.find('\n'));
+    line = line.substr(0, line.rfind(','));
+    return line.substr(line.rfind(',') + 1);
+  };
+  EXPECT_NE(compensated(999), "");
+  EXPECT_EQ(compensated(1010), "") << "the means of the last 100 s are not known";
+  EXPECT_EQ(compensated(1108), "");
+  EXPECT_NE(compensated(1209), "");
 }
 
 }  // namespace

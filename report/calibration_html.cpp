@@ -314,7 +314,9 @@ class BodyWriter {
           "<div class=\"chart-legend\"></div><div class=\"chart\" role=\"img\" aria-label=\"{}\"></div>\n"
           "<script type=\"application/json\">{}</script>\n",
           escaped(figure.caption), chart_data(figure.data, document_.language, most_points_));
-    html_ += "<div class=\"static\">" + figure.svg + "</div>\n<figcaption>" + caption_html(figure.caption);
+    html_ +=
+        fmt::format("<div class=\"static\" role=\"group\" tabindex=\"0\" aria-label=\"{}\">{}</div>\n<figcaption>{}",
+                    escaped(figure.caption), figure.svg, caption_html(figure.caption));
     if (enlargeable)
       html_ += " <span class=\"zoom-note\">" + escaped(word(document_.language, "page.zoom")) + "</span>";
     html_ += "</figcaption>\n</figure>\n";
@@ -358,7 +360,7 @@ std::string marks_html(const Document& document) {
   constexpr double kLargestPt = 62, kLongestPt = 640, kBoldCapitals = 1.5;  // wider than text_width takes letters for
   const double size_pt = std::min(kLargestPt, kLongestPt / (kBoldCapitals * plot::text_width(document.mark, 1)));
   return fmt::format(
-      "<div class=\"banner\" role=\"note\">{0}</div>\n"
+      "<header class=\"banner\">{0}</header>\n"
       "<div class=\"watermark\" aria-hidden=\"true\" style=\"font-size: {1:.0f}pt\">{0}</div>\n",
       escaped(document.mark), size_pt);
 }

@@ -9,8 +9,9 @@ namespace gyrotherm::report {
 namespace {
 
 constexpr const char* kSimulatedBanner =
-    "<div class=\"banner\"><b>SIMULATED</b>virtual instruments: every number below describes the simulation, no real "
-    "gyro</div>\n"
+    "<header class=\"banner\"><b>SIMULATED</b>virtual instruments: every number below describes the simulation, no "
+    "real "
+    "gyro</header>\n"
     "<div class=\"watermark\" aria-hidden=\"true\">SIMULATED</div>\n";
 
 constexpr const char* kScreen = R"css(
@@ -57,7 +58,7 @@ table { border-collapse: collapse; width: 100%; margin: 18px 0 20px; font-size: 
   font-variant-numeric: tabular-nums lining-nums; }
 caption { text-align: left; color: var(--faint); font-size: 13px; padding-bottom: 6px; }
 caption b { color: var(--ink); margin-right: .5em; }
-thead th { text-align: left; font-weight: 600; vertical-align: bottom; border-top: 1.5px solid var(--ink);
+thead :is(th, td) { text-align: left; font-weight: 600; vertical-align: bottom; border-top: 1.5px solid var(--ink);
   border-bottom: 1px solid var(--ink); padding: 6px 14px 6px 0; }
 td { padding: 4px 14px 4px 0; border-bottom: 1px solid #eceff2; vertical-align: top; }
 tbody tr:last-child td { border-bottom: 1.5px solid var(--ink); }
@@ -122,7 +123,7 @@ std::string html_of(const HtmlPage& page) {
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
       "<meta name=\"viewport\" content=\"width=device-width, "
       "initial-scale=1\"/>\n<title>{}{}</title>\n<style>{}</style>\n"
-      "</head>\n<body>\n{}<main>\n{}{}<footer>{}</footer>\n</main>\n</body>\n</html>\n",
+      "</head>\n<body>\n{}<main tabindex=\"0\">\n{}{}<footer>{}</footer>\n</main>\n</body>\n</html>\n",
       page.simulated ? "SIMULATED – " : "", plot::escaped(page.title), style_sheet(page.simulated),
       page.simulated ? kSimulatedBanner : "", head, page.body, plot::escaped(page.footer));
 }

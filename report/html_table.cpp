@@ -11,7 +11,9 @@ namespace {
 std::string row_of(const std::vector<std::string>& cells, const char* tag, std::size_t text_columns) {
   std::string row = "<tr>";
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    row += fmt::format("<{0}{1}>{2}</{0}>", tag, k < text_columns ? "" : " class=\"n\"", cells[k]);
+    // A header that says nothing is none.
+    row += fmt::format("<{0}{1}>{2}</{0}>", cells[k].empty() ? "td" : tag, k < text_columns ? "" : " class=\"n\"",
+                       cells[k]);
   }
   return row + "</tr>\n";
 }

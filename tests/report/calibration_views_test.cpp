@@ -129,14 +129,14 @@ TEST(CalibrationPage, AMarkIsAboveItAndOnEverySheet) {
   CalibrationReport report = sample_calibration();
   report.state = ReportState::draft;
   const std::string page = page_of(report);
-  EXPECT_TRUE(contains(page, "<div class=\"banner\" role=\"note\">DRAFT · SIMULATED</div>"));
+  EXPECT_TRUE(contains(page, "<header class=\"banner\">DRAFT · SIMULATED</header>"));
   EXPECT_TRUE(contains(page, "<div class=\"watermark\""));
   EXPECT_TRUE(contains(page, "@top-right"));
   EXPECT_TRUE(contains(page, "<title>DRAFT · SIMULATED – Calibration report (draft)"));
   report.state = ReportState::authorised;
   report.simulated = false;
   const std::string plain = page_of(report);
-  EXPECT_FALSE(contains(plain, "<div class=\"banner\""));
+  EXPECT_FALSE(contains(plain, "<header class=\"banner\""));
   EXPECT_FALSE(contains(plain, "@top-right"));
 }
 
@@ -149,7 +149,7 @@ TEST(CalibrationPage, VerdictsHaveASignBesideTheirColour) {
 TEST(CalibrationPage, FiguresAreThereWithoutScripts) {
   const std::string page = page_of(sample_calibration());
   EXPECT_EQ(count_of(page, "<figure "), 6);
-  EXPECT_EQ(count_of(page, "<div class=\"static\"><svg"), 6);
+  EXPECT_EQ(count_of(page, "<div class=\"static\" role=\"group\" tabindex=\"0\""), 6);
   EXPECT_EQ(count_of(page, "class=\"enlargeable\""), 4) << "two are logarithmic";
 }
 

@@ -1,0 +1,86 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Looks at the pages that the program writes as somebody does who cannot see or has no mouse: axe-core, in Chromium.
+
+    accessible.py GYROTHERM
+
+Makes a small experiment of three gyros on the virtual rig, its calibration reports in both languages, and asks axe-core
+of each page, as wide as a phone and as a desk. axe-core is taken from npm. Exit code 1 if it finds anything; 77 if
+Chromium, its driver, Selenium or npm is not there.
+"""
+from __future__ import annotations
+
+import pathlib
+import subprocess
+import sys
+import tarfile
+import tempfile
+
+SKIPPED = 77
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+WIDTHS = (360, 800, 1280)
+FIRST_PAINT_MS = 1000
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.options import Options
+    from selenium.webdriver.chrome.service import Service
+except ModuleNotFoundError:
+    print("skipped: python3-selenium is not there")
+    sys.exit(SKIPPED)
+
+
+def axe(folder: pathlib.Path) -> str:
+    packed = subprocess.run(["npm", "pack", "axe-core@4", "--silent"], cwd=folder, capture_output=True, text=True,
+                            check=True)
+    with tarfile.open(folder / packed.stdout.strip()) as archive:
+        return archive.extractfile("package/axe.min.js").read().decode()
+
+
+def browser() -> webdriver.Chrome:
+    options = Options()
+    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu"):
+        options.add_argument(argument)
+    return webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+
+
+def pages(program: str, folder: pathlib.Path) -> list[pathlib.Path]:
+    out = folder / "out"
+    for command in (["qualify", "--quick", "--rig", ROOT / "profiles/rigs/virtual-triad.toml", "--out", out, "--quiet"],
+                    ["report", out, "--out", out / "calibration", "--language", "en,de", "--quiet"]):
+        subprocess.run([program, *map(str, command)], check=True, stdout=subprocess.DEVNULL, cwd=ROOT)
+    return sorted(out.rglob("*.html"))
+
+
+def troubles(driver: webdriver.Chrome, script: str, page: pathlib.Path, width: int) -> list[str]:
+    driver.set_window_size(width, 900)
+    driver.get(page.as_uri())
+    paints = driver.execute_script("return performance.getEntriesByType('paint').map(p => p.startTime)")
+    driver.execute_script(script)
+    found = driver.execute_async_script("const done = arguments[0]; axe.run(document).then(done)")["violations"]
+    said = [f"{one['id']}: {one['help']}: {node['html'][:120]}" for one in found for node in one["nodes"]]
+    if not paints or max(paints) > FIRST_PAINT_MS:
+        said.append(f"first paint after {paints} ms, expected at most {FIRST_PAINT_MS}")
+    return said
+
+
+def main() -> int:
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        try:
+            script, driver = axe(folder), browser()
+        except Exception as missing:  # any of the three that is not there, in its own words
+            print(f"skipped: {missing}")
+            return SKIPPED
+        failed = False
+        for page in pages(sys.argv[1], folder):
+            for width in WIDTHS:
+                said = troubles(driver, script, page, width)
+                failed = failed or bool(said)
+                print(f"{page.relative_to(folder)} at {width} px: {len(said)} found", *said, sep="\n    ")
+        driver.quit()
+        return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -84,13 +84,13 @@ Result<AxisExperiment> experiment_of(const LotExperiment& lot, const data::AxisC
 /// Worked on by several threads; the main thread looks at it and shows how far it is.
 class Bench {
  public:
-  Bench(const LotExperiment& lot, const rig::RigFile& rig, std::vector<Task>& tasks)
-      : lot_(lot), rig_(rig), tasks_(tasks) {}
+  Bench(const LotExperiment& lot, const rig::RigFile& rig, std::vector<Task>& tasks, std::size_t threads)
+      : lot_(lot), rig_(rig), tasks_(tasks), threads_(threads) {}
 
   /// Takes one axis after the other until none is left, or somebody wants an end.
   void work() {
     for (auto next = next_++; next < tasks_.size() && !stop_; next = next_++) {
-      train(tasks_[next]);
+      train(tasks_[next], threads_for(tasks_.size() - next));
       const std::lock_guard lock(mutex_);
       under_way_.erase(tasks_[next].folder);
       ++done_;
@@ -115,9 +115,15 @@ class Bench {
   }
 
  private:
-  void train(Task& task) {
+  /// For one of so many axes that nobody has begun with. One is enough until fewer are left than there are threads, of
+  /// which some would then have nothing to do.
+  [[nodiscard]] int threads_for(std::size_t left) const {
+    return static_cast<int>(std::max<std::size_t>(1, threads_ / left));
+  }
+
+  void train(Task& task, int threads) {
     if ((task.report = report_left(lot_, task))) return;
-    const auto outcome = trained(task);
+    const auto outcome = trained(task, threads);
     if (outcome) {
       task.report = std::move(outcome->report);
       return;
@@ -129,11 +135,11 @@ class Bench {
     stop_ = true;
   }
 
-  Result<AxisOutcome> trained(const Task& task) {
+  Result<AxisOutcome> trained(const Task& task, int threads) {
     auto experiment = experiment_of(lot_, task.of);
     if (!experiment) return failure(experiment.error());
     AxisOptions options{.folder = lot_.out + "/" + task.folder, .compare = lot_.compare, .training = lot_.training};
-    options.training.threads = 1;
+    options.training.threads = threads;
     std::error_code error;
     std::filesystem::create_directories(options.folder, error);
     if (error) return failure(FaultKind::storage, options.folder, "cannot be made: " + error.message());
@@ -153,6 +159,7 @@ class Bench {
   const LotExperiment& lot_;
   const rig::RigFile& rig_;
   std::vector<Task>& tasks_;
+  std::size_t threads_;
   std::atomic<std::size_t> next_{0};
   std::atomic<bool> stop_{false};
   mutable std::mutex mutex_;
@@ -166,7 +173,7 @@ Result<void> train_side_by_side(Console& console, const LotExperiment& lot, cons
   constexpr auto kLook = std::chrono::milliseconds(100);
   const auto wanted = lot.training.threads > 0 ? static_cast<unsigned>(lot.training.threads)
                                                : std::max(1U, std::thread::hardware_concurrency());
-  Bench bench(lot, rig, tasks);
+  Bench bench(lot, rig, tasks, wanted);
   {
     std::vector<std::jthread> workers;
     for (unsigned i = 0; i < std::min<std::size_t>(wanted, tasks.size()); ++i)

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/deadline.hpp"
+#include "core/file.hpp"
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/modbus_frame.hpp"
 #include "tests/drivers/line/loopback_server.hpp"

@@ -12,8 +12,8 @@
 #include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/line/modbus.hpp"
+#include "rig/attended_wires.hpp"
 #include "rig/inquiry.hpp"
-#include "rig/loopback_wires.hpp"
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_laboratory.hpp"
 
@@ -411,7 +411,7 @@ Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& 
   if (!laboratory) return failure(laboratory.error());
   (*laboratory)->replay(start.replay);
   const auto later = std::chrono::days(start.seed.days_later);
-  return std::make_unique<VirtualRig>(file, make_loopback_wires(std::move(*laboratory), start.already, later), start);
+  return std::make_unique<VirtualRig>(file, make_attended_wires(std::move(*laboratory), start.already, later), start);
 }
 
 std::unique_ptr<Rig> Rig::assemble(const RigFile& file, Wires& wires) {

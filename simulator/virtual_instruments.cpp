@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -169,6 +170,15 @@ class Servers final : public VirtualInstruments {
     }
   }
 
+  Result<Descriptor> connect(InstrumentKind kind, std::size_t index) override {
+    auto ends = connect_here();
+    if (!ends) return failure(std::move(ends.error()));
+    if (kind == InstrumentKind::gyro)
+      gyros_.at(index).adopt(std::move(ends->second));
+    else
+      replies_.adopt(std::move(ends->second), sessions_.at(kind).at(index));
+    return std::move(ends->first);
+  }
   void attend() override { replies_.attend(); }
 
   void bring_unit_to(const UnitState& state) override {
@@ -219,7 +229,16 @@ class Servers final : public VirtualInstruments {
     return next;
   }
 
+  /// Closed where they are attended.
+  static Descriptor next_of(std::vector<Descriptor>& listeners) {
+    if (listeners.empty()) return {};
+    auto next = std::move(listeners.front());
+    listeners.erase(listeners.begin());
+    return next;
+  }
+
   std::uint16_t serve(const std::string& instrument, Descriptor listener, const MakeSession& session) {
+    if (!listener.is_open()) return 0;
     const auto port = port_of(listener);
     lines_.push_back({instrument, fmt::format("tcp://127.0.0.1:{}", port)});
     replies_.add(std::move(listener), session);
@@ -234,8 +253,8 @@ class Servers final : public VirtualInstruments {
   void serve_gyro(VirtualGyroLine line, const GyroLineSources& sources, const VirtualInstrumentsOptions& options,
                   Descriptor listener, std::optional<Pty> pty) {
     const auto name = name_of(sources, laboratory_, options.gyros.size());
-    gyro_ports_.push_back(port_of(listener));
-    lines_.push_back({name, fmt::format("tcp://127.0.0.1:{}", gyro_ports_.back())});
+    gyro_ports_.push_back(listener.is_open() ? port_of(listener) : std::uint16_t{0});
+    if (listener.is_open()) lines_.push_back({name, fmt::format("tcp://127.0.0.1:{}", gyro_ports_.back())});
     gyros_.emplace_back(std::move(line), sources, options.frames, laboratory_.arcsec_per_pulse(), std::move(listener));
     if (!pty) return;
     lines_.push_back({name, "serial:" + pty->path});
@@ -250,6 +269,7 @@ class Servers final : public VirtualInstruments {
   std::vector<AnalogueRegisters> analogue_;
   std::vector<std::uint16_t> thermometer_ports_, gyro_ports_, analogue_ports_;
   std::vector<ServedLine> lines_;
+  std::map<InstrumentKind, std::vector<MakeSession>> sessions_;
   std::vector<PacedGyroLine> gyros_;
   Duration clock_{};  ///< since the start
   std::int64_t seconds_{};
@@ -263,27 +283,29 @@ Servers::Servers(VirtualLaboratory laboratory, VirtualInstrumentsOptions options
       places_(std::move(sources.thermometers)),
       analogue_(std::move(sources.analogue)),
       replies_(guard_) {
-  auto listener = listeners.begin();
   auto pty = ptys.begin();
   const MakeSession chamber = [this] { return make_modbus_session(chamber_); };
-  chamber_port_ = serve("chamber", std::move(*listener++), chamber);
+  sessions_[InstrumentKind::chamber] = {chamber};
+  chamber_port_ = serve("chamber", next_of(listeners), chamber);
   if (options.ptys)
     serve("chamber", std::move(*pty++),
           [this] { return std::make_unique<ModbusRtuSession>(chamber_, drivers::LinkKind::rtu); });
   for (std::size_t i = 0; i < places_.size(); ++i) {
     const auto instrument = fmt::format("thermometer {}", i + 1);
     const auto session = session_of(options.thermometers[i], places_[i], laboratory_);
-    thermometer_ports_.push_back(session ? serve(instrument, std::move(*listener++), session) : std::uint16_t{0});
+    sessions_[InstrumentKind::thermometer].push_back(session);
+    thermometer_ports_.push_back(session ? serve(instrument, next_of(listeners), session) : std::uint16_t{0});
     if (session && options.ptys) serve(instrument, std::move(*pty++), session);
   }
   for (std::size_t i = 0; i < options.gyros.size(); ++i)
-    serve_gyro(std::move(options.gyros[i]), sources.gyros[i], options, std::move(*listener++),
+    serve_gyro(std::move(options.gyros[i]), sources.gyros[i], options, next_of(listeners),
                options.ptys ? std::optional(std::move(*pty++)) : std::nullopt);
   for (std::size_t i = 0; i < analogue_.size(); ++i) {
     analogue_[i].watch(laboratory_);
     const auto instrument = fmt::format("analogue input {}", i + 1);
-    analogue_ports_.push_back(
-        serve(instrument, std::move(*listener++), [this, i] { return make_modbus_session(analogue_[i]); }));
+    const MakeSession session = [this, i] { return make_modbus_session(analogue_[i]); };
+    sessions_[InstrumentKind::analogue_input].push_back(session);
+    analogue_ports_.push_back(serve(instrument, next_of(listeners), session));
     if (options.ptys)
       serve(instrument, std::move(*pty++),
             [this, i] { return std::make_unique<ModbusRtuSession>(analogue_[i], drivers::LinkKind::rtu); });
@@ -301,7 +323,7 @@ Result<std::unique_ptr<VirtualInstruments>> VirtualInstruments::start(VirtualLab
       std::ranges::count(options.thermometers, drivers::ThermometerKind::mcc_usb_temp, &VirtualThermometer::kind);
   const auto servers = 1 + options.thermometers.size() - static_cast<std::size_t>(on_wires) + options.gyros.size() +
                        options.analogue_inputs.size();
-  auto listeners = listen_all(options.first_port, servers);
+  auto listeners = listen_all(options.first_port, options.attended ? 0 : servers);
   if (!listeners) return failure(std::move(listeners.error()));
   auto ptys = open_ptys(options.ptys ? servers : 0);
   if (!ptys) return failure(std::move(ptys.error()));

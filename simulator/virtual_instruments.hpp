@@ -38,8 +38,8 @@ struct VirtualInstrumentsOptions {
   FramePace frames{};            ///< of all gyros
   bool ptys = false;  ///< serves all but HID devices on pseudo-terminals too; there chamber and analogue inputs speak
                       ///< Modbus RTU, with unit and registers of the map's link in use
-  bool attended = false;  ///< what waits for an answer is served in attend(), by whoever calls it, and not at once from
-                          ///< a thread of their own: for one client that knows when it has asked
+  bool attended = false;  ///< they are at no port and have no thread: the one client, in this process, has connections
+                          ///< from connect(), and lets them answer by attend()
 };
 
 /// One second that the laboratory lives through again.
@@ -55,7 +55,9 @@ struct ServedLine {
   std::string instrument, line;
 };
 
-/// Serves on 127.0.0.1, from a thread of its own unless attended, until destroyed. All clients see one world; several
+enum class InstrumentKind { chamber, thermometer, gyro, analogue_input };
+
+/// Serves on 127.0.0.1 from a thread of its own until destroyed, unless attended. All clients see one world; several
 /// clients may connect to each.
 class VirtualInstruments {
  public:
@@ -78,8 +80,9 @@ class VirtualInstruments {
   /// The state it was brought to last, in the seconds lived through again too.
   [[nodiscard]] virtual UnitState unit() = 0;
 
-  /// Answers whoever has asked; returns when nobody waits any more. For attended instruments, after something was sent
-  /// to one of them that answers.
+  /// Of attended instruments: a connection to one of them, a gyro's by its line; not blocking. Fails with disconnected.
+  [[nodiscard]] virtual Result<Descriptor> connect(InstrumentKind kind, std::size_t index = 0) = 0;
+  /// Of attended instruments, after something was sent to one of them that answers: whoever has asked is answered.
   virtual void attend() = 0;
 
   /// A unit that does not send (VirtualLaboratory::silence).
@@ -91,7 +94,7 @@ class VirtualInstruments {
   /// Of each axis of a unit (VirtualLaboratory::true_bias): asked of the laboratory, by no instrument's line.
   [[nodiscard]] virtual std::vector<DegreesPerHour> true_bias(std::size_t unit = 0) = 0;
 
-  /// Ports on 127.0.0.1; 0: that thermometer is no server (USB-TEMP).
+  /// Ports on 127.0.0.1; 0: that thermometer is no server (USB-TEMP), or all are attended.
   [[nodiscard]] virtual std::uint16_t chamber_port() const = 0;
   [[nodiscard]] virtual std::uint16_t thermometer_port(std::size_t index) const = 0;
   [[nodiscard]] virtual std::uint16_t gyro_port(std::size_t line = 0) const = 0;

@@ -45,6 +45,7 @@ struct FreeContext {
 class LibmodbusConnection final : public FrameConnection {
  public:
   explicit LibmodbusConnection(TcpLine line) : line_(std::move(line)) {}
+  explicit LibmodbusConnection(Connect connect) : connect_(std::move(connect)) {}
 
   bool is_open() const override { return context_ != nullptr; }
 
@@ -57,12 +58,9 @@ class LibmodbusConnection final : public FrameConnection {
     modbus_set_error_recovery(context_.get(), MODBUS_ERROR_RECOVERY_NONE);
     modbus_set_byte_timeout(context_.get(), 0, 0);
     limit_waits(within);
-    if (modbus_connect(context_.get()) != 0) {
-      close();
-      return failure(FaultKind::disconnected, "", "no connection");
-    }
-    guard_against_half_open(modbus_get_socket(context_.get()));
-    return {};
+    auto connected = connect_ ? take_over() : connect();
+    if (!connected) close();
+    return connected;
   }
 
   void close() override { context_.reset(); }
@@ -88,13 +86,27 @@ class LibmodbusConnection final : public FrameConnection {
   }
 
  private:
+  Result<void> connect() {
+    if (modbus_connect(context_.get()) != 0) return failure(FaultKind::disconnected, "", "no connection");
+    guard_against_half_open(modbus_get_socket(context_.get()));
+    return {};
+  }
+
+  Result<void> take_over() {
+    auto connected = connect_();
+    if (!connected) return failure(std::move(connected.error()));
+    modbus_set_socket(context_.get(), std::move(*connected).release());
+    return {};
+  }
+
   void limit_waits(Duration within) {
     const auto us = std::max<std::int64_t>(std::chrono::duration_cast<std::chrono::microseconds>(within).count(), 1);
     modbus_set_response_timeout(context_.get(), static_cast<std::uint32_t>(us / 1'000'000),
                                 static_cast<std::uint32_t>(us % 1'000'000));
   }
 
-  TcpLine line_;
+  TcpLine line_{"127.0.0.1", 0};
+  Connect connect_;                                 ///< empty: the line is connected to
   std::unique_ptr<modbus_t, FreeContext> context_;  ///< exists while connected
 };
 
@@ -149,6 +161,10 @@ std::unique_ptr<ModbusLine> make_modbus_tcp(std::unique_ptr<FrameConnection> con
 
 std::unique_ptr<FrameConnection> make_modbus_connection(const TcpLine& line) {
   return std::make_unique<LibmodbusConnection>(line);
+}
+
+std::unique_ptr<FrameConnection> make_modbus_connection(Connect connect) {
+  return std::make_unique<LibmodbusConnection>(std::move(connect));
 }
 
 namespace {

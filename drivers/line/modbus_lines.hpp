@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "drivers/line/byte_streams.hpp"
 #include "drivers/line/modbus.hpp"
 
 namespace gyrotherm::drivers {
@@ -35,6 +36,8 @@ class FrameConnection {
 
 /// The connection to a real unit, by libmodbus.
 [[nodiscard]] std::unique_ptr<FrameConnection> make_modbus_connection(const TcpLine& line);
+/// … over one that somebody else makes.
+[[nodiscard]] std::unique_ptr<FrameConnection> make_modbus_connection(Connect connect);
 
 // Modbus RTU on a line that carries bytes: a serial port, or a gateway that passes RTU frames on over TCP.
 

@@ -163,9 +163,14 @@ std::string GyroServer::replies(int descriptor, std::string& heard) const {
   return answer;
 }
 
+void GyroServer::adopt(Descriptor client) {
+  if (clients_.size() < kMostClients && send_now(client, writer_.lead_in())) clients_.push_back({std::move(client)});
+}
+
 void GyroServer::attend() {
-  for (auto client = accept_client(listener_); client.is_open(); client = accept_client(listener_))
-    if (clients_.size() < kMostClients && send_now(client, writer_.lead_in())) clients_.push_back({std::move(client)});
+  if (listener_.is_open())
+    for (auto client = accept_client(listener_); client.is_open(); client = accept_client(listener_))
+      adopt(std::move(client));
   if (commands_.empty()) return;
   for (auto& client : clients_)
     if (const auto answer = replies(client.socket.number(), client.heard); !answer.empty())

@@ -64,9 +64,11 @@ class GyroServer {
  public:
   static constexpr std::size_t kMostClients = 16;
 
-  /// `commands`: what starts the stream, and the replies.
+  /// `commands`: what starts the stream, and the replies. A listener that is closed lets nobody in.
   GyroServer(Descriptor listener, StreamWriter writer, std::vector<drivers::GyroCommand> commands = {});
   void add(Pty line);
+  /// A client that is connected already.
+  void adopt(Descriptor client);
 
   /// Lets clients in, and answers their commands.
   void attend();

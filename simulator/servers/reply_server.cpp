@@ -46,6 +46,14 @@ void ReplyServer::add(Pty line, MakeSession make_session) {
   lines_.emplace(descriptor, Line{std::move(line), std::move(make_session), nullptr});
 }
 
+void ReplyServer::adopt(Descriptor client, const MakeSession& make_session) {
+  assert(!thread_.joinable());
+  const int descriptor = client.number();
+  const std::scoped_lock lock(laboratory_guard_);
+  clients_.emplace(descriptor, Client{std::move(client), make_session(), nullptr});
+  watch(descriptor);
+}
+
 void ReplyServer::start() {
   thread_ = std::thread([this] { run(); });
 }
@@ -98,7 +106,7 @@ void ReplyServer::attend(int descriptor) {
   if (const auto line = lines_.find(descriptor); line != lines_.end()) return exchange(line->second);
   const auto found = clients_.find(descriptor);
   if (found == clients_.end() || exchange(found->second)) return;
-  --found->second.listener->clients;
+  if (found->second.listener != nullptr) --found->second.listener->clients;
   clients_.erase(found);
 }
 

@@ -28,6 +28,8 @@ class ReplyServer {
   /// To be called before start().
   void add(Descriptor listener, MakeSession make_session);
   void add(Pty line, MakeSession make_session);
+  /// A client that is connected already, of a server that has no thread.
+  void adopt(Descriptor client, const MakeSession& make_session);
   /// Serves from a thread of its own from now on.
   void start();
   /// Serves, without such a thread, what was sent until now, in the calling one. Something was: it is waited for,
@@ -43,7 +45,7 @@ class ReplyServer {
   struct Client {
     Descriptor socket;
     std::unique_ptr<Session> session;
-    Listener* listener{};
+    Listener* listener{};  ///< that let it in; null: it was adopted
   };
   struct Line {
     Pty pty;

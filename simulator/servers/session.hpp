@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/file.hpp"
@@ -60,6 +61,8 @@ inline constexpr std::string_view kBlanks = " \r\n";
 [[nodiscard]] std::uint16_t port_of(const Descriptor& listener);
 /// The next client that waits, or a closed socket if none does.
 [[nodiscard]] Descriptor accept_client(const Descriptor& listener);
+/// A connection within this process: its two ends. Fails with disconnected.
+[[nodiscard]] Result<std::pair<Descriptor, Descriptor>> connect_here();
 /// Sends all at once; false if the client is gone or too slow to take it.
 [[nodiscard]] bool send_now(const Descriptor& client, std::span<const std::byte> bytes);
 

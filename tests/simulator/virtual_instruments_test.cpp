@@ -2,7 +2,9 @@
 #include "simulator/virtual_instruments.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <array>
 #include <deque>
 #include <string>
 
@@ -74,6 +76,35 @@ TEST_F(VirtualInstrumentsTest, GiveEachThermometerItsChannels) {
   const Client shell(instruments->thermometer_port(1));
   const VirtualLaboratory same(laboratory_of_rig("virtual"), {});
   EXPECT_NEAR(std::stod(ask(shell, "CRDG? 1\r\n")), same.thermometers_as_measured_c()[8], 0.0005);
+}
+
+TEST_F(VirtualInstrumentsTest, AttendedAnswerInTheThreadThatAsks) {
+  const auto attended =
+      VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {}),
+                                {.chamber = map,
+                                 .thermometers = {{{"A", "B", "C", "D", "E", "F", "G", "H"}}, {{"shell"}}},
+                                 .gyros = {{.frame = gyro_of_rig("virtual")}},
+                                 .attended = true})
+          .value();
+  EXPECT_TRUE(attended->lines().empty()) << "nobody else can speak to them";
+  EXPECT_EQ(attended->chamber_port(), 0);
+  const auto gyro = attended->connect(InstrumentKind::gyro).value();
+  auto shell = attended->connect(InstrumentKind::thermometer, 1).value();
+  std::array<char, 64> answer{};
+  const auto read = [&](const Descriptor& from) { return ::read(from.number(), answer.data(), answer.size()); };
+  ASSERT_EQ(::write(shell.number(), "CRDG? 1\r\n", 9), 9);
+  EXPECT_EQ(read(shell), -1) << "not yet";
+  attended->attend();
+  ASSERT_GT(read(shell), 0);
+  VirtualLaboratory same(laboratory_of_rig("virtual"), {});
+  EXPECT_NEAR(std::stod(answer.data()), same.thermometers_as_measured_c()[8], 0.0005);
+  attended->advance(1);
+  EXPECT_EQ(read(gyro), 16) << "a frame";
+  shell.close();
+  auto again = attended->connect(InstrumentKind::thermometer, 1).value();
+  ASSERT_EQ(::write(again.number(), "CRDG? 1\r\n", 9), 9);
+  attended->attend();
+  EXPECT_GT(read(again), 0) << "the line broke and was made again";
 }
 
 TEST_F(VirtualInstrumentsTest, SendOneFrameASecondToEveryGyroClient) {

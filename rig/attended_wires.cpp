@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rig/loopback_wires.hpp"
-
-#include <fmt/format.h>
+#include "rig/attended_wires.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -9,7 +7,6 @@
 #include "core/clock.hpp"
 #include "drivers/line/byte_streams.hpp"
 #include "drivers/line/modbus_lines.hpp"
-#include "rig/thermometer_settings.hpp"
 
 namespace gyrotherm::rig {
 namespace {
@@ -77,25 +74,25 @@ class LineOfAUnit final : public drivers::ByteStream {
   simulator::VirtualInstruments& instruments_;
 };
 
-class LoopbackWires final : public Wires {
+class AttendedWires final : public Wires {
  public:
-  LoopbackWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already, Duration later)
+  AttendedWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already, Duration later)
       : instruments_(std::move(instruments)), clock_(already - kSecond, later) {}
 
   std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) override {
-    return registers(instruments_->chamber_port(), map);
+    return registers(InstrumentKind::chamber, 0, map);
   }
   std::unique_ptr<drivers::Pauses> pauses() override { return drivers::virtual_pauses(); }
   Wire<drivers::ByteStream> thermometer(std::size_t index) override {
-    return {.line = attended_stream(instruments_->thermometer_port(index))};
+    return {.line = attended_stream(InstrumentKind::thermometer, index)};
   }
   Wire<drivers::HidReports> usb_temp(std::size_t index) override { return {.line = instruments_->usb_temp(index)}; }
   Wire<drivers::ByteStream> gyro(std::size_t index) override {
-    auto line = make_tcp_stream(local(instruments_->gyro_port(index)), kConnectWithin);
+    auto line = drivers::make_stream_of(connection(InstrumentKind::gyro, index), kPlace);
     return {.line = std::make_unique<LineOfAUnit>(std::move(line), *instruments_)};
   }
   Wire<drivers::Registers> analogue_input(std::size_t index, const drivers::RegisterMap& map) override {
-    return {.line = registers(instruments_->analogue_port(index), map)};
+    return {.line = registers(InstrumentKind::analogue_input, index, map)};
   }
 
   const Clock& clock() const override { return clock_; }
@@ -112,19 +109,25 @@ class LoopbackWires final : public Wires {
   }
 
  private:
-  static drivers::TcpLine local(std::uint16_t port) { return {"127.0.0.1", port}; }
+  using InstrumentKind = simulator::InstrumentKind;
+  static constexpr const char* kPlace = "virtual line";
 
-  [[nodiscard]] std::unique_ptr<drivers::ByteStream> attended_stream(std::uint16_t port) {
-    return std::make_unique<AttendedStream>(make_tcp_stream(local(port), kConnectWithin), *instruments_);
+  [[nodiscard]] drivers::Connect connection(InstrumentKind kind, std::size_t index) {
+    return [this, kind, index] { return instruments_->connect(kind, index); };
   }
 
-  [[nodiscard]] std::unique_ptr<drivers::Registers> registers(std::uint16_t port, const drivers::RegisterMap& map) {
+  [[nodiscard]] std::unique_ptr<drivers::ByteStream> attended_stream(InstrumentKind kind, std::size_t index) {
+    return std::make_unique<AttendedStream>(drivers::make_stream_of(connection(kind, index), kPlace), *instruments_);
+  }
+
+  [[nodiscard]] std::unique_ptr<drivers::Registers> registers(InstrumentKind kind, std::size_t index,
+                                                              const drivers::RegisterMap& map) {
     const auto& link = map.link.modbus;
-    const auto place = fmt::format("modbus 127.0.0.1:{}", port);
     if (link.framing != drivers::ModbusLink::Framing::tcp)
-      return make_guarded_registers(make_modbus_rtu(attended_stream(port), place, link), link);
-    auto connection = std::make_unique<AttendedConnection>(drivers::make_modbus_connection(local(port)), *instruments_);
-    return make_guarded_registers(make_modbus_tcp(std::move(connection), place, link), link);
+      return make_guarded_registers(make_modbus_rtu(attended_stream(kind, index), kPlace, link), link);
+    auto modbus =
+        std::make_unique<AttendedConnection>(drivers::make_modbus_connection(connection(kind, index)), *instruments_);
+    return make_guarded_registers(make_modbus_tcp(std::move(modbus), kPlace, link), link);
   }
 
   std::unique_ptr<simulator::VirtualInstruments> instruments_;
@@ -133,9 +136,9 @@ class LoopbackWires final : public Wires {
 
 }  // namespace
 
-std::unique_ptr<Wires> make_loopback_wires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already,
+std::unique_ptr<Wires> make_attended_wires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already,
                                            Duration later) {
-  return std::make_unique<LoopbackWires>(std::move(instruments), already, later);
+  return std::make_unique<AttendedWires>(std::move(instruments), already, later);
 }
 
 }  // namespace gyrotherm::rig

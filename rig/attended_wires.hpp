@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The wires of a virtual rig to instruments of its own: sockets on loopback, so that all but the instruments is as on
-/// a real rig.
+/// The wires of a virtual rig to instruments of its own: pairs of sockets within the process, below the drivers of a
+/// real rig.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@ namespace gyrotherm::rig {
 
 /// `instruments` are attended: each question is answered in the thread that puts it, before it waits for the answer.
 /// The clock stands at `already` − 1 s, and its days are `later`.
-[[nodiscard]] std::unique_ptr<Wires> make_loopback_wires(std::unique_ptr<simulator::VirtualInstruments> instruments,
+[[nodiscard]] std::unique_ptr<Wires> make_attended_wires(std::unique_ptr<simulator::VirtualInstruments> instruments,
                                                          Duration already, Duration later);
 
 }  // namespace gyrotherm::rig

@@ -8,7 +8,6 @@
 #include <numeric>
 #include <optional>
 
-#include "acquisition/record/chain.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm::app {
@@ -34,14 +33,14 @@ Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text)
 
 }  // namespace
 
-Result<void> check_recorded_run(Console& console, const std::string& path, bool unverified) {
+Result<record::Verified> check_recorded_run(Console& console, const std::string& path, bool unverified) {
   if (unverified) {
     console.say(fmt::format("warning: {}: not looked at whether it is as it was written (--unverified)", path));
-    return {};
+    return record::Verified{};
   }
-  const auto verified = record::verify_record(path);
-  if (verified || record::is_locked(verified.error())) return {};  // whoever reads it is told by whom it is held
-  return failure(verified.error());
+  auto verified = record::verify_record(path);
+  if (!verified && record::is_locked(verified.error())) return record::Verified{};  // who reads it is told who holds it
+  return verified;
 }
 
 void add_axis_options(CLI::App& command, data::AxisChoice& axis) {

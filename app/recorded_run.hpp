@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/chain.hpp"
 #include "analysis/data/clusters.hpp"
 #include "analysis/data/dataset.hpp"
 #include "analysis/model/model.hpp"
@@ -15,8 +16,8 @@
 namespace gyrotherm::app {
 
 /// Fails with bad_file if the record is not as it was written (verify_record), naming the first place that does not
-/// fit. With `unverified` it is not looked at, which is said.
-[[nodiscard]] Result<void> check_recorded_run(Console& console, const std::string& path, bool unverified);
+/// fit. With `unverified` it is not looked at, which is said, and nothing is known of it.
+[[nodiscard]] Result<record::Verified> check_recorded_run(Console& console, const std::string& path, bool unverified);
 
 struct RecordedRunOptions {
   std::string clusters{};  ///< only these of those that it has: "0:14" for 0 … 13; empty: all of them

@@ -101,14 +101,14 @@ Result<void> write_manifest(const std::string& record_path, int last_part) {
   return replace_own_file(manifest_path(record_path), text);
 }
 
-Result<std::optional<std::set<std::string>>> check_manifest(const std::string& record_path) {
+Result<std::optional<Manifest>> check_manifest(const std::string& record_path) {
   const auto refuse = [&](const char* why) { return failure(FaultKind::bad_file, manifest_path(record_path), why); };
   const auto text = read_text_file_if_any(manifest_path(record_path));
   if (!text) return failure(text.error());
   if (!*text) return std::nullopt;
   const auto folder = std::filesystem::path(record_path).parent_path();
   std::istringstream lines(**text);
-  std::set<std::string> names;
+  Manifest files;
   for (std::string line; std::getline(lines, line);) {
     constexpr std::size_t kName = 66;  // after 64 digits and two blanks
     if (line.size() <= kName) return refuse("is no manifest");
@@ -118,13 +118,13 @@ Result<std::optional<std::set<std::string>>> check_manifest(const std::string& r
     if (!hash) return failure(hash.error());
     if (*hash != line.substr(0, 64))
       return failure(FaultKind::bad_file, path, "is not as it was when the run was closed");
-    names.insert(name);
+    files.emplace(name, *hash);
   }
-  if (!names.contains(name_of(record_path))) return refuse("does not name the record");
-  for (const auto& name : names)
-    if (const auto log = name + "-wal"; !names.contains(log) && is_there((folder / log).string()))
+  if (!files.contains(name_of(record_path))) return refuse("does not name the record");
+  for (const auto& [name, digest] : files)
+    if (const auto log = name + "-wal"; !files.contains(log) && is_there((folder / log).string()))
       return failure(FaultKind::bad_file, (folder / log).string(), "was not there when the run was closed");
-  return names;
+  return files;
 }
 
 namespace {
@@ -328,6 +328,7 @@ Result<Verified> verify_files(const std::string& path) {
   const auto manifest = check_manifest(path);
   if (!manifest) return failure(manifest.error());
   all.manifest = manifest->has_value();
+  if (all.manifest) all.digest = (*manifest)->at(name_of(path));
   for (const auto& part : files->parts)
     if (all.manifest && !(*manifest)->contains(name_of(part.path)))
       return failure(FaultKind::bad_file, part.path, "was not there when the run was closed");

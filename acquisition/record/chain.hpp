@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 
@@ -65,9 +65,11 @@ class RowChain {
 /// connection to any of them may be open in this process. Fails with storage.
 [[nodiscard]] Result<void> write_manifest(const std::string& record_path, int last_part);
 
-/// The names of the files that agree with the manifest, which are all that it names; nothing if the record has none.
-/// Fails with bad_file naming the first file that differs, or a log that lies beside a file and is not named.
-[[nodiscard]] Result<std::optional<std::set<std::string>>> check_manifest(const std::string& record_path);
+/// Files by name, each with its digest.
+using Manifest = std::map<std::string, std::string>;
+/// The files that agree with the manifest, which are all that it names; nothing if the record has none. Fails with
+/// bad_file naming the first file that differs, or a log that lies beside a file and is not named.
+[[nodiscard]] Result<std::optional<Manifest>> check_manifest(const std::string& record_path);
 
 // Whether a record is as it was written, by its own chain.
 
@@ -93,7 +95,8 @@ struct Verified {
   std::int64_t rows{};  ///< of every kind
   int files{};
   bool finished{};
-  bool manifest{};  ///< there was one, and it agreed
+  bool manifest{};       ///< there was one, and it agreed
+  std::string digest{};  ///< then: of the record's first file
 };
 
 /// All files of a record: their chains, then their bytes against the manifest, if the run was closed with one. Fails

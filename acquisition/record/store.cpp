@@ -524,14 +524,6 @@ Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Alarms ala
 
 }  // namespace
 
-namespace {
-
-Result<RunInfo> info_of(const std::string& path) {
-  return open_record(path).and_then([](Database database) { return read_run_info(database); });
-}
-
-}  // namespace
-
 Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunInfo& info,
                                              const StoreOptions& options) {
   auto file = RunFile::create(path, info);
@@ -552,8 +544,7 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   if (!alarms) return failure(alarms.error());
   std::unique_ptr<LiveCopy> copy;
   if (options.live_copy)
-    if (const auto info = info_of(part_path(path, *part)); info)
-      copy = LiveCopy::of_record(path, *info, *options.live_copy);
+    if (const auto info = read_info(path); info) copy = LiveCopy::of_record(path, *info, *options.live_copy);
   auto file = RunFile::reopen(part_path(path, *part));
   if (!file) return failure(file.error());
   auto status = stored_status(file->database(), path);

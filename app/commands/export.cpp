@@ -125,9 +125,9 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
     return failure(FaultKind::usage, "--follow", "writes the rows as they come to stdout, and nothing else");
   if (options.follow) return follow_record(console, options.run).map([] { return Exit::done; });
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "where to? Only --follow writes to stdout");
-  const auto done =
-      check_recorded_run(console, options.run, options.unverified).and_then([&] { return write_table(options); });
-  return done ? Result<Exit>(Exit::done) : failure(done.error());
+  if (const auto checked = check_recorded_run(console, options.run, options.unverified); !checked)
+    return failure(checked.error());
+  return write_table(options).map([] { return Exit::done; });
 }
 
 }  // namespace

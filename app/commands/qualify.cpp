@@ -132,7 +132,7 @@ Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, c
 }
 
 Result<void> load(Console& console, Run& run) {
-  if (auto checked = check_recorded_run(console, run.path, false); !checked) return checked;
+  if (auto checked = check_recorded_run(console, run.path, false); !checked) return failure(checked.error());
   auto rows = record::read_record(run.path);
   if (!rows) return failure(rows.error());
   run.record = std::move(*rows);

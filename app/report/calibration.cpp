@@ -38,10 +38,11 @@ struct CheckedRecord {
 };
 
 Result<CheckedRecord> check(Console& console, const std::string& path, bool unverified) {
-  if (auto checked = check_recorded_run(console, path, unverified); !checked) return failure(checked.error());
+  const auto checked = check_recorded_run(console, path, unverified);
+  if (!checked) return failure(checked.error());
   auto info = record::read_info(path);
   if (!info) return failure(info.error());
-  auto digest = record::file_digest(path, kLargestRecord);
+  auto digest = checked->manifest ? checked->digest : record::file_digest(path, kLargestRecord);
   if (!digest) return failure(digest.error());
   return CheckedRecord{path, std::move(*digest), !unverified, std::move(*info)};
 }

@@ -91,6 +91,7 @@ namespace {
 
 constexpr mode_t kForAll = 0644;
 constexpr mode_t kForTheGroup = 0640;
+constexpr mode_t kForTheOwner = 0600;
 constexpr int kMostNames = 100;                 ///< drawn one after the other while somebody has each of them
 constexpr std::size_t kLongestBeginning = 200;  ///< of a new name, of which 255 bytes may be used
 
@@ -190,8 +191,9 @@ Result<void> replace_text_file(const std::string& path, std::string_view text) {
                  {.mode = kForAll, .whatever_the_umask = false, .syncing = Syncing::awaited});
 }
 
-Result<void> replace_own_file(const std::string& path, std::string_view text, Syncing syncing) {
-  return replace(path, path, text, {.mode = kForTheGroup, .whatever_the_umask = true, .syncing = syncing});
+Result<void> replace_own_file(const std::string& path, std::string_view text, Syncing syncing, Readers readers) {
+  const mode_t mode = readers == Readers::owner ? kForTheOwner : kForTheGroup;
+  return replace(path, path, text, {.mode = mode, .whatever_the_umask = true, .syncing = syncing});
 }
 
 std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder) {

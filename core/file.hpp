@@ -85,11 +85,15 @@ struct RegularFile {
 
 enum class Syncing { awaited, not_awaited };
 
-/// Replaces a file of our own that stands beside a record: likewise as a whole, but what stands under the name itself
-/// is replaced, a link as well, and never followed. The mode is 0640. `syncing` says whether file and folder are synced
-/// before this returns; what need not outlive the machine need not wait for it. Fails with storage.
+enum class Readers { owner_and_group, owner };
+
+/// Replaces a file of our own, as one that stands beside a record: likewise as a whole, but what stands under the name
+/// itself is replaced, a link as well, and never followed. The mode is 0640, or for the owner alone 0600. `syncing`
+/// says whether file and folder are synced before this returns; what need not outlive the machine need not wait for it.
+/// Fails with storage.
 [[nodiscard]] Result<void> replace_own_file(const std::string& path, std::string_view text,
-                                            Syncing syncing = Syncing::awaited);
+                                            Syncing syncing = Syncing::awaited,
+                                            Readers readers = Readers::owner_and_group);
 
 /// The paths of what lies in a folder, in no order; as many as could be read, none if it cannot be read at all. An
 /// error on the way ends the list, as it may where a folder changes meanwhile; the increment of a

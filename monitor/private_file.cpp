@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "monitor/private_file.hpp"
 
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 
 #include "core/file.hpp"
@@ -28,18 +26,7 @@ Result<std::optional<std::string>> read_private_file(const std::string& path) {
 }
 
 Result<void> write_private_file(const std::string& path, std::string_view text) {
-  const auto fresh = path + ".new";
-  const auto refuse = [&] { return failure(FaultKind::storage, path, std::strerror(errno)); };
-  ::unlink(fresh.c_str());
-  Descriptor file(::open(fresh.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, 0600));
-  if (!file.is_open()) return refuse();
-  while (!text.empty()) {
-    const auto written = ::write(file.number(), text.data(), text.size());
-    if (written <= 0) return refuse();
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  if (::fsync(file.number()) != 0 || ::rename(fresh.c_str(), path.c_str()) != 0) return refuse();
-  return {};
+  return replace_own_file(path, text, Syncing::awaited, Readers::owner);
 }
 
 }  // namespace gyrotherm::monitor

@@ -2,7 +2,6 @@
 #include "monitor/run_catalogue.hpp"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -17,17 +16,6 @@ namespace gyrotherm::monitor {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::int64_t changed_ns(const std::string& path) {
-  struct stat facts {};
-  if (::stat(path.c_str(), &facts) != 0) return -1;
-  return std::int64_t{facts.st_mtim.tv_sec} * 1'000'000'000 + facts.st_mtim.tv_nsec;
-}
-
-std::int64_t inode_of(const std::string& path) {
-  struct stat facts {};
-  return ::stat(path.c_str(), &facts) == 0 ? static_cast<std::int64_t>(facts.st_ino) : -1;
-}
 
 /// "soak.db" is; "soak.live.db" and "soak.2.db", which belong to it, are not, unless there is no such record.
 bool names_a_record(const fs::path& path) {
@@ -71,10 +59,10 @@ bool FoundRun::was_left() const {
 RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(std::move(folders)) {}
 
 RunCatalogue::Stamp RunCatalogue::stamp_of(const std::string& path) {
-  return {.status_ns = changed_ns(record::status_path(path)),
-          .status_inode = inode_of(record::status_path(path)),
-          .record_ns = std::max(changed_ns(path), changed_ns(path + "-wal")),
-          .live_inode = inode_of(record::live_copy_path(path))};
+  return {.status = state_of(record::status_path(path)),
+          .record = state_of(path),
+          .log = state_of(path + "-wal"),
+          .live_copy = identity_of(record::live_copy_path(path))};
 }
 
 void RunCatalogue::look_at(const std::string& path) {

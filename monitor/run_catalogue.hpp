@@ -14,6 +14,7 @@
 #include "acquisition/record/status.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
+#include "monitor/file_state.hpp"
 #include "monitor/run_source.hpp"
 
 namespace gyrotherm::monitor {
@@ -52,7 +53,7 @@ class RunCatalogue {
  private:
   /// What a run's files looked like when they were last read.
   struct Stamp {
-    std::int64_t status_ns{-1}, status_inode{-1}, record_ns{-1}, live_inode{-1};
+    FileState status, record, log, live_copy;
     bool operator==(const Stamp&) const = default;
   };
   struct Entry {

@@ -2,34 +2,22 @@
 #include "monitor/run_source.hpp"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <map>
 #include <mutex>
-#include <tuple>
 
 #include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/schema.hpp"
+#include "monitor/file_state.hpp"
 
 namespace gyrotherm::monitor {
 namespace {
 
 constexpr int kLivePatienceMs = 200;
-
-/// What tells one state of a file from another; of a live copy, which grows, the file alone.
-using FileState = std::tuple<dev_t, ino_t, off_t, std::int64_t>;
-
-std::optional<FileState> state_of(const SourceFile& file) {
-  struct stat facts {};
-  if (::stat(file.path.c_str(), &facts) != 0) return std::nullopt;
-  if (file.live) return FileState{facts.st_dev, facts.st_ino, 0, 0};
-  return FileState{facts.st_dev, facts.st_ino, facts.st_size,
-                   std::int64_t{facts.st_mtim.tv_sec} * 1'000'000'000 + facts.st_mtim.tv_nsec};
-}
 
 /// The files whose content was looked at.
 class SeenFiles {
@@ -107,19 +95,19 @@ std::vector<SeriesChannel> series_channels(const record::RunInfo& info) {
 }
 
 Result<record::Database> open_source(const SourceFile& file) {
-  const auto state = state_of(file);
-  if (!state) return failure(FaultKind::bad_file, file.path, "no such file");
-  const bool seen = seen_files().has(file.path, *state);
+  const auto state = file.live ? identity_of(file.path) : state_of(file.path);
+  if (!state.is_there()) return failure(FaultKind::bad_file, file.path, "no such file");
+  const bool seen = seen_files().has(file.path, state);
   if (!file.live && !seen) {
     auto opened = record::open_record(file.path);
-    if (opened) seen_files().add(file.path, *state);
+    if (opened) seen_files().add(file.path, state);
     return opened;
   }
   auto database = record::Database::open(file.path, file.live ? record::Access::read_beside : record::Access::read_only,
                                          file.live ? kLivePatienceMs : 0);
   if (!database || seen) return database;
   if (auto checked = record::check_schema(*database, file.path); !checked) return failure(checked.error());
-  seen_files().add(file.path, *state);
+  seen_files().add(file.path, state);
   return database;
 }
 

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <sodium.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -148,11 +147,7 @@ Result<void> Users::load() {
 
 /// A file that cannot be read lets nobody in, and does not open the door either.
 void Users::refresh() {
-  struct stat facts {};
-  if (::stat(path_.c_str(), &facts) != 0) facts = {};
-  const std::tuple now{std::uint64_t{facts.st_ino},
-                       std::int64_t{facts.st_mtim.tv_sec} * 1'000'000'000 + facts.st_mtim.tv_nsec,
-                       std::int64_t{facts.st_size}};
+  const auto now = state_of(path_);
   if (now == seen_) return;
   seen_ = now;
   auto list = read_users(path_);

@@ -11,11 +11,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <vector>
 
 #include "core/form.hpp"
 #include "core/result.hpp"
+#include "monitor/file_state.hpp"
 
 namespace gyrotherm::monitor {
 
@@ -97,9 +97,8 @@ class Users {
   std::string path_;
   std::mutex mutex_, one_at_a_time_;
   UserList list_;
-  bool broken_{};  ///< the file is there and cannot be read
-  /// Of the file as it was read: its number, when it was changed, its size. The time alone may be the one of before.
-  std::tuple<std::uint64_t, std::int64_t, std::int64_t> seen_{};
+  bool broken_{};   ///< the file is there and cannot be read
+  FileState seen_;  ///< of the file as it was read
 };
 
 }  // namespace gyrotherm::monitor

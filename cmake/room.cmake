@@ -29,6 +29,7 @@ function(gyrotherm_room name)
   gyrotherm_options(gyrotherm_${name})
   if(room_NUMERICAL)
     gyrotherm_precompile(${name} ${name})  # with another's, of the same options, training took a third longer
+    target_precompile_headers(gyrotherm_${name} PRIVATE <Eigen/Core>)
     target_compile_definitions(gyrotherm_${name} PRIVATE $<$<CONFIG:Release>:EIGEN_NO_DEBUG>)
   else()
     gyrotherm_precompile(${name} drivers ${room_PUBLIC} ${room_PRIVATE})

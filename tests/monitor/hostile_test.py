@@ -4,17 +4,15 @@ import socket
 import time
 import unittest
 
-from programs import MOST_MEMORY_MB, PASSWORD, Browser, Folder, Monitor, RealTimeRun, key_of, monitor_command, until
+from programs import MOST_MEMORY_MB, PASSWORD, Browser, Monitor, RealTimeRun, WatchedRun, key_of, monitor_command, until
 
 OVERLONG = b"a" * 3000
 STATES = ("execute", "suspended")
 
 
-class Hostile(unittest.TestCase):
+class Hostile(WatchedRun):
     @classmethod
-    def setUpClass(cls) -> None:
-        cls.holder = Folder()
-        cls.folder = cls.holder.__enter__()
+    def begin(cls) -> None:
         monitor_command(cls.folder, "user", "add", "ada", "--role", "operator", password=PASSWORD)
         monitor_command(cls.folder, "user", "add", "eve", "--role", "viewer", password=PASSWORD)
         cls.token = monitor_command(cls.folder, "token", "add", "script", "--role", "viewer").stdout.strip()
@@ -23,12 +21,6 @@ class Hostile(unittest.TestCase):
         cls.ada = Browser(cls.monitor, "ada")
         cls.eve = Browser(cls.monitor, "eve")
         cls.key = key_of(cls.monitor, cls.ada.headers)
-
-    @classmethod
-    def tearDownClass(cls) -> None:
-        cls.monitor.stop()
-        cls.run_.end()
-        cls.holder.__exit__()
 
     def host(self) -> bytes:
         return b"Host: 127.0.0.1:%d\r\n" % self.monitor.port

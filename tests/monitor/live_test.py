@@ -10,7 +10,7 @@ import threading
 import time
 import unittest
 
-from programs import MOST_MEMORY_MB, Folder, Monitor, RealTimeRun, key_of, until
+from programs import MOST_MEMORY_MB, Monitor, RealTimeRun, WatchedRun, key_of, until
 
 try:
     import jsonschema
@@ -89,21 +89,13 @@ def schemas() -> dict:
     return plain(json.loads(text))
 
 
-class Live(unittest.TestCase):
+class Live(WatchedRun):
     @classmethod
-    def setUpClass(cls) -> None:
-        cls.holder = Folder()
-        cls.folder = cls.holder.__enter__()
+    def begin(cls) -> None:
         (cls.folder / "runs").mkdir()
         cls.run_ = RealTimeRun(cls.folder / "runs")
         cls.monitor = Monitor(cls.folder, runs=cls.folder / "runs")
         cls.key = key_of(cls.monitor)
-
-    @classmethod
-    def tearDownClass(cls) -> None:
-        cls.monitor.stop()
-        cls.run_.end()
-        cls.holder.__exit__()
 
     def test_every_second_comes_once_although_the_monitor_is_killed(self) -> None:
         self.assertTrue(until(lambda: self.monitor.ask(f"/api/v1/runs/{self.key}").json["channels"], 20))

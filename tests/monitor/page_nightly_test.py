@@ -8,7 +8,7 @@ import sys
 import time
 import unittest
 
-from programs import PASSWORD, Folder, Monitor, RealTimeRun, monitor_command, key_of, Browser, until
+from programs import PASSWORD, Monitor, RealTimeRun, monitor_command, key_of, Browser, WatchedRun, until
 
 try:
     from selenium import webdriver
@@ -44,11 +44,9 @@ VIEWS = ("now", "trend", "profile", "events", "alarms", "files", "runs", "rigs")
 WIDTHS = (360, 800, 1600)
 
 
-class Page(unittest.TestCase):
+class Page(WatchedRun):
     @classmethod
-    def setUpClass(cls) -> None:
-        cls.holder = Folder()
-        cls.folder = cls.holder.__enter__()
+    def begin(cls) -> None:
         monitor_command(cls.folder, "user", "add", "ada", "--role", "operator", password=PASSWORD)
         (cls.folder / "up.toml").write_text(PROFILE)
         cls.run_ = RealTimeRun(cls.folder, str(cls.folder / "up.toml"), "soak")
@@ -64,9 +62,7 @@ class Page(unittest.TestCase):
     @classmethod
     def tearDownClass(cls) -> None:
         cls.browser.quit()
-        cls.monitor.stop()
-        cls.run_.end()
-        cls.holder.__exit__()
+        super().tearDownClass()
 
     def go(self, view: str) -> None:
         site = view in ("runs", "rigs")

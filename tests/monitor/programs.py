@@ -13,6 +13,7 @@ import struct
 import subprocess
 import tempfile
 import time
+import unittest
 from typing import Any, Callable
 
 MONITOR = os.environ["GYROTHERM_MONITOR"]
@@ -235,3 +236,23 @@ def key_of(monitor: Monitor, headers: dict[str, str] | None = None, name: str = 
             (run["key"] for run in monitor.ask("/api/v1/runs", None, headers).json["runs"] if run["name"] == name), None
         )
     )
+
+
+class WatchedRun(unittest.TestCase):
+    """A folder, a run in it and its monitor, for all tests of a class: its begin() makes run_ and monitor."""
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.holder = Folder()
+        cls.folder = cls.holder.__enter__()
+        cls.begin()
+
+    @classmethod
+    def begin(cls) -> None:
+        raise NotImplementedError
+
+    @classmethod
+    def tearDownClass(cls) -> None:
+        cls.monitor.stop()
+        cls.run_.end()
+        cls.holder.__exit__()

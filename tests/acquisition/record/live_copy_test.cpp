@@ -39,6 +39,11 @@ StoreOptions watched(bool background, LiveCopyOptions copy = {.pause = 2ms}) {
   return {.background = background, .live_copy = copy};
 }
 
+/// What the status file says now.
+Result<RunStatus> status_beside(const std::string& path) {
+  return parse_status((std::stringstream() << std::ifstream(status_path(path)).rdbuf()).str(), "");
+}
+
 /// A connection as any program makes it.
 class Reader {
  public:
@@ -163,15 +168,12 @@ TEST(LiveCopy, SomebodysFileOfThatNameStays) {
   auto store = Store::create(path, two_thermometers(), watched(false));
   ASSERT_TRUE(store);
   for (std::int64_t slot = 0; slot < 5; ++slot) append(**store, slot);
-  for (int i = 0; i < 500 && parse_status((std::stringstream() << std::ifstream(status_path(path)).rdbuf()).str(), "")
-                                 .value()
-                                 .live_copy_trouble.empty();
-       ++i) {
+  const auto trouble = [&] { return status_beside(path).value().live_copy_trouble; };
+  for (int i = 0; i < 500 && trouble().empty(); ++i) {
     std::this_thread::sleep_for(5ms);
     ASSERT_TRUE((*store)->sync());
   }
-  const auto status = parse_status((std::stringstream() << std::ifstream(status_path(path)).rdbuf()).str(), "");
-  EXPECT_NE(status->live_copy_trouble.find("somebody's file"), std::string::npos) << status->live_copy_trouble;
+  EXPECT_NE(trouble().find("somebody's file"), std::string::npos) << trouble();
   ASSERT_TRUE((*store)->finish());
   EXPECT_EQ((std::stringstream() << std::ifstream(copy).rdbuf()).str(), "precious");
 }
@@ -187,7 +189,7 @@ TEST(LiveCopy, ItsFullDiskStopsTheCopyAlone) {
     for (int i = 0; i < 1000 && trouble.empty(); ++i) {
       std::this_thread::sleep_for(5ms);
       ASSERT_TRUE((*store)->sync());
-      const auto status = parse_status((std::stringstream() << std::ifstream(status_path(path)).rdbuf()).str(), "");
+      const auto status = status_beside(path);
       if (status) trouble = status->live_copy_trouble;
     }
     EXPECT_NE(trouble.find(kDiskFull), std::string::npos) << trouble;

@@ -185,7 +185,7 @@ def resume_that_fails(scene: Scene) -> None:
     is made safe."""
     laboratory = scene.laboratory()
     run, _ = both_killed(scene, laboratory)
-    laboratory.gyro.gone = True
+    laboratory.gyro.leave()
     began = time.monotonic()
     again = scene.resume(run)
     code = again.wait(60)

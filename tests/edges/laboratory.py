@@ -198,6 +198,7 @@ class Line(threading.Thread):
                 self._drop(connection)
         else:
             self._open_port()
+        (self.instrument.left.clear if self.listening else self.instrument.left.set)()
 
     def _accept(self) -> None:
         assert self.listening is not None
@@ -253,6 +254,13 @@ class Instrument:
         self.lock = threading.RLock()
         self.silent = False
         self.gone = False
+        self.left = threading.Event()  # set while its TCP line refuses connections
+
+    def leave(self) -> None:
+        """Is gone; returns once its TCP line refuses connections."""
+        self.gone = True
+        if not self.left.wait(10):
+            raise TimeoutError("its line still takes connections")
 
     def hear(self, line: Line, connection: Connection) -> None:
         """Takes what a client has sent from `connection.received`."""

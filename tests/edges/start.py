@@ -150,7 +150,7 @@ def gyro_is_silent(laboratory: Laboratory) -> None:
 
 
 def gyro_is_gone(laboratory: Laboratory) -> None:
-    laboratory.gyro.gone = True
+    laboratory.gyro.leave()
 
 
 def mode_is_stuck(laboratory: Laboratory) -> None:

@@ -40,10 +40,10 @@ def gyrotherm(*words, accept=(0,)):
     return done.stdout
 
 
-def start(*words):
-    """Starts the program and leaves it running."""
-    return subprocess.Popen([PROGRAM, *map(str, words)], cwd=SOURCE, stdout=subprocess.DEVNULL,
-                            stderr=subprocess.DEVNULL)
+def start(*words, out):
+    """Starts the program and leaves it running. What it prints goes to a file."""
+    with open(out, "wb") as printed:
+        return subprocess.Popen([PROGRAM, *map(str, words)], cwd=SOURCE, stdout=printed, stderr=subprocess.DEVNULL)
 
 
 _masters = {}

@@ -160,13 +160,12 @@ class Running(InAFolder):
     """A run that is looked at while it is written, and after it was killed."""
 
     def begin(self, name):
-        path = self.folder / name
+        path, printed = self.folder / name, self.folder / f"{name}.json"
         process = start("run", "profiles/qualification.toml", "--rig", "profiles/rigs/virtual.toml", "--out", path,
-                        "--quiet")
+                        "--json", out=printed)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
-        log = self.folder / f"{name}-wal"
-        wait_for(lambda: path.exists() and log.exists() and log.stat().st_size > 700_000)  # some seconds of the run
+        wait_for(lambda: "acknowledged" in printed.read_text())
         return path, process
 
     def test_is_refused_while_written_and_read_after_a_kill(self):

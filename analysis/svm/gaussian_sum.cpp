@@ -96,13 +96,13 @@ struct GaussianSum::Places {
 };
 
 GaussianSum::GaussianSum(const Eigen::Ref<const SampleMatrix>& centres, const Eigen::Ref<const Eigen::VectorXd>& widths,
-                         const Eigen::Ref<const Eigen::VectorXd>& weights)
-    : inputs_(centres.cols()), mean_(Eigen::RowVectorXd::Zero(inputs_)) {
+                         const Eigen::Ref<const Eigen::VectorXd>& weights, Space space)
+    : inputs_(centres.cols()), rank_(inputs_), mean_(Eigen::RowVectorXd::Zero(inputs_)) {
   assert(widths.size() == centres.rows() && weights.size() == centres.rows());
   weight_unit_ = weights.size() == 0 ? 0 : weights.cwiseAbs().maxCoeff();
   if (weight_unit_ == 0) return;
   mean_ = centres.colwise().mean();
-  span(centres.rowwise() - mean_);
+  if (space == Space::spanned) span(centres.rowwise() - mean_);
   const Eigen::VectorXd scales = -0.5 * std::numbers::log2e * widths.array().square().inverse();
   scale_ = scales.minCoeff();
   one_width_ = scale_ == scales.maxCoeff();

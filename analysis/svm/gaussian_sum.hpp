@@ -21,9 +21,12 @@ namespace gyrotherm::svm {
 /// the formula the error is below 1e-11 Σ|w_j|; about 1e-16 Σ|w_j| is usual.
 class GaussianSum {
  public:
+  /// Whether to look for the space that the centres span, or to take all inputs for it, which is right as well.
+  enum class Space { spanned, whole };
+
   /// `centres` has one row per centre; `widths` s (> 0) and `weights` w one number each. All finite.
   GaussianSum(const Eigen::Ref<const SampleMatrix>& centres, const Eigen::Ref<const Eigen::VectorXd>& widths,
-              const Eigen::Ref<const Eigen::VectorXd>& weights);
+              const Eigen::Ref<const Eigen::VectorXd>& weights, Space space = Space::spanned);
 
   /// f at each row of `points`, by these loops, to the bit the same whatever rows stand beside it; NaN where the row is
   /// not finite. Takes a few kB of scratch, however many rows.

@@ -6,15 +6,17 @@
 #include <algorithm>
 #include <cassert>
 
+#include "analysis/svm/gaussian_sum.hpp"
+
 namespace gyrotherm::svm {
 namespace {
 
-// out_j = exp(scale Σ_k (x_jk − x_ik)²) for places `from` … `count` − 1; input k of all samples begins at x + k stride.
+// out_j = exp(scale Σ_k (x_jk − x_ik)²) for `count` places; input k of all samples begins at x + k stride.
 template <class Lanes, class Real>
 [[gnu::always_inline]] inline void make(const Real* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i,
-                                        Real scale, int from, int count, Real* out) {
+                                        Real scale, int count, Real* out) {
   constexpr int kLanes = sizeof(Lanes) / sizeof(Real);
-  for (int j = from; j < count; j += 2 * kLanes) {
+  for (int j = 0; j < count; j += 2 * kLanes) {
     Lanes sum = {}, next = {};
     for (Eigen::Index k = 0; k < inputs; ++k) {
       const Real* input = x + k * stride;
@@ -35,23 +37,23 @@ template <class Lanes, class Real>
 GYROTHERM_CLONES
 void make_row(const float* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, float scale, int count,
               float* out) {
-  make<FloatLanes>(x, stride, inputs, i, scale, 0, count, out);
+  make<FloatLanes>(x, stride, inputs, i, scale, count, out);
 }
 
 GYROTHERM_CLONES
-void make_column(const double* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, double scale, int from,
-                 int count, double* out) {
-  make<DoubleLanes>(x, stride, inputs, i, scale, from, count, out);
+void make_column(const double* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, double scale, int count,
+                 double* out) {
+  make<DoubleLanes>(x, stride, inputs, i, scale, count, out);
 }
 
-// out_j += scale Σ_k x_jk x_ik, or scale Σ_k (x_jk − x_ik)², for places `from` … `count` − 1.
+// out_j += scale Σ_k x_jk x_ik, or scale Σ_k (x_jk − x_ik)², for `count` places.
 enum class Of { products, differences };
 
 template <class Lanes, Of of, class Real>
 [[gnu::always_inline]] inline void add(const Real* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i,
-                                       Real scale, int from, int count, Real* out) {
+                                       Real scale, int count, Real* out) {
   constexpr int kLanes = sizeof(Lanes) / sizeof(Real);
-  for (int j = from; j < count; j += kLanes) {
+  for (int j = 0; j < count; j += kLanes) {
     Lanes sum = {};
     for (Eigen::Index k = 0; k < inputs; ++k) {
       const Real* input = x + k * stride;
@@ -69,13 +71,13 @@ template <class Lanes, Of of, class Real>
 GYROTHERM_CLONES
 void add_differences(const float* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, float scale, int count,
                      float* out) {
-  add<FloatLanes, Of::differences>(x, stride, inputs, i, scale, 0, count, out);
+  add<FloatLanes, Of::differences>(x, stride, inputs, i, scale, count, out);
 }
 
 GYROTHERM_CLONES
-void add_products(const double* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, double scale, int from,
-                  int count, double* out) {
-  add<DoubleLanes, Of::products>(x, stride, inputs, i, scale, from, count, out);
+void add_products(const double* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, double scale, int count,
+                  double* out) {
+  add<DoubleLanes, Of::products>(x, stride, inputs, i, scale, count, out);
 }
 
 // Directions in which the samples reach less than this part of their greatest reach are not theirs.
@@ -91,16 +93,6 @@ Eigen::MatrixXd directions_of(const SampleMatrix& centred) {
   return basis;
 }
 
-// The samples in coordinates of the space that they span about their mean: the same distances from fewer numbers where
-// inputs depend on each other, as all differences of eight thermometers do.
-Eigen::MatrixXd spanned(const Eigen::Ref<const SampleMatrix>& x) {
-  if (x.rows() == 0) return x;
-  const SampleMatrix centred = x.rowwise() - x.colwise().mean();
-  const Eigen::MatrixXd basis = directions_of(centred);
-  if (basis.cols() == x.cols()) return x;
-  return centred * basis;
-}
-
 // In both precisions, padded with zeros to what the hot loops take.
 void lay_out(const Eigen::MatrixXd& coordinates, Eigen::MatrixXd& doubles, Eigen::MatrixXf& singles) {
   const Eigen::Index size = coordinates.rows(), directions = coordinates.cols();
@@ -112,8 +104,25 @@ void lay_out(const Eigen::MatrixXd& coordinates, Eigen::MatrixXd& doubles, Eigen
 
 }  // namespace
 
-GaussianSamples::GaussianSamples(const Eigen::Ref<const SampleMatrix>& x) : size_(x.rows()) {
-  lay_out(spanned(x), doubles_, singles_);
+Eigen::MatrixXd spanned(const Eigen::Ref<const SampleMatrix>& x) {
+  if (x.rows() == 0) return x;
+  const SampleMatrix centred = x.rowwise() - x.colwise().mean();
+  const Eigen::MatrixXd basis = directions_of(centred);
+  if (basis.cols() == x.cols()) return x;
+  return centred * basis;
+}
+
+Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& places,
+                             const Eigen::Ref<const SampleMatrix>& samples, double sigma, const Eigen::VectorXd& beta) {
+  const std::vector<Eigen::Index> support = support_of(beta);
+  const auto count = static_cast<Eigen::Index>(support.size());
+  const GaussianSum sum(samples(support, Eigen::all), Eigen::VectorXd::Constant(count, sigma), beta(support),
+                        GaussianSum::Space::whole);
+  return sum.at(places);
+}
+
+GaussianSamples::GaussianSamples(const Eigen::Ref<const SampleMatrix>& x) : size_(x.rows()), places_(spanned(x)) {
+  lay_out(places_, doubles_, singles_);
 }
 
 void GaussianSamples::single_row(Eigen::Index i, double sigma, float* out) const {
@@ -122,10 +131,14 @@ void GaussianSamples::single_row(Eigen::Index i, double sigma, float* out) const
            static_cast<int>(singles_.rows()), out);
 }
 
-void GaussianSamples::double_column(Eigen::Index i, double sigma, double* out, Eigen::Index from) const {
-  assert(0 <= i && i < size_ && from % kColumnStep == 0);
-  make_column(doubles_.data(), doubles_.rows(), doubles_.cols(), i, -0.5 / (sigma * sigma), static_cast<int>(from),
+void GaussianSamples::double_column(Eigen::Index i, double sigma, double* out) const {
+  assert(0 <= i && i < size_);
+  make_column(doubles_.data(), doubles_.rows(), doubles_.cols(), i, -0.5 / (sigma * sigma),
               static_cast<int>(doubles_.rows()), out);
+}
+
+Eigen::VectorXd GaussianSamples::response(double sigma, const Eigen::VectorXd& beta) const {
+  return gaussians_at(places_, places_, sigma, beta);
 }
 
 PlaneSamples::PlaneSamples(const Eigen::Ref<const SampleMatrix>& x, const Eigen::Ref<const Eigen::MatrixXd>& penalty)
@@ -147,10 +160,14 @@ void PlaneSamples::add_to_row(Eigen::Index i, double scale, float* out) const {
                   static_cast<int>(singles_.rows()), out);
 }
 
-void PlaneSamples::add_to_column(Eigen::Index i, double scale, double* out, Eigen::Index from) const {
-  assert(0 <= i && i < size_ && from % kColumnStep == 0);
-  add_products(doubles_.data(), doubles_.rows(), doubles_.cols(), i, scale, static_cast<int>(from),
-               static_cast<int>(doubles_.rows()), out);
+void PlaneSamples::add_to_column(Eigen::Index i, double scale, double* out) const {
+  assert(0 <= i && i < size_);
+  add_products(doubles_.data(), doubles_.rows(), doubles_.cols(), i, scale, static_cast<int>(doubles_.rows()), out);
+}
+
+void PlaneSamples::add_response(const Eigen::VectorXd& beta, double scale, Eigen::VectorXd& sum) const {
+  const auto places = doubles_.topRows(size_);
+  sum += places * (scale * (places.transpose() * beta));
 }
 
 Eigen::VectorXd PlaneSamples::slope(const Eigen::VectorXd& beta) const {
@@ -209,21 +226,23 @@ const double* Kernel::column(Eigen::Index i) {
   if (columns_[i] != nullptr) return columns_[i];
   if (made_ < most_) {
     double* made = memory_.column(size(), kSpare + made_++);
-    fill_column(i, made, 0);
+    fill_column(i, made);
     return columns_[i] = made;
   }
-  return passing_column(i, 0);
-}
-
-double* Kernel::passing_column(Eigen::Index i, Eigen::Index from) {
   double* spare = memory_.column(size(), spare_++ % kSpare);
-  fill_column(i, spare, from);
+  fill_column(i, spare);
   return spare;
 }
 
-void Kernel::fill_column(Eigen::Index i, double* out, Eigen::Index from) const {
-  samples_.double_column(i, sigma_, out, from);
-  if (plane_.samples != nullptr) plane_.samples->add_to_column(i, plane_.scale, out, from);
+void Kernel::fill_column(Eigen::Index i, double* out) const {
+  samples_.double_column(i, sigma_, out);
+  if (plane_.samples != nullptr) plane_.samples->add_to_column(i, plane_.scale, out);
+}
+
+Eigen::VectorXd Kernel::response(const Eigen::VectorXd& beta) const {
+  Eigen::VectorXd sum = samples_.response(sigma_, beta);
+  if (plane_.samples != nullptr) plane_.samples->add_response(beta, plane_.scale, sum);
+  return sum;
 }
 
 }  // namespace gyrotherm::svm

@@ -22,6 +22,15 @@ inline constexpr int kColumnStep = 2 * kDoubleLanes;
   return (static_cast<int>(n) + kColumnStep - 1) / kColumnStep * kColumnStep;
 }
 
+/// The samples in coordinates of the space that they span about their mean: the same distances from fewer numbers where
+/// inputs depend on each other, as all differences of eight thermometers do.
+[[nodiscard]] Eigen::MatrixXd spanned(const Eigen::Ref<const SampleMatrix>& x);
+
+/// Σ_i β_i exp(−‖x_i − z_j‖²/(2σ²)) at each place z_j, from the non-zero β alone; both in such coordinates.
+[[nodiscard]] Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& places,
+                                           const Eigen::Ref<const SampleMatrix>& samples, double sigma,
+                                           const Eigen::VectorXd& beta);
+
 /// Samples laid out so that rows of their Gaussian kernel matrix are made fast, in single or double precision.
 class GaussianSamples {
  public:
@@ -33,11 +42,14 @@ class GaussianSamples {
   /// equal. Relative error of a few 1e-7 where the exponent is small; `out` has padded_row(size()) places.
   void single_row(Eigen::Index i, double sigma, float* out) const;
   /// Makes the same in double precision, to a few 1e-16 where inputs are independent, else of the largest exponent;
-  /// `out` has padded_column(size()) places, and those before `from`, a multiple of kColumnStep, are left as they are.
-  void double_column(Eigen::Index i, double sigma, double* out, Eigen::Index from = 0) const;
+  /// `out` has padded_column(size()) places.
+  void double_column(Eigen::Index i, double sigma, double* out) const;
+  /// Σ_i β_i exp(−‖x_i − x_j‖²/(2σ²)) for all j, from the non-zero β alone, as exact as a GaussianSum.
+  [[nodiscard]] Eigen::VectorXd response(double sigma, const Eigen::VectorXd& beta) const;
 
  private:
   Eigen::Index size_;
+  SampleMatrix places_;
   Eigen::MatrixXf singles_;  // a column per direction in which the samples differ, padded with zeros
   Eigen::MatrixXd doubles_;
 };
@@ -56,8 +68,10 @@ class PlaneSamples {
   /// Adds scale·(k(z_i, z_j) − ½k(z_i, z_i) − ½k(z_j, z_j)) for all j in single precision, from the differences
   /// themselves: 0 where rows are equal. Where Σβ = 0 that is the kernel but for a constant in its response.
   void add_to_row(Eigen::Index i, double scale, float* out) const;
-  /// Adds scale·k(z_i, z_j) for the places from `from`, a multiple of kColumnStep, on in double precision.
-  void add_to_column(Eigen::Index i, double scale, double* out, Eigen::Index from = 0) const;
+  /// Adds scale·k(z_i, z_j) for all j in double precision.
+  void add_to_column(Eigen::Index i, double scale, double* out) const;
+  /// Adds scale·Σ_i β_i k(z_i, z_j) for all j.
+  void add_response(const Eigen::VectorXd& beta, double scale, Eigen::VectorXd& sum) const;
   /// The slope w of P⁻¹ Σ β_i (z_i − m).
   [[nodiscard]] Eigen::VectorXd slope(const Eigen::VectorXd& beta) const;
 
@@ -111,14 +125,13 @@ class Kernel {
   [[nodiscard]] const float* row(Eigen::Index i);
   /// Column i in double precision; valid until kSpare more columns have been asked for.
   [[nodiscard]] const double* column(Eigen::Index i);
-  /// Column i from place `from`, a multiple of kColumnStep, on; made for this call alone, with its first places left
-  /// undefined. The caller may write to it. Valid until kSpare more columns have been asked for.
-  [[nodiscard]] double* passing_column(Eigen::Index i, Eigen::Index from);
+  /// The response Kβ of all points in double precision, made from the non-zero β alone and from no row or column.
+  [[nodiscard]] Eigen::VectorXd response(const Eigen::VectorXd& beta) const;
 
   static constexpr int kSpare = 8;
 
  private:
-  void fill_column(Eigen::Index i, double* out, Eigen::Index from) const;
+  void fill_column(Eigen::Index i, double* out) const;
 
   const GaussianSamples& samples_;
   double sigma_;

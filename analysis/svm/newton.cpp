@@ -338,7 +338,7 @@ Newton::Newton(const SvrProblem& problem, const Eigen::VectorXd& start, const Ne
       n_(problem.size()),
       sigma_(options.first_weight * problem.C),
       centre_(start),
-      centre_response_(response(problem, start)),
+      centre_response_(problem.kernel.response(start)),
       beta_(start),
       response_(centre_response_),
       b_(best_offset(problem, response_)),
@@ -494,7 +494,7 @@ void Newton::keep_if_best() {
   SvrPoint point{centre_, best_offset(problem_, response_)};
   double gap = certify(problem_, point, response_).relative_gap;
   if (gap <= options_.relative_gap) {
-    response_ = response(problem_, centre_);
+    response_ = problem_.kernel.response(centre_);
     centre_response_ = response_;
     point.b = best_offset(problem_, response_);
     gap = certify(problem_, point, response_).relative_gap;

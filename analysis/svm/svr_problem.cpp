@@ -23,14 +23,20 @@ void add_columns(const double* const* columns, const double* weights, Eigen::Ind
   }
 }
 
-template <class ColumnOf>
-void add_columns_of(const Eigen::VectorXd& beta, Eigen::VectorXd& sum, ColumnOf column_of) {
+bool feasible(const SvrProblem& problem, const Eigen::VectorXd& beta) {
+  const double sum_tolerance = kSumTolerance * problem.C * static_cast<double>(problem.size());
+  return std::abs(beta.sum()) <= sum_tolerance && beta.lpNorm<Eigen::Infinity>() <= problem.C;
+}
+
+}  // namespace
+
+void add_response(const SvrProblem& problem, const Eigen::VectorXd& beta, Eigen::VectorXd& sum) {
   std::array<const double*, kSummedAtOnce> columns{};
   std::array<double, kSummedAtOnce> weights{};
   int filled = 0;
   for (Eigen::Index i = 0; i < beta.size(); ++i) {
     if (beta[i] == 0) continue;
-    columns[filled] = column_of(i);
+    columns[filled] = problem.kernel.column(i);
     weights[filled] = beta[i];
     if (++filled < kSummedAtOnce) continue;
     add_columns(columns.data(), weights.data(), sum.size(), sum.data());
@@ -40,57 +46,6 @@ void add_columns_of(const Eigen::VectorXd& beta, Eigen::VectorXd& sum, ColumnOf 
   std::fill(columns.begin() + filled, columns.end(), columns[0]);
   std::fill(weights.begin() + filled, weights.end(), 0.0);
   add_columns(columns.data(), weights.data(), sum.size(), sum.data());
-}
-
-// sum += weight · column over whole lines of lanes, and column · weights of the same places.
-GYROTHERM_CLONES
-double add_both(const double* column, double weight, const double* weights, Eigen::Index first, Eigen::Index last,
-                double* sum) {
-  DoubleLanes product = {}, product2 = {};
-  for (Eigen::Index i = first; i < last; i += kColumnStep) {
-    const DoubleLanes here = lanes_at(column + i), next = lanes_at(column + i + kDoubleLanes);
-    lanes_at(sum + i) += weight * here;
-    lanes_at(sum + i + kDoubleLanes) += weight * next;
-    product += here * lanes_at(weights + i);
-    product2 += next * lanes_at(weights + i + kDoubleLanes);
-  }
-  product += product2;
-  double total = 0;
-  for (int lane = 0; lane < kDoubleLanes; ++lane) total += product[lane];
-  return total;
-}
-
-// Each pair of points once, from entries of the kernel that are made for it and not kept.
-Eigen::VectorXd response_by_pairs(const SvrProblem& problem, const Eigen::VectorXd& beta) {
-  const Eigen::Index n = problem.size(), places = padded_column(n);
-  Eigen::VectorXd weights = Eigen::VectorXd::Zero(places), sum = Eigen::VectorXd::Zero(places);
-  weights.head(n) = beta;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::Index from = i / kColumnStep * kColumnStep;
-    double* column = problem.kernel.passing_column(i, from);
-    const double own = column[i] * beta[i];
-    std::fill(column + from, column + i + 1, 0.0);
-    sum[i] += own + add_both(column, beta[i], weights.data(), from, places, sum.data());
-  }
-  return sum.head(n);
-}
-
-bool feasible(const SvrProblem& problem, const Eigen::VectorXd& beta) {
-  const double sum_tolerance = kSumTolerance * problem.C * static_cast<double>(problem.size());
-  return std::abs(beta.sum()) <= sum_tolerance && beta.lpNorm<Eigen::Infinity>() <= problem.C;
-}
-
-}  // namespace
-
-void add_response(const SvrProblem& problem, const Eigen::VectorXd& beta, Eigen::VectorXd& sum) {
-  add_columns_of(beta, sum, [&](Eigen::Index i) { return problem.kernel.column(i); });
-}
-
-Eigen::VectorXd response(const SvrProblem& problem, const Eigen::VectorXd& beta) {
-  if (2 * (beta.array() != 0).count() > problem.size()) return response_by_pairs(problem, beta);
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(problem.size());
-  add_columns_of(beta, sum, [&](Eigen::Index i) { return problem.kernel.passing_column(i, 0); });
-  return sum;
 }
 
 void spread_sum(const SvrProblem& problem, const std::vector<Eigen::Index>& free, Eigen::VectorXd& beta) {

@@ -32,10 +32,7 @@ struct Certificate {
   double objective{};  ///< D(β)
 };
 
-/// The response Kβ, made from the non-zero β alone.
-[[nodiscard]] Eigen::VectorXd response(const SvrProblem& problem, const Eigen::VectorXd& beta);
-
-/// Adds Kβ to `sum`.
+/// Adds Kβ to `sum`, from columns that the kernel keeps.
 void add_response(const SvrProblem& problem, const Eigen::VectorXd& beta, Eigen::VectorXd& sum);
 
 /// Makes Σβ = 0 by equal shifts of the `free` points within their bounds.

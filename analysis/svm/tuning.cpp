@@ -14,7 +14,6 @@
 #include <optional>
 #include <utility>
 
-#include "analysis/svm/gaussian_sum.hpp"
 #include "analysis/svm/kernel.hpp"
 
 namespace gyrotherm::svm {
@@ -22,10 +21,18 @@ namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
+// The samples of both sides of a fold, the held-out ones below, in the coordinates that they all span.
+SampleMatrix places_of(const TuningFold& fold) {
+  SampleMatrix both(fold.train_x.rows() + fold.test_x.rows(), fold.train_x.cols());
+  both << fold.train_x, fold.test_x;
+  return spanned(both);
+}
+
 // A fold with its samples laid out for every evaluation.
 class PreparedFold {
  public:
-  explicit PreparedFold(const TuningFold& fold) : fold_(&fold), samples_(fold.train_x) {
+  explicit PreparedFold(const TuningFold& fold)
+      : fold_(&fold), places_(places_of(fold)), samples_(places_.topRows(fold.train_x.rows())) {
     if (fold.plane_penalty.size() > 0) plane_.emplace(fold.train_x, fold.plane_penalty);
   }
 
@@ -36,17 +43,17 @@ class PreparedFold {
                                              KernelMemory& memory) const {
     const auto solution = solve_svr(samples_, memory, fold_->train_y, parameters, options, plane_ ? &*plane_ : nullptr);
     if (!solution) return failure(solution.error());
-    const std::vector<Eigen::Index> support = support_of(solution->beta);
-    const auto count = static_cast<Eigen::Index>(support.size());
-    const GaussianSum sum(fold_->train_x(support, Eigen::all), Eigen::VectorXd::Constant(count, parameters.sigma),
-                          solution->beta(support));
-    Eigen::ArrayXd predicted = sum.at(fold_->test_x).array() + solution->b;
+    const auto held_out_places = places_.bottomRows(held_out());
+    Eigen::ArrayXd predicted =
+        gaussians_at(held_out_places, places_.topRows(samples_.size()), parameters.sigma, solution->beta).array() +
+        solution->b;
     if (plane_) predicted += (fold_->test_x * solution->slope).array();
     return fold_->target_scale * fold_->target_scale * (predicted - fold_->test_y.array()).square().sum();
   }
 
  private:
   const TuningFold* fold_;
+  SampleMatrix places_;
   GaussianSamples samples_;
   std::optional<PlaneSamples> plane_;
 };

@@ -352,7 +352,7 @@ TEST(Svr, TheJudgeRejectsAPairThatIsNotFeasible) {
   const Eigen::Ref<const Eigen::VectorXd> y(data.y);
   const SvrProblem problem{kernel, y, 1, 0.1};
   const auto gap_of = [&](const Eigen::VectorXd& beta) {
-    return certify(problem, {beta, 0}, response(problem, beta)).relative_gap;
+    return certify(problem, {beta, 0}, problem.kernel.response(beta)).relative_gap;
   };
   Eigen::VectorXd beta = Eigen::VectorXd::Zero(10);
   EXPECT_TRUE(std::isfinite(gap_of(beta)));

@@ -155,7 +155,8 @@ SmoRun SmoState::run(RowOf row_of, double tolerance, double fraction, int most) 
 ///
 /// All points take part at first. A training that needs more than n iterations goes on in working sets whose rows fit a
 /// second-level cache, where an iteration costs a fraction: each time the most violating points and those of the last
-/// set that are free are optimised among themselves, and then the gradient of all points follows.
+/// set that are free are optimised among themselves, and then the gradient of all points follows. It stops sooner where
+/// few points are free, for a Newton step is cheap then.
 [[nodiscard]] Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int most);
 
 }  // namespace gyrotherm::svm

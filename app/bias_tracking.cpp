@@ -4,14 +4,17 @@
 #include <fmt/format.h>
 
 #include "analysis/model/verification.hpp"
+#include "app/value.hpp"
 
 namespace gyrotherm::app {
 
 void add_tracking_options(CLI::App& command, BiasTrackingArguments& arguments, const std::string& what) {
   command.add_flag("--track", arguments.track, what);
-  command.add_option("--noise", arguments.noise,
-                     "with --track: a record whose residual says how the bias wanders, instead of the model's own "
-                     "held-out training clusters");
+  command
+      .add_option("--noise", arguments.noise,
+                  "with --track: a record whose residual says how the bias wanders, instead of the model's own "
+                  "held-out training clusters")
+      ->type_name(value::kRecord);
 }
 
 Result<std::optional<tracking::BiasNoise>> noise_to_track(Console& console, const model::Model& model,

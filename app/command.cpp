@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
-#include <filesystem>
 #include <optional>
 
 #include "app/interrupt.hpp"
@@ -21,7 +20,8 @@ namespace {
 /// What to say of a first word that is no command, or "" if it is one or there is none.
 std::string unknown_command(const CLI::App& cli, int argc, char** argv) {
   std::vector<std::string> known;
-  for (const auto* command : cli.get_subcommands({})) known.push_back(command->get_name());
+  for (const auto* command : cli.get_subcommands([](const CLI::App* each) { return !each->get_group().empty(); }))
+    known.push_back(command->get_name());
   if (argc < 2 || argv[1][0] == '-' || std::find(known.begin(), known.end(), argv[1]) != known.end()) return {};
   const auto near = nearest(argv[1], known);
   return near.empty() ? fmt::format("\"{}\" is none of the commands {}", argv[1], fmt::join(known, ", "))
@@ -105,12 +105,6 @@ int run(Program& program, int argc, char** argv) {
   if (program.outcome) return static_cast<int>(*program.outcome);
   program.console.complain(program.outcome.error());
   return static_cast<int>(exit_for(program.outcome.error()));
-}
-
-std::string shipped(const std::string& path) {
-  for (const auto* folder : {"", GYROTHERM_INSTALLED_DATA "/", GYROTHERM_SOURCE_DATA "/"})
-    if (std::error_code error; std::filesystem::exists(folder + path, error)) return folder + path;
-  return path;
 }
 
 double peak_memory_mb() {

@@ -76,14 +76,6 @@ void add_forwarded(Program& program, const std::string& name, const std::string&
 /// Reads the command line, carries the subcommand out, says what became of it; returns the exit code.
 [[nodiscard]] int run(Program& program, int argc, char** argv);
 
-/// "profiles/rigs/virtual.toml" as the user would write it if it is there, else the copy that was built or installed
-/// with the program.
-[[nodiscard]] std::string shipped(const std::string& path);
-/// The path that was given, else a shipped one.
-[[nodiscard]] inline std::string given_or_shipped(const std::string& given, const std::string& path) {
-  return given.empty() ? shipped(path) : given;
-}
-
 /// The most that the program has held so far.
 [[nodiscard]] double peak_memory_mb();
 

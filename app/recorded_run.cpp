@@ -44,8 +44,8 @@ Result<record::Verified> check_recorded_run(Console& console, const std::string&
 }
 
 void add_axis_options(CLI::App& command, data::AxisChoice& axis) {
-  command.add_option("--unit", axis.unit, "of records with several units under test: which");
-  command.add_option("--axis", axis.axis, "of a unit with several axes: which");
+  command.add_option("--unit", axis.unit, "of records with several units under test: which")->type_name("UNIT");
+  command.add_option("--axis", axis.axis, "of a unit with several axes: which")->type_name("AXIS");
 }
 
 data::AxisChoice axis_for(const model::Model& model, const data::AxisChoice& asked) {

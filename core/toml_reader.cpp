@@ -352,12 +352,17 @@ Result<void> TomlTable::verdict() const {
   return failure(FaultKind::bad_file, document_->place(mistakes.front().at), std::move(what));
 }
 
-Result<NamedText> read_named(const TomlTable& table, const char* key, const std::string& file,
+Result<NamedText> read_named(const TomlTable& table, const char* key, const std::string& file, const ShippedKind& kind,
                              const std::optional<std::string>& known) {
   const auto name = table.text(key);
   NamedText named{.path = (std::filesystem::path(file).parent_path() / name).lexically_normal().string(),
                   .text = known.value_or("")};
   if (known) return named;
+  if (!name.empty() && !is_path(name)) {
+    auto shipped = path_of(name, kind);
+    if (!shipped) return failure(FaultKind::bad_file, table.place(key), gyrotherm::text(shipped.error()));
+    named.path = std::move(*shipped);
+  }
   auto text = read_text_file(named.path);
   if (!text) return failure(FaultKind::bad_file, table.place(key), text.error().where + " " + text.error().what);
   named.text = std::move(*text);

@@ -18,6 +18,7 @@
 
 #include "core/quantity.hpp"
 #include "core/result.hpp"
+#include "core/shipped.hpp"
 
 namespace gyrotherm {
 
@@ -162,9 +163,9 @@ struct NamedText {
   std::string text;
 };
 
-/// Reads the file that `key` names, relative to the folder of `file`; `known`, as a record keeps it, takes the place of
-/// its text. Fails with bad_file, at the place of the key.
+/// Reads the file that `key` names: a path relative to the folder of `file`, or the name of a shipped file of `kind`.
+/// `known`, as a record keeps it, takes the place of its text. Fails with bad_file, at the place of the key.
 [[nodiscard]] Result<NamedText> read_named(const TomlTable& table, const char* key, const std::string& file,
-                                           const std::optional<std::string>& known);
+                                           const ShippedKind& kind, const std::optional<std::string>& known);
 
 }  // namespace gyrotherm

@@ -21,7 +21,7 @@ Result<drivers::AnalogueMap> read_analogue_map(const TomlTable& table, const std
                                                const std::string& line_text, const std::optional<std::string>& known) {
   const auto framing = one_of_or_default(drivers::kLinkKinds, table, "framing");
   const auto word_order = one_of_or_default(drivers::kWordOrders, table, "word_order");
-  const auto named = read_named(table, "map", rig_file, known);
+  const auto named = read_named(table, "map", rig_file, kShippedAnalogueMap, known);
   if (!named) return failure(named.error());
   auto map = drivers::parse_analogue_map(named->text, named->path, word_order);
   const auto line = drivers::parse_line(line_text);

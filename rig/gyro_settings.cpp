@@ -144,7 +144,7 @@ Result<void> read_frames(const TomlTable& table, const std::string& rig_file, co
     return {};
   }
   if (table.has("frame")) table.mistake("frame", "the frames are those of the stream: expected one of the two");
-  auto stream = read_named(table, "stream", rig_file, known).and_then([&](const NamedText& named) {
+  auto stream = read_named(table, "stream", rig_file, kShippedGyroStream, known).and_then([&](const NamedText& named) {
     return drivers::parse_gyro_stream(named.text, named.path, axes);
   });
   if (!stream) return failure(std::move(stream.error()));

@@ -65,7 +65,7 @@ void read_chamber(const TomlTable& table, RigFile& rig) {
 Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig,
                                       const std::optional<std::string>& known) {
   const auto wanted = one_of_or_default(drivers::kLinkKinds, chamber, "framing");
-  const auto named = read_named(chamber, "map", rig.file, known);
+  const auto named = read_named(chamber, "map", rig.file, kShippedChamberMap, known);
   if (!named) return failure(named.error());
   auto map = parse_register_map(named->text, named->path, rig.chamber_word_order);
   const auto line = drivers::parse_line(rig.chamber_line);
@@ -207,8 +207,10 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   return rig;
 }
 
-Result<RigFile> read_rig(const std::string& file) {
-  return read_text_file(file).and_then([&](const std::string& text) { return parse_rig(text, file); });
+Result<RigFile> read_rig(const std::string& given) {
+  const auto file = path_of(given, kShippedRig);
+  if (!file) return failure(file.error());
+  return read_text_file(*file).and_then([&](const std::string& text) { return parse_rig(text, *file); });
 }
 
 std::vector<std::string> analogue_map_texts_of(const RigFile& rig) {

@@ -67,7 +67,8 @@ struct NamedTexts {
 /// Fails with bad_file, every mistake with its place. What `known` does not hold is read from its file, relative to
 /// `file`. The rest of [virtual] is checked by parse_laboratory.
 [[nodiscard]] Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known = {});
-[[nodiscard]] Result<RigFile> read_rig(const std::string& file);
+/// Does the same with a file, or with the shipped rig of that name.
+[[nodiscard]] Result<RigFile> read_rig(const std::string& given);
 
 /// The texts of the maps of all units of analogue inputs, in order of the file.
 [[nodiscard]] std::vector<std::string> analogue_map_texts_of(const RigFile& rig);

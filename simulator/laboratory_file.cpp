@@ -161,7 +161,7 @@ Result<GyroModelUsed> gyro_model_of(std::string_view rig_text, const std::string
                      .film = thermal.text("film"),
                      .text = known.value_or("")};
   if (known || named.empty()) return used;
-  auto model = read_named(thermal, "gyro", file, known);
+  auto model = read_named(thermal, "gyro", file, kShippedGyro, known);
   if (!model) return failure(std::move(model.error()));
   used.text = std::move(model->text);
   return used;

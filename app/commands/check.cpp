@@ -7,6 +7,7 @@
 #include "acquisition/record/run_info.hpp"
 #include "app/command.hpp"
 #include "app/run/carry_out.hpp"
+#include "app/value.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
@@ -268,9 +269,9 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
 void add_check(Program& program) {
   auto [command, options] =
       add_command(program, "check", "Checks a profile, a rig, or a profile against a rig; prints the timeline.",
-                  "gyrotherm check profiles/qualification.toml --rig profiles/rigs/virtual.toml", check);
-  command.add_option("profile", options.profile, "the profile");
-  command.add_option("--rig", options.rig, "the rig");
+                  "gyrotherm check qualification --rig virtual", check);
+  command.add_option("profile", options.profile, "the profile")->type_name(value::kProfile);
+  command.add_option("--rig", options.rig, "the rig")->type_name(value::kRig);
   command.add_flag("--connect", options.connect, "ask each instrument who it is, and read it a few times");
   command.add_option("--seed", options.seed, "of a virtual rig")->check(not_negative());
 }

@@ -20,6 +20,7 @@
 #include "app/compensation_table.hpp"
 #include "app/interrupt.hpp"
 #include "app/recorded_run.hpp"
+#include "app/value.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -218,10 +219,12 @@ void add_compensate(Program& program) {
                   "Reads 1-Hz rows of temperatures (°C) and raw bias (°/h) with a header like "
                   "\"A,B,C,bias\", or what export makes of a record; writes the compensated bias.",
                   "gyrotherm compensate model.json < rows.csv", compensate);
-  command.add_option("model", options.model, "the model")->required();
-  command.add_option("--outside", options.outside,
-                     "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
-                     "an empty line) or extrapolate");
+  command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
+  command
+      .add_option("--outside", options.outside,
+                  "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
+                  "an empty line) or extrapolate")
+      ->type_name(value::kOutside);
   command.add_flag("--uncertainty", options.uncertainty,
                    "a second column: the expanded uncertainty U of a mean over the model's cluster length");
   add_tracking_options(command, options.tracking,

@@ -12,6 +12,7 @@
 
 #include "app/command.hpp"
 #include "core/json.hpp"
+#include "core/shipped.hpp"
 #include "drivers/line/byte_streams.hpp"
 #include "drivers/line/hid_line.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
@@ -65,10 +66,11 @@ std::string fix_of_serial(const Node& node) {
 
 std::string fix_of_hid(const Node& node) {
   if (node.allowed) return "";
+  const auto rules = shipped_file(kShippedRules);
   return fmt::format(
       "sudo install -m 644 {} {} && sudo udevadm control --reload && sudo udevadm trigger   # and, not sitting at the "
       "machine: sudo usermod -aG dialout \"$USER\", log in again",
-      std::filesystem::absolute(shipped(kShippedRules)).string(), kRulesFolder);
+      std::filesystem::absolute(rules).string(), kRulesFolder);
 }
 
 Device serial_device(const drivers::SerialPortFound& port) {

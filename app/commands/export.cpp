@@ -13,6 +13,7 @@
 #include "app/command.hpp"
 #include "app/follow.hpp"
 #include "app/recorded_run.hpp"
+#include "app/value.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm::app {
@@ -135,14 +136,16 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
 void add_export(Program& program) {
   auto [command, options] = add_command(program, "export", "Writes a record as a text table.",
                                         "gyrotherm export random.db --out random.csv", export_table);
-  command.add_option("run", options.run, "the record")->required();
-  command.add_option("--out", options.out, "the table");
+  command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
+  command.add_option("--out", options.out, "the table")->type_name(value::kTable);
   command.add_flag("--follow", options.follow, "of a run that goes on: rows to stdout as they come, until it ends");
   command.add_flag("--compensated", options.compensated,
                    "of one axis: calibrated temperatures, bias, compensated bias and its U");
-  command.add_option("--model", options.model, "the model that compensates");
-  command.add_option("--outside", options.outside,
-                     "inputs outside the trained range: clamp (default), refuse or extrapolate");
+  command.add_option("--model", options.model, "the model that compensates")->type_name(value::kModel);
+  command
+      .add_option("--outside", options.outside,
+                  "inputs outside the trained range: clamp (default), refuse or extrapolate")
+      ->type_name(value::kOutside);
   add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
 }

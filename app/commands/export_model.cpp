@@ -6,6 +6,7 @@
 #include "analysis/model/model_export.hpp"
 #include "app/bias_tracking.hpp"
 #include "app/recorded_run.hpp"
+#include "app/value.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm::app {
@@ -82,10 +83,11 @@ void add_export_model(Program& program) {
                   "Writes a model for another program: libsvm, for svm-predict; c, a C99 source and its "
                   "header for a navigation computer.",
                   "gyrotherm export-model model.json --as c --out compensation.c", export_model);
-  command.add_option("model", options.model, "the model")->required();
+  command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
   command.add_option("--as", options.as, "libsvm or c")->required()->check(CLI::IsMember({"libsvm", "c"}));
-  command.add_option("--out", options.out, "the file (default for libsvm: standard output)");
-  command.add_option("--data", options.run, "instead of the model, write this record's clusters as its inputs");
+  command.add_option("--out", options.out, "the file (default for libsvm: standard output)")->type_name(value::kCode);
+  command.add_option("--data", options.run, "instead of the model, write this record's clusters as its inputs")
+      ->type_name(value::kRecord);
   add_tracking_options(command, options.tracking,
                        "for c: also a Kalman filter that follows the bias that is left while the gyro stands still");
   add_axis_options(command, options.axis);

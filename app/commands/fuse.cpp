@@ -17,6 +17,7 @@
 #include "analysis/model/fusion_export.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
+#include "app/value.hpp"
 #include "core/file.hpp"
 #include "report/fusion_view.hpp"
 
@@ -272,19 +273,27 @@ void add_fuse(Program& program) {
       "Makes one rate vector a second of three or more axes and finds who contradicts the others, the Earth or the "
       "thermometers.",
       "gyrotherm fuse random.db --models out --report out/fusion", fuse_all);
-  command.add_option("runs", options.runs, "the records")->required();
-  command.add_option("--models", options.folder,
-                     "the folder with each axis's model: UNIT/AXIS/model-NAME.json, or UNIT/model-NAME.json where the "
-                     "unit has one axis");
-  command.add_option("--inputs", options.inputs, "NAME of the models in it (default: multi-point-t)");
-  command.add_option("--model", options.models, "AXIS=FILE: the model of one axis, like u1.x=model.json");
-  command.add_option("--axes", options.axes, "only these, like u1.x,u1.y,u1.z")->delimiter(',');
-  command.add_option("--healthy", options.healthy,
-                     "a record without faults, of which is learnt how the thermometers agree; default: rate.db in the "
-                     "folder of the models, if it is there");
-  command.add_option("--out", options.out, "the fused rate, a line a second, as a table; - is standard output");
-  command.add_option("--report", options.report, "a folder for fusion.html and fusion.json");
-  command.add_option("--export-c", options.export_c, "a C99 source of the fusion of one second; its header beside it");
+  command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
+  command
+      .add_option("--models", options.folder,
+                  "the folder with each axis's model: UNIT/AXIS/model-NAME.json, or UNIT/model-NAME.json where the "
+                  "unit has one axis")
+      ->type_name(value::kFolder);
+  command.add_option("--inputs", options.inputs, "NAME of the models in it (default: multi-point-t)")
+      ->type_name("NAME");
+  command.add_option("--model", options.models, "AXIS=FILE: the model of one axis, like u1.x=model.json")
+      ->type_name("AXIS=MODEL");
+  command.add_option("--axes", options.axes, "only these, like u1.x,u1.y,u1.z")->type_name("AXIS,…")->delimiter(',');
+  command
+      .add_option("--healthy", options.healthy,
+                  "a record without faults, of which is learnt how the thermometers agree; default: rate.db in the "
+                  "folder of the models, if it is there")
+      ->type_name(value::kRecord);
+  command.add_option("--out", options.out, "the fused rate, a line a second, as a table; - is standard output")
+      ->type_name(value::kTable);
+  command.add_option("--report", options.report, "a folder for fusion.html and fusion.json")->type_name(value::kFolder);
+  command.add_option("--export-c", options.export_c, "a C99 source of the fusion of one second; its header beside it")
+      ->type_name(value::kCode);
   command
       .add_option("--false-alarm", options.fusion.watch.false_alarm_probability,
                   "of one test, while nothing is at fault (default: 1e-6)")
@@ -294,8 +303,10 @@ void add_fuse(Program& program) {
                   "of each cumulative sum, while nothing is at fault (default: 0.001)")
       ->check(CLI::Range(1e-6, 3.0));
   command.add_flag("--keep-all", options.keep_all, "leave out nobody but from seconds that contradict themselves");
-  command.add_option("--outside", options.outside,
-                     "inputs outside the trained range: clamp (default), refuse or extrapolate");
+  command
+      .add_option("--outside", options.outside,
+                  "inputs outside the trained range: clamp (default), refuse or extrapolate")
+      ->type_name(value::kOutside);
   add_unverified_flag(command, options.unverified);
 }
 

@@ -8,6 +8,7 @@
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/recorded_run.hpp"
+#include "app/value.hpp"
 #include "core/json.hpp"
 
 namespace gyrotherm::app {
@@ -172,15 +173,19 @@ void add_placement(Program& program) {
       add_command(program, "placement", "Which thermometers matter: the price of leaving each out, in held-out STD.",
                   "gyrotherm placement rate.db --verify random.db", study);
   options.training.quick = true;
-  command.add_option("runs", options.runs, "the records")->required();
-  command.add_option("--verify", options.unseen, "records to report on besides; they decide nothing");
-  command.add_option("--folds", options.folds,
-                     "what is held out together: cycles, records, programs, blocks[:N], or auto (default); see train");
+  command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
+  command.add_option("--verify", options.unseen, "records to report on besides; they decide nothing")
+      ->type_name(value::kRecord);
+  command
+      .add_option("--folds", options.folds,
+                  "what is held out together: cycles, records, programs, blocks[:N], or auto (default); see train")
+      ->type_name("FOLDS");
   command
       .add_option("--guard", options.guard_minutes,
                   "minutes around what is held out that are not learnt from either; default: as in train")
       ->check(not_negative());
-  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
+  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14")
+      ->type_name("FIRST:END");
   command.add_flag("--confirm", options.confirm,
                    "also tune support vectors anew, by a small swarm, on each set of the elimination: minutes");
   add_axis_options(command, options.axis);

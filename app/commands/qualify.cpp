@@ -19,6 +19,7 @@
 #include "app/qualify/lot_experiment.hpp"
 #include "app/recorded_run.hpp"
 #include "app/run/carry_out.hpp"
+#include "app/value.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "report/report.hpp"
@@ -28,7 +29,7 @@ namespace gyrotherm::app {
 namespace {
 
 struct QualifyArguments {
-  std::string rig, out, rate_profile, random_profile;
+  std::string rig = "virtual", out, rate_profile = "qualification", random_profile = "random";
   std::vector<std::string> further;  ///< records
   std::vector<std::string> later;    ///< days, or records
   model::QualificationOptions training;
@@ -321,9 +322,9 @@ Result<void> record_and_load(Console& console, const QualifyArguments& options, 
 }
 
 Result<Runs> plan_runs(const QualifyArguments& options, const rig::RigFile& rig) {
-  auto rate = plan_run("rate", given_or_shipped(options.rate_profile, "profiles/qualification.toml"), rig, options);
+  auto rate = plan_run("rate", options.rate_profile, rig, options);
   if (!rate) return failure(rate.error());
-  auto random = plan_run("random", given_or_shipped(options.random_profile, "profiles/random.toml"), rig, options);
+  auto random = plan_run("random", options.random_profile, rig, options);
   if (!random) return failure(random.error());
   Runs runs{.rate = std::move(*rate), .random = std::move(*random), .later = {}};
   for (const std::string& what : options.later) {
@@ -337,7 +338,7 @@ Result<Runs> plan_runs(const QualifyArguments& options, const rig::RigFile& rig)
 bool has_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
 
 Result<Exit> qualify(Console& console, const QualifyArguments& options) {
-  const auto rig = rig::read_rig(given_or_shipped(options.rig, "profiles/rigs/virtual.toml"));
+  const auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   auto runs = plan_runs(options, *rig);
   if (!runs) return failure(runs.error());
@@ -372,8 +373,10 @@ void add_qualify(Program& program) {
       "lot a summary.",
       "gyrotherm qualify --out out", qualify);
   options.training.program_version = GYROTHERM_VERSION;
-  command.add_option("--out", options.out, "the folder for everything that is made")->required();
-  command.add_option("--rig", options.rig, "the rig (default: profiles/rigs/virtual.toml, a dry run)");
+  command.add_option("--out", options.out, "the folder for everything that is made")
+      ->type_name(value::kFolder)
+      ->required();
+  command.add_option("--rig", options.rig, "the rig (default: virtual, a dry run)")->type_name(value::kRig);
   command
       .add_option("--seed", options.training.seed,
                   "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
@@ -385,16 +388,19 @@ void add_qualify(Program& program) {
   command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the report says so");
   command.add_flag("--nested", options.training.nested,
                    "also choose everything anew without each held-out cycle: training takes about twice as long");
-  command.add_option("--further", options.further,
-                     "further records of this gyro, of another program than the rate run: a model is recommended on "
-                     "them, by rule (docs/evaluation.md), and never on the run that the report quotes");
+  command
+      .add_option("--further", options.further,
+                  "further records of this gyro, of another program than the rate run: a model is recommended on "
+                  "them, by rule (docs/evaluation.md), and never on the run that the report quotes")
+      ->type_name(value::kRecord);
   command
       .add_option("--verify-later", options.later,
                   "also verify every model later: 30,365 makes the random run once more on a virtual gyro that is so "
                   "many days older; or records of later runs of this gyro")
+      ->type_name("DAYS,…|RECORD")
       ->delimiter(',');
-  command.add_option("--rate-profile", options.rate_profile, "instead of profiles/qualification.toml");
-  command.add_option("--random-profile", options.random_profile, "instead of profiles/random.toml");
+  command.add_option("--rate-profile", options.rate_profile, "instead of qualification")->type_name(value::kProfile);
+  command.add_option("--random-profile", options.random_profile, "instead of random")->type_name(value::kProfile);
 }
 
 }  // namespace gyrotherm::app

@@ -3,6 +3,7 @@
 
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
+#include "app/value.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm::app {
@@ -59,15 +60,16 @@ void add_reduce(Program& program) {
                   "Makes a model of many vectors smaller and says what that changes, measured on the records "
                   "that it was trained on.",
                   "gyrotherm reduce model.json rate.db --within 0.0001 --out small.json", reduce_and_write);
-  command.add_option("model", options.model, "the model")->required();
-  command.add_option("runs", options.runs, "the records that it was trained on")->required();
-  command.add_option("--out", options.out, "the smaller model")->required();
+  command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
+  command.add_option("runs", options.runs, "the records that it was trained on")->type_name(value::kRecord)->required();
+  command.add_option("--out", options.out, "the smaller model")->type_name(value::kModel)->required();
   auto* keep = command.add_option("--keep", options.goal.vectors, "at most so many vectors");
   command
       .add_option("--within", options.goal.max_change_deg_per_h,
                   "as few vectors as change no training cluster's prediction by more than this, in °/h")
       ->excludes(keep);
-  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
+  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14")
+      ->type_name("FIRST:END");
   add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
 }

@@ -4,6 +4,7 @@
 #include "app/commands/report_commands.hpp"
 #include "app/recorded_run.hpp"
 #include "app/report/calibration.hpp"
+#include "app/value.hpp"
 #include "report/views.hpp"
 
 namespace gyrotherm::app {
@@ -40,16 +41,24 @@ void add_report(Program& program) {
       "rebuilds "
       "the report of the experiment.",
       "gyrotherm report out --order order.toml --laboratory laboratory.toml --out out/calibration", report_on);
-  command.add_option("records", options.runs, "the records, or the folder that qualify wrote");
-  command.add_option("--out", options.out, "the folder of the report");
-  command.add_option("--model", options.left, "the model that the unit leaves with; again for each further axis");
-  command.add_option("--models", options.left_folder, "… of each axis, in a folder as qualify leaves it");
-  command.add_option("--found", options.found, "the model that the unit came with; again for each further axis");
-  command.add_option("--found-models", options.found_folder, "… of each axis, in a folder as qualify left it");
-  command.add_option("--inputs", options.inputs, "NAME of the models in these folders (default: multi-point-t)");
-  command.add_option("--unit", options.unit, "of records with several units under test: only this one");
-  command.add_option("--laboratory", options.laboratory, "laboratory.toml: what the laboratory says in each report");
-  command.add_option("--order", options.order, "order.toml: customer, unit, people, limits");
+  command.add_option("records", options.runs, "the records, or the folder that qualify wrote")
+      ->type_name(value::kRecordOrFolder);
+  command.add_option("--out", options.out, "the folder of the report")->type_name(value::kFolder);
+  command.add_option("--model", options.left, "the model that the unit leaves with; again for each further axis")
+      ->type_name(value::kModel);
+  command.add_option("--models", options.left_folder, "… of each axis, in a folder as qualify leaves it")
+      ->type_name(value::kFolder);
+  command.add_option("--found", options.found, "the model that the unit came with; again for each further axis")
+      ->type_name(value::kModel);
+  command.add_option("--found-models", options.found_folder, "… of each axis, in a folder as qualify left it")
+      ->type_name(value::kFolder);
+  command.add_option("--inputs", options.inputs, "NAME of the models in these folders (default: multi-point-t)")
+      ->type_name("NAME");
+  command.add_option("--unit", options.unit, "of records with several units under test: only this one")
+      ->type_name("UNIT");
+  command.add_option("--laboratory", options.laboratory, "laboratory.toml: what the laboratory says in each report")
+      ->type_name(value::kToml);
+  command.add_option("--order", options.order, "order.toml: customer, unit, people, limits")->type_name(value::kToml);
   command.add_option("--language", options.languages, "en, de, or both: en,de (default: en)")
       ->delimiter(',')
       ->check(CLI::IsMember({"en", "de"}));

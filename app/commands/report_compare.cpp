@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/commands/report_commands.hpp"
 #include "app/report/calibration_folder.hpp"
+#include "app/value.hpp"
 #include "report/comparison.hpp"
 
 namespace gyrotherm::app {
@@ -28,8 +29,10 @@ void add_report_compare(Program& program, CLI::App& report) {
       add_subcommand(program, report, "compare",
                      "Says how a unit has changed between two calibrations, each change with its U and E_n.",
                      "gyrotherm report compare 2025/calibration 2026/calibration", compare_two);
-  command.add_option("before", options.before, "the folder of the first report, or its calibration.json")->required();
-  command.add_option("now", options.now, "… of the second one")->required();
+  command.add_option("before", options.before, "the folder of the first report, or its calibration.json")
+      ->type_name(value::kFolder)
+      ->required();
+  command.add_option("now", options.now, "… of the second one")->type_name(value::kFolder)->required();
 }
 
 }  // namespace gyrotherm::app

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "app/commands/report_commands.hpp"
+#include "app/value.hpp"
 #include "report/signed_report.hpp"
 
 namespace gyrotherm::app {
@@ -25,11 +26,15 @@ void add_report_sign(Program& program, CLI::App& report) {
   auto [command, options] = add_subcommand(
       program, report, "sign", "Signs an authorised report: its PDF, and the certificate dcc.xml over all its files.",
       "gyrotherm report sign out/report --key lab.key --certificate lab.pem", sign_folder);
-  command.add_option("dir", options.folder, "the folder with calibration.json")->required();
-  command.add_option("--key", options.key.key_file, "the laboratory's private key, RSA, PEM")->required();
-  command.add_option("--certificate", options.key.certificate_file, "its certificate, and those above it, PEM")
+  command.add_option("dir", options.folder, "the folder with calibration.json")->type_name(value::kFolder)->required();
+  command.add_option("--key", options.key.key_file, "the laboratory's private key, RSA, PEM")
+      ->type_name(value::kPem)
       ->required();
-  command.add_option("--password-file", options.key.password_file, "a file whose first line the key is locked with");
+  command.add_option("--certificate", options.key.certificate_file, "its certificate, and those above it, PEM")
+      ->type_name(value::kPem)
+      ->required();
+  command.add_option("--password-file", options.key.password_file, "a file whose first line the key is locked with")
+      ->type_name(value::kFile);
 }
 
 }  // namespace gyrotherm::app

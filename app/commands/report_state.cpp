@@ -5,6 +5,7 @@
 
 #include "app/commands/report_commands.hpp"
 #include "app/report/calibration_folder.hpp"
+#include "app/value.hpp"
 #include "core/clock.hpp"
 
 namespace gyrotherm::app {
@@ -58,15 +59,17 @@ void add_report_state(Program& program, CLI::App& report) {
         add_subcommand(program, report, "authorise",
                        "Makes a report of a draft that lacks nothing: somebody says that it may be issued.",
                        "gyrotherm report authorise out/calibration --by \"A. Metrologist\"", authorise);
-    command.add_option("folder", options.folder, "the folder of the report")->required();
-    command.add_option("--by", options.by, "who says so")->required();
+    command.add_option("folder", options.folder, "the folder of the report")->type_name(value::kFolder)->required();
+    command.add_option("--by", options.by, "who says so")->type_name("NAME")->required();
   }
   auto [command, options] = add_subcommand(
       program, report, "supersede", "Marks a report as no longer valid, and names the one that takes its place.",
       "gyrotherm report supersede out/calibration --by out/calibration-2", supersede);
-  command.add_option("folder", options.folder, "the folder of the report")->required();
-  command.add_option("--by", options.by, "the folder of the one that takes its place")->required();
-  command.add_option("--reason", options.reason, "why");
+  command.add_option("folder", options.folder, "the folder of the report")->type_name(value::kFolder)->required();
+  command.add_option("--by", options.by, "the folder of the one that takes its place")
+      ->type_name(value::kFolder)
+      ->required();
+  command.add_option("--reason", options.reason, "why")->type_name("TEXT");
 }
 
 }  // namespace gyrotherm::app

@@ -8,6 +8,7 @@
 #include "acquisition/record/record.hpp"
 #include "app/commands/report_commands.hpp"
 #include "app/qualify/axis_experiment.hpp"
+#include "app/value.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "report/signed_report.hpp"
@@ -109,12 +110,14 @@ void add_report_verify(Program& program, CLI::App& report) {
       "Tells whether a signed report is as it was signed, who signed it, and whether the records and models that it "
       "rests on, where they lie beside it, are those that it names.",
       "gyrotherm report verify out/report --trusted authority.pem", verify_signed);
-  command.add_option("dir", options.folder, "the folder with dcc.xml")->required();
+  command.add_option("dir", options.folder, "the folder with dcc.xml")->type_name(value::kFolder)->required();
   command
       .add_option("--trusted", options.trust.certificates_file,
                   "whom you trust: certificates of authorities, or of the laboratory, PEM")
+      ->type_name(value::kPem)
       ->required();
-  command.add_option("--on", options.on_day, "the day on which certificates must be valid; today without it");
+  command.add_option("--on", options.on_day, "the day on which certificates must be valid; today without it")
+      ->type_name("YYYY-MM-DD");
 }
 
 }  // namespace gyrotherm::app

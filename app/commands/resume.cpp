@@ -5,6 +5,7 @@
 #include "app/interrupt.hpp"
 #include "app/run/carry_out.hpp"
 #include "app/run/sample_json.hpp"
+#include "app/value.hpp"
 #include "core/toml_reader.hpp"
 
 namespace gyrotherm::app {
@@ -39,9 +40,10 @@ void add_resume(Program& program) {
   auto [command, options] = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
                                         "gyrotherm resume random.db", resume);
   add_json_of_run(command, options.json);
-  command.add_option("run", options.run, "the record")->required();
+  command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
   command.add_flag("--accept", options.accept, "the operator has looked at the chamber and allows the run to go on");
-  command.add_option("--gap", options.gap, "on a virtual rig: how long it was down (default: 30 s)");
+  command.add_option("--gap", options.gap, "on a virtual rig: how long it was down (default: 30 s)")
+      ->type_name("DURATION");
 }
 
 }  // namespace gyrotherm::app

@@ -6,6 +6,7 @@
 #include "app/interrupt.hpp"
 #include "app/run/carry_out.hpp"
 #include "app/run/sample_json.hpp"
+#include "app/value.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::app {
@@ -50,13 +51,13 @@ Result<Exit> run(Console& console, const RunArguments& options) {
 }  // namespace
 
 void add_run(Program& program) {
-  auto [command, options] =
-      add_command(program, "run", "Runs one profile on a rig and records it, a second at a time.",
-                  "gyrotherm run profiles/random.toml --rig profiles/rigs/virtual.toml --out random.db", run);
+  auto [command, options] = add_command(program, "run", "Runs one profile on a rig and records it, a second at a time.",
+                                        "gyrotherm run random --rig virtual --out random.db", run);
   add_json_of_run(command, options.json);
-  command.add_option("profile", options.profile, "the profile")->required();
-  command.add_option("--rig", options.rig, "the rig")->required();
-  command.add_option("--out", options.out, "the record (default: the profile's name with .db)");
+  command.add_option("profile", options.profile, "the profile")->type_name(value::kProfile)->required();
+  command.add_option("--rig", options.rig, "the rig")->type_name(value::kRig)->required();
+  command.add_option("--out", options.out, "the record (default: the profile's name with .db)")
+      ->type_name(value::kRecord);
   command.add_option("--seed", options.start.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
       ->check(not_negative());
   add_days_later(command, options.start.days_later);

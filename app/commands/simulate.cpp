@@ -8,6 +8,7 @@
 
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
+#include "app/value.hpp"
 #include "rig/rig.hpp"
 
 namespace gyrotherm::app {
@@ -16,7 +17,7 @@ namespace {
 using std::chrono::steady_clock;
 
 struct SimulateArguments {
-  std::string rig;
+  std::string rig = "virtual";
   std::string pace = "real";
   std::uint64_t seed = 0;
   std::uint16_t port = 0;
@@ -104,7 +105,7 @@ Result<Exit> simulate(Console& console, const SimulateArguments& options) {
   if (!pace)
     return failure(FaultKind::usage, "--pace",
                    fmt::format("\"{}\" is no pace, expected real, max or x10", options.pace));
-  const auto rig = rig::read_rig(given_or_shipped(options.rig, "profiles/rigs/virtual.toml"));
+  const auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   watch_for_interrupts(SecondInterrupt::ends);
   const auto frames = options.full_rate ? simulator::FramePace::full_rate : simulator::FramePace::one_a_second;
@@ -122,9 +123,10 @@ Result<Exit> simulate(Console& console, const SimulateArguments& options) {
 void add_simulate(Program& program) {
   auto [command, options] =
       add_command(program, "simulate", "Serves the virtual instruments on loopback until stopped, for any client.",
-                  "gyrotherm simulate --rig profiles/rigs/virtual.toml --pace x10", simulate);
-  command.add_option("--rig", options.rig, "a virtual rig (default: profiles/rigs/virtual.toml)");
-  command.add_option("--pace", options.pace, "real, max, or x10 for ten times real time");
+                  "gyrotherm simulate --rig virtual --pace x10", simulate);
+  command.add_option("--rig", options.rig, "a virtual rig (default: virtual)")->type_name(value::kRig);
+  command.add_option("--pace", options.pace, "real, max, or x10 for ten times real time")
+      ->type_name("PACE:{real,x10,max}");
   command.add_option("--seed", options.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
       ->check(not_negative());
   command.add_option("--port", options.port, "the chamber's port, the others follow (default: any free ones)");

@@ -10,6 +10,7 @@
 #include "acquisition/record/chain.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
+#include "app/value.hpp"
 #include "core/clock.hpp"
 #include "core/json.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
@@ -167,7 +168,7 @@ void add_status(Program& program) {
   auto [command, options] =
       add_command(program, "status", "Tells where a running or finished run stands; safe while it runs.",
                   "gyrotherm status random.db", show_or_verify);
-  command.add_option("run", options.run, "the record")->required();
+  command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
   command.add_flag("--watch", options.watch, "each second anew, until the run has ended; with --json a line a second");
   command.add_flag("--verify", options.verify,
                    "checks the record against its chain, and against the manifest it was closed with");

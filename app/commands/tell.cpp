@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "app/command.hpp"
+#include "app/value.hpp"
 #include "core/json.hpp"
 #include "sequencer/control/control_socket.hpp"
 
@@ -47,12 +48,16 @@ void add_tell(Program& program) {
                   "comment.\n"
                   "note: puts a line of text into the record.",
                   "gyrotherm tell random.db note \"door opened to look at the cable\"", speak);
-  command.add_option("run", options.run, "the record")->required();
-  command.add_option("word", options.word, "pause, resume, stop, abort, drop, return, acknowledge or note")->required();
-  command.add_option(
-      "text", options.texts,
-      "of the note; with resume what was done; with drop and return the unit, and why; with acknowledge the "
-      "alarm, and a comment");
+  command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
+  command.add_option("word", options.word, "pause, resume, stop, abort, drop, return, acknowledge or note")
+      ->type_name("WORD:{pause,resume,stop,abort,drop,return,acknowledge,note}")
+      ->required();
+  command
+      .add_option(
+          "text", options.texts,
+          "of the note; with resume what was done; with drop and return the unit, and why; with acknowledge the "
+          "alarm, and a comment")
+      ->type_name("TEXT");
 }
 
 }  // namespace gyrotherm::app

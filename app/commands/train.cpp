@@ -9,6 +9,7 @@
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/recorded_run.hpp"
+#include "app/value.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm::app {
@@ -62,10 +63,10 @@ std::string describe(const model::Model& model) {
   return text;
 }
 
-std::string method_names() {
+std::string method_names(const char* by) {
   std::vector<std::string_view> names;
   for (const methods::Method& method : methods::methods()) names.push_back(method.name);
-  return fmt::format("{} (default: svr)", fmt::join(names, ", "));
+  return fmt::format("{}", fmt::join(names, by));
 }
 
 Result<model::TrainingOptions> training_options(const TrainArguments& options) {
@@ -112,10 +113,12 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
 
 /// With a prior the inputs are the type's, and nothing is chosen.
 void add_prior(CLI::App& command, TrainArguments& options) {
-  auto* prior = command.add_option("--prior", options.prior,
-                                   "what other units of the type have shown, as type-prior leaves it: method and "
-                                   "inputs are its own, and a few hours "
-                                   "of the unit's records are enough");
+  auto* prior = command
+                    .add_option("--prior", options.prior,
+                                "what other units of the type have shown, as type-prior leaves it: method and "
+                                "inputs are its own, and a few hours "
+                                "of the unit's records are enough")
+                    ->type_name(value::kModel);
   for (const auto* own : {"--inputs", "--select", "--threshold", "--method", "--choose", "--nested", "--quick"})
     prior->excludes(command.get_option(own));
 }
@@ -127,34 +130,44 @@ void add_train(Program& program) {
       add_command(program, "train", "Trains a compensation model on one or more records.",
                   "gyrotherm train rate.db --inputs multi-point-t --out model.json", train_and_write);
   options.training.program_version = GYROTHERM_VERSION;
-  command.add_option("runs", options.runs, "the records")->required();
-  command.add_option("--out", options.out, "the model")->required();
-  command.add_option(
-      "--inputs", options.training.inputs,
-      "words and terms, joined by commas or +: multi-point, multi-point-t, three-point, three-point-t, seven-point, "
-      "gradients, temperatures, rates, thermal-history, lag-bank, or terms like A-B,A,rate:A,lag:600:A,A^2,A*A-B, self "
-      "(the unit's own temperature), aux:NAME; "
-      "default: what "
-      "the method is published with");
-  auto* select = command.add_option(
-      "--select", options.select,
-      "which of the inputs that a word stands for to take, learnt inside each fold: correlation[:R] (|r| above R, "
-      "0.90; what multi-point does), forward[:N] (at most N, by held-out gain), redundancy[:PART] (those that do not "
-      "depend on the others); terms given one by one are always taken");
+  command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
+  command.add_option("--out", options.out, "the model")->type_name(value::kModel)->required();
+  command
+      .add_option("--inputs", options.training.inputs,
+                  "words and terms, joined by commas or +: multi-point, multi-point-t, three-point, three-point-t, "
+                  "seven-point, "
+                  "gradients, temperatures, rates, thermal-history, lag-bank, or terms like "
+                  "A-B,A,rate:A,lag:600:A,A^2,A*A-B, self "
+                  "(the unit's own temperature), aux:NAME; "
+                  "default: what "
+                  "the method is published with")
+      ->type_name("TERMS");
+  auto* select = command
+                     .add_option("--select", options.select,
+                                 "which of the inputs that a word stands for to take, learnt inside each fold: "
+                                 "correlation[:R] (|r| above R, "
+                                 "0.90; what multi-point does), forward[:N] (at most N, by held-out gain), "
+                                 "redundancy[:PART] (those that do not "
+                                 "depend on the others); terms given one by one are always taken")
+                     ->type_name("RULE");
   command.add_option("--threshold", options.threshold, "the same as --select correlation:R")
       ->check(CLI::Range(0.0, 1.0))
       ->excludes(select);
-  command.add_option("--method", options.training.method, method_names());
-  command.add_option(
-      "--folds", options.folds,
-      "what is held out together: cycles, records (each whole), programs (all records of a profile), blocks[:N], "
-      "consecutive ones (4), or auto "
-      "(default): records where there are three or more and none has cycles, else cycles. By cycles a "
-      "record without any is cut into blocks");
-  command.add_option(
-      "--choose", options.choose,
-      "C, sigma and epsilon by held-out error: best (default; as the paper does) or one-se, the simplest "
-      "within one standard error of it");
+  command.add_option("--method", options.training.method, method_names(", ") + " (default: svr)")
+      ->type_name("METHOD:{" + method_names(",") + "}");
+  command
+      .add_option(
+          "--folds", options.folds,
+          "what is held out together: cycles, records (each whole), programs (all records of a profile), blocks[:N], "
+          "consecutive ones (4), or auto "
+          "(default): records where there are three or more and none has cycles, else cycles. By cycles a "
+          "record without any is cut into blocks")
+      ->type_name("FOLDS");
+  command
+      .add_option("--choose", options.choose,
+                  "C, sigma and epsilon by held-out error: best (default; as the paper does) or one-se, the simplest "
+                  "within one standard error of it")
+      ->type_name("RULE:{best,one-se}");
   command
       .add_option("--guard", options.guard_minutes,
                   "minutes around what is held out that are not learnt from either; default: none beside cycles, 45 "
@@ -162,7 +175,8 @@ void add_train(Program& program) {
       ->check(not_negative());
   command.add_flag("--nested", options.training.nested,
                    "also choose everything anew without each held-out fold: costs about as much again");
-  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14");
+  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14")
+      ->type_name("FIRST:END");
   add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
   command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the model says so");

@@ -9,6 +9,7 @@
 #include "analysis/model/prior_training.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
+#include "app/value.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm::app {
@@ -138,12 +139,15 @@ void add_type_prior(Program& program) {
           "records", options.records,
           "records of at least three units, each as RECORD or UNIT=RECORD. Without UNIT they belong together by "
           "the gyro's serial number; virtual ones by their seed")
+      ->type_name(value::kRecord)
       ->required();
-  command.add_option("--out", options.out, "the prior")->required();
-  command.add_option("--type", options.prior.type, "what the type is called, for people");
-  command.add_option("--inputs", options.prior.inputs,
-                     "words and terms as of train, none that selects; default: seven-point and the temperature of the "
-                     "first gradient thermometer");
+  command.add_option("--out", options.out, "the prior")->type_name(value::kModel)->required();
+  command.add_option("--type", options.prior.type, "what the type is called, for people")->type_name("NAME");
+  command
+      .add_option("--inputs", options.prior.inputs,
+                  "words and terms as of train, none that selects; default: seven-point and the temperature of the "
+                  "first gradient thermometer")
+      ->type_name("TERMS");
   command.add_flag("--quick", options.prior.quick, "a try: how coefficients vary together is not learnt");
   add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);

@@ -11,6 +11,7 @@
 #include "app/bias_tracking.hpp"
 #include "app/command.hpp"
 #include "app/recorded_run.hpp"
+#include "app/value.hpp"
 #include "core/json.hpp"
 #include "plot/svg.hpp"
 
@@ -236,12 +237,15 @@ void add_verify(Program& program) {
   auto [command, options] =
       add_command(program, "verify", "Compensates a record the model has not seen and says how good it is.",
                   "gyrotherm verify model.json random.db", verify_all);
-  command.add_option("model", options.model, "the model")->required();
-  command.add_option("runs", options.runs, "the records")->required();
-  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 14:21");
-  command.add_option("--outside", options.outside,
-                     "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
-                     "left out of the figures) or extrapolate");
+  command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
+  command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
+  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 14:21")
+      ->type_name("FIRST:END");
+  command
+      .add_option("--outside", options.outside,
+                  "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
+                  "left out of the figures) or extrapolate")
+      ->type_name(value::kOutside);
   add_tracking_options(command, options.tracking,
                        "also judge how well the bias that is left can be followed while the gyro stands still, by a "
                        "Kalman filter and by what it is compared with");

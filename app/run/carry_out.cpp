@@ -13,6 +13,7 @@
 #include "acquisition/record/store.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
+#include "core/shipped.hpp"
 #include "rig/rig.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
 #include "sequencer/run/resume.hpp"
@@ -142,10 +143,12 @@ Result<void> record_absence(record::Store& store, std::int64_t first, std::int64
 
 }  // namespace
 
-Result<profile::Profile> read_profile(const std::string& path, const rig::RigFile* rig) {
-  const auto written = read_text_file(path);
+Result<profile::Profile> read_profile(const std::string& given, const rig::RigFile* rig) {
+  const auto path = path_of(given, kShippedProfile);
+  if (!path) return failure(path.error());
+  const auto written = read_text_file(*path);
   if (!written) return failure(written.error());
-  auto profile = profile::parse_profile(*written, path);
+  auto profile = profile::parse_profile(*written, *path);
   if (!profile) return profile;
   std::vector<Result<void>> verdicts{check_profile(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{})};
   if (rig) {

@@ -18,9 +18,10 @@
 
 namespace gyrotherm::app {
 
-/// Reads a profile and checks it against what the rig's chamber can do, and for soaks on sensors that it does not have.
-/// Without a rig it is checked by itself. Fails with bad_file, every mistake with its place.
-[[nodiscard]] Result<profile::Profile> read_profile(const std::string& path, const rig::RigFile* rig);
+/// Reads a profile, a file or the shipped one of that name, and checks it against what the rig's chamber can do, and
+/// for soaks on sensors that it does not have. Without a rig it is checked by itself. Fails with bad_file, every
+/// mistake with its place.
+[[nodiscard]] Result<profile::Profile> read_profile(const std::string& given, const rig::RigFile* rig);
 
 /// Fails with out_of_range if the chamber's controller, as it is set, does not take every set point of the profile and
 /// the rig's safe one.

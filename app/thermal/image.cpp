@@ -18,9 +18,11 @@
 
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
+#include "app/value.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "core/process.hpp"
+#include "core/shipped.hpp"
 #include "thermal/difference_fit.hpp"
 #include "thermal/gyro_model.hpp"
 #include "thermal/mesh.hpp"
@@ -30,16 +32,19 @@
 namespace gyrotherm::app {
 namespace {
 
-/// A gyro file, the calibrated one if none is given.
+constexpr const char* kCalibrated = "calibrated";
+
+/// A gyro file, or the shipped one of that name.
 Result<thermal::GyroModel> read_gyro(const std::string& given) {
-  const auto path = given_or_shipped(given, "profiles/gyros/calibrated.toml");
-  return read_text_file(path).and_then([&](const std::string& text) { return thermal::parse_gyro(text, path); });
+  const auto path = path_of(given, kShippedGyro);
+  if (!path) return failure(path.error());
+  return read_text_file(*path).and_then([&](const std::string& text) { return thermal::parse_gyro(text, *path); });
 }
 
 constexpr const char* kFitSchema = "gyrotherm-thermal-fit/1";
 
 struct FitArguments {
-  std::string gyro;
+  std::string gyro = kCalibrated;
   double difference_k = 3.5;
   double ambient_c = 20;
 };
@@ -198,7 +203,7 @@ std::vector<ThermalView> thermal_views(const thermal::GyroModel& model, const th
 constexpr const char* kThermalSchema = "gyrotherm-thermal/1";
 
 struct ThermalArguments {
-  std::string gyro, mesh = "medium", out;
+  std::string gyro = kCalibrated, mesh = "medium", out;
   double ambient_c = 20;
   std::optional<double> film, fit;
 };
@@ -386,7 +391,7 @@ void add_thermal_fit(Program& program) {
   auto [command, options] = add_command(
       program, "fit", "Which value of each parameter alone gives a difference between gain and non-gain areas.",
       "gyrotherm-thermal fit --difference 3.5", fit);
-  command.add_option("--gyro", options.gyro, "the gyro file; profiles/gyros/calibrated.toml if not given");
+  command.add_option("--gyro", options.gyro, "the gyro file (default: calibrated)")->type_name(value::kGyro);
   command.add_option("--difference", options.difference_k, "wanted between gain and non-gain areas, K")
       ->check(CLI::Range(0.01, 100.0));
   command.add_option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C")
@@ -399,7 +404,7 @@ void add_thermal_image(Program& program) {
                   "The finite-element thermal image of the working gyro at rest: pictures, a file for "
                   "ParaView, an input for CalculiX.",
                   "gyrotherm-thermal image --mesh medium --out image", image);
-  command.add_option("--gyro", options.gyro, "the gyro file; profiles/gyros/calibrated.toml if not given");
+  command.add_option("--gyro", options.gyro, "the gyro file (default: calibrated)")->type_name(value::kGyro);
   command.add_option("--mesh", options.mesh, "coarse, medium or fine: edges of 4.6, 2.9 or 2.1 mm")
       ->check(CLI::IsMember({"coarse", "medium", "fine"}));
   command.add_option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C")
@@ -408,7 +413,7 @@ void add_thermal_image(Program& program) {
       ->check(CLI::Range(0.01, 10000.0));
   command.add_option("--fit", options.fit, "first calibrate to this gain–non-gain difference, K")
       ->check(CLI::Range(0.01, 100.0));
-  command.add_option("--out", options.out, "folder for the results")->required();
+  command.add_option("--out", options.out, "folder for the results")->type_name(value::kFolder)->required();
 }
 
 }  // namespace gyrotherm::app

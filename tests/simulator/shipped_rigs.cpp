@@ -82,9 +82,10 @@ std::vector<VirtualGyroLine> gyro_lines_of_rig(const std::string& name) {
       if (axis.has("name")) fields.push_back(axis.text("name"));
     }
     if (gyro.has("stream"))
-      line.frame = must(drivers::parse_gyro_stream(must(read_named(gyro, "stream", rig_path(name), {})).text,
-                                                   gyro.text("stream"), fields))
-                       .frame;
+      line.frame =
+          must(drivers::parse_gyro_stream(must(read_named(gyro, "stream", rig_path(name), kShippedGyroStream, {})).text,
+                                          gyro.text("stream"), fields))
+              .frame;
     else
       line.frame = drivers::read_frame_format(gyro.table("frame"), fields);
     lines.push_back(std::move(line));

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/shipped.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+#include <system_error>
+
+#include "core/file.hpp"
+#include "core/process.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kEnding = ".toml";
+
+/// As the user would write it: relative where it lies in the working folder, links resolved.
+std::string as_seen_from_here(const fs::path& path) {
+  std::error_code error;
+  const auto whole = fs::canonical(path, error);
+  if (error) return path.string();
+  const auto here = fs::current_path(error);
+  const auto relative = whole.lexically_relative(here);
+  return error || relative.empty() || *relative.begin() == ".." ? whole.string() : relative.string();
+}
+
+}  // namespace
+
+std::vector<std::string> shipped_folders() {
+  const fs::path own = fs::path(program_beside_this_one("")).parent_path();
+  std::vector<std::string> folders;
+  for (const auto& prefix : {own.parent_path(), own, fs::path("/usr/local"), fs::path("/usr")}) {
+    auto folder = (prefix / "share/gyrotherm").string();
+    if (std::ranges::count(folders, folder) == 0) folders.push_back(std::move(folder));
+  }
+  return folders;
+}
+
+std::string shipped_file(const std::string& path) {
+  for (const auto& folder : shipped_folders())
+    if (std::error_code error; fs::exists(fs::path(folder) / path, error))
+      return as_seen_from_here(fs::path(folder) / path);
+  return {};
+}
+
+std::vector<std::string> shipped_names(const ShippedKind& kind) {
+  std::set<std::string> names;
+  for (const auto& folder : shipped_folders())
+    for (const auto& path : entries_of(fs::path(folder) / kind.folder))
+      if (path.extension() == kEnding) names.insert(path.stem().string());
+  return {names.begin(), names.end()};
+}
+
+bool is_path(std::string_view given) { return given.find('/') != std::string_view::npos || given.ends_with(kEnding); }
+
+Result<std::string> path_of(const std::string& given, const ShippedKind& kind) {
+  if (is_path(given)) return given;
+  if (auto found = given.empty() ? "" : shipped_file(fmt::format("{}/{}{}", kind.folder, given, kEnding));
+      !found.empty())
+    return found;
+  const auto names = shipped_names(kind);
+  auto what = fmt::format("is no shipped {}", kind.what);
+  if (const auto near = nearest(given, names); !near.empty()) what += fmt::format("; did you mean \"{}\"?", near);
+  if (std::error_code error; !given.empty() && fs::exists(given, error))
+    what += fmt::format("; for the file of that name here write ./{}", given);
+  what += names.empty() ? "; none was found" : fmt::format("; there are {}", fmt::join(names, ", "));
+  auto looked_in = shipped_folders();
+  for (auto& folder : looked_in) folder += std::string("/") + kind.folder;
+  return failure(FaultKind::bad_file, fmt::format("\"{}\"", given),
+                 what + fmt::format("; looked in {}", fmt::join(looked_in, ", ")));
+}
+
+}  // namespace gyrotherm

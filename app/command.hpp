@@ -65,6 +65,9 @@ std::pair<CLI::App&, Options&> add_command(Program& program, const std::string& 
   return add_subcommand(program, program.cli, name, description, example, what);
 }
 
+/// `completion SHELL`: a script that completes this program's command lines.
+void add_completion(Program& program);
+
 /// Refuses what begins with a minus sign.
 [[nodiscard]] CLI::Validator not_negative();
 

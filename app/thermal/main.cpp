@@ -16,5 +16,6 @@ int main(int argc, char** argv) {
   gyrotherm::app::add_thermal_image(program);
   gyrotherm::app::add_thermal_fit(program);
   gyrotherm::app::add_thermal_reduce(program);
+  add_completion(program);
   return run(program, argc, argv);
 }

@@ -28,6 +28,17 @@ enum class Exit : int {
 
 [[nodiscard]] Exit exit_for(const Fault& fault);
 
+/// What each of them means, as manual pages say it.
+inline constexpr std::pair<Exit, const char*> kExitMeanings[] = {
+    {Exit::done, "done"},
+    {Exit::outside_limits, "done, and a result is outside a limit of the profile's [accept] table"},
+    {Exit::usage, "the command line is wrong"},
+    {Exit::instrument, "an instrument or a connection failed"},
+    {Exit::file, "a file is wrong, or could not be written"},
+    {Exit::interrupted, "interrupted; gyrotherm resume goes on"},
+    {Exit::interlock,
+     "an interlock ended the run, and the chamber was made safe or could not be: the message says which"}};
+
 /// A program of subcommands.
 struct Program {
   Program(const std::string& name, const std::string& description);
@@ -67,6 +78,8 @@ std::pair<CLI::App&, Options&> add_command(Program& program, const std::string& 
 
 /// `completion SHELL`: a script that completes this program's command lines.
 void add_completion(Program& program);
+/// `manual [COMMAND]`, which the build makes the manual pages with.
+void add_manual(Program& program);
 
 /// Refuses what begins with a minus sign.
 [[nodiscard]] CLI::Validator not_negative();

@@ -31,7 +31,7 @@ namespace {
 constexpr auto kCommands = {add_qualify, add_run,          add_resume, add_status,     add_tell,   add_simulate,
                             add_check,   add_devices,      add_import,     add_export, add_thermal,
                             add_train,   add_type_prior,   add_verify, add_placement,  add_reduce, add_compensate,
-                            add_fuse,    add_export_model, add_report, add_completion};
+                            add_fuse,    add_export_model, add_report, add_completion, add_manual};
 
 }  // namespace
 }  // namespace gyrotherm::app

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # What is installed beside the programs: units, completions, manual pages.
 include(GNUInstallDirs)
+string(TIMESTAMP GYROTHERM_DATE "%Y-%m-%d" UTC)  # of the release, where SOURCE_DATE_EPOCH says it
 
 # What the shells complete a program's command lines with, said by the program itself.
 function(gyrotherm_completions program)
@@ -16,4 +17,22 @@ function(gyrotherm_completions program)
   install(FILES ${from}.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME ${program})
   install(FILES ${from}.zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _${program})
   install(FILES ${from}.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
+endfunction()
+
+# A manual page: the prose of docs/man, and what `manual` of a program adds to it.
+function(gyrotherm_manual page program)
+  set(prose ${PROJECT_SOURCE_DIR}/docs/man/${page}.md)
+  set(file ${PROJECT_BINARY_DIR}/man/${page}.1)
+  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/man)
+  add_custom_command(OUTPUT ${file}
+    COMMAND ${program} manual ${ARGN} --prose ${prose} --date ${GYROTHERM_DATE} > ${file}
+    DEPENDS ${program} ${prose} VERBATIM)
+  set_property(GLOBAL APPEND PROPERTY GYROTHERM_PAGES ${file})
+  install(FILES ${file} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+endfunction()
+
+# Called once, when all pages are known.
+function(gyrotherm_manual_pages)
+  get_property(pages GLOBAL PROPERTY GYROTHERM_PAGES)
+  add_custom_target(manual-pages ALL DEPENDS ${pages})
 endfunction()

@@ -17,5 +17,6 @@ int main(int argc, char** argv) {
   gyrotherm::app::add_thermal_fit(program);
   gyrotherm::app::add_thermal_reduce(program);
   add_completion(program);
+  add_manual(program);
   return run(program, argc, argv);
 }

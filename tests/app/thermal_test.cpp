@@ -11,7 +11,7 @@
 namespace gyrotherm::app {
 namespace {
 
-std::string content(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
+std::string text_in(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
 
 TEST(Thermal, LeavesTheImageOfAWorkingGyro) {
   const Folder folder;
@@ -28,14 +28,14 @@ TEST(Thermal, LeavesTheImageOfAWorkingGyro) {
   EXPECT_GT(facts["peak_memory_mb"], 0);
   facts.erase("wall_s");
   facts.erase("peak_memory_mb");
-  EXPECT_EQ(facts, nlohmann::json::parse(content(folder / "image/thermal.json")));
+  EXPECT_EQ(facts, nlohmann::json::parse(text_in(folder / "image/thermal.json")));
   for (const char* view : {"top-face", "bores", "section"}) {
     const auto name = folder / (std::string("image/") + view);
-    EXPECT_NE(content(name + ".svg").find("SIMULATED"), std::string::npos) << view;
-    EXPECT_EQ(content(name + ".png").substr(1, 3), "PNG") << view;
+    EXPECT_NE(text_in(name + ".svg").find("SIMULATED"), std::string::npos) << view;
+    EXPECT_EQ(text_in(name + ".png").substr(1, 3), "PNG") << view;
   }
-  EXPECT_EQ(content(folder / "image/gyro.vtu").rfind("<?xml", 0), 0U);
-  EXPECT_NE(content(folder / "image/gyro.inp").find("*HEAT TRANSFER"), std::string::npos);
+  EXPECT_EQ(text_in(folder / "image/gyro.vtu").rfind("<?xml", 0), 0U);
+  EXPECT_NE(text_in(folder / "image/gyro.inp").find("*HEAT TRANSFER"), std::string::npos);
 }
 
 TEST(Thermal, SaysForPeopleWhatItIsAndWhereItIsHot) {

@@ -3,6 +3,17 @@
 include(GNUInstallDirs)
 string(TIMESTAMP GYROTHERM_DATE "%Y-%m-%d" UTC)  # of the release, where SOURCE_DATE_EPOCH says it
 
+# A unit of systemd. Where its programs and documents are is known when it is installed, under whatever prefix.
+function(gyrotherm_unit source)
+  cmake_path(GET source STEM LAST_ONLY unit)
+  install(CODE "
+    cmake_path(ABSOLUTE_PATH CMAKE_INSTALL_PREFIX NORMALIZE OUTPUT_VARIABLE prefix)
+    set(GYROTHERM_BIN \"\${prefix}/${CMAKE_INSTALL_BINDIR}\")
+    set(GYROTHERM_DOCS \"\${prefix}/${CMAKE_INSTALL_DOCDIR}\")
+    configure_file(\"${CMAKE_CURRENT_SOURCE_DIR}/${source}\" \"${PROJECT_BINARY_DIR}/systemd/${unit}\" @ONLY)
+    file(INSTALL \"${PROJECT_BINARY_DIR}/systemd/${unit}\" DESTINATION \"\${prefix}/lib/systemd/system\")")
+endfunction()
+
 # What the shells complete a program's command lines with, said by the program itself.
 function(gyrotherm_completions program)
   set(made)

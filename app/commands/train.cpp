@@ -63,10 +63,10 @@ std::string describe(const model::Model& model) {
   return text;
 }
 
-std::string method_names(const char* by) {
+std::string method_names() {
   std::vector<std::string_view> names;
   for (const methods::Method& method : methods::methods()) names.push_back(method.name);
-  return fmt::format("{}", fmt::join(names, by));
+  return fmt::format("{}", fmt::join(names, ","));
 }
 
 Result<model::TrainingOptions> training_options(const TrainArguments& options) {
@@ -153,8 +153,8 @@ void add_train(Program& program) {
   command.add_option("--threshold", options.threshold, "the same as --select correlation:R")
       ->check(CLI::Range(0.0, 1.0))
       ->excludes(select);
-  command.add_option("--method", options.training.method, method_names(", ") + " (default: svr)")
-      ->type_name("METHOD:{" + method_names(",") + "}");
+  command.add_option("--method", options.training.method, "what the model is (docs/methods.md; default: svr)")
+      ->type_name("METHOD:{" + method_names() + "}");
   command
       .add_option(
           "--folds", options.folds,

@@ -42,8 +42,7 @@ TERMS = "A,rate:A,lag:600:B,A^2,A^3,A-B^2,A*rate:A,A*A-B,lag:600:A*A*rate:B"
 
 def methods():
     """All that `train --help` lists."""
-    words = re.search(r"--method TEXT[^\n]*\n\s*([a-z, -]+)\(default", gyrotherm("train", "--help"))
-    return [word.strip() for word in words[1].split(",")]
+    return re.search(r"--method METHOD:\{([a-z,-]+)\}", gyrotherm("train", "--help"))[1].split(",")
 
 
 class Predictions(InAFolder):

@@ -7,6 +7,7 @@ namespace gyrotherm::app {
 // A command is a file of app/commands that defines one of these, and its name in the list below.
 void add_qualify(Program& program);
 void add_run(Program& program);
+void add_go(Program& program);
 void add_resume(Program& program);
 void add_status(Program& program);
 void add_tell(Program& program);
@@ -29,10 +30,10 @@ void add_doctor(Program& program);
 
 namespace {
 
-constexpr auto kCommands = {add_qualify, add_run,          add_resume, add_status,     add_tell,   add_simulate,
-                            add_check,   add_devices,      add_doctor, add_import,     add_export, add_thermal,
-                            add_train,   add_type_prior,   add_verify, add_placement,  add_reduce, add_compensate,
-                            add_fuse,    add_export_model, add_report, add_completion, add_manual};
+constexpr auto kCommands = {add_qualify,    add_run,   add_go,           add_resume, add_status,     add_tell,
+                            add_simulate,   add_check, add_devices,      add_doctor, add_import,     add_export,
+                            add_thermal,    add_train, add_type_prior,   add_verify, add_placement,  add_reduce,
+                            add_compensate, add_fuse,  add_export_model, add_report, add_completion, add_manual};
 
 }  // namespace
 }  // namespace gyrotherm::app

@@ -148,7 +148,11 @@ Result<profile::Profile> read_profile(const std::string& given, const rig::RigFi
   if (!path) return failure(path.error());
   const auto written = read_text_file(*path);
   if (!written) return failure(written.error());
-  auto profile = profile::parse_profile(*written, *path);
+  return profile_for(rig, *written, *path);
+}
+
+Result<profile::Profile> profile_for(const rig::RigFile* rig, const std::string& written, const std::string& name) {
+  auto profile = profile::parse_profile(written, name);
   if (!profile) return profile;
   std::vector<Result<void>> verdicts{check_profile(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{})};
   if (rig) {

@@ -22,6 +22,9 @@ namespace gyrotherm::app {
 /// for soaks on sensors that it does not have. Without a rig it is checked by itself. Fails with bad_file, every
 /// mistake with its place.
 [[nodiscard]] Result<profile::Profile> read_profile(const std::string& given, const rig::RigFile* rig);
+/// Does the same with the text of a profile; its mistakes are told under this name.
+[[nodiscard]] Result<profile::Profile> profile_for(const rig::RigFile* rig, const std::string& written,
+                                                   const std::string& name);
 
 /// Fails with out_of_range if the chamber's controller, as it is set, does not take every set point of the profile and
 /// the rig's safe one.

@@ -26,8 +26,8 @@ TEST(CommandLine, NoCommandAndUnknownOptionsAreUsageErrors) {
 
 TEST(CommandLine, HelpOfEachCommandOpensWithAnExample) {
   for (const auto* command :
-       {"qualify", "run", "resume", "status", "simulate", "check", "import", "export", "train", "verify", "type-prior",
-        "compensate", "fuse", "export-model", "reduce", "report", "doctor", "completion"}) {
+       {"qualify", "run", "go", "resume", "status", "simulate", "check", "import", "export", "train", "verify",
+        "type-prior", "compensate", "fuse", "export-model", "reduce", "report", "doctor", "completion"}) {
     const auto ran = gyrotherm_with(std::string(command) + " --help");
     EXPECT_EQ(ran.exit_code, 0) << command;
     EXPECT_TRUE(ran.out.starts_with("Example: gyrotherm " + std::string(command))) << ran.out;

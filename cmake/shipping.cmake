@@ -30,20 +30,30 @@ function(gyrotherm_completions program)
   install(FILES ${from}.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
 endfunction()
 
-# A manual page: the prose of docs/man, and what `manual` of a program adds to it.
-function(gyrotherm_manual page program)
-  set(prose ${PROJECT_SOURCE_DIR}/docs/man/${page}.md)
-  set(file ${PROJECT_BINARY_DIR}/man/${page}.1)
-  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/man)
-  add_custom_command(OUTPUT ${file}
-    COMMAND ${program} manual ${ARGN} --prose ${prose} --date ${GYROTHERM_DATE} > ${file}
-    DEPENDS ${program} ${prose} VERBATIM)
-  set_property(GLOBAL APPEND PROPERTY GYROTHERM_PAGES ${file})
-  install(FILES ${file} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
-endfunction()
-
-# Called once, when all pages are known.
+# A manual page of each prose in docs/man: with what `manual` adds of the program, or else of the command, of that name;
+# or as it is where it begins with "# NAME", for it has the options, too.
 function(gyrotherm_manual_pages)
-  get_property(pages GLOBAL PROPERTY GYROTHERM_PAGES)
+  file(GLOB proses CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/man/*.md)
+  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/man)
+  set(pages)
+  foreach(prose ${proses})
+    cmake_path(GET prose STEM page)
+    file(STRINGS ${prose} beginning LIMIT_COUNT 1)
+    if(beginning STREQUAL "# NAME")
+      set(command gyrotherm manual --name ${page})
+    elseif(TARGET ${page})
+      set(command ${page} manual)
+    else()
+      string(REGEX REPLACE "^gyrotherm-" "" name ${page})
+      set(command gyrotherm manual ${name})
+    endif()
+    list(GET command 0 program)
+    set(file ${PROJECT_BINARY_DIR}/man/${page}.1)
+    add_custom_command(OUTPUT ${file}
+      COMMAND ${command} --prose ${prose} --date ${GYROTHERM_DATE} > ${file}
+      DEPENDS ${program} ${prose} VERBATIM)
+    list(APPEND pages ${file})
+  endforeach()
   add_custom_target(manual-pages ALL DEPENDS ${pages})
+  install(FILES ${pages} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 endfunction()

@@ -65,6 +65,18 @@ TEST(Manual, HasAPageForEachCommandWithEveryOptionOfItsHelp) {
   }
 }
 
+TEST(Manual, IsBuiltAndPackagedWhole) {
+  const auto built = fs::path(GYROTHERM_PROGRAM).parent_path() / "man";
+  const std::string debian = GYROTHERM_SOURCE_DIR "/debian/";
+  const auto packaged = read_text_file(debian + "gyrotherm.manpages").value() +
+                        read_text_file(debian + "gyrotherm-monitor.manpages").value();
+  for (const auto& path : entries_of(kDocuments)) {
+    const auto page = path.stem().string() + ".1";
+    EXPECT_TRUE(fs::exists(built / page)) << page;
+    EXPECT_NE(packaged.find("/" + page + "\n"), std::string::npos) << page;
+  }
+}
+
 TEST(Manual, PagesOfOtherProgramsHaveTheOptionsOfTheirHelp) {
   const auto folder = fs::path(GYROTHERM_PROGRAM).parent_path().string() + "/";
   for (const auto* program : {"gyrotherm-make-safe", "gyrotherm-monitor", "gyrotherm-pdf"}) {

@@ -73,6 +73,15 @@ CLI::App& add_subcommand(Program& program, CLI::App& parent, const std::string& 
   return command;
 }
 
+void add_outside_option(CLI::App& command, std::string& outside, const std::string& refused) {
+  command
+      .add_option("--outside", outside,
+                  fmt::format("inputs outside the trained range: clamp (default: to its nearer end), refuse ({}) or "
+                              "extrapolate",
+                              refused))
+      ->type_name("WORD:{clamp,refuse,extrapolate}");
+}
+
 CLI::Validator not_negative() {
   const auto judge = [](const std::string& text) { return std::string(text.starts_with('-') ? "is negative" : ""); };
   return {judge, "NONNEGATIVE"};

@@ -81,6 +81,10 @@ void add_completion(Program& program);
 /// `manual [COMMAND]`, which the build makes the manual pages with.
 void add_manual(Program& program);
 
+/// The option --outside, what to do with inputs beyond those of the training; `refused` is what becomes of one that is
+/// refused.
+void add_outside_option(CLI::App& command, std::string& outside, const std::string& refused = "not compensated");
+
 /// Refuses what begins with a minus sign.
 [[nodiscard]] CLI::Validator not_negative();
 

@@ -14,8 +14,6 @@ namespace value {
 inline constexpr const char *kProfile = "PROFILE", *kRig = "RIG", *kMap = "MAP", *kGyro = "GYRO", *kRecord = "RECORD",
                             *kRecordOrFolder = "RECORD|FOLDER", *kModel = "MODEL", *kTable = "TABLE", *kToml = "TOML",
                             *kPem = "PEM", *kCode = "SOURCE", *kFile = "FILE", *kFolder = "FOLDER";
-/// One of a few words, which stand after the name as CLI11 writes down what CLI::IsMember takes.
-inline constexpr const char* kOutside = "WORD:{clamp,refuse,extrapolate}";
 }  // namespace value
 
 /// What a shell completes a value with.

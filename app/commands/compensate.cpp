@@ -220,11 +220,7 @@ void add_compensate(Program& program) {
                   "\"A,B,C,bias\", or what export makes of a record; writes the compensated bias.",
                   "gyrotherm compensate model.json < rows.csv", compensate);
   command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
-  command
-      .add_option("--outside", options.outside,
-                  "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
-                  "an empty line) or extrapolate")
-      ->type_name(value::kOutside);
+  add_outside_option(command, options.outside, "not compensated, an empty line");
   command.add_flag("--uncertainty", options.uncertainty,
                    "a second column: the expanded uncertainty U of a mean over the model's cluster length");
   add_tracking_options(command, options.tracking,

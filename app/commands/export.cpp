@@ -142,10 +142,7 @@ void add_export(Program& program) {
   command.add_flag("--compensated", options.compensated,
                    "of one axis: calibrated temperatures, bias, compensated bias and its U");
   command.add_option("--model", options.model, "the model that compensates")->type_name(value::kModel);
-  command
-      .add_option("--outside", options.outside,
-                  "inputs outside the trained range: clamp (default), refuse or extrapolate")
-      ->type_name(value::kOutside);
+  add_outside_option(command, options.outside);
   add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
 }

@@ -303,10 +303,7 @@ void add_fuse(Program& program) {
                   "of each cumulative sum, while nothing is at fault (default: 0.001)")
       ->check(CLI::Range(1e-6, 3.0));
   command.add_flag("--keep-all", options.keep_all, "leave out nobody but from seconds that contradict themselves");
-  command
-      .add_option("--outside", options.outside,
-                  "inputs outside the trained range: clamp (default), refuse or extrapolate")
-      ->type_name(value::kOutside);
+  add_outside_option(command, options.outside);
   add_unverified_flag(command, options.unverified);
 }
 

@@ -241,11 +241,7 @@ void add_verify(Program& program) {
   command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
   command.add_option("--clusters", options.clusters, "only these clusters of each record, like 14:21")
       ->type_name("FIRST:END");
-  command
-      .add_option("--outside", options.outside,
-                  "inputs outside the trained range: clamp (default: to its nearer end), refuse (not compensated, "
-                  "left out of the figures) or extrapolate")
-      ->type_name(value::kOutside);
+  add_outside_option(command, options.outside, "not compensated, left out of the figures");
   add_tracking_options(command, options.tracking,
                        "also judge how well the bias that is left can be followed while the gyro stands still, by a "
                        "Kalman filter and by what it is compared with");

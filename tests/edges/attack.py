@@ -16,6 +16,7 @@ from laboratory import SET_POINT, Laboratory
 from program import Programs, Run, Terminal, until
 from records import Record, holes, lost_seconds, read_record, wrong_readings
 from rig import SAFE, Rig, hold, profile
+from standstill import Standstill
 
 GUARD_LIMIT = 20.0  # s, within which a chamber without a program is safe
 START_LIMIT = 60.0  # s, of a run on a busy machine
@@ -74,6 +75,7 @@ class Scene:
         self.runs: list[Run] = []
         self.closing: list[Callable[[], None]] = []
         self.copies = 0
+        self.standstill = Standstill()
 
     # Judging.
 

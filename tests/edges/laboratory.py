@@ -118,12 +118,14 @@ class Line(threading.Thread):
         self.due: list[Due] = []
         self.order = 0
         self.ends = False
-        self.listening: socket.socket | None = None
+        self.port_holder: socket.socket | None = None  # listens while the instrument is there
+        self.is_listening = False
         self.port = 0
         self.keeps_open = -1
 
     def listen(self) -> str:
         """Begins to serve on TCP; returns the line as rig files say it."""
+        self._hold_port()
         self._open_port()
         self.start()
         return f"tcp://{'127.0.0.1' if self.host == '0.0.0.0' else self.host}:{self.port}"
@@ -172,38 +174,46 @@ class Line(threading.Thread):
         rest = self.instrument.rest()
         return max(0.0, min(rest, self.due[0].at - time.monotonic()) if self.due else rest)
 
+    def _hold_port(self) -> None:
+        """Takes the port, which refuses connections as yet; nobody else can have it meanwhile."""
+        self.port_holder = socket.socket()
+        self.port_holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.port_holder.bind((self.host, self.port))
+        self.port_holder.setblocking(False)
+        self.port = self.port_holder.getsockname()[1]
+
     def _open_port(self) -> None:
-        listening = socket.socket()
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listening.bind((self.host, self.port))
-        listening.listen(16)
-        listening.setblocking(False)
-        self.port = listening.getsockname()[1]
-        self.listening = listening
-        self.selector.register(listening, selectors.EVENT_READ, None)
+        assert self.port_holder is not None
+        self.port_holder.listen(16)
+        self.selector.register(self.port_holder, selectors.EVENT_READ, None)
+        self.is_listening = True
 
     def _close_port(self) -> None:
-        if self.listening is not None:
-            self.selector.unregister(self.listening)
-            self.listening.close()
-            self.listening = None
+        if self.port_holder is None:
+            return
+        if self.is_listening:
+            self.selector.unregister(self.port_holder)
+        self.port_holder.close()
+        self.port_holder, self.is_listening = None, False
 
     def _follow_gone(self) -> None:
         """A line that is gone refuses connections; a pseudo-terminal cannot, it is silent."""
-        if not self.port or self.instrument.gone == (self.listening is None):
+        if not self.port or self.instrument.gone != self.is_listening:
             return
         if self.instrument.gone:
             self._close_port()
+            self._hold_port()
             for connection in list(self.connections):
                 self._drop(connection)
+            self.instrument.left.set()
         else:
             self._open_port()
-        (self.instrument.left.clear if self.listening else self.instrument.left.set)()
+            self.instrument.left.clear()
 
     def _accept(self) -> None:
-        assert self.listening is not None
+        assert self.port_holder is not None
         try:
-            client, _ = self.listening.accept()
+            client, _ = self.port_holder.accept()
         except OSError:
             return
         client.setblocking(False)

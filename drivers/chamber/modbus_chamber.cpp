@@ -134,8 +134,11 @@ class ModbusChamber final : public Chamber {
     return done;
   }
 
-  /// A program that ran in the controller may have taken the set point with it.
+  /// A program that ran in the controller may have taken the set point with it. That it was off is no news any more; on
+  /// a slow line it takes a while to be asked again.
   Result<void> start() override {
+    turns_.begin_anew();
+    if (status_.activity == ChamberActivity::off) status_.activity = ChamberActivity::unknown;
     if (!map_.sequences.contains("start")) return map_.control ? switch_to(map_.control->on) : Result<void>{};
     if (auto started = perform("start"); !started) return started;
     if (!set_point_.readable || std::isnan(sent_c_)) return {};

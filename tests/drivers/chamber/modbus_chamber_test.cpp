@@ -39,6 +39,7 @@ codes = {{ off = 62, auto = 10 }}
 name = "mode_active"
 address = 5
 type = "u16"
+codes = {{ off = 62, auto = 10 }}
 [identity]
 register = "identity"
 value = 570
@@ -48,11 +49,24 @@ active = "mode_active"
 on = "auto"
 )";
 
+constexpr const char* kStates = R"([[state]]
+activity = "running"
+register = "mode_active"
+is = "auto"
+[[state]]
+activity = "off"
+register = "mode_active"
+is = "off"
+)";
+
 /// A chamber on registers in memory: 21.5 °C, heading for 20.0 °C, off.
 class OnFakeRegisters : public testing::Test {
  protected:
-  void connect(bool one_block = true) {
-    auto map = parse_register_map(fmt::format(fmt::runtime(kMap), one_block), "map.toml");
+  void connect(bool one_block = true) { connect_with(fmt::format(fmt::runtime(kMap), one_block)); }
+  /// … with states, which are asked for in every third reading.
+  void connect_with_states() { connect_with(fmt::format(fmt::runtime(kMap), "false\nstatus_every = 3") + kStates); }
+  void connect_with(const std::string& text_of_map) {
+    auto map = parse_register_map(text_of_map, "map.toml");
     ASSERT_TRUE(map) << text(map.error());
     auto made = std::make_unique<tests::FakeRegisters>();
     registers = made.get();
@@ -122,6 +136,23 @@ TEST_F(ModbusChamber, StartAndStopAreSeenInTheActiveMode) {
   registers->words[5] = 62;
   EXPECT_TRUE(chamber->stop());
   EXPECT_EQ(registers->words[4], 62);
+}
+
+TEST_F(ModbusChamber, OneThatWasOffIsNotSaidToBeOffAfterItWasSwitchedOn) {
+  connect_with_states();
+  EXPECT_EQ(chamber->read().value().activity, ChamberActivity::off);
+  registers->words[5] = 10;
+  ASSERT_TRUE(chamber->start());
+  EXPECT_EQ(chamber->read().value().activity, ChamberActivity::running);
+}
+
+TEST_F(ModbusChamber, OneThatWasSwitchedOnAndDoesNotSaySoMayBeAnything) {
+  connect_with_states();
+  EXPECT_EQ(chamber->read().value().activity, ChamberActivity::off);
+  registers->words[5] = 10;
+  ASSERT_TRUE(chamber->start());
+  registers->words.erase(5);
+  EXPECT_EQ(chamber->read().value().activity, ChamberActivity::unknown);
 }
 
 TEST_F(ModbusChamber, AFaultOfTheWireIsItsOwn) {

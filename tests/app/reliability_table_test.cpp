@@ -31,6 +31,7 @@ const std::set<std::string>& sources_tests() {
       if (!cmake) collect(text, R"(TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\s*\))", "");
       if (cmake) collect(text, R"(gyrotherm_fuzz\((\w+))", "");
       if (cmake) collect(text, R"(gyrotherm_edges\((\w+))", "Edges.");
+      if (cmake) collect(text, R"(gyrotherm_monitor_test\((\w+))", "Monitor.");
       if (cmake) collect(text, R"(add_test\(NAME (\w+)\.(\w+))", "");
     }
     return found;

@@ -1,0 +1,316 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The page of keys, out of the readers themselves: which keys a file may have, what each is read as, and whether it may
+be left out, stand in the sources once, where they are read. What a key means is said by a comment of a shipped file.
+
+Here stands only which table each reading function reads; a function that reads a key and is not listed is an error, so
+that no key can be forgotten. Called as a program it writes docs/reference/keys.md, which tests/docs/keys_test.py holds
+against it, and against the shipped files."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+SOURCE = Path(__file__).resolve().parents[2]
+
+# Source → function, or function:variable → the tables that it reads. "" is the file itself.
+_SOAKS = ["defaults", "[segment] hold", "[segment] random"]
+_CALIBRATED = ["[thermometer]", "[thermometer.calibration]"]
+_AXIS = ["[gyro]", "[gyro.axis]"]
+PROFILE = {
+    "sequencer/profile/profile.cpp": {"parse_profile": [""], "read_accept": []},
+    "sequencer/profile/written_profile.cpp": {
+        "read_all": ["", "[segment] repeat"], "read": ["[segment]"], "read_hold": ["[segment] hold"],
+        "read_prompt": ["[segment] hold"], "read_ramp": ["[segment] ramp"], "read_repeat": ["[segment] repeat"],
+        "read_random": ["[segment] random"], "read_soak_conditions": _SOAKS, "read_defaults": ["defaults"],
+    },
+}  # fmt: skip
+RIG = {
+    "rig/rig_file.cpp": {
+        "parse_rig": [""], "parse_rig:chamber": ["chamber"], "read_chamber": ["chamber"], "read_map": ["chamber"],
+        "read_limiter:chamber": ["chamber"], "read_limiter": ["chamber.limiter"], "read_analysis": ["analysis"],
+        "read_safe": ["safe"], "settle_simulated": [""],
+    },
+    "rig/thermometer_settings.cpp": {
+        "read_sensor": ["thermometer.sensor"], "read_dcon": ["[thermometer] dcon"], "read_certificate": _CALIBRATED,
+        "read_uncertainty": _CALIBRATED, "read_calibration": ["[thermometer.calibration]"],
+        "read_offsets": ["[thermometer]"], "read_channels": ["[thermometer]"], "read_thermometer": ["[thermometer]"],
+    },
+    "rig/gyro_settings.cpp": {
+        "read": [""], "read_axis_names": ["[gyro]"], "read_axis_names:axis": ["[gyro.axis]"],
+        "read_direction": ["[gyro.axis]"], "place_alone": _AXIS, "arcsec_per_count": _AXIS, "read_axis": _AXIS,
+        "read_unit": ["[gyro]"], "read_frames": ["[gyro]"], "begin_line": ["[gyro]"], "share_line": ["[gyro]"],
+        "read_scales": _AXIS, "share_values": ["[gyro]"],
+    },
+    "rig/fixture.cpp": {"read_fixture": ["fixture"]},
+    "rig/analogue_settings.cpp": {
+        "read_analogue_map": ["[analogue_input]"], "read_analogue_input": ["[analogue_input]"],
+        "read_analogue_inputs": [""], "unit_named": ["[analogue_input.channel]"],
+        "read_channel": ["[analogue_input.channel]"],
+    },
+    "sequencer/interlocks/limits.cpp": {
+        "read_limits:root": [""], "read_limits": ["limits"], "read_times": ["limits"],
+        "read_own_limits": ["limits"], "read_air_thermometers": ["limits"], "read_policy": ["policy"],
+        "read_run_limits:root": [""], "read_run_limits": ["limits"], "read_run_limits:safe": ["safe"],
+    },
+}  # fmt: skip
+_BIAS = "virtual.bias"
+VIRTUAL = {
+    "simulator/laboratory_file.cpp": {
+        "read_plant": ["virtual.plant"], "read_readout": ["virtual.gyro"], "read_dead_band": ["virtual.gyro.dead_band"],
+        "read_thermometers": ["virtual.thermometers"], "read_failing": ["[virtual.thermometers.failing]"],
+        "read_spread": ["virtual.spread"], "read_hard_spread": ["virtual.spread.hard"], "has_reduced_gyro": ["virtual"],
+        "gyro_model_of:root": [], "gyro_model_of:table": ["virtual"], "gyro_model_of:thermal": ["virtual.thermal"],
+        "parse_laboratory:root": [], "parse_laboratory:table": ["virtual"], "parse_laboratory": ["virtual.power_on"],
+    },
+    "simulator/unit_file.cpp": {
+        "part_of_a_name": ["[virtual.unit]", "[virtual.unit.axis]", "[virtual.value]"],
+        "read_units": ["virtual"], "has_units": ["virtual"], "read_unit": ["[virtual.unit]"],
+        "read_axis": ["[virtual.unit.axis]"], "read_hop": ["virtual.unit.axis.hop"],
+        "read_bracket": ["[virtual.bracket]"], "read_own_temperature": ["virtual.own_temperature"],
+        "read_value": ["[virtual.value]"],
+    },
+    "simulator/virtual_gyro.cpp": {
+        "read_reduced_gyro:table": ["virtual"], "read_reduced_gyro:thermal": ["virtual.thermal"],
+        "read_reduced_gyro:bias": [_BIAS], "read_reduced_gyro:spread": ["virtual.thermal.spread"],
+        "read_reduced_gyro": ["virtual.power_on"], "read_thermal_spread": ["virtual.thermal.spread"],
+        "read_side_wind": ["virtual.thermal.side_wind"], "read_power_growth": ["virtual.thermal.power_growth"],
+        "read_physics": [_BIAS], "read_flow": [f"{_BIAS}.gas_flow"], "read_wave": [f"[{_BIAS}.wave]"],
+        "read_play": [f"[{_BIAS}.play]"], "read_mode_hops": [f"{_BIAS}.mode_hops"],
+        "read_growth": [f"{_BIAS}.growth"], "read_lag": [f"{_BIAS}.lag.gas_flow", f"{_BIAS}.lag.deformation"],
+        "read_ageing": [f"{_BIAS}.ageing"], "read_storage": [f"{_BIAS}.storage"], "read_slow_bias": [_BIAS],
+        "read_slow_bias:lag": [f"{_BIAS}.lag"], "read_slow_bias:term": [f"[{_BIAS}.relaxation]"],
+        "read_slow_bias:phase": [f"[{_BIAS}.warm_up]"],
+    },
+    "simulator/lumped_gyro.cpp": {
+        "read_lumped_gyro": ["virtual"], "read_network": ["virtual.network"], "read_links": ["virtual.network"],
+        "read_links:conduction": ["[virtual.network.conduction]"], "read_bias": [f"{_BIAS} reference"],
+    },
+}  # fmt: skip
+IMPORT = {
+    "acquisition/record/import.cpp": {
+        "parse_import_map:root": [""], "parse_import_map:table": ["[thermometer]"],
+        "parse_import_map:analysis": ["analysis"], "read_file_format": ["file"], "read_time": ["time"],
+        "read_column": ["time", "[thermometer]", "[gyro]", "[gyro.axis]", "[gyro.value]"],
+        "read_scaled": ["[thermometer]", "[gyro.value]"], "read_scale": ["[thermometer]", "[gyro]", "[gyro.axis]",
+        "[gyro.value]"], "read_axis": _AXIS, "read_value": ["[gyro.value]"], "read_gyro": ["[gyro]"],
+        "read_gyro:axis": ["[gyro.axis]"],
+    },
+}  # fmt: skip
+
+# Reading function → what the value is. None: it reads no value.
+_KINDS = {
+    "text": "a text", "texts": "a list of texts", "number": "a number", "numbers": "a list of numbers",
+    "number_rows": "rows of numbers", "integer": "a whole number", "whole": "a whole number",
+    "boolean": "true or false", "celsius": "a temperature", "kelvins": "an amount in K", "duration": "a time",
+    "rate": "a rate", "positive_rate": "a rate", "rates": "a list of rates", "durations": "a list of times",
+    "choice": "one of", "one_of": "one of", "one_of_or_default": "one of", "read_either": "one of",
+    "table": "a table", "tables": "tables", "expect": "the schema", "read_named": "a file, by name or path",
+    "read_time": "a time", "read_time_if_any": "a time", "read_temperature": "a temperature",
+    "read_temperature_if_any": "a temperature", "read_side": "a temperature", "read_rate_if_any": "a rate",
+    "read_rates": "a list of rates", "read_band": "an amount in K", "read_rate_range": "[slowest, fastest]",
+    "read_time_range": "[shortest, longest]", "read_temperature_ranges": "rows of [lowest, highest]",
+    "read_uncertainty": "a number", "uncertainty_of": "a number", "above_zero": "a number", "read_day": "a day",
+    "read_channels_of": "names of channels", "read_choice": "names of channels", "read_range": "a temperature",
+    "ignore": "a table", "positive": "a number above 0", "not_negative": "a number, not below 0",
+    "time_constant_s": "s, at least 1", "within": "a number", "each": "a number, or one for each thermometer",
+    "each_or_none": "a number, or one for each thermometer",
+    "has": None, "mistake": None, "place": None, "is_list": None, "is_table": None, "bounded": None, "check": None,
+    "check_safe_set_point": None, "expect_set_point": None, "format": None, "failure": None, "node_of": None,
+}  # fmt: skip
+_LEFT_OUT = {
+    "read_side", "read_time_if_any", "read_temperature_if_any", "read_rate_if_any", "read_uncertainty",
+    "uncertainty_of", "above_zero", "read_day", "one_of_or_default", "read_either", "texts", "numbers", "rates",
+    "read_rates", "read_channels_of", "read_choice", "table", "tables", "read_range", "ignore", "each_or_none",
+}  # fmt: skip
+_FUNCTION = re.compile(r"^(?:  )?(?:static |\[\[nodiscard\]\] |constexpr )*[\w:<>,&* ]+?[ &*](\w+)\([^;]*$")
+_BOUNDS = {"within": 1, "each": 1, "each_or_none": 1, "numbers": 2}  # arguments after the key that are no default
+_STATEMENT = re.compile(r"\s*(if|for|while|return|switch|else|case)\b")
+_CALL = re.compile(
+    r'([\w:]+)(?:<[^()]*?>)?\((?:(?P<first>[\w:.]+), )?(?:(?P<table>[\w.\[\]*>-]+?), )?"(?P<key>[a-z_0-9]+)"'
+)
+
+
+@dataclass
+class Key:
+    table: str
+    name: str
+    kind: str
+    required: bool
+    default: str
+    place: str
+
+
+def _words_of(constant: str) -> list[str]:
+    """The words of a Vocabulary, where it is defined."""
+    constant = constant.split("::")[-1]
+    if constant == "kThermometerDrivers":  # made of the table of kinds
+        text = (SOURCE / "drivers/thermometer/thermometer_kinds.hpp").read_text(encoding="utf-8")
+        return re.findall(r'\.name = "(\w+)"', text)
+    for path in [*SOURCE.glob("drivers/**/*.hpp"), *SOURCE.glob("rig/*.cpp"), *SOURCE.glob("simulator/*.cpp")]:
+        text = path.read_text(encoding="utf-8")
+        if found := re.search(rf"constexpr [^;=]*\b{constant}\b\s*[={{][^;]*;", text):
+            return re.findall(r'"([^"]+)"', found[0])
+    raise ValueError(f"{constant}: its definition is not found")
+
+
+def _default_of(rest: str) -> str:
+    second = re.match(r', ("[^"]*"|-?[\d.]+|true|false)\)', rest)
+    return second[1] if second and second[1] != '""' else ""
+
+
+def _kind_of(function: str, constant: str, rest: str, place: str) -> str | None:
+    if function not in _KINDS:
+        raise ValueError(f"{place}: docs/site/keys.py does not know what {function} reads")
+    kind = _KINDS[function]
+    if kind != "one of":
+        return kind
+    if function.startswith("one_of"):
+        words = _words_of(constant)
+    else:
+        braces = re.match(r", \{([^}]*)\}", rest)
+        words = re.findall(r'"([^"]+)"', braces[1] if braces else rest.split(")")[0])
+        words = words or ([_schema_of(braces[1])] if braces else [])
+    return "one of " + ", ".join(f"`{word}`" for word in words)
+
+
+def _schema_of(constant: str) -> str:
+    return {"kImportSchema": "gyrotherm-import/1"}[constant.strip()]
+
+
+def keys_of(sources: dict[str, dict[str, list[str]]]) -> list[Key]:
+    keys: dict[tuple[str, str], Key] = {}
+    for source, functions in sources.items():
+        function = ""
+        text = (SOURCE / source).read_text(encoding="utf-8")
+        lines = text.splitlines()
+        for number, line in enumerate(lines, 1):
+            begins = _FUNCTION.match(line)
+            if begins and re.match(r" {0,2}\S", line) and not _STATEMENT.match(line):
+                function = begins[1]
+            whole = line + " ".join(following.strip() for following in lines[number : number + 2])
+            for call in _CALL.finditer(line):
+                place = f"{source}:{number}"
+                name = call[1].split("::")[-1].removeprefix("std::")
+                if call[1].startswith(("std::", "fmt::", "drivers::")) or name in ("words_in_order", "parse_day"):
+                    continue
+                rest = whole[call.end("key") + 1 :]
+                kind = _kind_of(name, call["first"] or "", rest, place)
+                if kind is None:
+                    continue
+                before = line[: call.start()]
+                owner = re.search(r"(\w+)(?:\.|->)$", before) if not call["table"] else None
+                variable = owner[1] if owner else (call["table"] or call["first"] or "").split(".")[0]
+                tables = functions.get(f"{function}:{variable}", functions.get(function))
+                if tables is None:
+                    raise ValueError(f"{place}: docs/site/keys.py does not know which table {function} reads")
+                names = [call["key"]]
+                if name == "read_range":
+                    names = [call["key"] + end for end in ("lowest", "highest")]
+                for one in names:
+                    guarded = f'has("{one}")' in text or re.match(r"\s*(if|else)\b", line) or "?" in line
+                    plain = re.match(r"(, \{[^}]*\})?\)", rest) is not None or name in ("read_named", "expect")
+                    bounds = _BOUNDS.get(name, 0) if call["table"] else 0
+                    rest = re.sub(rf"^(?:, [^,()]+(?:\(\))?){{{bounds}}}", "", rest)
+                    plain = plain or bounds and rest.startswith(")")
+                    default = _default_of(re.sub(r"^, \{[^}]*\}", "", rest)) if name != "expect" else ""
+                    required = plain and not guarded and not default and (name not in _LEFT_OUT or bounds == 2)
+                    for table in tables:
+                        known = keys.get((table, one))
+                        if known is None or _KINDS["ignore"] == known.kind:
+                            keys[table, one] = Key(table, one, kind, required, default, place)
+    return list(keys.values())
+
+
+def _comments_of(path: Path) -> dict[tuple[str, str], tuple[str, str]]:
+    """(table, key) → the value and the comment of a shipped file."""
+    found: dict[tuple[str, str], tuple[str, str]] = {}
+    table = ""
+    for line in path.read_text(encoding="utf-8").splitlines():
+        stripped = line.strip()
+        if header := re.match(r"(\[\[?[\w.]+\]\]?)$", stripped.split("#")[0].strip()):
+            table = header[1].replace("[[", "[").replace("]]", "]") if header[1].startswith("[[") else header[1][1:-1]
+            table = re.sub(r"segment\.(segment\.)*segment", "segment", table)
+        elif entry := re.match(r"(?:# )?([a-z_0-9]+) += ((?:\"[^\"]*\"|\[[^#]*\]|[^#\"])+?)\s*# (.*)$", stripped):
+            found.setdefault((table, entry[1]), (entry[2], entry[3]))
+    return found
+
+
+def _meanings(patterns: list[str]) -> dict[tuple[str, str], tuple[str, str]]:
+    found: dict[tuple[str, str], tuple[str, str]] = {}
+    for pattern in patterns:
+        for path in sorted((SOURCE / "profiles").glob(pattern)):
+            for place, meaning in _comments_of(path).items():
+                found.setdefault(place, meaning)
+    return found
+
+
+def _title(table: str) -> str:
+    if not table:
+        return "The file itself"
+    bare, _, of = table.partition(" ")
+    return f"`[{bare}]`" + (f", {of}" if of else "")
+
+
+def _chapter(title: str, sources: dict[str, dict[str, list[str]]], shipped: list[str], note: str) -> list[str]:
+    keys = keys_of(sources)
+    meanings = _meanings(shipped)
+    lines = [f"## {title}", "", textwrap.fill(note, 120, break_on_hyphens=False), ""]
+    for table in sorted({key.table for key in keys}, key=lambda t: (t != "", t.strip("[]"))):
+        lines += [f"### {_title(table)}", "", "| key | is | if it is left out | an example says |", "|---|---|---|---|"]
+        for key in sorted((k for k in keys if k.table == table), key=lambda k: not k.required):
+            absent = "a mistake" if key.required else (f"`{key.default}`" if key.default else "")
+            bare = table.split(" ")[0]
+            value, words = meanings.get((bare, key.name), meanings.get((bare.strip("[]"), key.name), ("", "")))
+            example = f"`{value}`: {words}" if value else ""
+            row = [f"`{key.name}`", key.kind, absent, example]
+            lines.append("| " + " | ".join(row).replace("|  |", "| |").rstrip() + " |")
+        lines.append("")
+    return lines
+
+
+def page() -> str:
+    opening = (
+        "This page is made by `docs/site/keys.py` from the functions that read the files, so that it has every key "
+        "that is read and no other; what an example says is a comment of a shipped file. An empty third column: it depends "
+        "on other keys, or nothing is meant. [Files](../files.md) says what the keys are for. An unknown key is a "
+        "mistake, and the program names the nearest one."
+    )
+    lines = ["# Keys of the files that people write", "", textwrap.fill(opening, 120), ""]
+    lines += _chapter("Profile", PROFILE, ["*.toml"], "`[metadata]` has keys of your own, `[accept]` figures of the "
+                      "report and their limits.")  # fmt: skip
+    lines += _chapter("Rig", RIG, ["rigs/example-f4t*.toml", "rigs/example*.toml", "rigs/virtual.toml", "rigs/*.toml"],
+                      "Keys of `[gyro.frame]` are those of a gyro's stream, in `profiles/gyro-streams/README.md`. "
+                      "Defaults of `[limits]`, and what each interlock of `[policy]` does, are in "
+                      "[Interlocks](../interlocks.md).")  # fmt: skip
+    lines += _chapter("The virtual laboratory of a rig", VIRTUAL, ["rigs/virtual.toml", "rigs/virtual-hard.toml",
+                      "rigs/virtual-*.toml"], "Of a rig whose lines are `\"virtual\"`. What the terms mean is "
+                      "explained in [The virtual gyro](../virtual-gyro.md).")  # fmt: skip
+    lines += _chapter("Column map of an import", IMPORT, ["imports/*.toml"], "`profiles/imports/` has examples.")
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def written_keys(path: Path) -> set[tuple[str, str]]:
+    """Every (table, key) of a TOML file; a segment's table is that of its kind."""
+    found: set[tuple[str, str]] = set()
+
+    def walk(table: dict, name: str) -> None:
+        for key, value in table.items():
+            found.add((name, key))
+            below = f"{name}.{key}" if name else key
+            if isinstance(value, dict):
+                walk(value, below)
+            elif isinstance(value, list) and value and isinstance(value[0], dict):
+                for one in value:
+                    walk(one, "segment" if key == "segment" else below)
+
+    walk(tomllib.loads(path.read_text(encoding="utf-8")), "")
+    return found
+
+
+if __name__ == "__main__":
+    (SOURCE / "docs/reference/keys.md").write_text(page(), encoding="utf-8")

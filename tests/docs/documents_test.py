@@ -1,0 +1,121 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""What the documents name is there: documents_test.py PROGRAMS. Links and their anchors, files in code font, figures
+with their source, commands and options of blocks that no test runs; and each block says what it is."""
+
+import re
+import subprocess
+import sys
+import unittest
+from functools import cache
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+from markdown import DOCS, SOURCE, blocks_of, commands_of, prose_of  # noqa: E402
+
+PROGRAMS = Path(sys.argv.pop(1)).resolve()
+LANGUAGES = {"console", "sh", "text", "toml", "python", "ini", "c", "json"}
+FOLDERS = ("*.md", "docs/**/*.md", "bench/*.md", "profiles/**/*.md")
+PAGES = sorted(page for folder in FOLDERS for page in SOURCE.glob(folder))
+MANUAL = [page for page in PAGES if DOCS in page.parents]
+SOURCES = (".md", ".toml", ".cpp", ".hpp", ".py", ".txt", ".yml", ".json", ".rules")
+_LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
+_NAMED = re.compile(
+    r"`((?:acquisition|analysis|app|bench|cmake|core|docs|drivers|monitor|plot|profiles|python|report|rig|sequencer"
+    r"|simulator|tests|thermal)/[\w./-]*\w)`"
+)
+_MADE_UP = re.compile(r"acme|NAME|^report/\w+\.json$")  # docs/adding-an-instrument.md invents one; what a run leaves
+
+
+def anchors_of(page: Path) -> set[str]:
+    found = set()
+    for _, line in prose_of(page):
+        if heading := re.match(r"#+ (.*)", line):
+            found.add(re.sub(r"[^\w\- ]", "", heading[1].lower()).strip().replace(" ", "-"))
+    return found
+
+
+def place(page: Path, line: int) -> str:
+    return f"{page.relative_to(SOURCE)}:{line}"
+
+
+@cache
+def help_of(program: str, *words: str) -> str:
+    return subprocess.run([PROGRAMS / program, *words, "--help"], capture_output=True, text=True, check=False).stdout
+
+
+@cache
+def commands() -> set[str]:
+    return set(re.findall(r"^  ([a-z-]+) ", help_of("gyrotherm").split("Subcommands:")[-1], re.M))
+
+
+class Documents(unittest.TestCase):
+    def test_links_lead_somewhere(self):
+        links = 0
+        for page in PAGES:
+            for line, text in prose_of(page):
+                for figure, words, target in _LINK.findall(text):
+                    links += 1
+                    at = place(page, line)
+                    self.assertFalse(figure and not words, f"{at}: a figure without a text for who cannot see it")
+                    if re.match(r"[a-z]+:", target):
+                        self.assertTrue(target.startswith(("https://", "mailto:")), f"{at}: {target}")
+                        continue
+                    path, _, anchor = target.partition("#")
+                    aim = (page.parent / path).resolve() if path else page
+                    self.assertTrue(aim.exists(), f"{at}: {target} is not there")
+                    if anchor:
+                        self.assertIn(anchor, anchors_of(aim), f"{at}: {target}")
+        self.assertGreater(links, 50)
+
+    def test_files_in_code_font_are_there(self):
+        for page in MANUAL:
+            for line, text in prose_of(page):
+                for name in _NAMED.findall(text):
+                    if name.endswith(SOURCES) and not _MADE_UP.search(name):
+                        self.assertTrue((SOURCE / name).exists(), f"{place(page, line)}: {name} is not there")
+
+    def test_each_block_says_what_it_is(self):
+        """A session is followed where it stands, so it stands in a folder whose pages are followed."""
+        for page in MANUAL:
+            for block in blocks_of(page):
+                self.assertIn(block.language, LANGUAGES, block.place)
+                if block.language == "console":
+                    self.assertIn(page.parent.name, ("tutorial", "how-to"), block.place)
+                    self.assertTrue(commands_of(block), block.place)
+
+    def test_each_command_is_there_with_its_options(self):
+        seen = 0
+        for page in PAGES:
+            shown = [line for block in blocks_of(page) if block.language == "sh" for line in block.lines]
+            shown += [c.text for b in blocks_of(page) if b.language == "console" for c in commands_of(b)]
+            whole = "\n".join(shown).replace("\\\n", " ")
+            for line in re.split(r"\n|[|;&] |\bdo |#", whole):
+                called = re.match(r"(gyrotherm(?:-[a-z]+)*) +([a-z-]+)(.*)", line)
+                if not called or not (PROGRAMS / called[1]).exists() or called[2] not in commands():
+                    continue
+                words = [called[2]]
+                if called[2] == "report" and (below := re.match(r" (sign|verify|compare|authorise)\b", called[3])):
+                    words.append(below[1])
+                known = help_of(called[1], *words)
+                self.assertTrue(known, line)
+                for option in re.findall(r" (--[a-z][a-z-]*)", called[3]):
+                    seen += 1
+                    self.assertTrue(option in known, f"{page.relative_to(SOURCE)}: {line}")
+        self.assertGreater(seen, 60)
+
+    def test_each_figure_has_its_source(self):
+        table = (DOCS / "figures/README.md").read_text(encoding="utf-8")
+        listed = set(re.findall(r"^\| `([\w.-]+)` \|", table, re.M))
+        there = {f.name for f in (DOCS / "figures").iterdir() if f.suffix in (".svg", ".png")}
+        self.assertEqual(listed, there)
+
+    def test_the_navigation_names_each_page(self):
+        index = (DOCS / "index.md").read_text(encoding="utf-8")
+        for page in [*DOCS.glob("*.md"), *DOCS.glob("tutorial/*.md"), *DOCS.glob("how-to/*.md")]:
+            if page.name != "index.md":
+                self.assertIn(f"({page.relative_to(DOCS)})", index)
+
+
+if __name__ == "__main__":
+    unittest.main()

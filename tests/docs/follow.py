@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Follows a page of the manual word by word, in a fresh folder: follow.py PROGRAMS PAGE [nightly]. A page that says
+"<!-- follows other.md -->" goes on where that one ends. With --keep FOLDER the folder stays."""
+
+import re
+import socket
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from markdown import DOCS, follow
+
+_PORT = re.compile(r"--port (\d+)")
+_INSTRUMENTS = 4  # that `simulate --port` serves one after the other
+
+
+def wait_for_ports(page: Path) -> None:
+    """Another one who follows this page on this machine has them for a minute."""
+    for first in {int(port) for port in _PORT.findall(page.read_text(encoding="utf-8"))}:
+        for port in range(first, first + _INSTRUMENTS):
+            for _ in range(180):
+                with socket.socket() as line:
+                    line.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                    try:
+                        line.bind(("127.0.0.1", port))
+                        break
+                    except OSError:
+                        time.sleep(1)
+
+
+def main() -> int:
+    programs, page = Path(sys.argv[1]).resolve(), (DOCS / sys.argv[2]).resolve()
+    nightly = "nightly" in sys.argv[3:]
+    before = re.search(r"<!-- follows ([\w.-]+) -->", page.read_text(encoding="utf-8"))
+    wait_for_ports(page)
+    with tempfile.TemporaryDirectory(prefix="gyrotherm-manual-") as name:
+        wrong = follow(page.parent / before[1], Path(name), programs, False, 120) if before else []
+        began = time.monotonic()
+        wrong += follow(page, Path(name), programs, nightly, 900 if nightly else 180)
+        print(f"{page.relative_to(DOCS)} was followed in {time.monotonic() - began:.1f} s")
+    print("\n\n".join(wrong))
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

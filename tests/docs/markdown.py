@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the tests of the documents share: the blocks and links of a page, and how a page is followed.
+
+A block ```console is a session: a line "$ …" is a command, "> …" goes on with it, and what follows is all that it
+prints. In that "…" stands for anything on a line, and alone for any lines. A block whose first line is a comment that
+is the name of a file, like "# day.toml", is that file."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+
+SOURCE = Path(__file__).resolve().parents[2]
+DOCS = SOURCE / "docs"
+_FENCE = re.compile(r"^(`{3,})(.*)$")
+_FILE = re.compile(r"^(?:#|//) ([\w./-]+\.\w+)$")
+_PROGRESS = re.compile(r": +\d+ %(, .*)?$")
+_JOB = re.compile(r"^\[\d+\]|line \d+: +\d+ (Killed|Terminated)")
+
+
+@dataclass
+class Block:
+    page: Path
+    line: int
+    language: str
+    words: list[str]
+    lines: list[str] = field(default_factory=list)
+
+    @property
+    def place(self) -> str:
+        return f"{self.page.relative_to(SOURCE)}:{self.line}"
+
+    @property
+    def file(self) -> str | None:
+        named = _FILE.match(self.lines[0]) if self.lines and self.language not in ("console", "text", "sh") else None
+        return named[1] if named else None
+
+
+@dataclass
+class Command:
+    place: str
+    text: str
+    prints: list[str] = field(default_factory=list)
+
+
+def blocks_of(page: Path) -> list[Block]:
+    blocks: list[Block] = []
+    inside = ""
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        fence = _FENCE.match(line)
+        if inside:
+            if line.rstrip() == inside:
+                inside = ""
+            else:
+                blocks[-1].lines.append(line)
+        elif fence:
+            words = fence[2].split()
+            blocks.append(Block(page, number, words[0] if words else "", words[1:]))
+            inside = fence[1]
+    return blocks
+
+
+def prose_of(page: Path) -> list[tuple[int, str]]:
+    """The lines outside blocks, with their numbers."""
+    lines, inside = [], ""
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        fence = _FENCE.match(line)
+        if inside:
+            inside = "" if line.rstrip() == inside else inside
+        elif fence:
+            inside = fence[1]
+        elif not line.startswith("    "):
+            lines.append((number, line))
+    return lines
+
+
+def commands_of(block: Block) -> list[Command]:
+    commands: list[Command] = []
+    for number, line in enumerate(block.lines, block.line + 1):
+        if line.startswith("$ "):
+            commands.append(Command(f"{block.page.relative_to(SOURCE)}:{number}", line[2:]))
+        elif not commands:
+            raise ValueError(f"{block.place}: a session begins with a command")
+        elif line.startswith("> ") and not commands[-1].prints:
+            commands[-1].text += "\n" + line[2:]
+        else:
+            commands[-1].prints.append(line.rstrip())
+    return commands
+
+
+def is_printed(expected: list[str], printed: str) -> bool:
+    pattern = ""
+    for line in expected:
+        pattern += r"(?:.*\n)*?" if line == "…" else re.escape(line).replace("…", ".*") + r"\n"
+    return re.fullmatch(pattern, printed) is not None
+
+
+def _what_stays(text: str) -> str:
+    """Without the progress that a terminal overwrites, and what the shell says of its jobs."""
+    kept = [line.rstrip() for line in text.splitlines() if not _PROGRESS.search(line) and not _JOB.search(line)]
+    return "".join(line + "\n" for line in kept if line or text.strip())
+
+
+def follow(page: Path, folder: Path, programs: Path, nightly: bool, seconds: float) -> list[str]:
+    """Does what the page says, in the folder, with the programs first in the path. Returns what went otherwise."""
+    commands: list[Command] = []
+    script = ""
+    for block in blocks_of(page):
+        if block.file:
+            quoted = "\n".join(block.lines)
+            script += f"mkdir -p \"$(dirname {block.file})\"\ncat > {block.file} <<'@@'\n{quoted}\n@@\n"
+        if block.language != "console" or ("nightly" in block.words and not nightly):
+            continue
+        for command in commands_of(block):
+            script += f"{command.text}\n_code=$?; printf '@@%s@@\\n' $_code; (exit $_code)\n"
+            commands.append(command)
+    (folder / ".followed").write_text(script, encoding="utf-8")
+    environment = os.environ | {
+        "PATH": f"{programs}:{os.environ['PATH']}", "HOME": str(folder), "LC_ALL": "C.UTF-8", "TERM": "dumb",
+    }  # fmt: skip
+    printed = folder / ".printed"
+    with open(printed, "wb") as out:
+        shell = subprocess.Popen(
+            ["bash", str(folder / ".followed")], cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=out,
+            stderr=out, start_new_session=True,
+        )  # fmt: skip
+        try:
+            shell.wait(seconds)
+        except subprocess.TimeoutExpired:
+            pass
+        try:
+            os.killpg(shell.pid, signal.SIGKILL)  # whatever was left in the background
+        except ProcessLookupError:
+            pass
+        shell.wait()
+    parts = re.split(r"@@(\d+)@@\n", printed.read_text(encoding="utf-8", errors="replace"))
+    done = [(_what_stays(parts[i]), int(parts[i + 1])) for i in range(0, len(parts) - 1, 2)]
+    wrong = []
+    for index, (command, (text, code)) in enumerate(zip(commands, done)):
+        asked = index + 1 < len(commands) and commands[index + 1].text == "echo $?"
+        if code != 0 and not asked:
+            wrong.append(f"{command.place}: exit code {code}: {command.text}\n{text}")
+        elif not is_printed(command.prints, text):
+            wanted = "\n".join(command.prints)
+            wrong.append(f"{command.place}: {command.text}\nexpected:\n{wanted}\nprinted:\n{text}")
+    if len(done) < len(commands):
+        wrong.append(f"{commands[len(done)].place}: did not end within {seconds} s: {commands[len(done)].text}")
+    return wrong

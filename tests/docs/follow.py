@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Follows a page of the manual word by word, in a fresh folder: follow.py PROGRAMS PAGE [nightly]. A page that says
-"<!-- follows other.md -->" goes on where that one ends. With --keep FOLDER the folder stays."""
+"<!-- follows other.md -->" goes on where that one ends; one that says "<!-- needs cc -->" is skipped where there is no
+such program."""
 
 import re
+import shutil
 import socket
 import sys
 import tempfile
@@ -13,6 +15,7 @@ from pathlib import Path
 from markdown import DOCS, follow
 
 _PORT = re.compile(r"--port (\d+)")
+SKIPPED = 77
 _INSTRUMENTS = 4  # that `simulate --port` serves one after the other
 
 
@@ -33,7 +36,13 @@ def wait_for_ports(page: Path) -> None:
 def main() -> int:
     programs, page = Path(sys.argv[1]).resolve(), (DOCS / sys.argv[2]).resolve()
     nightly = "nightly" in sys.argv[3:]
-    before = re.search(r"<!-- follows ([\w.-]+) -->", page.read_text(encoding="utf-8"))
+    text = page.read_text(encoding="utf-8")
+    before = re.search(r"<!-- follows ([\w.-]+) -->", text)
+    needed = re.search(r"<!-- needs ([\w -]+?) -->", text)
+    missing = [program for program in (needed[1].split() if needed else []) if not shutil.which(program)]
+    if missing:
+        print(f"skipped: {', '.join(missing)} is not installed")
+        return SKIPPED
     wait_for_ports(page)
     with tempfile.TemporaryDirectory(prefix="gyrotherm-manual-") as name:
         wrong = follow(page.parent / before[1], Path(name), programs, False, 120) if before else []

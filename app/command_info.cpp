@@ -71,7 +71,7 @@ const std::vector<ValueKind>& value_kinds() {
                                             {value::kRecord, nullptr, {"db"}},
                                             {value::kRecordOrFolder, nullptr, {"db"}},
                                             {value::kModel, nullptr, {"json"}},
-                                            {value::kTable, nullptr, {"csv", "txt", "log"}},
+                                            {value::kTable, nullptr, {"csv", "txt", "tsv", "log", "ulg", "bin"}},
                                             {value::kToml, nullptr, {"toml"}},
                                             {value::kPem, nullptr, {"pem", "crt", "key"}},
                                             {value::kCode, nullptr, {"c"}},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/record/import.hpp"
+#include "acquisition/exchange/import.hpp"
 
 #include <fmt/format.h>
 
@@ -18,7 +18,7 @@ struct ImportArguments {
 Result<Exit> import(Console& console, const ImportArguments& options) {
   const auto map = path_of(options.map, kShippedImportMap);
   if (!map) return failure(map.error());
-  const auto summary = record::import_record(options.table, *map, options.out, GYROTHERM_VERSION);
+  const auto summary = exchange::import_record(options.table, *map, options.out, GYROTHERM_VERSION);
   if (!summary) return failure(summary.error());
   if (console.json)
     console.data(fmt::format("{{\"rows\": {}, \"seconds\": {:.3f}, \"gaps\": {}}}\n", summary->rows,

@@ -7,11 +7,14 @@
 #include <cstdlib>
 #include <numeric>
 
-#include "acquisition/record/import.hpp"
-#include "tests/acquisition/record/runs.hpp"
+#include "acquisition/exchange/import.hpp"
+#include "acquisition/record/record.hpp"
+#include "tests/support/folder.hpp"
 
-namespace gyrotherm::record {
+namespace gyrotherm::exchange {
 namespace {
+
+using record::read_record, record::Record;
 
 class RealRecord : public ::testing::Test {
  protected:
@@ -22,7 +25,7 @@ class RealRecord : public ::testing::Test {
   }
 
   Record imported(const std::string& table, const std::string& map) {
-    const Folder folder;
+    const tests::TestFolder folder;
     const auto summary =
         import_record(data_ + table, GYROTHERM_SOURCE_DIR "/profiles/imports/" + map, folder / "run.db", "0.1.0");
     EXPECT_TRUE(summary) << text(summary.error());
@@ -63,7 +66,7 @@ TEST_F(RealRecord, LaserGyroKeepsEveryIncrement) {
   const Record record = imported("lasergyro.imu", "lasergyro.toml");
   ASSERT_EQ(record.units[0].rotation[0].size(), 184'718u);
   EXPECT_EQ(std::accumulate(record.units[0].rotation[0].begin(), record.units[0].rotation[0].end(), 0.0), 154'367);
-  EXPECT_EQ(record.info.units[0].axes[0].kind, GyroKind::pulse_count);
+  EXPECT_EQ(record.info.units[0].axes[0].kind, record::GyroKind::pulse_count);
   EXPECT_EQ(record.units[0].interval_s[5], 0.01);
   EXPECT_TRUE(record.thermometers_c.empty());
 }
@@ -78,4 +81,4 @@ TEST_F(RealRecord, TofuPilotKeepsItsTemperaturePath) {
 }
 
 }  // namespace
-}  // namespace gyrotherm::record
+}  // namespace gyrotherm::exchange

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "acquisition/record/import.hpp"
+#include "acquisition/exchange/import_map.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const auto map = gyrotherm::record::parse_import_map({reinterpret_cast<const char*>(data), size}, "fuzz");
+  const auto map = gyrotherm::exchange::parse_import_map({reinterpret_cast<const char*>(data), size}, "fuzz");
   if (!map && map.error().kind != gyrotherm::FaultKind::bad_file) std::abort();
   return 0;
 }

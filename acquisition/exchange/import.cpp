@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/import.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "acquisition/exchange/dataflash.hpp"
+#include "acquisition/exchange/text_table.hpp"
+#include "acquisition/exchange/ulog.hpp"
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/run_file.hpp"
+#include "acquisition/record/schema.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::exchange {
+
+namespace {
+
+using record::GyroKind, record::RunFile, record::RunInfo, record::SampleRow;
+
+/// A file that another reader is for: its map is told so, rather than where the first byte of it is no text.
+Result<void> check_format(Bytes& bytes, FileFormat format) {
+  constexpr std::size_t kBeginning = 16;
+  const auto beginning = bytes.ahead(kBeginning);
+  if (!beginning) return failure(beginning.error());
+  const auto is = is_ulog(*beginning)        ? std::optional(FileFormat::ulog)
+                  : is_dataflash(*beginning) ? std::optional(FileFormat::dataflash)
+                                             : std::nullopt;
+  if (!is || *is == format) return {};
+  return failure(FaultKind::bad_file, bytes.name(),
+                 fmt::format("the file is a {} log, the map reads {}; expected format = \"{}\" in [file]", name(*is),
+                             name(format), name(*is)));
+}
+
+Result<Notes> read_by_format(Bytes bytes, const ImportMap& map, const TakeRow& take) {
+  if (auto fits = check_format(bytes, map.format); !fits) return failure(fits.error());
+  if (map.format == FileFormat::ulog) return read_ulog(std::move(bytes), map, take);
+  if (map.format == FileFormat::dataflash) return read_dataflash(std::move(bytes), map, take);
+  return read_text_table(std::move(bytes), map, take).map([] { return Notes(); });
+}
+
+void note_left_out(Notes& notes, std::size_t rows) {
+  if (rows > 0) notes.push_back(fmt::format("{} rows whose time was not after the row before were left out", rows));
+}
+
+/// A log's messages come out of order within a stretch: they go there at once.
+Result<Notes> read_log_in_stretches(Bytes bytes, const ImportMap& map, const TakeImported& take) {
+  Grouping grouping(map, take);
+  auto notes = read_by_format(std::move(bytes), map, [&](const ForeignRow& row) {
+    return grouping.push({.time = row.time, .utc = row.utc, .numbers = row.numbers});
+  });
+  if (!notes) return notes;
+  if (auto finished = grouping.finish(); !finished) return failure(finished.error());
+  note_left_out(*notes, grouping.left_out());
+  return notes;
+}
+
+Result<Notes> read_foreign(Bytes bytes, const ImportMap& map, const TakeImported& take) {
+  const bool in_stretches = map.every > Duration{};
+  const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
+  if (is_log && in_stretches) return read_log_in_stretches(std::move(bytes), map, take);
+  Grouping grouping(map, take);
+  Spacing spacing(map, [&](const ImportedRow& row) { return in_stretches ? grouping.push(row) : take(row); });
+  auto notes = read_by_format(std::move(bytes), map, [&](const ForeignRow& row) { return spacing.push(row); });
+  if (!notes) return notes;
+  const auto finished = spacing.finish().and_then([&] { return grouping.finish(); });
+  if (!finished) return failure(finished.error());
+  note_left_out(*notes, spacing.left_out());
+  return notes;
+}
+
+/// The id of an import depends on its input alone.
+Result<RunInfo> describe(const ImportMap& map, const std::string& path, const std::string& program_version) {
+  const auto file = plain(std::filesystem::path(path).filename().string());
+  auto bytes = Bytes::open(path);
+  if (!bytes) return failure(bytes.error());
+  const auto hash = fnv1a(std::move(*bytes));
+  if (!hash) return failure(hash.error());
+  RunInfo info;
+  info.id = fmt::format("{:016x}{:016x}", *hash, *fnv1a(Bytes(map.text, "")));
+  info.program_version = program_version;
+  info.profile_name = file;
+  info.rig_name = map.name;
+  info.rig_text = map.text;
+  info.imported = true;
+  info.thermometers = channels_of(map, "imported from " + file);
+  info.units = map.units;
+  return info;
+}
+
+/// Where a file misses rows.
+class Silences {
+ public:
+  explicit Silences(const ImportMap& map) : is_grouped_(map.every > Duration{}) {}
+
+  void pass(std::int64_t slot, const ImportedRow& row) {
+    constexpr int kSilence = 10;  // times the usual spacing
+    limit_ = is_grouped_ ? row.usual : kSilence * row.usual;
+    if (slot > 0 && row.time - before_ > limit_) {
+      const Duration silence = row.time - before_;
+      if (count_++ == 0) {
+        first_ = silence;
+        first_after_ = slot - 1;
+      }
+      total_ += silence;
+    }
+    before_ = row.time;
+  }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] std::string described() const {
+    return fmt::format("{} gaps longer than {:g} s, {:g} s in all; the first, of {:g} s, after row {}", count_,
+                       to_seconds(limit_), to_seconds(total_), to_seconds(first_), first_after_);
+  }
+
+ private:
+  bool is_grouped_;
+  Duration before_{}, limit_{}, total_{}, first_{};
+  std::size_t count_{};
+  std::int64_t first_after_{};
+};
+
+/// The record that is being made; it begins with the first row, which may know when that was.
+class ImportedRecord {
+ public:
+  ImportedRecord(std::string path, const ImportMap& map, RunInfo info)
+      : path_(std::move(path)), map_(map), info_(std::move(info)), silences_(map) {}
+
+  Result<void> insert(const ImportedRow& imported) {
+    constexpr std::int64_t kRowsOfATransaction = 100'000;
+    if (!file_)
+      if (auto begun = begin(imported); !begun) return begun;
+    if (row_.slot > record::kMostSlots)
+      return failure(
+          FaultKind::bad_file, "",
+          fmt::format("more than {} rows, expected fewer, or every = \"1 s\" in [time]", record::kMostSlots));
+    silences_.pass(row_.slot, imported);
+    take(imported);
+    if (auto inserted = file_->insert(row_); !inserted) return inserted;
+    if (++row_.slot % kRowsOfATransaction != 0) return {};
+    return commit().and_then([&] { return file_->begin(); });
+  }
+
+  Result<ImportSummary> finish(const Notes& notes) {
+    auto told = notes;
+    if (silences_.count() > 0) told.insert(told.begin(), silences_.described());
+    Result<void> done;
+    for (const std::string& note : told)
+      if (done) done = file_->insert_event(row_.slot - 1, {{row_.monotonic, {}}, EventKind::note, note});
+    done = done.and_then([&] { return commit(); }).and_then([&] { return file_->finish(); });
+    file_.reset();
+    if (done) done = record::write_manifest(path_, 1);
+    if (!done) return failure(done.error());
+    return ImportSummary{static_cast<std::size_t>(row_.slot), row_.monotonic, silences_.count(), notes};
+  }
+
+  /// Leaves nothing of a record that was begun.
+  void remove() {
+    if (!begun_) return;
+    file_.reset();
+    for (const char* suffix : {"", "-wal", "-journal", "-shm"}) ::unlink((path_ + suffix).c_str());
+  }
+
+ private:
+  Result<void> begin(const ImportedRow& first) {
+    info_.started_utc = first.utc.value_or(Duration{});
+    auto file = RunFile::create(path_, info_);
+    if (!file) return failure(file.error());
+    begun_ = true;
+    file_ = std::move(*file);
+    row_ = record::empty_row(info_);
+    return file_->begin();
+  }
+
+  Result<void> commit() {
+    return file_->replace_frames({}).and_then([&] { return file_->commit(); });
+  }
+
+  void take(const ImportedRow& imported) {
+    auto numbers = imported.numbers.begin();
+    const auto scaled = [&](const ImportMap::ScaledColumn& column) {
+      return *numbers++ * column.scale + column.offset;
+    };
+    row_.monotonic = imported.time;
+    row_.utc = imported.utc;
+    for (std::size_t i = 0; i < row_.thermometers_c.size(); ++i)
+      row_.thermometers_c[i] = scaled(map_.thermometer_columns[i]);
+    for (auto& unit : row_.units) {
+      unit.interval = imported.interval;
+      for (double& number : unit.rotation) number = *numbers++;
+    }
+    auto column = map_.value_columns.begin();
+    for (auto& unit : row_.units)
+      for (double& number : unit.values) number = scaled(*column++);
+  }
+
+  std::string path_;
+  const ImportMap& map_;
+  RunInfo info_;
+  std::optional<RunFile> file_{};
+  bool begun_ = false;
+  SampleRow row_{};
+  Silences silences_;
+};
+
+}  // namespace
+
+Result<Notes> read_foreign_text(std::string_view text, const std::string& name, const ImportMap& map,
+                                const TakeImported& take) {
+  return read_foreign(Bytes(text, name), map, take);
+}
+
+Result<Notes> read_foreign_file(const std::string& path, const ImportMap& map, const TakeImported& take) {
+  auto bytes = Bytes::open(path);
+  if (!bytes) return failure(bytes.error());
+  return read_foreign(std::move(*bytes), map, take);
+}
+
+Result<ImportSummary> import_record(const std::string& path, const std::string& map_path,
+                                    const std::string& record_path, const std::string& program_version) {
+  const auto map = load_import_map(map_path);
+  if (!map) return failure(map.error());
+  auto info = describe(*map, path, program_version);
+  if (!info) return failure(info.error());
+  ImportedRecord made(record_path, *map, std::move(*info));
+  const auto notes = read_foreign_file(path, *map, [&](const ImportedRow& row) { return made.insert(row); });
+  auto summary = notes ? made.finish(*notes) : Result<ImportSummary>(failure(notes.error()));
+  if (!summary) made.remove();
+  return summary;
+}
+
+}  // namespace gyrotherm::exchange

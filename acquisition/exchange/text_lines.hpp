@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The lines of a text that somebody else wrote, in UTF-8 whatever they were in.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "acquisition/exchange/bytes.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm::exchange {
+
+enum class Encoding { utf8, utf16_little, utf16_big };
+
+class TextLines {
+ public:
+  /// Looks for a byte order mark: without one the text is taken for UTF-8. Lines that begin with `comment` do not
+  /// count; with an empty one there are none. Fails as Bytes::ahead() does, and with bad_file where a text has NUL
+  /// bytes at its beginning and no mark.
+  [[nodiscard]] static Result<TextLines> open(Bytes bytes, std::string comment);
+
+  /// Goes to the next line that is neither empty nor a comment, which are passed over whatever their length; false at
+  /// the end. A line ends with LF or CRLF. Fails with bad_file, with its place, if it has more than
+  /// record::kLongestLine bytes.
+  [[nodiscard]] Result<bool> next();
+
+  /// Without its end; good until next().
+  [[nodiscard]] std::string_view line() const { return line_; }
+  /// Its number, from 1; of the last line passed over, where there is none. 0 before the first.
+  [[nodiscard]] std::size_t number() const { return number_; }
+  [[nodiscard]] const std::string& file() const { return bytes_.name(); }
+
+  /// A mistake of the line at a column, from 1: "file:line:column".
+  [[nodiscard]] Fault mistake(std::size_t column, std::string what) const;
+
+ private:
+  TextLines(Bytes bytes, std::string comment, Encoding encoding)
+      : bytes_(std::move(bytes)), comment_(std::move(comment)), encoding_(encoding) {}
+  [[nodiscard]] Result<bool> read_line();
+  [[nodiscard]] Result<void> pass_rest();
+  [[nodiscard]] bool counts() const;
+
+  Bytes bytes_;
+  std::string comment_;
+  Encoding encoding_{};
+  std::string_view line_{};
+  std::string decoded_{};
+  std::size_t to_pass_{};   ///< bytes of the line that line_ shows, with its end
+  bool cut_short_ = false;  ///< line_ shows the beginning of a longer one
+  std::size_t number_{};
+};
+
+}  // namespace gyrotherm::exchange

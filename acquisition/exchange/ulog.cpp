@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/ulog.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <map>
+#include <optional>
+
+#include "acquisition/exchange/log_reading.hpp"
+#include "acquisition/record/sqlite.hpp"
+
+namespace gyrotherm::exchange {
+
+namespace {
+
+constexpr std::string_view kUlogMagic("\x55\x4C\x6F\x67\x01\x12\x35", 7);
+constexpr std::size_t kUlogHeader = 16, kMessageHeader = 3, kLargestMessage = 65535;
+constexpr int kNewestVersion = 1, kDeepest = 8;
+
+/// A field as its format names it: a basic type, or another format.
+struct DeclaredField {
+  std::string type, name;
+  std::size_t count = 1;
+  bool is_array = false;
+};
+
+std::optional<NumberType> basic_type(std::string_view type) {
+  constexpr std::array<std::pair<std::string_view, NumberType>, 11> kTypes{{{"int8_t", NumberType::int8},
+                                                                            {"uint8_t", NumberType::uint8},
+                                                                            {"int16_t", NumberType::int16},
+                                                                            {"uint16_t", NumberType::uint16},
+                                                                            {"int32_t", NumberType::int32},
+                                                                            {"uint32_t", NumberType::uint32},
+                                                                            {"int64_t", NumberType::int64},
+                                                                            {"uint64_t", NumberType::uint64},
+                                                                            {"float", NumberType::float32},
+                                                                            {"double", NumberType::float64},
+                                                                            {"bool", NumberType::uint8}}};
+  const auto found = std::ranges::find(kTypes, type, &std::pair<std::string_view, NumberType>::first);
+  return found == kTypes.end() ? std::nullopt : std::optional(found->second);
+}
+
+/// "float[3] accel"; nothing if it is none.
+std::optional<DeclaredField> parse_declared(std::string_view text) {
+  const std::size_t blank = text.find(' ');
+  if (blank == 0 || blank == std::string_view::npos || blank + 1 == text.size()) return std::nullopt;
+  DeclaredField field{.type = std::string(text.substr(0, blank)), .name = std::string(text.substr(blank + 1))};
+  const std::size_t bracket = field.type.find('[');
+  if (bracket == std::string::npos) return field;
+  const char* end = field.type.data() + field.type.size() - 1;
+  const auto read = std::from_chars(field.type.data() + bracket + 1, end, field.count);
+  if (*end != ']' || read.ptr != end || read.ec != std::errc() || field.count == 0 || field.count > kLargestMessage)
+    return std::nullopt;
+  field.is_array = true;
+  field.type.resize(bracket);
+  return field;
+}
+
+/// The formats of a log, and the fields that one comes to with all those within it.
+class Formats {
+ public:
+  /// "vehicle_magnetometer:uint64_t timestamp;float[3] field;"; whether it is a format.
+  bool add(std::string_view text) {
+    const std::size_t colon = text.find(':');
+    if (colon == std::string_view::npos) return false;
+    std::vector<DeclaredField> fields;
+    std::string_view rest = text.substr(colon + 1);
+    while (!rest.empty()) {
+      const std::size_t end = std::min(rest.find(';'), rest.size());
+      const auto field = parse_declared(rest.substr(0, end));
+      if (!field) return false;
+      fields.push_back(*field);
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    formats_[std::string(text.substr(0, colon))] = std::move(fields);
+    return true;
+  }
+
+  /// Nothing if there is no such format, or it is larger than a message.
+  [[nodiscard]] std::optional<LogSeries> series(const std::string& name, unsigned instance) const {
+    LogSeries series{.message = name, .instance = instance};
+    std::size_t place = 0;
+    if (!expand(name, "", place, series, kDeepest)) return std::nullopt;
+    const auto time = std::ranges::find(series.fields, "timestamp", &LogField::name);
+    if (time == series.fields.end() || time->type != NumberType::uint64) return std::nullopt;
+    series.time = *time;
+    return series;
+  }
+
+ private:
+  /// Adds the fields of a format from `place` on, which goes behind them.
+  bool expand(const std::string& name, const std::string& prefix, std::size_t& place, LogSeries& series,
+              int depth) const {
+    const auto format = formats_.find(name);
+    if (format == formats_.end() || format->second.empty() || depth == 0) return false;
+    for (const DeclaredField& field : format->second)
+      for (std::size_t i = 0; i < field.count; ++i) {
+        const auto full = prefix + field.name + (field.is_array ? fmt::format("[{}]", i) : "");
+        if (!expand_one(field, full, place, series, depth)) return false;
+      }
+    return true;
+  }
+
+  bool expand_one(const DeclaredField& field, const std::string& full, std::size_t& place, LogSeries& series,
+                  int depth) const {
+    const auto basic = basic_type(field.type);
+    if (!basic && field.type != "char") return expand(field.type, full + ".", place, series, depth - 1);
+    const std::size_t bytes = basic ? size_of(*basic) : 1;
+    if (place + bytes > kLargestMessage) return false;
+    const bool is_padding = field.name.starts_with("_padding");  // a message leaves it out at its end
+    if (basic && !is_padding) series.fields.push_back({.name = full, .place = place, .type = *basic});
+    place += bytes;
+    if (!is_padding) series.size = place;
+    return true;
+  }
+
+  std::map<std::string, std::vector<DeclaredField>> formats_;
+};
+
+/// One pass over a log.
+class UlogReader {
+ public:
+  UlogReader(Bytes bytes, LogReading reading) : bytes_(std::move(bytes)), reading_(std::move(reading)) {}
+
+  Result<void> read() {
+    if (auto header = read_header(); !header) return header;
+    while (true) {
+      const auto size = next_size();
+      if (!size) return failure(size.error());
+      if (*size == 0) return reading_.finish(bytes_.name());
+      const std::string_view message = bytes_.ahead(*size)->substr(0, *size);
+      if (auto read = read_message(message[2], message.substr(kMessageHeader)); !read) return read;
+      bytes_.pass(*size);
+    }
+  }
+
+  Notes notes() const {
+    Notes notes;
+    const auto note = [&](std::size_t count, const char* what) {
+      if (count > 0) notes.push_back(fmt::format("{} {}", count, what));
+    };
+    if (dropouts_ > 0) notes.push_back(fmt::format("{} drop-outs of the log, {} ms in all", dropouts_, dropped_ms_));
+    note(unknown_, "messages of an unknown kind were passed over");
+    note(reading_.damaged(), "messages are damaged and were left out");
+    if (ends_within_ > 0) notes.push_back(fmt::format("the log ends within a message, {} bytes of it", ends_within_));
+    return notes;
+  }
+  const LogReading& reading() const { return reading_; }
+
+ private:
+  tl::unexpected<Fault> wrong(std::string what) const {
+    return failure(FaultKind::bad_file, bytes_.name(), std::move(what));
+  }
+
+  Result<void> read_header() {
+    const auto header = bytes_.ahead(kUlogHeader);
+    if (!header) return failure(header.error());
+    if (!is_ulog(*header)) return wrong("not a ULog file, expected one (format = \"ulog\" in the map)");
+    if (header->size() < kUlogHeader) return wrong("the log ends within its header");
+    if (const int version = (*header)[7]; version > kNewestVersion)
+      return wrong(fmt::format("ULog of version {}, expected at most {}", version, kNewestVersion));
+    bytes_.pass(kUlogHeader);
+    return {};
+  }
+
+  /// Bytes of the next message, with its header; 0 at the end. What is cut off by an appended part is passed over.
+  Result<std::size_t> next_size() {
+    while (true) {
+      auto ahead = bytes_.ahead(kMessageHeader);
+      if (!ahead) return failure(ahead.error());
+      const bool has_header = ahead->size() >= kMessageHeader;
+      const std::size_t size = has_header ? kMessageHeader + whole_number_at(*ahead, 0, 2) : kMessageHeader;
+      ahead = bytes_.ahead(size);
+      if (!ahead) return failure(ahead.error());
+      if (const auto to_appended = before_appended(size); to_appended && *to_appended <= ahead->size()) {
+        bytes_.pass(*to_appended);
+        continue;
+      }
+      if (ahead->size() >= size) return size;
+      ends_within_ = ahead->size();
+      return 0;
+    }
+  }
+
+  /// How far it is to where data were appended after a crash, if that is within so many bytes.
+  std::optional<std::size_t> before_appended(std::size_t size) const {
+    for (const std::uint64_t offset : appended_)
+      if (offset > bytes_.passed() && offset < bytes_.passed() + size) return offset - bytes_.passed();
+    return std::nullopt;
+  }
+
+  Result<void> read_message(char kind, std::string_view message) {
+    switch (kind) {
+      case 'B': return read_flags(message);
+      case 'F': unknown_ += formats_.add(message) ? 0 : 1; return {};
+      case 'A': return read_subscription(message);
+      case 'D': return read_data(message);
+      case 'O':
+        ++dropouts_;
+        if (message.size() >= 2) dropped_ms_ += whole_number_at(message, 0, 2);
+        return {};
+      case 'I':  // information, parameters, texts, marks for synchronising: nothing that is measured
+      case 'M':
+      case 'P':
+      case 'Q':
+      case 'R':
+      case 'L':
+      case 'C':
+      case 'S': return {};
+      default: ++unknown_; return {};
+    }
+  }
+
+  Result<void> read_flags(std::string_view message) {
+    constexpr std::size_t kFlags = 8, kIncompatible = 8, kOffsets = 16, kSize = 40;
+    constexpr unsigned char kAppended = 1;
+    if (message.size() < kSize) return wrong("flags of fewer than 40 bytes");
+    for (std::size_t i = 0; i < kFlags; ++i) {
+      const auto flags = static_cast<unsigned char>(message[kIncompatible + i]);
+      if ((i == 0 ? flags & ~kAppended : flags) != 0)
+        return wrong("the log says that it can be read only by programs that know flags of a later version");
+    }
+    if ((message[kIncompatible] & kAppended) == 0) return {};
+    for (std::size_t at = kOffsets; at + 8 <= kSize; at += 8) appended_.push_back(whole_number_at(message, at, 8));
+    return {};
+  }
+
+  Result<void> read_subscription(std::string_view message) {
+    if (message.size() < 4) return {};
+    const auto instance = static_cast<unsigned char>(message[0]);
+    const auto id = static_cast<std::uint16_t>(whole_number_at(message, 1, 2));
+    auto series = formats_.series(std::string(message.substr(3)), instance);
+    subscribed_.erase(id);
+    if (!series) return {};
+    return record::into(subscribed_[id], reading_.add(std::move(*series), bytes_.name()));
+  }
+
+  Result<void> read_data(std::string_view message) {
+    if (message.size() < 2) return {};
+    const auto found = subscribed_.find(static_cast<std::uint16_t>(whole_number_at(message, 0, 2)));
+    if (found == subscribed_.end()) return {};
+    return reading_.take(found->second, message.substr(2), bytes_.name(), bytes_.passed());
+  }
+
+  Bytes bytes_;
+  LogReading reading_;
+  Formats formats_{};
+  std::map<std::uint16_t, std::size_t> subscribed_{};
+  std::vector<std::uint64_t> appended_{};
+  std::size_t dropouts_{}, unknown_{}, ends_within_{};
+  std::uint64_t dropped_ms_{};
+};
+
+}  // namespace
+
+bool is_ulog(std::string_view beginning) { return beginning.starts_with(kUlogMagic); }
+
+Result<Notes> read_ulog(Bytes bytes, const ImportMap& map, const TakeRow& take) {
+  UlogReader reader(std::move(bytes), LogReading(&map, &take));
+  return reader.read().map([&] { return reader.notes(); });
+}
+
+Result<std::vector<LogColumn>> columns_of_ulog(Bytes bytes) {
+  UlogReader reader(std::move(bytes), LogReading());
+  return reader.read().map([&] { return reader.reading().there(); });
+}
+
+}  // namespace gyrotherm::exchange

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/civil_time.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace gyrotherm::exchange {
+namespace {
+
+using std::chrono::hours, std::chrono::milliseconds, std::chrono::minutes, std::chrono::seconds;
+
+TEST(CivilTime, IsReadInEachOfItsForms) {
+  constexpr Duration kNoon = seconds(1772366400);  // 2026-03-01T12:00:00, by `date -u -d`
+  struct Case {
+    const char* text;
+    Duration reading;
+    std::optional<Duration> zone;
+  };
+  for (const Case& one : {
+           Case{"2026-03-01T12:00:00Z", kNoon, Duration{}},
+           Case{"2026-03-01 12:00:00", kNoon, {}},
+           Case{"2026-03-01T12:00", kNoon, {}},
+           Case{"2026-03-01", kNoon - hours(12), {}},
+           Case{"2026-03-01T12:00:00.25+01:00", kNoon + milliseconds(250), hours(1)},
+           Case{"2026-03-01T12:00:00,123456789999 -0330", kNoon + Duration(123456789), -minutes(210)},
+           Case{"2026-03-01T12:00+05", kNoon, hours(5)},
+           Case{"2026-03-01T24:00:00Z", kNoon + hours(12), Duration{}},
+           Case{"2024-02-29T00:00:00Z", seconds(1709164800), Duration{}},
+           Case{"1970-01-01T00:00:00Z", Duration{}, Duration{}},
+       }) {
+    const auto time = parse_civil_time(one.text);
+    ASSERT_TRUE(time) << one.text;
+    EXPECT_EQ(time->reading, one.reading) << one.text;
+    EXPECT_EQ(time->zone, one.zone) << one.text;
+  }
+}
+
+TEST(CivilTime, WhatIsNoneIsRefused) {
+  for (const std::string text : {"",
+                                 "2026",
+                                 "2026-3-1",
+                                 "2026-02-29",
+                                 "2026-13-01",
+                                 "2026-03-01T",
+                                 "2026-03-01T12",
+                                 "2026-03-01T12:60",
+                                 "2026-03-01T25:00",
+                                 "2026-03-01T12:00:61",
+                                 "2026-03-01T12:00:00z9",
+                                 "2026-03-01T12:00:00+1",
+                                 "2026-03-01T12:00:00+01:0",
+                                 "2026-03-01T12:00:00 CET",
+                                 "01.03.2026 12:00",
+                                 "+026-03-01",
+                                 "2026-03-+1",
+                                 "1969-12-31T23:59:59Z",
+                                 "1970-01-01T00:00:00+01:00",
+                                 "2117-01-01T00:00:00Z",
+                                 "2026-03-01T12:00:00Z x"})
+    EXPECT_FALSE(parse_civil_time(text)) << text;
+}
+
+TEST(CivilTime, AZoneIsReadAlone) {
+  EXPECT_EQ(parse_zone("Z"), Duration{});
+  EXPECT_EQ(parse_zone("-03:30"), -minutes(210));
+  for (const std::string zone : {"", "CET", "+", "+1", "+24:00", "01:00", "+01:00 "})
+    EXPECT_FALSE(parse_zone(zone)) << zone;
+}
+
+}  // namespace
+}  // namespace gyrotherm::exchange

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What every foreign file must keep, whatever its bytes: rows whose time increases and whose numbers are finite or
+/// missing, or a fault of the file with its place.
+#pragma once
+
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <string>
+
+#include "acquisition/exchange/import.hpp"
+
+namespace gyrotherm::exchange {
+
+inline void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+inline void require_rows_or_a_fault(const std::string& bytes, const ImportMap& map) {
+  std::optional<Duration> last;
+  const auto read = read_foreign_text(bytes, "fuzz", map, [&](const ImportedRow& row) -> Result<void> {
+    require(row.time >= Duration{} && (!last || row.time > *last));
+    for (const double number : row.numbers) require(!std::isinf(number));
+    last = row.time;
+    return {};
+  });
+  if (read) return require(last.has_value());
+  require(read.error().kind == FaultKind::bad_file && read.error().where.starts_with("fuzz"));
+}
+
+}  // namespace gyrotherm::exchange

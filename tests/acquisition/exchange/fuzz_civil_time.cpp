@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Any bytes as a time of the calendar: none, or one that a record can have.
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "acquisition/exchange/civil_time.hpp"
+#include "acquisition/record/row.hpp"
+#include "tests/acquisition/exchange/fuzz.hpp"
+
+namespace gyrotherm::exchange {
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string bytes(reinterpret_cast<const char*>(data), size);
+  for (const std::string& text : {bytes, "2026-03-01T12:30" + bytes, "2026-03-01 " + bytes, "2026-" + bytes}) {
+    const auto time = parse_civil_time(text);
+    if (!time) continue;
+    require(time->reading >= Duration{});
+    if (time->zone) require(record::is_possible_time(time->reading - *time->zone));
+  }
+  return 0;
+}
+
+}  // namespace gyrotherm::exchange

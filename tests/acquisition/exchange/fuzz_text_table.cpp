@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Any bytes as a foreign table, in any encoding.
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "tests/acquisition/exchange/fuzz.hpp"
+
+namespace gyrotherm::exchange {
+
+namespace {
+
+/// The first byte chooses the map, so that every separator and all kinds of time are reached.
+ImportMap chosen_map(std::uint8_t choice) {
+  constexpr char kSeparators[] = {',', ';', '\t', ' '};
+  ImportMap map;
+  map.separator = kSeparators[choice & 3];
+  map.decimal = choice % 4 != 0 && (choice & 64) != 0 ? ',' : '.';
+  map.header = (choice & 4) != 0;
+  map.skip = (choice & 8) != 0 ? 1 : 0;
+  map.comment = (choice & 16) != 0 ? "%" : "";
+  map.missing = {"", "x"};
+  if ((choice & 32) != 0) map.time = ColumnName{"a", 1};
+  map.time_form = (choice & 128) != 0 ? TimeForm::civil : TimeForm::number;
+  map.time_unit = std::chrono::milliseconds(1);
+  if (!map.time) map.interval = std::chrono::seconds(1);
+  if ((choice & 64) != 0) map.every = std::chrono::seconds(2);
+  map.skips_out_of_order = (choice & 8) != 0;
+  map.thermometers = {"T"};
+  map.thermometer_columns = {{{"b", 2}, 2, 1}};
+  map.units = {{.axes = {record::AxisInfo{}}}};
+  map.axis_columns = {{"b", 2}};
+  return map;
+}
+
+/// A row, then a line of the same over and over.
+std::string drawn_out(const std::string& bytes) {
+  constexpr std::size_t kTooLong = 70'000;
+  std::string text = bytes + "\n";
+  while (text.size() < kTooLong) text += bytes.substr(0, bytes.find('\n')) + ",";
+  return text;
+}
+
+/// The same text in UTF-16.
+std::string widened(const std::string& bytes) {
+  std::string wide = "\xFF\xFE";
+  for (const char byte : bytes) wide += {byte, byte == 'z' ? '\xD8' : '\0'};
+  return wide;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const ImportMap map = chosen_map(data[0]);
+  const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
+  require_rows_or_a_fault(bytes, map);
+  require_rows_or_a_fault(widened(bytes), map);
+  require_rows_or_a_fault((map.header ? "a,b\n" : "") + bytes, map);
+  if (data[0] % 8 == 0) require_rows_or_a_fault(drawn_out(bytes), map);
+  return 0;
+}
+
+}  // namespace gyrotherm::exchange

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/import_map.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <regex>
+#include <set>
+
+#include "core/file.hpp"
+
+namespace gyrotherm::exchange {
+namespace {
+
+using record::GyroKind;
+
+const std::string kMap = R"(schema = "gyrotherm-import/1"
+name = "bench"
+[file]
+separator = ";"
+comment = "#"
+skip = 1
+[time]
+column = "t"
+unit = "ms"
+[[thermometer]]
+name = "die"
+column = "T"
+scale = 0.5
+offset = -1
+[gyro]
+column = "w"
+kind = "rate"
+scale = 219.5
+[analysis]
+gradients = ["die"]
+)";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(ImportMap, IsReadAsItIsWritten) {
+  const auto map = parse_import_map(kMap, "map.toml");
+  ASSERT_TRUE(map) << text(map.error());
+  EXPECT_EQ(map->separator, ';');
+  EXPECT_EQ(map->comment, "#");
+  EXPECT_TRUE(map->header);
+  EXPECT_EQ(map->skip, 1u);
+  EXPECT_EQ(map->time->name, "t");
+  EXPECT_EQ(map->time_unit, std::chrono::milliseconds(1));
+  ASSERT_EQ(map->thermometers.size(), 1u);
+  EXPECT_EQ(map->thermometer_columns[0].scale, 0.5);
+  EXPECT_EQ(map->thermometer_columns[0].offset, -1);
+  EXPECT_EQ(map->units[0].axes[0].kind, GyroKind::rate);
+  EXPECT_EQ(map->units[0].axes[0].scale, 219.5);
+  EXPECT_FALSE(map->units[0].axes[0].earth_rate);
+  EXPECT_EQ(map->units[0].gradients, std::vector<std::string>{"die"});
+  EXPECT_EQ(map->text, kMap);
+}
+
+TEST(ImportMap, ColumnsOfAFileWithoutAHeaderAreNumbers) {
+  std::string numbered = replaced(kMap, "comment = \"#\"", "header = false");
+  for (const char* name : {"\"t\"", "\"T\"", "\"w\""}) numbered = replaced(numbered, name, "2");
+  const auto map = parse_import_map(numbered, "map.toml");
+  ASSERT_TRUE(map) << text(map.error());
+  EXPECT_EQ(map->axis_columns[0].number, 2u);
+  EXPECT_FALSE(parse_import_map(replaced(kMap, "comment = \"#\"", "header = false"), "map.toml"));
+}
+
+TEST(ImportMap, EveryMistakeIsNamedWithItsPlace) {
+  struct Case {
+    const char* from;
+    const char* to;
+    const char* place;
+  };
+  for (const Case& mistake : {
+           Case{"gyrotherm-import/1", "gyrotherm-import/2", "map.toml:1:"},
+           Case{"separator = \";\"", "separator = \"|\"", "map.toml:4:"},
+           Case{"skip = 1", "skip = -1", "map.toml:6:"},
+           Case{"unit = \"ms\"", "unit = \"min\"", "map.toml:9:"},
+           Case{"column = \"t\"\nunit = \"ms\"", "interval = \"0 s\"", "map.toml:8:"},
+           Case{"name = \"die\"", "name = \"slot\"", "map.toml:10:"},
+           Case{"scale = 0.5", "scale = 0", "map.toml:13:"},
+           Case{"kind = \"rate\"", "kind = \"angle\"", "map.toml:17:"},
+           Case{"separator = \";\"", "separator = \",\"\ndecimal = \",\"", "map.toml:5:"},
+           Case{"separator = \";\"", "decimal = \";\"", "map.toml:4:"},
+           Case{"skip = 1", "skip = 1\nformat = \"excel\"", "map.toml:7:"},
+           Case{"skip = 1", "skip = 1\nformat = \"ulog\"", "map.toml:4:"},
+           Case{"unit = \"ms\"", "unit = \"ms\"\nsince = \"yesterday\"", "map.toml:10:"},
+           Case{"unit = \"ms\"", "unit = \"iso\"\nzone = \"CET\"", "map.toml:10:"},
+           Case{"unit = \"ms\"", "unit = \"ms\"\nevery = \"0 s\"", "map.toml:10:"},
+           Case{"unit = \"ms\"", "unit = \"ms\"\nout_of_order = \"sort\"", "map.toml:10:"},
+           Case{"scale = 219.5", "scale = 0", "map.toml:18:"},
+           Case{"scale = 219.5\n", "", "map.toml:15:"},
+           Case{"gradients = [\"die\"]", "gradients = [\"dye\"]", "map.toml:20:"},
+           Case{"name = \"bench\"", "name = \"bench\"\nnonsense = 1", "map.toml:3:"},
+           Case{"[file]", "[file", "map.toml:3:"},
+       }) {
+    const auto map = parse_import_map(replaced(kMap, mistake.from, mistake.to), "map.toml");
+    ASSERT_FALSE(map) << mistake.to;
+    EXPECT_EQ(map.error().kind, FaultKind::bad_file);
+    EXPECT_EQ(map.error().where.rfind(mistake.place, 0), 0u) << mistake.to << " → " << text(map.error());
+  }
+}
+
+TEST(ImportMap, EveryShippedMapIsGood) {
+  int maps = 0;
+  for (const auto& file : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/imports")) {
+    const auto map = load_import_map(file.path());
+    EXPECT_TRUE(map) << text(map.error());
+    ++maps;
+  }
+  EXPECT_GE(maps, 4);
+}
+
+TEST(ImportMap, EveryKeyIsExplained) {
+  const auto source = read_text_file(GYROTHERM_SOURCE_DIR "/acquisition/exchange/import_map.cpp").value();
+  const auto document = read_text_file(GYROTHERM_SOURCE_DIR "/docs/importing.md").value();
+  const std::string getter = "(?:text|number|integer|boolean|texts|tables?|duration|has|choice)\\(",
+                    reader = "(?:one_of|read_positive|read_choice)\\([a-zA-Z, ]*", name = "\"([a-z_]+)\"";
+  const std::regex key(getter + name + "|" + reader + name);
+  std::set<std::string> keys;
+  for (std::sregex_iterator match(source.begin(), source.end(), key), end; match != end; ++match)
+    keys.insert((*match)[1].matched ? (*match)[1] : (*match)[2]);
+  EXPECT_GE(keys.size(), 30u);
+  for (const auto& one : keys)
+    EXPECT_TRUE(std::regex_search(document, std::regex("`[^`]*\\b" + one + "\\b[^`]*`"))) << one;
+}
+
+TEST(ImportMap, MissingFileIsABadFile) {
+  EXPECT_EQ(load_import_map("/nowhere/map.toml").error().kind, FaultKind::bad_file);
+}
+
+TEST(ImportMap, OfALogNamesMessagesAndHasNothingOfATable) {
+  const std::string log = R"(schema = "gyrotherm-import/1"
+name = "drone"
+[file]
+format = "ulog"
+[time]
+every = "1 s"
+[gyro]
+column = "sensor_gyro.x"
+kind = "rate"
+scale = 206264.806247
+)";
+  const auto map = parse_import_map(log, "map.toml");
+  ASSERT_TRUE(map) << text(map.error());
+  EXPECT_EQ(map->format, FileFormat::ulog);
+  EXPECT_EQ(map->every, std::chrono::seconds(1));
+  EXPECT_FALSE(map->time);
+  EXPECT_FALSE(parse_import_map(replaced(log, "every", "column = \"t\"\nevery"), "map.toml"));
+  EXPECT_FALSE(parse_import_map(replaced(log, "\"rate\"", "\"increment\""), "map.toml"));
+}
+
+}  // namespace
+}  // namespace gyrotherm::exchange

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/import.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/status.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::exchange {
+namespace {
+
+using record::read_record, record::read_status, record::Record, tests::TestFolder;
+
+const char* const kSmallMap = R"(schema = "gyrotherm-import/1"
+name = "small"
+[time]
+column = "t"
+unit = "s"
+[[thermometer]]
+name = "die"
+column = "T"
+[gyro]
+column = "w"
+kind = "rate"
+scale = 2
+earth_rate = 8.4
+)";
+
+TEST(Import, MakesAFinishedRecordThatTellsItIsForeign) {
+  const TestFolder folder;
+  std::ofstream(folder / "small.toml") << kSmallMap;
+  std::ofstream(folder / "small.csv") << "t,T,w\n100,20,1.25\n101,21,1.5\n102,22,1\n130,23,1\n";
+  const auto summary = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.1.0");
+  ASSERT_TRUE(summary) << text(summary.error());
+  EXPECT_EQ(summary->rows, 4u);
+  EXPECT_EQ(summary->span, std::chrono::seconds(30));
+  EXPECT_EQ(summary->silences, 1u);
+  const Record record = read_record(folder / "run.db").value();
+  EXPECT_TRUE(record.finished && record.info.imported && !record.info.simulated);
+  EXPECT_EQ(record.info.id.size(), 32u);
+  EXPECT_EQ(record.info.rig_text, kSmallMap);
+  EXPECT_EQ(record.info.units[0].axes[0].earth_rate, DegreesPerHour{8.4});
+  EXPECT_EQ(record.slot, (std::vector<std::int64_t>{0, 1, 2, 3}));
+  EXPECT_EQ(record.time_s, (std::vector<double>{0, 1, 2, 30}));
+  EXPECT_EQ(record.units[0].rotation[0], (std::vector<double>{1.25, 1.5, 1, 1})) << "stored as it is in the file";
+  EXPECT_EQ(record.units[0].interval_s, (std::vector<double>{1, 1, 1, 1}));
+  EXPECT_TRUE(std::isnan(record.set_point_c[0]) && std::isnan(record.chamber_air_c[0]));
+  ASSERT_EQ(record.events.size(), 1u);
+  EXPECT_EQ(record.events[0].slot, 3);
+  EXPECT_EQ(record.events[0].event.text, "1 gaps longer than 10 s, 28 s in all; the first, of 28 s, after row 2");
+  EXPECT_TRUE(read_status(folder / "run.db")->finished);
+}
+
+TEST(Import, LeavesNothingBehindWhenItFails) {
+  const TestFolder folder;
+  std::ofstream(folder / "small.toml") << kSmallMap;
+  std::ofstream(folder / "small.csv") << "t,T,w\n100,20,1.25\n101,x,1.5\n";
+  const auto bad = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.1.0");
+  ASSERT_FALSE(bad);
+  EXPECT_EQ(bad.error().where, folder / "small.csv" + ":3:5");
+  EXPECT_FALSE(std::filesystem::exists(folder / "run.db"));
+  EXPECT_EQ(import_record(folder / "none.csv", folder / "small.toml", folder / "run.db", "0.1.0").error().kind,
+            FaultKind::bad_file);
+}
+
+TEST(Import, NeverOverwritesARecord) {
+  const TestFolder folder;
+  std::ofstream(folder / "small.toml") << kSmallMap;
+  std::ofstream(folder / "small.csv") << "t,T,w\n1,2,3\n";
+  ASSERT_TRUE(import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.1.0"));
+  const auto again = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.1.0");
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().kind, FaultKind::storage);
+  EXPECT_TRUE(read_record(folder / "run.db"));
+}
+
+TEST(Import, KnowsWhenARowWasWrittenIfTheFileDoes) {
+  const TestFolder folder;
+  std::string map = kSmallMap;
+  map.replace(map.find("\"s\""), 3, "\"iso\"");
+  std::ofstream(folder / "small.toml") << map;
+  std::ofstream(folder / "small.csv") << "t,T,w\n2026-03-01T12:00:00Z,20,1\n2026-03-01T12:00:01Z,21,2\n";
+  ASSERT_TRUE(import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.1.0"));
+  const Record record = read_record(folder / "run.db").value();
+  EXPECT_EQ(record.info.started_utc, std::chrono::seconds(1772366400));
+  EXPECT_EQ(record.last_utc, std::chrono::seconds(1772366401));
+  EXPECT_TRUE(record.info.imported);
+}
+
+TEST(Import, PutsMoreRowsIntoTheRecordThanATransactionHas) {
+  const TestFolder folder;
+  std::ofstream(folder / "small.toml") << kSmallMap;
+  {
+    std::ofstream table(folder / "small.csv");
+    table << "t,T,w\n";
+    for (int row = 0; row < 250'000; ++row) table << row << ",20.5," << row % 7 << "\n";
+  }
+  const auto summary = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.1.0");
+  ASSERT_TRUE(summary) << text(summary.error());
+  const Record record = read_record(folder / "run.db").value();
+  ASSERT_EQ(record.slot.size(), 250'000u);
+  EXPECT_EQ(record.units[0].rotation[0][249'999], 249'999 % 7);
+  EXPECT_TRUE(record.events.empty());
+}
+
+}  // namespace
+}  // namespace gyrotherm::exchange

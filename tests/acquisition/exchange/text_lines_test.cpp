@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/text_lines.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <vector>
+
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::exchange {
+namespace {
+
+std::vector<std::string> lines_of(Bytes bytes, const std::string& comment = "") {
+  auto lines = TextLines::open(std::move(bytes), comment).value();
+  std::vector<std::string> all;
+  while (lines.next().value()) all.push_back(std::to_string(lines.number()) + ":" + std::string(lines.line()));
+  return all;
+}
+
+using Lines = std::vector<std::string>;
+
+TEST(TextLines, AreTheSameInEveryEncoding) {
+  const Lines expected{"1:a;°", "3:𝄞"};
+  EXPECT_EQ(lines_of(Bytes("a;°\n\n𝄞", "f")), expected);
+  EXPECT_EQ(lines_of(Bytes("\xEF\xBB\xBF"
+                           "a;°\r\n \r\n𝄞\r\n",
+                           "f")),
+            expected);
+  using std::string_view_literals::operator""sv;
+  EXPECT_EQ(lines_of(Bytes("\xFF\xFE"
+                           "a\0;\0\xB0\0\r\0\n\0\n\0\x34\xD8\x1E\xDD\n\0"sv,
+                           "f")),
+            expected);
+  EXPECT_EQ(lines_of(Bytes("\xFE\xFF\0a\0;\0\xB0\0\n\0\n\xD8\x34\xDD\x1E"sv, "f")), expected);
+}
+
+TEST(TextLines, HalfAPairOfUtf16IsTheReplacementCharacter) {
+  using std::string_view_literals::operator""sv;
+  EXPECT_EQ(lines_of(Bytes("\xFF\xFE\x34\xD8"
+                           "a\0\n\0\x1E\xDD\n\0\x34\xD8"sv,
+                           "f")),
+            (Lines{"1:\uFFFDa", "2:\uFFFD", "3:\uFFFD"}));
+  EXPECT_EQ(lines_of(Bytes("\xFF\xFE"
+                           "a\0b"sv,
+                           "f")),
+            Lines{"1:a"})
+      << "half a unit at the end is none";
+}
+
+TEST(TextLines, Utf16WithoutAMarkIsTold) {
+  using std::string_view_literals::operator""sv;
+  const auto lines = TextLines::open(Bytes("t\0,\0"sv, "f"), "");
+  ASSERT_FALSE(lines);
+  EXPECT_EQ(text(lines.error()), "f:1:1: a NUL byte, expected UTF-8, or UTF-16 with a byte order mark");
+}
+
+TEST(TextLines, CommentsAndEmptyLinesMayBeOfAnyLength) {
+  const std::string text = "#" + std::string(200'000, 'x') + "\na\n" + std::string(3'000'000, ' ') + "\nb";
+  EXPECT_EQ(lines_of(Bytes(text, "f"), "#"), (Lines{"2:a", "4:b"}));
+}
+
+TEST(TextLines, OfAFileAreReadPieceByPiece) {
+  const tests::TestFolder folder;
+  Lines expected;
+  {
+    std::ofstream file(folder / "long.txt");
+    for (int i = 1; i <= 100'000; ++i) {
+      const std::string line(static_cast<std::size_t>(i % 50), 'x');
+      file << line << "!\n";
+      expected.push_back(std::to_string(i) + ":" + line + "!");
+    }
+  }
+  EXPECT_EQ(lines_of(Bytes::open(folder / "long.txt").value()), expected);
+}
+
+TEST(TextLines, OfAPipeOrAFolderAreRefused) {
+  EXPECT_FALSE(Bytes::open("/dev/zero"));
+  EXPECT_FALSE(Bytes::open("/tmp"));
+  EXPECT_FALSE(Bytes::open("/nowhere/x"));
+}
+
+TEST(Bytes, AreHashedAsTheAlgorithmSays) {
+  EXPECT_EQ(fnv1a(Bytes("", "f")).value(), 0xcbf29ce484222325u);
+  EXPECT_EQ(fnv1a(Bytes("foobar", "f")).value(), 0x85944171f73967e8u) << "RFC 9923";
+}
+
+}  // namespace
+}  // namespace gyrotherm::exchange

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/text_table.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/acquisition/exchange/foreign.hpp"
+
+namespace gyrotherm::exchange {
+namespace {
+
+using record::GyroKind;
+
+TEST(TextTable, ReadsColumnsByNameWhateverTheirOrder) {
+  const auto rows = rows_of("w,x,T,t\n7,?,20,1000\n-8.5,,1e1,1500\n", rate_map(), "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->time, (std::vector<Duration>{{}, std::chrono::milliseconds(500)}));
+  EXPECT_EQ(rows->columns[0], (std::vector<double>{20, 10}));
+  EXPECT_EQ(rows->columns[1], (std::vector<double>{7, -8.5}));
+}
+
+TEST(TextTable, BearsCrLfByteOrderMarkBlanksQuotesCommentsAndEmptyLines) {
+  ImportMap map = rate_map();
+  map.comment = "%";
+  const std::string bytes = "\xEF\xBB\xBF% made by hand\r\n\"T \", t ,w\r\n\r\n\"20\", 0 ,+1\r\n% pause\r\n21,1,2";
+  const auto rows = rows_of(bytes, map, "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->columns[1], (std::vector<double>{1, 2}));
+  EXPECT_EQ(rows->columns[0], (std::vector<double>{20, 21}));
+}
+
+TEST(TextTable, TakesAnyRunOfBlanksAsOneSeparatorAndSkipsLeadingLines) {
+  ImportMap map;
+  map.separator = ' ';
+  map.header = false;
+  map.skip = 2;
+  map.interval = std::chrono::milliseconds(10);
+  map.units = rate_map().units;
+  map.axis_columns = {{.number = 3}};
+  const auto rows = rows_of("a b\nc\n 1  2 3 \n4\t5 6\n", map, "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->columns[0], (std::vector<double>{3, 6}));
+  EXPECT_EQ(rows->time[1], std::chrono::milliseconds(10));
+  EXPECT_EQ(rows->interval[1], std::chrono::milliseconds(10));
+}
+
+TEST(TextTable, NamesThePlaceOfEveryKindOfBadInput) {
+  struct Case {
+    const char* bytes;
+    const char* said;
+  };
+  for (const Case& bad : {
+           Case{"", "f:0:1: the file ends, expected a header"},
+           Case{"t,T,w\n", "f:1:1: the file ends, expected at least one row"},
+           Case{"t,T\n1,2\n", "f:1:1: no column \"w\", expected one of: \"t\", \"T\""},
+           Case{"t,T,w,T \n1,2,3,4\n", "f:1:7: a second column \"T\", expected one"},
+           Case{"t,T,w\n1,2\n", "f:2:1: 2 fields, expected 3"},
+           Case{"t,T,w\n1,2,3,4\n", "f:2:1: 4 fields, expected 3"},
+           Case{"t,T,w\n1,2,3\n2,nan,3\n", "f:3:3: \"nan\", expected a number, or missing = [\"nan\"] in [file]"},
+           Case{"t,T,w\n1,2,inf\n", "f:2:5: \"inf\", expected a number, or missing = [\"inf\"] in [file]"},
+           Case{"t,T,w\n1,2,1e999\n", "f:2:5: \"1e999\", expected a number"},
+           Case{"t,T,w\n1,,3\n", "f:2:3: \"\", expected a number, or missing = [\"\"] in [file]"},
+           Case{"t,T,w\n1,2,3x\n", "f:2:5: \"3x\", expected a number"},
+           Case{"t,T,w\n1,2,0x10\n", "f:2:5: \"0x10\", expected a number"},
+           Case{"t,T,w\n1,\"2,5\",3\n",
+                "f:2:3: \"2,5\", expected a number with a decimal point, or decimal = \",\" in [file]"},
+           Case{"t,T,w\n1,\"2,3\n", "f:2:3: a quote is not closed, expected \" before the end of the line"},
+           Case{"t,T,w\n1,\"2\"5,3\n", "f:2:6: text after a closing quote, expected a separator"},
+           Case{"t,T,w\n5,2,3\n5,2,3\n",
+                "f:3:1: the time does not increase, expected one after the row before, or out_of_order = "
+                "\"skip\" in [time]"},
+           Case{"t,T,w\n5,2,3\n4,2,3\n",
+                "f:3:1: the time goes back 0.001 s, expected one after the row before, or out_of_order = "
+                "\"skip\" in [time]"},
+           Case{"t,T,w\n0,2,3\n1e15,2,3\n", "f:3:1: more than ten years after the first row"},
+       }) {
+    const auto rows = rows_of(bad.bytes, rate_map(), "f");
+    ASSERT_FALSE(rows) << bad.bytes;
+    EXPECT_EQ(rows.error().kind, FaultKind::bad_file);
+    EXPECT_EQ(text(rows.error()), bad.said);
+  }
+}
+
+TEST(TextTable, BoundsALineAndItsFieldsWithItsNumber) {
+  const std::string header = "t,T,w\n", row = "1,2,3\n";
+  const auto said = [&](const std::string& bytes) {
+    const auto rows = rows_of(bytes, rate_map(), "f");
+    return rows ? "read" : text(rows.error());
+  };
+  EXPECT_EQ(said(header + row + std::string(200'000'000, ',')),
+            "f:3:65537: more than 65536 bytes in a line, expected fewer");
+  EXPECT_EQ(said(header + row + "1,2,3" + std::string(65536, ' ') + "\n"),
+            "f:3:65537: more than 65536 bytes in a line, expected fewer");
+  EXPECT_EQ(said(header + row + std::string(5000, ',') + "\n"), "f:3:4097: more than 4096 fields, expected fewer");
+  EXPECT_EQ(said(header + row + std::string(70'000, ' ') + "\n"), "read") << "an empty line does not count";
+  ImportMap blanks = rate_map();
+  blanks.separator = ' ';
+  std::string wide;
+  for (int i = 0; i < 5000; ++i) wide += "1 ";
+  EXPECT_EQ(text(rows_of(wide + "\n", blanks, "f").error()), "f:1:8193: more than 4096 fields, expected fewer");
+}
+
+TEST(TextTable, NamesAColumnNumberThatTheFileLacks) {
+  ImportMap map = rate_map();
+  map.header = false;
+  map.time->number = 1;
+  map.thermometer_columns[0].column.number = 2;
+  map.axis_columns[0].number = 4;
+  EXPECT_EQ(text(rows_of("1,2,3\n", map, "f").error()), "f:1:1: 3 columns, expected at least 4");
+  map.skip = 2;
+  EXPECT_EQ(text(rows_of("1,2,3\n", map, "f").error()), "f:1:1: the file ends among the lines to skip");
+}
+
+TEST(TextTable, IncrementCoversTheTimeSinceTheRowBefore) {
+  ImportMap map = rate_map();
+  map.units[0].axes[0].kind = GyroKind::pulse_count;
+  using std::chrono::milliseconds;
+  const auto rows = rows_of("t,T,w\n0,2,3\n10,2,3\n20,2,3\n500,2,3\n", map, "f").value();
+  EXPECT_EQ(rows.interval,
+            (std::vector<Duration>{milliseconds(10), milliseconds(10), milliseconds(10), milliseconds(480)}));
+}
+
+TEST(TextTable, NamesEveryColumnThatIsMissingAndThoseThatAreThere) {
+  EXPECT_EQ(text(rows_of("time,\"T [°C]\",rate\n1,2,3\n", rate_map(), "f").error()),
+            "f:1:1: no columns \"t\", \"T\", \"w\", expected one of: \"time\", \"T [°C]\", \"rate\"");
+  std::string wide = "t";
+  for (int i = 0; i < 100; ++i) wide += ",c" + std::to_string(i);
+  const auto said = text(rows_of(wide + "\n", rate_map(), "f").error());
+  EXPECT_NE(said.find("\"c58\" and 41 more"), std::string::npos) << said;
+}
+
+TEST(TextTable, FieldsThatStandForAMissingValueAreNoNumbers) {
+  ImportMap map = rate_map();
+  map.missing = {"", "NaN", "-999"};
+  const auto rows = rows_of("t,T,w\n0,NaN,3\n1,,-999\n2,20, NaN \n", map, "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_TRUE(std::isnan(rows->columns[0][0]) && std::isnan(rows->columns[0][1]));
+  EXPECT_EQ(rows->columns[0][2], 20);
+  EXPECT_EQ(rows->columns[1][0], 3);
+  EXPECT_TRUE(std::isnan(rows->columns[1][1]) && std::isnan(rows->columns[1][2]));
+  EXPECT_EQ(text(rows_of("t,T,w\n,1,2\n", map, "f").error()).rfind("f:2:1: \"\", expected a number", 0), 0u)
+      << "a row without a time is none";
+}
+
+TEST(TextTable, NumbersMayHaveADecimalComma) {
+  ImportMap map = rate_map();
+  map.separator = ';';
+  map.decimal = ',';
+  const auto rows = rows_of("t;T;w\n0;20,5;-1,25e1\n1;21;3\n", map, "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->columns[0], (std::vector<double>{20.5, 21}));
+  EXPECT_EQ(rows->columns[1], (std::vector<double>{-12.5, 3}));
+  EXPECT_EQ(text(rows_of("t;T;w\n0;20.5;1\n", map, "f").error()),
+            "f:2:3: \"20.5\", expected a number with a decimal comma");
+}
+
+TEST(TextTable, TimesOfTheCalendarHaveAZone) {
+  ImportMap map = rate_map();
+  map.time_form = TimeForm::civil;
+  const std::string table = "t,T,w\n2026-03-01T12:00:00{0},20,3\n2026-03-01T12:00:02.5{0},21,4\n";
+  const auto with = [&](const std::string& zone) {
+    std::string text = table;
+    for (std::size_t at; (at = text.find("{0}")) != std::string::npos;) text.replace(at, 3, zone);
+    return rows_of(text, map, "f");
+  };
+  const auto rows = with("+01:00");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->time[1], std::chrono::milliseconds(2500));
+  EXPECT_EQ(rows->utc[0], std::chrono::seconds(1772362800)) << "11:00:00 UTC";
+  EXPECT_EQ(text(with("").error()),
+            "f:2:1: \"2026-03-01T12:00:00\" has no zone, expected one behind it, or zone = \"Z\" in [time]");
+  map.zone = std::chrono::hours(-5);
+  EXPECT_EQ(with("")->utc[0], std::chrono::seconds(1772362800 + 6 * 3600));
+  EXPECT_EQ(with("Z")->utc[0], std::chrono::seconds(1772362800 + 3600)) << "the text's own zone counts";
+  EXPECT_EQ(text(rows_of("t,T,w\n01.03.2026 12:00,1,2\n", map, "f").error()),
+            "f:2:1: \"01.03.2026 12:00\", expected a time like \"2026-03-01T12:30:05.25Z\"");
+}
+
+TEST(TextTable, NumbersOfTimeMayCountFromAnInstant) {
+  ImportMap map = rate_map();
+  map.since = Duration{};
+  const auto rows = rows_of("t,T,w\n1772362800000,20,3\n1772362801000,20,3\n", map, "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->utc[1], std::chrono::seconds(1772362801));
+  EXPECT_EQ(rows->time[1], std::chrono::seconds(1));
+  EXPECT_FALSE(rows_of("t,T,w\n1e18,20,3\n", map, "f")) << "in milliseconds that is not this side of 2116";
+}
+
+TEST(TextTable, TheLineOfSpreadsheetsThatNamesTheSeparatorIsNoHeader) {
+  ImportMap map = rate_map();
+  map.separator = ';';
+  const auto rows = rows_of("\xEF\xBB\xBFsep=;\r\nt;T;w\r\n0;1;2\r\n", map, "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->columns[1], std::vector<double>{2});
+}
+
+TEST(TextTable, AHeaderThatIsNoUtf8IsLatin1) {
+  ImportMap map = rate_map();
+  map.thermometer_columns[0].column.name = "T [°C]";
+  EXPECT_TRUE(
+      rows_of("t,T [\xB0"
+              "C],w\n0,1,2\n",
+              map, "f"));
+  EXPECT_TRUE(rows_of("t,T [°C],w\n0,1,2\n", map, "f"));
+}
+
+TEST(TextTable, RowsOutOfOrderMayBeLeftOut) {
+  ImportMap map = rate_map();
+  map.skips_out_of_order = true;
+  const auto rows = rows_of("t,T,w\n0,1,2\n10,1,3\n5,1,4\n10,1,5\n20,1,6\n", map, "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->columns[1], (std::vector<double>{2, 3, 6}));
+  EXPECT_EQ(rows->notes, Notes{"2 rows whose time was not after the row before were left out"});
+}
+
+}  // namespace
+}  // namespace gyrotherm::exchange

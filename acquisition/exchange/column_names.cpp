@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/column_names.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <initializer_list>
+
+#include "core/text.hpp"
+
+namespace gyrotherm::exchange {
+
+std::string in_lower_case(std::string_view text) {
+  std::string lower(text);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+namespace {
+
+bool has_any(std::string_view text, std::initializer_list<std::string_view> parts) {
+  return std::ranges::any_of(parts, [&](std::string_view part) { return text.find(part) != std::string_view::npos; });
+}
+
+bool is_any(std::string_view text, std::initializer_list<std::string_view> words) {
+  return std::ranges::find(words, text) != words.end();
+}
+
+/// What stands before a unit in brackets.
+std::string_view without_unit(std::string_view name) {
+  const std::size_t bracket = name.find_last_of("[(");
+  const bool has_unit = bracket != std::string_view::npos && bracket > 0 &&
+                        name.find_last_of("])") == name.size() - 1 &&
+                        !std::ranges::all_of(name.substr(bracket + 1, name.size() - bracket - 2),
+                                             [](unsigned char c) { return std::isdigit(c) != 0; });
+  return trimmed(has_unit ? name.substr(0, bracket) : name);
+}
+
+/// The field of "message.field"; another name is itself.
+std::string_view field_of(std::string_view name) { return name.substr(name.rfind('.') + 1); }
+
+bool is_letter_with_number(std::string_view name, char letter) {
+  return !name.empty() && name.front() == letter &&
+         std::ranges::all_of(name.substr(1), [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+}  // namespace
+
+bool is_temperature_name(std::string_view name) {
+  const auto lower = in_lower_case(name);
+  const auto bare = in_lower_case(field_of(without_unit(name)));
+  const bool is_letter = bare.size() == 1 && name.size() == 1 && name.front() >= 'A' && name.front() <= 'H';
+  const bool is_small_t = without_unit(name) == "t";  // a time
+  return has_any(lower, {"temp", "therm", "°c", "degc", "[c]", "(c)"}) || is_letter ||
+         (is_letter_with_number(bare, 't') && !is_small_t);
+}
+
+bool is_gyro_name(std::string_view name) {
+  const auto lower = in_lower_case(name);
+  const auto bare = in_lower_case(field_of(without_unit(name)));
+  if (has_any(lower, {"temp", "time", "device", "error", "clip", "samples", "_id", "count_"})) return false;
+  if (is_any(bare, {"gx", "gy", "gz", "wx", "wy", "wz", "w", "omega", "rate", "pulses", "bias"})) return true;
+  if (has_any(bare, {"gyr", "omega", "angular", "dtheta", "delta_angle", "pulses"})) return true;
+  return has_any(lower, {"gyro"}) && is_any(bare, {"x", "y", "z"});
+}
+
+bool is_time_name(std::string_view name) {
+  const auto bare = in_lower_case(without_unit(name));
+  return has_any(bare, {"time", "date", "stamp", "zeit"}) ||
+         is_any(bare, {"t", "s", "ms", "us", "ns", "sec", "seconds", "second"});
+}
+
+std::optional<double> degrees_per_hour_in(std::string_view name) {
+  constexpr double kRadian = 206264.80624709636, kDegree = 3600;
+  const auto lower = in_lower_case(name);
+  if (has_any(lower, {"°/h", "deg/h", "deg_per_h", "dph"})) return 1;
+  if (has_any(lower, {"rad/s", "_rad", "radps"})) return kRadian;
+  if (has_any(lower, {"°/s", "deg/s", "dps", "deg_per_s"})) return kDegree;
+  return std::nullopt;
+}
+
+std::string time_unit_in(std::string_view name) {
+  const auto lower = in_lower_case(name);
+  const auto ends = [&](std::initializer_list<std::string_view> endings) {
+    return std::ranges::any_of(endings, [&](std::string_view ending) { return lower.ends_with(ending); });
+  };
+  if (ends({"[ns]", "(ns)", "_ns"})) return "ns";
+  if (ends({"[us]", "(us)", "_us", "[µs]", "(µs)", "timeus"})) return "us";
+  if (ends({"[ms]", "(ms)", "_ms", "timems", "millis"})) return "ms";
+  if (ends({"[s]", "(s)", "_s", "sec", "seconds"})) return "s";
+  return "";
+}
+
+std::string axis_in(std::string_view name) {
+  const auto bare = in_lower_case(without_unit(name));
+  if (bare.ends_with("[0]")) return "x";
+  if (bare.ends_with("[1]")) return "y";
+  if (bare.ends_with("[2]")) return "z";
+  const char last = bare.empty() ? ' ' : bare.back();
+  return last == 'x' || last == 'y' || last == 'z' ? std::string(1, last) : "";
+}
+
+std::string channel_name_of(std::string_view column) {
+  constexpr std::size_t kLongest = 64;
+  std::string name;
+  for (const char c : without_unit(column)) {
+    const bool may_stand = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
+    if (may_stand && static_cast<unsigned char>(c) < 0x80)
+      name += c;
+    else if (!name.empty() && name.back() != ' ')
+      name += ' ';
+  }
+  return std::string(trimmed(std::string_view(name).substr(0, kLongest)));
+}
+
+std::vector<std::size_t> gyro_columns(const std::vector<std::string>& names) {
+  const auto message_of = [](std::string_view name) { return name.substr(0, name.rfind('.')); };
+  const auto says_gyro = [](const std::string& name) { return has_any(in_lower_case(name), {"gyr"}); };
+  const bool any_says_gyro =
+      std::ranges::any_of(names, [&](const std::string& name) { return is_gyro_name(name) && says_gyro(name); });
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!is_gyro_name(names[i]) || (any_says_gyro && !says_gyro(names[i]))) continue;
+    const bool is_of_a_message = names[i].find('.') != std::string::npos;
+    if (is_of_a_message && !found.empty() && message_of(names[i]) != message_of(names[found.front()])) continue;
+    found.push_back(i);
+  }
+  return found;
+}
+
+}  // namespace gyrotherm::exchange

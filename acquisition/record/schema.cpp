@@ -10,6 +10,7 @@
 
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/store.hpp"
+#include "acquisition/record/views.hpp"
 
 namespace gyrotherm::record {
 
@@ -115,8 +116,10 @@ Result<void> create_schema(Database& database, const RunInfo& info) {
   std::string event = "CREATE TABLE event(id INTEGER PRIMARY KEY, ";
   for (const auto& column : columns_of_events()) event += fmt::format("{} {}, ", column.name, column.type);
   event += "chain INTEGER NOT NULL);";
-  return database.execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};{}{}{}", kApplicationId,
-                                      kUserVersion, kOtherTables, event, sample));
+  std::string views;
+  for (const View& view : views_of(info)) views += view.sql + ";";
+  return database.execute(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};{}{}{}{}", kApplicationId,
+                                      kUserVersion, kOtherTables, event, sample, views));
 }
 
 namespace {
@@ -178,12 +181,19 @@ Result<Columns> columns_of(Database& database, const std::string& table) {
   return read.map([&] { return columns; });
 }
 
+/// Whether a view is called as one of ours is; what it says is another matter.
+bool has_name_of_a_view(std::string_view name) {
+  return std::ranges::any_of(views_of({}), [&](const View& view) { return view.name == name; });
+}
+
 /// The tables of a file, by what its schema says; nothing of it is run.
 Result<Tables> tables_of(Database& database, const std::string& path) {
   std::vector<std::string> names;
   constexpr const char* kNames = "SELECT type, name, tbl_name, rootpage FROM sqlite_schema";
   const auto named = database.each_row(kNames, [&](const Statement& row) -> Result<void> {
-    const auto& name = names.emplace_back(row.text(1));
+    const std::string name(row.text(1));
+    if (row.text(0) == "view" && has_name_of_a_view(name)) return {};
+    names.push_back(name);
     if (row.text(0) == "table" && row.text(2) == name && row.integer(3) > 0) return {};
     return other_than_a_record(path, fmt::format("it has a {} \"{}\"", row.text(0), name));
   });
@@ -250,12 +260,31 @@ Result<void> check_tables(Database& database, const std::string& path) {
   return found->at("sample") == (*expected)["sample"] ? Result<void>{} : differs("sample");
 }
 
+/// Of tables that have been found to be those of a record: its views are those that its channels make, or it has none.
+Result<void> check_views(Database& database, const std::string& path) {
+  std::vector<View> found;
+  constexpr const char* kViews = "SELECT name, sql FROM sqlite_schema WHERE type = 'view' ORDER BY name";
+  const auto read = database.each_row(kViews, [&](const Statement& row) {
+    found.push_back({std::string(row.text(0)), std::string(row.text(1))});
+  });
+  if (!read) return failure(read.error());
+  if (found.empty()) return {};
+  const auto info = read_run_info(database);
+  if (!info) return failure(info.error());
+  for (const View& view : views_of(*info))
+    if (const auto same = std::ranges::find(found, view.name, &View::name); same == found.end() || *same != view)
+      return other_than_a_record(
+          path, fmt::format("its view \"{}\" is {}", view.name, same == found.end() ? "missing" : "another one"));
+  return {};
+}
+
 }  // namespace
 
 Result<void> check_schema(Database& database, const std::string& path) {
   return check_header(database, path)
       .and_then([&] { return check_tables(database, path); })
       .and_then([&] { return check_schema_name(database, path); })
+      .and_then([&] { return check_views(database, path); })
       .and_then([&] { return check_slots(database, path); });
 }
 

@@ -14,6 +14,8 @@
 ///   event    what happened, in order
 ///   gap      slots that have no sample, and why
 ///
+/// The views are those of views.hpp; a record that an earlier version made has none.
+///
 /// sample, fault, event and gap have a column `chain` (chain.hpp); `frames` has the chain's head as of the last
 /// commit, `meta` what it begins and ends with.
 #pragma once
@@ -33,15 +35,15 @@ namespace gyrotherm::record {
 /// [A-Za-z0-9_-], and no column has the name of another (letter case apart). Fails with bad_file naming the one.
 [[nodiscard]] Result<void> check_channel_names(const RunInfo& info);
 
-/// Makes the tables and marks the file as a record. The names must be good.
+/// Makes the tables and views, and marks the file as a record. The names must be good.
 [[nodiscard]] Result<void> create_schema(Database& database, const RunInfo& info);
 
 inline constexpr std::int64_t kMostSlots = 100'000'000;  ///< three years of seconds
 
-/// Checks that the file is a record of this version, and that it holds the tables of a record with their columns, and
-/// no view, trigger, index, virtual table or computed column; that is looked at before any of them is read. And that
-/// its slots are such as a run can have: from 0 to kMostSlots. Fails with bad_file if it is none, or another version's;
-/// with storage if it is locked.
+/// Checks that the file is a record of this version, and that it holds the tables of a record with their columns, all
+/// of views_of() or no view, and no trigger, index, virtual table or computed column; that is looked at before any of
+/// them is read. And that its slots are such as a run can have: from 0 to kMostSlots. Fails with bad_file if it is
+/// none, or another version's; with storage if it is locked.
 [[nodiscard]] Result<void> check_schema(Database& database, const std::string& path);
 
 }  // namespace gyrotherm::record

@@ -167,13 +167,28 @@ TEST(ForeignRecord, HasTheTablesOfARecordAndNothingElse) {
       {"ALTER TABLE gap ADD COLUMN more AS (first + 1)", "its table \"gap\" is another one"},
       {"ALTER TABLE channel ADD COLUMN more TEXT", "its table \"channel\" is another one"},
       {"DROP TABLE list; CREATE VIRTUAL TABLE list USING fts5(name, position, value)", "it has a table \"list\""},
-      {"ANALYZE", "its table \"sqlite_stat1\" is another one"}};
+      {"ANALYZE", "its table \"sqlite_stat1\" is another one"},
+      {"CREATE VIEW v2_sample AS SELECT 1", "it has a view \"v2_sample\""},
+      {"DROP VIEW v1_gap; CREATE VIEW v1_gap AS WITH RECURSIVE x(n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM x) SELECT "
+       "n "
+       "FROM x",
+       "its view \"v1_gap\" is another one"},
+      {"DROP VIEW v1_sample", "its view \"v1_sample\" is missing"},
+      {"UPDATE channel SET polynomial = '1 2'", "its view \"v1_sample\" is another one"}};
   for (const auto& [edit, why] : edits) {
     std::ofstream(path, std::ios::binary) << whole;
     execute(path, edit);
     EXPECT_EQ(reading_of(path), why + ", expected the tables of a record and nothing else") << edit;
     EXPECT_FALSE(Store::reopen(path)) << edit;
   }
+}
+
+TEST(ForeignRecord, OfAnEarlierVersionHasNoViews) {
+  const Folder folder;
+  store_with(folder / "run.db", 3).reset();
+  execute(folder / "run.db", "DROP VIEW v1_channel; DROP VIEW v1_event; DROP VIEW v1_gap; DROP VIEW v1_sample");
+  EXPECT_EQ(reading_of(folder / "run.db"), "read");
+  EXPECT_TRUE(Store::reopen(folder / "run.db"));
 }
 
 TEST(ForeignRecord, HasSecondsAndTimesThatARunCanHave) {

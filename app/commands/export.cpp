@@ -6,7 +6,11 @@
 #include <iterator>
 #include <optional>
 
+#include "acquisition/exchange/export_choice.hpp"
+#include "acquisition/exchange/gnuplot.hpp"
+#include "acquisition/exchange/netcdf_export.hpp"
 #include "acquisition/record/csv.hpp"
+#include "acquisition/record/record.hpp"
 #include "acquisition/record/row.hpp"
 #include "analysis/data/dataset.hpp"
 #include "analysis/model/stream.hpp"
@@ -20,7 +24,8 @@ namespace gyrotherm::app {
 namespace {
 
 struct ExportArguments {
-  std::string run, out, model, outside = "clamp";
+  std::string run, out, model, outside = "clamp", format = "csv";
+  std::string from, to, every;
   bool compensated = false;
   bool follow = false;
   bool unverified = false;
@@ -85,12 +90,16 @@ Result<CompensatedRows> compensate(const ExportArguments& options) {
   return rows;
 }
 
+bool has_row_at(const exchange::ExportChoice& choice, double time_s) {
+  return !(choice.from && time_s < to_seconds(*choice.from)) && !(choice.to && time_s > to_seconds(*choice.to));
+}
+
 void add_number(std::string& text, double value) {
   text += ',';
   if (std::isfinite(value)) fmt::format_to(std::back_inserter(text), "{}", value);
 }
 
-std::string table_of(const CompensatedRows& rows) {
+std::string table_of(const CompensatedRows& rows, const exchange::ExportChoice& choice) {
   const data::Dataset& dataset = rows.dataset;
   std::string text = dataset.simulated ? "# SIMULATED: the instruments were virtual\n" : "";
   text += fmt::format(
@@ -101,6 +110,7 @@ std::string table_of(const CompensatedRows& rows) {
     text += "," + input + (input.starts_with(data::kAux) ? "" : " [°C]");
   text += fmt::format(",bias [°/h],compensated [°/h],U of a mean over {:g} s [°/h]\n", rows.averaging_s);
   for (Eigen::Index row = 0; row < dataset.time_s.size(); ++row) {
+    if (!has_row_at(choice, dataset.time_s(row))) continue;
     fmt::format_to(std::back_inserter(text), "{}", dataset.time_s(row));
     for (const double temperature : dataset.temperature_c.row(row)) add_number(text, temperature);
     add_number(text, dataset.bias_deg_per_h(row));
@@ -113,16 +123,58 @@ std::string table_of(const CompensatedRows& rows) {
   return text;
 }
 
-Result<void> write_table(const ExportArguments& options) {
-  if (!options.compensated) return record::export_record(options.run, options.out);
+Result<void> write_compensated(const ExportArguments& options, const exchange::ExportChoice& choice) {
   if (options.model.empty()) return failure(FaultKind::usage, "--compensated", "by which model? Name it with --model");
+  if (options.format != "csv" || choice.every > Duration{})
+    return failure(FaultKind::usage, "--compensated", "is a row a second, as csv; no --as and no --every go with it");
   const auto rows = compensate(options);
   if (!rows) return failure(rows.error());
-  return replace_text_file(options.out, table_of(*rows));
+  return replace_text_file(options.out, table_of(*rows, choice));
+}
+
+Result<exchange::ExportChoice> choice_of(const ExportArguments& options, const record::RunInfo& info) {
+  exchange::ExportChoice choice;
+  const auto moment = [&](const std::string& text, const char* option, std::optional<Duration>& into) -> Result<void> {
+    if (text.empty()) return {};
+    const auto parsed = exchange::parse_moment(text, info, option);
+    if (!parsed) return failure(parsed.error());
+    into = *parsed;
+    return {};
+  };
+  auto read =
+      moment(options.from, "--from", choice.from).and_then([&] { return moment(options.to, "--to", choice.to); });
+  if (!read) return failure(read.error());
+  if (!options.every.empty()) {
+    const auto every = parse_duration(options.every);
+    if (!every || *every <= Duration{})
+      return failure(FaultKind::usage, "--every", fmt::format("\"{}\", expected a time like \"10 s\"", options.every));
+    choice.every = *every;
+  }
+  return exchange::check_choice(choice, info).map([&] { return choice; });
+}
+
+/// The record as others want it.
+Result<void> write_rows(const ExportArguments& options, const exchange::ExportChoice& choice) {
+  const auto whole = record::read_record(options.run);
+  if (!whole) return failure(whole.error());
+  const auto chosen = exchange::chosen_rows(*whole, choice);
+  if (chosen.slot.empty()) return failure(FaultKind::usage, options.run, "no row of the record is among those chosen");
+  if (options.format == "netcdf") return exchange::export_netcdf(chosen, choice, options.out);
+  return replace_text_file(options.out,
+                           options.format == "gnuplot" ? exchange::gnuplot_script(chosen) : record::to_csv(chosen));
+}
+
+Result<void> write_table(const ExportArguments& options) {
+  const auto info = record::read_info(options.run);
+  if (!info) return failure(info.error());
+  const auto choice = choice_of(options, *info);
+  if (!choice) return failure(choice.error());
+  return options.compensated ? write_compensated(options, *choice) : write_rows(options, *choice);
 }
 
 Result<Exit> export_table(Console& console, const ExportArguments& options) {
-  if (options.follow && (options.compensated || !options.out.empty()))
+  const bool is_chosen = !(options.from + options.to + options.every).empty() || options.format != "csv";
+  if (options.follow && (options.compensated || is_chosen || !options.out.empty()))
     return failure(FaultKind::usage, "--follow", "writes the rows as they come to stdout, and nothing else");
   if (options.follow) return follow_record(console, options.run).map([] { return Exit::done; });
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "where to? Only --follow writes to stdout");
@@ -134,10 +186,18 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
 }  // namespace
 
 void add_export(Program& program) {
-  auto [command, options] = add_command(program, "export", "Writes a record as a text table.",
-                                        "gyrotherm export random.db --out random.csv", export_table);
+  auto [command, options] =
+      add_command(program, "export", "Writes a record for others: as a text table, as NetCDF, as a figure.",
+                  "gyrotherm export random.db --out random.csv", export_table);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
-  command.add_option("--out", options.out, "the table")->type_name(value::kTable);
+  command.add_option("--out", options.out, "the table, or what --as says")->type_name(value::kTable);
+  command.add_option("--as", options.format, "csv, netcdf (CF, by netCDF-4) or gnuplot (a script with its data)")
+      ->check(CLI::IsMember({"csv", "netcdf", "gnuplot"}))
+      ->type_name("FORMAT");
+  command.add_option("--from", options.from, "the first row: \"2 h\" since the start, or \"2026-03-01T12:00:00Z\"")
+      ->type_name("TIME");
+  command.add_option("--to", options.to, "the last row, likewise")->type_name("TIME");
+  command.add_option("--every", options.every, "means over stretches, \"10 s\"; pulses are added")->type_name("TIME");
   command.add_flag("--follow", options.follow, "of a run that goes on: rows to stdout as they come, until it ends");
   command.add_flag("--compensated", options.compensated,
                    "of one axis: calibrated temperatures, bias, compensated bias and its U");

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/export_choice.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "acquisition/exchange/civil_time.hpp"
+
+namespace gyrotherm::exchange {
+
+namespace {
+
+using record::GyroKind, record::kMissing, record::Record, record::RunInfo;
+
+/// The rows [first, end) of a record that become one.
+struct Stretch {
+  std::size_t first{}, end{};
+  std::int64_t number{};  ///< counted from the start of the run
+};
+
+/// Our own records count seconds by their slots; a foreign one has times of its own.
+std::int64_t number_of_stretch(const Record& record, std::size_t row, Duration every) {
+  const double time_s = record.info.imported ? record.time_s[row] : static_cast<double>(record.slot[row]);
+  return static_cast<std::int64_t>(std::floor(time_s / to_seconds(every)));
+}
+
+std::vector<Stretch> stretches_of(const Record& record, const ExportChoice& choice) {
+  std::vector<Stretch> stretches;
+  const bool together = choice.every > Duration{};
+  for (std::size_t row = 0; row < record.slot.size(); ++row) {
+    if (choice.from && record.time_s[row] < to_seconds(*choice.from)) continue;
+    if (choice.to && record.time_s[row] > to_seconds(*choice.to)) break;
+    const auto number = together ? number_of_stretch(record, row, choice.every) : record.slot[row];
+    if (!stretches.empty() && stretches.back().number == number)
+      ++stretches.back().end;
+    else
+      stretches.push_back({row, row + 1, number});
+  }
+  return stretches;
+}
+
+/// The part of a column that becomes one number; none where the record has no such column.
+std::span<const double> part_of(const std::vector<double>& column, const Stretch& stretch) {
+  if (column.size() < stretch.end) return {};
+  return std::span(column).subspan(stretch.first, stretch.end - stretch.first);
+}
+
+double mean(std::span<const double> numbers) {
+  double sum = 0;
+  int count = 0;
+  for (const double number : numbers) {
+    if (std::isnan(number)) continue;
+    sum += number;
+    ++count;
+  }
+  return count > 0 ? sum / count : kMissing;
+}
+
+double sum(std::span<const double> numbers) {
+  double sum = 0;
+  int count = 0;
+  for (const double number : numbers) {
+    if (std::isnan(number)) continue;
+    sum += number;
+    ++count;
+  }
+  return count > 0 ? sum : kMissing;
+}
+
+/// Pulses of the seconds whose intervals are added; one that is missing while its interval is not leaves no sum.
+double sum_of_pulses(std::span<const double> pulses, std::span<const double> intervals) {
+  for (std::size_t i = 0; i < std::min(pulses.size(), intervals.size()); ++i)
+    if (std::isnan(pulses[i]) && !std::isnan(intervals[i])) return kMissing;
+  return sum(pulses);
+}
+
+class Choosing {
+ public:
+  Choosing(const Record& record, const ExportChoice& choice)
+      : record_(record), stretches_(stretches_of(record, choice)) {}
+
+  Record chosen() const {
+    Record chosen;
+    chosen.info = record_.info;
+    chosen.finished = record_.finished;
+    for (const Stretch& stretch : stretches_) {
+      chosen.slot.push_back(record_.slot[stretch.first]);
+      chosen.time_s.push_back(record_.time_s[stretch.first]);
+    }
+    chosen.set_point_c = means(record_.set_point_c);
+    chosen.chamber_air_c = means(record_.chamber_air_c);
+    chosen.chamber_set_point_c = means(record_.chamber_set_point_c);
+    for (const auto& column : record_.thermometers_c) chosen.thermometers_c.push_back(means(column));
+    for (std::size_t unit = 0; unit < record_.units.size(); ++unit) chosen.units.push_back(unit_of(unit));
+    chosen.progress = firsts(record_.progress);
+    chosen.state = firsts(record_.state);
+    chosen.last_utc = record_.last_utc;
+    chosen.gaps = record_.gaps;
+    chosen.events = record_.events;
+    return chosen;
+  }
+
+ private:
+  std::vector<double> each(const auto& number_of) const {
+    std::vector<double> column;
+    column.reserve(stretches_.size());
+    for (const Stretch& stretch : stretches_) column.push_back(number_of(stretch));
+    return column;
+  }
+
+  std::vector<double> means(const std::vector<double>& column) const {
+    if (column.empty()) return {};
+    return each([&](const Stretch& stretch) { return mean(part_of(column, stretch)); });
+  }
+
+  template <class T>
+  std::vector<T> firsts(const std::vector<T>& column) const {
+    std::vector<T> first;
+    if (column.empty()) return first;
+    for (const Stretch& stretch : stretches_) first.push_back(column[stretch.first]);
+    return first;
+  }
+
+  record::UnitColumns unit_of(std::size_t index) const {
+    const auto& columns = record_.units[index];
+    const auto& axes = record_.info.units[index].axes;
+    record::UnitColumns unit;
+    for (std::size_t axis = 0; axis < columns.rotation.size(); ++axis) {
+      const auto& rotation = columns.rotation[axis];
+      const bool counts = axes[axis].kind == GyroKind::pulse_count;
+      unit.rotation.push_back(counts ? each([&](const Stretch& stretch) {
+        return sum_of_pulses(part_of(rotation, stretch), part_of(columns.interval_s, stretch));
+      })
+                                     : means(rotation));
+    }
+    unit.interval_s = each([&](const Stretch& stretch) { return sum(part_of(columns.interval_s, stretch)); });
+    for (const auto& column : columns.values) unit.values.push_back(means(column));
+    for (const auto& column : columns.true_bias_deg_per_h) unit.true_bias_deg_per_h.push_back(means(column));
+    return unit;
+  }
+
+  const Record& record_;
+  std::vector<Stretch> stretches_;
+};
+
+}  // namespace
+
+Result<Duration> parse_moment(const std::string& text, const RunInfo& info, const std::string& option) {
+  if (const auto since_start = parse_duration(text)) return *since_start;
+  const auto civil = parse_civil_time(text);
+  if (!civil || !civil->zone)
+    return failure(
+        FaultKind::usage, option,
+        fmt::format("\"{}\", expected a time since the start like \"2 h\", or like \"2026-03-01T12:00:00Z\"", text));
+  if (info.started_utc == Duration{})
+    return failure(FaultKind::usage, option, "the record does not know when it was made, expected a time like \"2 h\"");
+  return civil->reading - *civil->zone - info.started_utc;
+}
+
+Result<void> check_choice(const ExportChoice& choice, const RunInfo& info) {
+  if (choice.every < Duration{} || (!info.imported && choice.every % kSecond != Duration{}))
+    return failure(FaultKind::usage, "--every", "expected a whole number of seconds, as the record's rows are");
+  if (choice.from && choice.to && *choice.from > *choice.to)
+    return failure(FaultKind::usage, "--from", "lies behind --to");
+  return {};
+}
+
+Record chosen_rows(const Record& record, const ExportChoice& choice) { return Choosing(record, choice).chosen(); }
+
+}  // namespace gyrotherm::exchange

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/gnuplot.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+#include <string_view>
+#include <vector>
+
+#include "acquisition/exchange/exported_columns.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::exchange {
+
+namespace {
+
+struct Curve {
+  std::string name;
+  std::vector<double> values{};
+};
+
+/// Text between single quotes, in which nothing but a quote has a meaning.
+std::string quoted_for_gnuplot(std::string_view text) {
+  std::string quoted = "'";
+  for (const char c : plain(text)) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
+}
+
+std::vector<Curve> temperatures(const record::Record& record) {
+  std::vector<Curve> curves{{"set point", record.set_point_c}, {"chamber air", record.chamber_air_c}};
+  if (record.info.imported) curves.clear();
+  for (std::size_t i = 0; i < record.info.thermometers.size(); ++i)
+    curves.push_back({record.info.thermometers[i].name, temperatures_of(record, i)});
+  return curves;
+}
+
+std::vector<Curve> rates(const record::Record& record) {
+  std::vector<Curve> curves;
+  for (std::size_t unit = 0; unit < record.info.units.size(); ++unit)
+    for (std::size_t axis = 0; axis < record.info.units[unit].axes.size(); ++axis)
+      curves.push_back({record::axis_label(record.info.units[unit], axis), rates_of(record, unit, axis)});
+  return curves;
+}
+
+/// A plot of the columns from `first` on.
+std::string plot_of(const std::vector<Curve>& curves, std::size_t first, std::string_view label) {
+  std::string text = fmt::format("set ylabel '{}'\nplot ", label);
+  for (std::size_t i = 0; i < curves.size(); ++i)
+    text += fmt::format("{}$rows using ($1/3600):{} with lines title {}", i == 0 ? "" : ", \\\n     ", first + i,
+                        quoted_for_gnuplot(curves[i].name));
+  return text + "\n";
+}
+
+void add_rows(std::string& text, const record::Record& record, const std::vector<Curve>& curves) {
+  for (std::size_t row = 0; row < record.slot.size(); ++row) {
+    fmt::format_to(std::back_inserter(text), "{}", record.time_s[row]);
+    for (const Curve& curve : curves)
+      if (const double value = curve.values[row]; std::isfinite(value))
+        fmt::format_to(std::back_inserter(text), " {}", value);
+      else
+        text += " NaN";
+    text += '\n';
+  }
+}
+
+}  // namespace
+
+std::string gnuplot_script(const record::Record& record) {
+  constexpr std::size_t kFirst = 2;  // behind the time
+  const auto above = temperatures(record), below = rates(record);
+  auto all = above;
+  all.insert(all.end(), below.begin(), below.end());
+  const auto title = fmt::format("{}{} on {}", record.info.simulated ? "SIMULATED: " : "", record.info.profile_name,
+                                 record.info.rig_name);
+  std::string text = fmt::format("# run {}; gnuplot -p FILE shows it\n$rows << end_of_rows\n", plain(record.info.id));
+  add_rows(text, record, all);
+  text += fmt::format(
+      "end_of_rows\nset termoption noenhanced\nset multiplot layout {},1 title {}\nset xlabel 'time [h]'\nset grid\n"
+      "set key outside right\n",
+      above.empty() || below.empty() ? 1 : 2, quoted_for_gnuplot(title));
+  if (!above.empty()) text += plot_of(above, kFirst, "temperature [°C]");
+  if (!below.empty()) text += plot_of(below, kFirst + above.size(), "rate [°/h]");
+  return text + "unset multiplot\n";
+}
+
+}  // namespace gyrotherm::exchange

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A record as NetCDF, and its views, have what the record has: seen by netCDF4, h5py, xarray and plain sqlite3."""
+
+import shutil
+import sqlite3
+import unittest
+
+from program import InAFolder, gyrotherm, need, record
+
+need("netCDF4", "h5py")
+import h5py
+import netCDF4
+import numpy as np
+import xarray
+
+import gyrotherm as module
+
+
+def exported(path, out, *words):
+    gyrotherm("export", path, "--as", "netcdf", "--out", out, "--unverified", *words)
+    return out
+
+
+class Netcdf(InAFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.path = record(cls.folder / "run.db")
+        database = sqlite3.connect(cls.path)
+        database.execute("DELETE FROM sample WHERE slot BETWEEN 1000 AND 1009")
+        database.execute("INSERT INTO gap VALUES(1000, 1009, 'tested', 0)")
+        database.execute("UPDATE sample SET C = NULL, pulses = NULL, interval_ns = NULL WHERE slot = 1500")
+        database.execute("UPDATE channel SET offset_k = 0.25 WHERE name = 'A'")
+        database.commit()
+        database.close()
+        cls.run_ = module.open(cls.path)
+        cls.file = exported(cls.path, cls.folder / "run.nc")
+
+    def test_has_every_value_of_the_record(self):
+        known = self.run_.to_xarray()
+        with netCDF4.Dataset(self.file) as found:
+            self.assertEqual(len(found.dimensions["time"]), known.sizes["time_s"])
+            compared = 0
+            for name in known.data_vars:
+                if name not in found.variables or known[name].dtype.kind not in "fi":
+                    continue
+                values = np.ma.filled(found[name][:].astype(float), np.nan)
+                expected = known[name].values.astype(float)
+                if known[name].dtype.kind == "i":
+                    expected[expected == -1] = np.nan
+                np.testing.assert_array_equal(values, expected, err_msg=name)
+                compared += 1
+            self.assertGreaterEqual(compared, 16)
+            rate = known["bias_deg_per_h"] + self.run_.axes[0].earth_rate_deg_per_h
+            np.testing.assert_allclose(np.ma.filled(found["rate_deg_per_h"][:], np.nan), rate, rtol=1e-12)
+
+    def test_opens_in_xarray_with_times_units_and_gaps(self):
+        known = self.run_.to_xarray()
+        with xarray.open_dataset(self.file) as found:
+            measured = ~np.isnat(known["utc"].values)
+            np.testing.assert_array_equal(found["time"].values[measured], known["utc"].values[measured])
+            self.assertTrue((np.diff(found["time"].values) > np.timedelta64(0)).all())
+            self.assertIn("SIMULATED", found.attrs["source"])
+            self.assertEqual(found["A"].attrs["units"], "degC")
+            self.assertEqual(found["rate_deg_per_h"].attrs["units"], "degree/hour")
+            flags = found[found["C"].attrs["ancillary_variables"]]
+            words = flags.attrs["flag_meanings"].split()
+            self.assertEqual(words[int(flags[1005])], "gap")
+            self.assertEqual(words[int(flags[1500])], "missing")
+            self.assertEqual(words[int(flags[1501])], "measured")
+            self.assertTrue(np.isnan(found["C"][[1005, 1500]]).all())
+            self.assertIn("latitude", found.coords)
+
+    def test_each_variable_says_what_it_is(self):
+        with netCDF4.Dataset(self.file) as found:
+            self.assertEqual((found.Conventions, found.featureType), ("CF-1.10", "timeSeries"))
+            self.assertRegex(found["time"].units, r"^seconds since 2026-01-01 00:00:00\.000000 UTC$")
+            for variable in found.variables.values():
+                self.assertTrue(variable.long_name)
+                if "flag" not in variable.name and variable.dtype.kind == "f":
+                    self.assertTrue(variable.units)
+                for name in getattr(variable, "ancillary_variables", "").split():
+                    self.assertIn(name, found.variables)
+
+    def test_is_an_hdf5_file(self):
+        with h5py.File(self.file) as found:
+            self.assertEqual(found["A"].shape, found["time"].shape)
+            self.assertIn(b"SIMULATED", np.bytes_(found.attrs["source"]))
+
+    def test_a_part_and_means_over_stretches(self):
+        known = self.run_.to_xarray()
+        part = exported(self.path, self.folder / "part.nc", "--from", "601 s", "--to", "660 s", "--every", "10 s")
+        with xarray.open_dataset(part) as found:
+            self.assertEqual(found.sizes["time"], 6)
+            rows = known["B"].values[600:660].reshape(6, 10)
+            np.testing.assert_allclose(found["B"], rows.mean(axis=1), rtol=1e-14)
+            np.testing.assert_array_equal(found["pulses"], known["pulses"].values[600:660].reshape(6, 10).sum(axis=1))
+            np.testing.assert_allclose(found["interval_s"], known["interval_s"].values[600:660].reshape(6, 10).sum(axis=1))
+        by_clock = exported(self.path, self.folder / "clock.nc", "--from", "2026-01-01T00:10:01Z",
+                            "--to", "2026-01-01T01:11:00+01:00", "--every", "10 s")
+        with xarray.open_dataset(part) as one, xarray.open_dataset(by_clock) as other:
+            xarray.testing.assert_identical(one, other)
+
+    def test_a_stretch_in_a_gap_is_missing(self):
+        with xarray.open_dataset(exported(self.path, self.folder / "gap.nc", "--every", "5 s")) as found:
+            self.assertTrue(np.isnan(found["A"][200:202]).all())
+            self.assertFalse(np.isnan(found["A"][202]))
+            self.assertTrue((np.diff(found["time"].values) == np.timedelta64(5, "s")).all())
+
+    def test_the_text_table_takes_the_same_choice(self):
+        gyrotherm("export", self.path, "--out", self.folder / "part.csv", "--unverified", "--every", "1 min")
+        import pandas
+
+        table = pandas.read_csv(self.folder / "part.csv", comment="#")
+        known = self.run_.to_xarray(calibrated=False)["A"].values
+        np.testing.assert_allclose(table["A [°C]"][0], known[:60].mean(), rtol=1e-14)
+        self.assertEqual(list(table["slot"][:3]), [0, 60, 120])
+
+
+class Views(InAFolder):
+    def test_plain_sql_sees_what_the_module_sees(self):
+        path = record(self.folder / "run.db")
+        frame = module.open(path).to_pandas()
+        with sqlite3.connect(f"file:{path}?mode=ro", uri=True) as database:
+            rows = database.execute("SELECT * FROM v1_sample")
+            names = [column[0] for column in rows.description]
+            table = dict(zip(names, zip(*rows.fetchall())))
+            kinds = {kind for kind, in database.execute("SELECT kind FROM v1_event")}
+            channels = dict(database.execute("SELECT name, unit FROM v1_channel"))
+        for name in ("A", "shell", "chamber_air_c", "interval_s", "true_bias_deg_per_h"):
+            np.testing.assert_array_equal(np.array(table[name], dtype=float), frame[name], err_msg=name)
+        rate = frame["pulses"] * module.open(path).axes[0].scale / frame["interval_s"]
+        np.testing.assert_allclose(table["rate_deg_per_h"], rate, rtol=1e-14)
+        self.assertEqual(table["utc"][0], "2026-01-01T00:00:01.000Z")
+        self.assertEqual(list(table["phase"]), list(frame["phase"]))
+        self.assertIn("started", kinds)
+        self.assertEqual((channels["A"], channels["rate_deg_per_h"]), ("°C", "°/h"))
+        self.assertTrue(set(channels) <= set(names))
+
+
+class Gnuplot(InAFolder):
+    def test_its_script_has_its_data_and_draws(self):
+        path = record(self.folder / "run.db")
+        gyrotherm("export", path, "--as", "gnuplot", "--every", "1 min", "--out", self.folder / "run.gp")
+        script = (self.folder / "run.gp").read_text()
+        self.assertIn("title 'SIMULATED: ", script)
+        self.assertEqual(script.count("with lines"), 2 + 9 + 1)
+        if shutil.which("gnuplot"):
+            import subprocess
+
+            drawn = subprocess.run(["gnuplot", "-e", "set terminal svg; set output 'run.svg'", "run.gp"],
+                                   cwd=self.folder, capture_output=True, text=True)
+            self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
+            self.assertIn("<svg", (self.folder / "run.svg").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()

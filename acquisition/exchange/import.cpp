@@ -5,9 +5,11 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 #include "acquisition/exchange/dataflash.hpp"
+#include "acquisition/exchange/netcdf_table.hpp"
 #include "acquisition/exchange/text_table.hpp"
 #include "acquisition/exchange/ulog.hpp"
 #include "acquisition/record/chain.hpp"
@@ -28,10 +30,11 @@ Result<void> check_format(Bytes& bytes, FileFormat format) {
   if (!beginning) return failure(beginning.error());
   const auto is = is_ulog(*beginning)        ? std::optional(FileFormat::ulog)
                   : is_dataflash(*beginning) ? std::optional(FileFormat::dataflash)
+                  : is_netcdf(*beginning)    ? std::optional(FileFormat::netcdf)
                                              : std::nullopt;
   if (!is || *is == format) return {};
   return failure(FaultKind::bad_file, bytes.name(),
-                 fmt::format("the file is a {} log, the map reads {}; expected format = \"{}\" in [file]", name(*is),
+                 fmt::format("the file is {}, the map reads {}; expected format = \"{}\" in [file]", name(*is),
                              name(format), name(*is)));
 }
 
@@ -46,25 +49,27 @@ void note_left_out(Notes& notes, std::size_t rows) {
   if (rows > 0) notes.push_back(fmt::format("{} rows whose time was not after the row before were left out", rows));
 }
 
+/// Hands the rows of a file to whoever takes them; returns what was passed over.
+using ReadRows = std::function<Result<Notes>(const TakeRow& take)>;
+
 /// A log's messages come out of order within a stretch: they go there at once.
-Result<Notes> read_log_in_stretches(Bytes bytes, const ImportMap& map, const TakeImported& take) {
+Result<Notes> read_log_in_stretches(const ReadRows& read, const ImportMap& map, const TakeImported& take) {
   Grouping grouping(map, take);
-  auto notes = read_by_format(std::move(bytes), map, [&](const ForeignRow& row) {
-    return grouping.push({.time = row.time, .utc = row.utc, .numbers = row.numbers});
-  });
+  auto notes = read(
+      [&](const ForeignRow& row) { return grouping.push({.time = row.time, .utc = row.utc, .numbers = row.numbers}); });
   if (!notes) return notes;
   if (auto finished = grouping.finish(); !finished) return failure(finished.error());
   note_left_out(*notes, grouping.left_out());
   return notes;
 }
 
-Result<Notes> read_foreign(Bytes bytes, const ImportMap& map, const TakeImported& take) {
+Result<Notes> read_foreign(const ReadRows& read, const ImportMap& map, const TakeImported& take) {
   const bool in_stretches = map.every > Duration{};
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
-  if (is_log && in_stretches) return read_log_in_stretches(std::move(bytes), map, take);
+  if (is_log && in_stretches) return read_log_in_stretches(read, map, take);
   Grouping grouping(map, take);
   Spacing spacing(map, [&](const ImportedRow& row) { return in_stretches ? grouping.push(row) : take(row); });
-  auto notes = read_by_format(std::move(bytes), map, [&](const ForeignRow& row) { return spacing.push(row); });
+  auto notes = read([&](const ForeignRow& row) { return spacing.push(row); });
   if (!notes) return notes;
   const auto finished = spacing.finish().and_then([&] { return grouping.finish(); });
   if (!finished) return failure(finished.error());
@@ -209,13 +214,16 @@ class ImportedRecord {
 
 Result<Notes> read_foreign_text(std::string_view text, const std::string& name, const ImportMap& map,
                                 const TakeImported& take) {
-  return read_foreign(Bytes(text, name), map, take);
+  return read_foreign([&](const TakeRow& row) { return read_by_format(Bytes(text, name), map, row); }, map, take);
 }
 
 Result<Notes> read_foreign_file(const std::string& path, const ImportMap& map, const TakeImported& take) {
-  auto bytes = Bytes::open(path);
-  if (!bytes) return failure(bytes.error());
-  return read_foreign(std::move(*bytes), map, take);
+  const auto read = [&](const TakeRow& row) -> Result<Notes> {
+    if (map.format == FileFormat::netcdf) return read_netcdf(path, map, row).map([] { return Notes(); });
+    auto bytes = Bytes::open(path);
+    return bytes ? read_by_format(std::move(*bytes), map, row) : failure(bytes.error());
+  };
+  return read_foreign(read, map, take);
 }
 
 Result<ImportSummary> import_record(const std::string& path, const std::string& map_path,

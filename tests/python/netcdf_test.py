@@ -117,6 +117,75 @@ class Netcdf(InAFolder):
         self.assertEqual(list(table["slot"][:3]), [0, 60, 120])
 
 
+MAP = """schema = "gyrotherm-import/1"
+name = "foreign"
+[file]
+format = "netcdf"
+[time]
+{time}
+[[thermometer]]
+name = "wall"
+column = "{thermometer}"
+[gyro]
+column = "rate"
+kind = "rate"
+scale = 1
+"""
+
+
+class Import(InAFolder):
+    """What others wrote as NetCDF, packed as CF allows it."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.file = cls.folder / "foreign.nc"
+        cls.rows = 40_000
+        with netCDF4.Dataset(cls.file, "w") as made:
+            made.createDimension("obs", cls.rows)
+            time = made.createVariable("when", "f8", ("obs",))
+            time.units = "minutes since 2026-03-01 13:00:00 +01:00"
+            time[:] = np.arange(cls.rows) / 60
+            packed = made.createVariable("T", "i2", ("obs",), fill_value=-32768)
+            packed.scale_factor, packed.add_offset = 0.01, 20.0
+            packed[:] = np.ma.masked_equal(20 + (np.arange(cls.rows) % 100) * 0.01, 20.07)
+            made.createVariable("rate", "f4", ("obs",))[:] = np.arange(cls.rows) % 7
+
+    def imported(self, **words):
+        words = {"time": 'column = "when"', "thermometer": "T", **words}
+        (self.folder / "map.toml").write_text(MAP.format(**words))
+        path = self.folder / f"{len(self.files())}.db"
+        gyrotherm("import", self.file, "--map", self.folder / "map.toml", "--out", path)
+        return path
+
+    def test_has_its_values_in_utc(self):
+        path = self.imported()
+        run = module.open(path)
+        frame = run.to_pandas()
+        self.assertEqual(len(frame), self.rows)
+        self.assertEqual(str(frame["utc"].iloc[0]), "2026-03-01 12:00:00+00:00")
+        with netCDF4.Dataset(self.file) as made:
+            np.testing.assert_allclose(frame["wall"], np.ma.filled(made["T"][:], np.nan), rtol=1e-14)
+            np.testing.assert_array_equal(frame["pulses"], made["rate"][:])
+
+    def test_rows_are_put_together(self):
+        path = self.imported(time='column = "when"\nevery = "100 s"')
+        self.assertEqual(len(module.open(path).to_pandas()), self.rows // 100)
+
+    def test_a_variable_that_is_not_there_is_told_with_those_that_are(self):
+        with self.assertRaisesRegex(AssertionError, 'no column "t", expected one of: "T", "rate"'):
+            self.imported(thermometer="t")
+
+    def test_what_export_wrote_comes_back(self):
+        path = record(self.folder / "run.db")
+        exported(path, self.folder / "run.nc")
+        (self.folder / "back.toml").write_text(MAP.format(time="", thermometer="A").replace('"rate"\nkind', '"rate_deg_per_h"\nkind'))
+        gyrotherm("import", self.folder / "run.nc", "--map", self.folder / "back.toml", "--out", self.folder / "back.db")
+        there, back = module.open(path).to_pandas(), module.open(self.folder / "back.db").to_pandas()
+        np.testing.assert_array_equal(back["wall"], there["A"])
+        np.testing.assert_array_equal(back["utc"], there["utc"])
+
+
 class Views(InAFolder):
     def test_plain_sql_sees_what_the_module_sees(self):
         path = record(self.folder / "run.db")

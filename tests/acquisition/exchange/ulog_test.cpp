@@ -171,7 +171,7 @@ TEST(Ulog, OfALaterVersionOrAnotherFileIsRefused) {
   flags.message('B', std::string(8, '\0') + '\2' + std::string(31, '\0'));
   EXPECT_FALSE(rows_of(flags.text(), ulog_map(), "f"));
   EXPECT_EQ(text(rows_of(two_series().text(), rate_map(), "f").error()),
-            "f: the file is a ulog log, the map reads text; expected format = \"ulog\" in [file]");
+            "f: the file is ulog, the map reads text; expected format = \"ulog\" in [file]");
 }
 
 TEST(Ulog, FormatsThatNeverEndAreRefused) {

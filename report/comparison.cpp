@@ -40,6 +40,7 @@ void describe(auto& form, Like<Comparison> auto& comparison) {
   form("now_sha256", comparison.now_sha256);
   form("unit_model", comparison.model);
   form("serial_number", comparison.serial_number);
+  form("laboratory", comparison.laboratory);
   form("days_between", comparison.days_between);
   form("simulated", comparison.simulated);
   form("same_model", comparison.same_model);
@@ -172,7 +173,8 @@ Result<Comparison> compare(const CalibrationReport& before, const CalibrationRep
                         .now_number = now.number,
                         .model = now.item.model,
                         .serial_number = now.item.serial_number,
-                        .days_between = days_between(before.ended, now.ended),
+                        .laboratory = now.laboratory.name,
+                        .days_between = days_between(before.begun, now.begun),
                         .simulated = before.simulated || now.simulated,
                         .same_model = has_same_models(before, now)};
   Comparing comparing(before, now, comparison);
@@ -189,12 +191,27 @@ std::string to_json(const Comparison& comparison) {
   return text_of(json, 1) + "\n";
 }
 
-std::string describe(const Comparison& comparison) {
+ReportedValue change_of(const ComparedResult& result) {
+  constexpr double kCoverage = 2;  // only their product is shown
+  return {.value = result.change, .standard_uncertainty = result.expanded / kCoverage, .coverage_factor = kCoverage};
+}
+
+std::vector<const ComparedResult*> by_weight(const Comparison& comparison) {
   std::vector<const ComparedResult*> all;
   for (const ComparedResult& result : comparison.results) all.push_back(&result);
   std::ranges::stable_sort(all, [](const ComparedResult* a, const ComparedResult* b) {
     return std::abs(a->normalised_error) > std::abs(b->normalised_error);
   });
+  return all;
+}
+
+std::size_t count_beyond(const Comparison& comparison) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      comparison.results, [](const ComparedResult& one) { return std::abs(one.normalised_error) > 1; }));
+}
+
+std::string describe(const Comparison& comparison) {
+  const auto all = by_weight(comparison);
   std::string text =
       fmt::format("{}{} {}: {} against {}{}\n", comparison.simulated ? "SIMULATED " : "", comparison.model,
                   comparison.serial_number, comparison.now_number, comparison.before_number,
@@ -208,10 +225,8 @@ std::string describe(const Comparison& comparison) {
                         plot::significant(one->change), plot::significant(one->expanded), one->axis, one->key,
                         one->quantity, one->condition.empty() ? "" : " at ", one->condition, one->unit,
                         name(one->before_at), name(one->now_at));
-  const auto beyond =
-      std::ranges::count_if(all, [](const ComparedResult* one) { return std::abs(one->normalised_error) > 1; });
-  return text +
-         fmt::format("{} of {} results differ by more than both are uncertain (|E_n| > 1)\n", beyond, all.size());
+  return text + fmt::format("{} of {} results differ by more than both are uncertain (|E_n| > 1)\n",
+                            count_beyond(comparison), all.size());
 }
 
 }  // namespace gyrotherm::report

@@ -2,6 +2,7 @@
 /// Two calibrations of one unit: by how much it has drifted, and whether that is more than both are uncertain.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,8 @@ struct Comparison {
   std::string before_number{}, now_number{};
   std::string before_sha256{}, now_sha256{};  ///< of the files
   std::string model{}, serial_number{};
-  double days_between = std::numeric_limits<double>::quiet_NaN();  ///< between the ends of the runs
+  std::string laboratory{};                                        ///< of the report of now
+  double days_between = std::numeric_limits<double>::quiet_NaN();  ///< between the beginnings of the runs
   bool simulated{};
   bool same_model{};  ///< the unit came with the model that it had left with
   std::vector<ComparedResult> results{};
@@ -40,9 +42,15 @@ struct Comparison {
 
 /// Compares row by row what both have in records of the same profile: uncompensated with uncompensated, and as left
 /// with as found, which is the drift of the compensated unit; nothing that a model says of a record that it was fitted
-/// to. Fails with usage if they are not of one unit (serial
-/// number and model) or have no result in common.
+/// to. Fails with usage if they are not of one unit (serial number and model) or have no result in common.
 [[nodiscard]] Result<Comparison> compare(const CalibrationReport& before, const CalibrationReport& now);
+
+/// The change with its U.
+[[nodiscard]] ReportedValue change_of(const ComparedResult& result);
+/// The results, greatest |E_n| first.
+[[nodiscard]] std::vector<const ComparedResult*> by_weight(const Comparison& comparison);
+/// How many have changed by more than both are uncertain: |E_n| > 1.
+[[nodiscard]] std::size_t count_beyond(const Comparison& comparison);
 
 /// As comparison.json has it, ending in a newline.
 [[nodiscard]] std::string to_json(const Comparison& comparison);

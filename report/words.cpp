@@ -165,6 +165,9 @@ constexpr Word kWords[] = {
   {"title.of", "{} of {}", "{} von {}"},
   {"title.yes", "yes", "ja"},
   {"title.no", "no", "nein"},
+  {"title.comparison", "Comparison of two calibrations", "Vergleich zweier Kalibrierungen"},
+  {"title.against", "{} against {}", "{} gegen {}"},
+  {"title.end_of_comparison", "End of the comparison {}", "Ende des Vergleichs {}"},
 
   {"heading.summary", "Summary", "Zusammenfassung"},
   {"heading.identification", "Item, customer and laboratory", "Kalibriergegenstand, Auftraggeber und Laboratorium"},
@@ -182,6 +185,7 @@ constexpr Word kWords[] = {
   {"heading.deviations", "Deviations and events", "Abweichungen und Ereignisse"},
   {"heading.files", "Data and software", "Daten und Software"},
   {"heading.statements", "Statements and authorisation", "Erklärungen und Freigabe"},
+  {"heading.changes", "Changes", "Änderungen"},
 
   {"label.item", "Item", "Gegenstand"},
   {"label.manufacturer", "Manufacturer", "Hersteller"},
@@ -214,6 +218,9 @@ constexpr Word kWords[] = {
   {"label.authorised_by", "{}, {}", "{}, {}"},
   {"label.replaces", "Replaces", "Ersetzt den Bericht"},
   {"label.replaced_by", "Replaced by", "Ersetzt durch den Bericht"},
+  {"label.compared_now", "Calibration", "Kalibrierung"},
+  {"label.compared_before", "Compared with", "Verglichen mit"},
+  {"label.days_between", "Days between", "Tage dazwischen"},
   {"label.not_given", "not given", "nicht angegeben"},
   {"label.not_known", "not known", "nicht bekannt"},
   {"label.in_sample", "in-sample", "Trainingsdaten"},
@@ -225,6 +232,8 @@ constexpr Word kWords[] = {
   {"key.rmse", "Root mean square error of the whole run",
    "Quadratischer Mittelwert der Abweichung im gesamten Prüflauf"},
   {"key.std", "Standard deviation of the whole run", "Standardabweichung im gesamten Prüflauf"},
+  {"key.greatest_e_n", "Greatest normalised error Eₙ", "Größte normierte Abweichung Eₙ"},
+  {"key.changed", "Results that have changed by more than U", "Ergebnisse, die sich um mehr als U geändert haben"},
   {"key.of_stage", "{}, {}", "{}, {}"},
   {"key.as_found", "as found", "vor Justierung"},
   {"key.as_left", "as left", "nach Justierung"},
@@ -276,6 +285,10 @@ constexpr Word kWords[] = {
   {"column.passed", "Results that pass", "Konforme Ergebnisse"},
   {"column.least_probability", "Least probability of being within", "Kleinste Wahrscheinlichkeit der Einhaltung"},
   {"column.estimate", "xᵢ", "xᵢ"},
+  {"column.before", "Before ± U", "Vorher ± U"},
+  {"column.now", "Now ± U", "Jetzt ± U"},
+  {"column.change", "Change ± U", "Änderung ± U"},
+  {"column.e_n", "Eₙ", "Eₙ"},
   {"column.model_role", "Role of the model", "Bedeutung"},
 
   {"model.left", "the unit leaves with it", "im Gegenstand hinterlegt"},
@@ -291,6 +304,8 @@ constexpr Word kWords[] = {
   {"caption.verdicts", "Statement of conformity", "Konformitätsaussage"},
   {"caption.verdicts_of", "Statement of conformity, {}", "Konformitätsaussage, {}"},
   {"caption.compared", "Models on the same record", "Modelle auf derselben Aufzeichnung"},
+  {"caption.changes", "What both calibrations have, greatest change first",
+   "Was beide Kalibrierungen haben, größte Änderung zuerst"},
   {"caption.deviations", "Events during the calibration", "Ereignisse während der Kalibrierung"},
   {"caption.files", "Files that this report rests on", "Dateien, auf denen dieser Bericht beruht"},
   {"budget.combined", "Combined standard uncertainty", "Kombinierte Standardmessunsicherheit"},
@@ -341,6 +356,22 @@ constexpr Word kWords[] = {
    "Verteilung normal."},
   {"say.no_u", "Values without ± have no stated uncertainty: they were set, counted, or chosen.",
    "Werte ohne ± sind ohne angegebene Messunsicherheit: Sie wurden eingestellt, gezählt oder ausgewählt."},
+  {"say.other_model",
+   "The model that the unit came with is not one that it had left with: what changed between them is not its drift "
+   "alone.",
+   "Das Modell, mit dem der Gegenstand angeliefert wurde, ist keines, mit dem er ausgeliefert worden war: Die "
+   "Änderung ist nicht allein seine Drift."},
+  {"say.agrees", "No result has changed by more than both calibrations are uncertain.",
+   "Kein Ergebnis hat sich um mehr als die Unsicherheit beider Kalibrierungen geändert."},
+  {"say.has_changed", "{} of {} results have changed by more than both calibrations are uncertain.",
+   "{} von {} Ergebnissen haben sich um mehr als die Unsicherheit beider Kalibrierungen geändert."},
+  {"say.normalised_error",
+   "Eₙ is the change divided by the root of the sum of the squares of both U (ISO 13528, 9.7): beyond ±1 the two "
+   "calibrations do not agree. What both have in common, as one laboratory’s thermometers, is counted twice in U: a "
+   "change may be one although its Eₙ is within ±1.",
+   "Eₙ ist die Änderung geteilt durch die Wurzel aus der Summe der Quadrate beider U (ISO 13528, 9.7): Außerhalb von "
+   "±1 stimmen die Kalibrierungen nicht überein. Was beiden gemeinsam ist, etwa die Thermometer eines Laboratoriums, "
+   "ist in U doppelt gezählt: Auch eine Änderung mit Eₙ innerhalb von ±1 kann eine sein."},
   {"say.no_results", "There are no results.", "Es liegen keine Ergebnisse vor."},
   {"say.no_budget", "No uncertainty budget was given.", "Es liegt kein Unsicherheitsbudget vor."},
   {"say.no_limits", "No limits were agreed; no statement of conformity is made.",

@@ -6,6 +6,7 @@
 
 #include "acquisition/record/run_info.hpp"
 #include "app/command.hpp"
+#include "app/qualify/accept.hpp"
 #include "app/run/carry_out.hpp"
 #include "app/value.hpp"
 #include "core/clock.hpp"
@@ -254,6 +255,7 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
   if (!options.profile.empty()) {
     const auto profile = read_profile(options.profile, rig ? &*rig : nullptr);
     if (!profile) return failure(profile.error());
+    if (auto accepted = check_accept(*profile, options.profile); !accepted) return failure(accepted.error());
     if (rig)
       if (const auto taken = check_controller(found.controller, *profile, *rig); !taken) return failure(taken.error());
     const auto timeline = plan(*profile);

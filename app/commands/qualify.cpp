@@ -15,9 +15,11 @@
 #include "analysis/model/qualification.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
+#include "app/qualify/accept.hpp"
 #include "app/qualify/axis_experiment.hpp"
 #include "app/qualify/lot_experiment.hpp"
 #include "app/recorded_run.hpp"
+#include "app/report/calibration.hpp"
 #include "app/run/carry_out.hpp"
 #include "app/value.hpp"
 #include "core/file.hpp"
@@ -35,6 +37,7 @@ struct QualifyArguments {
   model::QualificationOptions training;
   std::uint64_t days_later{};
   bool compare = false;
+  CalibrationArguments report;  ///< the calibration report; without its texts none is written
 };
 
 /// Wall time of each stage; kept apart from results, because it varies from run to run.
@@ -141,15 +144,6 @@ Result<void> load(Console& console, Run& run) {
   return {};
 }
 
-/// Asked before anything moves: the [accept] table names figures of the report alone.
-Result<void> check_accept(const profile::Profile& profile, const std::string& file) {
-  for (const profile::AcceptLimit& limit : profile.accept)
-    if (const auto checked = report::check_limit(limit.key); !checked)
-      return failure(FaultKind::bad_file, file,
-                     fmt::format("[accept] names \"{}\", {}", limit.key, checked.error().what));
-  return {};
-}
-
 Result<Run> plan_run(const std::string& stage, const std::string& profile, const rig::RigFile& rig,
                      const QualifyArguments& options) {
   auto read = read_profile(profile, &rig);
@@ -246,6 +240,18 @@ std::string later_table(const report::Report& report) {
   return text + "\n";
 }
 
+/// Of the units of the runs, with the models that were trained, where the laboratory or an order was named.
+Result<void> write_calibration_report(Console& console, const QualifyArguments& options, Timings& timings) {
+  if (options.report.laboratory.empty() && options.report.order.empty()) return {};
+  timings.begin("calibration report");
+  CalibrationArguments report = options.report;
+  report.runs = {options.out + "/rate.db", options.out + "/random.db"};
+  report.left_folder = options.out;
+  report.out = options.out + "/calibration";
+  if (auto written = calibrate(console, report); !written) return failure(written.error());
+  return {};
+}
+
 Result<void> write_timings(const QualifyArguments& options, Timings& timings) {
   timings.end();
   return replace_text_file(options.out + "/timings.json", timings.to_json());
@@ -253,6 +259,7 @@ Result<void> write_timings(const QualifyArguments& options, Timings& timings) {
 
 Result<Exit> conclude(Console& console, const QualifyArguments& options, const AxisOutcome& outcome, Timings& timings) {
   const auto& [trained, report] = outcome;
+  if (auto written = write_calibration_report(console, options, timings); !written) return failure(written.error());
   if (auto written = write_timings(options, timings); !written) return failure(written.error());
   console.data(console.json ? to_json(report) : result_table(report, trained) + later_table(report));
   console.say(timings.describe() + options.out + "/report/report.html");
@@ -297,6 +304,7 @@ Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, cons
   timings.begin(fmt::format("train {} axes", data::axes_of(lot.rate.record.info).size()));
   const auto summary = carry_out(console, lot, rig);
   if (!summary) return failure(summary.error());
+  if (auto written = write_calibration_report(console, options, timings); !written) return failure(written.error());
   if (auto written = write_timings(options, timings); !written) return failure(written.error());
   console.data(console.json ? to_json(*summary) : describe(*summary));
   console.say(timings.describe() + options.out + "/lot.html");
@@ -338,6 +346,7 @@ Result<Runs> plan_runs(const QualifyArguments& options, const rig::RigFile& rig)
 bool has_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
 
 Result<Exit> qualify(Console& console, const QualifyArguments& options) {
+  if (auto texts = check_report_texts(options.report); !texts) return failure(texts.error());
   const auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   auto runs = plan_runs(options, *rig);
@@ -370,7 +379,7 @@ void add_qualify(Program& program) {
       program, "qualify",
       "The whole experiment: the rate program, the random program, three models and all methods, the report. "
       "Run again, it goes on where it was. On a rig with several axes each has models and a report of its own, and the "
-      "lot a summary.",
+      "lot a summary; with --laboratory or --order each unit has a calibration report too.",
       "gyrotherm qualify --out out", qualify);
   options.training.program_version = GYROTHERM_VERSION;
   command.add_option("--out", options.out, "the folder for everything that is made")
@@ -399,6 +408,7 @@ void add_qualify(Program& program) {
                   "many days older; or records of later runs of this gyro")
       ->type_name("DAYS,…|RECORD")
       ->delimiter(',');
+  add_report_texts(command, options.report);
   command.add_option("--rate-profile", options.rate_profile, "instead of qualification")->type_name(value::kProfile);
   command.add_option("--random-profile", options.random_profile, "instead of random")->type_name(value::kProfile);
 }

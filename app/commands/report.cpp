@@ -34,6 +34,12 @@ Result<Exit> report_on(Console& console, const CalibrationArguments& options) {
 
 }  // namespace
 
+void add_languages(CLI::App& command, std::vector<std::string>& languages) {
+  command.add_option("--language", languages, "en, de, or both: en,de (default: en)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"en", "de"}));
+}
+
 void add_report(Program& program) {
   auto [command, options] = add_command(
       program, "report",
@@ -56,12 +62,8 @@ void add_report(Program& program) {
       ->type_name("NAME");
   command.add_option("--unit", options.unit, "of records with several units under test: only this one")
       ->type_name("UNIT");
-  command.add_option("--laboratory", options.laboratory, "laboratory.toml: what the laboratory says in each report")
-      ->type_name(value::kToml);
-  command.add_option("--order", options.order, "order.toml: customer, unit, people, limits")->type_name(value::kToml);
-  command.add_option("--language", options.languages, "en, de, or both: en,de (default: en)")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"en", "de"}));
+  add_report_texts(command, options);
+  add_languages(command, options.languages);
   add_unverified_flag(command, options.unverified);
   add_report_state(program, command);
   add_report_compare(program, command);

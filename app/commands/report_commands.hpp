@@ -2,9 +2,15 @@
 /// Subcommands of `gyrotherm report`, each in a file of its own.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "app/command.hpp"
 
 namespace gyrotherm::app {
+
+/// The option --language.
+void add_languages(CLI::App& command, std::vector<std::string>& languages);
 
 void add_report_compare(Program& program, CLI::App& report);
 /// `authorise` and `supersede`.

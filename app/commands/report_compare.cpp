@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <string>
+#include <vector>
+
 #include "app/commands/report_commands.hpp"
 #include "app/report/calibration_folder.hpp"
 #include "app/value.hpp"
@@ -8,7 +11,8 @@ namespace gyrotherm::app {
 namespace {
 
 struct CompareArguments {
-  std::string before, now;
+  std::string before, now, out;
+  std::vector<std::string> languages{"en"};
 };
 
 Result<Exit> compare_two(Console& console, const CompareArguments& options) {
@@ -19,7 +23,8 @@ Result<Exit> compare_two(Console& console, const CompareArguments& options) {
   comparison->before_sha256 = before->sha256;
   comparison->now_sha256 = now->sha256;
   console.data(console.json ? to_json(*comparison) : describe(*comparison));
-  return Exit::done;
+  if (options.out.empty()) return Exit::done;
+  return write_comparison(console, *comparison, options.out, options.languages).map([] { return Exit::done; });
 }
 
 }  // namespace
@@ -33,6 +38,9 @@ void add_report_compare(Program& program, CLI::App& report) {
       ->type_name(value::kFolder)
       ->required();
   command.add_option("now", options.now, "… of the second one")->type_name(value::kFolder)->required();
+  command.add_option("--out", options.out, "also write comparison.json and its page into this folder")
+      ->type_name(value::kFolder);
+  add_languages(command, options.languages);
 }
 
 }  // namespace gyrotherm::app

@@ -16,6 +16,7 @@
 #include "app/recorded_run.hpp"
 #include "app/report/calibration_folder.hpp"
 #include "app/report/calibration_source.hpp"
+#include "app/value.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/sha256.hpp"
@@ -288,6 +289,19 @@ Result<void> check_is_free(const std::string& folder) {
 }
 
 }  // namespace
+
+void add_report_texts(CLI::App& command, CalibrationArguments& options) {
+  command.add_option("--laboratory", options.laboratory, "laboratory.toml: what the laboratory says in each report")
+      ->type_name(value::kToml);
+  command.add_option("--order", options.order, "order.toml: customer, unit, people, limits")->type_name(value::kToml);
+}
+
+Result<void> check_report_texts(const CalibrationArguments& options) {
+  if (auto laboratory = parsed_if_given(options.laboratory, report::parse_laboratory); !laboratory)
+    return failure(laboratory.error());
+  if (auto order = parsed_if_given(options.order, report::parse_order); !order) return failure(order.error());
+  return {};
+}
 
 Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
   const auto given = load_all(console, options);

@@ -22,6 +22,11 @@ struct CalibrationArguments {
   bool unverified = false;
 };
 
+/// The options --laboratory and --order.
+void add_report_texts(CLI::App& command, CalibrationArguments& options);
+/// Reads these files alone, for commands that work for days before they write a report. Fails with bad_file.
+[[nodiscard]] Result<void> check_report_texts(const CalibrationArguments& options);
+
 /// Writes calibration.json and its views into OUT, or into OUT/UNIT where the records have several units and none was
 /// named; says what makes it a draft. Fails with usage, bad_file or storage.
 [[nodiscard]] Result<Exit> calibrate(Console& console, const CalibrationArguments& options);

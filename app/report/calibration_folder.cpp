@@ -11,6 +11,7 @@
 #include "core/sha256.hpp"
 #include "report/calibration_csv.hpp"
 #include "report/calibration_html.hpp"
+#include "report/comparison_document.hpp"
 #include "report/dcc.hpp"
 #include "report/document.hpp"
 #include "report/other_program.hpp"
@@ -21,8 +22,19 @@ namespace {
 constexpr const char* kPdfProgram = "gyrotherm-pdf";
 
 /// "calibration.html", "calibration.de.html".
-std::string name_in(const std::string& language, const std::string& extension) {
-  return language == "en" ? "calibration." + extension : fmt::format("calibration.{}.{}", language, extension);
+std::string name_in(const std::string& language, const std::string& extension,
+                    const std::string& stem = "calibration") {
+  return fmt::format("{}{}.{}", stem, language == "en" ? "" : "." + language, extension);
+}
+
+report::Language language_of(const std::string& code) {
+  return code == "de" ? report::Language::german : report::Language::english;
+}
+
+Result<void> make_folder(const std::string& folder) {
+  std::error_code trouble;
+  std::filesystem::create_directories(folder, trouble);
+  return trouble ? Result<void>(failure(FaultKind::storage, folder, trouble.message())) : Result<void>{};
 }
 
 /// A program of its own sets it: this one, which commands chambers, has no windows and no fonts.
@@ -44,7 +56,7 @@ Result<void> write_view(Console& console, const std::string& path, const std::st
 
 Result<void> write_in(Console& console, const report::CalibrationReport& report, const std::string& folder,
                       const std::string& language) {
-  const auto document = document_of(report, language == "de" ? report::Language::german : report::Language::english);
+  const auto document = document_of(report, language_of(language));
   if (auto written = write_view(console, folder + "/" + name_in(language, "html"), html_of(document)); !written)
     return written;
   if (auto written = write_pdf(folder, language); !written) return written;
@@ -66,9 +78,7 @@ Result<FiledReport> load_calibration(const std::string& folder_or_file) {
 
 Result<void> write_calibration(Console& console, const report::CalibrationReport& report, const std::string& folder,
                                const std::vector<std::string>& languages) {
-  std::error_code trouble;
-  std::filesystem::create_directories(folder, trouble);
-  if (trouble) return failure(FaultKind::storage, folder, trouble.message());
+  if (auto made = make_folder(folder); !made) return made;
   const std::string json = to_json(report);
   const auto certificate = dcc_of(report, {.files = {{report::kCalibrationFile, sha256(json)}}});
   if (!certificate) return failure(certificate.error());
@@ -78,6 +88,18 @@ Result<void> write_calibration(Console& console, const report::CalibrationReport
     if (auto written = write_view(console, folder + "/" + name, text); !written) return written;
   for (const std::string& language : languages)
     if (auto written = write_in(console, report, folder, language); !written) return written;
+  return {};
+}
+
+Result<void> write_comparison(Console& console, const report::Comparison& comparison, const std::string& folder,
+                              const std::vector<std::string>& languages) {
+  if (auto made = make_folder(folder); !made) return made;
+  if (auto written = write_view(console, folder + "/comparison.json", to_json(comparison)); !written) return written;
+  for (const std::string& language : languages) {
+    const std::string page = html_of(document_of(comparison, language_of(language)));
+    if (auto written = write_view(console, folder + "/" + name_in(language, "html", "comparison"), page); !written)
+      return written;
+  }
   return {};
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The folder of a calibration report: calibration.json, and beside it its views.
+/// The folder of a calibration report: calibration.json, and beside it its views; and that of a comparison of two.
 #pragma once
 
 #include <string>
@@ -8,6 +8,7 @@
 #include "app/console.hpp"
 #include "core/result.hpp"
 #include "report/calibration.hpp"
+#include "report/comparison.hpp"
 
 namespace gyrotherm::app {
 
@@ -25,6 +26,10 @@ struct FiledReport {
 /// each file appears whole or not at all. Fails with storage, or as a view does.
 [[nodiscard]] Result<void> write_calibration(Console& console, const report::CalibrationReport& report,
                                              const std::string& folder, const std::vector<std::string>& languages);
+
+/// Writes comparison.json and its pages likewise.
+[[nodiscard]] Result<void> write_comparison(Console& console, const report::Comparison& comparison,
+                                            const std::string& folder, const std::vector<std::string>& languages);
 
 /// Copies a report that is signed into FOLDER/as-signed, before the folder says something else; does nothing where it
 /// is not signed. Fails with bad_file or storage.

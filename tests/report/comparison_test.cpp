@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "report/calibration_html.hpp"
+#include "report/comparison_document.hpp"
 #include "tests/report/sample_calibration.hpp"
 
 namespace gyrotherm::report {
@@ -15,7 +17,7 @@ namespace {
 CalibrationReport a_year_later() {
   CalibrationReport now = sample_calibration();
   now.number = "C-2027-0042";
-  now.ended = "2027-11-14";
+  now.begun = "2027-11-10";
   for (UsedFile& file : now.files)
     if (file.role == "model_left") file.role = "model_found";
   for (ResultTable& table : now.results) {
@@ -81,6 +83,34 @@ TEST(Comparison, SaysHowManyDoNotAgree) {
   EXPECT_NE(text.find("SIMULATED RLG-1 0042: C-2027-0042 against C-2026-0042, 365 days later"), std::string::npos);
   EXPECT_NE(text.find("(|E_n| > 1)"), std::string::npos);
   EXPECT_NE(to_json(*comparison).find("\"schema\": \"gyrotherm-comparison/1\""), std::string::npos);
+}
+
+TEST(Comparison, HasAPageThatSaysEachChange) {
+  const auto comparison = compare(sample_calibration(), a_year_later());
+  ASSERT_TRUE(comparison);
+  for (const Language language : {Language::english, Language::german}) {
+    const Document document = document_of(*comparison, language);
+    const std::string page = html_of(document);
+    const auto says = [&](const std::string& text) { return page.find(text) != std::string::npos; };
+    for (const ComparedResult& one : comparison->results) {
+      EXPECT_TRUE(says(format(language, change_of(one)))) << one.key;
+      EXPECT_TRUE(says(format_number(language, one.normalised_error, 2))) << one.key;
+    }
+    EXPECT_TRUE(says(sentence(language, "title.of", count_beyond(*comparison), comparison->results.size())));
+    EXPECT_TRUE(says(std::string(word(language, "mark.simulated"))));
+    EXPECT_TRUE(says("C-2027-0042"));
+  }
+}
+
+TEST(Comparison, SaysThatNothingHasChanged) {
+  CalibrationReport now = sample_calibration();
+  std::erase_if(now.results, [](const ResultTable& table) { return table.stage != Stage::uncompensated; });
+  const auto comparison = compare(sample_calibration(), now);
+  ASSERT_TRUE(comparison);
+  EXPECT_EQ(count_beyond(*comparison), 0U);
+  const std::string page = html_of(document_of(*comparison, Language::english));
+  EXPECT_NE(page.find("No result has changed"), std::string::npos);
+  EXPECT_NE(page.find("is not one that it had left with"), std::string::npos);
 }
 
 }  // namespace

@@ -81,6 +81,11 @@ void add_completion(Program& program);
 /// `manual [COMMAND]`, which the build makes the manual pages with.
 void add_manual(Program& program);
 
+/// The flag --force of a command that writes a file which somebody may want to keep.
+void add_force_flag(CLI::App& command, bool& force);
+/// Fails with usage where `path` is there already and is not to be written over. Nothing and "-" are always free.
+[[nodiscard]] Result<void> check_is_free(const std::string& path, bool force);
+
 /// The option --outside, what to do with inputs beyond those of the training; `refused` is what becomes of one that is
 /// refused.
 void add_outside_option(CLI::App& command, std::string& outside, const std::string& refused = "not compensated");

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "core/text.hpp"
+
 namespace gyrotherm {
 namespace {
 
@@ -40,6 +42,10 @@ Result<JsonPlace> JsonPlace::parse(std::string_view text, std::string file, Null
   try {
     document->root = Json::parse(text);
   } catch (const Json::parse_error& error) {
+    const auto other = other_kind_of_file(text);
+    if (!other.empty() && other != "JSON")
+      return failure(FaultKind::bad_file, place_of_byte(text, 1, file),
+                     fmt::format("is {}, expected a JSON document", other));
     return failure(FaultKind::bad_file, place_of_byte(text, error.byte, file), "not JSON, expected a JSON document");
   } catch (const Json::exception& error) {
     return failure(FaultKind::bad_file, file, error.what());

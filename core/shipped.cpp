@@ -29,6 +29,16 @@ std::string as_seen_from_here(const fs::path& path) {
   return error || relative.empty() || *relative.begin() == ".." ? whole.string() : relative.string();
 }
 
+/// What a shipped file of that name is that is of none of the kind; null if there is none.
+const char* other_kind_of(const std::string& given, const ShippedKind& kind) {
+  for (const auto& other : {kShippedProfile, kShippedRig, kShippedImportMap, kShippedGyro, kShippedChamberMap,
+                            kShippedAnalogueMap, kShippedGyroStream})
+    if (std::string_view(other.folder) != kind.folder &&
+        !shipped_file(fmt::format("{}/{}{}", other.folder, given, kEnding)).empty())
+      return other.what;
+  return nullptr;
+}
+
 }  // namespace
 
 std::vector<std::string> shipped_folders() {
@@ -65,6 +75,7 @@ Result<std::string> path_of(const std::string& given, const ShippedKind& kind) {
     return found;
   const auto names = shipped_names(kind);
   auto what = fmt::format("is no shipped {}", kind.what);
+  if (const auto* other = other_kind_of(given, kind)) what = fmt::format("is a shipped {} and no {}", other, kind.what);
   if (const auto near = nearest(given, names); !near.empty()) what += fmt::format("; did you mean \"{}\"?", near);
   if (std::error_code error; !given.empty() && fs::exists(given, error))
     what += fmt::format("; for the file of that name here write ./{}", given);

@@ -93,6 +93,11 @@ std::string plain(std::string_view text, Blanks blanks) {
   return shown;
 }
 
+std::string_view other_kind_of_file(std::string_view bytes) {
+  if (bytes.starts_with("SQLite format 3")) return "an SQLite file, as records are";
+  return trimmed(bytes, " \t\r\n").starts_with('{') ? "JSON" : "";
+}
+
 std::string nearest(std::string_view word, std::span<const std::string> known) {
   std::string best;
   std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;

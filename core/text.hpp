@@ -27,6 +27,10 @@ enum class Blanks { escaped, kept };
 /// like "\u202e". Text that has none of these stays as it is.
 [[nodiscard]] std::string plain(std::string_view text, Blanks blanks = Blanks::escaped);
 
+/// What bytes are by their beginning, where they are of a kind that people may have meant instead: "an SQLite file, as
+/// records are", "JSON"; else "".
+[[nodiscard]] std::string_view other_kind_of_file(std::string_view bytes);
+
 /// The word of `known` with the least edit distance to `word`, or "" if none is near (distance over a third of its
 /// length, at least 2).
 [[nodiscard]] std::string nearest(std::string_view word, std::span<const std::string> known);

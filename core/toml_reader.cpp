@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 #include <span>
+#include <sstream>
 #include <unordered_map>
 #include <utility>
 
@@ -23,10 +24,16 @@ namespace {
 
 constexpr std::size_t kMostMistakes = 100;  ///< that are told of one file
 
+std::string missing_key(std::string_view key) { return fmt::format("missing key \"{}\"", key); }
+
 }  // namespace
 
 struct TomlTable::Document {
+  /// What stands in a file and is wrong is told before what is missing, which often is so because of it.
+  enum class Rank { of_a_key, of_a_table };
+
   struct Mistake {
+    Rank rank;
     toml::source_position at;
     std::string what;
     bool operator==(const Mistake&) const = default;
@@ -43,9 +50,16 @@ struct TomlTable::Document {
     [[nodiscard]] bool is_full() const { return noted_.size() == kMostMistakes; }
     [[nodiscard]] bool more() const { return more_; }
     [[nodiscard]] bool empty() const { return noted_.empty(); }
+    /// That a key is missing where another one was meant to be it.
+    void drop_missing(toml::source_position table, std::string_view key) {
+      const auto start = missing_key(key);
+      std::erase_if(noted_, [&](const Mistake& one) { return one.at == table && one.what.starts_with(start); });
+    }
     [[nodiscard]] std::vector<Mistake> in_order() const {
       auto sorted = noted_;
-      std::stable_sort(sorted.begin(), sorted.end(), [](auto& a, auto& b) { return a.at < b.at; });
+      std::stable_sort(sorted.begin(), sorted.end(), [](const Mistake& a, const Mistake& b) {
+        return a.rank != b.rank ? a.rank < b.rank : a.at < b.at;
+      });
       return sorted;
     }
 
@@ -57,6 +71,7 @@ struct TomlTable::Document {
   std::string file;
   toml::table root;
   Mistakes mistakes;
+  std::optional<Mistake> of_another_kind{};                               ///< then nothing else is worth telling
   std::vector<std::shared_ptr<Node>> nodes;                               ///< one per table that was asked for
   std::unordered_map<const toml::table*, std::shared_ptr<Node>> known{};  ///< the same, by their tables
 
@@ -70,6 +85,8 @@ struct TomlTable::Document {
 struct TomlTable::Node {
   const toml::table* table = nullptr;  ///< null: an absent table
   toml::source_position at{};
+  std::string path{};  ///< "chamber"; of an absent table in an absent one that of the outer one
+  bool is_told{};      ///< that there is no such table: what else it lacks is not worth telling
   std::set<std::string, std::less<>> asked;
 
   /// Where the key is, or the table if it has none of that name.
@@ -87,7 +104,8 @@ TomlTable::Document::Mistakes TomlTable::Document::all_mistakes() const {
       const std::vector<std::string> asked(node->asked.begin(), node->asked.end());
       const auto near = all.is_full() ? std::string() : nearest(key.str(), asked);
       const auto meant = near.empty() ? "" : fmt::format(", did you mean \"{}\"?", near);
-      all.note({key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(), meant)});
+      if (!near.empty()) all.drop_missing(node->at, near);
+      all.note({Rank::of_a_key, key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(), meant)});
       if (all.more()) return all;
     }
   return all;
@@ -104,6 +122,8 @@ TomlTable::TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> n
 Result<TomlTable> TomlTable::parse(std::string_view text, std::string file) {
   auto document = std::make_shared<Document>();
   document->file = std::move(file);
+  if (const auto other = other_kind_of_file(text); !other.empty())
+    return failure(FaultKind::bad_file, document->place({1, 1}), fmt::format("is {}, expected TOML", other));
   if (auto flaw = flaw_of(text))
     return failure(FaultKind::bad_file, document->place({flaw->line, flaw->column}), std::move(flaw->what));
   try {
@@ -153,17 +173,30 @@ constexpr const char* kExpectKelvins = "expected a temperature difference like 2
 constexpr const char* kExpectRate = "expected a rate like 5 or \"5 °C/min\"";
 constexpr const char* kExpectArray = "expected an array";
 
+/// A value as a mistake names it: short ones as they stand in the file.
+std::string shown(const toml::node& node) {
+  constexpr std::size_t kShort = 40;
+  if (node.is_table()) return "a table";
+  if (node.is_array()) return "a list";
+  std::ostringstream text;
+  if (const auto* string = node.as_string())
+    text << '"' << string->get() << '"';
+  else
+    text << toml::toml_formatter{node};
+  return text.str().size() > kShort ? "something else" : text.str();
+}
+
 /// Reads one key with a converter; notes a missing key (when there is no fallback) or a value that does not convert.
 template <class T, class Convert>
 T read(const TomlTable& self, const toml::table* table, std::string_view key, const std::optional<T>& fallback,
        const char* expected, Convert convert) {
   const auto* node = find(table, key);
   if (!node) {
-    if (!fallback) self.mistake("", fmt::format("missing key \"{}\", {}", key, expected));
+    if (!fallback) self.mistake("", missing_key(key) + ", " + expected);
     return fallback.value_or(T{});
   }
   if (const auto value = convert(*node)) return *value;
-  self.mistake(key, fmt::format("\"{}\" is not what it should be, {}", key, expected));
+  self.mistake(key, fmt::format("\"{}\" is {}, {}", key, shown(*node), expected));
   return fallback.value_or(T{});
 }
 
@@ -179,7 +212,7 @@ std::vector<T> read_array(const TomlTable& self, const toml::table* table, std::
     if (const auto value = convert(*array->get(i)))
       values.push_back(*value);
     else
-      self.mistake(key, fmt::format("element {} of \"{}\" is not what it should be, {}", i + 1, key, expected));
+      self.mistake(key, fmt::format("element {} of \"{}\" is {}, {}", i + 1, key, shown(*array->get(i)), expected));
   }
   return values;
 }
@@ -256,8 +289,14 @@ std::string TomlTable::choice(std::string_view key, const std::vector<std::strin
 }
 
 void TomlTable::expect(std::string_view key, std::string_view value) const {
-  if (const auto found = text(key); !found.empty() && found != value)
-    mistake(key, fmt::format("\"{}\" is not understood, expected \"{}\"", found, value));
+  const auto found = text(key);
+  if (found.empty() || found == value) return;
+  const auto kind = [](std::string_view schema) { return schema.substr(0, schema.find('/')); };
+  const bool is_of_another_kind = kind(found) != kind(value);
+  auto what = is_of_another_kind ? fmt::format("this is a file of {}, expected one of {}", found, value)
+                                 : fmt::format("\"{}\" is not understood, expected \"{}\"", found, value);
+  if (is_of_another_kind) document_->of_another_kind = {Document::Rank::of_a_key, node_->at_key(key), what};
+  mistake(key, std::move(what));
 }
 
 Duration TomlTable::duration(std::string_view key, std::optional<Duration> fallback) const {
@@ -294,13 +333,21 @@ std::vector<Duration> TomlTable::durations(std::string_view key) const {
   return read_array<Duration>(*this, ask(key).table, key, kExpectDuration, as_duration);
 }
 
+std::string TomlTable::path_of_table(std::string_view key) const {
+  if (!node_->table) return node_->path;
+  return node_->path.empty() ? std::string(key) : fmt::format("{}.{}", node_->path, key);
+}
+
 TomlTable TomlTable::table(std::string_view key) const {
   auto child = std::make_shared<Node>();
   child->at = node_->at;
+  child->path = path_of_table(key);
+  child->is_told = node_->is_told;
   if (const auto* node = find(ask(key).table, key)) {
     child->table = node->as_table();
     child->at = node->source().begin;
     if (!child->table) mistake(key, fmt::format("\"{}\" is not a table, expected [{}]", key, key));
+    child->is_told = !child->table;
   }
   return {document_, std::move(child)};
 }
@@ -314,7 +361,9 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
     auto child = std::make_shared<Node>();
     child->table = array->get(i)->as_table();
     child->at = array->get(i)->source().begin;
+    child->path = path_of_table(key);
     if (!child->table) mistake(key, fmt::format("element {} of \"{}\" is not a table", i + 1, key));
+    child->is_told = !child->table;
     children.push_back(TomlTable(document_, std::move(child)));
   }
   return children;
@@ -338,10 +387,17 @@ void TomlTable::ignore(std::string_view key) const { node_->asked.emplace(key); 
 std::string TomlTable::place(std::string_view key) const { return document_->place(node_->at_key(key)); }
 
 void TomlTable::mistake(std::string_view key, std::string what) const {
-  document_->mistakes.note({node_->at_key(key), std::move(what)});
+  using Rank = Document::Rank;
+  if (node_->is_told) return;
+  if (!node_->table)
+    return document_->mistakes.note({Rank::of_a_table, node_->at, fmt::format("missing [{}]", node_->path)});
+  const auto rank = find(node_->table, key) ? Rank::of_a_key : Rank::of_a_table;
+  document_->mistakes.note({rank, node_->at_key(key), std::move(what)});
 }
 
 Result<void> TomlTable::verdict() const {
+  if (const auto& other = document_->of_another_kind)
+    return failure(FaultKind::bad_file, document_->place(other->at), other->what);
   const auto all = document_->all_mistakes();
   const auto mistakes = all.in_order();
   if (mistakes.empty()) return {};

@@ -44,7 +44,8 @@ class TomlTable {
   [[nodiscard]] std::string choice(std::string_view key, const std::vector<std::string>& allowed,
                                    std::string fallback = "") const;
 
-  /// Notes a mistake unless the text is exactly this one, as of a file's schema.
+  /// Notes a mistake unless the text is exactly this one, as of a file's schema. Where it is that of another kind of
+  /// file ("gyrotherm-rig/1" for "gyrotherm-profile/1"), this is the only mistake that is told.
   void expect(std::string_view key, std::string_view value) const;
 
   /// Reads a duration, which is text: "2 h", "90 s", "1 h 30 min", "500 ms".
@@ -74,11 +75,14 @@ class TomlTable {
 
   /// "file:line:column" of a key, or of this table if the key is absent (or empty).
   [[nodiscard]] std::string place(std::string_view key = {}) const;
-  /// Notes a mistake of the parser's own finding at a key; the same one again is not noted twice.
+  /// Notes a mistake of the parser's own finding at a key; the same one again is not noted twice. Of a table that is
+  /// absent the only mistake is that it is.
   void mistake(std::string_view key, std::string what) const;
 
   /// Fails with bad_file if any table of the file has a mistake: the first in `where`, all of them in `what`, one a
   /// line (each further line is a whole "file:line:column: what, what was expected"); of more than 100 only so many.
+  /// What stands in the file comes first, in its order, then what is missing; a key that is missing because it was
+  /// misspelt is not told of.
   [[nodiscard]] Result<void> verdict() const;
 
  private:
@@ -87,6 +91,7 @@ class TomlTable {
   TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node);
   /// Marks the key as asked for and returns the node.
   [[nodiscard]] const Node& ask(std::string_view key) const;
+  [[nodiscard]] std::string path_of_table(std::string_view key) const;
   std::shared_ptr<Document> document_;
   std::shared_ptr<Node> node_;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/fixture.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 
@@ -63,8 +65,15 @@ DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevat
   return {kEarthRateDegPerHour * (std::cos(phi) * std::cos(az) * std::cos(el) + std::sin(phi) * std::sin(el))};
 }
 
+double read_latitude(const TomlTable& table) {
+  const double latitude = table.number("latitude");
+  if (!(std::abs(latitude) <= 90))
+    table.mistake("latitude", fmt::format("\"latitude\" is {:g}°, expected -90 to 90, north above 0", latitude));
+  return latitude;
+}
+
 Fixture read_fixture(const TomlTable& table) {
-  return {.latitude = table.number("latitude"),
+  return {.latitude = read_latitude(table),
           .azimuth = table.number("azimuth", 0),
           .elevation = table.number("elevation", 0),
           .roll = table.number("roll", 0),

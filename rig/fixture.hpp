@@ -23,6 +23,9 @@ struct Fixture {
   std::optional<double> latitude_uncertainty{}, azimuth_uncertainty{}, elevation_uncertainty{}, roll_uncertainty{};
 };
 
+/// Reads `latitude`, degrees, north above 0; beyond ±90 it is a mistake.
+[[nodiscard]] double read_latitude(const TomlTable& table);
+
 /// Reads [fixture]: latitude, azimuth, elevation, roll and the uncertainty of each (`latitude_uncertainty` …).
 [[nodiscard]] Fixture read_fixture(const TomlTable& table);
 

@@ -64,7 +64,7 @@ std::vector<double> read_direction(const TomlTable& table) {
 /// How the only axis of a unit points that stands in no fixture.
 void place_alone(const TomlTable& table, record::AxisInfo& axis) {
   const bool located = table.has("latitude");
-  const double latitude = table.number("latitude", 0), azimuth = table.number("azimuth", 0),
+  const double latitude = located ? read_latitude(table) : 0, azimuth = table.number("azimuth", 0),
                elevation = table.number("elevation", 90);
   axis.uncertainty.latitude_uncertainty_deg = read_uncertainty(table, "latitude_uncertainty");
   axis.uncertainty.azimuth_uncertainty_deg = read_uncertainty(table, "azimuth_uncertainty");

@@ -68,7 +68,7 @@ std::size_t inputs_of(const ThermometerSettings& settings) {
 /// Notes a mistake if the instrument cannot be on it.
 void check_line_of(const TomlTable& table, const ThermometerSettings& settings) {
   const auto line = drivers::parse_line(settings.line);
-  if (settings.kind != Kind::mcc_usb_temp) return check_line(table, settings.line);
+  if (settings.kind != Kind::mcc_usb_temp || settings.line.empty()) return check_line(table, settings.line);
   if (!line) return table.mistake("line", line.error().what);
   if (!std::holds_alternative<drivers::HidLine>(*line) && settings.line != kVirtualLine)
     table.mistake("line", "a USB-TEMP is an HID device; expected \"hid:SERIAL\" or \"hid:\"");
@@ -203,6 +203,7 @@ void read_channels(const TomlTable& table, std::size_t number, std::set<std::str
 }  // namespace
 
 void check_line(const TomlTable& table, const std::string& line) {
+  if (line.empty()) return;  // it is missing, and told so
   const auto parsed = drivers::parse_line(line);
   if (!parsed) table.mistake("line", parsed.error().what);
   if (parsed && line != kVirtualLine && !drivers::carries_bytes(*parsed))

@@ -189,7 +189,7 @@ Result<ImportMap> parse_import_map(std::string_view text, const std::string& fil
   if (!root) return failure(root.error());
   ImportMap map;
   map.text = text;
-  (void)root->choice("schema", {kImportSchema});
+  root->expect("schema", kImportSchema);
   map.name = root->text("name");
   root->ignore("title");
   const TomlTable format = root->table("file");

@@ -19,6 +19,7 @@
 #include "app/recorded_run.hpp"
 #include "app/value.hpp"
 #include "core/file.hpp"
+#include "core/json.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -28,7 +29,7 @@ struct ExportArguments {
   std::string from, to, every;
   bool compensated = false;
   bool follow = false;
-  bool unverified = false;
+  bool force = false, unverified = false;
   data::AxisChoice axis;
 };
 
@@ -123,13 +124,16 @@ std::string table_of(const CompensatedRows& rows, const exchange::ExportChoice& 
   return text;
 }
 
-Result<void> write_compensated(const ExportArguments& options, const exchange::ExportChoice& choice) {
+/// Returns, as its neighbours do, how many rows were written.
+Result<std::size_t> write_compensated(const ExportArguments& options, const exchange::ExportChoice& choice) {
   if (options.model.empty()) return failure(FaultKind::usage, "--compensated", "by which model? Name it with --model");
   if (options.format != "csv" || choice.every > Duration{})
     return failure(FaultKind::usage, "--compensated", "is a row a second, as csv; no --as and no --every go with it");
   const auto rows = compensate(options);
   if (!rows) return failure(rows.error());
-  return replace_text_file(options.out, table_of(*rows, choice));
+  const auto written =
+      std::ranges::count_if(rows->dataset.time_s, [&](double time_s) { return has_row_at(choice, time_s); });
+  return replace_text_file(options.out, table_of(*rows, choice)).map([&] { return static_cast<std::size_t>(written); });
 }
 
 Result<exchange::ExportChoice> choice_of(const ExportArguments& options, const record::RunInfo& info) {
@@ -154,17 +158,20 @@ Result<exchange::ExportChoice> choice_of(const ExportArguments& options, const r
 }
 
 /// The record as others want it.
-Result<void> write_rows(const ExportArguments& options, const exchange::ExportChoice& choice) {
+Result<std::size_t> write_rows(const ExportArguments& options, const exchange::ExportChoice& choice) {
   const auto whole = record::read_record(options.run);
   if (!whole) return failure(whole.error());
   const auto chosen = exchange::chosen_rows(*whole, choice);
   if (chosen.slot.empty()) return failure(FaultKind::usage, options.run, "no row of the record is among those chosen");
-  if (options.format == "netcdf") return exchange::export_netcdf(chosen, choice, options.out);
-  return replace_text_file(options.out,
-                           options.format == "gnuplot" ? exchange::gnuplot_script(chosen) : record::to_csv(chosen));
+  const auto written =
+      options.format == "netcdf"
+          ? exchange::export_netcdf(chosen, choice, options.out)
+          : replace_text_file(options.out,
+                              options.format == "gnuplot" ? exchange::gnuplot_script(chosen) : record::to_csv(chosen));
+  return written.map([&] { return chosen.slot.size(); });
 }
 
-Result<void> write_table(const ExportArguments& options) {
+Result<std::size_t> write_table(const ExportArguments& options) {
   const auto info = record::read_info(options.run);
   if (!info) return failure(info.error());
   const auto choice = choice_of(options, *info);
@@ -178,9 +185,16 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
     return failure(FaultKind::usage, "--follow", "writes the rows as they come to stdout, and nothing else");
   if (options.follow) return follow_record(console, options.run).map([] { return Exit::done; });
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "where to? Only --follow writes to stdout");
+  if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   if (const auto checked = check_recorded_run(console, options.run, options.unverified); !checked)
     return failure(checked.error());
-  return write_table(options).map([] { return Exit::done; });
+  const auto rows = write_table(options);
+  if (!rows) return failure(rows.error());
+  if (console.json)
+    console.data(text_of(Json{{"file", options.out}, {"format", options.format}, {"rows", *rows}}) + "\n");
+  else
+    console.say(fmt::format("{}: {} rows", options.out, *rows));
+  return Exit::done;
 }
 
 }  // namespace
@@ -191,6 +205,7 @@ void add_export(Program& program) {
                   "gyrotherm export random.db --out random.csv", export_table);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
   command.add_option("--out", options.out, "the table, or what --as says")->type_name(value::kTable);
+  add_force_flag(command, options.force);
   command.add_option("--as", options.format, "csv, netcdf (CF, by netCDF-4) or gnuplot (a script with its data)")
       ->check(CLI::IsMember({"csv", "netcdf", "gnuplot"}))
       ->type_name("FORMAT");

@@ -14,7 +14,7 @@ namespace {
 
 struct ExportModelArguments {
   std::string model, as, out, run;
-  bool unverified = false;
+  bool force = false, unverified = false;
   data::AxisChoice axis;
   BiasTrackingArguments tracking;
 };
@@ -47,6 +47,7 @@ Result<void> export_c(Console& console, const ExportModelArguments& options, con
   if (!program) return failure(program.error());
   auto header = source;
   header.replace_filename(model::c_name(source.stem().string()) + ".h");
+  if (auto free = check_is_free(header.string(), options.force); !free) return free;
   if (auto written = replace_text_file(header.string(), program->header); !written) return written;
   if (auto written = replace_text_file(source.string(), program->source); !written) return written;
   console.say(fmt::format("wrote {} and {}: it agrees with this program to {:.2g} °/h, and its self-test checks that",
@@ -69,6 +70,7 @@ Result<Exit> export_model(Console& console, const ExportModelArguments& options)
   if (options.as != "c" && (options.tracking.track || !options.tracking.noise.empty())) {
     return failure(FaultKind::usage, "--track", "is for --as c");
   }
+  if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
   if (auto written = write(console, options, *model); !written) return failure(written.error());
@@ -86,6 +88,7 @@ void add_export_model(Program& program) {
   command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
   command.add_option("--as", options.as, "libsvm or c")->required()->check(CLI::IsMember({"libsvm", "c"}));
   command.add_option("--out", options.out, "the file (default for libsvm: standard output)")->type_name(value::kCode);
+  add_force_flag(command, options.force);
   command.add_option("--data", options.run, "instead of the model, write this record's clusters as its inputs")
       ->type_name(value::kRecord);
   add_tracking_options(command, options.tracking,

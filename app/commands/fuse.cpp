@@ -29,7 +29,7 @@ struct FuseArguments {
   std::string folder, inputs = "multi-point-t", healthy, out, report, export_c, outside = "clamp";
   model::FusionOptions fusion;
   bool keep_all = false;
-  bool unverified = false;
+  bool force = false, unverified = false;
 };
 
 /// Axis, as in "u1.x" → its model's file.
@@ -222,6 +222,7 @@ Result<void> write_c(Console& console, const model::FusedRun& run, const FuseArg
   if (!program) return failure(program.error());
   auto header = source;
   header.replace_filename(name + ".h");
+  if (auto free = check_is_free(header.string(), options.force); !free) return free;
   if (auto written = replace_text_file(header.string(), program->header); !written) return written;
   if (auto written = replace_text_file(source.string(), program->source); !written) return written;
   console.say(fmt::format("wrote {} and {}, with a self-test inside", source.string(), header.string()));
@@ -258,6 +259,8 @@ Result<Exit> fuse_all(Console& console, const FuseArguments& options) {
     return failure(FaultKind::usage, "--models", "name the folder that qualify left, or each model with --model");
   if (options.runs.size() > 1 && !(options.out.empty() && options.report.empty() && options.export_c.empty()))
     return failure(FaultKind::usage, "--out", "--out, --report and --export-c are for one record");
+  for (const std::string& file : {options.out, options.export_c})
+    if (auto free = check_is_free(file, options.force); !free) return failure(free.error());
   const auto thermometers = thermometers_of(console, options);
   if (!thermometers) return failure(thermometers.error());
   for (const std::string& path : options.runs)
@@ -294,6 +297,7 @@ void add_fuse(Program& program) {
   command.add_option("--report", options.report, "a folder for fusion.html and fusion.json")->type_name(value::kFolder);
   command.add_option("--export-c", options.export_c, "a C99 source of the fusion of one second; its header beside it")
       ->type_name(value::kCode);
+  add_force_flag(command, options.force);
   command
       .add_option("--false-alarm", options.fusion.watch.false_alarm_probability,
                   "of one test, while nothing is at fault (default: 1e-6)")

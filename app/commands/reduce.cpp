@@ -13,7 +13,7 @@ struct ReduceArguments {
   std::string model, out, clusters;
   std::vector<std::string> runs;
   model::ReducedSetGoal goal;
-  bool unverified = false;
+  bool force = false, unverified = false;
   data::AxisChoice axis;
 };
 
@@ -32,6 +32,7 @@ std::string without_training(const model::Model& model, const data::RecordedRun&
 }
 
 Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) {
+  if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
   std::vector<data::Clusters> clusters;
@@ -63,6 +64,7 @@ void add_reduce(Program& program) {
   command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
   command.add_option("runs", options.runs, "the records that it was trained on")->type_name(value::kRecord)->required();
   command.add_option("--out", options.out, "the smaller model")->type_name(value::kModel)->required();
+  add_force_flag(command, options.force);
   auto* keep = command.add_option("--keep", options.goal.vectors, "at most so many vectors");
   command
       .add_option("--within", options.goal.max_change_deg_per_h,

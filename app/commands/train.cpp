@@ -19,7 +19,7 @@ struct TrainArguments {
   std::vector<std::string> runs;
   std::string out, clusters, folds = "auto", select, choose = "best", prior;
   double guard_minutes = -1, threshold = -1;  ///< negative: not given
-  bool unverified = false;
+  bool force = false, unverified = false;
   data::AxisChoice axis;
   model::TrainingOptions training;
 };
@@ -98,6 +98,7 @@ Result<model::Model> train_by(Console& console, const TrainArguments& options, c
 }
 
 Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
+  if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto training = training_options(options);
   if (!training) return failure(training.error());
   const auto records = load_recorded_runs(console, options.runs, {options.clusters, options.unverified, options.axis});
@@ -132,6 +133,7 @@ void add_train(Program& program) {
   options.training.program_version = GYROTHERM_VERSION;
   command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
   command.add_option("--out", options.out, "the model")->type_name(value::kModel)->required();
+  add_force_flag(command, options.force);
   command
       .add_option("--inputs", options.training.inputs,
                   "words and terms, joined by commas or +: multi-point, multi-point-t, three-point, three-point-t, "

@@ -18,7 +18,7 @@ namespace {
 struct TypePriorArguments {
   std::vector<std::string> records;
   std::string out;
-  bool unverified = false;
+  bool force = false, unverified = false;
   data::AxisChoice axis;
   model::PriorOptions prior;
 };
@@ -115,6 +115,7 @@ std::string describe(const shared::TypePrior& prior, const std::vector<shared::U
 }
 
 Result<Exit> learn_and_write(Console& console, const TypePriorArguments& options) {
+  if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto units = load_units(console, options);
   if (!units) return failure(units.error());
   model::PriorOptions how = options.prior;
@@ -142,6 +143,7 @@ void add_type_prior(Program& program) {
       ->type_name(value::kRecord)
       ->required();
   command.add_option("--out", options.out, "the prior")->type_name(value::kModel)->required();
+  add_force_flag(command, options.force);
   command.add_option("--type", options.prior.type, "what the type is called, for people")->type_name("NAME");
   command
       .add_option("--inputs", options.prior.inputs,

@@ -2,11 +2,13 @@
 #include "sequencer/control/control_message.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <utility>
+#include <vector>
 
 #include "core/text.hpp"
 
@@ -111,6 +113,18 @@ std::string text_of(const ControlRequest& request) {
   return request.note.empty() ? request.unit->unit : request.unit->unit + " " + request.note;
 }
 
+namespace {
+
+/// `told` is for programs, and not offered.
+std::string none_of_them(const std::string& word) {
+  const std::vector<std::string> words{"pause", "resume", "stop", "abort", "drop", "return", "acknowledge", "note"};
+  const auto near = nearest(word, words);
+  return fmt::format("is none of {}{}", fmt::join(words, ", "),
+                     near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near));
+}
+
+}  // namespace
+
 Result<ControlRequest> request_of(const std::string& word, const std::string& text) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::usage, "tell " + word, why); };
   std::optional<OperatorCommand> found;
@@ -120,8 +134,7 @@ Result<ControlRequest> request_of(const std::string& word, const std::string& te
     found = command;
   }
   const bool of_a_unit = word == kDrop || word == kReturn;
-  if (!found && !of_a_unit && word != kAcknowledge && word != kTold && word != kNote)
-    return refuse("is none of pause, resume, stop, abort, drop, return, acknowledge, note");
+  if (!found && !of_a_unit && word != kAcknowledge && word != kTold && word != kNote) return refuse(none_of_them(word));
   if (of_a_unit && text.find_first_not_of(' ') == std::string::npos)
     return refuse(fmt::format("wants a unit: gyrotherm tell RUN.db {} UNIT \"…\"", word));
   if (!found && text.empty()) return refuse(fmt::format("wants a text: gyrotherm tell RUN.db {} \"…\"", word));

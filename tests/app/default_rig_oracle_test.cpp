@@ -44,7 +44,7 @@ TEST_P(DefaultRigOracle, NoModelLosesAFifthOnARunThatItHasNotSeen) {
   for (const Oracle& oracle : GetParam().models) {
     SCOPED_TRACE(oracle.inputs);
     const auto trained =
-        gyrotherm_with(fmt::format("train {} --quick --inputs {} --out {}", rate, oracle.inputs, model));
+        gyrotherm_with(fmt::format("train {} --quick --inputs {} --out {} --force", rate, oracle.inputs, model));
     ASSERT_EQ(trained.exit_code, 0) << trained.err;
     const auto verified = gyrotherm_with(fmt::format("verify --json {} {}", model, random));
     ASSERT_EQ(verified.exit_code, 0) << verified.err;

@@ -20,7 +20,8 @@ void write_map(const std::string& path, const std::string& column) {
 }
 
 double linear_residual(const std::string& record, const std::string& inputs, const std::string& model) {
-  const auto ran = gyrotherm_with("train " + record + " --method linear --inputs '" + inputs + "' --out " + model);
+  const auto ran =
+      gyrotherm_with("train " + record + " --method linear --inputs '" + inputs + "' --force --out " + model);
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   std::smatch match;
   EXPECT_TRUE(std::regex_search(ran.out, match, std::regex(R"(residual std \(n − p\): ([0-9.]+))"))) << ran.out;

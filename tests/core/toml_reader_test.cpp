@@ -60,17 +60,29 @@ TEST(TomlTable, AbsentKeysTakeTheirFallback) {
   EXPECT_EQ(verdict(t), "nothing");
 }
 
-TEST(TomlTable, EveryMistakeHasItsPlaceInTheOrderOfTheFile) {
+TEST(TomlTable, EveryMistakeHasItsPlaceAndWhatIsMissingComesLast) {
   const auto t = parsed("a = \"x\"\nunknwon = 1\n[b]\nc = \"5 parsecs\"\n");
   (void)t.table("b").duration("c");
   (void)t.table("b").number("d");
   (void)t.number("a");
   (void)t.has("unknown");
   EXPECT_EQ(verdict(t),
-            "f.toml:1:5: \"a\" is not what it should be, expected a number\n"
+            "f.toml:1:5: \"a\" is \"x\", expected a number\n"
             "f.toml:2:1: unknown key \"unknwon\", did you mean \"unknown\"?\n"
-            "f.toml:3:1: missing key \"d\", expected a number\n"
-            "f.toml:4:5: \"c\" is not what it should be, expected a duration like \"2 h\" or \"90 s\"");
+            "f.toml:4:5: \"c\" is \"5 parsecs\", expected a duration like \"2 h\" or \"90 s\"\n"
+            "f.toml:3:1: missing key \"d\", expected a number");
+}
+
+TEST(TomlTable, AKeyThatIsMisspeltIsNotMissingToo) {
+  const auto t = parsed("tmie = \"1 h\"\n");
+  (void)t.duration("time");
+  EXPECT_EQ(verdict(t), "f.toml:1:1: unknown key \"tmie\", did you mean \"time\"?");
+}
+
+TEST(TomlTable, AnotherUnitIsShownWithTheOneThatIsExpected) {
+  const auto t = parsed("at = \"68 °F\"\n");
+  (void)t.celsius("at");
+  EXPECT_EQ(verdict(t), "f.toml:1:6: \"at\" is \"68 °F\", expected a temperature like 20 or \"20 °C\"");
 }
 
 TEST(TomlTable, AMistakeIsToldOnce) {
@@ -102,6 +114,35 @@ TEST(TomlTable, ASchemaMustBeTheOneExpected) {
   const auto t = parsed("schema = \"b/2\"\n");
   t.expect("schema", "b/1");
   EXPECT_EQ(verdict(t), "f.toml:1:10: \"b/2\" is not understood, expected \"b/1\"");
+}
+
+TEST(TomlTable, OfATableThatIsMissingNothingElseIsTold) {
+  const auto t = parsed("a = 1\n");
+  t.ignore("a");
+  const auto chamber = t.table("chamber");
+  (void)chamber.text("line");
+  (void)chamber.table("limits").number("lowest");
+  chamber.mistake("line", "leads nowhere");
+  EXPECT_EQ(verdict(t), "f.toml:1:1: missing [chamber]");
+}
+
+TEST(TomlTable, AValueInPlaceOfATableIsTheOnlyMistake) {
+  const auto t = parsed("chamber = 5\n");
+  (void)t.table("chamber").text("line");
+  EXPECT_EQ(verdict(t), "f.toml:1:11: \"chamber\" is not a table, expected [chamber]");
+}
+
+TEST(TomlTable, AFileOfAnotherKindIsCalledThat) {
+  const auto json = TomlTable::parse("{\"a\": 1}", "f.toml");
+  ASSERT_FALSE(json);
+  EXPECT_EQ(text(json.error()), "f.toml:1:1: is JSON, expected TOML");
+}
+
+TEST(TomlTable, OfAnotherKindOfFileNothingElseIsTold) {
+  const auto t = parsed("schema = \"a/1\"\nc = 1\n");
+  t.expect("schema", "b/1");
+  (void)t.number("d");
+  EXPECT_EQ(verdict(t), "f.toml:1:10: this is a file of a/1, expected one of b/1");
 }
 
 TEST(TomlTable, ArraysOfTablesKeepTheirPlaces) {

@@ -54,7 +54,7 @@ class Predictions(InAFolder):
     def predicted(self, model, path, *more):
         """What the program predicts of each second: raw bias less what `export --compensated` leaves."""
         out = model.with_suffix(".csv")
-        gyrotherm("export", path, "--compensated", "--model", model, "--out", out, "--unverified", *more)
+        gyrotherm("export", path, "--compensated", "--model", model, "--out", out, "--force", "--unverified", *more)
         table = pd.read_csv(out, comment="#", float_precision="round_trip", index_col="time [s]")
         return table["bias [°/h]"] - table["compensated [°/h]"]
 

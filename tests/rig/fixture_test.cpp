@@ -44,6 +44,14 @@ TEST(Fixture, KeepsTheLengthOfTheEarthsRate) {
   EXPECT_NEAR(std::hypot(x, y, z), kOmega, 1e-5);
 }
 
+TEST(Fixture, StandsOnTheEarth) {
+  const auto table = TomlTable::parse("latitude = 140\n", "rig.toml");
+  (void)read_fixture(*table);
+  const auto verdict = table->verdict();
+  ASSERT_FALSE(verdict);
+  EXPECT_EQ(text(verdict.error()), "rig.toml:1:12: \"latitude\" is 140°, expected -90 to 90, north above 0");
+}
+
 /// What the budget makes of an axis' tilt is what turning the fixture makes of its Earth rate.
 TEST(Fixture, ATiltOfAnAxisIsAsUncertainAsTheFixture) {
   const Fixture fixture{.latitude = 40,

@@ -39,7 +39,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"0 s\"\n",
               "p.toml:7:8: \"time\" is zero, expected a time longer than zero"},
         Wrong{"[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"-1 h\"\n",
-              "p.toml:7:8: \"time\" is not what it should be, expected a duration like \"2 h\" or \"90 s\""},
+              "p.toml:7:8: \"time\" is \"-1 h\", expected a duration like \"2 h\" or \"90 s\""},
         Wrong{"[[segment]]\nkind = \"hold\"\nat = -300\ntime = \"1 h\"\n",
               "p.toml:6:6: \"at\" is -300 °C, expected -273.15 to 1000 °C"},
         Wrong{kHold20 + "soak_band = \"0 K\"\n", "p.toml:8:13: \"soak_band\" is 0 K, expected more than 0 K"},
@@ -49,11 +49,10 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"[[segment]]\nat = 20\n", "p.toml:4:1: missing key \"kind\", expected text"},
         Wrong{"[defaults]\nsoak_time = \"0 s\"\n" + kHold20,
               "p.toml:5:13: \"soak_time\" is zero, expected a time longer than zero"},
-        Wrong{"[accept]\nrandom.raw = \"much\"\n" + kHold20,
-              "p.toml:5:14: \"raw\" is not what it should be, expected a number"},
+        Wrong{"[accept]\nrandom.raw = \"much\"\n" + kHold20, "p.toml:5:14: \"raw\" is \"much\", expected a number"},
         Wrong{"segment = 5\n",
-              "p.toml:1:1: there is no segment in it, expected at least one\n"
-              "p.toml:4:11: \"segment\" is not an array of tables, expected [[segment]]"}));
+              "p.toml:4:11: \"segment\" is not an array of tables, expected [[segment]]\n"
+              "p.toml:1:1: there is no segment in it, expected at least one"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Ramps, Mistake,
@@ -107,16 +106,16 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{
             "[[segment]]\nkind = \"random\"\nseed = -1\nduration = \"1 h\"\nrates = [0, 5]\nhold = [\"0 s\", \"1 h\"]\n"
             "targets = [[0, 50]]\n",
-            "p.toml:4:1: nothing says where this random program starts, expected a hold with \"at\" before it\n"
             "p.toml:6:8: \"seed\" is -1, expected 0 or more\n"
             "p.toml:8:9: \"rates\" is 0 °C/min, expected more than 0, at most 1000 °C/min\n"
-            "p.toml:9:8: \"hold\" is zero, expected a time longer than zero"}));
+            "p.toml:9:8: \"hold\" is zero, expected a time longer than zero\n"
+            "p.toml:4:1: nothing says where this random program starts, expected a hold with \"at\" before it"}));
 
 TEST(Mistakes, AreToldAllAtOnceInTheOrderOfTheFile) {
   EXPECT_EQ(refusal("[[segment]]\nkind = \"hold\"\nat = \"warm\"\ntime = 5\nsoka_band = 1\n"
                     "[[segment]]\nkind = \"ramp\"\nto = 30\n"),
-            "p.toml:6:6: \"at\" is not what it should be, expected a temperature like 20 or \"20 °C\"\n"
-            "p.toml:7:8: \"time\" is not what it should be, expected a duration like \"2 h\" or \"90 s\"\n"
+            "p.toml:6:6: \"at\" is \"warm\", expected a temperature like 20 or \"20 °C\"\n"
+            "p.toml:7:8: \"time\" is 5, expected a duration like \"2 h\" or \"90 s\"\n"
             "p.toml:8:1: unknown key \"soka_band\", did you mean \"soak_band\"?\n"
             "p.toml:9:1: neither \"rate\" nor \"time\" is given, expected one of them");
 }
@@ -127,6 +126,12 @@ TEST(Mistakes, AWrongSchemaIsOne) {
   EXPECT_EQ(p.error().kind, FaultKind::bad_file);
   EXPECT_EQ(text(p.error()),
             "p.toml:1:10: \"gyrotherm-profile/2\" is not understood, expected \"gyrotherm-profile/1\"");
+}
+
+TEST(Mistakes, AnotherKindOfFileIsTheOnlyOne) {
+  const auto p = parse_profile("schema = \"gyrotherm-rig/1\"\nname = \"p\"\nsegment = 5\n", "p.toml");
+  ASSERT_FALSE(p);
+  EXPECT_EQ(text(p.error()), "p.toml:1:10: this is a file of gyrotherm-rig/1, expected one of gyrotherm-profile/1");
 }
 
 /// `depth` repeats around one hold, each with `count` passes.

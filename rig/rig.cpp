@@ -8,6 +8,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/file.hpp"
+#include "core/shipped.hpp"
 #include "core/text.hpp"
 #include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
@@ -16,6 +18,7 @@
 #include "rig/inquiry.hpp"
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_laboratory.hpp"
+#include "simulator/virtual_unit.hpp"
 
 namespace gyrotherm::rig {
 namespace {
@@ -380,14 +383,39 @@ simulator::VirtualAnalogueInput virtual_analogue(const AnalogueSettings& setting
   return served;
 }
 
+/// The world of the rig; of a real one, which says nothing of it, that of the shipped virtual rig.
+Result<simulator::LaboratoryParameters> laboratory_for(const RigFile& file) {
+  if (file.simulated) return simulator::parse_laboratory(file.text, file.file, file.gyro_model.text);
+  if (file.units.size() != 1 || file.units.front().info.axes.size() != 1)
+    return failure(FaultKind::usage, file.file,
+                   "has several axes, and nothing says what they would measure; of a real rig one axis can be served");
+  const auto path = path_of("virtual", kShippedRig);
+  if (!path) return failure(path.error());
+  const auto text = read_text_file(*path);
+  if (!text) return failure(text.error());
+  return simulator::parse_laboratory(*text, *path, {});
+}
+
+/// Channels of a real rig take the places of the virtual thermometers, one after the other, whatever they are called.
+Result<void> stand_in(const std::vector<std::string>& there, const RigFile& file,
+                      std::vector<simulator::VirtualThermometer>& thermometers) {
+  std::size_t next = 0;
+  for (auto& thermometer : thermometers)
+    for (auto& channel : thermometer.channels) {
+      if (next == there.size())
+        return failure(FaultKind::usage, file.file,
+                       fmt::format("has more than {} thermometers, as many as can be served", there.size()));
+      channel = there[next++];
+    }
+  return {};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFile& file,
                                                                      simulator::LaboratorySeed seed,
                                                                      const ServeOptions& how) {
-  if (!file.simulated)
-    return failure(FaultKind::usage, file.file, "this rig is real; only a virtual one can be simulated");
-  auto parameters = simulator::parse_laboratory(file.text, file.file, file.gyro_model.text);
+  auto parameters = laboratory_for(file);
   if (!parameters) return failure(parameters.error());
   if (parameters->soaked && how.first_set_point)
     parameters = simulator::soaked_at(std::move(*parameters), *how.first_set_point);
@@ -400,6 +428,10 @@ Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFi
                                                .attended = how.attended};
   for (const auto& line : file.gyro_lines) options.gyros.push_back(virtual_gyro(line, file.units));
   for (const auto& settings : file.thermometers) options.thermometers.push_back(virtual_thermometer(settings));
+  if (!file.simulated)
+    if (auto stood_in = stand_in(simulator::thermometer_names_of(parameters->units), file, options.thermometers);
+        !stood_in)
+      return failure(stood_in.error());
   for (const auto& settings : file.analogue_inputs)
     options.analogue_inputs.push_back(virtual_analogue(settings, file.units));
   return simulator::VirtualInstruments::start(simulator::VirtualLaboratory(*parameters, seed), std::move(options));

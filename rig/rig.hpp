@@ -69,8 +69,9 @@ struct ServeOptions {
   std::optional<Celsius> first_set_point{};  ///< of the profile that will be run; some rigs have stood there before
   bool attended = false;                     ///< see VirtualInstrumentsOptions
 };
-/// The virtual instruments of a rig file, serving on loopback (see VirtualInstrumentsOptions). Fails like
-/// parse_laboratory and VirtualInstruments::start, and with usage if the rig is not virtual.
+/// The virtual instruments of a rig file, serving on loopback (see VirtualInstrumentsOptions). In place of those of a
+/// real rig with one axis stand virtual ones of the kinds, maps and streams that it names, in the world of the shipped
+/// virtual rig; of other real rigs it fails with usage. Fails like parse_laboratory and VirtualInstruments::start.
 [[nodiscard]] Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFile& file,
                                                                                    simulator::LaboratorySeed seed,
                                                                                    const ServeOptions& how = {});

@@ -76,6 +76,11 @@ Result<RunStatus> status_of_record(const std::string& path) {
 
 }  // namespace
 
+std::string in_words(RunState state, const std::string& cause) {
+  if (cause.empty() || cause.starts_with(name(state))) return cause.empty() ? name(state) : cause;
+  return fmt::format("{}: {}", name(state), cause);
+}
+
 std::string status_path(const std::string& record_path) { return record_path + ".status"; }
 
 std::string to_json(const RunStatus& status) { return text_of(json_of(status)); }

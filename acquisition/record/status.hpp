@@ -50,6 +50,9 @@ struct RunStatus {
   std::vector<Alarm> alarms{};       ///< that nobody has acknowledged; the oldest first
 };
 
+/// "held: the profile asks: …", "execute", and "stopped by ada" where the cause says the state.
+[[nodiscard]] std::string in_words(RunState state, const std::string& cause);
+
 /// "RUN.db" → "RUN.db.status".
 [[nodiscard]] std::string status_path(const std::string& record_path);
 

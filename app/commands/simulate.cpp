@@ -124,7 +124,10 @@ void add_simulate(Program& program) {
   auto [command, options] =
       add_command(program, "simulate", "Serves the virtual instruments on loopback until stopped, for any client.",
                   "gyrotherm simulate --rig virtual --pace x10", simulate);
-  command.add_option("--rig", options.rig, "a virtual rig (default: virtual)")->type_name(value::kRig);
+  command
+      .add_option("--rig", options.rig,
+                  "a rig (default: virtual); of a real one with one axis, virtual instruments of its kinds")
+      ->type_name(value::kRig);
   command.add_option("--pace", options.pace, "real, max, or x10 for ten times real time")
       ->type_name("PACE:{real,x10,max}");
   command.add_option("--seed", options.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")

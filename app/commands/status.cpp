@@ -22,15 +22,21 @@ std::string degrees(const std::optional<Celsius>& value) {
   return value ? fmt::format("{:.2f} °C", value->value) : "unknown";
 }
 
-const char* standing(const record::RunStatus& status) {
+/// Of a foreign table, which no profile made.
+bool is_import(const record::RunStatus& status) { return status.segment_count == 0; }
+
+std::string standing(const record::RunStatus& status) {
+  if (is_import(status)) return fmt::format("an import of {} rows", status.slot + 1);
   if (status.finished) return "finished";
-  return status.being_written ? "running" : "not finished; resume goes on";
+  if (status.being_written) return "running";
+  if (status.standing.state != RunState::aborted) return "not finished; resume goes on";
+  return fmt::format("not finished; look at the chamber, then \"gyrotherm resume {} --accept\" goes on", status.path);
 }
 
 /// Where it goes, and what is wrong with it.
 std::string standing_lines(const record::RunStatus& status) {
   const RunStanding& standing = status.standing;
-  auto text = fmt::format("  {}{}\n", name(standing.state), standing.cause.empty() ? "" : ": " + standing.cause);
+  auto text = fmt::format("  {}\n", record::in_words(standing.state, standing.cause));
   if (standing.state == RunState::held) text += "  \"gyrotherm tell RUN.db resume\" goes on\n";
   if (standing.time_left)
     text += fmt::format("  {} left{}", spoken(*standing.time_left),
@@ -69,9 +75,16 @@ std::string age_line(const record::RunStatus& status) {
                      ago);
 }
 
+std::string thermometer_line(const record::RunStatus& status) {
+  std::string text;
+  for (const auto& [channel, reading] : status.thermometers) text += fmt::format(" {} {}", channel, degrees(reading));
+  return text + "\n";
+}
+
 std::string describe(const record::RunStatus& status) {
   auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, standing(status));
   text += age_line(status);
+  if (is_import(status)) return text + " " + thermometer_line(status);
   text += fmt::format("  up to second {}, acknowledged up to {}, {} faulty readings\n", status.slot,
                       status.acknowledged, status.faults);
   if (status.segment_count > 0)
@@ -81,8 +94,7 @@ std::string describe(const record::RunStatus& status) {
   if (const auto& frames = status.frames)
     text += fmt::format("  frames of the gyro: {} seen, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);
   text += fmt::format("  set point {}, air {}\n ", degrees(status.set_point), degrees(status.chamber_air));
-  for (const auto& [channel, reading] : status.thermometers) text += fmt::format(" {} {}", channel, degrees(reading));
-  return text + "\n";
+  return text + thermometer_line(status);
 }
 
 /// The status as a program reads it, with what gyrotherm-make-safe left; null if it had nothing to do.

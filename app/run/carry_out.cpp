@@ -98,7 +98,7 @@ Result<run::EntryPoint> reentry(const run::RunContinuation& on, const ChamberSta
       on.last_slot < 0 ? run::ReentryDecision{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
   if (verdict.way == run::Reentry::ask && !accepted)
     return failure(FaultKind::interrupted, path,
-                   verdict.why + "; look at the chamber, then \"gyrotherm resume --accept\"");
+                   fmt::format("{}; look at the chamber, then \"gyrotherm resume {} --accept\"", verdict.why, path));
   return run::entry_at(goal, now.air, run::is_in_place(now.air, goal, on.stood.air), on.rig.chamber_limits);
 }
 

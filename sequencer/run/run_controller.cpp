@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "acquisition/record/alarms.hpp"
+#include "acquisition/record/status.hpp"
 #include "core/process.hpp"
 #include "sequencer/run/resume.hpp"
 
@@ -73,11 +74,7 @@ std::vector<std::string> names_of_units(const rig::RigFile& rig) {
   return names;
 }
 
-std::string describe(const RunStateMachine& machine) {
-  const auto cause = cause_of(machine);
-  const std::string state = name(run_state(machine));
-  return cause.empty() ? state : state + ": " + cause;
-}
+std::string describe(const RunStateMachine& machine) { return record::in_words(run_state(machine), cause_of(machine)); }
 
 }  // namespace
 

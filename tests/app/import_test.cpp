@@ -23,6 +23,9 @@ TEST(ImportCommand, AFirstMapIsGuessedAndReadsTheTable) {
                                        " --out " + (folder / "bench.db") + " --json");
   ASSERT_EQ(imported.exit_code, 0) << imported.err;
   EXPECT_EQ(imported.out, "{\"rows\": 3, \"seconds\": 2.000, \"gaps\": 0}\n");
+  const auto status = gyrotherm_with("status " + (folder / "bench.db"));
+  EXPECT_NE(status.out.find("an import of 3 rows"), std::string::npos) << status.out;
+  EXPECT_EQ(status.out.find("second"), std::string::npos) << status.out;
 }
 
 TEST(ImportCommand, AMapThatIsThereIsNotReplaced) {

@@ -61,6 +61,17 @@ TEST(Simulate, ARealRigFileRunsOnItInRealTime) {
   EXPECT_NE(status.out.find("\"simulated\":false"), std::string::npos) << status.out;
 }
 
+TEST(Simulate, InPlaceOfARealRigVirtualInstrumentsOfItsKindsAreServed) {
+  const Folder folder;
+  Background simulate({"simulate", "--rig", "example-f4t-lakeshore-kvh"}, folder / "log");
+  ASSERT_TRUE(simulate.wait_for("gyro  ", 20)) << simulate.output();
+  const auto output = simulate.output();
+  EXPECT_NE(output.find("Modbus TCP, unit 1, F4T"), std::string::npos) << output;
+  EXPECT_NE(output.find("pt12: shell"), std::string::npos) << output;
+  EXPECT_NE(output.find("frames: kvh-dsp-3000-ascii"), std::string::npos) << output;
+  EXPECT_NE(output.find("SIMULATED"), std::string::npos) << output;
+}
+
 /// The unit register of an F4T is at 6730 on TCP and at 14080 on a serial line.
 TEST(Simulate, ASerialLineHasTheAddressesOfItsOwnLink) {
   const Folder folder;

@@ -46,7 +46,7 @@ RIG = {
         "read_unit": ["[gyro]"], "read_frames": ["[gyro]"], "begin_line": ["[gyro]"], "share_line": ["[gyro]"],
         "read_scales": _AXIS, "share_values": ["[gyro]"],
     },
-    "rig/fixture.cpp": {"read_fixture": ["fixture"]},
+    "rig/fixture.cpp": {"read_fixture": ["fixture"], "read_latitude": ["fixture", *_AXIS]},
     "rig/analogue_settings.cpp": {
         "read_analogue_map": ["[analogue_input]"], "read_analogue_input": ["[analogue_input]"],
         "read_analogue_inputs": [""], "unit_named": ["[analogue_input.channel]"],
@@ -91,17 +91,6 @@ VIRTUAL = {
         "read_links:conduction": ["[virtual.network.conduction]"], "read_bias": [f"{_BIAS} reference"],
     },
 }  # fmt: skip
-IMPORT = {
-    "acquisition/record/import.cpp": {
-        "parse_import_map:root": [""], "parse_import_map:table": ["[thermometer]"],
-        "parse_import_map:analysis": ["analysis"], "read_file_format": ["file"], "read_time": ["time"],
-        "read_column": ["time", "[thermometer]", "[gyro]", "[gyro.axis]", "[gyro.value]"],
-        "read_scaled": ["[thermometer]", "[gyro.value]"], "read_scale": ["[thermometer]", "[gyro]", "[gyro.axis]",
-        "[gyro.value]"], "read_axis": _AXIS, "read_value": ["[gyro.value]"], "read_gyro": ["[gyro]"],
-        "read_gyro:axis": ["[gyro.axis]"],
-    },
-}  # fmt: skip
-
 # Reading function → what the value is. None: it reads no value.
 _KINDS = {
     "text": "a text", "texts": "a list of texts", "number": "a number", "numbers": "a list of numbers",
@@ -174,12 +163,7 @@ def _kind_of(function: str, constant: str, rest: str, place: str) -> str | None:
     else:
         braces = re.match(r", \{([^}]*)\}", rest)
         words = re.findall(r'"([^"]+)"', braces[1] if braces else rest.split(")")[0])
-        words = words or ([_schema_of(braces[1])] if braces else [])
     return "one of " + ", ".join(f"`{word}`" for word in words)
-
-
-def _schema_of(constant: str) -> str:
-    return {"kImportSchema": "gyrotherm-import/1"}[constant.strip()]
 
 
 def keys_of(sources: dict[str, dict[str, list[str]]]) -> list[Key]:
@@ -277,7 +261,8 @@ def page() -> str:
     opening = (
         "This page is made by `docs/site/keys.py` from the functions that read the files, so that it has every key "
         "that is read and no other; what an example says is a comment of a shipped file. An empty third column: it depends "
-        "on other keys, or nothing is meant. [Files](../files.md) says what the keys are for. An unknown key is a "
+        "on other keys, or nothing is meant. [Files](../files.md) says what the keys are for, [Import](../importing.md) has "
+        "those of a map. An unknown key is a "
         "mistake, and the program names the nearest one."
     )
     lines = ["# Keys of the files that people write", "", textwrap.fill(opening, 120), ""]
@@ -290,7 +275,6 @@ def page() -> str:
     lines += _chapter("The virtual laboratory of a rig", VIRTUAL, ["rigs/virtual.toml", "rigs/virtual-hard.toml",
                       "rigs/virtual-*.toml"], "Of a rig whose lines are `\"virtual\"`. What the terms mean is "
                       "explained in [The virtual gyro](../virtual-gyro.md).")  # fmt: skip
-    lines += _chapter("Column map of an import", IMPORT, ["imports/*.toml"], "`profiles/imports/` has examples.")
     return "\n".join(lines).rstrip() + "\n"
 
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The page of keys is whole: each key of a shipped profile, rig or column map is on it, and each key on it is said
+"""The page of keys is whole: each key of a shipped profile or rig is on it, and each key on it is said
 somewhere in the documents or in a shipped file."""
 
 import re
@@ -37,9 +37,6 @@ class Keys(unittest.TestCase):
     def test_rigs(self):
         self.assertGreater(len(self.check(keys.RIG | keys.VIRTUAL, "rigs/*.toml")), 200)
 
-    def test_column_maps(self):
-        self.assertGreater(len(self.check(keys.IMPORT, "imports/*.toml")), 20)
-
     def test_the_page_is_up_to_date(self):
         written = (SOURCE / "docs/reference/keys.md").read_text(encoding="utf-8")
         self.assertTrue(written == keys.page(), "docs/site/keys.py writes it anew")
@@ -49,7 +46,7 @@ class Keys(unittest.TestCase):
         texts += [p.read_text(encoding="utf-8") for p in (SOURCE / "profiles").rglob("*.toml")]
         texts.append((SOURCE / "rig/thermometer_settings.cpp").read_text(encoding="utf-8"))
         whole = "\n".join(texts)
-        for sources in (keys.PROFILE, keys.RIG, keys.VIRTUAL, keys.IMPORT):
+        for sources in (keys.PROFILE, keys.RIG, keys.VIRTUAL):
             for key in keys.keys_of(sources):
                 in_prose, in_a_file = (
                     rf"`\[*([\w.]+\.)?{key.name}\b",

@@ -2,8 +2,8 @@
 """What the tests of the documents share: the blocks and links of a page, and how a page is followed.
 
 A block ```console is a session: a line "$ …" is a command, "> …" goes on with it, and what follows is all that it
-prints. In that "…" stands for anything on a line, and alone for any lines. A block whose first line is a comment that
-is the name of a file, like "# day.toml", is that file."""
+prints. In that "…" stands for anything on a line, and alone for any lines. In a block ```console fails each command
+must fail. A block whose first line is a comment that is the name of a file, like "# day.toml", is that file."""
 
 from __future__ import annotations
 
@@ -44,6 +44,7 @@ class Block:
 class Command:
     place: str
     text: str
+    must_fail: bool
     prints: list[str] = field(default_factory=list)
 
 
@@ -82,7 +83,8 @@ def commands_of(block: Block) -> list[Command]:
     commands: list[Command] = []
     for number, line in enumerate(block.lines, block.line + 1):
         if line.startswith("$ "):
-            commands.append(Command(f"{block.page.relative_to(SOURCE)}:{number}", line[2:]))
+            place = f"{block.page.relative_to(SOURCE)}:{number}"
+            commands.append(Command(place, line[2:], "fails" in block.words))
         elif not commands:
             raise ValueError(f"{block.place}: a session begins with a command")
         elif line.startswith("> ") and not commands[-1].prints:
@@ -142,7 +144,7 @@ def follow(page: Path, folder: Path, programs: Path, nightly: bool, seconds: flo
     wrong = []
     for index, (command, (text, code)) in enumerate(zip(commands, done)):
         asked = index + 1 < len(commands) and commands[index + 1].text == "echo $?"
-        if code != 0 and not asked:
+        if (code != 0) != command.must_fail and not asked:
             wrong.append(f"{command.place}: exit code {code}: {command.text}\n{text}")
         elif not is_printed(command.prints, text):
             wanted = "\n".join(command.prints)

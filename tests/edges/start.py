@@ -15,7 +15,7 @@ from typing import Any, Callable
 
 from attack import GUARD_LIMIT, Scene, Skipped, as_root, attack, enter
 from laboratory import AUTO, OFF, Laboratory
-from program import NOBODY, Ran
+from program import NOBODY, Ran, until
 from rig import SAFE, hold
 
 FOUND_AT = 35.0  # °C, the set point that the chamber has before
@@ -220,3 +220,38 @@ def safe_set_point_beyond_the_controller(scene: Scene) -> None:
     laboratory.chamber.set_limits(SAFE + 8, 180.0)
     ran = try_to_start(scene, laboratory, scene.folder / "run.db")
     expect_untouched(scene, laboratory, ran, 3, 4)
+
+
+def checked_with_a_silent(scene: Scene, *, instrument: str) -> None:
+    """check --connect asks every instrument although one is silent, and names that one and its line."""
+    laboratory = scene.laboratory()
+    getattr(laboratory, instrument).silent = True
+    ran = scene.programs.finish([scene.programs.gyrotherm, "check", "--rig", scene.rig(laboratory), "--connect"], 60)
+    scene.expect(ran.code == 3, f"exit {ran.code}, expected 3: {ran.text[-400:]}")
+    faults = [line for line in ran.text.splitlines() if "FAULT" in line]
+    scene.expect(len(faults) == 1, f"{len(faults)} faults, expected one: {faults}")
+    line = laboratory.lines[instrument]
+    scene.expect(all(line in fault for fault in faults), f"{line} is not named: {faults}")
+    for other in laboratory.lines:
+        if other not in (instrument, "gyro"):
+            answered = {"chamber": "F4T", "thermometer_1": "LSCI", "thermometer_2": "LSCI"}[other]
+            scene.expect(answered in ran.text, f"{other} is not reported: {ran.text[-600:]}")
+
+
+for _instrument in ("chamber", "thermometer_1", "thermometer_2", "gyro"):
+    enter("start", f"check_with_a_silent_{_instrument}",
+          functools.partial(checked_with_a_silent, instrument=_instrument))
+
+
+@attack("start")
+def a_start_says_what_it_waits_for(scene: Scene) -> None:
+    """A run whose chamber is silent says within a second what it is connecting to."""
+    laboratory = scene.laboratory()
+    laboratory.chamber.silent = True
+    began = time.monotonic()
+    run = scene.start(scene.profile(hold(60.0, 10)), scene.rig(laboratory))
+    said = until(lambda: "connecting to" in run.errors() or run.ended(), 10)
+    scene.fact(f"said after {time.monotonic() - began:.1f} s")
+    scene.expect(said and time.monotonic() - began < 2, "2 s later it has not said what it waits for")
+    scene.expect(laboratory.lines["chamber"] in run.errors(), f"without the line: {run.errors()[-300:]}")
+    scene.expect(run.wait(60) not in (None, 0), "it did not end")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the machine itself stood still: then an attack may fail whose program is without fault."""
+"""Whether the machine itself stood still: then a test that takes time may fail though the program is without fault."""
 from __future__ import annotations
 
 import threading

@@ -78,22 +78,22 @@ class ComparisonWriter {
     return sentence(language_, "say.has_changed", beyond(), by_weight_.size());
   }
 
-  /// "Stabilised bias: Bias", and below where: "u1.x, set point −40 °C, no. 2".
+  [[nodiscard]] std::string stages(const ComparedResult& one) const {
+    if (one.before_at == one.now_at) return say(name(one.now_at));
+    return say(name(one.before_at)) + " → " + say(name(one.now_at));
+  }
+
+  /// "Stabilised bias: Bias / (°/h)", and below where: "u1.x, as left → as found, set point −40, random".
   [[nodiscard]] Cell what(const ComparedResult& one) const {
-    Cell cell{.text = say(one.key)};
-    if (one.quantity != one.key) cell.text += ": " + say(one.quantity);
-    cell.note = one.axis;
+    std::string text = say(one.key);
+    if (one.quantity != one.key) text += ": " + say(one.quantity);
+    Cell cell{.text = with_unit(text, one.unit), .note = one.axis};
     const auto add = [&](const std::string& more) { cell.note += (cell.note.empty() ? "" : ", ") + more; };
+    add(stages(one));
     if (const auto blank = one.condition.find(' '); blank != std::string::npos)
       add(say(one.condition.substr(0, blank)) + " " + one.condition.substr(blank + 1));
     if (!one.profile.empty()) add(one.profile);
     return cell;
-  }
-
-  [[nodiscard]] Cell stages(const ComparedResult& one) const {
-    const auto stage = [&](Stage at) { return say(name(at)); };
-    if (one.before_at == one.now_at) return {.text = stage(one.now_at)};
-    return {.text = stage(one.before_at) + " → " + stage(one.now_at)};
   }
 
   [[nodiscard]] Cell normalised_error(const ComparedResult& one) const {
@@ -105,17 +105,14 @@ class ComparisonWriter {
 
   [[nodiscard]] DocumentTable changes() const {
     DocumentTable table{.caption = say("title.table") + " 1: " + say("caption.changes"),
-                        .header = {say("column.quantity"), say("column.stage"), say("column.unit"),
-                                   say("column.before"), say("column.now"), say("column.change"), say("column.e_n")},
-                        .text_columns = 3};
+                        .header = {say("column.quantity"), say("column.e_n"), say("column.before"), say("column.now"),
+                                   say("column.change")}};
     for (const ComparedResult* one : by_weight_)
       table.rows.push_back({what(*one),
-                            stages(*one),
-                            {.text = format_unit(one->unit)},
+                            normalised_error(*one),
                             {.text = format(language_, one->before)},
                             {.text = format(language_, one->now)},
-                            {.text = format(language_, change_of(*one))},
-                            normalised_error(*one)});
+                            {.text = format(language_, change_of(*one))}});
     return table;
   }
 

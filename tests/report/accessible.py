@@ -20,6 +20,12 @@ SKIPPED = 77
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WIDTHS = (360, 800, 1280)
 FIRST_PAINT_MS = 1000
+PAINTED = """const done = arguments[0], end = performance.now() + 10000;
+function look() {
+  const paints = performance.getEntriesByType('paint').map(paint => paint.startTime);
+  if (paints.length > 0 || performance.now() > end) done(paints); else requestAnimationFrame(look);
+}
+look();"""
 
 try:
     from selenium import webdriver
@@ -55,7 +61,7 @@ def pages(program: str, folder: pathlib.Path) -> list[pathlib.Path]:
 def troubles(driver: webdriver.Chrome, script: str, page: pathlib.Path, width: int) -> list[str]:
     driver.set_window_size(width, 900)
     driver.get(page.as_uri())
-    paints = driver.execute_script("return performance.getEntriesByType('paint').map(p => p.startTime)")
+    paints = driver.execute_async_script(PAINTED)
     driver.execute_script(script)
     found = driver.execute_async_script("const done = arguments[0]; axe.run(document).then(done)")["violations"]
     said = [f"{one['id']}: {one['help']}: {node['html'][:120]}" for one in found for node in one["nodes"]]

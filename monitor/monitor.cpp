@@ -14,12 +14,14 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <thread>
 
 #include "core/clock.hpp"
 #include "core/process.hpp"
 #include "monitor/notifier.hpp"
+#include "monitor/secop_server.hpp"
 #include "monitor/site_answers.hpp"
 #include "monitor/web_server.hpp"
 
@@ -43,7 +45,7 @@ constexpr bool kWatched = false;
 /// less, and counts what is really used; this counts what was asked for, thread stacks among it. A sanitizer asks for
 /// terabytes.
 void limit_itself() {
-  constexpr rlim_t kData = 192 * 1024 * 1024, kFiles = 160;
+  constexpr rlim_t kData = 192 * 1024 * 1024, kFiles = 180;
   constexpr std::size_t kStack = 1024 * 1024;
   const rlimit data{kData, kData}, files{kFiles, kFiles};
   ::setrlimit(RLIMIT_NOFILE, &files);
@@ -63,9 +65,9 @@ struct Address {
   [[nodiscard]] bool is_own() const { return host == "127.0.0.1" || host == "::1"; }
 };
 
-Result<Address> parse_address(const std::string& text) {
+Result<Address> parse_address(const std::string& option, const std::string& text) {
   const auto wrong = [&] {
-    return failure(FaultKind::usage, "--listen " + text, "expected ADDRESS:PORT, as 127.0.0.1:8321");
+    return failure(FaultKind::usage, option + " " + text, "expected ADDRESS:PORT, as 127.0.0.1:8321");
   };
   const auto colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) return wrong();
@@ -103,6 +105,60 @@ Result<void> check(const MonitorOptions& options, const Address& address, bool h
         "--listen " + options.listen,
         "others than this machine are spoken to by TLS alone: --certificate and --key, or --behind-proxy on 127.0.0.1");
   return {};
+}
+
+/// SECoP has no users: whoever reaches the node reads the run.
+Result<void> check_secop(const MonitorOptions& options, const Address& address, bool has_users) {
+  if (options.secop_for_everybody || (address.is_own() && !has_users && !options.behind_proxy)) return {};
+  return failure(FaultKind::usage, "--secop " + options.secop,
+                 std::string(address.is_own() ? "the page is for users alone" : "is an address that others reach") +
+                     ", and SECoP has no login; --secop-for-everybody lets whoever reaches the node read the run");
+}
+
+std::string in_url(const std::string& host) { return host.find(':') == std::string::npos ? host : "[" + host + "]"; }
+
+/// The SEC node with its thread.
+class SecopService {
+ public:
+  SecopService(const RunCatalogue& catalogue, const MonitorOptions& options, Users& users, const Clock& clock)
+      : run_(catalogue, options.secop_rig, clock),
+        server_(
+            run_, [&users, open = options.secop_for_everybody] { return open || !users.has_any(); }, clock) {}
+  ~SecopService() {
+    server_.stop();
+    if (thread_.joinable()) thread_.join();
+  }
+  SecopService(const SecopService&) = delete;
+  SecopService& operator=(const SecopService&) = delete;
+
+  /// Binds, and serves from now on.
+  [[nodiscard]] Result<void> start(const Address& address) {
+    return server_.bind(address.host, address.port).map([&](int port) {
+      place_ = fmt::format("secop://{}:{}", in_url(address.host), port);
+      thread_ = std::thread([this] {
+        block_signals();
+        server_.serve();
+      });
+    });
+  }
+  [[nodiscard]] const std::string& place() const { return place_; }
+
+ private:
+  SecopRun run_;
+  SecopServer server_;
+  std::string place_;
+  std::thread thread_;
+};
+
+/// Null where none is asked for.
+Result<std::unique_ptr<SecopService>> open_secop(const MonitorOptions& options, const RunCatalogue& catalogue,
+                                                 Users& users, const Clock& clock) {
+  if (options.secop.empty()) return nullptr;
+  const auto address = parse_address("--secop", options.secop);
+  if (!address) return failure(address.error());
+  if (auto good = check_secop(options, *address, users.has_any()); !good) return failure(good.error());
+  auto service = std::make_unique<SecopService>(catalogue, options, users, clock);
+  return service->start(*address).map([&] { return std::move(service); });
 }
 
 /// A thread that does something now and then until it is stopped.
@@ -163,7 +219,7 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   if (auto loaded = users.load(); !loaded) return loaded;
   Sessions sessions(folder + "/" + kSessionsFile, clock);
   if (auto loaded = sessions.load(); !loaded) return loaded;
-  const auto address = parse_address(options.listen);
+  const auto address = parse_address("--listen", options.listen);
   if (!address) return failure(address.error());
   if (auto good = check(options, *address, users.has_any()); !good) return good;
   std::optional<TlsServer> tls;
@@ -197,6 +253,8 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   const auto port = server.bind();
   if (!port) return failure(port.error());
   catalogue.look();
+  const auto secop = open_secop(options, catalogue, users, clock);
+  if (!secop) return failure(secop.error());
   const Often looking(kLookEvery, [&] { catalogue.look(); });
   const Often reading(kReadEvery, [&] { feed.read(); });
   const Often catching_up(kReadEvery, [&] { runs.catch_up(); });
@@ -207,8 +265,8 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
     block_signals();
     server.serve();
   });
-  say(fmt::format("{}://{}:{}/", tls ? "https" : "http",
-                  address->host.find(':') == std::string::npos ? address->host : "[" + address->host + "]", *port));
+  say(fmt::format("{}://{}:{}/", tls ? "https" : "http", in_url(address->host), *port));
+  if (*secop) say((*secop)->place());
   int signal = 0;
   sigwait(&ends, &signal);
   feed.stop();

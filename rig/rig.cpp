@@ -52,6 +52,7 @@ class DriversOnLines final : public Drivers {
   std::unique_ptr<drivers::Thermometer> thermometer(const RigFile& file, std::size_t index,
                                                     const std::string& place) override {
     const auto& settings = file.thermometers[index];
+    if (settings.kind == drivers::ThermometerKind::process) return make_process_thermometer(settings, place);
     return make_thermometer(settings, place, drivers::parse_line(settings.line).value());
   }
   std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, std::size_t line, Duration within) override {

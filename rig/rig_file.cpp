@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 #include <utility>
 
@@ -148,6 +149,12 @@ void settle_simulated(const TomlTable& root, RigFile& rig) {
                  rig.simulated ? "a virtual rig needs a [virtual] table" : "a real rig has no [virtual] table");
 }
 
+/// The folder that a file lies in: "." of "rig.toml".
+std::string folder_of(const std::string& file) {
+  const auto folder = std::filesystem::path(file).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
+
 }  // namespace
 
 std::string in_words(const Limiter& limiter) {
@@ -170,7 +177,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   read_chamber(chamber, rig);
   std::set<std::string> seen;
   for (const auto& table : root->tables("thermometer"))
-    rig.thermometers.push_back(read_thermometer(table, rig.thermometers.size() + 1, seen));
+    rig.thermometers.push_back(read_thermometer(table, folder_of(file), rig.thermometers.size() + 1, seen));
   if (rig.thermometers.empty()) root->mistake("", "missing [[thermometer]], expected at least one");
   const auto channels = names_of(thermometer_channels(rig));
   auto gyros = read_gyros(*root, file, channels, known.gyro_streams);

@@ -87,6 +87,17 @@ void read_dcon(const TomlTable& table, ThermometerSettings& settings) {
   if (table.has("type")) settings.type = one_of(kDconTypes, table, "type");
 }
 
+/// A program has no line of ours: it speaks to its instrument itself.
+void read_command(const TomlTable& table, const std::string& folder, ThermometerSettings& settings) {
+  settings.command = {.words = table.texts("command"), .folder = folder};
+  settings.line = "process:" + text(settings.command);
+  if (settings.command.words.empty() || settings.command.words.front().empty())
+    table.mistake("command", "no \"command\", expected a program and its arguments, as [\"python3\", \"acme.py\"]");
+  if (!table.has("line")) return;
+  settings.line = table.text("line");
+  if (settings.line != kVirtualLine) table.mistake("line", "a program has no line; expected none, or \"virtual\"");
+}
+
 std::optional<std::chrono::sys_days> read_day(const TomlTable& table, const char* key) {
   if (!table.has(key)) return std::nullopt;
   const auto text = table.text(key);
@@ -210,13 +221,18 @@ void check_line(const TomlTable& table, const std::string& line) {
     table.mistake("line", "this instrument is not an HID device; expected a tcp:// or serial: line");
 }
 
-ThermometerSettings read_thermometer(const TomlTable& table, std::size_t number, std::set<std::string>& seen) {
+ThermometerSettings read_thermometer(const TomlTable& table, const std::string& folder, std::size_t number,
+                                     std::set<std::string>& seen) {
   ThermometerSettings settings;
   settings.place = table.place();
   settings.kind = one_of(drivers::kThermometerDrivers, table, "driver");
   settings.driver = row_of(settings.kind).name;
-  settings.line = table.text("line");
-  check_line_of(table, settings);
+  if (settings.kind == Kind::process) {
+    read_command(table, folder, settings);
+  } else {
+    settings.line = table.text("line");
+    check_line_of(table, settings);
+  }
   if (settings.kind == Kind::dcon) read_dcon(table, settings);
   if (settings.kind == Kind::mcc_usb_temp && table.has("sensor")) settings.sensor = read_sensor(table.table("sensor"));
   read_channels(table, number, seen, settings);
@@ -236,9 +252,20 @@ std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings
                           false);
 }
 
+std::unique_ptr<drivers::Thermometer> make_process_thermometer(const ThermometerSettings& settings,
+                                                               const std::string& place) {
+  auto program = std::make_unique<drivers::ProcessStream>(settings.command);
+  auto* const started = program.get();
+  return drivers::make_process_thermometer(
+      std::move(program), place, {.channels = settings.channels.size(), .end_program = [started] { started->kill(); }});
+}
+
 std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings, const std::string& place,
                                                        std::unique_ptr<drivers::ByteStream> stream, bool simulated,
                                                        const Clock* clock) {
+  if (settings.kind == Kind::process)
+    return drivers::make_process_thermometer(std::move(stream), place,
+                                             {.channels = settings.channels.size(), .clock = clock});
   if (const auto make = row_of(settings.kind).make) return make(std::move(stream), place, clock, simulated);
   drivers::DconOptions options{.checksum = settings.checksum, .type = settings.type, .clock = clock};
   if (simulated) options.pause = {};

@@ -13,6 +13,7 @@
 #include "core/toml_reader.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/line/line_address.hpp"
+#include "drivers/line/process_stream.hpp"
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 #include "drivers/thermometer/thermometer_kinds.hpp"
@@ -32,6 +33,7 @@ struct ThermometerSettings {
   drivers::DconChecksum checksum{};          ///< dcon
   std::optional<std::uint8_t> type;          ///< dcon: that the modules must be set to
   std::optional<drivers::MccSensor> sensor;  ///< mcc_usb_temp: at each input; nothing: as it was set up before
+  drivers::ProgramCommand command;           ///< process: the program that is its driver
   std::string place;
 };
 
@@ -42,14 +44,18 @@ void check_line(const TomlTable& table, const std::string& line);
 /// [[thermometer.calibration]] (channel, offset or polynomial, certificate, due), and `certificate` and `due` for all
 /// channels without their own; `uncertainty` (K) with its `coverage_factor` or `distribution`, `drift_k_per_year` and
 /// `calibrated` (a day) in either table likewise; and those of the driver: addresses, checksum and type (dcon),
-/// [thermometer.sensor] (mcc_usb_temp). `seen`: the channels of the rig so far.
-[[nodiscard]] ThermometerSettings read_thermometer(const TomlTable& table, std::size_t number,
-                                                   std::set<std::string>& seen);
+/// [thermometer.sensor] (mcc_usb_temp), command (process, which has no line but "virtual"; it runs in `folder`).
+/// `seen`: the channels of the rig so far.
+[[nodiscard]] ThermometerSettings read_thermometer(const TomlTable& table, const std::string& folder,
+                                                   std::size_t number, std::set<std::string>& seen);
 
 /// The driver of a real one, on `line`. `place` names the instrument in its faults.
 [[nodiscard]] std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings,
                                                                      const std::string& place,
                                                                      const drivers::Line& line);
+/// The driver of a real one whose driver is a program.
+[[nodiscard]] std::unique_ptr<drivers::Thermometer> make_process_thermometer(const ThermometerSettings& settings,
+                                                                             const std::string& place);
 /// The driver of one that is spoken to in bytes, whose wire is there already; a simulated one needs no pauses.
 /// `clock`: of a wire with a time of its own.
 [[nodiscard]] std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings,

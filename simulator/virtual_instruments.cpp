@@ -77,6 +77,8 @@ MakeSession session_of(const VirtualThermometer& thermometer, const Places& plac
       return [&laboratory, modules = modules_of(thermometer, places)] {
         return std::make_unique<DconSession>(laboratory, modules);
       };
+    case drivers::ThermometerKind::process:
+      return [&laboratory, places] { return std::make_unique<ProcessSession>(laboratory, places); };
     case drivers::ThermometerKind::mcc_usb_temp: return {};
   }
   return {};

@@ -61,6 +61,9 @@ std::string thermometer_lines(const rig::RigFile& rig) {
   for (const auto& channel : channels)
     if (const auto words = describe_calibration(channel); words != "none")
       lines += fmt::format("    {}: {}\n", channel.name, words);
+  for (const auto& settings : rig.thermometers)
+    if (!settings.command.words.empty())
+      lines += fmt::format("    {}: by the program {}\n", fmt::join(settings.channels, " "), text(settings.command));
   for (const auto& line : overdue(rig)) lines += fmt::format("    WARNING: {}\n", line);
   return lines;
 }

@@ -38,12 +38,15 @@ struct Connected {
   std::string title;
   std::string line;
   std::uint16_t usual_port = drivers::LineDefaults{}.port;
+  drivers::ProgramCommand program{};  ///< of others, which speaks to the instrument; without words: none
 };
 
 std::vector<Connected> lines_of(const rig::RigFile& rig) {
   std::vector<Connected> lines{{"chamber", rig.chamber_line, rig.chamber_map.link.modbus.port}};
   for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
-    lines.push_back({fmt::format("thermometer {}", i + 1), rig.thermometers[i].line});
+    lines.push_back({.title = fmt::format("thermometer {}", i + 1),
+                     .line = rig.thermometers[i].line,
+                     .program = rig.simulated ? drivers::ProgramCommand{} : rig.thermometers[i].command});
   for (const auto& gyro : rig.gyro_lines) lines.push_back({title_of(gyro, rig.units), gyro.line});
   for (std::size_t i = 0; i < rig.analogue_inputs.size(); ++i)
     lines.push_back({rig::title_of_analogue(i), rig.analogue_inputs[i].line,
@@ -88,7 +91,17 @@ Finding check_hid(const drivers::HidLine& line, const std::vector<Device>& devic
   return {"", FindingState::ok, device.node.path + " may be opened", ""};
 }
 
+/// It is looked for, and not run: what it does when it runs is not known.
+Finding check_program(const drivers::ProgramCommand& program) {
+  const auto found = find_program(program);
+  if (!found)
+    return {"", FindingState::fault, text(found.error()),
+            fmt::format("install it, or chmod +x; `command` in the rig file is looked for from {}", program.folder)};
+  return {"", FindingState::ok, *found + " may be run", ""};
+}
+
 Finding check_line(const Connected& connected, const std::vector<Device>& devices) {
+  if (!connected.program.words.empty()) return check_program(connected.program);
   const auto line = drivers::parse_line(connected.line);
   if (!line)
     return {"", FindingState::fault, text(line.error()), "gyrotherm check --rig says where", FaultKind::bad_file};

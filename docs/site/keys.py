@@ -36,7 +36,8 @@ RIG = {
         "read_safe": ["safe"], "settle_simulated": [""],
     },
     "rig/thermometer_settings.cpp": {
-        "read_sensor": ["thermometer.sensor"], "read_dcon": ["[thermometer] dcon"], "read_certificate": _CALIBRATED,
+        "read_sensor": ["thermometer.sensor"], "read_dcon": ["[thermometer] dcon"],
+        "read_command": ["[thermometer] process"], "read_certificate": _CALIBRATED,
         "read_uncertainty": _CALIBRATED, "read_calibration": ["[thermometer.calibration]"],
         "read_offsets": ["[thermometer]"], "read_channels": ["[thermometer]"], "read_thermometer": ["[thermometer]"],
     },

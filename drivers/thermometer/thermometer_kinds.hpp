@@ -13,11 +13,12 @@
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/lakeshore_218.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
+#include "drivers/thermometer/process_thermometer.hpp"
 #include "drivers/thermometer/pt12.hpp"
 
 namespace gyrotherm::drivers {
 
-enum class ThermometerKind { lakeshore_218, dcon, pt12, mcc_usb_temp };
+enum class ThermometerKind { lakeshore_218, dcon, pt12, mcc_usb_temp, process };
 
 /// Makes an instrument that needs nothing beside its line. `simulated`: it waits for nothing that only a real one
 /// needs.
@@ -49,6 +50,7 @@ inline constexpr std::array kThermometerKinds{
     ThermometerKindRow{
         .kind = ThermometerKind::pt12, .name = "pt12", .inputs = kPt12Inputs, .make = on_line<Pt12Timing, make_pt12>},
     ThermometerKindRow{.kind = ThermometerKind::mcc_usb_temp, .name = "mcc_usb_temp", .inputs = kMccInputs},
+    ThermometerKindRow{.kind = ThermometerKind::process, .name = "process", .inputs = kMostProcessInputs},
 };
 
 /// The row of a kind; rows stand in the order of the kinds.

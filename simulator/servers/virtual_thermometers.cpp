@@ -128,6 +128,18 @@ std::string Pt12Session::answer(std::string_view command) const {
   return {};
 }
 
+std::string ProcessSession::answer(std::string_view command) const {
+  const auto question = drivers::split_numbered_line(command);
+  if (!question) return {};
+  if (question->rest == "hello")
+    return fmt::format("{} {}\n", question->number,
+                       drivers::encode_process_greeting({inputs_.size(), "a virtual program"}));
+  if (question->rest != "read") return {};
+  std::vector<std::optional<double>> shown;
+  for (const auto input : inputs_) shown.push_back(read_at(input, laboratory_));
+  return fmt::format("{} {}\n", question->number, drivers::encode_process_readings(shown));
+}
+
 namespace {
 
 constexpr float kColdJunctionC = 25;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The virtual thermometers' side of their protocols: Lake Shore 218, DCON modules, RH Systems PT12, MCC USB-TEMP. A
-/// dead thermometer is on each of them as if there were none; on a USB-TEMP its wire is open.
+/// The virtual thermometers' side of their protocols: Lake Shore 218, DCON modules, RH Systems PT12, MCC USB-TEMP, and
+/// programs of others. A dead thermometer is on each of them as if there were none; on a USB-TEMP its wire is open.
 #pragma once
 
 #include <array>
@@ -14,6 +14,7 @@
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/lakeshore_218.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
+#include "drivers/thermometer/process_thermometer.hpp"
 #include "drivers/thermometer/pt12.hpp"
 #include "drivers/wires.hpp"
 #include "simulator/servers/session.hpp"
@@ -82,6 +83,21 @@ class Pt12Session final : public TextSession {
 
   const VirtualLaboratory& laboratory_;
   Inputs inputs_;
+};
+
+/// What a program of others would answer (docs/adding-an-instrument.md): hello and read, each with its number; to
+/// anything else it says nothing.
+class ProcessSession final : public TextSession {
+ public:
+  /// `inputs` are the world's thermometers, by index. `laboratory` must outlive this.
+  ProcessSession(const VirtualLaboratory& laboratory, std::vector<std::size_t> inputs)
+      : TextSession('\n'), laboratory_(laboratory), inputs_(std::move(inputs)) {}
+
+ private:
+  [[nodiscard]] std::string answer(std::string_view command) const override;
+
+  const VirtualLaboratory& laboratory_;
+  std::vector<std::size_t> inputs_;
 };
 
 /// A virtual MCC USB-TEMP, in memory: what would be at the other end of its HID reports. Keeps what its items are set

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/thermometer/process_thermometer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "core/deadline.hpp"
+#include "core/text.hpp"
+#include "drivers/thermometer/placed_readings.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+constexpr TemperatureRange kPossible{{-273.15}, {3000}};
+constexpr std::size_t kMostAtOnce = 64 * 1024;  ///< bytes in answer to one question
+constexpr int kMostFailures = 10;
+constexpr std::string_view kNoReading = "-";
+
+template <class Number>
+std::optional<Number> whole_number(std::string_view text) {
+  Number number{};
+  const auto* const last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, number);
+  return error == std::errc{} && end == last ? std::optional(number) : std::nullopt;
+}
+
+/// Takes the first word away, and the blank behind it.
+std::string_view next_word(std::string_view& text) {
+  const auto blank = text.find(' ');
+  const auto word = text.substr(0, blank);
+  text = blank == std::string_view::npos ? std::string_view() : text.substr(blank + 1);
+  return word;
+}
+
+std::string shown(std::string_view text) {
+  constexpr std::size_t kShown = 60;
+  return plain(text.substr(0, kShown)) + (text.size() > kShown ? "…" : "");
+}
+
+std::optional<double> number_in(std::string_view word) {
+  if (word.empty() || word.find_first_not_of("0123456789.eE+-") != std::string_view::npos) return std::nullopt;
+  if (word.front() == '+') {
+    word.remove_prefix(1);
+    if (word.starts_with('-')) return std::nullopt;
+  }
+  double value{};
+  const auto* const last = word.data() + word.size();
+  const auto [end, error] = std::from_chars(word.data(), last, value);
+  return error == std::errc{} && end == last ? std::optional(value) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<NumberedLine> split_numbered_line(std::string_view line) {
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  const auto number = whole_number<std::uint64_t>(next_word(line));
+  return number ? std::optional(NumberedLine{*number, line}) : std::nullopt;
+}
+
+Result<ProcessGreeting> decode_process_greeting(std::string_view text) {
+  const auto protocol = next_word(text);
+  if (protocol != kProcessProtocol)
+    return failure(FaultKind::mismatch, "hello",
+                   fmt::format("\"{}\" answers, expected {}", shown(protocol), kProcessProtocol));
+  const auto inputs = whole_number<std::size_t>(next_word(text));
+  if (!inputs || *inputs < 1 || *inputs > kMostProcessInputs || trimmed(text).empty())
+    return failure(FaultKind::corrupted, "hello",
+                   fmt::format("expected {} INPUTS NAME, with 1 to {} inputs", kProcessProtocol, kMostProcessInputs));
+  return ProcessGreeting{*inputs, plain(trimmed(text))};
+}
+
+std::string encode_process_greeting(const ProcessGreeting& greeting) {
+  return fmt::format("{} {} {}", kProcessProtocol, greeting.inputs, greeting.identity);
+}
+
+Result<std::vector<Result<Celsius>>> decode_process_readings(std::string_view text, std::size_t inputs) {
+  const auto whole = text;
+  const auto wrong = [&] {
+    return failure(FaultKind::corrupted, "read", fmt::format("\"{}\" is not {} readings", shown(whole), inputs));
+  };
+  std::vector<Result<Celsius>> readings;
+  while (!text.empty()) {
+    const auto word = next_word(text);
+    const auto place = fmt::format("input {}", readings.size() + 1);
+    const auto value = number_in(word);
+    if (readings.size() == inputs || (!value && word != kNoReading)) return wrong();
+    readings.push_back(value ? within(kPossible, {*value}, place)
+                             : failure(FaultKind::out_of_range, place, "the program has no reading of it"));
+  }
+  if (readings.size() != inputs || whole.ends_with(' ')) return wrong();
+  return readings;
+}
+
+std::string encode_process_readings(std::span<const std::optional<double>> celsius) {
+  std::string text;
+  for (const auto& reading : celsius) {
+    if (!text.empty()) text += ' ';
+    text += reading ? fmt::format("{:.6f}", *reading) : std::string(kNoReading);
+  }
+  return text;
+}
+
+namespace {
+
+class ProcessThermometer final : public Thermometer {
+ public:
+  ProcessThermometer(std::unique_ptr<ByteStream> line, std::string place, ProcessThermometerOptions options)
+      : line_(std::move(line)), place_(std::move(place)), options_(std::move(options)) {}
+
+  Result<std::string> identify() override {
+    greeting_.reset();
+    auto greeted = greet(Deadline(options_.greets_within, options_.clock));
+    if (!greeted) return failure(at_instrument(place_, std::move(greeted.error())));
+    return greeting_->identity;
+  }
+
+  std::vector<Result<Celsius>> read() override {
+    auto readings = ask_readings(Deadline(options_.within, options_.clock));
+    failures_ = readings ? 0 : failures_ + 1;
+    if (failures_ >= kMostFailures && options_.end_program) {
+      options_.end_program();
+      forget();
+      failures_ = 0;
+    }
+    return readings_at(place_, options_.channels, std::move(readings));
+  }
+
+ private:
+  Result<std::vector<Result<Celsius>>> ask_readings(const Deadline& deadline) {
+    if (!greeting_)
+      if (auto greeted = greet(deadline); !greeted) return failure(std::move(greeted.error()));
+    const auto answer = ask("read", deadline);
+    if (!answer) return failure(answer.error());
+    auto readings = decode_process_readings(*answer, greeting_->inputs);
+    if (readings) readings->erase(readings->begin() + static_cast<std::ptrdiff_t>(options_.channels), readings->end());
+    return readings;
+  }
+
+  Result<void> greet(const Deadline& deadline) {
+    const auto answer = ask("hello", deadline);
+    if (!answer) return failure(answer.error());
+    auto greeting = decode_process_greeting(*answer);
+    if (!greeting) return failure(std::move(greeting.error()));
+    if (greeting->inputs < options_.channels)
+      return failure(
+          FaultKind::mismatch, "hello",
+          fmt::format("it has {} inputs, and the rig names {} channels", greeting->inputs, options_.channels));
+    greeting_ = std::move(*greeting);
+    return {};
+  }
+
+  Result<std::string> ask(std::string_view word, const Deadline& deadline) {
+    const auto question = fmt::format("{} {}\n", ++number_, word);
+    if (auto sent = line_->write(std::as_bytes(std::span(question)), deadline.left()); !sent)
+      return broken(std::move(sent.error()));
+    std::size_t came = 0;
+    while (true) {
+      if (auto answer = take_answer(); !answer || *answer)
+        return answer.map([](std::optional<std::string> found) { return std::move(*found); });
+      if (came > kMostAtOnce)
+        return failure(FaultKind::corrupted, std::string(word), "more than 64 KiB answer one question");
+      std::array<std::byte, 4096> some{};
+      const auto size = line_->read(some, deadline.left());
+      if (!size) return broken(size.error());
+      came += *size;
+      text_.append(reinterpret_cast<const char*>(some.data()), *size);
+    }
+  }
+
+  /// The answer, if it is there; nothing: not yet. What is no answer is taken away, and told.
+  Result<std::optional<std::string>> take_answer() {
+    for (auto end = text_.find('\n'); end != std::string::npos; end = text_.find('\n')) {
+      const auto line = text_.substr(0, end);
+      text_.erase(0, end + 1);
+      const auto numbered = split_numbered_line(line);
+      if (!numbered || numbered->number > number_ || line.size() > kLongestProcessLine) {
+        text_.clear();
+        return failure(FaultKind::corrupted, "", fmt::format("\"{}\" answers no question", shown(line)));
+      }
+      if (numbered->number == number_) return std::string(numbered->rest);
+    }
+    if (text_.size() <= kLongestProcessLine) return std::nullopt;
+    text_.clear();
+    return failure(FaultKind::corrupted, "", fmt::format("no end of line in {} bytes", kLongestProcessLine));
+  }
+
+  tl::unexpected<Fault> broken(Fault fault) {
+    if (fault.kind == FaultKind::disconnected) forget();
+    return failure(std::move(fault));
+  }
+  void forget() {
+    greeting_.reset();
+    text_.clear();
+  }
+
+  std::unique_ptr<ByteStream> line_;
+  std::string place_;
+  ProcessThermometerOptions options_;
+  std::optional<ProcessGreeting> greeting_;
+  std::uint64_t number_{};  ///< of the last question
+  std::string text_;        ///< that has come, and is not yet a whole line
+  int failures_{};          ///< in a row
+};
+
+}  // namespace
+
+std::unique_ptr<Thermometer> make_process_thermometer(std::unique_ptr<ByteStream> line, std::string place,
+                                                      ProcessThermometerOptions options) {
+  return std::make_unique<ProcessThermometer>(std::move(line), std::move(place), std::move(options));
+}
+
+}  // namespace gyrotherm::drivers

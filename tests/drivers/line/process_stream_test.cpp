@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Programs that behave, and programs that do not: each costs its own line, and nothing is left of it.
+#include "drivers/line/process_stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "core/deadline.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+using std::chrono_literals::operator""s;
+using std::chrono_literals::operator""ms;
+
+ProgramCommand shell(const std::string& script) { return {.words = {"/bin/sh", "-c", script}}; }
+
+Result<void> say(ByteStream& line, const std::string& text) {
+  return line.write(std::as_bytes(std::span(text)), 500ms);
+}
+
+/// All that comes until there is a line's end, or a fault.
+Result<std::string> hear(ByteStream& line, Duration within = 5s) {
+  std::string text;
+  const Deadline deadline(within);
+  while (!text.ends_with('\n')) {
+    std::array<std::byte, 256> some{};
+    const auto size = line.read(some, deadline.left());
+    if (!size) return failure(size.error());
+    text.append(reinterpret_cast<const char*>(some.data()), *size);
+  }
+  return text;
+}
+
+/// Whether a process of somebody else has ended, in a moment; who should have waited for it may not have done so yet.
+bool is_gone(pid_t process) {
+  const auto runs = [&] {
+    std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+    std::string number, name, state;
+    return (file >> number >> name >> state) && state != "Z";
+  };
+  for (const Deadline deadline(5s); !deadline.over(); std::this_thread::sleep_for(10ms))
+    if (!runs()) return true;
+  return false;
+}
+
+pid_t number_in(const std::string& file) {
+  pid_t number = 0;
+  std::ifstream(file) >> number;
+  return number;
+}
+
+TEST(ProcessStream, SpeaksToAProgram) {
+  ProcessStream line({.words = {"cat"}});
+  ASSERT_TRUE(say(line, "hello\n"));
+  EXPECT_EQ(hear(line).value(), "hello\n");
+}
+
+TEST(ProcessStream, NoShellSeesTheWords) {
+  ProcessStream line({.words = {"echo", "$HOME; *"}});
+  EXPECT_EQ(hear(line).value(), "$HOME; *\n");
+}
+
+TEST(ProcessStream, RunsInItsFolderAndHasNoOpenFileOfOurs) {
+  const tests::TestFolder folder;
+  const std::string script =
+      "for i in 3 4 5 6 7 8 9 10 11 12; do [ -e /proc/$$/fd/$i ] && echo open $i; done; echo none, $(pwd -P)";
+  ProcessStream line({.words = {"/bin/sh", "-c", script}, .folder = folder / ""});
+  EXPECT_EQ(hear(line).value(), "none, " + std::filesystem::canonical(folder / ".").string() + "\n");
+}
+
+TEST(ProcessStream, SaysHowTheProgramEndedAndItsLastWords) {
+  ProcessStream line(shell("echo first >&2; echo no such port >&2; exit 3"));
+  const auto ended = hear(line);
+  ASSERT_FALSE(ended);
+  EXPECT_EQ(ended.error().kind, FaultKind::disconnected);
+  EXPECT_EQ(ended.error().what, "the program ended with exit code 3; it said \"no such port\"");
+}
+
+TEST(ProcessStream, SaysWhichSignalEndedIt) {
+  ProcessStream line(shell("kill -SEGV $$"));
+  EXPECT_EQ(hear(line).error().what, "the program was ended by signal 11");
+}
+
+TEST(ProcessStream, IsStartedAnewAndRestsAfterTheSecondEnd) {
+  const tests::TestFolder folder;
+  const auto starts = folder / "starts";
+  ProcessStream line(shell("echo . >> " + starts + "; exit 1"));
+  EXPECT_EQ(hear(line).error().what, "the program ended with exit code 1");
+  EXPECT_EQ(hear(line).error().what, "the program ended with exit code 1");
+  const auto rests = hear(line).error().what;
+  EXPECT_TRUE(rests.starts_with("the program ended with exit code 1; next try in 0.")) << rests;
+  for (int i = 0; i < 1000; ++i) (void)hear(line);
+  std::ifstream file(starts);
+  int count = 0;
+  for (std::string dot; std::getline(file, dot);) ++count;
+  EXPECT_LE(count, 4) << "it is not started again and again";
+}
+
+TEST(ProcessStream, AMissingProgramIsNamed) {
+  ProcessStream line({.words = {"./no-such-program"}});
+  const auto none = hear(line);
+  EXPECT_EQ(text(none.error()), "./no-such-program: cannot be run: No such file or directory");
+}
+
+TEST(ProcessStream, SilenceIsATimeout) {
+  ProcessStream line(shell("sleep 1000"));
+  EXPECT_EQ(hear(line, 100ms).error().kind, FaultKind::timeout);
+}
+
+TEST(ProcessStream, OneThatReadsNothingIsEndedOnceItsPipeIsFull) {
+  ProcessStream line(shell("sleep 1000"));
+  const std::string much(1 << 20, 'x');
+  Result<void> sent;
+  for (int i = 0; i < 8 && sent; ++i) sent = line.write(std::as_bytes(std::span(much)), 50ms);
+  ASSERT_FALSE(sent);
+  EXPECT_EQ(sent.error().what, "the program has read nothing in 0.050 s, and was ended");
+}
+
+TEST(ProcessStream, ComplaintsDoNotFillUp) {
+  ProcessStream line(shell("head -c 1000000 /dev/zero | tr '\\0' 'x' >&2; echo done"));
+  EXPECT_EQ(hear(line).value(), "done\n");
+}
+
+TEST(ProcessStream, AProgramMayEndByItself) {
+  const tests::TestFolder folder;
+  const auto last = folder / "last";
+  {
+    ProcessStream line(shell("echo here; read word; echo ended > " + last));
+    EXPECT_EQ(hear(line).value(), "here\n");
+  }
+  std::string word;
+  std::ifstream(last) >> word;
+  EXPECT_EQ(word, "ended") << "its input was closed, and it had time";
+}
+
+TEST(ProcessStream, NothingIsLeftOfOneThatDoesNotWantToEnd) {
+  const tests::TestFolder folder;
+  const auto file = folder / "child";
+  const auto begun = std::chrono::steady_clock::now();
+  {
+    ProcessStream line(
+        shell("trap '' HUP INT TERM; sleep 1000 & echo $! > " + file + "; echo here; while :; do sleep 1; done"));
+    EXPECT_EQ(hear(line).value(), "here\n");
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, 4s);
+  EXPECT_TRUE(is_gone(number_in(file))) << "its own children too";
+}
+
+TEST(ProcessStream, NothingIsLeftOfTheChildrenOfOneThatDied) {
+  const tests::TestFolder folder;
+  const auto file = folder / "child";
+  ProcessStream line(shell("sleep 1000 & echo $! > " + file + "; echo here; read word; exit 1"));
+  EXPECT_EQ(hear(line).value(), "here\n");
+  ASSERT_TRUE(say(line, "go\n"));
+  for (const Deadline deadline(5s); !deadline.over();)
+    if (const auto next = hear(line, 100ms); !next && next.error().kind == FaultKind::disconnected) break;
+  EXPECT_TRUE(is_gone(number_in(file))) << "although it holds the line open";
+}
+
+TEST(ProcessStream, AStoppedProgramIsKilledToo) {
+  const tests::TestFolder folder;
+  const auto file = folder / "self";
+  {
+    ProcessStream line(shell("echo $$ > " + file + "; echo here; kill -STOP $$"));
+    EXPECT_EQ(hear(line).value(), "here\n");
+  }
+  EXPECT_TRUE(is_gone(number_in(file)));
+}
+
+TEST(FindProgram, LooksInThePathAndInTheFolder) {
+  const tests::TestFolder folder;
+  EXPECT_TRUE(find_program({.words = {"sh"}}).value().ends_with("/sh"));
+  EXPECT_EQ(find_program({.words = {"no-such-program-anywhere"}}).error().what, "is no program in the path");
+  const auto file = folder / "driver";
+  std::ofstream(file) << "#!/bin/sh\n";
+  const ProgramCommand command{.words = {"./driver"}, .folder = folder / ""};
+  EXPECT_EQ(find_program(command).error().what, "is no program that this user may run");
+  std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+  EXPECT_TRUE(find_program(command));
+}
+
+}  // namespace
+}  // namespace gyrotherm::drivers

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Any text as what a program of others prints; what decodes is a greeting or readings that can be.
+#include <cstdlib>
+
+#include "core/text.hpp"
+#include "drivers/thermometer/process_thermometer.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+void take(std::string_view text) {
+  if (const auto line = split_numbered_line(text)) require(line->rest.size() <= text.size());
+  if (const auto greeting = decode_process_greeting(text)) {
+    require(greeting->inputs >= 1 && greeting->inputs <= kMostProcessInputs && is_utf8(greeting->identity));
+    require(decode_process_greeting(encode_process_greeting(*greeting)).value() == *greeting);
+  }
+  for (const std::size_t inputs : {1, 2, 8}) {
+    const auto readings = decode_process_readings(text, inputs);
+    if (!readings) continue;
+    require(readings->size() == inputs);
+    for (const auto& reading : *readings) require(!reading || (reading->value >= -273.15 && reading->value <= 3000));
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string line(reinterpret_cast<const char*>(data), size);
+  take(line);
+  take("gyrotherm-thermometer/1 " + line);
+  // The same bytes by an alphabet of which readings are made.
+  std::string numbers;
+  for (const char byte : line) numbers += "    .. -+e0123456789 -123456789"[byte & 31];
+  take(numbers);
+  return 0;
+}
+
+}  // namespace gyrotherm::drivers

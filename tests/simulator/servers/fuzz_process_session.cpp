@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Any bytes to the virtual program of others: no crash, and every reply is a whole line.
+#include <cstdlib>
+
+#include "simulator/servers/virtual_thermometers.hpp"
+#include "tests/simulator/shipped_rigs.hpp"
+
+namespace gyrotherm::simulator {
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
+  ProcessSession session(laboratory, {0, 1, 2, 3});
+  std::vector<std::byte> reply;
+  for (const char* command : {"", "\n1 hello", "\n2 read\n3 "}) {
+    if (!session.feed(std::as_bytes(std::span(std::string_view(command))), reply)) std::abort();
+    if (!session.feed(std::as_bytes(std::span(data, size)), reply)) std::abort();
+  }
+  if (!reply.empty() && reply.back() != std::byte{'\n'}) std::abort();
+  return 0;
+}
+
+}  // namespace gyrotherm::simulator

@@ -13,22 +13,32 @@
 
 namespace gyrotherm::report {
 
-void DocumentWriter::heading(std::string_view key) {
+void BlockWriter::heading(std::string_view key) {
   add(Heading{.text = word_of(key), .id = std::string(key.substr(key.find('.') + 1))});
 }
 
-void DocumentWriter::subheading(std::string text, std::string id) {
+void BlockWriter::subheading(std::string text, std::string id) {
   add(Heading{.text = std::move(text), .sub = true, .id = std::move(id)});
 }
 
-void DocumentWriter::paragraph(std::string text, Paragraph::Style style) {
+void BlockWriter::paragraph(std::string text, Paragraph::Style style) {
   if (!text.empty()) add(Paragraph{style, std::move(text)});
 }
 
-void DocumentWriter::table(DocumentTable table) {
+void BlockWriter::table(DocumentTable table) {
   if (table.rows.empty()) return;
   for ([[maybe_unused]] const auto& row : table.rows) assert(row.size() == table.header.size());
   add(std::move(table));
+}
+
+void BlockWriter::number_captions() {
+  int tables = 0, figures = 0;
+  for (Block& block : blocks) {
+    if (auto* table = std::get_if<DocumentTable>(&block))
+      table->caption = fmt::format("{} {}: {}", word_of("title.table"), ++tables, table->caption);
+    if (auto* figure = std::get_if<DocumentFigure>(&block))
+      figure->caption = fmt::format("{} {}: {}", word_of("title.figure"), ++figures, figure->caption);
+  }
 }
 
 void DefinitionsWriter::line(std::string_view label_key, std::string value) {
@@ -109,17 +119,6 @@ std::string mark_of(const DocumentWriter& writer) {
   return mark;
 }
 
-/// "Table 3: …" and "Figure 2: …", each counted from 1.
-void number_captions(const DocumentWriter& writer, std::vector<Block>& blocks) {
-  int tables = 0, figures = 0;
-  for (Block& block : blocks) {
-    if (auto* table = std::get_if<DocumentTable>(&block))
-      table->caption = fmt::format("{} {}: {}", writer.word_of("title.table"), ++tables, table->caption);
-    if (auto* figure = std::get_if<DocumentFigure>(&block))
-      figure->caption = fmt::format("{} {}: {}", writer.word_of("title.figure"), ++figures, figure->caption);
-  }
-}
-
 }  // namespace
 
 Document document_of(const CalibrationReport& report, Language language) {
@@ -134,7 +133,7 @@ Document document_of(const CalibrationReport& report, Language language) {
   add_deviations(writer);
   add_files(writer);
   add_statements(writer);
-  number_captions(writer, writer.blocks);
+  writer.number_captions();
   return {.language = language,
           .title = title_of(writer),
           .number = report.number.empty() ? "–" : report.number,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the sections of the calibration report's document are made with: for document*.cpp alone.
+/// What documents are made with: for document*.cpp and comparison_document.cpp alone.
 #pragma once
 
 #include <string>
@@ -12,9 +12,9 @@
 namespace gyrotherm::report {
 
 /// Appends blocks to a document, in its language.
-class DocumentWriter {
+class BlockWriter {
  public:
-  DocumentWriter(const CalibrationReport& of, Language in_language) : report(of), language(in_language) {}
+  explicit BlockWriter(Language in_language) : language(in_language) {}
 
   /// The text of a heading is a key of the table of words, which is its id too: "heading.results" is "results".
   void heading(std::string_view key);
@@ -34,9 +34,19 @@ class DocumentWriter {
     return sentence(language, key, values...);
   }
 
-  const CalibrationReport& report;
+  /// "Table 3: …" and "Figure 2: …", each counted from 1, once all of them are there.
+  void number_captions();
+
   const Language language;
   std::vector<Block> blocks{};
+};
+
+/// … of a calibration report.
+class DocumentWriter : public BlockWriter {
+ public:
+  DocumentWriter(const CalibrationReport& of, Language in_language) : BlockWriter(in_language), report(of) {}
+
+  const CalibrationReport& report;
 };
 
 /// Lines of what and value; those without a value are left out, or say that it is not given.

@@ -49,25 +49,29 @@ std::span<const double> part_of(const std::vector<double>& column, const Stretch
   return std::span(column).subspan(stretch.first, stretch.end - stretch.first);
 }
 
-double mean(std::span<const double> numbers) {
+struct Total {
   double sum = 0;
   int count = 0;
+};
+
+/// Of those that are there.
+Total total(std::span<const double> numbers) {
+  Total found;
   for (const double number : numbers) {
     if (std::isnan(number)) continue;
-    sum += number;
-    ++count;
+    found.sum += number;
+    ++found.count;
   }
+  return found;
+}
+
+double mean(std::span<const double> numbers) {
+  const auto [sum, count] = total(numbers);
   return count > 0 ? sum / count : kMissing;
 }
 
-double sum(std::span<const double> numbers) {
-  double sum = 0;
-  int count = 0;
-  for (const double number : numbers) {
-    if (std::isnan(number)) continue;
-    sum += number;
-    ++count;
-  }
+double sum_of(std::span<const double> numbers) {
+  const auto [sum, count] = total(numbers);
   return count > 0 ? sum : kMissing;
 }
 
@@ -75,7 +79,7 @@ double sum(std::span<const double> numbers) {
 double sum_of_pulses(std::span<const double> pulses, std::span<const double> intervals) {
   for (std::size_t i = 0; i < std::min(pulses.size(), intervals.size()); ++i)
     if (std::isnan(pulses[i]) && !std::isnan(intervals[i])) return kMissing;
-  return sum(pulses);
+  return sum_of(pulses);
 }
 
 class Choosing {
@@ -137,7 +141,7 @@ class Choosing {
       })
                                      : means(rotation));
     }
-    unit.interval_s = each([&](const Stretch& stretch) { return sum(part_of(columns.interval_s, stretch)); });
+    unit.interval_s = each([&](const Stretch& stretch) { return sum_of(part_of(columns.interval_s, stretch)); });
     for (const auto& column : columns.values) unit.values.push_back(means(column));
     for (const auto& column : columns.true_bias_deg_per_h) unit.true_bias_deg_per_h.push_back(means(column));
     return unit;
@@ -169,6 +173,9 @@ Result<void> check_choice(const ExportChoice& choice, const RunInfo& info) {
   return {};
 }
 
-Record chosen_rows(const Record& record, const ExportChoice& choice) { return Choosing(record, choice).chosen(); }
+Record chosen_rows(Record record, const ExportChoice& choice) {
+  const bool is_all = !choice.from && !choice.to && choice.every == Duration{};
+  return is_all ? record : Choosing(record, choice).chosen();
+}
 
 }  // namespace gyrotherm::exchange

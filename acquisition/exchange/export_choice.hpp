@@ -27,7 +27,7 @@ struct ExportChoice {
 /// The rows that are chosen. Where they are put together, stretches are counted from the start of the run, and a row
 /// has the time of the first that is in it: temperatures, rates and values are the means of what is there, pulses and
 /// their intervals are added (an axis of which a second is missing has no sum), and where the profile stood is that of
-/// the first row. Events and gaps stay as they are.
-[[nodiscard]] record::Record chosen_rows(const record::Record& record, const ExportChoice& choice);
+/// the first row. Events and gaps stay as they are. Where every row is chosen it is the record itself.
+[[nodiscard]] record::Record chosen_rows(record::Record record, const ExportChoice& choice);
 
 }  // namespace gyrotherm::exchange

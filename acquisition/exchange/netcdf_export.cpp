@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "acquisition/exchange/exported_columns.hpp"
+#include "acquisition/record/views.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
 
@@ -274,9 +275,9 @@ class NetcdfExport {
     for (const auto& column : record::channel_columns(info_)) {
       if (column.measures == record::Measures::temperature || column.unit != index) continue;
       switch (column.measures) {
-        case record::Measures::rotation: put_axis(column.name, index, axis++); break;
+        case record::Measures::rotation: put_axis(column, index, axis++); break;
         case record::Measures::interval:
-          put(seconds_of(column.name), "s", "time over which pulses of " + unit.name + " were counted",
+          put(record::calibrated_name(column), "s", "time over which pulses of " + unit.name + " were counted",
               columns.interval_s);
           break;
         case record::Measures::value:
@@ -294,17 +295,16 @@ class NetcdfExport {
     }
   }
 
-  void put_axis(const std::string& name, std::size_t unit, std::size_t index) {
+  void put_axis(const record::ChannelColumn& column, std::size_t unit, std::size_t index) {
     const AxisInfo& axis = info_.units[unit].axes[index];
     const auto& columns = record_.units[unit];
     const auto label = record::axis_label(info_.units[unit], index);
     const bool counts = axis.kind == GyroKind::pulse_count;
-    const auto rate = name.substr(0, name.size() - std::string_view("pulses").size()) + "rate_deg_per_h";
-    const int variable =
-        put(rate, "degree/hour", "rate about " + label + ", the Earth's with it", rates_of(record_, unit, index));
-    file_.attribute(variable, "ancillary_variables", variable_name(name));
+    const int variable = put(record::calibrated_name(column), "degree/hour",
+                             "rate about " + label + ", the Earth's with it", rates_of(record_, unit, index));
+    file_.attribute(variable, "ancillary_variables", variable_name(column.name));
     if (axis.earth_rate) file_.attribute(variable, "earth_rate_deg_per_h", axis.earth_rate->value);
-    const int counted = put(name, "1", (counts ? "pulses of " : "number of ") + label, columns.rotation[index]);
+    const int counted = put(column.name, "1", (counts ? "pulses of " : "number of ") + label, columns.rotation[index]);
     file_.attribute(counted, counts ? "arcsec_per_pulse" : "deg_per_h_per_unit", axis.scale);
   }
 
@@ -312,9 +312,6 @@ class NetcdfExport {
     const std::string units = value.is_temperature ? "degC" : value.unit.empty() ? "1" : value.unit;
     put(name, units, value.name + " that the unit tells of itself", column);
   }
-
-  /// Where the name of an interval ends in ns, that in seconds.
-  static std::string seconds_of(const std::string& name) { return name.substr(0, name.size() - 2) + "s"; }
 
   void put_progress() {
     std::vector<int> segment(rows_.row.size(), -1), cycle = segment, phase = segment, state = segment;

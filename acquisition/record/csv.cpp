@@ -14,7 +14,6 @@
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/row.hpp"
-#include "core/file.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::record {
@@ -326,12 +325,6 @@ std::string to_csv(const Record& record) {
   std::string text;
   write_csv(record, [&](std::string_view piece) { text += piece; });
   return text;
-}
-
-Result<void> export_record(const std::string& record_path, const std::string& csv_path) {
-  const auto record = read_record(record_path);
-  if (!record) return failure(record.error());
-  return replace_text_file(csv_path, to_csv(*record));
 }
 
 }  // namespace gyrotherm::record

@@ -95,7 +95,4 @@ void write_csv(const Record& record, const std::function<void(std::string_view)>
 void write_csv_head(const RunInfo& info, bool finished, const std::function<void(std::string_view)>& sink);
 void write_csv_rows(const Record& record, std::int64_t after, const std::function<void(std::string_view)>& sink);
 
-/// Writes it; the file appears as a whole. Fails like read_record, or with storage.
-[[nodiscard]] Result<void> export_record(const std::string& record_path, const std::string& csv_path);
-
 }  // namespace gyrotherm::record

@@ -5,8 +5,6 @@
 
 #include <string_view>
 
-#include "acquisition/record/row.hpp"
-
 namespace gyrotherm::record {
 
 namespace {
@@ -31,11 +29,6 @@ std::string temperature(const Channel& channel) {
   return channel.polynomial.size() == 1 ? fmt::format("{} + 0.0 * {}", sum, reading) : sum;
 }
 
-/// A channel's name with another ending.
-std::string renamed(const std::string& name, std::string_view ending, std::string_view by) {
-  return name.substr(0, name.size() - ending.size()).append(by);
-}
-
 std::string interval_name(const RunInfo& info, std::size_t unit) {
   for (const ChannelColumn& column : channel_columns(info))
     if (column.measures == Measures::interval && column.unit == unit) return column.name;
@@ -50,7 +43,7 @@ std::string rate(const ChannelColumn& column, const RunInfo& info) {
   const bool is_count = axis.kind == GyroKind::pulse_count;
   return fmt::format("{}{} AS \"{}\"", number,
                      is_count ? fmt::format(" / (\"{}\" / 1e9)", interval_name(info, column.unit)) : "",
-                     renamed(column.name, kPulses, kRate));
+                     calibrated_name(column));
 }
 
 std::string selected(const ChannelColumn& column, const RunInfo& info) {
@@ -58,8 +51,7 @@ std::string selected(const ChannelColumn& column, const RunInfo& info) {
     case Measures::temperature:
       return fmt::format("{} AS \"{}\"", temperature(info.thermometers[column.index]), column.name);
     case Measures::rotation: return rate(column, info);
-    case Measures::interval:
-      return fmt::format("\"{}\" / 1e9 AS \"{}\"", column.name, renamed(column.name, kNanoseconds, kSeconds));
+    case Measures::interval: return fmt::format("\"{}\" / 1e9 AS \"{}\"", column.name, calibrated_name(column));
     case Measures::value:
     case Measures::true_bias: break;
   }
@@ -100,6 +92,15 @@ std::string channel_view() {
 }
 
 }  // namespace
+
+std::string calibrated_name(const ChannelColumn& column) {
+  const auto with = [&](std::string_view ending, std::string_view by) {
+    return column.name.substr(0, column.name.size() - ending.size()).append(by);
+  };
+  if (column.measures == Measures::rotation) return with(kPulses, kRate);
+  if (column.measures == Measures::interval) return with(kNanoseconds, kSeconds);
+  return column.name;
+}
 
 std::vector<View> views_of(const RunInfo& info) {
   std::vector<View> views{{"v1_channel", channel_view()},

@@ -13,9 +13,14 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/row.hpp"
 #include "acquisition/record/run_info.hpp"
 
 namespace gyrotherm::record {
+
+/// What a measured column of a record is called once it is calibrated: "u1.x.rate_deg_per_h" of "u1.x.pulses",
+/// "u1.interval_s" of "u1.interval_ns"; any other keeps its name.
+[[nodiscard]] std::string calibrated_name(const ChannelColumn& column);
 
 struct View {
   std::string name;

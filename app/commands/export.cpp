@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <utility>
 
 #include "acquisition/exchange/export_choice.hpp"
 #include "acquisition/exchange/gnuplot.hpp"
@@ -159,9 +160,9 @@ Result<exchange::ExportChoice> choice_of(const ExportArguments& options, const r
 
 /// The record as others want it.
 Result<std::size_t> write_rows(const ExportArguments& options, const exchange::ExportChoice& choice) {
-  const auto whole = record::read_record(options.run);
+  auto whole = record::read_record(options.run);
   if (!whole) return failure(whole.error());
-  const auto chosen = exchange::chosen_rows(*whole, choice);
+  const auto chosen = exchange::chosen_rows(std::move(*whole), choice);
   if (chosen.slot.empty()) return failure(FaultKind::usage, options.run, "no row of the record is among those chosen");
   const auto written =
       options.format == "netcdf"

@@ -5,6 +5,8 @@
 #include <iterator>
 
 #include "acquisition/record/csv.hpp"
+#include "acquisition/record/record.hpp"
+#include "core/file.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
 namespace gyrotherm::record {
@@ -77,6 +79,12 @@ TEST(LiveRowsOfExport, ReadTheColumnsThatAreChosenAndLeaveTheOthersAlone) {
   EXPECT_EQ(rows.numbers()[0], 0.5);
   EXPECT_EQ(rows.numbers()[1], 1);
   EXPECT_TRUE(std::isnan(rows.numbers()[2]));
+}
+
+Result<void> export_record(const std::string& record_path, const std::string& csv_path) {
+  return read_record(record_path).and_then([&](const Record& record) {
+    return replace_text_file(csv_path, to_csv(record));
+  });
 }
 
 TEST(Export, WritesTheWholeFileOrNone) {

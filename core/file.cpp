@@ -104,8 +104,7 @@ struct Place {
 /// Fails with errno's words.
 Result<Place> place_of(const std::string& path) {
   const std::filesystem::path whole(path);
-  const auto parent = whole.parent_path().string();
-  Place place{.folder = Descriptor(::open(parent.empty() ? "." : parent.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)),
+  Place place{.folder = Descriptor(::open(folder_of(whole).c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)),
               .name = whole.filename().string()};
   if (!place.folder.is_open())
     return failure(FaultKind::storage, path, std::string("cannot be written: ") + std::strerror(errno));
@@ -194,6 +193,11 @@ Result<void> replace_text_file(const std::string& path, std::string_view text) {
 Result<void> replace_own_file(const std::string& path, std::string_view text, Syncing syncing, Readers readers) {
   const mode_t mode = readers == Readers::owner ? kForTheOwner : kForTheGroup;
   return replace(path, path, text, {.mode = mode, .whatever_the_umask = true, .syncing = syncing});
+}
+
+std::string folder_of(const std::filesystem::path& path) {
+  const auto folder = path.parent_path();
+  return folder.empty() ? "." : folder.string();
 }
 
 std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder) {

@@ -95,6 +95,9 @@ enum class Readers { owner_and_group, owner };
                                             Syncing syncing = Syncing::awaited,
                                             Readers readers = Readers::owner_and_group);
 
+/// The folder that a path lies in: "." of "rig.toml".
+[[nodiscard]] std::string folder_of(const std::filesystem::path& path);
+
 /// The paths of what lies in a folder, in no order; as many as could be read, none if it cannot be read at all. An
 /// error on the way ends the list, as it may where a folder changes meanwhile; the increment of a
 /// std::filesystem::directory_iterator would make an exception of it.

@@ -27,6 +27,10 @@ using Json = nlohmann::ordered_json;
 [[nodiscard]] inline std::string text_of(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
+/// On one line, with what is beyond ASCII escaped.
+[[nodiscard]] inline std::string ascii_of(const Json& json) {
+  return json.dump(-1, ' ', true, Json::error_handler_t::replace);
+}
 
 /// How a value of one type is written (`write`) and read (`read`); specialised where it is no described struct.
 template <class T>

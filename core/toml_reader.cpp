@@ -292,11 +292,10 @@ void TomlTable::expect(std::string_view key, std::string_view value) const {
   const auto found = text(key);
   if (found.empty() || found == value) return;
   const auto kind = [](std::string_view schema) { return schema.substr(0, schema.find('/')); };
-  const bool is_of_another_kind = kind(found) != kind(value);
-  auto what = is_of_another_kind ? fmt::format("this is a file of {}, expected one of {}", found, value)
-                                 : fmt::format("\"{}\" is not understood, expected \"{}\"", found, value);
-  if (is_of_another_kind) document_->of_another_kind = {Document::Rank::of_a_key, node_->at_key(key), what};
-  mistake(key, std::move(what));
+  if (kind(found) == kind(value))
+    return mistake(key, fmt::format("\"{}\" is not understood, expected \"{}\"", found, value));
+  document_->of_another_kind = {Document::Rank::of_a_key, node_->at_key(key),
+                                fmt::format("this is a file of {}, expected one of {}", found, value)};
 }
 
 Duration TomlTable::duration(std::string_view key, std::optional<Duration> fallback) const {

@@ -14,8 +14,6 @@ namespace {
 
 constexpr std::size_t kLongestName = 63;
 
-std::string ascii(const Json& json) { return json.dump(-1, ' ', true, Json::error_handler_t::replace); }
-
 /// A line in its three parts: "change t1:target 12" is an action, a specifier and data.
 struct Request {
   std::string action, specifier, data;
@@ -43,14 +41,14 @@ Request split(std::string_view line) {
 
 std::string failed(const Request& request, const char* kind, const std::string& why) {
   return fmt::format("error_{} {} {}\n", request.action, request.specifier,
-                     ascii(Json::array({kind, why, Json::object()})));
+                     ascii_of(Json::array({kind, why, Json::object()})));
 }
 
 /// "[295.13,{"t":1505396348.188}]", or the error report that stands in its place.
 std::string report_of(const SecopParameter& parameter) {
   const auto time = fmt::format("{{\"t\":{:.3f}}}", parameter.t);
   if (parameter.trouble.empty()) return fmt::format("[{},{}]", parameter.value, time);
-  return fmt::format("[{},{},{}]", ascii(parameter.value), ascii(parameter.trouble), time);
+  return fmt::format("[{},{},{}]", ascii_of(parameter.value), ascii_of(parameter.trouble), time);
 }
 
 std::string update_of(const SecopModule& module, const SecopParameter& parameter) {
@@ -179,10 +177,10 @@ std::string secop_name(std::string_view name, std::set<std::string>& taken) {
 std::string structure_of(const SecopNode& node) {
   Json modules = Json::object();
   for (const auto& module : node.modules) modules[module.name] = structure_of(module);
-  return ascii({{"equipment_id", node.equipment_id},
-                {"description", node.description},
-                {"firmware", node.firmware},
-                {"modules", std::move(modules)}});
+  return ascii_of({{"equipment_id", node.equipment_id},
+                   {"description", node.description},
+                   {"firmware", node.firmware},
+                   {"modules", std::move(modules)}});
 }
 
 std::string answer_secop(const SecopState& state, SecopSession& session, std::string_view line, double utc_s) {

@@ -37,16 +37,13 @@ SecopParameter status_of(SecopStatus code, const std::string& words, double utc_
           .datainfo =
               R"({"type":"tuple","members":[{"type":"enum","members":)"
               R"({"DISABLED":0,"IDLE":100,"WARN":200,"BUSY":300,"ERROR":400}},{"type":"string","isUTF8":true}]})",
-          .value = Json::array({static_cast<int>(code), words}).dump(-1, ' ', true, Json::error_handler_t::replace),
+          .value = ascii_of(Json::array({static_cast<int>(code), words})),
           .trouble = {},
           .t = utc_s};
 }
 
-/// "held: an operator asked for it".
 std::string state_in_words(const FoundRun& run) {
-  const auto& standing = run.status.standing;
-  const std::string state = name(standing.state);
-  return standing.cause.empty() ? state : state + ": " + standing.cause;
+  return record::in_words(run.status.standing.state, run.status.standing.cause);
 }
 
 /// Why no quantity of the run has a value now, as a status and the class of an error.
@@ -96,7 +93,7 @@ SecopModule run_module(const RunMoment& moment, const std::string& name) {
                              .value = {},
                              .trouble = value ? std::string() : "it is not known",
                              .t = moment.utc_s};
-    parameter.value = value ? value->dump(-1, ' ', true, Json::error_handler_t::replace) : "ReadFailed";
+    parameter.value = value ? ascii_of(*value) : "ReadFailed";
     return parameter;
   };
   const auto of_run = [&](const auto& of) { return run != nullptr ? std::optional<Json>(of(*run)) : std::nullopt; };

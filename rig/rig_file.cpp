@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <set>
 #include <utility>
 
@@ -147,12 +146,6 @@ void settle_simulated(const TomlTable& root, RigFile& rig) {
   if (rig.simulated != root.has("virtual"))
     root.mistake("virtual",
                  rig.simulated ? "a virtual rig needs a [virtual] table" : "a real rig has no [virtual] table");
-}
-
-/// The folder that a file lies in: "." of "rig.toml".
-std::string folder_of(const std::string& file) {
-  const auto folder = std::filesystem::path(file).parent_path().string();
-  return folder.empty() ? "." : folder;
 }
 
 }  // namespace

@@ -47,11 +47,6 @@ std::optional<int> copy_number(std::string_view name, std::string_view link) {
   return rest.empty() || rest == "-wal" || rest == "-shm" ? std::optional(number) : std::nullopt;
 }
 
-std::string folder_of(const std::string& path) {
-  const auto folder = fs::path(path).parent_path();
-  return folder.empty() ? "." : folder.string();
-}
-
 std::string last_name(const std::string& path) { return fs::path(path).filename().string(); }
 
 /// The files of all copies that lie there, but those of number `but`; the highest number among them, or 0.

@@ -77,7 +77,8 @@ Result<RunStatus> status_of_record(const std::string& path) {
 }  // namespace
 
 std::string in_words(RunState state, const std::string& cause) {
-  if (cause.empty() || cause.starts_with(name(state))) return cause.empty() ? name(state) : cause;
+  if (cause.empty()) return name(state);
+  if (cause.starts_with(name(state))) return cause;
   return fmt::format("{}: {}", name(state), cause);
 }
 

@@ -252,15 +252,16 @@ Result<void> write_calibration_report(Console& console, const QualifyArguments& 
   return {};
 }
 
-Result<void> write_timings(const QualifyArguments& options, Timings& timings) {
+/// What is left to be written once all is trained and reported.
+Result<void> write_rest(Console& console, const QualifyArguments& options, Timings& timings) {
+  if (auto written = write_calibration_report(console, options, timings); !written) return written;
   timings.end();
   return replace_text_file(options.out + "/timings.json", timings.to_json());
 }
 
 Result<Exit> conclude(Console& console, const QualifyArguments& options, const AxisOutcome& outcome, Timings& timings) {
   const auto& [trained, report] = outcome;
-  if (auto written = write_calibration_report(console, options, timings); !written) return failure(written.error());
-  if (auto written = write_timings(options, timings); !written) return failure(written.error());
+  if (auto written = write_rest(console, options, timings); !written) return failure(written.error());
   console.data(console.json ? to_json(report) : result_table(report, trained) + later_table(report));
   console.say(timings.describe() + options.out + "/report/report.html");
   for (const report::AcceptedLimit& limit : report.accept)
@@ -304,8 +305,7 @@ Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, cons
   timings.begin(fmt::format("train {} axes", data::axes_of(lot.rate.record.info).size()));
   const auto summary = carry_out(console, lot, rig);
   if (!summary) return failure(summary.error());
-  if (auto written = write_calibration_report(console, options, timings); !written) return failure(written.error());
-  if (auto written = write_timings(options, timings); !written) return failure(written.error());
+  if (auto written = write_rest(console, options, timings); !written) return failure(written.error());
   console.data(console.json ? to_json(*summary) : describe(*summary));
   console.say(timings.describe() + options.out + "/lot.html");
   return verdict_of(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;

@@ -16,6 +16,7 @@
 #include <string>
 
 #include "core/deadline.hpp"
+#include "core/file.hpp"
 #include "tests/support/fake_usb_temp.hpp"
 
 namespace gyrotherm::tests {

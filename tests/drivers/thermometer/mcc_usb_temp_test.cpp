@@ -150,8 +150,7 @@ TEST_F(MccUsbTemp, TheShippedUdevRuleNamesEveryModel) {
   std::ifstream file(GYROTHERM_SOURCE_DIR "/drivers/60-gyrotherm.rules");
   const std::string rules((std::istreambuf_iterator<char>(file)), {});
   for (const auto& kind : kMccKinds)
-    EXPECT_NE(rules.find(fmt::format(R"(ATTRS{{idVendor}}=="{:04x}", ATTRS{{idProduct}}=="{:04x}")", kind.vendor,
-                                     kind.product)),
+    EXPECT_NE(rules.find(fmt::format(R"(KERNELS=="0003:{:04X}:{:04X}.*")", kind.vendor, kind.product)),
               std::string::npos)
         << kind.name;
 }

@@ -1,0 +1,218 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The packages, as a stranger has them: built in a clean Debian 12 by the commands of docs/installing.md, installed in
+another that has no source, used there, upgraded while a run goes on, and purged.
+
+    chroot.py [FOLDER]        FOLDER keeps both systems, for who wants to look; the packages that are there already are
+                              taken instead of built anew
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+SOURCE = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(SOURCE / "tests/docs"))
+
+from markdown import blocks_of
+
+SKIPPED = 77
+INSTALLED = ["gyrotherm", "gyrotherm-monitor", "libgyrotherm-dev", "python3-gyrotherm", "gyrotherm-doc"]
+FOLLOWED = ["tutorial/first-dry-run.md", "tutorial/first-real-rig.md", "tutorial/first-import.md"]
+LATER = "0.1.0+later"
+ENVIRONMENT = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/root", "LC_ALL": "C.UTF-8",
+               "DEBIAN_FRONTEND": "noninteractive"}
+
+
+def say(what: str) -> None:
+    print(time.strftime("%H:%M:%S"), what, flush=True)
+
+
+class Failed(Exception):
+    pass
+
+
+class System:
+    """A clean Debian 12 in a folder."""
+
+    def __init__(self, folder: Path, name: str):
+        self.root = folder / name
+        if (self.root / "etc").is_dir():
+            return
+        say(f"a clean Debian 12 for {name}")
+        made = subprocess.run(["mmdebstrap", "--variant=apt", "--quiet", "bookworm", str(self.root),
+                               "deb http://deb.debian.org/debian bookworm main",
+                               "deb http://deb.debian.org/debian bookworm-updates main",
+                               "deb http://deb.debian.org/debian-security bookworm-security main"],
+                              capture_output=True, text=True)
+        if made.returncode:
+            raise Failed(made.stderr)
+
+    def command(self, line: str) -> list[str]:
+        return ["chroot", str(self.root), "sh", "-euc", line]
+
+    def run(self, line: str) -> str:
+        """What the command prints."""
+        done = subprocess.run(self.command(line), env=ENVIRONMENT, text=True, timeout=7200, stdin=subprocess.DEVNULL,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        if done.returncode:
+            raise Failed(f"{line}\nends with {done.returncode}:\n{done.stdout[-4000:]}")
+        return done.stdout
+
+    def copy_source(self, to: str) -> None:
+        """What is built and what git keeps of it stay behind."""
+        target = self.root / to
+        shutil.rmtree(target, ignore_errors=True)
+        shutil.copytree(SOURCE, target, symlinks=True, ignore=shutil.ignore_patterns("build", ".git", "__pycache__"))
+
+    @contextmanager
+    def mounted(self):
+        mounts = [("proc", ["-t", "proc", "proc"]), ("dev", ["--bind", "/dev"])]
+        for name, how in mounts:
+            subprocess.run(["mount", *how, str(self.root / name)], check=True)
+        try:
+            yield self
+        finally:
+            for name, _ in reversed(mounts):
+                subprocess.run(["umount", "-l", str(self.root / name)], check=False)
+
+
+def build(system: System, packages: Path) -> None:
+    """By the lines of the first block of docs/installing.md, but the last, which installs."""
+    block = blocks_of(SOURCE / "docs/installing.md")[0]
+    lines = [line.replace("apt-get install", "apt-get install -y").replace("build-dep", "build-dep -y")
+             for line in block.lines if "install ../" not in line]
+    system.copy_source("src/gyrotherm")
+    system.run("apt-get update")
+    for line in lines:
+        say(line)
+        system.run(f"cd /src/gyrotherm; {line}")
+    collect(system, packages / "first")
+    changelog = system.root / "src/gyrotherm/debian/changelog"
+    newest = changelog.read_text(encoding="utf-8")
+    stanza = newest[:newest.index("\n -- ")] + newest[newest.index("\n -- "):].split("\n\n")[0] + "\n\n"
+    changelog.write_text(stanza.replace(newest.split("(")[1].split(")")[0], LATER, 1) + newest, encoding="utf-8")
+    say(f"{lines[-1]} -nc, as {LATER}")
+    system.run(f"cd /src/gyrotherm; {lines[-1]} -nc")
+    collect(system, packages / "later")
+
+
+def collect(system: System, into: Path) -> None:
+    into.mkdir(parents=True)
+    for package in (system.root / "src").glob("*.deb"):
+        package.rename(into / package.name)
+
+
+def lint(packages: Path) -> None:
+    if not shutil.which("lintian"):
+        say("lintian is not installed here, and was not asked")
+        return
+    found = subprocess.run(["lintian", "--allow-root", "--fail-on", "error", *(packages / "first").glob("*.deb")],
+                           capture_output=True, text=True)
+    print(found.stdout, end="")
+    if found.returncode:
+        raise Failed("lintian finds errors")
+
+
+def install(system: System, packages: Path) -> None:
+    shutil.copytree(packages, system.root / "packages", dirs_exist_ok=True)
+    system.run("apt-get update")
+    say("installing the packages, and nothing of the source")
+    wanted = " ".join(f"/packages/first/{name}_*.deb" for name in INSTALLED)
+    system.run(f"apt-get install -y --no-install-recommends {wanted}")
+
+
+def use(system: System) -> None:
+    say("debian/tests/installed")
+    shutil.copy(SOURCE / "debian/tests/installed", system.root / "tmp/installed")
+    system.run("apt-get install -y --no-install-recommends bash-completion man-db systemd")
+    system.run("rm -f /etc/dpkg/dpkg.cfg.d/excludes; sh /tmp/installed")
+    security = system.run("for unit in gyrotherm@ gyrotherm-monitor; do "
+                          "systemd-analyze security --offline=true /lib/systemd/system/$unit.service | tail -1; done")
+    print(security, end="")
+    for page in FOLLOWED:
+        say(f"{page}, followed with the installed programs")
+        for part in ("docs", "tests/docs", "tests/support"):
+            shutil.copytree(SOURCE / part, system.root / "manual" / part, dirs_exist_ok=True)
+        system.run(f"/manual/tests/docs/follow.py /usr/bin {page}")
+    say("gyrotherm qualify --quick")
+    system.run("mkdir /root/trial; cd /root/trial; gyrotherm qualify --quick --out out; test -s out/report/report.html")
+
+
+def upgrade_in_a_run(system: System) -> None:
+    """The bench of the tutorial, for a minute and a half, while its program is replaced."""
+    rig = next(block for block in blocks_of(SOURCE / "docs/tutorial/first-real-rig.md") if block.file == "rig.toml")
+    bench = system.root / "root/bench"
+    bench.mkdir()
+    (bench / "rig.toml").write_text("\n".join(rig.lines) + "\n", encoding="utf-8")
+    (bench / "short.toml").write_text('schema = "gyrotherm-profile/1"\nname = "short"\n\n[[segment]]\n'
+                                      'kind = "hold"\nat = "20 °C"\ntime = "90 s"\n', encoding="utf-8")
+    laboratory = subprocess.Popen(system.command("exec gyrotherm simulate --pace real --port 15020"), env=ENVIRONMENT,
+                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    time.sleep(3)
+    command = "cd /root/bench; exec gyrotherm run ./short.toml --rig ./rig.toml --out run.db"
+    run = subprocess.Popen(system.command(command), env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                           text=True)
+    time.sleep(15)
+    say("upgrading while a run goes on")
+    wanted = " ".join(f"/packages/later/{name}_*.deb" for name in INSTALLED)
+    try:
+        system.run(f"apt-get install -y --no-install-recommends {wanted}")
+        if run.poll() is not None:
+            raise Failed(f"the upgrade ended the run: {run.communicate()[0]}")
+        said, _ = run.communicate(timeout=300)
+    finally:
+        run.kill()
+        laboratory.send_signal(signal.SIGTERM)
+        laboratory.wait()
+    if run.returncode:
+        raise Failed(f"the run ends with {run.returncode}:\n{said}")
+    kept = system.run("cd /root/bench; gyrotherm status run.db --verify; dpkg-query -W -f '${Version}\\n' gyrotherm")
+    if LATER not in kept:
+        raise Failed(f"another version is installed: {kept}")
+
+
+def purge(system: System) -> None:
+    say("purging")
+    (system.root / "var/lib/gyrotherm/run.db").write_bytes(b"data")
+    system.run(f"apt-get purge -y {' '.join(INSTALLED)}")
+    ours = " -o ".join(f"-path /{part}" for part in ("root", "packages", "manual", "tmp", "var/lib/apt", "var/log"))
+    left = system.run(f"find / -xdev \\( {ours} \\) -prune -o -iname '*gyrotherm*' -print")
+    if left.split() != ["/var/lib/gyrotherm"]:
+        raise Failed(f"a purge leaves more than data:\n{left}")
+
+
+def main() -> int:
+    if os.geteuid() != 0 or not shutil.which("mmdebstrap"):
+        print("skipped: it wants root and mmdebstrap (apt-get install mmdebstrap)")
+        return SKIPPED
+    with tempfile.TemporaryDirectory(prefix="gyrotherm-packages-") as temporary:
+        folder = Path(sys.argv[1] if len(sys.argv) > 1 else temporary).resolve()
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            if not (folder / "packages/later").is_dir():
+                with System(folder, "build").mounted() as system:
+                    build(system, folder / "packages")
+            lint(folder / "packages")
+            with System(folder, "use").mounted() as system:
+                install(system, folder / "packages")
+                use(system)
+                upgrade_in_a_run(system)
+                purge(system)
+        except Failed as failed:
+            print(failed)
+            return 1
+    say("all of it held")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -12,11 +12,13 @@
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_info.hpp"
+#include "acquisition/record/status.hpp"
 #include "analysis/model/qualification.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/qualify/accept.hpp"
 #include "app/qualify/axis_experiment.hpp"
+#include "app/qualify/known_digests.hpp"
 #include "app/qualify/lot_experiment.hpp"
 #include "app/recorded_run.hpp"
 #include "app/report/calibration.hpp"
@@ -37,7 +39,8 @@ struct QualifyArguments {
   model::QualificationOptions training;
   std::uint64_t days_later{};
   bool compare = false;
-  CalibrationArguments report;  ///< the calibration report; without its texts none is written
+  std::vector<std::string> only;  ///< axes of a lot
+  CalibrationArguments report;    ///< the calibration report; without its texts none is written
 };
 
 /// Wall time of each stage; kept apart from results, because it varies from run to run.
@@ -125,23 +128,37 @@ Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const R
 /// Records a run, or goes on with it, or keeps it: whatever is still to be done.
 Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, const StartOptions& start) {
   if (!std::filesystem::exists(run.path)) return start_run(console, run.profile, rig, run.path, start);
-  const auto before = record::read_record(run.path);
-  if (!before) return failure(before.error());
-  if (!belongs(before->info, run.profile, rig, start))
+  const auto info = record::read_info(run.path);
+  if (!info) return failure(info.error());
+  if (!belongs(*info, run.profile, rig, start))
     return failure(FaultKind::usage, run.path,
                    "is of another experiment (profile, rig, seed, day or program differ); choose another --out");
-  if (!before->finished) return resume_run(console, run.path, {});
+  const auto status = record::read_status(run.path);
+  if (!status) return failure(status.error());
+  if (!status->finished) return resume_run(console, run.path, {});
   console.say(fmt::format("{}: already recorded", run.path));
   return {};
 }
 
-Result<void> load(Console& console, Run& run) {
-  if (auto checked = check_recorded_run(console, run.path, false); !checked) return failure(checked.error());
-  auto rows = record::read_record(run.path);
+/// With the name of a unit, no more than what is of it, if the digest of all is known.
+Result<void> load(Console& console, Run& run, KnownDigests& digests, const std::string& unit = {}) {
+  const auto known = digests.of_rows(run.path);
+  if (!known) return failure(known.error());
+  if (!*known)
+    if (auto checked = check_recorded_run(console, run.path, false); !checked) return failure(checked.error());
+  auto rows = record::read_record(run.path, *known ? unit : std::string());
   if (!rows) return failure(rows.error());
   run.record = std::move(*rows);
-  run.sha256 = digest_of(run.record);
-  return {};
+  run.sha256 = *known ? **known : digest_of(run.record);
+  return *known ? Result<void>() : digests.remember(run.path, run.sha256);
+}
+
+/// The unit that all of the axes are of, if it is one.
+std::string unit_of(const std::vector<data::AxisChoice>& axes) {
+  const bool is_one = !axes.empty() && std::ranges::all_of(axes, [&](const data::AxisChoice& axis) {
+    return axis.unit == axes.front().unit;
+  });
+  return is_one ? axes.front().unit : "";
 }
 
 Result<Run> plan_run(const std::string& stage, const std::string& profile, const rig::RigFile& rig,
@@ -294,26 +311,33 @@ LotRun lot_run(Run run) {
 }
 
 Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, const rig::RigFile& rig, Runs runs,
-                         Timings& timings) {
+                         std::vector<data::AxisChoice> only, Timings& timings) {
+  const auto axes = only.empty() ? data::axes_of(runs.rate.record.info).size() : only.size();
+  const bool is_whole = only.empty();
   LotExperiment lot{.out = options.out,
                     .rate = lot_run(std::move(runs.rate)),
                     .random = lot_run(std::move(runs.random)),
                     .later = {},
                     .compare = options.compare,
+                    .only = std::move(only),
                     .training = options.training};
   for (Run& run : runs.later) lot.later.push_back(lot_run(std::move(run)));
-  timings.begin(fmt::format("train {} axes", data::axes_of(lot.rate.record.info).size()));
+  timings.begin(fmt::format("train {} axes", axes));
   const auto summary = carry_out(console, lot, rig);
   if (!summary) return failure(summary.error());
+  if (!is_whole) {
+    console.data(console.json ? to_json(*summary) : describe(*summary));
+    return verdict_of(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
+  }
   if (auto written = write_rest(console, options, timings); !written) return failure(written.error());
   console.data(console.json ? to_json(*summary) : describe(*summary));
   console.say(timings.describe() + options.out + "/lot.html");
   return verdict_of(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
-/// Records what is not recorded yet, and reads all of it.
-Result<void> record_and_load(Console& console, const QualifyArguments& options, const rig::RigFile& rig, Runs& runs,
-                             Timings& timings) {
+/// Records what is not recorded yet, and reads all of it, or what is of these axes.
+Result<void> record_and_load(Console& console, const QualifyArguments& options, const rig::RigFile& rig,
+                             const std::vector<data::AxisChoice>& only, Runs& runs, Timings& timings) {
   std::vector<Run*> all{&runs.rate, &runs.random};
   for (Run& run : runs.later)
     if (!is_recorded(run)) all.push_back(&run);
@@ -324,8 +348,9 @@ Result<void> record_and_load(Console& console, const QualifyArguments& options, 
   }
   watch_for_interrupts(SecondInterrupt::ends);  // no chamber is driven any more
   timings.begin("read records");
+  KnownDigests digests(options.out, GYROTHERM_VERSION);
   for (Run* run : all)
-    if (auto loaded = load(console, *run); !loaded) return loaded;
+    if (auto loaded = load(console, *run, digests, unit_of(only)); !loaded) return loaded;
   return {};
 }
 
@@ -345,6 +370,15 @@ Result<Runs> plan_runs(const QualifyArguments& options, const rig::RigFile& rig)
 
 bool has_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
 
+/// Of --only; none if it was not given.
+Result<std::vector<data::AxisChoice>> axes_wanted(const QualifyArguments& options, const rig::RigFile& rig) {
+  if (!options.only.empty() && has_one_axis(rig))
+    return failure(FaultKind::usage, "--only", "is for a rig with several axes; this one has one");
+  record::RunInfo info;
+  for (const auto& unit : rig.units) info.units.push_back(unit.info);
+  return axes_called(options.only, info);
+}
+
 Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   if (auto texts = check_report_texts(options.report); !texts) return failure(texts.error());
   const auto rig = rig::read_rig(options.rig);
@@ -356,19 +390,24 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
                    "is for a rig with one axis; train on the records of each with --unit");
   auto further = load_further(console, options.further, runs->rate.profile);
   if (!further) return failure(further.error());
-  for (Run& run : runs->later)
-    if (auto loaded = is_recorded(run) ? load(console, run) : Result<void>(); !loaded) return failure(loaded.error());
-  watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
+  auto only = axes_wanted(options, *rig);
+  if (!only) return failure(only.error());
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
   if (error) return failure(FaultKind::storage, options.out, "cannot be made: " + error.message());
+  KnownDigests digests(options.out, GYROTHERM_VERSION);
+  for (Run& run : runs->later)
+    if (auto loaded = is_recorded(run) ? load(console, run, digests) : Result<void>(); !loaded)
+      return failure(loaded.error());
+  watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   if (rig->simulated)
     console.say(fmt::format("SIMULATED: {}, seed {}{}", rig->title, options.training.seed,
                             options.days_later > 0 ? fmt::format(", {} days later", options.days_later) : ""));
 
   Timings timings;
-  if (auto loaded = record_and_load(console, options, *rig, *runs, timings); !loaded) return failure(loaded.error());
-  if (!has_one_axis(*rig)) return qualify_lot(console, options, *rig, std::move(*runs), timings);
+  if (auto loaded = record_and_load(console, options, *rig, *only, *runs, timings); !loaded)
+    return failure(loaded.error());
+  if (!has_one_axis(*rig)) return qualify_lot(console, options, *rig, std::move(*runs), std::move(*only), timings);
   return qualify_one_axis(console, options, *rig, *runs, std::move(*further), timings);
 }
 
@@ -394,6 +433,12 @@ void add_qualify(Program& program) {
   command.add_option("--threads", options.training.threads, "of the training; 0: all; the result is the same");
   command.add_flag("--compare", options.compare,
                    "on a rig with several axes: every other method beside the three models too, as with one axis");
+  command
+      .add_option("--only", options.only,
+                  "of a rig with several axes: train these, a unit's or one by one; the summary of the lot is left to "
+                  "whoever comes after the last")
+      ->type_name("UNIT[.AXIS],…")
+      ->delimiter(',');
   command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the report says so");
   command.add_flag("--nested", options.training.nested,
                    "also choose everything anew without each held-out cycle: training takes about twice as long");

@@ -31,7 +31,8 @@ struct Task {
 
 std::vector<Task> tasks_of(const LotExperiment& experiment) {
   std::vector<Task> tasks;
-  for (const auto& of : data::axes_of(experiment.rate.record.info))
+  const auto axes = experiment.only.empty() ? data::axes_of(experiment.rate.record.info) : experiment.only;
+  for (const auto& of : axes)
     tasks.push_back(
         {.of = of, .folder = of.axis.empty() ? of.unit : of.unit + "/" + of.axis, .report = {}, .trouble = {}});
   return tasks;
@@ -229,6 +230,7 @@ report::Lot summary_of(const LotExperiment& experiment, const rig::RigFile& rig,
     if (task.report) take_figures(*task.report, axis);
     lot.axes.push_back(std::move(axis));
   }
+  if (!experiment.only.empty()) return lot;
   compare(lot);
   add_events(experiment.rate, lot.events);
   add_events(experiment.random, lot.events);
@@ -253,10 +255,28 @@ Result<void> write_unit_reports(const LotExperiment& experiment, const report::L
 
 }  // namespace
 
+Result<std::vector<data::AxisChoice>> axes_called(const std::vector<std::string>& names, const record::RunInfo& info) {
+  const auto all = data::axes_of(info);
+  std::vector<data::AxisChoice> called;
+  for (const std::string& name : names) {
+    const auto before = called.size();
+    std::ranges::copy_if(all, std::back_inserter(called), [&](const data::AxisChoice& axis) {
+      return (axis.unit == name || in_words(axis) == name) && std::ranges::find(called, axis) == called.end();
+    });
+    if (called.size() > before) continue;
+    std::vector<std::string> there;
+    for (const auto& axis : all) there.push_back(in_words(axis));
+    return failure(FaultKind::usage, "--only",
+                   fmt::format("no axis is called \"{}\"; there are {}", name, fmt::join(there, ", ")));
+  }
+  return called;
+}
+
 Result<report::Lot> carry_out(Console& console, const LotExperiment& experiment, const rig::RigFile& rig) {
   auto tasks = tasks_of(experiment);
   if (auto trained = train_side_by_side(console, experiment, rig, tasks); !trained) return failure(trained.error());
   auto lot = summary_of(experiment, rig, tasks);
+  if (!experiment.only.empty()) return lot;
   const auto written = write_unit_reports(experiment, lot, tasks)
                            .and_then([&] { return replace_text_file(experiment.out + "/lot.json", to_json(lot)); })
                            .and_then([&] { return replace_text_file(experiment.out + "/lot.html", html_of(lot)); });

@@ -29,14 +29,20 @@ struct LotExperiment {
   std::string out;
   LotRun rate, random;
   std::vector<LotRun> later;
-  bool compare = false;  ///< every other method beside the three models, for each axis
+  bool compare = false;                ///< every other method beside the three models, for each axis
+  std::vector<data::AxisChoice> only;  ///< these axes of all; empty: every one
   model::QualificationOptions training;
 };
 
+/// "u1.x" and "u1" (each axis of that unit) as the axes that a record has. Fails with usage, naming those that are
+/// there.
+[[nodiscard]] Result<std::vector<data::AxisChoice>> axes_called(const std::vector<std::string>& names,
+                                                                const record::RunInfo& info);
+
 /// Trains every axis that has no report of these very runs yet, as many side by side as there are threads, into
-/// OUT/UNIT/AXIS (OUT/UNIT where a unit has one axis); writes the report of each unit, OUT/lot.json and OUT/lot.html.
-/// What of it fails for one axis is told in the summary and stops no other. One line shows how far all of it is. Fails
-/// with interrupted or storage.
+/// OUT/UNIT/AXIS (OUT/UNIT where a unit has one axis); writes the report of each unit, OUT/lot.json and OUT/lot.html,
+/// unless only some axes are wanted. What of it fails for one axis is told in the summary and stops no other. One line
+/// shows how far all of it is. Fails with interrupted or storage.
 [[nodiscard]] Result<report::Lot> carry_out(Console& console, const LotExperiment& experiment, const rig::RigFile& rig);
 
 }  // namespace gyrotherm::app

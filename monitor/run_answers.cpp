@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "core/json.hpp"
-#include "monitor/run_source.hpp"
+#include "monitor/series_channels.hpp"
 
 namespace gyrotherm::monitor {
 namespace {

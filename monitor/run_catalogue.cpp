@@ -8,44 +8,13 @@
 #include <set>
 
 #include "acquisition/record/live_copy.hpp"
-#include "acquisition/record/run_parts.hpp"
-#include "core/file.hpp"
+#include "acquisition/record/run_finder.hpp"
+#include "acquisition/record/run_source.hpp"
 #include "core/sha256.hpp"
 
 namespace gyrotherm::monitor {
-namespace {
 
 namespace fs = std::filesystem;
-
-/// "soak.db" is; "soak.live.db" and "soak.2.db", which belong to it, are not, unless there is no such record.
-bool names_a_record(const fs::path& path) {
-  if (path.extension() != ".db") return false;
-  const auto stem = path.stem();
-  const auto inner = stem.extension().string();
-  if (inner.empty()) return true;
-  const bool part =
-      inner.size() > 1 && std::all_of(inner.begin() + 1, inner.end(), [](char c) { return c >= '0' && c <= '9'; });
-  if (inner != ".live" && !part) return true;
-  const auto whole = path.parent_path() / (stem.stem().string() + ".db");
-  return part && !record::is_there(whole.string()) && !record::is_there(whole.string() + ".status");
-}
-
-/// The status that the program which carries the run out has written less than kSilentAfter ago, so that nobody needs
-/// to try whether the record is free.
-std::optional<record::RunStatus> fresh_status(const std::string& path) {
-  const auto file = record::status_path(path);
-  const auto text = read_text_file_if_any(file, kLargestText, Links::refused);
-  if (!text || !*text) return std::nullopt;
-  auto status = record::parse_status(**text, file);
-  if (!status || status->finished) return std::nullopt;
-  const auto age = record::age_of(*status);
-  if (!age || *age > record::kSilentAfter) return std::nullopt;
-  status->being_written = true;
-  status->path = path;
-  return *status;
-}
-
-}  // namespace
 
 bool FoundRun::is_running() const { return status.being_written && !status.finished; }
 
@@ -59,10 +28,10 @@ bool FoundRun::was_left() const {
 RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(std::move(folders)) {}
 
 RunCatalogue::Stamp RunCatalogue::stamp_of(const std::string& path) {
-  return {.status = state_of(record::status_path(path)),
-          .record = state_of(path),
-          .log = state_of(path + "-wal"),
-          .live_copy = identity_of(record::live_copy_path(path))};
+  return {.status = record::state_of(record::status_path(path)),
+          .record = record::state_of(path),
+          .log = record::state_of(path + "-wal"),
+          .live_copy = record::identity_of(record::live_copy_path(path))};
 }
 
 void RunCatalogue::look_at(const std::string& path) {
@@ -82,15 +51,15 @@ void RunCatalogue::look_at(const std::string& path) {
     run.path = path;
     run.key = sha256(path).substr(0, 16);
     run.name = fs::path(path).stem().string();
-    auto fresh = fresh_status(path);
+    auto fresh = record::fresh_status(path);
     auto status = fresh ? Result<record::RunStatus>(std::move(*fresh)) : record::read_status(path);
     run.trouble = status ? std::string() : text(status.error());
     if (status) run.status = std::move(*status);
     if (const auto now = record::age_of(run.status); run.is_running() && now) run.age_s = to_seconds(*now);
     if (!run.trouble.empty() && before.key.empty()) run.status.path = path;
     if (entry.info_of != run.status.id || !entry.info) {
-      const auto files = source_files(path, run.is_running());
-      auto info = files ? read_info(*files) : Result<record::RunInfo>(failure(files.error()));
+      const auto files = record::source_files(path, run.is_running());
+      auto info = files ? record::read_info(*files) : Result<record::RunInfo>(failure(files.error()));
       entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
       entry.info_of = info ? run.status.id : std::string();
     }
@@ -106,12 +75,7 @@ void RunCatalogue::look_at(const std::string& path) {
 
 void RunCatalogue::look() {
   std::set<std::string> there;
-  for (const auto& folder : folders_)
-    for (const auto& path : entries_of(folder)) {
-      auto text = path.string();
-      if (text.ends_with(".db.status")) text.resize(text.size() - std::string_view(".status").size());
-      if (names_a_record(text)) there.insert(text);
-    }
+  for (const auto& folder : folders_) there.merge(record::records_in(folder));
   for (const auto& path : there) look_at(path);
   const std::lock_guard lock(mutex_);
   std::erase_if(entries_, [&](const auto& entry) { return !there.contains(entry.first); });

@@ -10,12 +10,11 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/file_state.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/status.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
-#include "monitor/file_state.hpp"
-#include "monitor/run_source.hpp"
 
 namespace gyrotherm::monitor {
 
@@ -53,7 +52,7 @@ class RunCatalogue {
  private:
   /// What a run's files looked like when they were last read.
   struct Stamp {
-    FileState status, record, log, live_copy;
+    record::FileState status, record, log, live_copy;
     bool operator==(const Stamp&) const = default;
   };
   struct Entry {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquisition/record/run_source.hpp"
 #include "core/json.hpp"
 
 namespace gyrotherm::monitor {
@@ -62,27 +63,27 @@ std::string message(const char* kind, const std::string& data, std::int64_t id) 
 Result<std::vector<FeedRow>> samples_after(const FoundRun& run, std::int64_t slot, std::int64_t most) {
   std::vector<FeedRow> rows;
   if (!run.info) return rows;
-  const auto files = source_files(run.path, run.is_running());
+  const auto files = record::source_files(run.path, run.is_running());
   if (!files) return failure(files.error());
   const auto channels = series_channels(*run.info);
-  const auto read = each_row(*files, {.what = sample_columns(channels), .first = slot + 1, .most = most},
-                             [&](const record::Statement& row) {
-                               rows.push_back({row.integer(0), sample_text(row, channels.size())});
-                               return true;
-                             });
+  const auto read = record::each_row(*files, {.what = sample_columns(channels), .first = slot + 1, .most = most},
+                                     [&](const record::Statement& row) {
+                                       rows.push_back({row.integer(0), sample_text(row, channels.size())});
+                                       return true;
+                                     });
   return read.map([&] { return std::move(rows); });
 }
 
 Result<std::vector<FeedRow>> events_after(const FoundRun& run, std::int64_t number, std::int64_t most) {
   std::vector<FeedRow> rows;
-  const auto files = source_files(run.path, run.is_running());
+  const auto files = record::source_files(run.path, run.is_running());
   if (!files) return failure(files.error());
-  const RowQuery query{.what = "id, slot, utc_ns, kind, interlock, reaction, segment, channel, text",
-                       .table = fmt::format("(SELECT * FROM event WHERE id > {})", number),
-                       .order = "id",
-                       .first = -1,
-                       .most = most};
-  const auto read = each_row(*files, query, [&](const record::Statement& row) {
+  const record::RowQuery query{.what = "id, slot, utc_ns, kind, interlock, reaction, segment, channel, text",
+                               .table = fmt::format("(SELECT * FROM event WHERE id > {})", number),
+                               .order = "id",
+                               .first = -1,
+                               .most = most};
+  const auto read = record::each_row(*files, query, [&](const record::Statement& row) {
     rows.push_back({row.integer(0), event_text(row)});
     return true;
   });

@@ -15,6 +15,7 @@
 
 #include "core/quantity.hpp"
 #include "monitor/run_catalogue.hpp"
+#include "monitor/series_channels.hpp"
 
 namespace gyrotherm::monitor {
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <filesystem>
 
+#include "acquisition/record/run_source.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "monitor/run_answers.hpp"
@@ -19,14 +20,15 @@ namespace fs = std::filesystem;
 /// When each segment began, in seconds of the run, by the first of its samples.
 Json beginnings_of(const FoundRun& run) {
   Json begun = Json::array();
-  const auto events = source_files(run.path, run.is_running()).and_then([&](const std::vector<SourceFile>& files) {
-    return each_row(files,
-                    {.what = "slot, segment", .table = "(SELECT * FROM event WHERE kind = 'segment')", .order = "id"},
-                    [&](const record::Statement& row) {
-                      if (!row.null(1)) begun.push_back({{"segment", row.integer(1)}, {"slot", row.integer(0)}});
-                      return begun.size() < 20'000;
-                    });
-  });
+  const auto events =
+      record::source_files(run.path, run.is_running()).and_then([&](const std::vector<record::SourceFile>& files) {
+        return record::each_row(
+            files, {.what = "slot, segment", .table = "(SELECT * FROM event WHERE kind = 'segment')", .order = "id"},
+            [&](const record::Statement& row) {
+              if (!row.null(1)) begun.push_back({{"segment", row.integer(1)}, {"slot", row.integer(0)}});
+              return begun.size() < 20'000;
+            });
+      });
   return events ? begun : Json::array();
 }
 

@@ -8,8 +8,8 @@
 #include <map>
 #include <set>
 
+#include "acquisition/record/run_source.hpp"
 #include "core/json.hpp"
-#include "monitor/run_source.hpp"
 
 namespace gyrotherm::monitor {
 namespace {
@@ -166,22 +166,22 @@ void keep_times(const SecopNode& before, SecopNode& now) {
 }  // namespace
 
 Result<std::optional<LastSample>> read_last_sample(const FoundRun& run) {
-  const auto files = source_files(run.path, run.is_running());
+  const auto files = record::source_files(run.path, run.is_running());
   if (!files) return failure(files.error());
   const auto channels = series_channels(*run.info);
   std::string what = "slot, utc_ns";
   for (const auto& channel : channels) what += ", " + channel.sql;
   std::optional<LastSample> last;
-  const auto read =
-      each_row({files->back()}, {.what = what, .order = "slot DESC", .most = 1}, [&](const record::Statement& row) {
-        auto& sample = last.emplace();
-        sample.slot = row.integer(0);
-        sample.utc_s = row.real(1) / kNsPerS;
-        constexpr int kBefore = 2;
-        for (std::size_t i = 0; i < channels.size(); ++i)
-          sample.values.push_back(row.real(kBefore + static_cast<int>(i)));
-        return true;
-      });
+  const auto read = record::each_row({files->back()}, {.what = what, .order = "slot DESC", .most = 1},
+                                     [&](const record::Statement& row) {
+                                       auto& sample = last.emplace();
+                                       sample.slot = row.integer(0);
+                                       sample.utc_s = row.real(1) / kNsPerS;
+                                       constexpr int kBefore = 2;
+                                       for (std::size_t i = 0; i < channels.size(); ++i)
+                                         sample.values.push_back(row.real(kBefore + static_cast<int>(i)));
+                                       return true;
+                                     });
   return read.map([&] { return std::move(last); });
 }
 

@@ -10,6 +10,7 @@
 #include "core/clock.hpp"
 #include "monitor/run_catalogue.hpp"
 #include "monitor/secop_node.hpp"
+#include "monitor/series_channels.hpp"
 
 namespace gyrotherm::monitor {
 

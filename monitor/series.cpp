@@ -9,6 +9,7 @@
 #include <iterator>
 #include <limits>
 
+#include "acquisition/record/run_source.hpp"
 #include "core/json.hpp"
 
 namespace gyrotherm::monitor {
@@ -74,19 +75,19 @@ Result<std::int64_t> take_rows(const FoundRun& run, const std::vector<std::size_
   const auto what = columns_of(series_channels(*run.info), channels);
   auto last = from - 1;
   for (std::int64_t taken = kAtOnce; taken == kAtOnce;) {
-    const auto files = source_files(run.path, run.is_running());
+    const auto files = record::source_files(run.path, run.is_running());
     if (!files) return failure(files.error());
     taken = 0;
-    const auto read = each_row(*files, {.what = what, .first = last + 1, .last = to, .most = kAtOnce},
-                               [&](const record::Statement& row) {
-                                 last = row.integer(0);
-                                 ++taken;
-                                 before_row(last);
-                                 into.reach(last);
-                                 for (std::size_t i = 0; i < channels.size(); ++i)
-                                   into.take(last, i, row.real(1 + static_cast<int>(i)));
-                                 return true;
-                               });
+    const auto read = record::each_row(*files, {.what = what, .first = last + 1, .last = to, .most = kAtOnce},
+                                       [&](const record::Statement& row) {
+                                         last = row.integer(0);
+                                         ++taken;
+                                         before_row(last);
+                                         into.reach(last);
+                                         for (std::size_t i = 0; i < channels.size(); ++i)
+                                           into.take(last, i, row.real(1 + static_cast<int>(i)));
+                                         return true;
+                                       });
     if (!read) return failure(read.error());
   }
   return last;
@@ -119,7 +120,7 @@ Result<void> SeriesCache::catch_up(Overview& overview, const FoundRun& run) cons
     while (needed() > most) buckets.coarsen();
   };
   const auto read =
-      take_rows(run, all_of(overview.buckets.channels()), overview.read + 1, kNoEnd - 1, fit, overview.buckets);
+      take_rows(run, all_of(overview.buckets.channels()), overview.read + 1, record::kNoEnd - 1, fit, overview.buckets);
   if (!read) return failure(read.error());
   overview.read = *read;
   return {};

@@ -17,6 +17,7 @@
 
 #include "core/result.hpp"
 #include "monitor/run_catalogue.hpp"
+#include "monitor/series_channels.hpp"
 
 namespace gyrotherm::monitor {
 

@@ -4,10 +4,10 @@
 #include <limits>
 
 #include "core/json.hpp"
-#include "monitor/run_source.hpp"
 #include "monitor/secop_node.hpp"
 #include "monitor/secop_run.hpp"
 #include "monitor/secop_server.hpp"
+#include "monitor/series_channels.hpp"
 #include "tests/monitor/small_run.hpp"
 #include "tests/support/folder.hpp"
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-namespace gyrotherm::monitor {
+namespace gyrotherm::record {
 
 /// File times are coarse, so that a file which replaced another at once may be as old; it has another number then.
 struct FileState {
@@ -20,4 +20,4 @@ struct FileState {
 /// … of a file that grows: whether it is the same one.
 [[nodiscard]] FileState identity_of(const std::string& path);
 
-}  // namespace gyrotherm::monitor
+}  // namespace gyrotherm::record

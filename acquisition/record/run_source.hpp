@@ -7,26 +7,15 @@
 #include <functional>
 #include <limits>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/sqlite.hpp"
 #include "core/result.hpp"
 
-namespace gyrotherm::monitor {
+namespace gyrotherm::record {
 
 inline constexpr std::int64_t kNoEnd = std::numeric_limits<std::int64_t>::max();
-
-/// Something that can be drawn: a column of the record, or the rate that pulses and their interval make.
-struct SeriesChannel {
-  std::string name;
-  std::string unit;
-  std::string unit_under_test;  ///< empty: the rig's
-  std::string sql;              ///< its value in a row of `sample`
-};
-/// The set point that the profile asks for, then the chamber's own two, thermometers, and what each unit measured.
-[[nodiscard]] std::vector<SeriesChannel> series_channels(const record::RunInfo& info);
 
 /// One of the files that a run is read from, and the slots that are taken from it.
 struct SourceFile {
@@ -37,7 +26,7 @@ struct SourceFile {
 
 /// Opens one file to read it. What is in it is looked at once (check_schema) and not again until the file changes.
 /// Fails with storage if it is a record being written, with bad_file if it is none. Any thread.
-[[nodiscard]] Result<record::Database> open_source(const SourceFile& file);
+[[nodiscard]] Result<Database> open_source(const SourceFile& file);
 
 /// The files that a run is read from now: of one that is `running` the live copy, of another the record, which has more
 /// than the copy that a dead program left. Where the one is not there it is the other. Fails with storage while a
@@ -45,7 +34,7 @@ struct SourceFile {
 [[nodiscard]] Result<std::vector<SourceFile>> source_files(const std::string& record_path, bool running);
 
 /// What the run knew before its first sample.
-[[nodiscard]] Result<record::RunInfo> read_info(const std::vector<SourceFile>& files);
+[[nodiscard]] Result<RunInfo> read_info(const std::vector<SourceFile>& files);
 
 /// Calls `use` with the rows of `SELECT what FROM table WHERE slot BETWEEN first AND last ORDER BY order`, over all
 /// files in turn, at most `most` of them; `key` names the column that has the slot. It stops where `use` returns false.
@@ -58,6 +47,6 @@ struct RowQuery {
   std::int64_t most{kNoEnd};
 };
 [[nodiscard]] Result<void> each_row(const std::vector<SourceFile>& files, const RowQuery& query,
-                                    const std::function<bool(const record::Statement&)>& use);
+                                    const std::function<bool(const Statement&)>& use);
 
-}  // namespace gyrotherm::monitor
+}  // namespace gyrotherm::record

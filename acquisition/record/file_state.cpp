@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "monitor/file_state.hpp"
+#include "acquisition/record/file_state.hpp"
 
 #include <sys/stat.h>
 
-namespace gyrotherm::monitor {
+namespace gyrotherm::record {
 
 FileState state_of(const std::string& path) {
   constexpr std::int64_t kNanoseconds = 1'000'000'000;
@@ -21,4 +21,4 @@ FileState identity_of(const std::string& path) {
   return state;
 }
 
-}  // namespace gyrotherm::monitor
+}  // namespace gyrotherm::record

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/record/run_finder.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <string_view>
+
+#include "acquisition/record/run_parts.hpp"
+#include "core/file.hpp"
+
+namespace gyrotherm::record {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool names_a_record(const fs::path& path) {
+  if (path.extension() != ".db") return false;
+  const auto stem = path.stem();
+  const auto inner = stem.extension().string();
+  if (inner.empty()) return true;
+  const bool part =
+      inner.size() > 1 && std::all_of(inner.begin() + 1, inner.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (inner != ".live" && !part) return true;
+  const auto whole = path.parent_path() / (stem.stem().string() + ".db");
+  return part && !is_there(whole.string()) && !is_there(whole.string() + ".status");
+}
+
+}  // namespace
+
+std::set<std::string> records_in(const std::string& folder) {
+  std::set<std::string> records;
+  for (const auto& path : entries_of(folder)) {
+    auto text = path.string();
+    if (text.ends_with(".db.status")) text.resize(text.size() - std::string_view(".status").size());
+    if (names_a_record(text)) records.insert(text);
+  }
+  return records;
+}
+
+std::optional<RunStatus> fresh_status(const std::string& path) {
+  const auto file = status_path(path);
+  const auto text = read_text_file_if_any(file, kLargestText, Links::refused);
+  if (!text || !*text) return std::nullopt;
+  auto status = parse_status(**text, file);
+  if (!status || status->finished) return std::nullopt;
+  const auto age = age_of(*status);
+  if (!age || *age > kSilentAfter) return std::nullopt;
+  status->being_written = true;
+  status->path = path;
+  return *status;
+}
+
+}  // namespace gyrotherm::record

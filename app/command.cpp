@@ -7,12 +7,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <system_error>
 
 #include "app/interrupt.hpp"
+#include "core/process.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::app {
@@ -154,6 +157,16 @@ void add_forwarded(Program& program, const std::string& name, const std::string&
   app->prefix_command();
   app->set_help_flag();
   app->callback([&program, app, action = std::move(action)] { program.outcome = action(app->remaining()); });
+}
+
+Result<Exit> become_program(const std::string& name, std::vector<std::string> words) {
+  std::string own_name = name;
+  std::vector<char*> arguments{own_name.data()};
+  for (auto& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  const auto program = program_beside_this_one(name);
+  ::execv(program.c_str(), arguments.data());
+  return failure(FaultKind::bad_file, program, std::generic_category().message(errno));
 }
 
 int run(Program& program, int argc, char** argv) {

@@ -98,6 +98,10 @@ void add_forwarded(Program& program, const std::string& name, const std::string&
                    const std::string& example,
                    std::function<Result<Exit>(const std::vector<std::string>& words)> action);
 
+/// Becomes a program that was installed beside this one, with these words on its command line; returns only if that
+/// cannot be.
+[[nodiscard]] Result<Exit> become_program(const std::string& name, std::vector<std::string> words);
+
 /// Reads the command line, carries the subcommand out, says what became of it; returns the exit code.
 [[nodiscard]] int run(Program& program, int argc, char** argv);
 

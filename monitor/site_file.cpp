@@ -107,6 +107,7 @@ Result<Site> parse_site(std::string_view text, const std::string& file) {
   const auto root = TomlTable::parse(text, file);
   if (!root) return failure(root.error());
   root->expect("schema", kSiteSchema);
+  for (const char* others : {"rig", "folders", "store", "archive"}) root->ignore(others);  // site/site_file.hpp
   Site site{.name = line_at(*root, "name", "")};
   const auto notify = root->table("notify");
   for (const auto& table : notify.tables("address")) site.addresses.push_back(address_of(table));

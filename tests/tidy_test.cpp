@@ -22,8 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path kRoot = GYROTHERM_SOURCE_DIR;
-const std::vector<std::string> kRooms{"core",    "drivers",   "sequencer", "acquisition", "analysis", "plot",
-                                      "thermal", "simulator", "rig",       "report",      "app",      "monitor"};
+const std::vector<std::string> kRooms{"core",      "drivers", "sequencer", "acquisition", "analysis", "plot", "thermal",
+                                      "simulator", "rig",     "report",    "app",         "monitor",  "site"};
 
 /// Floor (a room, or a folder of it with a library of its own) → the floors whose headers it may include, beside its
 /// own.
@@ -81,6 +81,7 @@ const std::map<std::string, std::set<std::string>> kArrows{
       "plot",
       "simulator"}},
     {"monitor", {"core", "acquisition/record", "sequencer/profile", "sequencer/control"}},
+    {"site", {"core", "acquisition/record"}},
     {"app/thermal", {"app", "core", "plot", "thermal", "thermal/reduced"}},
 };
 
@@ -113,6 +114,7 @@ const std::map<std::string, std::vector<std::string>> kThirdParties{
     {"app", {"Q", "CLI/", "Eigen/"}},
     {"app/thermal", {}},
     {"monitor", {"nlohmann/", "httplib.h", "sodium.h", "curl/", "openssl/", "CLI/"}},
+    {"site", {"nlohmann/", "libpq-fe.h", "CLI/"}},
 };
 
 /// The floor that a path from the root lies on; empty if it lies on none.
@@ -203,10 +205,10 @@ TEST(House, TestsAndBenchmarksShareWhatIsMeantToBeShared) {
 
 TEST(House, ThirdPartiesStayInTheirRooms) {
   const std::regex include(R"(^#include <([^>]+)>)");
-  const std::vector<std::string> known{"toml++/",         "modbus/",  "sqlite3.h", "nlohmann/", "Eigen/", "tbb/",
-                                       "oneapi/",         "Q",        "CLI/",      "png.h",     "HYPRE",  "mpi.h",
-                                       "libserialport.h", "hidapi.h", "httplib.h", "sodium.h",  "curl/",  "openssl/",
-                                       "netcdf.h"};
+  const std::vector<std::string> known{"toml++/",         "modbus/",   "sqlite3.h", "nlohmann/", "Eigen/", "tbb/",
+                                       "oneapi/",         "Q",         "CLI/",      "png.h",     "HYPRE",  "mpi.h",
+                                       "libserialport.h", "hidapi.h",  "httplib.h", "sodium.h",  "curl/",  "openssl/",
+                                       "netcdf.h",        "libpq-fe.h"};
   const auto starts = [](const std::string& header, const std::vector<std::string>& with) {
     return std::any_of(with.begin(), with.end(), [&](const auto& prefix) { return header.starts_with(prefix); });
   };
@@ -220,7 +222,7 @@ TEST(House, ThirdPartiesStayInTheirRooms) {
 
 TEST(House, HeadersOfOneRoomHideItsThirdParties) {
   const std::regex include(
-      R"(^#include <(toml\+\+/|modbus/|libserialport|hidapi|sqlite3\.h|nlohmann/|Q[A-Z]|HYPRE|mpi\.h))");
+      R"(^#include <(toml\+\+/|modbus/|libserialport|hidapi|sqlite3\.h|libpq|nlohmann/|Q[A-Z]|HYPRE|mpi\.h))");
   for (const auto& source : sources()) {
     if (source.path.extension() != ".hpp" || source.room == "app") continue;
     if (source.path.stem() == "sqlite" || source.path.stem() == "json") continue;  // wrappers for .cpp files alone

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The schema of the store as SQL, in the steps in which it came to be: the files of site/migrations, embedded. A step
+/// that was ever released is not edited; what changes is a step of its own.
+#pragma once
+
+#include <string_view>
+
+namespace gyrotherm::site {
+
+[[nodiscard]] std::string_view store_schema();
+[[nodiscard]] std::string_view fleet_questions();
+
+}  // namespace gyrotherm::site

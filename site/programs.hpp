@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What both programs of a site have in common: how they read their command lines, and the exit codes they end with.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+
+#include "core/result.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::site {
+
+inline constexpr int kDoneExit = 0, kUsageExit = 2, kConnectionExit = 3, kFileExit = 4, kInterruptedExit = 5;
+
+/// The exit code with which the program is to end now; nothing: it goes on.
+[[nodiscard]] inline std::optional<int> parsed(CLI::App& cli, int argc, char** argv) {
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return cli.exit(error);
+    fmt::print(stderr, "{}: {}\nRun with --help for more information.\n", cli.get_name(), error.what());
+    return kUsageExit;
+  }
+  return std::nullopt;
+}
+
+/// Says a fault, and the exit code that it has.
+[[nodiscard]] inline int exit_of(const std::string& program, const Fault& fault) {
+  if (fault.kind == FaultKind::interrupted) return kInterruptedExit;
+  fmt::print(stderr, "{}: {}\n", program, plain(text(fault), Blanks::kept));
+  switch (fault.kind) {
+    case FaultKind::usage: return kUsageExit;
+    case FaultKind::disconnected:
+    case FaultKind::timeout: return kConnectionExit;
+    default: return kFileExit;
+  }
+}
+
+}  // namespace gyrotherm::site

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The gyrotherm-publish program: sends the runs of this rig to the store of its site.
+#include <fmt/format.h>
+#include <sys/signalfd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <string>
+
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "core/text.hpp"
+#include "site/programs.hpp"
+#include "site/publisher.hpp"
+
+namespace gyrotherm::site {
+namespace {
+
+struct PublishOptions {
+  std::string site;
+  bool once = false;
+  bool status = false;
+  bool json = false;
+};
+
+void say(const std::string& line) {
+  fmt::print(stderr, "{}\n", plain(line));
+  std::fflush(stderr);
+}
+
+std::string in_lines(const std::vector<RunLag>& lags) {
+  std::string lines;
+  for (const auto& lag : lags) {
+    const auto where = !lag.trouble.empty()    ? lag.trouble
+                       : lag.finished_in_store ? "is in the store"
+                       : lag.in_store < 0      ? "not in the store yet"
+                                               : fmt::format("{} s behind", lag.seconds());
+    lines += fmt::format("{}: {}\n", lag.name, plain(where));
+  }
+  return lines;
+}
+
+std::string in_json(const std::vector<RunLag>& lags) {
+  Json list = Json::array();
+  for (const auto& lag : lags)
+    list.push_back({{"record", lag.name},
+                    {"state", lag.state},
+                    {"slot", lag.here},
+                    {"slot_in_store", lag.in_store},
+                    {"lag_s", lag.seconds()},
+                    {"finished_in_store", lag.finished_in_store},
+                    {"trouble", lag.trouble}});
+  return text_of(list) + "\n";
+}
+
+Result<void> publish(const PublishOptions& options, int stop) {
+  auto settings = read_site(options.site);
+  if (!settings) return failure(settings.error());
+  const auto complain = [](const Fault& fault) { say("gyrotherm-publish: " + text(fault)); };
+  Publisher publisher(std::move(*settings), stop, say, complain);
+  if (options.once) return publisher.once();
+  if (!options.status) return publisher.serve();
+  return publisher.lags().map(
+      [&](const std::vector<RunLag>& lags) { fmt::print("{}", options.json ? in_json(lags) : in_lines(lags)); });
+}
+
+int run_publish(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  CLI::App cli(
+      "Example: gyrotherm-publish --site /etc/gyrotherm/site.toml\n\n"
+      "gyrotherm-publish sends the runs of this rig to the PostgreSQL store of its site: finished ones whole, running "
+      "ones second by second. It reads records and changes none.",
+      "gyrotherm-publish");
+  cli.set_version_flag("--version", std::string("gyrotherm-publish ") + GYROTHERM_VERSION);
+  PublishOptions options;
+  cli.add_option("--site", options.site, "the site file")->required();
+  auto* once = cli.add_flag("--once", options.once, "send what is there now, and end");
+  auto* status = cli.add_flag("--status", options.status, "say how far the store is behind, and end");
+  status->excludes(once);
+  cli.add_flag("--json", options.json, "the status as JSON")->needs(status);
+  if (const auto code = parsed(cli, argc, argv)) return *code;
+  sigset_t ends;
+  sigemptyset(&ends);
+  sigaddset(&ends, SIGINT);
+  sigaddset(&ends, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+  const Descriptor stop(::signalfd(kNoDescriptor, &ends, SFD_CLOEXEC | SFD_NONBLOCK));
+  const auto done = publish(options, stop.number());
+  return done ? kDoneExit : exit_of(cli.get_name(), done.error());
+}
+
+}  // namespace
+}  // namespace gyrotherm::site
+
+int main(int argc, char** argv) { return gyrotherm::site::run_publish(argc, argv); }

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The gyrotherm-site program: makes the store of a site, and asks it what a site wants to know.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <string>
+
+#include "core/json.hpp"
+#include "site/migrate.hpp"
+#include "site/programs.hpp"
+#include "site/questions.hpp"
+#include "site/site_file.hpp"
+
+namespace gyrotherm::site {
+namespace {
+
+struct SiteOptions {
+  std::string site_file;
+  std::string store;
+  std::string passfile;
+  bool json = false;
+  int to = migrations().back().number;
+  Asked asked;
+};
+
+Result<Postgres> store_of(const SiteOptions& options) {
+  if (!options.store.empty()) return Postgres::connect({options.store, options.passfile}, {});
+  if (options.site_file.empty())
+    return failure(FaultKind::usage, {}, "expected --store ADDRESS or --site FILE: where the store is");
+  return read_site(options.site_file).and_then([](const SiteSettings& site) {
+    return Postgres::connect(site.store, {});
+  });
+}
+
+Result<void> bring_up_to_date(const SiteOptions& options) {
+  auto store = store_of(options);
+  if (!store) return failure(store.error());
+  bool any = false;
+  const auto migrated = migrate(*store, options.to, [&](const Migration& step) {
+    any = true;
+    fmt::print("migration {}: {}\n", step.number, step.name);
+  });
+  if (migrated && !any) fmt::print("nothing to do\n");
+  return migrated;
+}
+
+Result<void> show(const SiteOptions& options, const Answer& answer) {
+  fmt::print("{}", options.json ? as_json(answer) : as_table(answer));
+  if (answer.rows() == 0 && !options.json) fmt::print(stderr, "none\n");
+  if (options.asked.most > 0 && static_cast<std::size_t>(answer.rows()) == options.asked.most)
+    fmt::print(stderr, "There may be more: --most 0 shows all.\n");
+  return {};
+}
+
+/// How much is in the store.
+Result<void> show_status(const SiteOptions& options) {
+  auto store = store_of(options);
+  if (!store) return failure(store.error());
+  const auto answer = store->ask(
+      "SELECT (SELECT max(number) FROM gyrotherm.migration) AS migration, (SELECT count(*) FROM gyrotherm.rig) AS rigs,"
+      " count(*) AS runs, count(*) FILTER (WHERE NOT finished) AS unfinished, coalesce(sum(rows), 0) AS rows,"
+      " (SELECT count(*) FROM gyrotherm.calibration) AS calibrations,"
+      " pg_size_pretty(pg_database_size(current_database())) AS size FROM gyrotherm.run");
+  if (!answer) return failure(answer.error());
+  return show(options, *answer);
+}
+
+void add_common_options(CLI::App& command, SiteOptions& options) {
+  command.add_option("--store", options.store, "where the store is, as libpq has it: \"host=db dbname=gyrotherm\"");
+  command.add_option("--passfile", options.passfile, "the file with the password; ~/.pgpass without it");
+  command.add_option("--site", options.site_file, "a site file, whose [store] says both");
+}
+
+void add_question(CLI::App& cli, const Question& question, SiteOptions& options,
+                  std::function<Result<void>()>& action) {
+  auto& command = *cli.add_subcommand(
+      question.name, fmt::format("Example: gyrotherm-site {} --site site.toml\n\n{}", question.name, question.help));
+  add_common_options(command, options);
+  command.add_flag("--json", options.json, "as JSON");
+  command.add_flag("--all", options.asked.all, "everything that the view has");
+  command.add_option("--most", options.asked.most, "so many rows at most; 0: all")->capture_default_str();
+  if (has_units(question))
+    command.add_option("--unit", options.asked.unit, "of the unit with this serial number alone");
+  command.callback([&options, &question, &action] {
+    action = [&options, &question]() -> Result<void> {
+      auto store = store_of(options);
+      if (!store) return failure(store.error());
+      const auto answer = ask(*store, question, options.asked);
+      if (!answer) return failure(answer.error());
+      return show(options, *answer);
+    };
+  });
+}
+
+int run_site(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  CLI::App cli(
+      "Example: gyrotherm-site rigs --store \"host=db dbname=gyrotherm user=ada sslmode=verify-full\"\n\n"
+      "gyrotherm-site makes the store of a site, and answers what a site wants to know of its rigs and units.",
+      "gyrotherm-site");
+  cli.set_version_flag("--version", std::string("gyrotherm-site ") + GYROTHERM_VERSION);
+  cli.require_subcommand(1);
+  SiteOptions options;
+  std::function<Result<void>()> action;
+  auto& migrating = *cli.add_subcommand(
+      "migrate",
+      "Example: gyrotherm-site migrate --store \"host=db dbname=gyrotherm user=gyrotherm_owner\"\n\n"
+      "Brings the store's schema up to date.");
+  add_common_options(migrating, options);
+  migrating.add_option("--to", options.to, "no further than this migration")->capture_default_str();
+  migrating.callback([&] { action = [&] { return bring_up_to_date(options); }; });
+  auto& status = *cli.add_subcommand("status", "Example: gyrotherm-site status --site site.toml\n\nHow much is there.");
+  add_common_options(status, options);
+  status.add_flag("--json", options.json, "as JSON");
+  status.callback([&] { action = [&] { return show_status(options); }; });
+  for (const auto& question : questions()) add_question(cli, question, options, action);
+  if (const auto code = parsed(cli, argc, argv)) return *code;
+  const auto done = action();
+  return done ? kDoneExit : exit_of(cli.get_name(), done.error());
+}
+
+}  // namespace
+}  // namespace gyrotherm::site
+
+int main(int argc, char** argv) { return gyrotherm::site::run_site(argc, argv); }

@@ -198,17 +198,4 @@ std::string Postgres::place() const {
                      PQuser(connection_.get()), tls != nullptr ? fmt::format(", {}", tls) : ", without TLS");
 }
 
-std::string array_of(const std::vector<std::string>& texts) {
-  std::string array = "{";
-  for (const auto& text : texts) {
-    array += array.size() > 1 ? ",\"" : "\"";
-    for (const char c : text) {
-      if (c == '"' || c == '\\') array += '\\';
-      array += c;
-    }
-    array += '"';
-  }
-  return array + '}';
-}
-
 }  // namespace gyrotherm::site

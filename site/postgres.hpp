@@ -98,7 +98,4 @@ class Postgres {
   Patience patience_;
 };
 
-/// Texts as a value of an array of PostgreSQL: {"a","b"}; quotes and backslashes are escaped.
-[[nodiscard]] std::string array_of(const std::vector<std::string>& texts);
-
 }  // namespace gyrotherm::site

@@ -60,7 +60,10 @@ std::uint64_t seed_of_this_process() {
 
 Publisher::Publisher(SiteSettings settings, int stop, std::function<void(const std::string&)> say,
                      std::function<void(const Fault&)> complain)
-    : settings_(std::move(settings)), patience_({.stop = stop}), say_(std::move(say)), complain_(std::move(complain)) {}
+    : settings_(std::move(settings)),
+      patience_({.answer = settings_.longest_answer, .stop = stop}),
+      say_(std::move(say)),
+      complain_(std::move(complain)) {}
 
 Result<void> Publisher::connect() {
   if (store_) return {};
@@ -239,9 +242,6 @@ Result<Publisher::Sent> Publisher::round() {
   first_trouble_.reset();
   look();
   if (auto connected = connect(); !connected) return failure(connected.error());
-  if (!store_trouble_.empty() || !has_connected_) say_("connected to the store: " + store_->place());
-  store_trouble_.clear();
-  has_connected_ = true;
   auto all = Sent::everything;
   for (auto& [path, watched] : runs_) {
     const auto sent = send_run(path, watched);
@@ -259,6 +259,9 @@ Result<Publisher::Sent> Publisher::round() {
     if (!set_aside(sent.error(), path, told)) return failure(sent.error());
     documents_.insert_or_assign(path, record::state_of(path));
   }
+  if (!store_trouble_.empty() || !has_sent_) say_("the store takes what is sent: " + store_->place());
+  store_trouble_.clear();
+  has_sent_ = true;
   return all;
 }
 
@@ -274,7 +277,7 @@ Result<void> Publisher::serve() {
     } else {
       if (sent.error().kind == FaultKind::interrupted) return {};
       const bool hopeless = sent.error().kind == FaultKind::bad_file || sent.error().kind == FaultKind::usage;
-      if (hopeless && !has_connected_) return failure(sent.error());
+      if (hopeless && !has_sent_) return failure(sent.error());
       disconnect(sent.error());
       wait = backoff.next();
     }

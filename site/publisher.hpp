@@ -94,7 +94,7 @@ class Publisher {
   std::function<void(const std::string&)> say_;
   std::function<void(const Fault&)> complain_;
   std::optional<Store> store_;
-  bool has_connected_ = false;
+  bool has_sent_ = false;                               ///< a whole round
   std::string store_trouble_;                           ///< that was told
   std::map<std::string, Watched> runs_;                 ///< by path of the record
   std::map<std::string, record::FileState> documents_;  ///< that were sent, or are none

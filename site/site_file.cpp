@@ -75,7 +75,10 @@ Result<SiteSettings> parse_site(std::string_view text, const std::string& file, 
   const auto store = root->table("store");
   site.store = store_of(store, file, credentials);
   site.longest_wait = store.duration("longest_wait", site.longest_wait);
-  if (site.longest_wait < std::chrono::milliseconds(100)) store.mistake("longest_wait", "expected 100 ms or more");
+  site.longest_answer = store.duration("longest_answer", site.longest_answer);
+  constexpr Duration kLeast = std::chrono::milliseconds(100);
+  if (site.longest_wait < kLeast) store.mistake("longest_wait", "expected 100 ms or more");
+  if (site.longest_answer < kLeast) store.mistake("longest_answer", "expected 100 ms or more");
   if (root->has("archive")) site.archive = archive_of(root->table("archive"), file);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return site;

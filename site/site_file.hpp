@@ -27,7 +27,8 @@ struct SiteSettings {
   std::string rig{};                   ///< by what name the store knows it
   std::vector<std::string> folders{};  ///< of records; their folders are looked at, too
   StoreAddress store{};
-  Duration longest_wait = std::chrono::minutes(1);  ///< between two tries to reach the store
+  Duration longest_wait = std::chrono::minutes(1);    ///< between two tries to reach the store
+  Duration longest_answer = std::chrono::minutes(1);  ///< of the store; after that the connection counts as lost
   ArchiveSettings archive{};
 };
 

@@ -309,23 +309,27 @@ DECLARE
   begun timestamptz := gyrotherm.utc((a_info->>'started_ns')::bigint);
   kept jsonb := a_info - 'channels';
   there gyrotherm.run;
+  is_new boolean := false;
 BEGIN
   IF begun IS NULL OR begun < 'epoch' OR begun >= '2117-01-01' THEN
     PERFORM gyrotherm.refuse('no run starts then');
   END IF;
-  SELECT * INTO there FROM gyrotherm.run WHERE id = a_run;
-  IF FOUND THEN
+  IF NOT EXISTS (SELECT FROM gyrotherm.run WHERE id = a_run) THEN
+    PERFORM gyrotherm.own_rig(a_rig);
+    PERFORM gyrotherm.make_month(begun);
+    INSERT INTO gyrotherm.run(id, rig, owner, started, profile, simulated, imported, info)
+    VALUES (a_run, a_rig, session_user, begun, a_info->>'profile', (a_info->>'simulated')::boolean,
+            (a_info->>'imported')::boolean, kept)
+    ON CONFLICT DO NOTHING;
+    is_new := FOUND;
+  END IF;
+  IF NOT is_new THEN -- or somebody was faster
     there := gyrotherm.own_run(a_run);
     IF there.info <> kept OR there.rig <> a_rig THEN
       PERFORM gyrotherm.refuse('the run that is there is another one');
     END IF;
     RETURN;
   END IF;
-  PERFORM gyrotherm.own_rig(a_rig);
-  PERFORM gyrotherm.make_month(begun);
-  INSERT INTO gyrotherm.run(id, rig, owner, started, profile, simulated, imported, info)
-  VALUES (a_run, a_rig, session_user, begun, a_info->>'profile', (a_info->>'simulated')::boolean,
-          (a_info->>'imported')::boolean, kept);
   INSERT INTO gyrotherm.channel(run, position, name, unit, measures, unit_under_test, words, calibration)
   SELECT a_run, c.position, c.value->>'name', c.value->>'unit', c.value->>'measures', c.value->>'unit_under_test',
          CASE WHEN c.value ? 'words' THEN ARRAY(SELECT jsonb_array_elements_text(c.value->'words')) END,

@@ -1,0 +1,496 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the store holds is what the records hold, and nobody gets anything else in."""
+from __future__ import annotations
+
+import hashlib
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import unittest
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from cluster import (
+    BIN,
+    GYROTHERM,
+    PUBLISH,
+    SITE,
+    SOURCE,
+    Cluster,
+    Rig,
+    cluster,
+    events_of,
+    finished,
+    record,
+    rows_of,
+    run_of,
+    stored_events,
+    stored_rows,
+    until,
+)
+
+CALIBRATION = {
+    "schema": "gyrotherm-calibration/1",
+    "number": "C-1",
+    "state": "authorised",
+    "simulated": False,
+    "item": {"serial_number": "0042", "model": "RLG-1"},
+    "ended": "2026-01-05",
+    "issued": "2026-01-09",
+    "files": [{"role": "record", "id": "r", "profile": "qualification"}],
+    "results": [
+        {
+            "group": "bias",
+            "key": "stabilised_bias",
+            "axis": "x",
+            "stage": "as_left",
+            "run": "r",
+            "in_sample": False,
+            "detail": "",
+            "columns": [
+                {"quantity": "set_point", "unit": "°C", "values": [{"value": -20}, {"value": 50}]},
+                {
+                    "quantity": "bias",
+                    "unit": "°/h",
+                    "values": [
+                        {"value": 0.01, "u": 0.001, "k": 2, "U": 0.002},
+                        {"value": 0.03, "u": 0.001, "k": 2, "U": 0.002},
+                    ],
+                },
+            ],
+        }
+    ],
+}
+
+
+class Store(unittest.TestCase):
+    store: Cluster
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.holder = cluster()
+        cls.store = cls.holder.__enter__()
+        cls.store.migrate()
+        cls.store.add_people()
+        cls.rig = Rig(cls.store, cls.store.folder / "rig-1")
+        cls.record = record(cls.rig.records / "day.db")
+        cls.run_id = run_of(cls.record)
+        (cls.rig.records / "report").mkdir()
+        cls.calibration = cls.rig.records / "report/calibration.json"
+        cls.calibration.write_text(json.dumps(CALIBRATION))
+        (cls.rig.records / "other.json").write_text("{}")
+        cls.archive = cls.rig.folder / "archive"
+        cls.archive.mkdir()
+        cls.rig.file.write_text(cls.rig.file.read_text() + '[archive]\nfolder = "archive"\n')
+        cls.sent = cls.rig.once()
+
+    @classmethod
+    def tearDownClass(cls) -> None:
+        cls.holder.__exit__(None, None, None)
+
+    def refused(self, text: str, user: str, why: str) -> None:
+        done = self.store.try_sql(text, user)
+        self.assertNotEqual(done.returncode, 0, text)
+        self.assertIn(why, done.stderr)
+
+    def checksum(self) -> list[list[str]]:
+        return self.store.sql(
+            "SELECT (SELECT md5(string_agg(s::text, '' ORDER BY run, slot)) FROM gyrotherm.sample s),"
+            " (SELECT md5(string_agg(e::text, '' ORDER BY run, number)) FROM gyrotherm.event e),"
+            " (SELECT md5(string_agg(r::text, '' ORDER BY id)) FROM gyrotherm.run r)"
+        )
+
+    def test_a_finished_run_is_there_to_the_bit(self) -> None:
+        self.assertEqual(self.sent.returncode, 0, self.sent.stderr)
+        rows = rows_of(self.record)
+        self.assertGreater(len(rows), 10_000)
+        self.assertEqual(stored_rows(self.store, self.run_id), rows)
+        self.assertEqual(stored_events(self.store, self.run_id), events_of(self.record))
+        self.assertTrue(finished(self.store, self.run_id))
+        head = self.store.sql("SELECT state, rows, rows_in_record, files->0->>'sha256' FROM gyrotherm.run")[0]
+        digest = hashlib.sha256(self.record.read_bytes()).hexdigest()
+        self.assertEqual(head, ["complete", str(len(rows)), str(len(rows)), digest])
+        self.assertEqual((self.archive / f"{digest}.db").read_bytes(), self.record.read_bytes())
+        self.assertEqual([path.name for path in self.archive.iterdir()], [f"{digest}.db"])
+
+    def test_sending_it_again_changes_nothing(self) -> None:
+        before = self.checksum()
+        self.assertEqual(self.rig.once().returncode, 0)
+        self.assertEqual(self.checksum(), before)
+
+    def test_words_and_units_are_there_for_people(self) -> None:
+        row = dict(
+            (name, (value, unit, word))
+            for name, value, unit, word in self.store.sql(
+                f"SELECT name, value, unit, word FROM gyrotherm.v1_sample WHERE run = '{self.run_id}' AND slot = 9",
+                "ada",
+            )
+        )
+        self.assertEqual(row["state"], ("0", "", "execute"))
+        self.assertEqual(row["monotonic_ns"][:2], ("10000000000", "ns"))
+        self.assertEqual(row["A"][1], "°C")
+
+    def test_what_a_calibration_says_is_taken_from_its_bytes(self) -> None:
+        rows = self.store.sql(
+            "SELECT quantity, condition, value, expanded_uncertainty, sha256 FROM gyrotherm.v1_calibration"
+            " WHERE quantity LIKE '%.bias' ORDER BY value",
+            "ada",
+        )
+        digest = hashlib.sha256(self.calibration.read_bytes()).hexdigest()
+        self.assertEqual(
+            rows,
+            [
+                ["stabilised_bias.bias", "qualification, set point -20 °C", "0.01", "0.002", digest],
+                ["stabilised_bias.bias", "qualification, set point 50 °C", "0.03", "0.002", digest],
+            ],
+        )
+
+    def test_a_hostile_rig_gets_nothing_in(self) -> None:
+        before, run = self.checksum(), self.run_id
+        for call in (
+            f"add_rows('{run}', -1, '{{0}}', '{{0}}', '{{\"{{1}}\"}}')",
+            f"add_rows('{run}', 16479, '{{16480}}', '{{0}}', '{{\"{{1}}\"}}')",
+            f"add_events('{run}', 0, '[]')",
+            f"add_gaps('{run}', -1, '[]')",
+            f"say_state('{run}', 'aborted', '')",
+            f"finish_run('{run}', '{{}}')",
+            f"""add_run('{run}', 'rig-2', '{{"started_ns": 0, "profile": "p"}}')""",
+        ):
+            self.refused(f"SELECT gyrotherm.{call}", "rig_2", "is not one of rig_2")
+        self.assertEqual(self.store.sql(f"SELECT * FROM gyrotherm.run_position('{run}')", "rig_2"), [])
+        for statement in (
+            "SELECT * FROM gyrotherm.sample",
+            "DELETE FROM gyrotherm.run",
+            "UPDATE gyrotherm.run SET rows = 0",
+            "INSERT INTO gyrotherm.gap VALUES (gen_random_uuid(), 1, 2, '')",
+            "SELECT * FROM gyrotherm.v1_run",
+            "SELECT gyrotherm.drop_month('2026-01-01')",
+            f"SELECT gyrotherm.give_up('{run}')",
+            f"SELECT gyrotherm.own_run('{run}')",
+            "SELECT gyrotherm.make_month('2026-01-01')",
+            "TRUNCATE gyrotherm.sample",
+            "DROP TABLE gyrotherm.sample",
+        ):
+            self.refused(statement, "rig_2", "permission denied" if "DROP" not in statement else "must be owner")
+        self.refused("SELECT gyrotherm.version()", "nobody", "permission denied")
+        self.refused("SET ROLE rig_1; SELECT 1", "rig_2", "permission denied")
+        self.refused("DELETE FROM gyrotherm.sample", "ada", "permission denied")
+        self.refused(
+            "SELECT gyrotherm.add_document('rig-1', 'model', 'm', '{\"schema\": \"gyrotherm-model/1\"}')",
+            "rig_2",
+            "is not one of rig_2",
+        )
+        self.assertEqual(self.checksum(), before)
+
+    def test_rows_that_contradict_are_refused(self) -> None:
+        before, run = self.checksum(), self.run_id
+        row = self.store.sql(f"SELECT numbers FROM gyrotherm.sample WHERE run = '{run}' AND slot = 5")[0][0]
+        utc = self.store.sql(f"SELECT utc_ns FROM gyrotherm.sample WHERE run = '{run}' AND slot = 5")[0][0]
+        other = row.replace(row.strip("{}").split(",")[3], "99", 1)
+        call = "SELECT gyrotherm.add_rows('{}', {}, '{}', '{}', '{}')"
+        self.assertEqual(self.store.sql(call.format(run, 4, "{5}", f"{{{utc}}}", f'{{"{row}"}}'), "rig_1"), [["16479"]])
+        for after, slots, utcs, numbers, why in (
+            (4, "{5}", f"{{{utc}}}", f'{{"{other}"}}', "is another one"),
+            (4, "{5}", "{7}", f'{{"{row}"}}', "is another one"),
+            (4, "{5}", "{7}", '{"{1,2}"}', "has not"),
+            (16479, "{16480}", "{7}", f'{{"{row}"}}', "is finished"),
+            (20000, "{20001}", "{7}", f'{{"{row}"}}', "would leave a hole"),
+            (4, "{6,5}", "{7,7}", f'{{"{row}","{row}"}}', "not in order"),
+            (4, "{5,5}", "{7,7}", f'{{"{row}","{row}"}}', "not in order"),
+            (4, "{5}", "{7,8}", f'{{"{row}"}}', "not in order"),
+            (4, "{NULL}", "{7}", f'{{"{row}"}}', "not in order"),
+            (-5, "{-2}", "{7}", f'{{"{row}"}}', "not in order"),
+        ):
+            self.refused(call.format(run, after, slots, utcs, numbers), "rig_1", why)
+        self.refused(
+            f'SELECT gyrotherm.finish_run(\'{run}\', \'{{"chain_head": "0", "files": []}}\')',
+            "rig_1",
+            "with other files",
+        )
+        event = {"number": 1, "slot": 0, "utc_ns": 1, "kind": "note", "text": "other"}
+        self.refused(f"SELECT gyrotherm.add_events('{run}', 0, '{json.dumps([event])}')", "rig_1", "is another one")
+        self.assertEqual(self.checksum(), before)
+
+    def test_a_record_that_was_changed_is_told_once_and_others_go_on(self) -> None:
+        rig = Rig(self.store, self.store.folder / "liar")
+        for name in ("day.db", "day.db.sha256"):
+            shutil.copy(self.record.parent / name, rig.records / name)
+        changed = subprocess.run(
+            [
+                "python3",
+                "-c",
+                "import sqlite3, sys; d = sqlite3.connect(sys.argv[1]);"
+                "d.execute(\"DELETE FROM meta WHERE key = 'outcome'\");"
+                "d.execute('UPDATE sample SET \"A\" = 1 WHERE slot = 7');"
+                "d.commit()",
+                rig.records / "day.db",
+            ],
+            check=False,
+        )
+        self.assertEqual(changed.returncode, 0)
+        self.store.sql("UPDATE gyrotherm.run SET finished = false, last_slot = 6")
+        try:
+            sent = rig.once()
+            self.assertEqual(sent.returncode, 4, sent.stderr)
+            self.assertIn("a row that is there is another one", sent.stderr)
+            self.assertEqual(stored_rows(self.store, self.run_id), rows_of(self.record))
+        finally:
+            self.store.sql("UPDATE gyrotherm.run SET finished = true, last_slot = 16479")
+
+    def test_the_definers_functions_pin_their_search_path(self) -> None:
+        loose = self.store.sql(
+            "SELECT proname FROM pg_proc p JOIN pg_namespace n ON n.oid = pronamespace WHERE nspname = 'gyrotherm'"
+            " AND prosecdef AND NOT coalesce(array_to_string(proconfig, ','), '') ~ 'search_path=pg_catalog, pg_temp'"
+        )
+        self.assertEqual(loose, [])
+        open_to_all = self.store.sql(
+            "SELECT proname FROM pg_proc p JOIN pg_namespace n ON n.oid = pronamespace WHERE nspname = 'gyrotherm'"
+            " AND has_function_privilege('nobody', p.oid, 'execute')"
+        )
+        self.assertEqual(open_to_all, [])
+
+    def test_no_clock_of_the_server_is_in_a_key(self) -> None:
+        """Whatever the server's clock says: defaults and computed columns of the tables have it nowhere."""
+        clocks = self.store.sql(
+            "SELECT c.relname FROM pg_attrdef d JOIN pg_class c ON c.oid = adrelid"
+            " WHERE relnamespace = 'gyrotherm'::regnamespace AND relname <> 'migration'"
+            " AND pg_get_expr(adbin, adrelid) ~ 'now|current|clock'"
+        )
+        self.assertEqual(clocks, [])
+        calls = self.store.sql(
+            "SELECT proname FROM pg_proc p JOIN pg_namespace n ON n.oid = pronamespace WHERE nspname = 'gyrotherm'"
+            " AND prosrc ~* 'now\\(|current_|clock_timestamp|localtime'"
+        )
+        self.assertEqual(calls, [])
+
+    def test_every_question_is_answered(self) -> None:
+        for question in ("drift", "outliers", "thermometers", "utilisation", "attention", "rigs", "status"):
+            asked = [SITE, question, "--store", self.store.address("ada"), "--json"]
+            answer = subprocess.run(asked, capture_output=True, text=True, check=False)
+            self.assertEqual(answer.returncode, 0, answer.stderr)
+            self.assertIsInstance(json.loads(answer.stdout), list)
+        table = subprocess.run(
+            [GYROTHERM, "site", "rigs", "--site", self.rig.file], capture_output=True, text=True, check=False
+        )
+        self.assertEqual(table.returncode, 4, "a rig reads no view")
+        table = subprocess.run(
+            [GYROTHERM, "site", "rigs", "--store", self.store.address("ada")],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        self.assertRegex(table.stdout, r"rig +state +profile .*\nrig-1 +idle +short-rate")
+
+    def test_status_says_how_far_it_is(self) -> None:
+        status = self.rig.status()
+        self.assertEqual([(run["lag_s"], run["finished_in_store"]) for run in status], [(0, True)])
+
+    def test_a_store_of_a_newer_program_is_left_alone(self) -> None:
+        self.store.sql("INSERT INTO gyrotherm.migration VALUES (99, 'future', '')")
+        try:
+            words = [SITE, "migrate", "--store", self.store.address("gyrotherm_owner")]
+            done = subprocess.run(words, capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 4)
+            self.assertIn("a newer one made it", done.stderr)
+            self.assertEqual(self.rig.once().returncode, 0, "rigs of two versions share a store")
+        finally:
+            self.store.sql("DELETE FROM gyrotherm.migration WHERE number = 99")
+
+
+class Entrance(unittest.TestCase):
+    """Who is let in, and how: TLS, SCRAM, secrets."""
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.holder = cluster()
+        cls.store = cls.holder.__enter__()
+        folder = cls.store.folder
+        run = lambda *words: subprocess.run(
+            [*map(str, words)], check=True, capture_output=True, cwd=folder
+        )  # noqa: E731
+        run(
+            "openssl",
+            "req",
+            "-x509",
+            "-newkey",
+            "rsa:2048",
+            "-nodes",
+            "-days",
+            "2",
+            "-subj",
+            "/CN=site root",
+            "-keyout",
+            "root.key",
+            "-out",
+            "root.crt",
+        )
+        run(
+            "openssl",
+            "req",
+            "-newkey",
+            "rsa:2048",
+            "-nodes",
+            "-subj",
+            "/CN=localhost",
+            "-keyout",
+            "server.key",
+            "-out",
+            "server.csr",
+        )
+        run(
+            "openssl",
+            "x509",
+            "-req",
+            "-days",
+            "2",
+            "-in",
+            "server.csr",
+            "-CA",
+            "root.crt",
+            "-CAkey",
+            "root.key",
+            "-CAcreateserial",
+            "-out",
+            "server.crt",
+        )
+        run(
+            "openssl",
+            "req",
+            "-x509",
+            "-newkey",
+            "rsa:2048",
+            "-nodes",
+            "-days",
+            "2",
+            "-subj",
+            "/CN=other root",
+            "-keyout",
+            "o.key",
+            "-out",
+            "other.crt",
+        )
+        for name in ("server.key", "server.crt"):
+            cls.store.write(name, (folder / name).read_text())
+        cls.store.write("postgresql.auto.conf", cls.store.settings + "ssl = on\n")
+        cls.store.stop()
+        cls.store.start()
+        cls.store.migrate(1)
+        cls.store.add_people()
+
+    @classmethod
+    def tearDownClass(cls) -> None:
+        cls.holder.__exit__(None, None, None)
+
+    def rig(self, name: str, host: str = "localhost", root: str = "root.crt", **more: str) -> Rig:
+        folder = self.store.folder
+        address = (
+            f"host={host} hostaddr=127.0.0.1 port={self.store.port} dbname=gyrotherm user=rig_1 sslmode=verify-full"
+            f" sslrootcert={folder / root}"
+        )
+        return Rig(self.store, folder / name, name="rig-1", address=more.pop("address", address), **more)
+
+    def pgpass(self, rig: Rig, password: str = "one", mode: int = 0o600) -> None:
+        path = rig.folder / "pgpass"
+        path.write_text(f"*:*:gyrotherm:rig_1:{password}\n")
+        path.chmod(mode)
+
+    def test_tls_and_scram_with_a_passfile(self) -> None:
+        rig = self.rig("good", store='passfile = "pgpass"')
+        self.pgpass(rig)
+        done = rig.once()
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("TLSv1.3", done.stderr)
+
+    def test_a_credential_of_systemd(self) -> None:
+        rig = self.rig("credential", store='credential = "store"')
+        self.pgpass(rig, mode=0o400)
+        (rig.folder / "pgpass").rename(rig.folder / "store")
+        done = subprocess.run(
+            [PUBLISH, "--site", rig.file, "--once"],
+            capture_output=True,
+            text=True,
+            check=False,
+            env={"CREDENTIALS_DIRECTORY": str(rig.folder)},
+        )
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = rig.once()
+        self.assertEqual(done.returncode, 4)
+        self.assertIn("LoadCredential", done.stderr)
+
+    def test_who_is_not_let_in(self) -> None:
+        for name, more, password, mode, code, why in (
+            ("wrong-password", {"store": 'passfile = "pgpass"'}, "two", 0o600, 3, "password authentication failed"),
+            ("no-password", {}, None, 0o600, 3, "no password supplied"),
+            ("open-passfile", {"store": 'passfile = "pgpass"'}, "one", 0o644, 4, "expected mode 0600"),
+            ("other-host", {"host": "elsewhere", "store": 'passfile = "pgpass"'}, "one", 0o600, 3, "does not match"),
+            (
+                "other-root",
+                {"root": "other.crt", "store": 'passfile = "pgpass"'},
+                "one",
+                0o600,
+                3,
+                "certificate verify failed",
+            ),
+            (
+                "without-tls",
+                {
+                    "address": f"host=127.0.0.1 port={self.store.port} dbname=gyrotherm user=rig_1 sslmode=disable",
+                    "store": 'passfile = "pgpass"',
+                },
+                "one",
+                0o600,
+                3,
+                "no pg_hba.conf entry",
+            ),
+            ("told", {"address": "host=127.0.0.1 password=one"}, None, 0o600, 4, "expected a passfile"),
+        ):
+            rig = self.rig(name, **more)
+            if password:
+                self.pgpass(rig, password, mode)
+            done = rig.once()
+            self.assertIn(why, done.stderr, name)
+            self.assertEqual(done.returncode, code, f"{name}: {done.stderr}")
+            self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+
+    def test_the_store_is_taken_on_while_a_rig_sends(self) -> None:
+        """From the first migration to the last, under a publisher of the version before."""
+        rig = Rig(self.store, self.store.folder / "old", name="rig-old", user="rig_2")
+        one = record(rig.records / "one.db", "tests/profiles/ten-seconds.toml", seed=8)
+        rig.start()
+        try:
+            self.assertTrue(until(lambda: finished(self.store, run_of(one))), rig.log.read_text())
+            self.assertIn("migration 2", self.store.migrate())
+            two = record(rig.records / "two.db", "tests/profiles/ten-seconds.toml", seed=9)
+            self.assertTrue(until(lambda: finished(self.store, run_of(two))), rig.log.read_text())
+        finally:
+            self.assertEqual(rig.stop(), 0)
+
+
+class Retention(unittest.TestCase):
+    def test_a_month_goes_and_no_rig_brings_it_back(self) -> None:
+        with cluster() as store:
+            store.migrate()
+            store.add_people()
+            rig = Rig(store, store.folder / "rig-1")
+            day = record(rig.records / "day.db", "tests/profiles/ten-seconds.toml")
+            self.assertEqual(rig.once().returncode, 0)
+            self.assertEqual(store.sql("SELECT gyrotherm.drop_month('2026-01-15', true)", "gyrotherm_owner"), [["1"]])
+            self.assertEqual(store.sql("SELECT count(*) FROM gyrotherm.sample"), [["0"]])
+            rows = len(rows_of(day))
+            self.assertEqual(store.sql("SELECT count(*) FROM gyrotherm.dropped_2026_01"), [[str(rows)]])
+            self.assertEqual(store.sql("SELECT rows, dropped, finished FROM gyrotherm.run"), [[str(rows), "t", "t"]])
+            self.assertEqual(rig.once().returncode, 0)
+            self.assertEqual(store.sql("SELECT count(*) FROM gyrotherm.sample"), [["0"]])
+            record(rig.records / "next.db", "tests/profiles/ten-seconds.toml", seed=2)
+            self.assertEqual(rig.once().returncode, 0, "the month has room again")
+            self.assertEqual(store.sql("SELECT count(*) FROM gyrotherm.sample"), [[str(rows)]])
+            store.sql("UPDATE gyrotherm.run SET finished = false WHERE NOT dropped")
+            self.assertIn(
+                "not finished", store.try_sql("SELECT gyrotherm.drop_month('2026-01-15')", "gyrotherm_owner").stderr
+            )
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -2,64 +2,109 @@
 -- What a site asks of its store: one view for each question of `gyrotherm site`. Columns of a view stay as they are;
 -- more may come behind them. Nothing here writes, and rigs see none of it.
 
--- The reports that count: of one unit and day a draft does not where there is an authorised one, and none that another
--- one replaced.
+-- The reports that count: none that another one replaced, and of those of one unit and day with one number the
+-- authorised one. A draft counts where nothing of that day is authorised.
 CREATE VIEW gyrotherm.current_calibration AS
   SELECT c.* FROM gyrotherm.calibration c
-  WHERE c.state = 'authorised'
-     OR c.state = 'draft' AND NOT EXISTS (
-       SELECT FROM gyrotherm.calibration o WHERE o.serial_number = c.serial_number AND o.model = c.model
-         AND o.calibrated = c.calibrated AND o.state = 'authorised');
+  WHERE c.state <> 'superseded' AND NOT EXISTS (
+    SELECT FROM gyrotherm.calibration o WHERE o.serial_number = c.serial_number AND o.model = c.model
+      AND (o.state = 'superseded' AND o.number = c.number AND c.number <> ''
+           OR o.state <> 'superseded' AND o.calibrated = c.calibrated AND (o.number = c.number OR c.state = 'draft')
+              AND (o.state, o.sha256) < (c.state, c.sha256)));
 
--- Drift: each result of a unit against the one before. As found is held against what the unit had been left with, so
--- that the change is the drift of the compensated unit; as left against as found of the same day is an adjustment, and
--- no change. E_n = change / sqrt(U^2 + U_before^2) (ISO 13528:2022, 9.7): beyond 1 the two do not agree.
-CREATE VIEW gyrotherm.v1_drift AS
-  SELECT serial_number, model, axis, stage, quantity, condition, calibrated, value, expanded_uncertainty, unit,
-         calibrated_before, value_before, change,
-         change / nullif(sqrt(expanded_uncertainty ^ 2 + uncertainty_before ^ 2), 0) AS e_n,
-         change / nullif((calibrated - calibrated_before) / 365.25, 0) AS change_per_year, state, number, simulated
+-- Each result of a unit against the one before, made anew for a unit whenever a calibration of it comes, in whatever
+-- order they do: asking for it costs nothing then.
+CREATE TABLE gyrotherm.drift (
+  sha256 text NOT NULL,
+  number integer NOT NULL,
+  serial_number text NOT NULL,
+  model text NOT NULL,
+  axis text NOT NULL,
+  stage text NOT NULL,
+  quantity text NOT NULL,
+  condition text NOT NULL,
+  unit text NOT NULL,
+  calibrated date NOT NULL,
+  value double precision,
+  expanded_uncertainty double precision,
+  calibrated_before date,
+  value_before double precision,
+  change double precision,
+  e_n double precision,
+  is_newest boolean NOT NULL,
+  lot bigint NOT NULL, -- equal where model, axis, stage, quantity, condition and unit are
+  PRIMARY KEY (sha256, number),
+  FOREIGN KEY (sha256, number) REFERENCES gyrotherm.calibration_result (sha256, number)
+);
+CREATE INDEX ON gyrotherm.drift (serial_number);
+CREATE INDEX ON gyrotherm.drift (abs(e_n) DESC NULLS LAST);
+CREATE INDEX ON gyrotherm.drift (lot) INCLUDE (value) WHERE is_newest AND value IS NOT NULL;
+
+-- As found is held against what the unit had been left with, so that the change is the drift of the compensated unit;
+-- as left against as found of the same day is an adjustment, and no change. E_n = change / sqrt(U^2 + U_before^2) (ISO
+-- 13528:2022, 9.7): beyond 1 the two do not agree.
+CREATE FUNCTION gyrotherm.make_drift(a_serial_number text, a_model text) RETURNS void
+LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp AS $$
+BEGIN
+  PERFORM pg_advisory_xact_lock(hashtext('gyrotherm.make_drift'), hashtext(a_serial_number || ' ' || a_model));
+  DELETE FROM gyrotherm.drift WHERE serial_number = a_serial_number AND model = a_model;
+  INSERT INTO gyrotherm.drift
+  SELECT sha256, result, serial_number, model, axis, stage, quantity, condition, unit, calibrated, value,
+         expanded_uncertainty, calibrated_before, value_before, change,
+         change / nullif(sqrt(expanded_uncertainty ^ 2 + uncertainty_before ^ 2), 0), calibrated = newest,
+         hashtextextended(concat_ws('|', model, axis, stage, quantity, condition, unit), 0)
   FROM (
     SELECT *, CASE WHEN stage <> 'as_left' OR stage_before <> 'as_found' THEN value - value_before END AS change
     FROM (
-      SELECT c.serial_number, c.model, r.axis, r.stage, r.quantity, r.condition, c.calibrated, r.value,
-             r.expanded_uncertainty, r.unit, c.state, c.number, c.simulated,
+      SELECT c.*, r.number AS result, r.axis, r.stage, r.quantity, r.condition, r.unit, r.value, r.expanded_uncertainty,
              lag(r.value) OVER series AS value_before, lag(r.expanded_uncertainty) OVER series AS uncertainty_before,
-             lag(r.stage) OVER series AS stage_before, lag(c.calibrated) OVER series AS calibrated_before
+             lag(r.stage) OVER series AS stage_before, lag(c.calibrated) OVER series AS calibrated_before,
+             max(c.calibrated) OVER () AS newest
       FROM gyrotherm.current_calibration c JOIN gyrotherm.calibration_result r USING (sha256)
-      WHERE r.expanded_uncertainty IS NOT NULL AND NOT r.in_sample
-      WINDOW series AS (
-        PARTITION BY c.serial_number, c.model, r.axis, r.stage = 'uncompensated', r.quantity, r.condition, r.unit
-        ORDER BY c.calibrated, r.stage, c.sha256)
+      WHERE c.serial_number = a_serial_number AND c.model = a_model AND r.expanded_uncertainty IS NOT NULL
+        AND NOT r.in_sample
+      WINDOW series AS (PARTITION BY r.axis, r.stage = 'uncompensated', r.quantity, r.condition, r.unit
+                        ORDER BY c.calibrated, r.stage, c.sha256)
     ) pairs
   ) changes;
+END
+$$;
+
+CREATE FUNCTION gyrotherm.results_came() RETURNS trigger
+LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp AS $$
+BEGIN
+  PERFORM gyrotherm.make_drift(u.serial_number, u.model)
+  FROM (SELECT DISTINCT c.serial_number, c.model FROM came JOIN gyrotherm.calibration c USING (sha256)
+        ORDER BY c.serial_number, c.model) u;
+  RETURN NULL;
+END
+$$;
+CREATE TRIGGER results_came AFTER INSERT ON gyrotherm.calibration_result REFERENCING NEW TABLE AS came
+  FOR EACH STATEMENT EXECUTE FUNCTION gyrotherm.results_came();
+SELECT gyrotherm.make_drift(serial_number, model) FROM gyrotherm.unit ORDER BY serial_number, model;
+
+CREATE VIEW gyrotherm.v1_drift AS
+  SELECT d.serial_number, d.model, d.axis, d.stage, d.quantity, d.condition, d.calibrated, d.value,
+         d.expanded_uncertainty, d.unit, d.calibrated_before, d.value_before, d.change, d.e_n,
+         d.change / nullif((d.calibrated - d.calibrated_before) / 365.25, 0) AS change_per_year, c.state, c.number,
+         c.simulated
+  FROM gyrotherm.drift d JOIN gyrotherm.calibration c USING (sha256);
 
 -- Outliers: the newest result of each unit among all units of its model. z = 0.6745 (x - median) / MAD; beyond 3.5 it
 -- is one (Iglewicz & Hoaglin 1993). Of fewer than five units nothing is said.
 CREATE VIEW gyrotherm.v1_outlier AS
-  WITH newest AS (
-    SELECT DISTINCT ON (c.serial_number, c.model, r.axis, r.stage, r.quantity, r.condition, r.unit)
-           c.serial_number, c.model, r.axis, r.stage, r.quantity, r.condition, r.unit, c.calibrated, r.value
-    FROM gyrotherm.current_calibration c JOIN gyrotherm.calibration_result r USING (sha256)
-    WHERE r.expanded_uncertainty IS NOT NULL AND r.value IS NOT NULL AND NOT r.in_sample
-      AND c.calibrated = (SELECT max(o.calibrated) FROM gyrotherm.current_calibration o
-                          WHERE o.serial_number = c.serial_number AND o.model = c.model)
-    ORDER BY c.serial_number, c.model, r.axis, r.stage, r.quantity, r.condition, r.unit, c.sha256
-  ), middle AS (
-    SELECT model, axis, stage, quantity, condition, unit, count(*) AS units,
-           percentile_cont(0.5) WITHIN GROUP (ORDER BY value) AS median
-    FROM newest GROUP BY model, axis, stage, quantity, condition, unit HAVING count(*) >= 5
-  ), spread AS (
-    SELECT m.model, m.axis, m.stage, m.quantity, m.condition, m.unit,
-           percentile_cont(0.5) WITHIN GROUP (ORDER BY abs(n.value - m.median)) AS mad
-    FROM middle m JOIN newest n USING (model, axis, stage, quantity, condition, unit)
-    GROUP BY m.model, m.axis, m.stage, m.quantity, m.condition, m.unit
+  WITH middle AS (
+    SELECT lot, array_agg(value) AS numbers, percentile_cont(0.5) WITHIN GROUP (ORDER BY value) AS median
+    FROM gyrotherm.drift WHERE is_newest AND value IS NOT NULL GROUP BY lot HAVING count(*) >= 5
+  ), spread AS MATERIALIZED (
+    SELECT lot, cardinality(numbers) AS units, median,
+           (SELECT percentile_cont(0.5) WITHIN GROUP (ORDER BY abs(n - median)) FROM unnest(numbers) n) AS mad
+    FROM middle
   )
-  SELECT serial_number, model, axis, stage, quantity, condition, calibrated, value, unit, median, mad,
-         0.6745 * (value - median) / mad AS robust_z, units
-  FROM newest JOIN middle USING (model, axis, stage, quantity, condition, unit)
-    JOIN spread USING (model, axis, stage, quantity, condition, unit)
-  WHERE mad > 0 AND abs(0.6745 * (value - median) / mad) > 3.5;
+  SELECT d.serial_number, d.model, d.axis, d.stage, d.quantity, d.condition, d.calibrated, d.value, d.unit, s.median,
+         s.mad, 0.6745 * (d.value - s.median) / s.mad AS robust_z, s.units
+  FROM spread s JOIN gyrotherm.drift d USING (lot)
+  WHERE d.is_newest AND d.value IS NOT NULL AND s.mad > 0 AND abs(0.6745 * (d.value - s.median) / s.mad) > 3.5;
 
 -- Thermometers and the day on which their calibration ends.
 CREATE VIEW gyrotherm.v1_thermometer AS

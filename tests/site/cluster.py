@@ -85,7 +85,8 @@ password_encryption = scram-sha-256
         self.write("pg_hba.conf", "local all all trust\nhostssl all all 127.0.0.1/32 scram-sha-256\n")
         self.process: subprocess.Popen[bytes] | None = None
         self.start()
-        self.sql("CREATE ROLE gyrotherm_owner LOGIN CREATEROLE", database="postgres")
+        self.sql("CREATE ROLE gyrotherm_owner LOGIN", database="postgres")
+        self.sql("CREATE ROLE gyrotherm_rig NOLOGIN; CREATE ROLE gyrotherm_analyst NOLOGIN", database="postgres")
         self.sql("CREATE DATABASE gyrotherm OWNER gyrotherm_owner", database="postgres")
 
     def write(self, name: str, text: str, mode: int = 0o600) -> pathlib.Path:
@@ -154,7 +155,8 @@ password_encryption = scram-sha-256
         )
 
     def migrate(self, to: int | None = None) -> str:
-        words = ["migrate", "--store", self.address("gyrotherm_owner"), *(["--to", str(to)] if to else [])]
+        address = f"{self.address('postgres')} options='-c role=gyrotherm_owner'"  # as docs/site.md has it
+        words = ["migrate", "--store", address, *(["--to", str(to)] if to else [])]
         made = subprocess.run([SITE, *words], capture_output=True, text=True, check=False)
         assert made.returncode == 0, made.stderr
         return made.stdout

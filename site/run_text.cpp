@@ -173,7 +173,7 @@ std::string run_as_json(const record::RunInfo& info) {
 }
 
 Result<RowBatch> next_rows(const std::vector<record::SourceFile>& files, const std::vector<StoredChannel>& channels,
-                           std::int64_t after) {
+                           std::int64_t after, std::int64_t most) {
   std::string what = "slot, utc_ns";
   for (const auto& channel : channels) what += fmt::format(", \"{}\"", channel.name);
   RowBatch batch{.after = after, .last = after};
@@ -194,7 +194,7 @@ Result<RowBatch> next_rows(const std::vector<record::SourceFile>& files, const s
     ++batch.rows;
     return true;
   };
-  const auto read = record::each_row(files, {.what = what, .first = after + 1, .most = kBatchRows}, add);
+  const auto read = record::each_row(files, {.what = what, .first = after + 1, .most = most}, add);
   if (!read) return failure(read.error());
   for (auto* text : {&batch.slots, &batch.utcs, &batch.numbers}) *text += '}';
   return batch;

@@ -49,10 +49,11 @@ struct RowBatch {
 
 inline constexpr std::int64_t kBatchRows = 1000;
 
-/// The next rows, at most kBatchRows. Fails with storage while somebody else writes the record, with bad_file if it is
+/// The next rows, at most so many. Fails with storage while somebody else writes the record, with bad_file if it is
 /// damaged.
 [[nodiscard]] Result<RowBatch> next_rows(const std::vector<record::SourceFile>& files,
-                                         const std::vector<StoredChannel>& channels, std::int64_t after);
+                                         const std::vector<StoredChannel>& channels, std::int64_t after,
+                                         std::int64_t most = kBatchRows);
 
 /// The next events, or gaps, as add_events() and add_gaps() take them; `text` is empty if there are none. Fails
 /// likewise.

@@ -204,7 +204,10 @@ DECLARE
 BEGIN
   IF to_regclass('gyrotherm.' || partition) IS NOT NULL THEN RETURN; END IF;
   PERFORM pg_advisory_xact_lock(hashtext('gyrotherm.make_month'));
-  IF to_regclass('gyrotherm.' || partition) IS NOT NULL THEN RETURN; END IF;
+  -- Whoever waited for another one that made it would not see it by its name yet, but does so in the catalogue.
+  IF EXISTS (SELECT FROM pg_class WHERE relnamespace = 'gyrotherm'::regnamespace AND relname = partition) THEN
+    RETURN;
+  END IF;
   EXECUTE format('CREATE TABLE gyrotherm.%I (LIKE gyrotherm.sample INCLUDING DEFAULTS, '
                  'CHECK (started >= %L AND started < %L))', partition, first, following);
   EXECUTE format('ALTER TABLE gyrotherm.sample ATTACH PARTITION gyrotherm.%I FOR VALUES FROM (%L) TO (%L)',

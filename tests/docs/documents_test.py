@@ -22,7 +22,7 @@ SOURCES = (".md", ".toml", ".cpp", ".hpp", ".py", ".txt", ".yml", ".json", ".rul
 _LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
 _NAMED = re.compile(
     r"`((?:acquisition|analysis|app|bench|cmake|core|docs|drivers|monitor|plot|profiles|python|report|rig|sequencer"
-    r"|simulator|tests|thermal)/[\w./-]*\w)`"
+    r"|simulator|site|tests|thermal)/[\w./-]*\w)`"
 )
 _MADE_UP = re.compile(r"acme|NAME|^report/\w+\.json$")  # docs/adding-an-instrument.md invents one; what a run leaves
 

@@ -2,6 +2,7 @@
 """What the store holds is what the records hold, and nobody gets anything else in."""
 from __future__ import annotations
 
+import concurrent.futures
 import hashlib
 import json
 import pathlib
@@ -9,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import unittest
+import uuid
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
@@ -297,6 +299,24 @@ class Store(unittest.TestCase):
             self.assertEqual(self.rig.once().returncode, 0, "rigs of two versions share a store")
         finally:
             self.store.sql("DELETE FROM gyrotherm.migration WHERE number = 99")
+
+
+class Beginning(unittest.TestCase):
+    def test_many_rigs_begin_a_month_at_once(self) -> None:
+        info = '{"started_ns": 1900000000000000000, "profile": "p", "simulated": false, "imported": false,'
+        info += ' "channels": [], "units": []}'
+        with cluster() as store:
+            store.migrate()
+            store.add_people()
+            calls = [
+                f"SELECT pg_sleep_until('{{}}'); SELECT gyrotherm.add_run('{uuid.uuid4()}', 'rig-{i}', '{info}')"
+                for i in range(12)
+            ]
+            at = store.sql("SELECT clock_timestamp() + interval '600 ms'")[0][0]
+            with concurrent.futures.ThreadPoolExecutor(len(calls)) as pool:
+                done = list(pool.map(lambda call: store.try_sql(call.replace("{}", at, 1), "rig_1"), calls))
+            self.assertEqual([one.stderr for one in done], [""] * len(calls))
+            self.assertEqual(store.sql("SELECT count(*) FROM gyrotherm.run"), [[str(len(calls))]])
 
 
 class Entrance(unittest.TestCase):

@@ -19,7 +19,6 @@
 
 namespace {
 
-using namespace std::chrono_literals;
 using gyrotherm::Duration;
 using gyrotherm::Result;
 using gyrotherm::site::RowBatch;
@@ -40,6 +39,7 @@ struct Recorded {
 };
 
 constexpr int kMostRows = 600;
+constexpr Duration kSecond = std::chrono::seconds(1);
 
 Result<Recorded> read(const std::string& path) {
   const auto files = gyrotherm::record::source_files(path, false);
@@ -95,8 +95,8 @@ void send_all(const Options& options, const Recorded& recorded, int number, cons
   if (!store) return lags.fail(store.error());
   std::vector<Rig> rigs;
   for (int rig = number; rig < options.rigs; rig += options.connections) {
-    rigs.push_back({.run = gyrotherm::sha256(fmt::format("load {}", rig)).substr(0, 32),
-                    .phase = Duration(1s) * rig / options.rigs});
+    rigs.push_back(
+        {.run = gyrotherm::sha256(fmt::format("load {}", rig)).substr(0, 32), .phase = kSecond * rig / options.rigs});
     if (const auto added = store->add_run(rigs.back().run, fmt::format("load-{}", rig), recorded.json); !added)
       return lags.fail(added.error());
   }
@@ -104,13 +104,13 @@ void send_all(const Options& options, const Recorded& recorded, int number, cons
   std::vector<double> own;
   for (bool all_sent = false; !all_sent;) {
     all_sent = true;
-    Duration next = 1s;
+    Duration next = kSecond;
     for (auto& rig : rigs) {
       const auto since = clock.now().since_start - begun - rig.phase;
-      const int due = std::min(static_cast<int>(since / Duration(1s)), options.seconds) - 1;
+      const int due = std::min(static_cast<int>(since / kSecond), options.seconds) - 1;
       all_sent = all_sent && rig.sent == options.seconds - 1;
       if (due <= rig.sent) {
-        next = std::min(next, Duration(1s) * (rig.sent + 2) - since);
+        next = std::min(next, kSecond * (rig.sent + 2) - since);
         continue;
       }
       const auto sent = store->send_rows(rig.run, batch_of(recorded, rig.sent + 1, due)).and_then([&] {
@@ -119,7 +119,7 @@ void send_all(const Options& options, const Recorded& recorded, int number, cons
       if (!sent) return lags.fail(sent.error());
       const auto now = clock.now().since_start - begun - rig.phase;
       for (int slot = rig.sent + 1; slot <= due; ++slot)
-        own.push_back(gyrotherm::to_seconds(now - Duration(1s) * (slot + 1)));
+        own.push_back(gyrotherm::to_seconds(now - kSecond * (slot + 1)));
       rig.sent = due;
       next = {};
     }

@@ -96,6 +96,8 @@ class Documents(unittest.TestCase):
                 if not called or not (PROGRAMS / called[1]).exists() or called[2] not in commands():
                     continue
                 words = [called[2]]
+                if called[2] == "site" and (below := re.match(r" ([a-z]+)", called[3])):
+                    words.append(below[1])
                 if called[2] == "report" and (below := re.match(r" (sign|verify|compare|authorise)\b", called[3])):
                     words.append(below[1])
                 known = help_of(called[1], *words)

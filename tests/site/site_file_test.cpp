@@ -20,7 +20,6 @@ namespace gyrotherm::site {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace std::chrono_literals;
 
 constexpr const char* kWhole = R"(schema = "gyrotherm-site/1"
 name = "hall 4"
@@ -51,7 +50,7 @@ TEST(SiteFile, SaysRigFoldersStoreAndArchive) {
   EXPECT_EQ(site.rig, "chamber-3");
   EXPECT_EQ(site.folders, (std::vector<std::string>{"/etc/gyrotherm/runs", "/var/lib/gyrotherm"}));
   EXPECT_EQ(site.store.passfile, "/etc/gyrotherm/pgpass");
-  EXPECT_EQ(site.longest_wait, Duration(5s));
+  EXPECT_EQ(site.longest_wait, Duration(std::chrono::seconds(5)));
   EXPECT_EQ(site.archive.command.size(), 4U);
 }
 
@@ -75,10 +74,11 @@ TEST(SiteFile, TakesACredentialFromTheFolderOfSystemd) {
 }
 
 TEST(Backoff, GrowsToItsLongestByChanceAndStartsAnew) {
-  Backoff backoff(2s, 7);
+  Backoff backoff(std::chrono::seconds(2), 7);
   Duration before{};
-  for (const Duration whole :
-       {Duration(250ms), Duration(500ms), Duration(1s), Duration(2s), Duration(2s), Duration(2s)}) {
+  for (const Duration whole : {Duration(std::chrono::milliseconds(250)), Duration(std::chrono::milliseconds(500)),
+                               Duration(std::chrono::seconds(1)), Duration(std::chrono::seconds(2)),
+                               Duration(std::chrono::seconds(2)), Duration(std::chrono::seconds(2))}) {
     const auto wait = backoff.next();
     EXPECT_GE(wait, whole / 2);
     EXPECT_LE(wait, whole);
@@ -86,7 +86,7 @@ TEST(Backoff, GrowsToItsLongestByChanceAndStartsAnew) {
     before = wait;
   }
   backoff.reset();
-  EXPECT_LE(backoff.next(), Duration(250ms));
+  EXPECT_LE(backoff.next(), Duration(std::chrono::milliseconds(250)));
 }
 
 TEST(Archive, RunsACommandWithoutAShell) {

@@ -12,7 +12,7 @@ namespace gyrotherm::site {
 namespace {
 
 constexpr std::array kKinds{"calibration", "model", "report"};
-constexpr std::size_t kLargestDocument = 64'000'000;
+constexpr std::size_t kLargestDocument = 32'000'000;
 
 }  // namespace
 

@@ -390,7 +390,9 @@ BEGIN
   IF added < cardinality(slots) THEN
     IF EXISTS (
       SELECT FROM unnest(slots, utcs, numbers) AS u(slot, utc_ns, row)
-      JOIN gyrotherm.sample s ON s.started = to_run.started AND s.run = a_run AND s.slot = u.slot
+      CROSS JOIN LATERAL ( -- each by its key, whatever statistics say: a whole run would be read otherwise
+        SELECT t.utc_ns, t.numbers FROM gyrotherm.sample t
+        WHERE t.started = to_run.started AND t.run = a_run AND t.slot = u.slot OFFSET 0) s
       WHERE s.utc_ns IS DISTINCT FROM u.utc_ns OR s.numbers <> u.row::double precision[]
     ) THEN
       PERFORM gyrotherm.refuse('a row that is there is another one');

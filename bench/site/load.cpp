@@ -161,7 +161,7 @@ int main(int argc, char** argv) {
   cli.add_option("--store", options.store, "where the store is")->required();
   cli.add_option("--record", options.record, "whose rows are sent")->required();
   cli.add_option("--rigs", options.rigs)->capture_default_str()->check(CLI::Range(1, 100000));
-  cli.add_option("--connections", options.connections)->capture_default_str()->check(CLI::Range(1, 500));
+  cli.add_option("--connections", options.connections)->capture_default_str()->check(CLI::Range(1, 2000));
   cli.add_option("--seconds", options.seconds)->capture_default_str()->check(CLI::Range(1, 1000000));
   CLI11_PARSE(cli, argc, argv);
   return run(options);

@@ -10,6 +10,7 @@
 
 #include "acquisition/exchange/dataflash.hpp"
 #include "acquisition/exchange/netcdf_table.hpp"
+#include "acquisition/exchange/row_pipe.hpp"
 #include "acquisition/exchange/text_table.hpp"
 #include "acquisition/exchange/ulog.hpp"
 #include "acquisition/record/chain.hpp"
@@ -171,7 +172,7 @@ class ImportedRecord {
  private:
   Result<void> begin(const ImportedRow& first) {
     info_.started_utc = first.utc.value_or(Duration{});
-    auto file = RunFile::create(path_, info_);
+    auto file = RunFile::create_at_once(path_, info_);
     if (!file) return failure(file.error());
     begun_ = true;
     file_ = std::move(*file);
@@ -233,7 +234,9 @@ Result<ImportSummary> import_record(const std::string& path, const std::string& 
   auto info = describe(*map, path, program_version);
   if (!info) return failure(info.error());
   ImportedRecord made(record_path, *map, std::move(*info));
-  const auto notes = read_foreign_file(path, *map, [&](const ImportedRow& row) { return made.insert(row); });
+  RowPipe writing([&](const ImportedRow& row) { return made.insert(row); });
+  auto notes = read_foreign_file(path, *map, [&](const ImportedRow& row) { return writing.push(row); });
+  if (auto written = writing.finish(); !written && notes) notes = failure(written.error());
   auto summary = notes ? made.finish(*notes) : Result<ImportSummary>(failure(notes.error()));
   if (!summary) made.remove();
   return summary;

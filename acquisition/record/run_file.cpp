@@ -34,6 +34,15 @@ Result<RowChain> stored_chain(Database& database, const std::string& path) {
   return checked->chain;
 }
 
+Result<void> fill(Database& database, const RunInfo& info, const std::optional<Continuation>& continuation = {}) {
+  return database.execute("BEGIN IMMEDIATE")
+      .and_then([&] { return create_schema(database, info); })
+      .and_then([&] { return write_run_info(database, info); })
+      .and_then([&] { return continuation ? write_continuation(database, *continuation) : Result<void>{}; })
+      .and_then([&] { return begin_chain(database); })
+      .and_then([&] { return database.execute("COMMIT"); });
+}
+
 Result<void> fill_new_file(Database& database, const std::string& path, const RunInfo& info,
                            const std::optional<Continuation>& continuation) {
   const auto prepared =
@@ -41,12 +50,7 @@ Result<void> fill_new_file(Database& database, const std::string& path, const Ru
                       : claim(database, path).and_then([&] { return keep_no_journal(database, path); }).and_then([&] {
                           return make_durable(database, path);
                         });
-  return prepared.and_then([&] { return database.execute("BEGIN IMMEDIATE"); })
-      .and_then([&] { return create_schema(database, info); })
-      .and_then([&] { return write_run_info(database, info); })
-      .and_then([&] { return continuation ? write_continuation(database, *continuation) : Result<void>{}; })
-      .and_then([&] { return begin_chain(database); })
-      .and_then([&] { return database.execute("COMMIT"); });
+  return prepared.and_then([&] { return fill(database, info, continuation); });
 }
 
 void remove_all_of(const std::string& path) {
@@ -64,7 +68,7 @@ Result<void> check_unfinished(Database& database, const std::string& path) {
 }
 
 constexpr int kCopyPatienceMs = 100;
-/// What a machine that dies leaves of a copy is of no use to anybody.
+/// What a machine that dies leaves of such a file is of no use to anybody.
 constexpr const char* kUnsynced = "PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF";
 
 std::string insert_sql(std::string_view table, const std::string& columns) {
@@ -178,19 +182,27 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
   return ready(std::move(*database), path, std::move(*info), Watching::yes);
 }
 
-Result<RunFile> RunFile::create_copy(const std::string& path, const RunInfo& info) {
+Result<RunFile> RunFile::create_unsynced(const std::string& path, const RunInfo& info, bool claimed) {
   if (auto made = make_new_file(path); !made) return failure(made.error());
   auto file = Database::open(path, Access::read_write, kCopyPatienceMs).and_then([&](Database database) {
-    const auto filled = database.execute(kUnsynced)
-                            .and_then([&] { return database.execute("BEGIN IMMEDIATE"); })
-                            .and_then([&] { return create_schema(database, info); })
-                            .and_then([&] { return write_run_info(database, info); })
-                            .and_then([&] { return begin_chain(database); })
-                            .and_then([&] { return database.execute("COMMIT"); });
+    const auto filled = (claimed ? claim(database, path) : Result<void>())
+                            .and_then([&] { return database.execute(kUnsynced); })
+                            .and_then([&] { return fill(database, info); });
     return filled ? ready(std::move(database), path, info, Watching::no) : failure(filled.error());
   });
   if (!file) remove_all_of(path);
   return file;
+}
+
+Result<RunFile> RunFile::create_at_once(const std::string& path, const RunInfo& info) {
+  if (auto good = check_channel_names(info); !good) return failure(good.error());
+  auto file = create_unsynced(path, info, true);
+  if (file) file->is_synced_ = false;
+  return file;
+}
+
+Result<RunFile> RunFile::create_copy(const std::string& path, const RunInfo& info) {
+  return create_unsynced(path, info, false);
 }
 
 Result<RunFile> RunFile::open_copy(const std::string& path) {
@@ -355,6 +367,8 @@ Result<void> RunFile::seal() {
 Result<void> RunFile::finish() {
   statements_.reset();
   if (in_memory(path_)) return seal();
+  if (!is_synced_)  // with the next commit all of the file is
+    if (auto set = database_.execute("PRAGMA synchronous = FULL"); !set) return set;
   if (watch_)
     if (auto refused = refuse_if(watch_->look()); !refused) return refused;
   return seal()

@@ -28,6 +28,10 @@ class RunFile {
   /// Takes up an unfinished run, folding in the log of a writer that died. Fails like Store::reopen().
   [[nodiscard]] static Result<RunFile> reopen(const std::string& path);
 
+  /// Makes a new record whose rows are all at hand: claimed, but neither synced before finish(), which makes sure of
+  /// all of it, nor watched. What a machine that dies leaves of it is of no use. Fails like create().
+  [[nodiscard]] static Result<RunFile> create_at_once(const std::string& path, const RunInfo& info);
+
   /// Makes a new file with the same tables that is no record but a copy of one, for others to read while the record is
   /// written: not claimed, not synced and not watched. Until share() nobody may read it; then everybody may, and it has
   /// a log. Fails like create().
@@ -92,6 +96,7 @@ class RunFile {
   enum class Watching { yes, no };
   [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info,
                                              Watching watching);
+  [[nodiscard]] static Result<RunFile> create_unsynced(const std::string& path, const RunInfo& info, bool claimed);
   [[nodiscard]] Result<void> seal();
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
   [[nodiscard]] Result<void> copy_row(std::string_view table, const record::Statement& row);
@@ -101,6 +106,7 @@ class RunFile {
   std::optional<Statements> statements_;  ///< gone after finish()
   std::optional<FileWatch> watch_;        ///< nothing in memory
   std::optional<Interference> interference_;
+  bool is_synced_ = true;  ///< a commit is on the disk when it returns
   std::string path_;
   RunInfo info_;
   SampleColumns columns_;

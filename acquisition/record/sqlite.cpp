@@ -123,7 +123,7 @@ Result<Database> Database::open(const std::string& path, Access access, int pati
   if (reads && is_written_here(path)) return failure(FaultKind::storage, path, kBeingWritten);
   sqlite3* connection = nullptr;
   // A connection to read is used by one thread, and its statements lock nothing.
-  const int flags = reads ? SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX : SQLITE_OPEN_READWRITE;
+  const int flags = SQLITE_OPEN_NOMUTEX | (reads ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE);
   const int code = sqlite3_open_v2(path.c_str(), &connection, flags, reads && !beside ? reader_vfs() : nullptr);
   Database database(connection);
   if (code == SQLITE_BUSY) return failure(FaultKind::storage, path, kBeingWritten);

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/row_pipe.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace gyrotherm::exchange {
+namespace {
+
+constexpr int kRows = 20'001;  // some batches, and a part of one
+
+ImportedRow row_of(const std::vector<double>& numbers, int second) {
+  return {.time = std::chrono::seconds(second), .usual = std::chrono::seconds(1), .numbers = numbers};
+}
+
+TEST(RowPipe, WritesEveryRowInOrderWithItsNumbers) {
+  int written = 0;
+  RowPipe pipe([&](const ImportedRow& row) -> Result<void> {
+    EXPECT_EQ(row.time, std::chrono::seconds(written));
+    EXPECT_EQ(std::vector<double>(row.numbers.begin(), row.numbers.end()), (std::vector<double>{1.0 * written, 0.5}));
+    ++written;
+    return {};
+  });
+  for (int i = 0; i < kRows; ++i) ASSERT_TRUE(pipe.push(row_of({1.0 * i, 0.5}, i)));
+  ASSERT_TRUE(pipe.finish());
+  EXPECT_EQ(written, kRows);
+}
+
+TEST(RowPipe, WhoReadsHearsWhyARowCouldNotBeWritten) {
+  constexpr int kLast = 5000;
+  int written = 0;
+  RowPipe pipe([&](const ImportedRow&) -> Result<void> {
+    if (++written == kLast) return failure(FaultKind::storage, "run.db", "the disk is full");
+    return {};
+  });
+  Result<void> pushed;
+  for (int i = 0; pushed && i < 100 * kRows; ++i) pushed = pipe.push(row_of({1}, i));
+  ASSERT_FALSE(pushed);
+  EXPECT_EQ(pushed.error().what, "the disk is full");
+  EXPECT_EQ(pipe.finish().error().what, "the disk is full");
+  EXPECT_EQ(written, kLast) << "nothing is written after it";
+}
+
+TEST(RowPipe, ThatOfNoRowsIsDoneAtOnce) {
+  RowPipe pipe([](const ImportedRow&) -> Result<void> { return {}; });
+  EXPECT_TRUE(pipe.finish());
+}
+
+TEST(RowPipe, MayBeLeftBehind) {
+  RowPipe pipe([](const ImportedRow&) -> Result<void> { return {}; });
+  for (int i = 0; i < kRows; ++i) ASSERT_TRUE(pipe.push(row_of({1}, i)));
+}
+
+}  // namespace
+}  // namespace gyrotherm::exchange

@@ -4,10 +4,8 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -18,11 +16,10 @@
 #include <filesystem>
 
 #include "acquisition/record/chain.hpp"
+#include "core/command.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
-
-extern char** environ;
 
 namespace gyrotherm::site {
 namespace {
@@ -85,28 +82,6 @@ Result<void> copy_into(const std::string& folder, const RunFileDigest& file) {
   return sync_folder(folder);
 }
 
-/// The program, with its standard input closed and no signal held back.
-Result<pid_t> start(const std::vector<std::string>& command) {
-  std::vector<char*> words;
-  for (const auto& word : command) words.push_back(const_cast<char*>(word.c_str()));  // execve() asks for it
-  words.push_back(nullptr);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  pid_t child{};
-  const int code = ::posix_spawnp(&child, words.front(), &files, &attributes, words.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  posix_spawnattr_destroy(&attributes);
-  if (code != 0) return failure(FaultKind::refused, command.front(), std::strerror(code));
-  return child;
-}
-
 Result<void> run_command(const std::vector<std::string>& command, Duration within, int stop) {
   const auto child = start(command);
   if (!child) return failure(child.error());
@@ -120,15 +95,11 @@ Result<void> run_command(const std::vector<std::string>& command, Duration withi
   } while (found < 0 && errno == EINTR);
   const bool is_over = found > 0 && lines[0].revents != 0;
   if (!is_over) ::kill(*child, SIGKILL);
-  int status = 0;
-  while (::waitpid(*child, &status, 0) < 0 && errno == EINTR) {
-  }
+  const int code = wait_for(*child);
   if (!is_over && found > 0) return failure(FaultKind::interrupted, command.front(), "stopped");
   if (!is_over) return failure(FaultKind::timeout, command.front(), "did not end in time");
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
-  return failure(FaultKind::refused, command.front(),
-                 WIFEXITED(status) ? fmt::format("ended with exit code {}", WEXITSTATUS(status))
-                                   : fmt::format("was ended by signal {}", WTERMSIG(status)));
+  if (code == 0) return {};
+  return failure(FaultKind::refused, command.front(), fmt::format("ended with exit code {}", code));
 }
 
 void replace_all(std::string& text, std::string_view what, const std::string& with) {

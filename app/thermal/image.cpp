@@ -2,9 +2,6 @@
 /// The commands image and fit of gyrotherm-thermal: a steady state and its views through the gyro, and which value of
 /// each parameter would give it a wanted difference.
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <array>
 #include <chrono>
@@ -13,12 +10,12 @@
 #include <limits>
 #include <sstream>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/value.hpp"
+#include "core/command.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "core/process.hpp"
@@ -327,18 +324,11 @@ Json json(const Solved& solved, const ThermalArguments& options) {
 void draw_pictures(Console& console, const std::filesystem::path& folder, const std::vector<std::string>& views) {
   for (const auto& view : views) {
     const auto program = program_beside_this_one("gyrotherm-pdf");
-    std::vector<std::string> line{program,   "--force",
-                                  "--width", "1600",
-                                  "--png",   (folder / (view + ".svg")).string(),
-                                  "--out",   (folder / (view + ".png")).string()};
-    std::vector<char*> arguments;
-    for (auto& word : line) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    pid_t child{};
-    int status = 0;
-    const int failed = ::posix_spawn(&child, program.c_str(), nullptr, nullptr, arguments.data(), environ);
-    if (failed == 0 && ::waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0) continue;
-    const auto why = failed != 0 ? std::generic_category().message(failed) : "it failed";
+    const auto code =
+        run_to_its_end({program, "--force", "--width", "1600", "--png", (folder / (view + ".svg")).string(), "--out",
+                        (folder / (view + ".png")).string()});
+    if (code && *code == 0) continue;
+    const auto why = code ? fmt::format("it ended with {}", *code) : code.error().what;
     return console.say(fmt::format("no PNG of {}, but its SVG: {}: {}", view, program, why));
   }
 }

@@ -231,9 +231,13 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
 
   RunCatalogue catalogue(options.folders);
   std::optional<Notifier> notifier;
+  std::unique_ptr<SiteOverview> overview;
   if (!options.site_file.empty()) {
     auto read = read_site(options.site_file);
     if (!read) return failure(read.error());
+    auto opened = SiteOverview::open(*read, options.site_file, complain);
+    if (!opened) return failure(opened.error());
+    overview = std::move(*opened);
     notifier.emplace(std::move(*read), folder + "/" + kToldFile, catalogue, clock, complain);
     if (auto loaded = notifier->load(); !loaded) return loaded;
   }
@@ -242,7 +246,7 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   Door door({.control = options.control, .open = address->is_own() && !options.behind_proxy}, users, sessions, clock);
   RunAnswers runs(catalogue, feed, [&] { return running->is_stopping(); });
   RunControl control(door, catalogue, clock);
-  SiteAnswers site(door, runs, control, catalogue, feed);
+  SiteAnswers site(door, runs, control, catalogue, feed, overview.get());
   WebServer server({.address = address->host,
                     .port = address->port,
                     .hosts = options.hosts,

@@ -10,7 +10,7 @@ namespace gyrotherm::monitor {
 namespace {
 
 constexpr const char *kScript = "text/javascript; charset=utf-8", *kStyle = "text/css; charset=utf-8";
-constexpr std::string_view kRuns = "/api/v1/runs";
+constexpr std::string_view kRuns = "/api/v1/runs", kSite = "/api/v1/site";
 
 /// What anybody may load: the page without a run in it.
 struct PageFile {
@@ -23,8 +23,8 @@ constexpr std::array kPage{
     PageFile{"/icon.svg", "image/svg+xml", page_icon},    PageFile{"/page.js", kScript, page_script},
     PageFile{"/text.js", kScript, text_script},           PageFile{"/views.js", kScript, views_script},
     PageFile{"/drawing.js", kScript, drawing_script},     PageFile{"/chart.js", kScript, chart_script},
-    PageFile{"/control.js", kScript, control_script},     PageFile{"/dygraph.js", kScript, dygraphs_script},
-    PageFile{"/dygraph.css", kStyle, dygraphs_style}};
+    PageFile{"/control.js", kScript, control_script},     PageFile{"/site.js", kScript, site_script},
+    PageFile{"/dygraph.js", kScript, dygraphs_script},    PageFile{"/dygraph.css", kStyle, dygraphs_style}};
 
 WebAnswer page_file(const PageFile& file) {
   WebAnswer answer{.type = file.type, .body = std::string(file.text())};
@@ -52,6 +52,8 @@ WebAnswer SiteAnswers::look(const WebRequest& request) {
     return {
         .type = "text/plain; version=0.0.4; charset=utf-8",
         .body = metrics_text(catalogue_.runs(), {.watchers = feed_.watchers(), .cache_bytes = runs_.cache_bytes()})};
+  if (path == kSite || path.starts_with(std::string(kSite) + "/"))
+    return site_ != nullptr ? site_->answer(path.substr(kSite.size())) : refusal(404, "this monitor has no site");
   if (path.starts_with(kRuns)) return runs_.answer(request, path.substr(kRuns.size()));
   return refusal(404, "there is no such page");
 }

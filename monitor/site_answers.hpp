@@ -5,6 +5,7 @@
 #include "monitor/door.hpp"
 #include "monitor/run_answers.hpp"
 #include "monitor/run_control.hpp"
+#include "monitor/site_overview.hpp"
 #include "monitor/web.hpp"
 
 namespace gyrotherm::monitor {
@@ -12,8 +13,10 @@ namespace gyrotherm::monitor {
 /// Any thread.
 class SiteAnswers {
  public:
-  SiteAnswers(Door& door, RunAnswers& runs, RunControl& control, const RunCatalogue& catalogue, const RunFeed& feed)
-      : door_(door), runs_(runs), control_(control), catalogue_(catalogue), feed_(feed) {}
+  /// `site` may be null: this monitor knows of no other rigs.
+  SiteAnswers(Door& door, RunAnswers& runs, RunControl& control, const RunCatalogue& catalogue, const RunFeed& feed,
+              SiteOverview* site)
+      : door_(door), runs_(runs), control_(control), catalogue_(catalogue), feed_(feed), site_(site) {}
 
   [[nodiscard]] WebAnswer answer(const WebRequest& request);
 
@@ -26,6 +29,7 @@ class SiteAnswers {
   RunControl& control_;
   const RunCatalogue& catalogue_;
   const RunFeed& feed_;
+  SiteOverview* site_;
 };
 
 }  // namespace gyrotherm::monitor

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <set>
 
@@ -107,8 +108,14 @@ Result<Site> parse_site(std::string_view text, const std::string& file) {
   const auto root = TomlTable::parse(text, file);
   if (!root) return failure(root.error());
   root->expect("schema", kSiteSchema);
-  for (const char* others : {"rig", "folders", "store", "archive"}) root->ignore(others);  // site/site_file.hpp
-  Site site{.name = line_at(*root, "name", "")};
+  for (const char* others : {"rig", "folders", "archive"}) root->ignore(others);  // site/site_file.hpp
+  root->ignore("store");
+  Site site{.name = line_at(*root, "name", ""), .has_store = root->has("store")};
+  if (root->has("live")) {
+    const char* credentials = std::getenv("CREDENTIALS_DIRECTORY");
+    site.live = site::broker_at(root->table("live"), file, credentials != nullptr ? credentials : "");
+    if (site.name.empty()) root->mistake("name", "what is said live names its site; expected a name");
+  }
   const auto notify = root->table("notify");
   for (const auto& table : notify.tables("address")) site.addresses.push_back(address_of(table));
   for (const auto& table : notify.tables("rule")) site.rules.push_back(rule_of(table));

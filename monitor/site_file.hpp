@@ -11,6 +11,7 @@
 
 #include "core/quantity.hpp"
 #include "core/result.hpp"
+#include "site/live/broker.hpp"
 
 namespace gyrotherm::monitor {
 
@@ -64,6 +65,8 @@ struct Site {
   std::vector<NotifyAddress> addresses{};
   std::vector<NotifyRule> rules{};
   std::optional<MailServer> mail{};
+  std::optional<site::BrokerAddress> live{};  ///< where the rigs of the site say how they are
+  bool has_store{};                           ///< which `gyrotherm-site --site FILE` asks
 };
 
 /// Fails with bad_file, all mistakes with their places.

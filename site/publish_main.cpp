@@ -4,13 +4,23 @@
 #include <sys/signalfd.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
+#include <condition_variable>
 #include <csignal>
 #include <cstdio>
+#include <mutex>
 #include <string>
+#include <thread>
+#include <vector>
 
+#include "acquisition/record/run_finder.hpp"
+#include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
+#include "core/process.hpp"
 #include "core/text.hpp"
+#include "site/folders.hpp"
+#include "site/live/live_rig.hpp"
 #include "site/programs.hpp"
 #include "site/publisher.hpp"
 
@@ -28,6 +38,8 @@ void say(const std::string& line) {
   fmt::print(stderr, "{}\n", plain(line));
   std::fflush(stderr);
 }
+
+void complain(const Fault& fault) { say("gyrotherm-publish: " + text(fault)); }
 
 std::string in_lines(const std::vector<RunLag>& lags) {
   std::string lines;
@@ -54,13 +66,35 @@ std::string in_json(const std::vector<RunLag>& lags) {
   return text_of(list) + "\n";
 }
 
+/// Says once a second how the rig is, until it is stopped; the store may answer or not meanwhile.
+void tell_live(LiveRig& rig, const std::vector<std::string>& folders, const std::stop_token& stop) {
+  block_signals();
+  while (!stop.stop_requested()) {
+    const Deadline next(std::chrono::seconds(1));
+    std::vector<std::string> records;
+    for (const auto& folder : folders_below(folders))
+      for (const auto& path : record::records_in(folder)) records.push_back(path);
+    rig.look(records);
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    std::condition_variable_any().wait_for(lock, stop, next.left(), [] { return false; });
+  }
+}
+
+Result<void> serve(Publisher& publisher, const SiteSettings& settings) {
+  if (!settings.live) return publisher.serve();
+  auto rig = LiveRig::connect(*settings.live, {.site = settings.name, .rig = settings.rig}, complain);
+  if (!rig) return failure(rig.error());
+  const std::jthread telling([&](const std::stop_token& stop) { tell_live(**rig, settings.folders, stop); });
+  return publisher.serve();
+}
+
 Result<void> publish(const PublishOptions& options, int stop) {
   auto settings = read_site(options.site);
   if (!settings) return failure(settings.error());
-  const auto complain = [](const Fault& fault) { say("gyrotherm-publish: " + text(fault)); };
-  Publisher publisher(std::move(*settings), stop, say, complain);
+  Publisher publisher(*settings, stop, say, complain);
   if (options.once) return publisher.once();
-  if (!options.status) return publisher.serve();
+  if (!options.status) return serve(publisher, *settings);
   return publisher.lags().map(
       [&](const std::vector<RunLag>& lags) { fmt::print("{}", options.json ? in_json(lags) : in_lines(lags)); });
 }

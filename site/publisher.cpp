@@ -16,6 +16,7 @@
 #include "core/sha256.hpp"
 #include "site/archive.hpp"
 #include "site/documents.hpp"
+#include "site/folders.hpp"
 
 namespace gyrotherm::site {
 namespace {
@@ -25,19 +26,8 @@ namespace fs = std::filesystem;
 constexpr Duration kEvery = std::chrono::seconds(1);
 /// A long run gives way to those that go on now after so many batches.
 constexpr int kBatchesInTurn = 25;
-constexpr int kDeepest = 3;
 /// What the store refused is tried again after so long: its owner may have changed something.
 constexpr Duration kRest = std::chrono::minutes(1);
-
-/// A folder and those below it; links are not followed.
-void add_folders(const fs::path& folder, int depth, std::vector<std::string>& folders) {
-  folders.push_back(folder.string());
-  if (depth == kDeepest) return;
-  for (const auto& entry : entries_of(folder)) {
-    std::error_code error;
-    if (fs::is_directory(fs::symlink_status(entry, error))) add_folders(entry, depth + 1, folders);
-  }
-}
 
 bool is_of_store(const Fault& fault) { return fault.where == kStore; }
 
@@ -85,14 +75,10 @@ void Publisher::disconnect(const Fault& why) {
 void Publisher::look() {
   std::set<std::string> records;
   found_documents_.clear();
-  for (const auto& top : settings_.folders) {
-    std::vector<std::string> folders;
-    add_folders(top, 0, folders);
-    for (const auto& folder : folders) {
-      records.merge(record::records_in(folder));
-      for (const auto& entry : entries_of(folder))
-        if (entry.extension() == ".json") found_documents_.insert(entry.string());
-    }
+  for (const auto& folder : folders_below(settings_.folders)) {
+    records.merge(record::records_in(folder));
+    for (const auto& entry : entries_of(folder))
+      if (entry.extension() == ".json") found_documents_.insert(entry.string());
   }
   for (const auto& path : records) runs_.try_emplace(path);
   std::erase_if(runs_, [&](const auto& entry) { return !records.contains(entry.first); });

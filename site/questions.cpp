@@ -31,7 +31,7 @@ constexpr std::array kQuestions{
              "NOT simulated", "week DESC, rig", "Hours that each rig ran, by week."},
     Question{"attention", "v1_attention", "rig, started, profile, what, detail, run", "NOT simulated",
              "started DESC, what", "Runs that somebody should look at: aborted, with alarms, with gaps, silent."},
-    Question{"rigs", "v1_rig", "rig, state, profile, started, last_row, units, runs", "", "rig",
+    Question{"rigs", "v1_rig", "rig, state, profile, started, last_row, units, runs, simulated", "", "rig",
              "Rigs, and what is on them now."}};
 
 /// PostgreSQL's numbers of its types: bool; int8, int2, int4, float4, float8, numeric.

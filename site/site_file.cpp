@@ -79,6 +79,10 @@ Result<SiteSettings> parse_site(std::string_view text, const std::string& file, 
   constexpr Duration kLeast = std::chrono::milliseconds(100);
   if (site.longest_wait < kLeast) store.mistake("longest_wait", "expected 100 ms or more");
   if (site.longest_answer < kLeast) store.mistake("longest_answer", "expected 100 ms or more");
+  if (root->has("live")) {
+    site.live = broker_at(root->table("live"), file, credentials);
+    if (site.name.empty()) root->mistake("name", "what is said live names its site; expected a name");
+  }
   if (root->has("archive")) site.archive = archive_of(root->table("archive"), file);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return site;

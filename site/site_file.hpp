@@ -3,12 +3,14 @@
 /// file may say whom the live page tells of what (docs/monitor.md); each program passes over the other's part.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/quantity.hpp"
 #include "core/result.hpp"
+#include "site/live/broker.hpp"
 #include "site/postgres.hpp"
 
 namespace gyrotherm::site {
@@ -30,6 +32,7 @@ struct SiteSettings {
   Duration longest_wait = std::chrono::minutes(1);    ///< between two tries to reach the store
   Duration longest_answer = std::chrono::minutes(1);  ///< of the store; after that the connection counts as lost
   ArchiveSettings archive{};
+  std::optional<BrokerAddress> live{};  ///< where the rig says how it is
 };
 
 /// Fails with bad_file, all mistakes with their places. Relative paths are those of the file's folder; a `credential`

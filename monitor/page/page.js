@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page: which view is shown, the run that it shows, and the stream that keeps it fresh. What is said is made by
-// text.js, the views are in views.js, the charts in chart.js and drawing.js, what speaks to a run in control.js.
+// text.js, the views are in views.js, the charts in chart.js and drawing.js, what speaks to a run in control.js,
+// the other rigs in site.js.
 'use strict';
 
 const page = {
@@ -115,6 +116,11 @@ const kSiteTabs = [
   ['rigs', 'Rigs'],
 ];
 
+/// That of the site where the monitor knows of one.
+function site_tabs() {
+  return page.has_site ? [...kSiteTabs, ['site', 'Site']] : kSiteTabs;
+}
+
 function show_frame() {
   const run = page.run,
     status = run && run.status,
@@ -141,7 +147,7 @@ function show_frame() {
       .getElementById('tabs')
       .replaceChildren(
         ...(page.session.may_look
-          ? [...tabs, ...kSiteTabs.map(([name, label]) => tab('#/' + name, label, view === name))]
+          ? [...tabs, ...site_tabs().map(([name, label]) => tab('#/' + name, label, view === name))]
           : [])
       );
     page.frame = looked;
@@ -156,7 +162,7 @@ function show_frame() {
 function where() {
   const parts = location.hash.replace(/^#\/?/, '').split('/');
   if (parts[0] === 'run' && parts[1]) return {key: parts[1], view: parts[2] || 'now'};
-  return {key: null, view: parts[0] === 'runs' ? 'runs' : 'rigs'};
+  return {key: null, view: ['runs', 'site'].includes(parts[0]) ? parts[0] : 'rigs'};
 }
 
 async function show() {
@@ -171,6 +177,7 @@ async function show() {
     content.replaceChildren(control.login_view());
     return;
   }
+  if (page.has_site === undefined) page.has_site = (await ask('/api/v1/site')).ok;
   if (key === null && page.run) {
     close_stream();
     connection('');

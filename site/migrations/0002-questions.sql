@@ -155,7 +155,7 @@ CREATE VIEW gyrotherm.v1_rig AS
          gyrotherm.utc(r.last_utc_ns) AS last_row,
          (SELECT string_agg(u.serial_number, ' ' ORDER BY u.label)
           FROM gyrotherm.run_unit u WHERE u.run = r.id) AS units,
-         (SELECT count(*) FROM gyrotherm.run o WHERE o.rig = g.name) AS runs, r.id AS run
+         (SELECT count(*) FROM gyrotherm.run o WHERE o.rig = g.name) AS runs, r.id AS run, r.simulated
   FROM gyrotherm.rig g
   LEFT JOIN LATERAL (
     SELECT * FROM gyrotherm.run o WHERE o.rig = g.name ORDER BY o.finished, o.started DESC LIMIT 1) r ON true;

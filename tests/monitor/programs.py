@@ -161,13 +161,17 @@ class RealTimeRun:
     """A run whose instruments are served by `simulate`, so that a second of it takes a second."""
 
     def __init__(
-        self, folder: pathlib.Path, profile: str = "tests/profiles/ten-minutes-warm.toml", name: str = "run"
+        self,
+        folder: pathlib.Path,
+        profile: str = "tests/profiles/ten-minutes-warm.toml",
+        name: str = "run",
+        pace: str = "real",
     ) -> None:
         self.record = folder / f"{name}.db"
         self.log = folder / "laboratory.log"
         with open(self.log, "w", encoding="utf-8") as log:
             self.laboratory = subprocess.Popen(
-                [GYROTHERM, "simulate", "--rig", "profiles/rigs/virtual.toml"],
+                [GYROTHERM, "simulate", "--rig", "profiles/rigs/virtual.toml", "--pace", pace],
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 cwd=SOURCE,

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// The other rigs of the site: how each is now, and what the store answers to the site's questions.
+'use strict';
+
+const kQuestions = {
+  rigs: 'Rigs in the store',
+  attention: 'Runs that need attention',
+  drift: 'Drift of units',
+  outliers: 'Outliers',
+  thermometers: 'Thermometers that are due',
+  utilisation: 'Utilisation',
+};
+
+function in_scroll(label, table) {
+  return make('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label}, table);
+}
+
+function rig_row(rig) {
+  const run = rig.run || {};
+  const state = rig.online ? (rig.run ? run.state : 'idle') : 'gone';
+  const word = {idle: 'Idle', gone: 'Off'}[state] || kStates[state] || state;
+  return make(
+    'tr',
+    {},
+    make('td', {}, rig.rig),
+    make('td', {}, make('span', {class: 'badge ' + state}, word), ' ', rig.run ? simulated_badge(run) : null),
+    make('td', {}, rig.run && rig.online ? run.segment : ''),
+    make('td', {class: 'number'}, rig.run && rig.online ? with_unit(run.chamber_air_c, '°C') : '–'),
+    make('td', {class: 'number'}, rig.run && rig.online ? with_unit(run.set_point_c, '°C') : '–'),
+    make('td', {class: 'number'}, rig.run && rig.online ? String((run.alarms || []).length) : '–'),
+    make('td', {class: 'number'}, duration(rig.age_s))
+  );
+}
+
+function cell_text(value) {
+  if (value === null || value === undefined) return '–';
+  if (typeof value === 'boolean') return value ? 'yes' : 'no';
+  if (typeof value === 'number') return String(Number(value.toPrecision(6))).replace('-', '\u2212');
+  return String(value).replace(/^(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d)(\.\d+)?\+00$/, '$1 UTC');
+}
+
+function answer_table(label, rows) {
+  if (rows.length === 0) return make('p', {class: 'note'}, 'None.');
+  const names = Object.keys(rows[0]);
+  const is_number = name => rows.some(row => typeof row[name] === 'number');
+  return in_scroll(
+    label,
+    make(
+      'table',
+      {},
+      head_row(...names.map(name => (is_number(name) ? '>' : '') + name.replaceAll('_', ' '))),
+      make(
+        'tbody',
+        {},
+        ...rows.map(row =>
+          make('tr', {}, ...names.map(name => make('td', {class: is_number(name) ? 'number' : null}, cell_text(row[name]))))
+        )
+      )
+    )
+  );
+}
+
+/// Asked when somebody opens it.
+function question(name) {
+  const body = make('div', {}, make('p', {class: 'note'}, 'Loading …'));
+  const details = make('details', {class: 'sheet'}, make('summary', {}, kQuestions[name] || name), body);
+  details.addEventListener('toggle', async () => {
+    if (!details.open) return;
+    const answer = await ask(`/api/v1/site/${name}`);
+    body.replaceChildren(
+      answer.ok
+        ? answer_table(kQuestions[name] || name, answer.json)
+        : make('p', {class: 'error'}, (answer.json && answer.json.error) || 'The store does not answer.')
+    );
+  });
+  return details;
+}
+
+views.site = content => {
+  const body = make('tbody', {}),
+    note = make('p', {class: 'note'}),
+    questions = make('div', {class: 'wide'});
+  content.replaceChildren(
+    make(
+      'section',
+      {class: 'sheet', 'aria-labelledby': 'site-title'},
+      make('h2', {id: 'site-title'}, 'Site'),
+      note,
+      in_scroll(
+        'Table of the rigs of the site',
+        make('table', {}, head_row('Rig', 'State', 'Segment', '>Air', '>Set point', '>Alarms', '>Heard'), body)
+      )
+    ),
+    questions
+  );
+  return often(async () => {
+    const answer = await ask('/api/v1/site');
+    if (!answer.ok) return set_text(note, 'This monitor has no site.');
+    const site = answer.json;
+    set_text(document.getElementById('site-title'), site.name ? `Site: ${site.name}` : 'Site');
+    set_text(
+      note,
+      !site.live
+        ? 'The site file names no broker, so that nothing is heard of other rigs.'
+        : site.live.connected
+          ? site.rigs.length === 0
+            ? 'No rig has said anything yet.'
+            : ''
+          : 'There is no connection to the broker; this is what was heard before.'
+    );
+    body.replaceChildren(...site.rigs.map(rig_row));
+    if (questions.children.length === 0) questions.replaceChildren(...site.questions.map(question));
+  });
+};

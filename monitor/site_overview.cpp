@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "monitor/site_overview.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "core/clock.hpp"
+#include "core/command.hpp"
+#include "core/json.hpp"
+#include "core/process.hpp"
+
+namespace gyrotherm::monitor {
+
+namespace {
+
+constexpr std::array kQuestions{"rigs", "attention", "drift", "outliers", "thermometers", "utilisation"};
+constexpr Duration kFresh = std::chrono::seconds(30), kPatienceWithStore = std::chrono::seconds(20);
+
+Json json_of_rig(const site::HeardRig& rig) {
+  return {{"rig", rig.name}, {"online", rig.online}, {"age_s", to_seconds(rig.age)}, {"run", Json::parse(rig.run)}};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SiteOverview>> SiteOverview::open(const Site& site, const std::string& site_file,
+                                                         const std::function<void(const Fault&)>& complain) {
+  std::unique_ptr<SiteOverview> overview(new SiteOverview(site.name, site.has_store ? site_file : ""));
+  if (!site.live) return overview;
+  auto view = site::SiteView::connect(*site.live, site.name, complain);
+  if (!view) return failure(view.error());
+  overview->view_ = std::move(*view);
+  return overview;
+}
+
+WebAnswer SiteOverview::answer(std::string_view rest) {
+  if (rest.empty()) return rigs();
+  const auto name = rest.substr(1);
+  if (site_file_.empty() || std::ranges::find(kQuestions, name) == kQuestions.end())
+    return refusal(404, "the site has no such question");
+  return question(std::string(name));
+}
+
+WebAnswer SiteOverview::rigs() const {
+  Json site{{"name", name_}, {"live", nullptr}, {"rigs", Json::array()}, {"questions", Json::array()}};
+  if (view_) {
+    site["live"] = {{"connected", view_->is_connected()}};
+    for (const auto& rig : view_->rigs()) site["rigs"].push_back(json_of_rig(rig));
+  }
+  if (!site_file_.empty())
+    for (const char* question : kQuestions) site["questions"].push_back(question);
+  return {.body = text_of(site)};
+}
+
+WebAnswer SiteOverview::question(const std::string& name) {
+  const std::lock_guard lock(asking_);
+  auto& answered = answers_[name];
+  if (answered.json.empty() || since_boot() - answered.at > kFresh) {
+    auto json = printed_by({program_beside_this_one("gyrotherm-site"), name, "--json", "--site", site_file_},
+                           kPatienceWithStore);
+    if (!json) return refusal(503, "the store does not answer: " + json.error().what);
+    answered = {.json = std::move(*json), .at = since_boot()};
+  }
+  return {.body = answered.json};
+}
+
+}  // namespace gyrotherm::monitor

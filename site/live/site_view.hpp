@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How all rigs of a site are now, as they say themselves over MQTT: for the live page. Any thread.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "core/result.hpp"
+#include "site/live/broker.hpp"
+
+namespace gyrotherm::site {
+
+/// One rig, as it was heard of last.
+struct HeardRig {
+  std::string name;
+  bool online{};    ///< it said so, and neither it nor the broker has said otherwise since
+  Duration age{};   ///< since anything was heard
+  std::string run;  ///< its run's status as JSON (record::to_json()), "null" where there is none
+};
+
+class SiteView {
+ public:
+  /// Fails as Broker::connect does.
+  [[nodiscard]] static Result<std::unique_ptr<SiteView>> connect(const BrokerAddress& address, const std::string& site,
+                                                                 std::function<void(const Fault&)> complain);
+
+  [[nodiscard]] bool is_connected() const { return broker_->is_connected(); }
+  /// By name. A rig is passed over whose message makes no sense.
+  [[nodiscard]] std::vector<HeardRig> rigs() const;
+
+ private:
+  SiteView() = default;
+  void take(const std::string& topic, const std::string& text);
+
+  struct Heard {
+    HeardRig rig;
+    Duration at{};  ///< since this machine was started
+  };
+  mutable std::mutex mutex_;
+  std::map<std::string, Heard> heard_;  ///< by topic
+  std::unique_ptr<Broker> broker_;      ///< the last, so that it is gone before what it tells of
+};
+
+}  // namespace gyrotherm::site

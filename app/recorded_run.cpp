@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <numeric>
@@ -14,9 +15,10 @@ namespace gyrotherm::app {
 
 namespace {
 
-/// First and one past the last.
+/// First and one past the last; without that, to the end.
 struct ClusterRange {
-  Eigen::Index first{}, end{};
+  Eigen::Index first{};
+  std::optional<Eigen::Index> end{};
 };
 
 Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text) {
@@ -25,10 +27,12 @@ Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text)
   const char* end = text.data() + text.size();
   const auto first = std::from_chars(text.data(), end, range.first);
   if (first.ec == std::errc{} && first.ptr != end && *first.ptr == ':') {
-    const auto last = std::from_chars(first.ptr + 1, end, range.end);
-    if (last.ec == std::errc{} && last.ptr == end && range.first >= 0 && range.end > range.first) return range;
+    if (first.ptr + 1 == end && range.first >= 0) return range;
+    const auto last = std::from_chars(first.ptr + 1, end, range.end.emplace());
+    if (last.ec == std::errc{} && last.ptr == end && range.first >= 0 && *range.end > range.first) return range;
   }
-  return failure(FaultKind::usage, "--clusters", fmt::format("\"{}\" is no range, expected FIRST:END like 0:14", text));
+  return failure(FaultKind::usage, "--clusters",
+                 fmt::format("\"{}\" is no range, expected FIRST:END like 0:14, or FIRST:", text));
 }
 
 }  // namespace
@@ -66,10 +70,12 @@ Result<data::RecordedRun> load_recorded_run(Console& console, const std::string&
   auto clusters = data::make_clusters(*dataset);
   if (!clusters) return failure(clusters.error());
   if (const auto& wanted = *range) {
-    if (wanted->end > clusters->start_s.size())
+    const auto there = clusters->start_s.size();
+    const auto end = wanted->end.value_or(there);
+    if (end > there || wanted->first >= there)
       return failure(FaultKind::usage, path,
-                     fmt::format("has {} clusters, {} were asked for", clusters->start_s.size(), wanted->end));
-    std::vector<Eigen::Index> rows(static_cast<std::size_t>(wanted->end - wanted->first));
+                     fmt::format("has {} clusters, {} were asked for", there, std::max(end, wanted->first + 1)));
+    std::vector<Eigen::Index> rows(static_cast<std::size_t>(end - wanted->first));
     std::iota(rows.begin(), rows.end(), wanted->first);
     *clusters = data::pick(*clusters, rows);
   }

@@ -20,7 +20,7 @@ namespace gyrotherm::app {
 [[nodiscard]] Result<record::Verified> check_recorded_run(Console& console, const std::string& path, bool unverified);
 
 struct RecordedRunOptions {
-  std::string clusters{};  ///< only these of those that it has: "0:14" for 0 … 13; empty: all of them
+  std::string clusters{};  ///< only these of those that it has: "0:14" for 0 … 13, "14:" for the others; empty: all
   bool unverified = false;
   data::AxisChoice axis{};  ///< empty names: of the only one that it has
 };

@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "core/json.hpp"
+#include "site/job/commands.hpp"
 #include "site/migrate.hpp"
 #include "site/programs.hpp"
 #include "site/questions.hpp"
@@ -33,7 +37,7 @@ Result<Postgres> store_of(const SiteOptions& options) {
   });
 }
 
-Result<void> bring_up_to_date(const SiteOptions& options) {
+Result<int> bring_up_to_date(const SiteOptions& options) {
   auto store = store_of(options);
   if (!store) return failure(store.error());
   bool any = false;
@@ -42,19 +46,19 @@ Result<void> bring_up_to_date(const SiteOptions& options) {
     fmt::print("migration {}: {}\n", step.number, step.name);
   });
   if (migrated && !any) fmt::print("nothing to do\n");
-  return migrated;
+  return migrated.map([] { return kDoneExit; });
 }
 
-Result<void> show(const SiteOptions& options, const Answer& answer) {
+Result<int> show(const SiteOptions& options, const Answer& answer) {
   fmt::print("{}", options.json ? as_json(answer) : as_table(answer));
   if (answer.rows() == 0 && !options.json) fmt::print(stderr, "none\n");
   if (options.asked.most > 0 && static_cast<std::size_t>(answer.rows()) == options.asked.most)
     fmt::print(stderr, "There may be more: --most 0 shows all.\n");
-  return {};
+  return kDoneExit;
 }
 
 /// How much is in the store.
-Result<void> show_status(const SiteOptions& options) {
+Result<int> show_status(const SiteOptions& options) {
   auto store = store_of(options);
   if (!store) return failure(store.error());
   const auto answer = store->ask(
@@ -72,8 +76,7 @@ void add_common_options(CLI::App& command, SiteOptions& options) {
   command.add_option("--site", options.site_file, "a site file, whose [store] says both");
 }
 
-void add_question(CLI::App& cli, const Question& question, SiteOptions& options,
-                  std::function<Result<void>()>& action) {
+void add_question(CLI::App& cli, const Question& question, SiteOptions& options, Action& action) {
   auto& command = *cli.add_subcommand(
       question.name, fmt::format("Example: gyrotherm-site {} --site site.toml\n\n{}", question.name, question.help));
   add_common_options(command, options);
@@ -83,7 +86,7 @@ void add_question(CLI::App& cli, const Question& question, SiteOptions& options,
   if (has_units(question))
     command.add_option("--unit", options.asked.unit, "of the unit with this serial number alone");
   command.callback([&options, &question, &action] {
-    action = [&options, &question]() -> Result<void> {
+    action = [&options, &question]() -> Result<int> {
       auto store = store_of(options);
       if (!store) return failure(store.error());
       const auto answer = ask(*store, question, options.asked);
@@ -93,16 +96,26 @@ void add_question(CLI::App& cli, const Question& question, SiteOptions& options,
   });
 }
 
+/// They are for the commands of a job's tasks, and no longer on the command line.
+std::vector<std::string> words_behind_dashes(int& argc, char** argv) {
+  const auto end = argv + argc;
+  const auto dashes = std::find(argv, end, std::string_view("--"));
+  if (dashes == end) return {};
+  argc = static_cast<int>(dashes - argv);
+  return {dashes + 1, end};
+}
+
 int run_site(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App cli(
       "Example: gyrotherm-site rigs --store \"host=db dbname=gyrotherm user=ada sslmode=verify-full\"\n\n"
-      "gyrotherm-site makes the store of a site, and answers what a site wants to know of its rigs and units.",
+      "gyrotherm-site makes the store of a site, and answers what a site wants to know of its rigs and "
+      "units; and it hands training out to a cluster.",
       "gyrotherm-site");
   cli.set_version_flag("--version", std::string("gyrotherm-site ") + GYROTHERM_VERSION);
   cli.require_subcommand(1);
   SiteOptions options;
-  std::function<Result<void>()> action;
+  Action action;
   auto& migrating = *cli.add_subcommand(
       "migrate",
       "Example: gyrotherm-site migrate --store \"host=db dbname=gyrotherm user=gyrotherm_owner\"\n\n"
@@ -115,9 +128,10 @@ int run_site(int argc, char** argv) {
   status.add_flag("--json", options.json, "as JSON");
   status.callback([&] { action = [&] { return show_status(options); }; });
   for (const auto& question : questions()) add_question(cli, question, options, action);
+  add_job_commands(cli, words_behind_dashes(argc, argv), action);
   if (const auto code = parsed(cli, argc, argv)) return *code;
   const auto done = action();
-  return done ? kDoneExit : exit_of(cli.get_name(), done.error());
+  return done ? *done : exit_of(cli.get_name(), done.error());
 }
 
 }  // namespace

@@ -81,8 +81,9 @@ const std::map<std::string, std::set<std::string>> kArrows{
       "plot",
       "simulator"}},
     {"monitor", {"core", "acquisition/record", "sequencer/profile", "sequencer/control", "site/live"}},
-    {"site", {"core", "acquisition/record", "site/live"}},
+    {"site", {"core", "acquisition/record", "site/live", "site/job"}},
     {"site/live", {"core", "acquisition/record"}},
+    {"site/job", {"core", "acquisition/record"}},
     {"app/thermal", {"app", "core", "plot", "thermal", "thermal/reduced"}},
 };
 
@@ -117,6 +118,7 @@ const std::map<std::string, std::vector<std::string>> kThirdParties{
     {"monitor", {"nlohmann/", "httplib.h", "sodium.h", "curl/", "openssl/", "CLI/"}},
     {"site", {"nlohmann/", "libpq-fe.h", "CLI/"}},
     {"site/live", {"mosquitto.h"}},
+    {"site/job", {"CLI/"}},
 };
 
 /// The floor that a path from the root lies on; empty if it lies on none.

@@ -40,6 +40,7 @@ struct QualifyArguments {
   std::uint64_t days_later{};
   bool compare = false;
   std::vector<std::string> only;  ///< axes of a lot
+  bool records_only = false;      ///< models are made by whoever comes next
   CalibrationArguments report;    ///< the calibration report; without its texts none is written
 };
 
@@ -407,6 +408,7 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
   Timings timings;
   if (auto loaded = record_and_load(console, options, *rig, *only, *runs, timings); !loaded)
     return failure(loaded.error());
+  if (options.records_only) return Exit::done;
   if (!has_one_axis(*rig)) return qualify_lot(console, options, *rig, std::move(*runs), std::move(*only), timings);
   return qualify_one_axis(console, options, *rig, *runs, std::move(*further), timings);
 }
@@ -439,6 +441,9 @@ void add_qualify(Program& program) {
                   "whoever comes after the last")
       ->type_name("UNIT[.AXIS],…")
       ->delimiter(',');
+  command.add_flag("--records-only", options.records_only,
+                   "record what is not recorded yet, look whether it is as it was written, and end: models are made "
+                   "by whoever comes next");
   command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the report says so");
   command.add_flag("--nested", options.training.nested,
                    "also choose everything anew without each held-out cycle: training takes about twice as long");

@@ -69,7 +69,8 @@ TEST(Manual, IsBuiltAndPackagedWhole) {
   const auto built = fs::path(GYROTHERM_PROGRAM).parent_path() / "man";
   const std::string debian = GYROTHERM_SOURCE_DIR "/debian/";
   const auto packaged = read_text_file(debian + "gyrotherm.manpages").value() +
-                        read_text_file(debian + "gyrotherm-monitor.manpages").value();
+                        read_text_file(debian + "gyrotherm-monitor.manpages").value() +
+                        read_text_file(debian + "gyrotherm-site.manpages").value();
   for (const auto& path : entries_of(kDocuments)) {
     const auto page = path.stem().string() + ".1";
     EXPECT_TRUE(fs::exists(built / page)) << page;

@@ -25,7 +25,8 @@ sys.path.insert(0, str(SOURCE / "tests/docs"))
 from markdown import blocks_of
 
 SKIPPED = 77
-INSTALLED = ["gyrotherm", "gyrotherm-monitor", "libgyrotherm-dev", "python3-gyrotherm", "gyrotherm-doc"]
+INSTALLED = ["gyrotherm", "gyrotherm-monitor", "gyrotherm-site", "libgyrotherm-dev", "python3-gyrotherm",
+             "gyrotherm-doc"]
 FOLLOWED = ["tutorial/first-dry-run.md", "tutorial/first-real-rig.md", "tutorial/first-import.md"]
 LATER = "0.1.0+later"
 ENVIRONMENT = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/root", "LC_ALL": "C.UTF-8",
@@ -89,7 +90,7 @@ def build(system: System, packages: Path) -> None:
     """By the lines of the first block of docs/installing.md, but the last, which installs."""
     block = blocks_of(SOURCE / "docs/installing.md")[0]
     lines = [line.replace("apt-get install", "apt-get install -y").replace("build-dep", "build-dep -y")
-             for line in block.lines if "install ../" not in line]
+             for line in "\n".join(block.lines).replace("\\\n", "").splitlines() if "install ../" not in line]
     system.copy_source("src/gyrotherm")
     system.run("apt-get update")
     for line in lines:
@@ -135,7 +136,7 @@ def use(system: System) -> None:
     shutil.copy(SOURCE / "debian/tests/installed", system.root / "tmp/installed")
     system.run("apt-get install -y --no-install-recommends bash-completion man-db systemd")
     system.run("rm -f /etc/dpkg/dpkg.cfg.d/excludes; sh /tmp/installed")
-    security = system.run("for unit in gyrotherm@ gyrotherm-monitor; do "
+    security = system.run("for unit in gyrotherm@ gyrotherm-monitor gyrotherm-publish; do "
                           "systemd-analyze security --offline=true /lib/systemd/system/$unit.service | tail -1; done")
     print(security, end="")
     for page in FOLLOWED:
@@ -184,7 +185,8 @@ def purge(system: System) -> None:
     say("purging")
     (system.root / "var/lib/gyrotherm/run.db").write_bytes(b"data")
     system.run(f"apt-get purge -y {' '.join(INSTALLED)}")
-    ours = " -o ".join(f"-path /{part}" for part in ("root", "packages", "manual", "tmp", "var/lib/apt", "var/log"))
+    ours = " -o ".join(f"-path /{part}" for part in ("root", "packages", "manual", "tmp", "var/cache", "var/log",
+                                                     "var/lib/apt"))
     left = system.run(f"find / -xdev \\( {ours} \\) -prune -o -iname '*gyrotherm*' -print")
     if left.split() != ["/var/lib/gyrotherm"]:
         raise Failed(f"a purge leaves more than data:\n{left}")

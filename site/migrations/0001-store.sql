@@ -146,6 +146,19 @@ CREATE TABLE gyrotherm.sample (
   FOREIGN KEY (run, started) REFERENCES gyrotherm.run (id, started)
 ) PARTITION BY RANGE (started);
 
+-- What is left of samples that were dropped: of each hour and channel how many numbers there were, their mean, and the
+-- lowest and the highest of them.
+CREATE TABLE gyrotherm.sample_hour (
+  run uuid NOT NULL REFERENCES gyrotherm.run,
+  hour integer NOT NULL, -- since the run started, from 0
+  position smallint NOT NULL,
+  numbers integer NOT NULL,
+  mean double precision NOT NULL,
+  lowest double precision NOT NULL,
+  highest double precision NOT NULL,
+  PRIMARY KEY (run, hour, position)
+);
+
 -- A model, a report, a certificate, to the byte: sha256 is that of the text in UTF-8.
 CREATE TABLE gyrotherm.document (
   sha256 text PRIMARY KEY,
@@ -215,8 +228,8 @@ BEGIN
 END
 $$;
 
--- Retention: drops the samples of the runs that started in a month, all of them finished; what they were, their events
--- and their calibrations stay. Returns how many runs that were. With `detach` the partition is kept as a table beside,
+-- Retention: drops the samples of the runs that started in a month, all of them finished; what they were, means of each
+-- hour, their events and their calibrations stay. Returns how many runs that were. With `detach` the partition is kept as a table beside,
 -- gyrotherm.dropped_YYYY_MM, for pg_dump.
 CREATE FUNCTION gyrotherm.drop_month(a_month date, detach boolean DEFAULT false) RETURNS bigint
 LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp SET timezone = 'UTC' AS $$
@@ -233,6 +246,13 @@ BEGIN
     RAISE EXCEPTION 'a run that started in this month is not finished' USING ERRCODE = '55000',
       HINT = 'see gyrotherm.v1_attention; gyrotherm.give_up(run) takes one for ended that nobody will finish';
   END IF;
+  INSERT INTO gyrotherm.sample_hour
+    SELECT s.run, s.slot / 3600, n.position, count(*), avg(n.value), min(n.value), max(n.value)
+    FROM gyrotherm.sample s
+    CROSS JOIN LATERAL unnest(s.numbers) WITH ORDINALITY AS n(value, position)
+    WHERE s.started >= first AND s.started < following AND n.value IS NOT NULL
+    GROUP BY s.run, s.slot / 3600, n.position
+    ON CONFLICT DO NOTHING;
   UPDATE gyrotherm.run SET dropped = true WHERE started >= first AND started < following;
   GET DIAGNOSTICS runs = ROW_COUNT;
   EXECUTE format('ALTER TABLE gyrotherm.sample DETACH PARTITION gyrotherm.%I', partition);
@@ -590,6 +610,11 @@ CREATE VIEW gyrotherm.v1_sample AS
   FROM gyrotherm.sample s
   CROSS JOIN LATERAL unnest(s.numbers) WITH ORDINALITY AS n(value, position)
   JOIN gyrotherm.channel c ON c.run = s.run AND c.position = n.position;
+
+CREATE VIEW gyrotherm.v1_hour AS
+  SELECT h.run, h.hour, c.name, h.numbers, h.mean, h.lowest, h.highest, c.unit
+  FROM gyrotherm.sample_hour h JOIN gyrotherm.channel c ON c.run = h.run AND c.position = h.position
+  WHERE c.words IS NULL;
 
 CREATE VIEW gyrotherm.v1_event AS
   SELECT run, number, slot, gyrotherm.utc(utc_ns) AS utc, kind, interlock, reaction, segment,

@@ -32,6 +32,7 @@ const std::set<std::string>& sources_tests() {
       if (cmake) collect(text, R"(gyrotherm_fuzz\((\w+))", "");
       if (cmake) collect(text, R"(gyrotherm_edges\((\w+))", "Edges.");
       if (cmake) collect(text, R"(gyrotherm_monitor_test\((\w+))", "Monitor.");
+      if (cmake) collect(text, R"(gyrotherm_site_test\((\w+))", "Site.");
       if (cmake) collect(text, R"(add_test\(NAME (\w+)\.(\w+))", "");
     }
     return found;

@@ -68,10 +68,14 @@ class Spread(unittest.TestCase):
         return subprocess.Popen(command, cwd=self.folder / where, env=self.environment, text=True,
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
-    def alone(self, rig: str, words: list[str]) -> float:
-        """The lot as one machine leaves it, in alone/lot; another folder has its records. How long training took."""
+    def records(self, rig: str, words: list[str]) -> None:
+        """In alone/lot, and in spread/lot."""
         self.run_in("alone", GYROTHERM, "qualify", "--rig", rig, "--out", "lot", "--records-only", *words)
         shutil.copytree(self.folder / "alone", self.folder / "spread")
+
+    def alone(self, rig: str, words: list[str]) -> float:
+        """The lot as one machine leaves it, in alone/lot; another folder has its records. How long training took."""
+        self.records(rig, words)
         began = time.monotonic()
         self.run_in("alone", GYROTHERM, "qualify", "--rig", rig, "--out", "lot", *words)
         return time.monotonic() - began
@@ -103,7 +107,7 @@ class ByParallel(Spread):
         self.assertEqual([line.split()[:2] for line in told], [[axis, "done"] for axis in "xyz"])
 
     def test_seeds_are_trained_and_verified_and_a_failure_is_named(self) -> None:
-        self.alone("virtual-triad", SMALL)
+        self.records("virtual-triad", SMALL)
         words = ["--quick", "--inputs", "multi-point", "--unit", "x"]
         self.run_in("spread", SITE, "seeds", "lot/rate.db", "--verify", "lot/random.db", "--last", "2", "--out",
                     "seeds", "--by", "parallel", "--", *words)

@@ -501,6 +501,11 @@ class Retention(unittest.TestCase):
             rows = len(rows_of(day))
             self.assertEqual(store.sql("SELECT count(*) FROM gyrotherm.dropped_2026_01"), [[str(rows)]])
             self.assertEqual(store.sql("SELECT rows, dropped, finished FROM gyrotherm.run"), [[str(rows), "t", "t"]])
+            kept = store.sql("SELECT hour, numbers, mean, lowest <= mean, highest >= mean FROM gyrotherm.v1_hour"
+                             " WHERE name = 'A'", "ada")
+            mean = store.sql("SELECT avg(s.numbers[c.position]) FROM gyrotherm.dropped_2026_01 s"
+                             " JOIN gyrotherm.channel c ON c.run = s.run AND c.name = 'A'")[0][0]
+            self.assertEqual(kept, [["0", str(rows), mean, "t", "t"]])
             self.assertEqual(rig.once().returncode, 0)
             self.assertEqual(store.sql("SELECT count(*) FROM gyrotherm.sample"), [["0"]])
             record(rig.records / "next.db", "tests/profiles/ten-seconds.toml", seed=2)

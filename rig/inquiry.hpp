@@ -10,6 +10,7 @@
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "drivers/gyro/frame_format.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 

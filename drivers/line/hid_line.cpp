@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "core/deadline.hpp"
+#include "core/file.hpp"
 #include "drivers/line/backoff.hpp"
 
 namespace gyrotherm::drivers {

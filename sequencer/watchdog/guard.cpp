@@ -17,6 +17,7 @@
 
 #include "core/clock.hpp"
 #include "core/deadline.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm::watchdog {
 

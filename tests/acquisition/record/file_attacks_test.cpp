@@ -10,6 +10,7 @@
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/run_file.hpp"
 #include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
 namespace gyrotherm::record {

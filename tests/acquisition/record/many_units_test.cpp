@@ -9,6 +9,7 @@
 #include "acquisition/record/csv.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/schema.hpp"
+#include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
 namespace gyrotherm::record {

@@ -90,6 +90,8 @@ Result<bool> Statement::step() {
 
 int Statement::columns() const { return sqlite3_column_count(statement_.get()); }
 
+std::string Statement::name(int column) const { return sqlite3_column_name(statement_.get(), column); }
+
 Cell Statement::cell(int column) const {
   switch (sqlite3_column_type(statement_.get(), column)) {
     case SQLITE_NULL: return {};

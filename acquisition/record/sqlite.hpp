@@ -50,7 +50,8 @@ class Statement {
   /// Goes to the next row; false after the last.
   [[nodiscard]] Result<bool> step();
   [[nodiscard]] int columns() const;
-  [[nodiscard]] Cell cell(int column) const;  ///< whatever this row has there; a text as text() gives it
+  [[nodiscard]] std::string name(int column) const;  ///< as the query has it
+  [[nodiscard]] Cell cell(int column) const;         ///< whatever this row has there; a text as text() gives it
   [[nodiscard]] bool null(int column) const;
   [[nodiscard]] std::int64_t integer(int column) const;
   [[nodiscard]] double real(int column) const;            ///< NaN where NULL

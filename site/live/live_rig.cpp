@@ -44,15 +44,6 @@ Json json_of_cell(const record::Cell& cell) {
   return nullptr;
 }
 
-/// The names of what a second is made of, calibrated.
-Result<std::vector<std::string>> columns_of(record::Database& copy) {
-  std::vector<std::string> names;
-  return copy
-      .each_row("SELECT name FROM pragma_table_info('v1_sample')",
-                [&](const record::Statement& row) { names.emplace_back(row.text(0)); })
-      .map([&] { return std::move(names); });
-}
-
 }  // namespace
 
 std::string rig_topic(const std::string& site, const std::string& rig) {
@@ -88,8 +79,6 @@ void LiveRig::look(const std::vector<std::string>& records) {
 }
 
 void LiveRig::say_status(const record::RunStatus* status) {
-  Json run = nullptr;
-  if (status != nullptr) run = Json::parse(record::to_json(*status));
   const auto stable = status == nullptr
                           ? std::string("off")
                           : fmt::format("{} {} {} {} {}", status->id, name(status->standing.state),
@@ -99,7 +88,7 @@ void LiveRig::say_status(const record::RunStatus* status) {
   repeat_ = Deadline(kRepeat);
   auto told = message(name_, ++number_);
   told["online"] = true;
-  told["run"] = std::move(run);
+  told["run"] = status != nullptr ? Json::parse(record::to_json(*status)) : Json(nullptr);
   broker_->say(topic_ + "/status", text_of(told), Broker::Kept::yes);
 }
 
@@ -116,13 +105,11 @@ void LiveRig::say_rows(const record::RunStatus& status) {
 }
 
 Result<void> LiveRig::say_sample(record::Database& copy) {
-  const auto names = columns_of(copy);
-  if (!names) return failure(names.error());
   return copy.each_row(fmt::format("SELECT * FROM v1_sample WHERE slot > {} ORDER BY slot DESC LIMIT 1", slot_),
                        [&](const record::Statement& row) {
                          Json values = Json::object();
-                         for (std::size_t i = 0; i < names->size(); ++i)
-                           values[(*names)[i]] = json_of_cell(row.cell(static_cast<int>(i)));
+                         for (int column = 0; column < row.columns(); ++column)
+                           values[row.name(column)] = json_of_cell(row.cell(column));
                          slot_ = values["slot"].get<std::int64_t>();
                          auto told = message(name_, ++number_);
                          told["run"] = run_;

@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <set>
 
 #include "core/file.hpp"
 #include "core/toml_reader.hpp"
 #include "monitor/private_file.hpp"
+#include "site/live/passfile.hpp"
 
 namespace gyrotherm::monitor {
 namespace {
@@ -108,12 +108,10 @@ Result<Site> parse_site(std::string_view text, const std::string& file) {
   const auto root = TomlTable::parse(text, file);
   if (!root) return failure(root.error());
   root->expect("schema", kSiteSchema);
-  for (const char* others : {"rig", "folders", "archive"}) root->ignore(others);  // site/site_file.hpp
-  root->ignore("store");
+  for (const char* others : {"rig", "folders", "store", "archive"}) root->ignore(others);  // site/site_file.hpp
   Site site{.name = line_at(*root, "name", ""), .has_store = root->has("store")};
   if (root->has("live")) {
-    const char* credentials = std::getenv("CREDENTIALS_DIRECTORY");
-    site.live = site::broker_at(root->table("live"), file, credentials != nullptr ? credentials : "");
+    site.live = site::broker_at(root->table("live"), file, site::credentials_folder());
     if (site.name.empty()) root->mistake("name", "what is said live names its site; expected a name");
   }
   const auto notify = root->table("notify");

@@ -5,10 +5,8 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <condition_variable>
 #include <csignal>
 #include <cstdio>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -75,9 +73,7 @@ void tell_live(LiveRig& rig, const std::vector<std::string>& folders, const std:
     for (const auto& folder : folders_below(folders))
       for (const auto& path : record::records_in(folder)) records.push_back(path);
     rig.look(records);
-    std::mutex mutex;
-    std::unique_lock lock(mutex);
-    std::condition_variable_any().wait_for(lock, stop, next.left(), [] { return false; });
+    sleep_unless_stopped(stop, next.left());
   }
 }
 

@@ -4,23 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
 
 #include "core/file.hpp"
 #include "core/toml_reader.hpp"
+#include "site/live/passfile.hpp"
 
 namespace gyrotherm::site {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::size_t kLongestRigName = 64;
-
-/// Relative to the folder of the site file.
-std::string path_from(const std::string& file, const std::string& path) {
-  return (fs::path(file).parent_path() / path).string();
-}
 
 std::string name_at(const TomlTable& table, const char* key) {
   auto name = table.text(key);
@@ -34,14 +26,7 @@ StoreAddress store_of(const TomlTable& table, const std::string& file, const std
   StoreAddress address{.conninfo = table.text("address")};
   if (const auto good = check_conninfo(address.conninfo); !good && !address.conninfo.empty())
     table.mistake("address", good.error().what);
-  if (table.has("passfile") && table.has("credential"))
-    table.mistake("credential", "has one of passfile and credential");
-  if (table.has("passfile")) address.passfile = path_from(file, table.text("passfile"));
-  if (table.has("credential")) {
-    address.passfile = credentials + "/" + table.text("credential");
-    if (credentials.empty())
-      table.mistake("credential", "there is no $CREDENTIALS_DIRECTORY: LoadCredential= of systemd makes it");
-  }
+  address.passfile = passfile_at(table, file, credentials);
   return address;
 }
 
@@ -89,9 +74,8 @@ Result<SiteSettings> parse_site(std::string_view text, const std::string& file, 
 }
 
 Result<SiteSettings> read_site(const std::string& file) {
-  const char* credentials = std::getenv("CREDENTIALS_DIRECTORY");
   return read_text_file(file).and_then(
-      [&](const std::string& text) { return parse_site(text, file, credentials != nullptr ? credentials : ""); });
+      [&](const std::string& text) { return parse_site(text, file, credentials_folder()); });
 }
 
 }  // namespace gyrotherm::site

@@ -8,7 +8,6 @@
 #include <cerrno>
 #include <charconv>
 #include <condition_variable>
-#include <filesystem>
 #include <mutex>
 #include <system_error>
 #include <utility>
@@ -17,6 +16,7 @@
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/toml_reader.hpp"
+#include "site/live/passfile.hpp"
 
 namespace gyrotherm::site {
 
@@ -33,12 +33,6 @@ constexpr Duration kPatienceAtTheEnd = std::chrono::seconds(2);
 void begin_library() {
   static std::once_flag begun;
   std::call_once(begun, mosquitto_lib_init);
-}
-
-void sleep_unless_stopped(const std::stop_token& stop, Duration time) {
-  std::mutex mutex;
-  std::unique_lock lock(mutex);
-  std::condition_variable_any().wait_for(lock, stop, time, [] { return false; });
 }
 
 /// "mqtts://host:8883".
@@ -63,21 +57,19 @@ void read_url(const TomlTable& table, const std::string& url, BrokerAddress& add
 
 }  // namespace
 
+void sleep_unless_stopped(const std::stop_token& stop, Duration time) {
+  std::mutex mutex;
+  std::unique_lock lock(mutex);
+  std::condition_variable_any().wait_for(lock, stop, time, [] { return false; });
+}
+
 BrokerAddress broker_at(const TomlTable& table, const std::string& file, const std::string& credentials) {
   BrokerAddress address;
   read_url(table, table.text("broker"), address);
-  const auto beside = [&](const std::string& path) { return (std::filesystem::path(folder_of(file)) / path).string(); };
-  if (table.has("authority")) address.authority = beside(table.text("authority"));
+  if (table.has("authority")) address.authority = path_from(file, table.text("authority"));
   if (!address.authority.empty() && !address.tls) table.mistake("authority", "is for mqtts://");
   address.user = table.text("user", "");
-  if (table.has("passfile") && table.has("credential"))
-    table.mistake("credential", "has one of passfile and credential");
-  if (table.has("passfile")) address.passfile = beside(table.text("passfile"));
-  if (table.has("credential")) {
-    address.passfile = credentials + "/" + table.text("credential");
-    if (credentials.empty())
-      table.mistake("credential", "there is no $CREDENTIALS_DIRECTORY: LoadCredential= of systemd makes it");
-  }
+  address.passfile = passfile_at(table, file, credentials);
   if (address.user.empty() && !address.passfile.empty()) table.mistake("user", "a password needs a user");
   return address;
 }

@@ -6,10 +6,12 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <thread>
 
+#include "core/quantity.hpp"
 #include "core/result.hpp"
 
 struct mosquitto;
@@ -36,6 +38,9 @@ struct BrokerAddress {
 
 /// A topic's part that stands for a name: what MQTT gives a meaning (/ + #), and controls, become "_".
 [[nodiscard]] std::string in_topic(std::string_view name);
+
+/// Waits so long, or until a stop is asked for.
+void sleep_unless_stopped(const std::stop_token& stop, Duration time);
 
 /// A connection that comes back by itself, with waits up to a minute. A thread of its own speaks to the broker; nothing
 /// here waits for it.

@@ -326,19 +326,17 @@ Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, cons
   timings.begin(fmt::format("train {} axes", axes));
   const auto summary = carry_out(console, lot, rig);
   if (!summary) return failure(summary.error());
-  if (!is_whole) {
-    console.data(console.json ? to_json(*summary) : describe(*summary));
-    return verdict_of(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
-  }
-  if (auto written = write_rest(console, options, timings); !written) return failure(written.error());
+  if (is_whole)
+    if (auto written = write_rest(console, options, timings); !written) return failure(written.error());
   console.data(console.json ? to_json(*summary) : describe(*summary));
-  console.say(timings.describe() + options.out + "/lot.html");
+  if (is_whole) console.say(timings.describe() + options.out + "/lot.html");
   return verdict_of(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
 /// Records what is not recorded yet, and reads all of it, or what is of these axes.
 Result<void> record_and_load(Console& console, const QualifyArguments& options, const rig::RigFile& rig,
-                             const std::vector<data::AxisChoice>& only, Runs& runs, Timings& timings) {
+                             const std::vector<data::AxisChoice>& only, KnownDigests& digests, Runs& runs,
+                             Timings& timings) {
   std::vector<Run*> all{&runs.rate, &runs.random};
   for (Run& run : runs.later)
     if (!is_recorded(run)) all.push_back(&run);
@@ -349,7 +347,6 @@ Result<void> record_and_load(Console& console, const QualifyArguments& options, 
   }
   watch_for_interrupts(SecondInterrupt::ends);  // no chamber is driven any more
   timings.begin("read records");
-  KnownDigests digests(options.out, GYROTHERM_VERSION);
   for (Run* run : all)
     if (auto loaded = load(console, *run, digests, unit_of(only)); !loaded) return loaded;
   return {};
@@ -406,7 +403,7 @@ Result<Exit> qualify(Console& console, const QualifyArguments& options) {
                             options.days_later > 0 ? fmt::format(", {} days later", options.days_later) : ""));
 
   Timings timings;
-  if (auto loaded = record_and_load(console, options, *rig, *only, *runs, timings); !loaded)
+  if (auto loaded = record_and_load(console, options, *rig, *only, digests, *runs, timings); !loaded)
     return failure(loaded.error());
   if (options.records_only) return Exit::done;
   if (!has_one_axis(*rig)) return qualify_lot(console, options, *rig, std::move(*runs), std::move(*only), timings);

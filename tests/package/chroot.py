@@ -145,13 +145,13 @@ def use(system: System) -> None:
             shutil.copytree(SOURCE / part, system.root / "manual" / part, dirs_exist_ok=True)
         system.run(f"/manual/tests/docs/follow.py /usr/bin {page}")
     say("gyrotherm qualify --quick")
-    system.run("mkdir /root/trial; cd /root/trial; gyrotherm qualify --quick --out out; test -s out/report/report.html")
+    system.run("mkdir /srv/trial; cd /srv/trial; gyrotherm qualify --quick --out out; test -s out/report/report.html")
 
 
 def upgrade_in_a_run(system: System) -> None:
     """The bench of the tutorial, for a minute and a half, while its program is replaced."""
     rig = next(block for block in blocks_of(SOURCE / "docs/tutorial/first-real-rig.md") if block.file == "rig.toml")
-    bench = system.root / "root/bench"
+    bench = system.root / "srv/bench"
     bench.mkdir()
     (bench / "rig.toml").write_text("\n".join(rig.lines) + "\n", encoding="utf-8")
     (bench / "short.toml").write_text('schema = "gyrotherm-profile/1"\nname = "short"\n\n[[segment]]\n'
@@ -159,7 +159,7 @@ def upgrade_in_a_run(system: System) -> None:
     laboratory = subprocess.Popen(system.command("exec gyrotherm simulate --pace real --port 15020"), env=ENVIRONMENT,
                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     time.sleep(3)
-    command = "cd /root/bench; exec gyrotherm run ./short.toml --rig ./rig.toml --out run.db"
+    command = "cd /srv/bench; exec gyrotherm run ./short.toml --rig ./rig.toml --out run.db"
     run = subprocess.Popen(system.command(command), env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                            text=True)
     time.sleep(15)
@@ -176,7 +176,7 @@ def upgrade_in_a_run(system: System) -> None:
         laboratory.wait()
     if run.returncode:
         raise Failed(f"the run ends with {run.returncode}:\n{said}")
-    kept = system.run("cd /root/bench; gyrotherm status run.db --verify; dpkg-query -W -f '${Version}\\n' gyrotherm")
+    kept = system.run("cd /srv/bench; gyrotherm status run.db --verify; dpkg-query -W -f '${Version}\\n' gyrotherm")
     if LATER not in kept:
         raise Failed(f"another version is installed: {kept}")
 
@@ -185,7 +185,7 @@ def purge(system: System) -> None:
     say("purging")
     (system.root / "var/lib/gyrotherm/run.db").write_bytes(b"data")
     system.run(f"apt-get purge -y {' '.join(INSTALLED)}")
-    ours = " -o ".join(f"-path /{part}" for part in ("root", "packages", "manual", "tmp", "var/cache", "var/log",
+    ours = " -o ".join(f"-path /{part}" for part in ("root", "srv", "packages", "manual", "tmp", "var/cache", "var/log",
                                                      "var/lib/apt"))
     left = system.run(f"find / -xdev \\( {ours} \\) -prune -o -iname '*gyrotherm*' -print")
     if left.split() != ["/var/lib/gyrotherm"]:

@@ -5,36 +5,15 @@
 #include <utility>
 
 #include "core/clock.hpp"
-#include "drivers/line/byte_streams.hpp"
 #include "drivers/line/modbus_lines.hpp"
 
 namespace gyrotherm::rig {
 namespace {
 
-/// A line to instruments that answer before it is read.
-class AttendedStream final : public drivers::ByteStream {
- public:
-  /// `instruments`, one of which is at the other end, outlive it.
-  AttendedStream(std::unique_ptr<drivers::ByteStream> line, simulator::VirtualInstruments& instruments)
-      : line_(std::move(line)), instruments_(instruments) {}
-
-  Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
-    return line_->read(buffer, within);
-  }
-  Result<void> write(std::span<const std::byte> bytes, Duration within) override {
-    auto written = line_->write(bytes, within);
-    if (written) instruments_.attend();
-    return written;
-  }
-
- private:
-  std::unique_ptr<drivers::ByteStream> line_;
-  simulator::VirtualInstruments& instruments_;
-};
-
-/// … and one that carries Modbus TCP.
+/// A line of Modbus TCP to instruments that answer before it is read.
 class AttendedConnection final : public drivers::FrameConnection {
  public:
+  /// `instruments`, one of which is at the other end, outlive it.
   AttendedConnection(std::unique_ptr<drivers::FrameConnection> connection, simulator::VirtualInstruments& instruments)
       : connection_(std::move(connection)), instruments_(instruments) {}
 
@@ -56,24 +35,6 @@ class AttendedConnection final : public drivers::FrameConnection {
   simulator::VirtualInstruments& instruments_;
 };
 
-/// The line of a virtual gyro, on which nothing is waited for while it is switched off: the wait would be one by the
-/// clock on the wall.
-class LineOfAUnit final : public drivers::ByteStream {
- public:
-  /// `instruments`, whose unit it is of, outlive it.
-  LineOfAUnit(std::unique_ptr<drivers::ByteStream> line, simulator::VirtualInstruments& instruments)
-      : line_(std::move(line)), instruments_(instruments) {}
-
-  Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
-    return line_->read(buffer, instruments_.unit().off ? Duration::zero() : within);
-  }
-  Result<void> write(std::span<const std::byte> bytes, Duration within) override { return line_->write(bytes, within); }
-
- private:
-  std::unique_ptr<drivers::ByteStream> line_;
-  simulator::VirtualInstruments& instruments_;
-};
-
 class AttendedWires final : public Wires {
  public:
   AttendedWires(std::unique_ptr<simulator::VirtualInstruments> instruments, Duration already, Duration later)
@@ -84,12 +45,11 @@ class AttendedWires final : public Wires {
   }
   std::unique_ptr<drivers::Pauses> pauses() override { return drivers::virtual_pauses(); }
   Wire<drivers::ByteStream> thermometer(std::size_t index) override {
-    return {.line = attended_stream(InstrumentKind::thermometer, index)};
+    return {.line = instruments_->line(InstrumentKind::thermometer, index)};
   }
   Wire<drivers::HidReports> usb_temp(std::size_t index) override { return {.line = instruments_->usb_temp(index)}; }
   Wire<drivers::ByteStream> gyro(std::size_t index) override {
-    auto line = drivers::make_stream_of(connection(InstrumentKind::gyro, index), kPlace);
-    return {.line = std::make_unique<LineOfAUnit>(std::move(line), *instruments_)};
+    return {.line = instruments_->line(InstrumentKind::gyro, index)};
   }
   Wire<drivers::Registers> analogue_input(std::size_t index, const drivers::RegisterMap& map) override {
     return {.line = registers(InstrumentKind::analogue_input, index, map)};
@@ -112,21 +72,14 @@ class AttendedWires final : public Wires {
   using InstrumentKind = simulator::InstrumentKind;
   static constexpr const char* kPlace = "virtual line";
 
-  [[nodiscard]] drivers::Connect connection(InstrumentKind kind, std::size_t index) {
-    return [this, kind, index] { return instruments_->connect(kind, index); };
-  }
-
-  [[nodiscard]] std::unique_ptr<drivers::ByteStream> attended_stream(InstrumentKind kind, std::size_t index) {
-    return std::make_unique<AttendedStream>(drivers::make_stream_of(connection(kind, index), kPlace), *instruments_);
-  }
-
   [[nodiscard]] std::unique_ptr<drivers::Registers> registers(InstrumentKind kind, std::size_t index,
                                                               const drivers::RegisterMap& map) {
     const auto& link = map.link.modbus;
     if (link.framing != drivers::ModbusLink::Framing::tcp)
-      return make_guarded_registers(make_modbus_rtu(attended_stream(kind, index), kPlace, link), link);
-    auto modbus =
-        std::make_unique<AttendedConnection>(drivers::make_modbus_connection(connection(kind, index)), *instruments_);
+      return make_guarded_registers(make_modbus_rtu(instruments_->line(kind, index), kPlace, link), link);
+    auto modbus = std::make_unique<AttendedConnection>(
+        drivers::make_modbus_connection([this, kind, index] { return instruments_->connect(kind, index); }),
+        *instruments_);
     return make_guarded_registers(make_modbus_tcp(std::move(modbus), kPlace, link), link);
   }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The wires of a virtual rig to instruments of its own: pairs of sockets within the process, below the drivers of a
-/// real rig.
+/// The wires of a virtual rig to instruments of its own: lines within the process, below the drivers of a real rig.
 #pragma once
 
 #include <memory>

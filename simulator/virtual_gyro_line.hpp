@@ -58,7 +58,7 @@ class PacedGyroLine {
                 Descriptor listener);
 
   void add(Pty pty) { server_.add(std::move(pty)); }
-  void adopt(Descriptor client) { server_.adopt(std::move(client)); }
+  [[nodiscard]] std::shared_ptr<MemoryConnection> connect() { return server_.connect(); }
   void attend() { server_.attend(); }
   /// When the next frame is due, seconds since the start.
   [[nodiscard]] double next_s() const { return static_cast<double>(frames_ + 1) / frames_a_second_; }

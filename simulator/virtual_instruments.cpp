@@ -175,11 +175,12 @@ class Servers final : public VirtualInstruments {
   Result<Descriptor> connect(InstrumentKind kind, std::size_t index) override {
     auto ends = connect_here();
     if (!ends) return failure(std::move(ends.error()));
-    if (kind == InstrumentKind::gyro)
-      gyros_.at(index).adopt(std::move(ends->second));
-    else
-      replies_.adopt(std::move(ends->second), sessions_.at(kind).at(index));
+    replies_.adopt(std::move(ends->second), sessions_.at(kind).at(index));
     return std::move(ends->first);
+  }
+  std::unique_ptr<drivers::ByteStream> line(InstrumentKind kind, std::size_t index) override {
+    if (kind != InstrumentKind::gyro) return make_answering_line(sessions_.at(kind).at(index), guard_);
+    return make_memory_line([this, index] { return gyros_.at(index).connect(); });
   }
   void attend() override { replies_.attend(); }
 

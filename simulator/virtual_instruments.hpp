@@ -38,8 +38,8 @@ struct VirtualInstrumentsOptions {
   FramePace frames{};            ///< of all gyros
   bool ptys = false;  ///< serves all but HID devices on pseudo-terminals too; there chamber and analogue inputs speak
                       ///< Modbus RTU, with unit and registers of the map's link in use
-  bool attended = false;  ///< they are at no port and have no thread: the one client, in this process, has connections
-                          ///< from connect(), and lets them answer by attend()
+  bool attended = false;  ///< they are at no port and have no thread: the one client, in this process, has lines from
+                          ///< line() and connect()
 };
 
 /// One second that the laboratory lives through again.
@@ -80,9 +80,13 @@ class VirtualInstruments {
   /// The state it was brought to last, in the seconds lived through again too.
   [[nodiscard]] virtual UnitState unit() = 0;
 
-  /// Of attended instruments: a connection to one of them, a gyro's by its line; not blocking. Fails with disconnected.
+  /// Of attended instruments: the line to one of them, a gyro's by its line, in memory. What is asked is answered at
+  /// once, by gyros when time passes next. Must not outlive this.
+  [[nodiscard]] virtual std::unique_ptr<drivers::ByteStream> line(InstrumentKind kind, std::size_t index = 0) = 0;
+  /// Of an attended chamber or analogue input that speaks Modbus TCP: a connection, for a client that wants a
+  /// descriptor; not blocking. Fails with disconnected.
   [[nodiscard]] virtual Result<Descriptor> connect(InstrumentKind kind, std::size_t index = 0) = 0;
-  /// Of attended instruments, after something was sent to one of them that answers: whoever has asked is answered.
+  /// After something was sent on such a connection: it is answered.
   virtual void attend() = 0;
 
   /// A unit that does not send (VirtualLaboratory::silence).

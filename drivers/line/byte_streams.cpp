@@ -72,8 +72,10 @@ class DescriptorStream : public ByteStream {
   [[nodiscard]] virtual ssize_t put(std::span<const std::byte> bytes) const = 0;
 };
 
-class SocketStream : public DescriptorStream {
+class TcpStream final : public DescriptorStream {
  public:
+  TcpStream(TcpLine peer, Duration connect_within) : peer_(std::move(peer)), connect_within_(connect_within) {}
+
   Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override {
     if (auto opened = open(); !opened) return failure(std::move(opened.error()));
     const Deadline deadline(within);
@@ -89,16 +91,6 @@ class SocketStream : public DescriptorStream {
         return failure(FaultKind::timeout, place(), fmt::format("nothing came in {:.3f} s", to_seconds(within)));
     }
   }
-
- private:
-  ssize_t put(std::span<const std::byte> bytes) const override {
-    return ::send(line_.number(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
-  }
-};
-
-class TcpStream final : public SocketStream {
- public:
-  TcpStream(TcpLine peer, Duration connect_within) : peer_(std::move(peer)), connect_within_(connect_within) {}
 
  private:
   Result<void> open_line() override {
@@ -121,37 +113,19 @@ class TcpStream final : public SocketStream {
     return {};
   }
 
+  ssize_t put(std::span<const std::byte> bytes) const override {
+    return ::send(line_.number(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  }
   std::string place() const override { return fmt::format("tcp {}:{}", peer_.host, peer_.port); }
 
   TcpLine peer_;
   Duration connect_within_;
 };
 
-class ConnectedStream final : public SocketStream {
- public:
-  ConnectedStream(Connect connect, std::string place) : connect_(std::move(connect)), place_(std::move(place)) {}
-
- private:
-  Result<void> open_line() override {
-    auto connected = connect_();
-    if (!connected) return broken(std::move(connected.error().what));
-    line_ = std::move(*connected);
-    return {};
-  }
-  std::string place() const override { return place_; }
-
-  Connect connect_;
-  std::string place_;
-};
-
 }  // namespace
 
 std::unique_ptr<ByteStream> make_tcp_stream(const TcpLine& line, Duration connect_within) {
   return std::make_unique<TcpStream>(line, connect_within);
-}
-
-std::unique_ptr<ByteStream> make_stream_of(Connect connect, std::string place) {
-  return std::make_unique<ConnectedStream>(std::move(connect), std::move(place));
 }
 
 namespace {

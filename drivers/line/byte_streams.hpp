@@ -6,7 +6,6 @@
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,11 +36,6 @@ inline void guard_against_half_open(int socket) {
 /// Connects at first use, and again after the line broke; a connection has `connect_within` to come about.
 /// After a second failure in a row the line rests 0.5 s, then longer, up to 10 s; until then every use fails at once.
 [[nodiscard]] std::unique_ptr<ByteStream> make_tcp_stream(const TcpLine& line, Duration connect_within);
-
-/// Makes a connection, which does not block.
-using Connect = std::function<Result<Descriptor>()>;
-/// One that is made at first use, and again after it broke, likewise; `place` names it in faults.
-[[nodiscard]] std::unique_ptr<ByteStream> make_stream_of(Connect connect, std::string place);
 
 /// Opens `device` without waiting for a carrier, for this program alone (a lock that others respect, and the kernel's),
 /// with `format`, which is read back. Reads and writes do not block. Fails with disconnected.

@@ -2,11 +2,13 @@
 /// Modbus TCP with every reply compared to its request, and the only place that calls libmodbus.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 
-#include "drivers/line/byte_streams.hpp"
+#include "core/file.hpp"
+#include "drivers/line/line_address.hpp"
 #include "drivers/line/modbus.hpp"
 
 namespace gyrotherm::drivers {
@@ -36,6 +38,8 @@ class FrameConnection {
 
 /// The connection to a real unit, by libmodbus.
 [[nodiscard]] std::unique_ptr<FrameConnection> make_modbus_connection(const TcpLine& line);
+/// Makes a connection, which does not block.
+using Connect = std::function<Result<Descriptor>()>;
 /// … over one that somebody else makes.
 [[nodiscard]] std::unique_ptr<FrameConnection> make_modbus_connection(Connect connect);
 

@@ -143,11 +143,8 @@ GyroServer::GyroServer(Descriptor listener, StreamWriter writer, std::vector<dri
 void GyroServer::add(Pty line) { lines_.push_back({std::move(line)}); }
 
 /// Answers to what has come since; a description's commands are answered in the order in which they were heard.
-std::string GyroServer::replies(int descriptor, std::string& heard) const {
-  std::array<char, kMostHeard> buffer{};
-  const auto size = ::read(descriptor, buffer.data(), buffer.size());
-  if (size <= 0) return {};
-  heard.append(buffer.data(), static_cast<std::size_t>(size));
+std::string GyroServer::replies(std::span<const char> bytes, std::string& heard) const {
+  heard.append(bytes.data(), bytes.size());
   std::string answer;
   for (bool found = true; found;) {
     found = false;
@@ -163,14 +160,33 @@ std::string GyroServer::replies(int descriptor, std::string& heard) const {
   return answer;
 }
 
-void GyroServer::adopt(Descriptor client) {
+std::string GyroServer::replies(int descriptor, std::string& heard) const {
+  std::array<char, kMostHeard> buffer{};
+  const auto size = ::read(descriptor, buffer.data(), buffer.size());
+  return size <= 0 ? std::string{} : replies(std::span(buffer).first(static_cast<std::size_t>(size)), heard);
+}
+
+void GyroServer::admit(Descriptor client) {
   if (clients_.size() < kMostClients && send_now(client, writer_.lead_in())) clients_.push_back({std::move(client)});
+}
+
+std::shared_ptr<MemoryConnection> GyroServer::connect() {
+  auto& client = near_.emplace_back(Near{std::make_shared<MemoryConnection>()});
+  give(client, writer_.lead_in());
+  return client.connection;
+}
+
+/// What it does not take closes the connection.
+void GyroServer::give(Near& client, std::span<const std::byte> bytes) {
+  client.connection->open = client.connection->open && client.connection->to_client.put(bytes);
 }
 
 void GyroServer::attend() {
   if (listener_.is_open())
     for (auto client = accept_client(listener_); client.is_open(); client = accept_client(listener_))
-      adopt(std::move(client));
+      admit(std::move(client));
+  std::erase_if(near_,
+                [](const Near& client) { return !client.connection->open || client.connection.use_count() == 1; });
   if (commands_.empty()) return;
   for (auto& client : clients_)
     if (const auto answer = replies(client.socket.number(), client.heard); !answer.empty())
@@ -178,15 +194,23 @@ void GyroServer::attend() {
   for (auto& line : lines_)
     if (const auto answer = replies(line.pty.ours.number(), line.heard); !answer.empty())
       send_now(line.pty, bytes_of(answer));
+  for (auto& client : near_) {
+    std::array<std::byte, kMostHeard> buffer{};
+    const auto size = client.connection->to_instrument.take(buffer);
+    if (size == 0) continue;
+    const std::span said(reinterpret_cast<const char*>(buffer.data()), size);
+    give(client, bytes_of(replies(said, client.heard)));
+  }
 }
 
 void GyroServer::send(std::span<const double> pulses, std::int64_t device_time_us, double seconds,
                       std::span<const double> values) {
   attend();
-  if (clients_.empty() && lines_.empty()) return skip(pulses);
+  if (clients_.empty() && lines_.empty() && near_.empty()) return skip(pulses);
   const auto bytes = writer_.next(pulses, device_time_us, seconds, values);
   std::erase_if(clients_, [&](const Client& client) { return !send_now(client.socket, bytes); });
   for (const auto& line : lines_) send_now(line.pty, bytes);
+  for (auto& client : near_) give(client, bytes);
 }
 
 }  // namespace gyrotherm::simulator

@@ -4,12 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "drivers/gyro/frame_format.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
+#include "simulator/servers/memory_line.hpp"
 #include "simulator/servers/session.hpp"
 
 namespace gyrotherm::simulator {
@@ -67,8 +69,8 @@ class GyroServer {
   /// `commands`: what starts the stream, and the replies. A listener that is closed lets nobody in.
   GyroServer(Descriptor listener, StreamWriter writer, std::vector<drivers::GyroCommand> commands = {});
   void add(Pty line);
-  /// A client that is connected already.
-  void adopt(Descriptor client);
+  /// A new connection of the client in this process.
+  [[nodiscard]] std::shared_ptr<MemoryConnection> connect();
 
   /// Lets clients in, and answers their commands.
   void attend();
@@ -87,13 +89,22 @@ class GyroServer {
     Pty pty;
     std::string heard{};
   };
+  /// The client that is attended in this process.
+  struct Near {
+    std::shared_ptr<MemoryConnection> connection;
+    std::string heard{};
+  };
+  void admit(Descriptor client);
+  [[nodiscard]] std::string replies(std::span<const char> bytes, std::string& heard) const;
   [[nodiscard]] std::string replies(int descriptor, std::string& heard) const;
+  static void give(Near& client, std::span<const std::byte> bytes);
 
   Descriptor listener_;
   StreamWriter writer_;
   std::vector<drivers::GyroCommand> commands_;  ///< with a reply
   std::vector<Client> clients_;
   std::vector<Line> lines_;
+  std::vector<Near> near_;
 };
 
 }  // namespace gyrotherm::simulator

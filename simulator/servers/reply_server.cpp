@@ -10,6 +10,7 @@
 #include <cassert>
 #include <cerrno>
 #include <cstdint>
+#include <iterator>
 #include <utility>
 
 namespace gyrotherm::simulator {
@@ -17,7 +18,6 @@ namespace {
 
 constexpr std::size_t kMostBytesAtOnce = 4096;
 constexpr int kMostEvents = 64;
-constexpr int kDeliveryMs = 100;
 
 }  // namespace
 
@@ -51,7 +51,6 @@ void ReplyServer::adopt(Descriptor client, const MakeSession& make_session) {
   const int descriptor = client.number();
   const std::scoped_lock lock(laboratory_guard_);
   clients_.emplace(descriptor, Client{std::move(client), make_session(), nullptr});
-  watch(descriptor);
 }
 
 void ReplyServer::start() {
@@ -66,30 +65,30 @@ void ReplyServer::watch(int descriptor) {
 }
 
 void ReplyServer::run() {
-  while (serve_once(-1)) {
+  while (serve_once()) {
   }
 }
 
 void ReplyServer::attend() {
   assert(!thread_.joinable());
-  for (int patience_ms = kDeliveryMs; serve_once(patience_ms); patience_ms = 0) {
-  }
+  for (auto client = clients_.begin(); client != clients_.end();)
+    client = exchange(client->second) ? std::next(client) : clients_.erase(client);
 }
 
-bool ReplyServer::serve_once(int patience_ms) {
+bool ReplyServer::serve_once() {
   std::array<epoll_event, kMostEvents> events{};
-  const int count = ::epoll_wait(poll_.number(), events.data(), kMostEvents, patience_ms);
+  const int count = ::epoll_wait(poll_.number(), events.data(), kMostEvents, -1);
   if (count < 0) return errno == EINTR;
   for (int i = 0; i < count; ++i) {
     const int descriptor = events[static_cast<std::size_t>(i)].data.fd;
     if (descriptor == stop_.number()) return false;
     const auto listener = listeners_.find(descriptor);
     if (listener == listeners_.end())
-      attend(descriptor);
+      serve(descriptor);
     else
       admit(listener->second);
   }
-  return count > 0;
+  return true;
 }
 
 void ReplyServer::admit(Listener& listener) {
@@ -102,7 +101,7 @@ void ReplyServer::admit(Listener& listener) {
   watch(descriptor);
 }
 
-void ReplyServer::attend(int descriptor) {
+void ReplyServer::serve(int descriptor) {
   if (const auto line = lines_.find(descriptor); line != lines_.end()) return exchange(line->second);
   const auto found = clients_.find(descriptor);
   if (found == clients_.end() || exchange(found->second)) return;

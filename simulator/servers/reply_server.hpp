@@ -32,8 +32,7 @@ class ReplyServer {
   void adopt(Descriptor client, const MakeSession& make_session);
   /// Serves from a thread of its own from now on.
   void start();
-  /// Serves, without such a thread, what was sent until now, in the calling one. Something was: it is waited for,
-  /// should the system be slow to deliver it, for at most 0.1 s.
+  /// Serves, without such a thread, what adopted clients sent until now, in the calling one.
   void attend();
 
  private:
@@ -54,11 +53,11 @@ class ReplyServer {
   };
 
   void run();
-  /// Waits for at most so long, −1 for ever. False: there was nothing, or the server ends.
-  [[nodiscard]] bool serve_once(int patience_ms);
+  /// Waits for clients. False: the server ends.
+  [[nodiscard]] bool serve_once();
   void watch(int descriptor);
   void admit(Listener& listener);
-  void attend(int descriptor);
+  void serve(int descriptor);
   [[nodiscard]] bool exchange(Client& client);
   void exchange(Line& line);
 

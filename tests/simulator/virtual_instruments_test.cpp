@@ -6,7 +6,9 @@
 
 #include <array>
 #include <deque>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "drivers/line/modbus_frame.hpp"
 #include "tests/simulator/loopback_client.hpp"
@@ -15,6 +17,15 @@
 
 namespace gyrotherm::simulator {
 namespace {
+
+std::span<const std::byte> bytes_of(std::string_view text) { return std::as_bytes(std::span(text)); }
+
+/// What has come on a line.
+std::string heard_on(drivers::ByteStream& line) {
+  std::array<std::byte, 4096> buffer{};
+  const auto size = line.read(buffer, {});
+  return {reinterpret_cast<const char*>(buffer.data()), size.value_or(0)};
+}
 
 class VirtualInstrumentsTest : public testing::Test {
  protected:
@@ -88,23 +99,51 @@ TEST_F(VirtualInstrumentsTest, AttendedAnswerInTheThreadThatAsks) {
           .value();
   EXPECT_TRUE(attended->lines().empty()) << "nobody else can speak to them";
   EXPECT_EQ(attended->chamber_port(), 0);
-  const auto gyro = attended->connect(InstrumentKind::gyro).value();
-  auto shell = attended->connect(InstrumentKind::thermometer, 1).value();
-  std::array<char, 64> answer{};
-  const auto read = [&](const Descriptor& from) { return ::read(from.number(), answer.data(), answer.size()); };
-  ASSERT_EQ(::write(shell.number(), "CRDG? 1\r\n", 9), 9);
-  EXPECT_EQ(read(shell), -1) << "not yet";
-  attended->attend();
-  ASSERT_GT(read(shell), 0);
-  VirtualLaboratory same(laboratory_of_rig("virtual"), {});
-  EXPECT_NEAR(std::stod(answer.data()), same.thermometers_as_measured_c()[8], 0.0005);
+  const auto gyro = attended->line(InstrumentKind::gyro);
+  const auto shell = attended->line(InstrumentKind::thermometer, 1);
+  const VirtualLaboratory same(laboratory_of_rig("virtual"), {});
+  EXPECT_EQ(heard_on(*shell), "") << "nobody has asked";
+  ASSERT_TRUE(shell->write(bytes_of("CRDG? 1\r\n"), {}));
+  EXPECT_NEAR(std::stod(heard_on(*shell)), same.thermometers_as_measured_c()[8], 0.0005);
+  EXPECT_EQ(heard_on(*gyro), "") << "it sends when time passes";
   attended->advance(1);
-  EXPECT_EQ(read(gyro), 16) << "a frame";
-  shell.close();
-  auto again = attended->connect(InstrumentKind::thermometer, 1).value();
-  ASSERT_EQ(::write(again.number(), "CRDG? 1\r\n", 9), 9);
+  EXPECT_EQ(heard_on(*gyro).size(), 16U) << "a frame";
+}
+
+TEST_F(VirtualInstrumentsTest, AGyroThatNobodyReadsClosesItsLineAndSendsOnANewOne) {
+  const auto attended =
+      VirtualInstruments::start(
+          VirtualLaboratory(laboratory_of_rig("virtual"), {}),
+          {.chamber = map, .thermometers = {}, .gyros = {{.frame = gyro_of_rig("virtual")}}, .attended = true})
+          .value();
+  const auto gyro = attended->line(InstrumentKind::gyro);
+  EXPECT_EQ(heard_on(*gyro), "");
+  attended->advance(static_cast<int>(MemoryPipe::kRoom / 16 + 100));
+  std::size_t heard = 0;
+  while (const auto size = heard_on(*gyro).size()) heard += size;
+  EXPECT_EQ(heard, MemoryPipe::kRoom) << "whole frames, as many as there was room for";
+  attended->advance(1);
+  EXPECT_EQ(heard_on(*gyro), "") << "opened again, after a gap";
+  attended->advance(1);
+  EXPECT_EQ(heard_on(*gyro).size(), 16U);
+}
+
+TEST_F(VirtualInstrumentsTest, AnAttendedChamberAnswersOnAConnectionToo) {
+  const auto attended = VirtualInstruments::start(VirtualLaboratory(laboratory_of_rig("virtual"), {}),
+                                                  {.chamber = map, .thermometers = {}, .gyros = {}, .attended = true})
+                            .value();
+  const auto chamber = attended->connect(InstrumentKind::chamber).value();
+  const auto& found = *map.find("air_temperature");
+  const drivers::ModbusRequest request{
+      1, map.link.modbus.unit, drivers::ModbusFunction::read_holding, found.address, word_count(found.type), {}};
+  const auto question = encode_request(request);
+  std::array<std::byte, 260> answer{};
+  ASSERT_EQ(::write(chamber.number(), question.data(), question.size()), std::ssize(question));
+  EXPECT_EQ(::read(chamber.number(), answer.data(), answer.size()), -1) << "not yet";
   attended->attend();
-  EXPECT_GT(read(again), 0) << "the line broke and was made again";
+  const auto size = ::read(chamber.number(), answer.data(), answer.size());
+  ASSERT_GT(size, 0);
+  EXPECT_TRUE(decode_answer(request, std::span(answer).first(static_cast<std::size_t>(size))));
 }
 
 TEST_F(VirtualInstrumentsTest, SendOneFrameASecondToEveryGyroClient) {

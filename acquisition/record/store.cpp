@@ -23,6 +23,7 @@
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/status.hpp"
 #include "core/clock.hpp"
+#include "core/deadline.hpp"
 #include "core/process.hpp"
 
 namespace gyrotherm::record {
@@ -140,9 +141,11 @@ class OrderedStore : public Store {
 /// Writes inside its calls.
 class InlineStore final : public OrderedStore {
  public:
-  InlineStore(RunFile file, const RunStatus& status, Alarms alarms, std::unique_ptr<LiveCopy> copy, int part)
+  InlineStore(RunFile file, const RunStatus& status, Alarms alarms, std::unique_ptr<LiveCopy> copy,
+              Duration tells_every, int part)
       : OrderedStore(file.info(), status, {.last_event = file.last_event(), .alarms = std::move(alarms)}),
         acknowledged_(status.acknowledged),
+        tells_every_(tells_every),
         part_(part),
         file_(std::move(file)),
         copy_(std::move(copy)) {}
@@ -161,7 +164,10 @@ class InlineStore final : public OrderedStore {
     return acknowledged_;
   }
 
-  bool settle(Duration /*longest*/) override { return sync().has_value(); }
+  bool settle(Duration /*longest*/) override {
+    pause_ = Deadline(Duration::zero());
+    return sync().has_value();
+  }
 
   Result<void> finish() override {
     if (auto synced = sync(); !synced) return failure(synced.error());
@@ -207,8 +213,9 @@ class InlineStore final : public OrderedStore {
   }
 
   /// The status file is a courtesy: a run does not end because it could not be written.
-  void tell(bool finished) const {
-    if (status().path == kInMemory) return;
+  void tell(bool finished) {
+    if (status().path == kInMemory || (!finished && !pause_.over())) return;
+    pause_ = Deadline(tells_every_);
     RunStatus now = status();
     now.acknowledged = acknowledged_;
     now.finished = finished;
@@ -218,6 +225,8 @@ class InlineStore final : public OrderedStore {
   }
 
   std::int64_t acknowledged_{-1};
+  Duration tells_every_;
+  Deadline pause_{Duration::zero()};  ///< until the status file is written again
   bool batch_open_{};
   std::optional<Fault> broken_;  ///< the first failure of the file: after it nothing is acknowledged any more
   int part_{};
@@ -508,10 +517,12 @@ Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Alarms ala
   status.pid = ::getpid();
   status.being_written = true;
   if (status.path == kInMemory)
-    return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms), nullptr, part);
+    return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms), nullptr, options.tells_every,
+                                         part);
   if (auto told = write_status(status); !told && !options.background) return failure(told.error());
   if (!options.background)
-    return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms), std::move(copy), part);
+    return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms), std::move(copy),
+                                         options.tells_every, part);
   RunInfo info = file.info();
   RecordWriter writer(
       std::move(file), status.path,

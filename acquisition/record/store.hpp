@@ -36,6 +36,8 @@ struct StoreOptions {
   std::int64_t most_rows = 14'400;
   /// Between two attempts while the disk takes nothing.
   Duration retry = std::chrono::seconds(1);
+  /// Inside the calls, the status file is written at most so often, by the clock on the wall, and at the end.
+  Duration tells_every = Duration::zero();
   /// What others can read while the record is written (live_copy.hpp); nothing: they cannot.
   std::optional<LiveCopyOptions> live_copy = {};
 };

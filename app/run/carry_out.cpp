@@ -130,11 +130,14 @@ void remove_unbegun(std::unique_ptr<record::Store> store, const std::string& pat
   record::remove_record(path);
 }
 
-/// A virtual run that is over in a moment is not worth a copy, and is written too fast for more than one a second.
+/// A virtual run that is over in a moment is not worth a copy, and is written too fast for more than one a second; what
+/// its status file says is old in a moment, too.
 record::StoreOptions store_options(bool simulated) {
   using std::chrono_literals::operator""ms;
   const record::LiveCopyOptions of_real{}, of_virtual{.pause = 1000ms, .begins_after = 1500ms};
-  return {.background = !simulated, .live_copy = simulated ? of_virtual : of_real};
+  return {.background = !simulated,
+          .tells_every = simulated ? Duration(100ms) : Duration::zero(),
+          .live_copy = simulated ? of_virtual : of_real};
 }
 
 Result<void> record_absence(record::Store& store, std::int64_t first, std::int64_t last) {

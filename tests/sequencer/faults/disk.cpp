@@ -17,6 +17,8 @@ namespace {
 
 using Kind = InjectedFaultKind;
 
+const record::StoreOptions kOfManySyncs{.tells_every = std::chrono::seconds(1)};
+
 }  // namespace
 
 bool is_of_disk(InjectedFaultKind kind) { return kind >= Kind::disk_full && kind <= Kind::disk_hangs; }
@@ -55,14 +57,14 @@ Result<std::unique_ptr<record::Store>> Disk::attended(record::RunFile file, reco
 }
 
 Result<std::unique_ptr<record::Store>> Disk::create(const record::RunInfo& info) {
-  if (!vfs_) return record::Store::create(path_, info);
+  if (!vfs_) return record::Store::create(path_, info, kOfManySyncs);
   auto file = record::RunFile::create(path_, info);
   if (!file) return failure(file.error());
   return attended(std::move(*file), first_status(path_, info), {}, 1);
 }
 
 Result<std::unique_ptr<record::Store>> Disk::reopen() {
-  if (!vfs_) return record::Store::reopen(path_);
+  if (!vfs_) return record::Store::reopen(path_, kOfManySyncs);
   const auto part = record::last_part(path_);
   if (!part) return failure(part.error());
   auto alarms = record::alarms_of(path_);

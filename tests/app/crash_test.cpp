@@ -13,6 +13,11 @@ namespace gyrotherm::app {
 namespace {
 
 constexpr const char* kShortRate = "tests/profiles/short-rate.toml";
+#ifdef GYROTHERM_NIGHTLY
+constexpr int kKilled = 40;
+#else
+constexpr int kKilled = 8;
+#endif
 
 void expect_whole(const record::Record& record) {
   std::int64_t expected = 0;
@@ -26,7 +31,7 @@ void expect_whole(const record::Record& record) {
 
 TEST(Crash, KillLosesNoAcknowledgedSecondAndResumeEndsTheRun) {
   std::mt19937_64 random(20);
-  for (int i = 0; i < 20; ++i) {
+  for (int i = 0; i < kKilled; ++i) {
     const Folder folder;
     const auto path = folder / ("run" + std::to_string(i) + ".db");
     Background run({"run", kShortRate, "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"}, folder / "log");

@@ -37,6 +37,8 @@ from attack import ATTACKS, Attack, Failed, Scene, Skipped
 GROUPS = ("terminal", "lines", "requests", "guard", "locks", "files", "disk", "start", "slow", "presence", "status",
           "channels", "limits")
 ATTEMPTS = 3  # at an attack that fails while the machine stands still
+CROWDED = 2 * (os.cpu_count() or 1)  # programs that want a processor: the next attack begins a little later
+LONGEST_CROWD = 5.0  # s, after which it begins all the same
 
 
 @dataclasses.dataclass(frozen=True)
@@ -174,6 +176,12 @@ class Places:
         return 3 if attack.alone else 1
 
 
+def running() -> int:
+    """How many programs of this machine have a processor or want one."""
+    stat = pathlib.Path("/proc/stat").read_text()
+    return next((int(line.split()[1]) for line in stat.splitlines() if line.startswith("procs_running ")), 0)
+
+
 def run_all(attacks: list[Attack], options: argparse.Namespace) -> list[Outcome]:
     """The longest first, so that none is left alone at the end."""
     outcomes: list[Outcome] = []
@@ -193,6 +201,7 @@ def run_all(attacks: list[Attack], options: argparse.Namespace) -> list[Outcome]
     workers = []
     for attack in sorted(attacks, key=lambda a: -a.limit):
         places.take(attack)
+        program.until(lambda: running() <= CROWDED, LONGEST_CROWD)
         workers.append(threading.Thread(target=work, args=(attack,)))
         workers[-1].start()
     for worker in workers:

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How the benchmarks in Python say what they measured: on stdout a line a figure, tab-separated: name, value, goal, ok or
+short; on stderr how it goes. And what several of them measure alike."""
+from __future__ import annotations
+
+import os
+import pathlib
+import sqlite3
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+
+
+def say(words: str) -> None:
+    print(words, file=sys.stderr, flush=True)
+
+
+def tell(name: str, value: float, goal: str = "", is_met: bool = True) -> None:
+    verdict = "" if not goal else "ok" if is_met else "short"
+    print(f"{name}\t{value:.4g}\t{goal}\t{verdict}", flush=True)
+
+
+def at_most(name: str, value: float, goal: float) -> None:
+    tell(name, value, f"<= {goal:g}", value <= goal)
+
+
+def at_least(name: str, value: float, goal: float) -> None:
+    tell(name, value, f">= {goal:g}", value >= goal)
+
+
+def share(values: list[float], part: float) -> float:
+    """The value that so many of them do not exceed."""
+    return sorted(values)[min(len(values) - 1, int(part * len(values)))]
+
+
+def processor_s(pid: int) -> float:
+    """What a process has used of processors until now."""
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def ticks_ms(record: pathlib.Path, first: int, last: int) -> list[float]:
+    """How long after its second each tick of a run began."""
+    with sqlite3.connect(f"file:{record}?immutable=1", uri=True) as database:
+        rows = database.execute("SELECT slot, utc_ns FROM sample WHERE slot BETWEEN ? AND ?", (first, last)).fetchall()
+        began = min(utc - slot * 10**9 for slot, utc in database.execute("SELECT slot, utc_ns FROM sample"))
+    return [(utc - slot * 10**9 - began) / 1e6 for slot, utc in rows]

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/checksum.hpp"
 
+#include <array>
 #include <functional>
+#include <map>
 #include <numeric>
 
 namespace gyrotherm::drivers {
@@ -14,17 +16,45 @@ std::uint32_t mirrored(std::uint32_t value, int bits) {
   return image;
 }
 
+using ByteTable = std::array<std::uint32_t, 256>;
+
+ByteTable mirrored_bytes() {
+  ByteTable table{};
+  for (std::uint32_t byte = 0; byte < table.size(); ++byte) table[byte] = mirrored(byte, 8);
+  return table;
+}
+
+/// What eight shifts make of each byte at the top of 32 bits.
+ByteTable shifted_bytes(std::uint32_t polynomial) {
+  ByteTable table{};
+  for (std::uint32_t byte = 0; byte < table.size(); ++byte) {
+    auto value = byte << 24;
+    for (int bit = 0; bit < 8; ++bit) value = value & 0x80000000u ? value << 1 ^ polynomial : value << 1;
+    table[byte] = value;
+  }
+  return table;
+}
+
+/// Made once for each polynomial that a thread uses: a rig has as many as kinds of instruments.
+const ByteTable& table_of(std::uint32_t polynomial) {
+  constexpr std::size_t kMostTables = 16;
+  thread_local std::map<std::uint32_t, ByteTable> tables;
+  const auto found = tables.find(polynomial);
+  if (found == tables.end() && tables.size() == kMostTables) tables.clear();
+  return found != tables.end() ? found->second : tables.emplace(polynomial, shifted_bytes(polynomial)).first->second;
+}
+
 }  // namespace
 
 std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes) {
   // The register is kept at the top of 32 bits, so that one loop serves every width.
+  static const ByteTable kMirrored = mirrored_bytes();
   const int spare = 32 - model.width;
-  const std::uint32_t polynomial = model.polynomial << spare;
+  const auto& table = table_of(model.polynomial << spare);
   std::uint32_t value = model.initial << spare;
   for (const auto byte : bytes) {
     const auto next = std::to_integer<std::uint32_t>(byte);
-    value ^= (model.reflected ? mirrored(next, 8) : next) << 24;
-    for (int bit = 0; bit < 8; ++bit) value = value & 0x80000000u ? value << 1 ^ polynomial : value << 1;
+    value = value << 8 ^ table[value >> 24 ^ (model.reflected ? kMirrored[next] : next)];
   }
   value >>= spare;
   return (model.reflected_out.value_or(model.reflected) ? mirrored(value, model.width) : value) ^ model.final_xor;

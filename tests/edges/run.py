@@ -37,8 +37,8 @@ from attack import ATTACKS, Attack, Failed, Scene, Skipped
 GROUPS = ("terminal", "lines", "requests", "guard", "locks", "files", "disk", "start", "slow", "presence", "status",
           "channels", "limits")
 ATTEMPTS = 3  # at an attack that fails while the machine stands still
-CROWDED = 2 * (os.cpu_count() or 1)  # programs that want a processor: the next attack begins a little later
-LONGEST_CROWD = 5.0  # s, after which it begins all the same
+CROWDED = 3 * (os.cpu_count() or 1)  # programs that want a processor: the next attack begins a little later
+LONGEST_CROWD = 1.0  # s, after which it begins all the same
 
 
 @dataclasses.dataclass(frozen=True)

@@ -282,15 +282,6 @@ BrickPoint locate(const GyroMesh& mesh, double x, double y, double z) {
   return point;
 }
 
-SparseMatrix assemble_conduction(const GyroModel& model, const GyroMesh& mesh,
-                                 const ThermalCoefficients& coefficients) {
-  const auto of_class = [&](const BrickClass& brick) { return BrickWeight{conductivity(model, brick, coefficients)}; };
-  auto matrix = assemble_rows(mesh, of_class);
-  const double film = coefficients[static_cast<std::size_t>(ThermalCoefficient::film)];
-  each_film_entry(mesh, [&](int n, int m, double value) { matrix.coeffRef(n, m) += film * value; });
-  return matrix;
-}
-
 SparseMatrix assemble_capacity(const GyroModel& model, const GyroMesh& mesh) {
   const auto of_class = [&](const BrickClass& brick) { return BrickWeight{{}, heat_capacity(model, brick)}; };
   return assemble_rows(mesh, of_class);

@@ -15,9 +15,6 @@ namespace gyrotherm::thermal {
 /// row is empty. About 1.8 kB per node.
 [[nodiscard]] ThermalSystem assemble(const GyroModel& model, const GyroMesh& mesh);
 
-/// K at given coefficients, film included, W/K; both triangles, every node's row with its diagonal.
-[[nodiscard]] SparseMatrix assemble_conduction(const GyroModel& model, const GyroMesh& mesh,
-                                               const ThermalCoefficients& coefficients);
 /// C, J/K, consistent (a lumped one would have negative entries at the corners).
 [[nodiscard]] SparseMatrix assemble_capacity(const GyroModel& model, const GyroMesh& mesh);
 /// B₀, n × 6: a source lies evenly over the volume of its part.

@@ -246,6 +246,17 @@ auto ConjugateGradients::solve(const Eigen::VectorXd& right) -> Result<Solution>
   return solve(right, Eigen::VectorXd::Zero(right.size()));
 }
 
+Eigen::VectorXd ConjugateGradients::precondition(const Eigen::VectorXd& right) {
+  auto& p = *parts_;
+  assert(right.size() == p.size);
+  Eigen::VectorXd left = Eigen::VectorXd::Zero(p.size);
+  HYPRE_IJVectorSetValues(p.right, p.size, p.rows.data(), right.data());
+  HYPRE_IJVectorSetValues(p.left, p.size, p.rows.data(), left.data());
+  HYPRE_BoomerAMGSolve(p.multigrid, p.parallel_matrix, p.parallel_right, p.parallel_left);
+  HYPRE_IJVectorGetValues(p.left, p.size, p.rows.data(), left.data());
+  return left;
+}
+
 Result<void> ConjugateGradients::replace(SparseMatrix matrix) {
   matrix.makeCompressed();
   parts_->fill(matrix);

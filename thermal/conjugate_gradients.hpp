@@ -39,6 +39,9 @@ class ConjugateGradients {
   /// Begins at zero.
   [[nodiscard]] Result<Solution> solve(const Eigen::VectorXd& right);
 
+  /// One V-cycle alone, from zero: what stands for the matrix's inverse.
+  [[nodiscard]] Eigen::VectorXd precondition(const Eigen::VectorXd& right);
+
   /// Goes on with a matrix of the same pattern and the preconditioner of the first: for a matrix little changed.
   [[nodiscard]] Result<void> replace(SparseMatrix matrix);
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "thermal/assembly.hpp"
-#include "thermal/conjugate_gradients.hpp"
+#include "thermal/brick_solver.hpp"
 #include "thermal/hex20.hpp"
 
 namespace gyrotherm::thermal {
@@ -92,11 +92,10 @@ class Rounds {
 
   /// The rise over the ambient, from which the power alone is the right-hand side.
   Result<void> solve() {
-    auto matrix = assemble_conduction(model_, mesh_, state_.coefficients);
     if (solver_) {
-      if (const auto replaced = solver_->replace(std::move(matrix)); !replaced) return failure(replaced.error());
+      solver_->replace(model_, mesh_, state_.coefficients);
     } else {
-      auto made = ConjugateGradients::set_up(std::move(matrix), {.tolerance = 1e-9});
+      auto made = BrickSolver::set_up(model_, mesh_, state_.coefficients);
       if (!made) return failure(made.error());
       solver_ = std::move(*made);
     }
@@ -130,7 +129,7 @@ class Rounds {
     double taken_c, found_c;
   };
   std::optional<Round> last_;
-  std::optional<ConjugateGradients> solver_;
+  std::optional<BrickSolver> solver_;
   SteadyState state_;
 };
 

@@ -5,23 +5,15 @@
 #include <signal.h>
 
 #include <map>
-#include <random>
 
 #include "tests/thermal/small_bodies.hpp"
-#include "thermal/assembly.hpp"
 
 namespace gyrotherm::thermal {
 namespace {
 
 SparseMatrix conduction(double film) {
   const auto mesh = box_of(GyroPart::block, even_lines(0.1, 8), even_lines(0.1, 8), even_lines(0.05, 5), {0, 4});
-  return assemble_conduction(uniform_model({2000, 500, 1.5}), mesh, {0, 0, 0, film});
-}
-
-Eigen::VectorXd random_vector(Eigen::Index size, unsigned seed) {
-  std::mt19937 engine(seed);
-  std::normal_distribution<double> normal;
-  return Eigen::VectorXd::NullaryExpr(size, [&] { return normal(engine); });
+  return conduction_matrix(uniform_model({2000, 500, 1.5}), mesh, {0, 0, 0, film});
 }
 
 void expect_solves(ConjugateGradients& solver, const SparseMatrix& matrix, unsigned seed) {
@@ -68,6 +60,18 @@ TEST(ConjugateGradients, HaveNothingToDoFromTheSolution) {
   const auto second = solver->solve(right, first->x);
   ASSERT_TRUE(second);
   EXPECT_LE(second->iterations, 1);
+}
+
+TEST(ConjugateGradients, OneCycleIsSymmetricAndNearTheInverse) {
+  const auto matrix = conduction(5);
+  auto solver = ConjugateGradients::set_up(matrix);
+  ASSERT_TRUE(solver);
+  const auto a = random_vector(matrix.rows(), 1);
+  const auto b = random_vector(matrix.rows(), 2);
+  const auto of_a = solver->precondition(a);
+  const auto of_b = solver->precondition(b);
+  EXPECT_NEAR(b.dot(of_a) / a.dot(of_b), 1, 1e-10);
+  EXPECT_LT((matrix * of_a - a).norm(), 0.5 * a.norm());
 }
 
 TEST(ConjugateGradients, SayWhenTheyDoNotArrive) {

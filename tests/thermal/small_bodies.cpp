@@ -7,10 +7,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <random>
 #include <vector>
 
 #include "core/file.hpp"
+#include "thermal/assembly.hpp"
 #include "thermal/gyro_model.hpp"
+#include "thermal/hex20.hpp"
 
 namespace gyrotherm::thermal {
 
@@ -55,6 +58,17 @@ GyroModel uniform_model(const MaterialProperties& properties) {
   GyroModel model;
   model.materials.fill(properties);
   return model;
+}
+
+SparseMatrix conduction_matrix(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients) {
+  const auto system = assemble(model, mesh);
+  return AffineMatrix(system).sum(0, 1, coefficients);
+}
+
+Eigen::VectorXd random_vector(Eigen::Index size, unsigned seed) {
+  std::mt19937 engine(seed);
+  std::normal_distribution<double> normal;
+  return Eigen::VectorXd::NullaryExpr(size, [&] { return normal(engine); });
 }
 
 namespace {

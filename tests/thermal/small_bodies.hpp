@@ -2,6 +2,7 @@
 /// Bodies small enough to be known exactly, and the shipped gyros.
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,12 @@ namespace gyrotherm::thermal {
 
 /// A model of nothing but materials: every one with these properties.
 [[nodiscard]] GyroModel uniform_model(const MaterialProperties& properties);
+
+/// K at given coefficients, film included, W/K, as a matrix.
+[[nodiscard]] SparseMatrix conduction_matrix(const GyroModel& model, const GyroMesh& mesh,
+                                             const ThermalCoefficients& coefficients);
+/// Normal, of mean 0 and variance 1.
+[[nodiscard]] Eigen::VectorXd random_vector(Eigen::Index size, unsigned seed);
 
 // A gyro of 384 cells that takes milliseconds: a block with a warm side in a cabinet, air between them.
 

@@ -193,10 +193,8 @@ BrickContents mixed(const GyroModel& model, const GyroParts& parts, const Column
     kinds += share > 0 ? 1 : 0;
   }
   contents.whole = kinds == 0 || (kinds == 1 && filled > 1 - 1e-9);
-  if (full) {
-    contents.share[index(air_at(model, (z0 + z1) / 2))] += std::max(0.0, 1 - filled);
-    if (!contents.whole) contents.across = across(parts, column, z0, z1);
-  }
+  if (full) contents.share[index(air_at(model, (z0 + z1) / 2))] += std::max(0.0, 1 - filled);
+  if (!contents.whole) contents.across = across(parts, column, z0, z1);
   return contents;
 }
 
@@ -334,7 +332,7 @@ class FilmOfWalls {
                                  (r.y0 + r.y1 + kBeside[face].j * (r.y1 - r.y0)) / 2};
           const double d = distance(centre, middle);
           const double scale = (r.x1 - r.x0) * (r.x1 - r.x0) + (r.y1 - r.y0) * (r.y1 - r.y0);
-          const double weight = facing * grid_.face_area(p, face) * std::exp(-2 * d * d / scale);
+          const double weight = facing * grid_.face_area(p, face) * std::exp(-8 * d * d / (scale * reach * reach));
           candidates.push_back({grid_.brick(p) * kBrickFaces + face, weight});
           sum += weight;
         }
@@ -401,7 +399,7 @@ void classify(const std::vector<BrickContents>& contents, bool fills, GyroMesh& 
       for (std::size_t part = 0; part < kGyroParts; ++part)
         if (steps[part] > 0)
           made.shares.push_back({static_cast<GyroPart>(part), static_cast<double>(steps[part]) / kShareSteps});
-      if (made.shares.size() > 1) made.across = direction(steps.back());
+      if (made.shares.size() > 1 || !fills) made.across = direction(steps.back());
       mesh.classes.push_back(std::move(made));
     }
     mesh.bricks.push_back(entry->second);
@@ -491,16 +489,20 @@ std::vector<BrickContents> brick_contents(const GyroModel& model, const GyroPart
   return all;
 }
 
-/// Drops the cut bricks of which less than half of the plan is solid; what they hold goes to the fullest of the four
-/// neighbours beside them that stays. Volumes and plan areas keep their sums.
+/// The least share of a brick's plan that must be solid in block mode. More, and the steps that are left along slanted
+/// and round faces hinder the heat beside them; less, and the film of a face hangs on bricks that hold next to nothing.
+constexpr double kLeastSolid = 0.25;
+
+/// Drops the cut bricks of which too little is solid; what they hold goes to the fullest of the four neighbours beside
+/// them that stays. Volumes and plan areas keep their sums.
 void consolidate(std::vector<BrickContents>& contents, const GridLines& grid) {
   const auto before = contents;
-  const auto stays = [&](const BrickContents& brick) { return brick.whole || brick.plan_share >= 0.5; };
+  const auto stays = [&](const BrickContents& brick) { return brick.whole || brick.plan_share >= kLeastSolid; };
   for (std::size_t b = 0; b < contents.size(); ++b) {
     if (stays(before[b]) || filled(before[b]) == 0) continue;
     const auto here = grid.place(b);
     std::size_t best = b;
-    double fullest = 0.5 - 1e-9;
+    double fullest = kLeastSolid - 1e-9;
     for (int face = 0; face < 4; ++face) {
       const BrickPlace p{here.i + kBeside[face].i, here.j + kBeside[face].j, here.k};
       if (!grid.holds(p)) continue;

@@ -5,9 +5,10 @@
 /// (Farjadpour and others, Opt. Lett. 31, 2006, 2972, for permittivity). Shares and directions are rounded, so that
 /// bricks fall into classes of one material each. SI.
 ///
-/// Where the block stands alone, bricks of which less than half is solid are dropped; what they held goes to a
+/// Where the block stands alone, bricks of which less than a quarter is solid are dropped; what they held goes to a
 /// neighbour (its shares then add up to more than one), and the film on a slanted face is spread over the brick faces
-/// near it in such a way that its area is the true one.
+/// near it in such a way that its area is the true one. What is empty of a brick that stays conducts nothing along the
+/// face, and does not stand in the way across it, towards the film.
 #pragma once
 
 #include <Eigen/Core>

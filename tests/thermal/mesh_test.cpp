@@ -57,16 +57,21 @@ TEST_P(EveryEdge, PartsFillTheCabinet) {
 }
 
 /// Top and bottom, mirrors' too; lateral walls less what mirrors, cathode and ballasts cover, and with what they add.
-TEST_P(EveryEdge, TheFilmOnTheBlockAloneHasItsTrueArea) {
+void expect_the_film_of_the_block(double edge_mm) {
   auto model = shipped_gyro("calibrated");
   model.mode = GyroMode::block;
-  const auto mesh = make_mesh(model, GetParam());
+  const auto mesh = make_mesh(model, edge_mm);
   const double walls = (4 * 50 + 4 * 30 * std::numbers::sqrt2) * 25;
   const double mirrors = 4 * (2 * 24 * 6 + 2 * 24 * 6);  // the front replaces what the back covers
   const double ballast = std::cbrt(295.0);
   const double boxes = 2 * 4 * ballast * ballast + 4 * 20 * 16;
   EXPECT_NEAR(assemble_film_ambient(mesh).sum() * 1e6, 2 * kPlan + walls + mirrors + boxes, 1e-6);
 }
+
+TEST_P(EveryEdge, TheFilmOnTheBlockAloneHasItsTrueArea) { expect_the_film_of_the_block(GetParam()); }
+
+/// The strip of a 45° face above its mirror lies five bricks behind the mirror's face.
+TEST(Mesh, TheFilmHasItsTrueAreaWhereBricksAreMuchSmallerThanAMirror) { expect_the_film_of_the_block(1.1); }
 
 TEST_P(EveryEdge, ConsolidationKeepsTheBlocksVolume) {
   auto model = shipped_gyro("calibrated");

@@ -164,7 +164,7 @@ Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct) {
     const char* solver;
     double goal;
   };
-  for (const Peer& peer : {Peer{"iterative", "ITERATIVE CHOLESKY", coarse ? 12.0 : 20.0}, Peer{"direct", "", 150}}) {
+  for (const Peer& peer : {Peer{"iterative", "ITERATIVE CHOLESKY", coarse ? 12.0 : 20.0}, Peer{"direct", "", 50}}) {
     if (peer.solver[0] == '\0' && !direct) continue;
     const auto name = fmt::format("{}: gain over CalculiX's {} solver", nodes(*ours), peer.name);
     const auto theirs = run_calculix(*model, ours->mesh, ours->coefficients, peer.solver, bench.scratch);

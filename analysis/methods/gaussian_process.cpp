@@ -11,7 +11,7 @@
 #include "analysis/methods/kernel_methods.hpp"
 #include "analysis/methods/ridge_u.hpp"
 #include "analysis/methods/rprop.hpp"
-#include "analysis/svm/newton.hpp"
+#include "analysis/svm/cholesky.hpp"
 #include "core/random.hpp"
 
 namespace gyrotherm::methods {

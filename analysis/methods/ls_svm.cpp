@@ -6,7 +6,7 @@
 
 #include "analysis/methods/held_out.hpp"
 #include "analysis/methods/kernel_methods.hpp"
-#include "analysis/svm/newton.hpp"
+#include "analysis/svm/cholesky.hpp"
 #include "analysis/svm/svr.hpp"
 
 namespace gyrotherm::methods {

@@ -12,7 +12,7 @@
 
 #include "analysis/methods/held_out.hpp"
 #include "analysis/svm/lanes.hpp"
-#include "analysis/svm/newton.hpp"
+#include "analysis/svm/cholesky.hpp"
 #include "core/random.hpp"
 
 namespace gyrotherm::methods {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "analysis/svm/cholesky.hpp"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <random>
-
-#include "analysis/svm/newton.hpp"
 
 namespace gyrotherm::svm {
 namespace {

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/svm/cholesky.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "analysis/svm/lanes.hpp"
+
+namespace gyrotherm::svm {
+
+namespace {
+
+// The recursion halves the matrix until a leaf of this order; all work above the leaves is matrix products.
+constexpr Eigen::Index kLeaf = 24;
+
+// A product C −= A Bᵀ runs in tiles of 8 × 6, whose sums stay in registers on AVX2 and AVX-512 alike. A is packed in
+// blocks of 192 rows and 256 columns (half of an L2 cache of 1 MiB at most), B in blocks of 256 columns.
+constexpr Eigen::Index kTileRows = kDoubleLanes;
+constexpr Eigen::Index kTileColumns = 6;
+constexpr Eigen::Index kStrips = 3;
+// Columns subtracted in one pass where no tiles are used.
+constexpr Eigen::Index kColumnsAtOnce = 4;
+constexpr Eigen::Index kBlockRows = 192;
+constexpr Eigen::Index kBlockDepth = 256;
+
+enum class Part { whole, lower };
+
+struct Block {
+  double* data;
+  Eigen::Index stride;
+
+  [[nodiscard]] Block at(Eigen::Index row, Eigen::Index column) const { return {data + row + column * stride, stride}; }
+};
+
+// Scratch of one factorisation: packed strips of tiles.
+struct Packed {
+  std::vector<double> a;
+  std::vector<double> b;
+};
+
+// Rows first … first + rows of `m` as strips of `height` rows, each strip column after column, the last filled up with
+// zeros.
+void pack(Block m, Eigen::Index rows, Eigen::Index depth, Eigen::Index height, std::vector<double>& out) {
+  const Eigen::Index strips = (rows + height - 1) / height;
+  out.resize(static_cast<std::size_t>(strips * height * depth));
+  double* next = out.data();
+  for (Eigen::Index first = 0; first < rows; first += height) {
+    const Eigen::Index used = std::min(height, rows - first);
+    for (Eigen::Index column = 0; column < depth; ++column, next += height) {
+      std::copy_n(m.at(first, column).data, used, next);
+      std::fill(next + used, next + height, 0.0);
+    }
+  }
+}
+
+// c −= a bᵀ for one tile, of which `rows` × `columns` lie inside c.
+GYROTHERM_CLONES
+void subtract_tile(const double* a, const double* b, Eigen::Index depth, double* c, Eigen::Index stride,
+                   Eigen::Index rows, Eigen::Index columns) {
+  DoubleLanes sum[kTileColumns] = {};
+  for (Eigen::Index k = 0; k < depth; ++k, a += kTileRows, b += kTileColumns) {
+    const DoubleLanes line = lanes_at(a);
+    for (int column = 0; column < kTileColumns; ++column) sum[column] += line * b[column];
+  }
+  if (rows == kTileRows && columns == kTileColumns) {
+    for (int column = 0; column < kTileColumns; ++column) {
+      lanes_at(c + column * stride) -= sum[column];
+    }
+    return;
+  }
+  for (Eigen::Index column = 0; column < columns; ++column) {
+    for (Eigen::Index row = 0; row < rows; ++row) c[row + column * stride] -= sum[column][row];
+  }
+}
+
+// The same for kStrips whole tiles, one below the other, which keeps the registers of AVX-512 busy. Each sum runs as in
+// subtract_tile.
+GYROTHERM_CLONES
+void subtract_tiles(const double* a, const double* b, Eigen::Index depth, double* c, Eigen::Index stride) {
+  DoubleLanes sum[kStrips][kTileColumns] = {};
+  for (Eigen::Index k = 0; k < depth; ++k, b += kTileColumns) {
+    const double* lines = a + k * kTileRows;
+    for (int column = 0; column < kTileColumns; ++column) {
+      const DoubleLanes factor = DoubleLanes{} + b[column];
+      for (int strip = 0; strip < kStrips; ++strip) {
+        sum[strip][column] += lanes_at(lines + strip * depth * kTileRows) * factor;
+      }
+    }
+  }
+  for (int column = 0; column < kTileColumns; ++column) {
+    for (int strip = 0; strip < kStrips; ++strip) {
+      lanes_at(c + strip * kTileRows + column * stride) -= sum[strip][column];
+    }
+  }
+}
+
+bool has_many_registers() {
+#if defined(__x86_64__)
+  static const bool many = __builtin_cpu_supports("avx512f") != 0;
+  return many;
+#else
+  return false;
+#endif
+}
+
+// C −= A Bᵀ with C rows × columns. Part::lower leaves out the tiles that lie wholly above the diagonal.
+void subtract_product(Block a, Block b, Block c, Eigen::Index rows, Eigen::Index columns, Eigen::Index depth, Part part,
+                      Packed& packed) {
+  const bool in_strips = has_many_registers();
+  for (Eigen::Index from = 0; from < depth; from += kBlockDepth) {
+    const Eigen::Index deep = std::min(kBlockDepth, depth - from);
+    pack(b.at(0, from), columns, deep, kTileColumns, packed.b);
+    for (Eigen::Index top = 0; top < rows; top += kBlockRows) {
+      const Eigen::Index high = std::min(kBlockRows, rows - top);
+      pack(a.at(top, from), high, deep, kTileRows, packed.a);
+      for (Eigen::Index column = 0; column < columns; column += kTileColumns) {
+        const Eigen::Index wide = std::min(kTileColumns, columns - column);
+        for (Eigen::Index row = 0; row < high; row += kTileRows) {
+          if (part == Part::lower && top + row + kTileRows <= column) continue;
+          const Block tile = c.at(top + row, column);
+          const double* strip = packed.a.data() + row * deep;
+          const double* other = packed.b.data() + column * deep;
+          if (in_strips && wide == kTileColumns && row + kStrips * kTileRows <= high) {
+            subtract_tiles(strip, other, deep, tile.data, tile.stride);
+            row += (kStrips - 1) * kTileRows;
+            continue;
+          }
+          subtract_tile(strip, other, deep, tile.data, tile.stride, std::min(kTileRows, high - row), wide);
+        }
+      }
+    }
+  }
+}
+
+// X ← X L⁻ᵀ for `rows` rows and a leaf L of order n, column by column.
+GYROTHERM_CLONES
+void divide_leaf(const double* l, Eigen::Index l_stride, double* x, Eigen::Index x_stride, Eigen::Index rows,
+                 Eigen::Index n) {
+  for (Eigen::Index column = 0; column < n; ++column) {
+    double* target = x + column * x_stride;
+    Eigen::Index before = 0;
+    for (; before + kColumnsAtOnce <= column; before += kColumnsAtOnce) {
+      const double* factors = l + column + before * l_stride;
+      const double f0 = factors[0], f1 = factors[l_stride], f2 = factors[2 * l_stride], f3 = factors[3 * l_stride];
+      const double *s0 = x + before * x_stride, *s1 = s0 + x_stride, *s2 = s1 + x_stride, *s3 = s2 + x_stride;
+      for (Eigen::Index row = 0; row < rows; ++row) {
+        target[row] -= (f0 * s0[row] + f1 * s1[row]) + (f2 * s2[row] + f3 * s3[row]);
+      }
+    }
+    for (; before < column; ++before) {
+      const double factor = l[column + before * l_stride];
+      const double* source = x + before * x_stride;
+      for (Eigen::Index row = 0; row < rows; ++row) target[row] -= factor * source[row];
+    }
+    const double scale = 1.0 / l[column + column * l_stride];
+    for (Eigen::Index row = 0; row < rows; ++row) target[row] *= scale;
+  }
+}
+
+// Half of n, rounded up to whole tiles so that the strips of the products are full.
+Eigen::Index half(Eigen::Index n) { return (n / 2 + kTileRows - 1) / kTileRows * kTileRows; }
+
+void divide(Block l, Block x, Eigen::Index rows, Eigen::Index n, Packed& packed) {
+  if (n <= kLeaf) return divide_leaf(l.data, l.stride, x.data, x.stride, rows, n);
+  const Eigen::Index left = half(n);
+  divide(l, x, rows, left, packed);
+  subtract_product(x, l.at(left, 0), x.at(0, left), rows, n - left, left, Part::whole, packed);
+  divide(l.at(left, left), x.at(0, left), rows, n - left, packed);
+}
+
+bool factor_leaf(Block a, Eigen::Index n) {
+  for (Eigen::Index column = 0; column < n; ++column) {
+    double* pivot = a.at(column, column).data;
+    if (!(*pivot > 0)) return false;
+    *pivot = std::sqrt(*pivot);
+    const double scale = 1.0 / *pivot;
+    for (Eigen::Index row = 1; row < n - column; ++row) pivot[row] *= scale;
+    for (Eigen::Index right = column + 1; right < n; ++right) {
+      const double factor = pivot[right - column];
+      double* target = a.at(right, right).data;
+      const double* source = pivot + (right - column);
+      for (Eigen::Index row = 0; row < n - right; ++row) target[row] -= factor * source[row];
+    }
+  }
+  return true;
+}
+
+bool factor(Block a, Eigen::Index n, Packed& packed) {
+  if (n <= kLeaf) return factor_leaf(a, n);
+  const Eigen::Index left = half(n);
+  const Eigen::Index right = n - left;
+  if (!factor(a, left, packed)) return false;
+  divide(a, a.at(left, 0), right, left, packed);
+  subtract_product(a.at(left, 0), a.at(left, 0), a.at(left, left), right, right, left, Part::lower, packed);
+  return factor(a.at(left, left), right, packed);
+}
+
+// x ← L⁻ᵀ L⁻¹ x.
+GYROTHERM_CLONES
+void solve_column(const double* l, Eigen::Index stride, Eigen::Index n, double* x) {
+  for (Eigen::Index top = 0; top < n; top += kColumnsAtOnce) {
+    const Eigen::Index end = std::min(n, top + kColumnsAtOnce);
+    for (Eigen::Index j = top; j < end; ++j) {
+      x[j] /= l[j + j * stride];
+      for (Eigen::Index i = j + 1; i < end; ++i) x[i] -= l[i + j * stride] * x[j];
+    }
+    if (end == n) break;
+    const double *l0 = l + top * stride, *l1 = l0 + stride, *l2 = l1 + stride, *l3 = l2 + stride;
+    const double x0 = x[top], x1 = x[top + 1], x2 = x[top + 2], x3 = x[top + 3];
+    for (Eigen::Index i = end; i < n; ++i) x[i] -= (l0[i] * x0 + l1[i] * x1) + (l2[i] * x2 + l3[i] * x3);
+  }
+  for (Eigen::Index j = n - 1; j >= 0; --j) {
+    const double* column = l + j * stride;
+    DoubleLanes lanes = {};
+    Eigen::Index i = j + 1;
+    for (; i + kDoubleLanes <= n; i += kDoubleLanes) {
+      lanes += lanes_at(column + i) * lanes_at(x + i);
+    }
+    double sum = ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
+    for (; i < n; ++i) sum += column[i] * x[i];
+    x[j] = (x[j] - sum) / column[j];
+  }
+}
+
+}  // namespace
+
+bool factor_cholesky(Eigen::Ref<Eigen::MatrixXd> a) {
+  // Kept between calls: asked of the system anew each time, its pages cost more than a small factorisation.
+  thread_local Packed packed;
+  return factor({a.data(), a.outerStride()}, a.rows(), packed);
+}
+
+void solve_cholesky(const Eigen::Ref<const Eigen::MatrixXd>& factor, Eigen::Ref<Eigen::MatrixXd> b) {
+  for (Eigen::Index column = 0; column < b.cols(); ++column) {
+    solve_column(factor.data(), factor.outerStride(), factor.rows(), b.col(column).data());
+  }
+}
+
+void subtract_square(const Eigen::Ref<const Eigen::MatrixXd>& a, Eigen::Ref<Eigen::MatrixXd> c) {
+  Packed packed;
+  // The product reads its operands alone.
+  const Block operand{const_cast<double*>(a.data()), a.outerStride()};
+  subtract_product(operand, operand, {c.data(), c.outerStride()}, a.rows(), a.rows(), a.cols(), Part::lower, packed);
+}
+
+Eigen::VectorXd inverse_diagonal(const Eigen::Ref<const Eigen::MatrixXd>& factor) {
+  constexpr Eigen::Index kRows = 192;
+  const Eigen::Index n = factor.rows();
+  const Block l{const_cast<double*>(factor.data()), factor.outerStride()};
+  Packed packed;
+  Eigen::VectorXd diagonal(n);
+  // L⁻ᵀ is upper triangular: its rows from `top` on begin with zeros.
+  for (Eigen::Index top = 0; top < n; top += kRows) {
+    const Eigen::Index high = std::min(kRows, n - top);
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Identity(high, n - top);
+    divide(l.at(top, top), {rows.data(), rows.outerStride()}, high, n - top, packed);
+    diagonal.segment(top, high) = rows.rowwise().squaredNorm();
+  }
+  return diagonal;
+}
+
+Eigen::MatrixXd inverse_lower(const Eigen::Ref<const Eigen::MatrixXd>& factor) {
+  const Eigen::Index n = factor.rows();
+  Packed packed;
+  Eigen::MatrixXd inverse_factor = Eigen::MatrixXd::Identity(n, n);
+  divide({const_cast<double*>(factor.data()), factor.outerStride()},
+         {inverse_factor.data(), inverse_factor.outerStride()}, n, n, packed);
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
+  subtract_square(inverse_factor, inverse);
+  return -inverse;
+}
+
+}  // namespace gyrotherm::svm

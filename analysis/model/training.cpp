@@ -72,7 +72,8 @@ Result<methods::Fold> fold_of(const FoldData& split, const EstimatorOptions& est
                         .train_y = scaled_target(split.preparation, split.training.clusters),
                         .test_x = std::move(*test_x),
                         .test_y = scaled_target(split.preparation, split.held_out),
-                        .target_scale = split.preparation.target_std_deg_per_h},
+                        .target_scale = split.preparation.target_std_deg_per_h,
+                        .train_rows = split.training_rows},
                        split.preparation.terms,
                        std::move(*covariance)};
 }
@@ -309,6 +310,7 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
     if (!preparation) return failure(preparation.error());
     splits.push_back({.training = std::move(training),
                       .held_out = pick(training_set.clusters, rows.held_out),
+                      .training_rows = rows.training,
                       .held_out_rows = rows.held_out,
                       .preparation = std::move(*preparation)});
   }

@@ -57,7 +57,7 @@ struct Preparation {
 struct FoldData {
   data::TrainingSet training;  ///< as the method learns from it: its filter has smoothed the bias, if it has one
   data::Clusters held_out;
-  std::vector<Eigen::Index> held_out_rows;  ///< of the training set that was split
+  std::vector<Eigen::Index> training_rows, held_out_rows;  ///< of the training set that was split
   Preparation preparation;
 };
 

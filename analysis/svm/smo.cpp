@@ -464,14 +464,21 @@ SmoState::Steepest SmoState::step(const Steepest& first, int second, const float
   return next;
 }
 
-Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int most) {
+Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int most, const Eigen::VectorXd* start) {
   const int n = static_cast<int>(problem.size());
   SmoState all(problem.C, problem.epsilon);
   all.resize(n);
-  for (int i = 0; i < n; ++i) all.place(i, 0, static_cast<float>(problem.y[i]));
+  if (start == nullptr) {
+    for (int i = 0; i < n; ++i) all.place(i, 0, static_cast<float>(problem.y[i]));
+  } else {
+    const Eigen::VectorXd error = problem.y - problem.kernel.response(*start);
+    for (int i = 0; i < n; ++i) all.place(i, (*start)[i], static_cast<float>(error[i]));
+  }
   const auto row_of = [&](int i) { return problem.kernel.row(i); };
   const bool small = n <= kSmall;
-  SmoRun run = all.run(row_of, tolerance, 0, small ? most : std::min(most, n));
+  // From a start few points still move, of which a working set is made at once.
+  const int of_all = small ? most : start == nullptr ? std::min(most, n) : 0;
+  SmoRun run = all.run(row_of, tolerance, 0, of_all);
   if (!small && run.violation > tolerance) Decomposition(problem, all).run(tolerance, most, run);
   return Eigen::Map<const Eigen::VectorXd>(all.beta().data(), n);
 }

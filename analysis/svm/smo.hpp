@@ -151,12 +151,14 @@ SmoRun SmoState::run(RowOf row_of, double tolerance, double fraction, int most) 
   }
 }
 
-/// Starts at β = 0 and stops once the KKT violation is at most `tolerance`, or after `most` iterations.
+/// Starts at `start`, which is feasible, or at β = 0, and stops once the KKT violation is at most `tolerance`, or after
+/// `most` iterations.
 ///
-/// All points take part at first. A training that needs more than n iterations goes on in working sets whose rows fit a
-/// second-level cache, where an iteration costs a fraction: each time the most violating points and those of the last
-/// set that are free are optimised among themselves, and then the gradient of all points follows. It stops sooner where
-/// few points are free, for a Newton step is cheap then.
-[[nodiscard]] Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int most);
+/// All points take part at first if it starts at 0. A training that needs more than n iterations goes on in working
+/// sets whose rows fit a second-level cache, where an iteration costs a fraction: each time the most violating points
+/// and those of the last set that are free are optimised among themselves, and then the gradient of all points follows.
+/// It stops sooner where few points are free, for a Newton step is cheap then.
+[[nodiscard]] Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int most,
+                                           const Eigen::VectorXd* start = nullptr);
 
 }  // namespace gyrotherm::svm

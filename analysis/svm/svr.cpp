@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "analysis/svm/newton.hpp"
 #include "analysis/svm/smo.hpp"
 #include "analysis/svm/svr_problem.hpp"
+#include "analysis/svm/warm_start.hpp"
 
 namespace gyrotherm::svm {
 namespace {
@@ -60,11 +62,12 @@ Result<void> check(Eigen::Index size, const Eigen::Ref<const Eigen::VectorXd>& y
                             static_cast<double>(needed) / kGiB, static_cast<double>(options.memory_bytes) / kGiB));
 }
 
-NewtonResult optimise(const SvrProblem& problem, const SvrOptions& options) {
+NewtonResult optimise(const SvrProblem& problem, const SvrOptions& options, const SvrStart* near) {
   const double spread = std::sqrt((problem.y.array() - problem.y.mean()).square().mean());
   const auto iterations = static_cast<int>(
       problem.size() * (problem.size() <= kFew ? kSmoIterationsPerPointOfFew : kSmoIterationsPerPoint));
-  const Eigen::VectorXd start = solve_by_smo(problem, kSmoTolerance * spread, iterations);
+  const auto begin = near == nullptr ? std::optional<Eigen::VectorXd>{} : feasible_start(problem, *near);
+  const Eigen::VectorXd start = solve_by_smo(problem, kSmoTolerance * spread, iterations, begin ? &*begin : nullptr);
   return solve_by_newton(
       problem, start,
       {.relative_gap = options.relative_gap, .max_steps = options.max_newton_steps, .first_weight = kFirstWeight});
@@ -98,7 +101,7 @@ KernelScales kernel_scales(const SvrParameters& parameters, double greatest_pena
 
 Result<SvrSolution> solve_svr(const GaussianSamples& samples, KernelMemory& memory,
                               const Eigen::Ref<const Eigen::VectorXd>& y, const SvrParameters& parameters,
-                              const SvrOptions& options, const PlaneSamples* plane) {
+                              const SvrOptions& options, const PlaneSamples* plane, const SvrStart* start) {
   if (auto ok = check(samples.size(), y, parameters.C, parameters.epsilon, options); !ok) return failure(ok.error());
   if (auto ok = check_positive("sigma", parameters.sigma); !ok) return failure(ok.error());
   if (plane != nullptr && !(parameters.plane_penalty >= 1 && std::isfinite(parameters.plane_penalty)))
@@ -108,7 +111,7 @@ Result<SvrSolution> solve_svr(const GaussianSamples& samples, KernelMemory& memo
   Kernel kernel(samples, parameters.sigma, memory, options.memory_bytes - least_kernel_bytes(samples.size()),
                 {plane, scales.plane});
   const SvrProblem problem{kernel, y, scales.bound, parameters.epsilon};
-  NewtonResult optimum = optimise(problem, options);
+  NewtonResult optimum = optimise(problem, options, start);
   const Certificate certificate = certify(problem, optimum.point, optimum.response);
   if (!(certificate.relative_gap <= options.relative_gap)) {
     return failure(

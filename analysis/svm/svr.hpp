@@ -82,6 +82,12 @@ struct SvrSolution {
   int iterations{};  ///< Newton steps; 0 if sequential minimal optimisation sufficed
 };
 
+/// A β near the solution, for a training to begin at: that of a like problem.
+struct SvrStart {
+  Eigen::VectorXd beta;
+  double bound{};  ///< of |β| there
+};
+
 /// The rows of the support vectors: those whose β is not 0.
 [[nodiscard]] std::vector<Eigen::Index> support_of(const Eigen::VectorXd& beta);
 
@@ -99,9 +105,11 @@ struct SvrSolution {
                                             const SvrOptions& options = {});
 
 /// Solves like the other solve_svr, from samples that are laid out already and with memory handed on from training to
-/// training (kernel.hpp). The samples are finite. `plane` is of the same samples, and then κ ≥ 1.
+/// training (kernel.hpp). The samples are finite. `plane` is of the same samples, and then κ ≥ 1. It begins at `start`
+/// if there is one, which is of as many samples; the certificate is the same.
 [[nodiscard]] Result<SvrSolution> solve_svr(const GaussianSamples& samples, KernelMemory& memory,
                                             const Eigen::Ref<const Eigen::VectorXd>& y, const SvrParameters& parameters,
-                                            const SvrOptions& options, const PlaneSamples* plane = nullptr);
+                                            const SvrOptions& options, const PlaneSamples* plane = nullptr,
+                                            const SvrStart* start = nullptr);
 
 }  // namespace gyrotherm::svm

@@ -123,7 +123,7 @@ double Swarm::fraction(int iteration, int done) const {
 void Swarm::evaluate_one(std::size_t index, int iteration) {
   if (interrupted_) return;
   const Particle& particle = particles_[index];
-  values_[index] = fitness_(particle.position(), particle.best_fitness);
+  values_[index] = fitness_(index, particle.position(), particle.best_fitness);
   const int done = ++done_;
   if (std::this_thread::get_id() != caller_) return;
   if (!keep_going(progress_, "tuning", fraction(iteration, done))) interrupted_ = true;

@@ -3,6 +3,7 @@
 /// linearly, velocity limit before the move, positions clamped to the box with that velocity component set to zero.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
@@ -72,10 +73,11 @@ void describe(auto& form, Like<SwarmOptions> auto& swarm) {
   form("seed", swarm.seed);
 }
 
-/// `fitness(position, limit)` returns the value to minimise; it may stop early and return any partial value greater
-/// than `limit` (the particle's own best) once it is sure to exceed it – exact, because a fitness is only ever compared
-/// with the particle's own best. Called from several threads.
-using Fitness = std::function<Result<double>(const std::vector<double>& position, double limit)>;
+/// `fitness(particle, position, limit)` returns the value to minimise; it may stop early and return any partial value
+/// greater than `limit` (the particle's own best) once it is sure to exceed it – exact, because a fitness is only ever
+/// compared with the particle's own best. Called from several threads, of one particle by one at a time and in the
+/// order of its iterations.
+using Fitness = std::function<Result<double>(std::size_t particle, const std::vector<double>& position, double limit)>;
 
 /// Minimises over the box. A fitness that is infinite or NaN never becomes a best. Particles are evaluated in parallel
 /// and compared only after all of an iteration are known, and every random number is drawn by the calling thread in a

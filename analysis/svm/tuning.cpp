@@ -6,6 +6,7 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -15,6 +16,7 @@
 #include <utility>
 
 #include "analysis/svm/kernel.hpp"
+#include "analysis/svm/warm_start.hpp"
 
 namespace gyrotherm::svm {
 namespace {
@@ -38,17 +40,26 @@ class PreparedFold {
 
   [[nodiscard]] Eigen::Index held_out() const { return fold_->test_y.size(); }
 
-  // Of all held-out rows, in the units of target_scale squared.
-  [[nodiscard]] Result<double> squared_error(const SvrParameters& parameters, const SvrOptions& options,
-                                             KernelMemory& memory) const {
-    const auto solution = solve_svr(samples_, memory, fold_->train_y, parameters, options, plane_ ? &*plane_ : nullptr);
+  // A training at one position, for others to begin at.
+  struct Solved {
+    double squared_error{};  // of all held-out rows, in the units of target_scale squared
+    SvrParameters at;
+    SvrStart solution;
+  };
+  [[nodiscard]] Result<Solved> solve(const SvrParameters& parameters, const SvrOptions& options, KernelMemory& memory,
+                                     const SvrStart* start) const {
+    auto solution =
+        solve_svr(samples_, memory, fold_->train_y, parameters, options, plane_ ? &*plane_ : nullptr, start);
     if (!solution) return failure(solution.error());
     const auto held_out_places = places_.bottomRows(held_out());
     Eigen::ArrayXd predicted =
         gaussians_at(held_out_places, places_.topRows(samples_.size()), parameters.sigma, solution->beta).array() +
         solution->b;
     if (plane_) predicted += (fold_->test_x * solution->slope).array();
-    return fold_->target_scale * fold_->target_scale * (predicted - fold_->test_y.array()).square().sum();
+    return Solved{
+        .squared_error = fold_->target_scale * fold_->target_scale * (predicted - fold_->test_y.array()).square().sum(),
+        .at = parameters,
+        .solution = {std::move(solution->beta), solution->bound}};
   }
 
  private:
@@ -58,42 +69,92 @@ class PreparedFold {
   std::optional<PlaneSamples> plane_;
 };
 
-std::vector<PreparedFold> prepare(std::span<const TuningFold> folds) { return {folds.begin(), folds.end()}; }
+// All folds, and how each of them begins where the first ended.
+struct PreparedFolds {
+  explicit PreparedFolds(std::span<const TuningFold> all) : folds(all.begin(), all.end()) {
+    for (const TuningFold& fold : all) seeds.push_back(FoldSeed::between(all.front(), fold));
+  }
+  [[nodiscard]] Eigen::Index held_out() const {
+    Eigen::Index rows = 0;
+    for (const PreparedFold& fold : folds) rows += fold.held_out();
+    return rows;
+  }
+  std::vector<PreparedFold> folds;
+  std::vector<std::optional<FoldSeed>> seeds;
+};
 
 using Memories = tbb::enumerable_thread_specific<KernelMemory>;
 
 // How many threads have a position of their own. Once a swarm has none left to give, the others are idle.
 using Workers = std::atomic<int>;
 
-Eigen::Index held_out(std::span<const PreparedFold> folds) {
-  Eigen::Index rows = 0;
-  for (const PreparedFold& fold : folds) rows += fold.held_out();
-  return rows;
+// What a particle has solved last of each fold.
+using History = std::vector<std::optional<PreparedFold::Solved>>;
+
+// Farther than this a particle's last solution is no better a start than that of another fold, or none.
+constexpr double kFarthestStart = 2;
+
+// One evaluation of a position on all folds.
+class Evaluation {
+ public:
+  Evaluation(const PreparedFolds& prepared, const SvrParameters& parameters, const SvrOptions& options,
+             Memories& memories)
+      : prepared_(prepared),
+        parameters_(parameters),
+        options_(options),
+        memories_(memories),
+        solved_(prepared.folds.size()) {}
+
+  // What each fold adds to the mean over all held-out rows, fold after fold until it passes the limit, for it can only
+  // grow; or every fold's if `all`. Where threads are idle the folds that are left run at once, some of them in vain.
+  // The history then holds the folds up to the limit, so that neither the outcome nor what follows depends on either.
+  Result<std::vector<double>> shares(double limit, bool all, History& history, const Workers* workers);
+
+ private:
+  [[nodiscard]] Result<PreparedFold::Solved> solve(std::size_t fold, const History& history) const;
+
+  const PreparedFolds& prepared_;
+  const SvrParameters& parameters_;
+  const SvrOptions& options_;
+  Memories& memories_;
+  std::vector<Result<PreparedFold::Solved>> solved_;
+};
+
+Result<PreparedFold::Solved> Evaluation::solve(std::size_t fold, const History& history) const {
+  const PreparedFold& prepared = prepared_.folds[fold];
+  const auto begin_at = [&](const SvrStart* start) {
+    return prepared.solve(parameters_, options_, memories_.local(), start);
+  };
+  const auto& last = history[fold];
+  if (last && octaves_between(last->at, parameters_) <= kFarthestStart) return begin_at(&last->solution);
+  if (fold == 0 || !prepared_.seeds[fold]) return begin_at(nullptr);
+  const SvrStart start = prepared_.seeds[fold]->start(solved_.front()->solution);
+  return begin_at(&start);
 }
 
-// What each fold adds to the mean over all held-out rows, fold after fold until it passes the limit: it can only grow.
-// Where threads are idle the folds that are left run at once, some of them in vain; the outcome is the same.
-Result<std::vector<double>> squared_errors(std::span<const PreparedFold> folds, const SvrParameters& parameters,
-                                           const SvrOptions& options, Memories& memories, double limit,
-                                           const Workers* workers) {
-  const Eigen::Index rows = held_out(folds);
-  const auto error_of = [&](std::size_t f) { return folds[f].squared_error(parameters, options, memories.local()); };
-  std::vector<Result<double>> errors(folds.size());
+Result<std::vector<double>> Evaluation::shares(double limit, bool all, History& history, const Workers* workers) {
+  const auto rows = static_cast<double>(prepared_.held_out());
+  const std::size_t count = solved_.size();
   std::vector<double> shares;
   double mean = 0;
   std::size_t known = 0;
-  for (std::size_t f = 0; f < folds.size(); ++f) {
+  for (std::size_t f = 0; f < count; ++f) {
     if (f == known) {
-      known = f > 0 && workers != nullptr && *workers < tbb::this_task_arena::max_concurrency() ? folds.size() : f + 1;
+      known = f > 0 && workers != nullptr && *workers < tbb::this_task_arena::max_concurrency() ? count : f + 1;
       if (known > f + 1)
-        tbb::parallel_for(f, known, [&](std::size_t k) { errors[k] = error_of(k); });
+        tbb::parallel_for(f, known, [&](std::size_t k) { solved_[k] = solve(k, history); });
       else
-        errors[f] = error_of(f);
+        solved_[f] = solve(f, history);
     }
-    if (!errors[f]) return failure(errors[f].error());
-    shares.push_back(*errors[f] / static_cast<double>(rows));
+    if (!solved_[f]) return failure(solved_[f].error());
+    shares.push_back(solved_[f]->squared_error / rows);
     mean += shares.back();
-    if (mean > limit) break;
+    if (mean > limit && !all) break;
+  }
+  mean = 0;
+  for (std::size_t f = 0; f < shares.size() && mean <= limit; ++f) {
+    mean += shares[f];
+    history[f] = std::move(*solved_[f]);
   }
   return shares;
 }
@@ -145,10 +206,10 @@ SvrParameters parameters_at(const std::vector<double>& position, const TuningOpt
 // Takes the simplest position within one standard error instead of the swarm's best, which is kept beside it. Returns
 // where it stands.
 std::vector<double> take_simplest(TuningSummary& summary, const std::vector<JudgedPosition>& judged,
-                                  std::span<const PreparedFold> folds, const TuningOptions& options, bool plane) {
+                                  const PreparedFolds& prepared, const TuningOptions& options, bool plane) {
   std::vector<double> parts;
-  for (const PreparedFold& fold : folds)
-    parts.push_back(static_cast<double>(fold.held_out()) / static_cast<double>(held_out(folds)));
+  for (const PreparedFold& fold : prepared.folds)
+    parts.push_back(static_cast<double>(fold.held_out()) / static_cast<double>(prepared.held_out()));
   const OneStandardErrorChoice choice = simplest_within_one_standard_error(judged, parts);
   summary.one_standard_error = {.best = parameters_at(judged[choice.best].position, options, plane),
                                 .best_mse = mean_squared_error(judged[choice.best]),
@@ -198,23 +259,29 @@ Result<double> cross_validation_error(std::span<const TuningFold> folds, const S
                                       const SvrOptions& options, double limit) {
   if (auto ok = check_folds(folds); !ok) return failure(ok.error());
   Memories memories;
-  return squared_errors(prepare(folds), parameters, options, memories, limit, nullptr).map(sum_of);
+  History none(folds.size());
+  return Evaluation(PreparedFolds(folds), parameters, options, memories)
+      .shares(limit, false, none, nullptr)
+      .map(sum_of);
 }
 
 Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOptions& options,
                                const ProgressSink& progress) {
   if (auto ok = check_folds(folds); !ok) return failure(ok.error());
-  const std::vector<PreparedFold> prepared = prepare(folds);
+  const PreparedFolds prepared(folds);
   Memories memories;
   std::atomic<int> uncertified = 0;
   Workers workers = 0;
   const bool judges_all = options.choice == ChoiceRule::one_standard_error;
   JudgedPositions judged;
   const bool plane = folds.front().plane_penalty.size() > 0;
-  const Fitness fitness = [&](const std::vector<double>& position, double limit) -> Result<double> {
+  std::vector<History> histories(static_cast<std::size_t>(std::max(options.swarm.particles, 0)), History(folds.size()));
+  const Fitness fitness = [&](std::size_t particle, const std::vector<double>& position,
+                              double limit) -> Result<double> {
     ++workers;
-    const auto shares = squared_errors(prepared, parameters_at(position, options, plane), options.svr, memories,
-                                       judges_all ? kNoLimit : limit, &workers);
+    const SvrParameters parameters = parameters_at(position, options, plane);
+    const auto shares = Evaluation(prepared, parameters, options.svr, memories)
+                            .shares(limit, judges_all, histories[particle], &workers);
     --workers;
     if (shares && judges_all) judged.add(position, *shares);
     if (shares || shares.error().kind != FaultKind::numeric) return shares.map(sum_of);
@@ -228,12 +295,21 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
     return failure(FaultKind::numeric, "tuning",
                    fmt::format("none of {} positions could be certified", swarm->evaluations));
   }
+  // What a position is worth by trainings that know of no other position, so that anyone finds the same number; that of
+  // the search if one of them misses its certificate.
+  const auto afresh = [&](const SvrParameters& parameters, double judged_error) {
+    History none(folds.size());
+    const auto shares = Evaluation(prepared, parameters, options.svr, memories).shares(kNoLimit, true, none, &workers);
+    return shares ? sum_of(*shares) : judged_error;
+  };
   TuningSummary summary;
   summary.best = parameters_at(swarm->best, options, plane);
   summary.cross_validation_mse = swarm->best_fitness;
   summary.uncertified = uncertified;
   std::vector<double> taken = swarm->best;
   if (judges_all) taken = take_simplest(summary, judged.all(), prepared, options, plane);
+  summary.cross_validation_mse = afresh(summary.best, summary.cross_validation_mse);
+  if (auto& rule = summary.one_standard_error) rule->best_mse = afresh(rule->best, rule->best_mse);
   summary.warnings = warnings_of(taken, coordinates, uncertified, swarm->evaluations);
   summary.swarm = std::move(*swarm);
   return summary;

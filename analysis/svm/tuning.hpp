@@ -28,6 +28,9 @@ struct TuningFold {
   Eigen::VectorXd test_y;
   double target_scale{};
   Eigen::MatrixXd plane_penalty = {};  ///< P of svr.hpp, by the training part; empty: there is no plane
+  /// Which rows of what was split into folds are trained on, so that one fold's training begins where another's ended;
+  /// empty: not known.
+  std::vector<Eigen::Index> train_rows = {};
 };
 
 /// Checks one fold. Fails with usage: a fold without rows on both sides or with shapes that differ, a value that is not
@@ -71,9 +74,11 @@ void describe(auto& form, Like<TuningOptions> auto& options) {
 
 /// What the tuning found, and how sure it is.
 struct TuningSummary {
-  SvrParameters best;             ///< by the rule
-  double cross_validation_mse{};  ///< its (°/h)², over all held-out rows
-  int uncertified{};              ///< positions with a training that missed its certificate: never a best one
+  SvrParameters best;  ///< by the rule
+  /// Its (°/h)², over all held-out rows, by trainings that begin at no other position's solution: what
+  /// cross_validation_error says. The swarm's own figure may differ from it as the certificate allows.
+  double cross_validation_mse{};
+  int uncertified{};  ///< positions with a training that missed its certificate: never a best one
   SwarmSummary swarm;
   std::vector<std::string> warnings;                          ///< "log2 C = 12 lies on the edge of its box", …
   std::optional<OneStandardErrorSummary> one_standard_error;  ///< where that rule chose

@@ -64,6 +64,7 @@ std::vector<svm::TuningFold> shuffled_folds(const SampleSet& set) {
     fold.test_x = set.x(inside, Eigen::all);
     fold.test_y = set.y(inside);
     fold.target_scale = 1;
+    fold.train_rows = outside;
     folds.push_back(std::move(fold));
   }
   return folds;

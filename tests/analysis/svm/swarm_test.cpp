@@ -14,13 +14,13 @@ namespace {
 
 const SwarmBox kBox{.lower = {-5, -5, -5}, .upper = {5, 5, 5}};
 
-Result<double> sphere(const std::vector<double>& x, double) {
+Result<double> sphere(std::size_t, const std::vector<double>& x, double) {
   double sum = 0;
   for (const double value : x) sum += (value - 1) * (value - 1);
   return sum;
 }
 
-Result<double> rosenbrock(const std::vector<double>& x, double) {
+Result<double> rosenbrock(std::size_t, const std::vector<double>& x, double) {
   return 100 * std::pow(x[1] - x[0] * x[0], 2) + std::pow(1 - x[0], 2);
 }
 
@@ -73,9 +73,9 @@ TEST(Swarm, StopsAtTheEdgeOfTheBox) {
 
 TEST(Swarm, NeverLeavesTheBox) {
   std::atomic<int> outside = 0;
-  const Fitness fitness = [&](const std::vector<double>& x, double limit) {
+  const Fitness fitness = [&](std::size_t, const std::vector<double>& x, double limit) {
     for (std::size_t k = 0; k < x.size(); ++k) outside += x[k] < kBox.lower[k] || x[k] > kBox.upper[k];
-    return sphere(x, limit);
+    return sphere(0, x, limit);
   };
   ASSERT_TRUE(minimise(fitness, kBox, patient(50)));
   EXPECT_EQ(outside, 0);
@@ -111,7 +111,7 @@ TEST(Swarm, AnotherSeedTakesAnotherWay) {
 
 TEST(Swarm, AFitnessThatStopsAtItsLimitChangesNothing) {
   std::atomic<int> stopped = 0;
-  const Fitness stopping = [&](const std::vector<double>& x, double limit) -> Result<double> {
+  const Fitness stopping = [&](std::size_t, const std::vector<double>& x, double limit) -> Result<double> {
     double sum = 0;
     for (const double value : x) {
       sum += (value - 1) * (value - 1);
@@ -132,7 +132,7 @@ TEST(Swarm, StopsWhenNothingIsGained) {
   SwarmOptions options;
   options.iterations = 100;
   options.stall_iterations = 4;
-  const auto summary = minimise([](const auto&, double) -> Result<double> { return 1.0; }, kBox, options);
+  const auto summary = minimise([](std::size_t, const auto&, double) -> Result<double> { return 1.0; }, kBox, options);
   ASSERT_TRUE(summary);
   EXPECT_EQ(summary->end, SwarmEnd::stalled);
   EXPECT_EQ(summary->evaluations, options.particles * 5);
@@ -147,7 +147,7 @@ TEST(Swarm, RecordsTheBestAfterTheInitialSwarmAndEachIteration) {
 }
 
 TEST(Swarm, TellsWhichCoordinatesLieOnTheEdge) {
-  const Fitness downhill = [](const std::vector<double>& x, double) -> Result<double> {
+  const Fitness downhill = [](std::size_t, const std::vector<double>& x, double) -> Result<double> {
     return x[0] + (x[1] - 1) * (x[1] - 1);
   };
   const auto summary = minimise(downhill, {.lower = {-5, -5}, .upper = {5, 5}}, patient(60));
@@ -156,10 +156,10 @@ TEST(Swarm, TellsWhichCoordinatesLieOnTheEdge) {
 }
 
 TEST(Swarm, AnInfiniteFitnessIsNeverTheBest) {
-  const Fitness half = [](const std::vector<double>& x, double limit) -> Result<double> {
+  const Fitness half = [](std::size_t, const std::vector<double>& x, double limit) -> Result<double> {
     if (x[0] < 0) return std::numeric_limits<double>::infinity();
     if (x[1] < 0) return std::numeric_limits<double>::quiet_NaN();
-    return sphere(x, limit);
+    return sphere(0, x, limit);
   };
   const auto summary = minimise(half, kBox, patient(60));
   ASSERT_TRUE(summary);
@@ -190,9 +190,9 @@ TEST(Swarm, AskedToStopItIsInterruptedWithinAFewEvaluations) {
     SwarmOptions options = patient(1000);
     options.threads = threads;
     std::atomic<int> evaluations = 0;
-    const Fitness counting = [&](const std::vector<double>& x, double limit) {
+    const Fitness counting = [&](std::size_t, const std::vector<double>& x, double limit) {
       ++evaluations;
-      return sphere(x, limit);
+      return sphere(0, x, limit);
     };
     int calls = 0;
     const auto summary = minimise(counting, kBox, options, [&](std::string_view, double) { return ++calls < 3; });
@@ -203,7 +203,7 @@ TEST(Swarm, AskedToStopItIsInterruptedWithinAFewEvaluations) {
 }
 
 TEST(Swarm, FailsWithTheFaultOfTheFirstParticle) {
-  const Fitness failing = [&](const std::vector<double>& x, double) -> Result<double> {
+  const Fitness failing = [&](std::size_t, const std::vector<double>& x, double) -> Result<double> {
     return failure(FaultKind::numeric, "here", std::to_string(x[0]));
   };
   SwarmOptions options;

@@ -40,6 +40,17 @@ std::vector<TuningFold> four_folds(Eigen::Index rows, double noise) {
   return folds;
 }
 
+// The same folds, which say what rows they are of, so that each begins where the first ended.
+std::vector<TuningFold> with_rows(std::vector<TuningFold> folds) {
+  Eigen::Index first = 0;
+  for (TuningFold& fold : folds) {
+    const Eigen::Index part = fold.test_y.size();
+    for (Eigen::Index i = 0; i < fold.train_y.size(); ++i) fold.train_rows.push_back(i < first ? i : i + part);
+    first += part;
+  }
+  return folds;
+}
+
 TuningOptions quick() {
   TuningOptions options;
   options.swarm.particles = 6;
@@ -168,6 +179,33 @@ TEST(Tuning, GivesTheSameBytesForAnyNumberOfThreads) {
   ASSERT_TRUE(one && two);
   EXPECT_EQ(one->swarm.best, two->swarm.best);
   EXPECT_EQ(one->swarm.history, two->swarm.history);
+}
+
+TEST(Tuning, OfFoldsThatBeginWhereOthersEndedIsTheSameForAnyNumberOfThreads) {
+  const std::vector<TuningFold> folds = with_rows(four_folds(80, 0.1));
+  TuningOptions options = quick();
+  options.swarm.threads = 1;
+  const auto one = tune_svr(folds, options);
+  options.swarm.threads = 2;
+  const auto two = tune_svr(folds, options);
+  options.choice = ChoiceRule::one_standard_error;
+  const auto judged = tune_svr(folds, options);
+  ASSERT_TRUE(one && two && judged);
+  EXPECT_EQ(one->swarm.best, two->swarm.best);
+  EXPECT_EQ(one->swarm.history, two->swarm.history);
+  EXPECT_EQ(one->swarm.history, judged->swarm.history);
+  EXPECT_EQ(one->cross_validation_mse, *cross_validation_error(folds, one->best, {}, kNoLimit));
+}
+
+TEST(CrossValidation, OfFoldsThatBeginWhereOthersEndedIsThatOfColdOnes) {
+  const std::vector<TuningFold> folds = four_folds(200, 0.1);
+  for (const double C : {0.5, 20.0, 900.0}) {
+    SCOPED_TRACE(C);
+    const SvrParameters parameters{.C = C, .sigma = 1.5, .epsilon = 0.05};
+    const SvrOptions tight{.relative_gap = 1e-8};
+    const double cold = *cross_validation_error(folds, parameters, tight, kNoLimit);
+    EXPECT_NEAR(*cross_validation_error(with_rows(folds), parameters, tight, kNoLimit), cold, 1e-3 * cold);
+  }
 }
 
 TEST(Tuning, SearchesTwoDimensionsAtAFixedEpsilon) {

@@ -132,7 +132,7 @@ Result<void> measure_qualification(const std::string& program, const std::string
   const auto timings = read_text_file(folder + "/timings.json");
   if (!timings) return failure(timings.error());
   say_progress("timings of qualify: " + std::regex_replace(*timings, std::regex(R"(\s+)"), " "));
-  print_figure("qualify, training stage (three models, full swarm), s", training_seconds(*timings), at_most(90));
+  print_figure("qualify, training stage (three models, full swarm), s", training_seconds(*timings), at_most(15));
   return {};
 }
 

@@ -27,7 +27,7 @@ struct Bench {
 struct ReplayOptions {
   std::string set = "gyro600";
   std::size_t positions = 20;
-  double goal = 50;
+  double goal = 80;
   bool without_peer = false;  ///< the trace stands for LIBSVM: nothing is printed but progress
 };
 /// Paired replay; our whole job against what the replay says LIBSVM would take for it; and our job on two threads.

@@ -24,7 +24,7 @@ struct TrainingCase {
 
 std::array<TrainingCase, 3> cases_of(const SampleSet& set) {
   const auto inputs = static_cast<double>(set.x.cols());
-  return {{{"moderate", {.C = 1, .gamma = 1 / inputs, .epsilon = 0.1}, 20, 8, 3},
+  return {{{"moderate", {.C = 1, .gamma = 1 / inputs, .epsilon = 0.1}, 20, 10, 3},
            {"hard", {.C = 100, .gamma = 0.1, .epsilon = 0.01}, 20, 20, 3},
            {"very hard", {.C = 10000, .gamma = 0.05, .epsilon = 0.005}, 50, 50, 1}}};
 }

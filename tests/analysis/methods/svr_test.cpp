@@ -53,6 +53,50 @@ TEST(ForwardPrediction, TakesNoiseFromABiasThatStandsStill) {
   }
 }
 
+/// Two folds of 2100 rows to train on, of a smooth function in noise.
+std::vector<Fold> folds_of_many_rows() {
+  std::vector<Fold> folds(2);
+  for (Fold& fold : folds) {
+    const bool second = &fold == &folds.back();
+    const auto inputs = [&](Eigen::Index rows, std::uint64_t seed) {
+      svm::SampleMatrix x(rows, 2);
+      x << data::normal_vector(rows, seed), data::normal_vector(rows, seed + 1);
+      return x;
+    };
+    const auto target = [](const svm::SampleMatrix& x, std::uint64_t seed) -> Eigen::VectorXd {
+      return x.col(0).array().sin() + 0.2 * x.col(1).array() + 0.1 * data::normal_vector(x.rows(), seed).array();
+    };
+    fold.train_x = inputs(2100, second ? 10 : 20);
+    fold.train_y = target(fold.train_x, 31);
+    fold.test_x = inputs(200, second ? 40 : 50);
+    fold.test_y = target(fold.test_x, 61);
+    fold.target_scale = 1;
+  }
+  return folds;
+}
+
+TEST(ChooseSvr, AQuickSearchOfManyRowsIsThatOfEveryThirdOfThem) {
+  std::vector<Fold> folds = folds_of_many_rows();
+  MethodOptions options;
+  options.tuning.swarm.particles = 3;
+  options.tuning.swarm.iterations = 1;
+  options.tuning.log2_c = {-2, 4};
+  options.quick = true;
+  const auto quick = choose_svr(folds, options, {});
+  for (Fold& fold : folds) {
+    const auto every_third = Eigen::seq(0, Eigen::last, 3);
+    fold.train_x = fold.train_x(every_third, Eigen::all).eval();
+    fold.train_y = fold.train_y(every_third).eval();
+  }
+  options.quick = false;
+  const auto thinned = choose_svr(folds, options, {});
+  ASSERT_TRUE(quick && thinned);
+  EXPECT_EQ(value_of(quick->parameters, "C"), value_of(thinned->parameters, "C") / 3);
+  EXPECT_EQ(value_of(quick->parameters, "sigma"), value_of(thinned->parameters, "sigma"));
+  EXPECT_EQ(value_of(quick->parameters, "epsilon"), value_of(thinned->parameters, "epsilon"));
+  EXPECT_FALSE(quick->warnings.empty());
+}
+
 TEST(BiasFilter, BeginsAnewAfterAGapAndInAnotherRecord) {
   const Eigen::VectorXd bias = data::normal_vector(30, 2);
   Eigen::VectorXd start = Eigen::VectorXd::LinSpaced(30, 0, 2900);

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "analysis/methods/held_out.hpp"
-#include "analysis/svm/lanes.hpp"
 #include "analysis/svm/cholesky.hpp"
+#include "analysis/svm/lanes.hpp"
 #include "core/random.hpp"
 
 namespace gyrotherm::methods {

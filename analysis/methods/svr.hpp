@@ -9,9 +9,9 @@
 
 namespace gyrotherm::methods {
 
-/// Chooses C, sigma and epsilon by tune_svr. A quick search of folds with more than 2000 training rows learns from every
-/// k-th of them, at most 1000, and divides the C that it finds by k: the losses of all rows weigh as much as those of the
-/// k-th did. A warning says so.
+/// Chooses C, sigma and epsilon by tune_svr. A quick search of folds with more than 2000 training rows learns from
+/// every k-th of them, at most 1000, and divides the C that it finds by k: the losses of all rows weigh as much as
+/// those of the k-th did. A warning says so.
 [[nodiscard]] ChooseFunction choose_svr;
 
 /// Solves with the tighter of the options' gaps if it can be had, else with the common one; fails like solve_svr.

@@ -516,13 +516,12 @@ Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Alarms ala
                                       const StoreOptions& options, int part) {
   status.pid = ::getpid();
   status.being_written = true;
-  if (status.path == kInMemory)
-    return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms), nullptr, options.tells_every,
-                                         part);
-  if (auto told = write_status(status); !told && !options.background) return failure(told.error());
-  if (!options.background)
-    return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms), std::move(copy),
-                                         options.tells_every, part);
+  const bool in_memory = status.path == kInMemory;
+  if (!in_memory)
+    if (auto told = write_status(status); !told && !options.background) return failure(told.error());
+  if (in_memory || !options.background)
+    return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms),
+                                         in_memory ? nullptr : std::move(copy), options.tells_every, part);
   RunInfo info = file.info();
   RecordWriter writer(
       std::move(file), status.path,

@@ -105,7 +105,7 @@ void ReplyServer::serve(int descriptor) {
   if (const auto line = lines_.find(descriptor); line != lines_.end()) return exchange(line->second);
   const auto found = clients_.find(descriptor);
   if (found == clients_.end() || exchange(found->second)) return;
-  if (found->second.listener != nullptr) --found->second.listener->clients;
+  --found->second.listener->clients;
   clients_.erase(found);
 }
 

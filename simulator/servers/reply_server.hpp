@@ -44,7 +44,7 @@ class ReplyServer {
   struct Client {
     Descriptor socket;
     std::unique_ptr<Session> session;
-    Listener* listener{};  ///< that let it in; null: it was adopted
+    Listener* listener{};  ///< that let it in; null: it was adopted, and is served by attend() alone
   };
   struct Line {
     Pty pty;

@@ -200,12 +200,17 @@ void FileWatch::remember_log() {
   if (const auto now = see(files_[1])) files_[1].seen = *now;
 }
 
-void FileWatch::remember_fold() {
+std::vector<std::int64_t> FileWatch::places_in_log() const {
+  const auto& log = files_[1];
+  return pages_in(log.held, log.seen.length);
+}
+
+void FileWatch::remember_fold(std::span<const std::int64_t> places) {
   remember_log();
   auto& database = files_[0];
   const auto now = see(database);
   if (!now || *now == database.seen) return;
-  database.content.renew(database.held, now->length, pages_in(files_[1].held, files_[1].seen.length));
+  database.content.renew(database.held, now->length, places);
   database.seen = *now;
 }
 

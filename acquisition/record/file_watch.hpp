@@ -71,10 +71,12 @@ class FileWatch {
   [[nodiscard]] std::optional<Interference> look_at_log(std::int64_t frames) const;
   /// Compares everything, the database's content by its sums. To be called before a record is said to be whole.
   [[nodiscard]] std::optional<Interference> look_closely(std::int64_t frames) const;
-  /// What stands there now was written by this process: in the log; in the database too, by folding in the log; or
-  /// wherever it may be.
+  /// Where in the database the log has something to be folded in.
+  [[nodiscard]] std::vector<std::int64_t> places_in_log() const;
+  /// What stands there now was written by this process: in the log; in the database too, at the places that the log had
+  /// before it was folded in; or wherever it may be.
   void remember_log();
-  void remember_fold();
+  void remember_fold(std::span<const std::int64_t> places);
   void remember();
 
  private:

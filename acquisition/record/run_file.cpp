@@ -139,7 +139,7 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
     watch = std::move(*found);
     database.watch_log();
     // What the file says of the run; on a full disk it stays in the log.
-    if (auto folded = database.fold_log(); !folded && !is_full(folded.error())) return failure(folded.error());
+    if (auto folded = database.empty_log(); !folded && !is_full(folded.error())) return failure(folded.error());
     watch->remember();
   }
   RunFile file(std::move(database), std::move(statements), std::move(watch), path, std::move(info));
@@ -279,10 +279,11 @@ Result<void> RunFile::roll_back() {
 Result<void> RunFile::fold_log() {
   constexpr int kLongLogPages = 200;
   if (database_.log_pages() < kLongLogPages) return {};
-  if (watch_)
-    if (auto refused = refuse_if(watch_->look_at_log(database_.log_pages())); !refused) return refused;
-  auto done = database_.fold_log();
-  if (watch_) watch_->remember_fold();
+  if (!watch_) return database_.fold_log();
+  if (auto refused = refuse_if(watch_->look_at_log(database_.log_pages())); !refused) return refused;
+  const auto places = watch_->places_in_log();
+  auto done = database_.empty_log();
+  watch_->remember_fold(places);
   return done;
 }
 

@@ -162,10 +162,18 @@ void Database::watch_log() {
   sqlite3_wal_hook(connection_.get(), count, log_pages_.get());
 }
 
-Result<void> Database::fold_log() {
-  const int code = sqlite3_wal_checkpoint_v2(connection_.get(), "main", SQLITE_CHECKPOINT_PASSIVE, nullptr, nullptr);
+Result<void> Database::fold_log(int mode) {
+  const int code = sqlite3_wal_checkpoint_v2(connection_.get(), "main", mode, nullptr, nullptr);
   if (code == SQLITE_OK) return {};
   return failure(fault_of(connection_.get()));
+}
+
+Result<void> Database::fold_log() { return fold_log(SQLITE_CHECKPOINT_PASSIVE); }
+
+Result<void> Database::empty_log() {
+  auto done = fold_log(SQLITE_CHECKPOINT_TRUNCATE);
+  if (done && log_pages_) *log_pages_ = 0;
+  return done;
 }
 
 void Database::forget_pages() { sqlite3_db_release_memory(connection_.get()); }

@@ -108,8 +108,11 @@ class Database {
   void watch_log();
   /// As of the last commit, since watch_log().
   [[nodiscard]] int log_pages() const { return log_pages_ ? *log_pages_ : 0; }
-  /// Copies the log into the file, so that it starts anew.
+  /// Copies the log into the file, so that it starts anew with the next commit.
   [[nodiscard]] Result<void> fold_log();
+  /// Copies the log into a file that nobody else has open, and leaves none of it: what stays of one that was folded in
+  /// would be taken for news after a crash, as far as it can still be read.
+  [[nodiscard]] Result<void> empty_log();
   /// What it keeps of the file in memory is read anew from now on.
   void forget_pages();
   /// Closing leaves log and file as they are.
@@ -120,6 +123,7 @@ class Database {
     void operator()(sqlite3* connection) const;
   };
   explicit Database(sqlite3* connection) : connection_(connection) {}
+  [[nodiscard]] Result<void> fold_log(int mode);
   std::unique_ptr<int> log_pages_;  ///< outlives the connection, which writes it
   std::unique_ptr<sqlite3, Close> connection_;
 };

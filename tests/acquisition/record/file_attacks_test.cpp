@@ -249,6 +249,19 @@ TEST(FileAttack, OfALogBetweenTwoLooksIsSeenBeforeItIsFoldedIn) {
   file.leave_untouched();
 }
 
+TEST(FileAttack, FindsNothingInALogThatWasFoldedIn) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  auto file = RunFile::create(path, two_thermometers()).value();
+  for (std::int64_t slot = 0; slot < 300; ++slot) ASSERT_TRUE(second(file, slot));
+  EXPECT_GT(fs::file_size(path + "-wal"), 0U);
+  ASSERT_TRUE(file.fold_log());
+  EXPECT_EQ(fs::file_size(path + "-wal"), 0U)
+      << "what is left of it would be read over the newer file, up to where it is damaged";
+  EXPECT_TRUE(second(file, 300));
+  EXPECT_TRUE(file.finish());
+}
+
 TEST(FileAttack, OfARecordWhileItsLogIsFoldedInIsSeenAtItsEnd) {
   constexpr std::int64_t kFew = 3000;
   const Folder folder;

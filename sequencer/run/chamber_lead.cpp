@@ -17,6 +17,7 @@ namespace gyrotherm::run {
 namespace {
 
 constexpr std::int64_t kTakeOverEvery = 10;  ///< seconds, of a chamber that does not take set points
+constexpr Kelvins kAtLimit{0.5};             ///< air that is so near to a limit has come back to it
 
 }  // namespace
 
@@ -70,6 +71,12 @@ std::optional<std::string> HostLead::bring_back(io::InstrumentIo& io, const Lead
   return taken ? std::nullopt : std::optional("taking the chamber over: " + text(taken.error()));
 }
 
+/// Air beyond the limits is sent a set point at them, which goes on when the air has come there.
+bool HostLead::waits_for_air(Celsius air) const {
+  const auto nearest = within(air, limits_);
+  return approaching_ && path_.is_at(nearest) && abs(air - nearest) > kAtLimit;
+}
+
 std::optional<std::string> HostLead::command(io::InstrumentIo& io, const LeadSecond& second, RunState state,
                                              bool returning, const interlocks::InterlockMemory& memory) {
   if (!may_command(state) || !second.sample.chamber.value) return std::nullopt;
@@ -80,6 +87,7 @@ std::optional<std::string> HostLead::command(io::InstrumentIo& io, const LeadSec
   if (memory.is_seen(interlocks::InterlockId::foreign_set_point))
     return std::nullopt;  // at the first poll too: what is not understood is not overwritten
   if (state != RunState::execute && !returning) return std::nullopt;
+  if (waits_for_air(second.sample.chamber.value->air)) return std::nullopt;
   ensure(may_command(state), "a set point is sent only while the run is carried out");
   const auto sent = path_.go(io, second.goal, second.at);
   return sent || path_.refusals() != 1 ? std::nullopt : std::optional(text(sent.error()));

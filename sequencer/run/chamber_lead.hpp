@@ -88,6 +88,7 @@ class HostLead final : public ChamberLead {
 
  private:
   [[nodiscard]] std::optional<std::string> bring_back(io::InstrumentIo& io, const LeadSecond& second);
+  [[nodiscard]] bool waits_for_air(Celsius air) const;
 
   profile::ChamberLimits limits_;
   SetPointPath path_;

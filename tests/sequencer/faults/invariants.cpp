@@ -100,7 +100,8 @@ bool Invariants::stands(InjectedFaultKind first, InjectedFaultKind last) const {
                              [&](const auto& fault) { return fault.kind >= first && fault.kind <= last; });
 }
 
-/// I1, I2, I3, I4: what the chamber was sent. A way back to the profile may begin at the air beyond its extremes.
+/// I1, I2, I3, I4: what the chamber was sent. A way back to the profile may begin at the air beyond its extremes, and
+/// where the air is beyond the limits too, at these.
 void Invariants::judge_set_points(std::int64_t second, RunState state) {
   auto& port = plant_.chamber();
   const auto& limits = file_.chamber_limits;
@@ -108,7 +109,10 @@ void Invariants::judge_set_points(std::int64_t second, RunState state) {
   sent_before_ = sent_;
   for (const auto& sent : port.set_points_sent()) {
     const auto value = sent.value;
-    const bool near_air = abs(value - plant_.laboratory().air_as_measured()) <= kNearAir;
+    const auto air = plant_.laboratory().air_as_measured();
+    const bool air_is_beyond = air < limits.lowest || air > limits.highest;
+    const bool near_air = abs(value - air) <= kNearAir ||
+                          (air_is_beyond && abs(value - std::clamp(air, limits.lowest, limits.highest)) <= kSame);
     const bool in_profile = value >= lowest_ - kSame && value <= highest_ + kSame;
     const bool in_chamber = value >= limits.lowest - kSame && value <= limits.highest + kSame;
     if (!in_chamber || !(in_profile || near_air))

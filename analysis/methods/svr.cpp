@@ -70,6 +70,7 @@ Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& opti
   if (!tuned) return failure(tuned.error());
   // The same weight of all losses together beside the norm.
   tuned->best.C /= static_cast<double>(kth);
+  if (auto& rule = tuned->one_standard_error) rule->best.C /= static_cast<double>(kth);
   if (kth > 1) tuned->warnings.push_back(fmt::format("the quick search learnt from one row in {} of its folds", kth));
   Choice choice;
   choice.parameters = {{"C", tuned->best.C}, {"sigma", tuned->best.sigma}, {"epsilon", tuned->best.epsilon}};

@@ -81,6 +81,7 @@ TEST(ChooseSvr, AQuickSearchOfManyRowsIsThatOfEveryThirdOfThem) {
   options.tuning.swarm.particles = 3;
   options.tuning.swarm.iterations = 1;
   options.tuning.log2_c = {-2, 4};
+  options.tuning.choice = svm::ChoiceRule::one_standard_error;
   options.quick = true;
   const auto quick = choose_svr(folds, options, {});
   for (Fold& fold : folds) {
@@ -94,6 +95,7 @@ TEST(ChooseSvr, AQuickSearchOfManyRowsIsThatOfEveryThirdOfThem) {
   EXPECT_EQ(value_of(quick->parameters, "C"), value_of(thinned->parameters, "C") / 3);
   EXPECT_EQ(value_of(quick->parameters, "sigma"), value_of(thinned->parameters, "sigma"));
   EXPECT_EQ(value_of(quick->parameters, "epsilon"), value_of(thinned->parameters, "epsilon"));
+  EXPECT_EQ(quick->tuning->one_standard_error->best.C, thinned->tuning->one_standard_error->best.C / 3);
   EXPECT_FALSE(quick->warnings.empty());
 }
 

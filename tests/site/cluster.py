@@ -252,15 +252,6 @@ def rows_of(path: pathlib.Path) -> list[tuple[Any, ...]]:
         return rows
 
 
-def seconds_in(path: pathlib.Path) -> int:
-    """How many a record has by now; 0 where there is none yet."""
-    try:
-        with contextlib.closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as database:
-            return database.execute("SELECT count(*) FROM sample").fetchone()[0]
-    except sqlite3.Error:
-        return 0
-
-
 def run_of(path: pathlib.Path) -> str:
     with contextlib.closing(sqlite3.connect(f"file:{path}?immutable=1", uri=True)) as database:
         return database.execute("SELECT value FROM meta WHERE key = 'id'").fetchone()[0]

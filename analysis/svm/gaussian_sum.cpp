@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/svm/gaussian_sum.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "analysis/svm/lanes.hpp"
+#include "analysis/svm/spanned.hpp"
 
 namespace gyrotherm::svm {
 namespace {
@@ -17,8 +18,6 @@ namespace {
 // Products are used while |a| (‖z‖ + ‖c‖)², an exponent of 2, is at most this: rounding then leaves 1e-12 of a term in
 // the worst case.
 constexpr double kLargestProduct = 256;
-// Directions in which the centres reach less than this part of their greatest reach are not theirs.
-constexpr double kFlat = 1e-13;
 // Exponents of 2. Weights below this part of the largest count as none, and a block's unused places as this.
 constexpr double kSmallestWeight = -400;
 constexpr double kNothing = -900;
@@ -118,14 +117,10 @@ GaussianSum::GaussianSum(const Eigen::Ref<const SampleMatrix>& centres, const Ei
   pack(coordinates, scales, weights);
 }
 
-void GaussianSum::span(const SampleMatrix& centred) {
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
-  qr.setThreshold(kFlat);
-  qr.compute(centred.transpose());
-  rank_ = qr.rank();
-  if (rank_ == inputs_) return;
-  basis_ = Eigen::MatrixXd::Identity(inputs_, rank_);
-  basis_.applyOnTheLeft(qr.householderQ());
+void GaussianSum::span(const Eigen::MatrixXd& centred) {
+  Eigen::MatrixXd basis = directions_of(centred);
+  rank_ = basis.cols();
+  if (rank_ < inputs_) basis_ = std::move(basis);
 }
 
 // Places beyond the points there are keep what they had.

@@ -44,7 +44,7 @@ class GaussianSum {
     std::unique_ptr<bool[]> negative;  ///< one for each block: its weights are
     Eigen::Index count{};
   };
-  void span(const SampleMatrix& centred);
+  void span(const Eigen::MatrixXd& centred);
   void pack(const Eigen::MatrixXd& places, const Eigen::VectorXd& scales, const Eigen::VectorXd& weights);
   void pack_centre(Eigen::Index slot, const Eigen::Ref<const Eigen::RowVectorXd>& place, double a, double logarithm);
   void pack_nothing(Eigen::Index slot);

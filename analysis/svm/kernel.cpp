@@ -2,11 +2,11 @@
 #include "analysis/svm/kernel.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cassert>
 
 #include "analysis/svm/gaussian_sum.hpp"
+#include "analysis/svm/spanned.hpp"
 
 namespace gyrotherm::svm {
 namespace {
@@ -80,19 +80,6 @@ void add_products(const double* x, Eigen::Index stride, Eigen::Index inputs, Eig
   add<DoubleLanes, Of::products>(x, stride, inputs, i, scale, count, out);
 }
 
-// Directions in which the samples reach less than this part of their greatest reach are not theirs.
-constexpr double kFlatSamples = 1e-13;
-
-// An orthonormal basis of the directions in which samples differ; a column each.
-Eigen::MatrixXd directions_of(const SampleMatrix& centred) {
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
-  qr.setThreshold(kFlatSamples);
-  qr.compute(centred.transpose());
-  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(centred.cols(), qr.rank());
-  basis.applyOnTheLeft(qr.householderQ());
-  return basis;
-}
-
 // In both precisions, padded with zeros to what the hot loops take.
 void lay_out(const Eigen::MatrixXd& coordinates, Eigen::MatrixXd& doubles, Eigen::MatrixXf& singles) {
   const Eigen::Index size = coordinates.rows(), directions = coordinates.cols();
@@ -103,14 +90,6 @@ void lay_out(const Eigen::MatrixXd& coordinates, Eigen::MatrixXd& doubles, Eigen
 }
 
 }  // namespace
-
-Eigen::MatrixXd spanned(const Eigen::Ref<const SampleMatrix>& x) {
-  if (x.rows() == 0) return x;
-  const SampleMatrix centred = x.rowwise() - x.colwise().mean();
-  const Eigen::MatrixXd basis = directions_of(centred);
-  if (basis.cols() == x.cols()) return x;
-  return centred * basis;
-}
 
 Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& places,
                              const Eigen::Ref<const SampleMatrix>& samples, double sigma, const Eigen::VectorXd& beta) {

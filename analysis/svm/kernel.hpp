@@ -22,11 +22,8 @@ inline constexpr int kColumnStep = 2 * kDoubleLanes;
   return (static_cast<int>(n) + kColumnStep - 1) / kColumnStep * kColumnStep;
 }
 
-/// The samples in coordinates of the space that they span about their mean: the same distances from fewer numbers where
-/// inputs depend on each other, as all differences of eight thermometers do.
-[[nodiscard]] Eigen::MatrixXd spanned(const Eigen::Ref<const SampleMatrix>& x);
-
-/// Σ_i β_i exp(−‖x_i − z_j‖²/(2σ²)) at each place z_j, from the non-zero β alone; both in such coordinates.
+/// Σ_i β_i exp(−‖x_i − z_j‖²/(2σ²)) at each place z_j, from the non-zero β alone; both in coordinates that are
+/// `spanned`.
 [[nodiscard]] Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& places,
                                            const Eigen::Ref<const SampleMatrix>& samples, double sigma,
                                            const Eigen::VectorXd& beta);

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "analysis/svm/kernel.hpp"
+#include "analysis/svm/spanned.hpp"
 #include "analysis/svm/warm_start.hpp"
 
 namespace gyrotherm::svm {

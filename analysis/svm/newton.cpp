@@ -20,8 +20,8 @@ constexpr double kShort = 0.02;
 // β̃ and β(r) agree if they differ by less than this, in C: points that rounding moves to and fro between two pieces.
 constexpr double kAgreement = 1e-10;
 
-// Where C is large, a gap just below 1e-3 leaves errors of held-out rows that are percents apart. One centre more mostly
-// leaves a tenth of it, and is not gone beyond.
+// Where C is large, a gap just below 1e-3 leaves errors of held-out rows that are percents apart. One centre more
+// mostly leaves a tenth of it.
 constexpr double kAim = 0.1;
 constexpr int kFurtherCentres = 1;
 

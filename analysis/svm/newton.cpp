@@ -20,11 +20,6 @@ constexpr double kShort = 0.02;
 // β̃ and β(r) agree if they differ by less than this, in C: points that rounding moves to and fro between two pieces.
 constexpr double kAgreement = 1e-10;
 
-// Where C is large, a gap just below 1e-3 leaves errors of held-out rows that are percents apart. One centre more
-// mostly leaves a tenth of it.
-constexpr double kAim = 0.1;
-constexpr int kFurtherCentres = 1;
-
 enum class Piece : signed char { at_lower, falling, zero, rising, at_upper };
 
 bool on_slope(Piece piece) { return piece == Piece::falling || piece == Piece::rising; }
@@ -249,8 +244,9 @@ void Newton::keep_if_best() {
 
 NewtonResult Newton::run() {
   const auto reaches = [this](double gap) { return best_.relative_gap <= gap; };
-  const double asked = options_.relative_gap, aim = reaches(asked) ? asked : kAim * asked;
-  for (int further = kFurtherCentres; !reaches(aim) && best_.steps < options_.max_steps;) {
+  const double asked = options_.relative_gap;
+  const double aim = reaches(asked) ? asked : std::min(options_.aim, asked);
+  for (int further = 1; !reaches(aim) && best_.steps < options_.max_steps;) {
     if (reaches(asked) && further-- == 0) break;
     const int before = best_.steps;
     if (!minimise()) {

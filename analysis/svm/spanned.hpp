@@ -13,7 +13,7 @@ namespace gyrotherm::svm {
 /// reach at least 1e-13 of their greatest reach. The identity where these are all.
 [[nodiscard]] Eigen::MatrixXd directions_of(const Eigen::Ref<const Eigen::MatrixXd>& centred);
 
-/// The samples in coordinates of these directions; as they are where these are all. Rows are samples, one at least.
+/// The samples, a row each, in coordinates of these directions; as they are where these are all.
 [[nodiscard]] Eigen::MatrixXd spanned(const Eigen::Ref<const SampleMatrix>& x);
 
 }  // namespace gyrotherm::svm

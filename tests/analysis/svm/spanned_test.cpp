@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/svm/spanned.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace gyrotherm::svm {
+namespace {
+
+SampleMatrix drawn(Eigen::Index rows, Eigen::Index columns) {
+  std::mt19937_64 generator(3);
+  std::normal_distribution<double> normal;
+  return SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
+}
+
+double greatest_change_of_a_distance(const SampleMatrix& x, const Eigen::MatrixXd& places) {
+  double greatest = 0;
+  for (Eigen::Index i = 1; i < x.rows(); ++i)
+    greatest = std::max(greatest, std::abs((x.row(i) - x.row(0)).norm() - (places.row(i) - places.row(0)).norm()));
+  return greatest;
+}
+
+TEST(Spanned, SamplesOfIndependentInputsStayAsTheyAre) {
+  for (const Eigen::Index rows : {14, 52, 53, 600}) {
+    const SampleMatrix x = drawn(rows, 13);
+    EXPECT_EQ(spanned(x), Eigen::MatrixXd(x)) << rows;
+  }
+}
+
+TEST(Spanned, InputsThatDependOnEachOtherAreFewerWithTheSameDistances) {
+  for (const Eigen::Index rows : {9, 60, 600}) {
+    const SampleMatrix x = drawn(rows, 7) * drawn(7, 13);
+    const Eigen::MatrixXd places = spanned(x);
+    EXPECT_EQ(places.cols(), 7) << rows;
+    EXPECT_LT(greatest_change_of_a_distance(x, places), 1e-13 * x.norm()) << rows;
+  }
+}
+
+TEST(Spanned, FewSamplesSpanNoMoreThanTheyAre) {
+  const SampleMatrix x = drawn(5, 13);
+  const Eigen::MatrixXd places = spanned(x);
+  EXPECT_EQ(places.cols(), 4) << "one less, about their mean";
+  EXPECT_LT(greatest_change_of_a_distance(x, places), 1e-13 * x.norm());
+}
+
+TEST(Spanned, ADirectionThatIsSeenLateIsOneToo) {
+  SampleMatrix x = drawn(600, 5);
+  x.col(4).head(500).setConstant(2);
+  EXPECT_EQ(spanned(x).cols(), 5);
+}
+
+TEST(Spanned, SamplesThatAreAllAlikeSpanNothing) {
+  EXPECT_EQ(spanned(SampleMatrix::Constant(100, 5, 3)).cols(), 0);
+  EXPECT_EQ(spanned(SampleMatrix(0, 5)).rows(), 0);
+}
+
+TEST(Spanned, DirectionsAreOrthonormal) {
+  const Eigen::MatrixXd x = drawn(300, 4) * drawn(4, 9);
+  const Eigen::MatrixXd basis = directions_of(x.rowwise() - x.colwise().mean());
+  EXPECT_LT((basis.transpose() * basis - Eigen::MatrixXd::Identity(4, 4)).norm(), 1e-14);
+}
+
+}  // namespace
+}  // namespace gyrotherm::svm

@@ -2,6 +2,7 @@
 #include "thermal/model_order_reduction.hpp"
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <random>

@@ -2,6 +2,7 @@
 #include "thermal/reduced/reduced_model.hpp"
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstring>

@@ -2,6 +2,7 @@
 #include "thermal/reduced/reduced_transient.hpp"
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <algorithm>

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// profiles/gyros/*.reduced.toml, each beside the gyro file it was made from.
+#include <gtest/gtest.h>
+
 #include <filesystem>
 #include <string>
 #include <vector>

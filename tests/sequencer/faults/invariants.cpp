@@ -101,21 +101,25 @@ bool Invariants::stands(InjectedFaultKind first, InjectedFaultKind last) const {
 }
 
 /// I1, I2, I3, I4: what the chamber was sent. A way back to the profile may begin at the air beyond its extremes, and
-/// where the air is beyond the limits too, at these.
+/// where the air is beyond the limits too, at these. It leads inwards, also where a chamber that is broken keeps the
+/// air away.
 void Invariants::judge_set_points(std::int64_t second, RunState state) {
   auto& port = plant_.chamber();
   const auto& limits = file_.chamber_limits;
   auto before = in_force_;
   sent_before_ = sent_;
+  is_kept_away_ = is_kept_away_ || stands(Kind::heater_weak, Kind::machinery_stuck);
   for (const auto& sent : port.set_points_sent()) {
     const auto value = sent.value;
     const auto air = plant_.laboratory().air_as_measured();
     const bool air_is_beyond = air < limits.lowest || air > limits.highest;
     const bool near_air = abs(value - air) <= kNearAir ||
                           (air_is_beyond && abs(value - std::clamp(air, limits.lowest, limits.highest)) <= kSame);
+    const bool inwards = value < lowest_ ? value > before : value < before;
     const bool in_profile = value >= lowest_ - kSame && value <= highest_ + kSame;
     const bool in_chamber = value >= limits.lowest - kSame && value <= limits.highest + kSame;
-    if (!in_chamber || !(in_profile || near_air))
+    if (in_profile || near_air) is_kept_away_ = false;
+    if (!in_chamber || !(in_profile || near_air || (is_kept_away_ && inwards)))
       broken("I1", second, fmt::format("set point {} outside {} … {}", value.value, lowest_.value, highest_.value));
     const bool safe = severity(state) >= severity(RunState::aborting) && abs(value - file_.safe_set_point) <= kSame;
     const double step_k = std::abs((value - before).value);

@@ -100,6 +100,7 @@ class Invariants {
   Celsius in_force_;                           ///< the chamber's set point before the tick
   std::optional<Celsius> sent_, sent_before_;  ///< last, and before the tick
   int tries_ = 0;                              ///< of the same set point again
+  bool is_kept_away_ = false;  ///< the air, by a chamber that was broken, since it was last where it should
   std::optional<RunState> last_state_;
   Duration last_time_{Duration::min()};
   std::vector<RowBrief> rows_;

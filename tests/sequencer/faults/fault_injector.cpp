@@ -137,8 +137,10 @@ void FaultInjector::stand_on_line(const InjectedFault& fault) {
     case Kind::thermometer_noise: line.trouble.garbled = fault.size; return;
     case Kind::chamber_cut: line.trouble.cut = fault.size; return;
     case Kind::chamber_half_open: chamber.trouble.half_open = chamber.line().trouble.silent = true; return;
-    case Kind::chamber_exception: chamber.trouble.exception = code; return;
-    case Kind::chamber_write_exception: chamber.trouble.exception = code, chamber.trouble.only_writes = true; return;
+    case Kind::chamber_exception: chamber.trouble.exception = code, chamber.trouble.only_writes = false; return;
+    case Kind::chamber_write_exception:  // beside one to every request it makes no difference
+      if (chamber.trouble.exception == 0) chamber.trouble.exception = code, chamber.trouble.only_writes = true;
+      return;
     case Kind::chamber_foreign_unit: chamber.trouble.foreign_unit = true; return;
     case Kind::chamber_wrong_number: chamber.trouble.wrong_number = true; return;
     case Kind::gyro_garbled: gyro.trouble.garbled = fault.size; return;

@@ -114,7 +114,7 @@ class SimulatedRun {
   const bool cuts_power_;
   std::optional<std::int64_t> attacked_at_;  ///< acknowledged when a file was attacked, until the program has seen it
   bool spoiled_ = false;                     ///< … a main file
-  bool was_left_ = false;                    ///< … one that the program no longer writes
+  bool was_left_ = false;                    ///< … one of a sick disk, which the program has left or may leave
   std::optional<Ending> ending_;
   std::int64_t longest_backlog_ = 0;
   int parts_ = 1;

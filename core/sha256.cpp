@@ -15,20 +15,23 @@ const EVP_MD* sha256_of_openssl() {
   return found;
 }
 
+/// Without a digest's name it goes on with the one that it has.
+void begin(EVP_MD_CTX* context, const EVP_MD* digest) {
+  ensure(context != nullptr && EVP_DigestInit_ex2(context, digest, nullptr) == 1, "OpenSSL can work out SHA-256");
+}
+
 }  // namespace
 
 void Sha256::Free::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
 
-Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
-  ensure(context_ && EVP_DigestInit_ex2(context_.get(), sha256_of_openssl(), nullptr) == 1,
-         "OpenSSL can work out SHA-256");
-}
+Sha256::Sha256() : context_(EVP_MD_CTX_new()) { begin(context_.get(), sha256_of_openssl()); }
 
 void Sha256::add(std::string_view bytes) { EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()); }
 
 Digest Sha256::digest() {
   Digest digest;
   EVP_DigestFinal_ex(context_.get(), digest.data(), nullptr);
+  begin(context_.get(), nullptr);
   return digest;
 }
 

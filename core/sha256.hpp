@@ -14,12 +14,13 @@ namespace gyrotherm {
 
 using Digest = std::array<std::uint8_t, 32>;
 
-/// Takes bytes piece by piece; how they are cut makes no difference.
+/// Takes bytes piece by piece; how they are cut makes no difference. Who needs many digests asks one of these for all of
+/// them: to begin another takes longer than the digest of a row.
 class Sha256 {
  public:
   Sha256();
   void add(std::string_view bytes);
-  /// The digest of everything that was added. Nothing may be added afterwards.
+  /// The digest of everything that was added since it began, or since the digest before; then it begins anew.
   [[nodiscard]] Digest digest();
 
  private:

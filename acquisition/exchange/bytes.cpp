@@ -52,15 +52,4 @@ Result<void> Bytes::read_more(std::size_t count) {
   return {};
 }
 
-Result<std::uint64_t> fnv1a(Bytes bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  while (true) {
-    const auto piece = bytes.ahead(1);
-    if (!piece) return failure(piece.error());
-    if (piece->empty()) return hash;
-    for (const char byte : *piece) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3u;
-    bytes.pass(piece->size());
-  }
-}
-
 }  // namespace gyrotherm::exchange

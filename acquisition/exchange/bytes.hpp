@@ -41,7 +41,4 @@ class Bytes {
   std::uint64_t passed_{};
 };
 
-/// 64 bits of FNV-1a (Fowler, Noll, Vo; RFC 9923) of all that is ahead, which is passed. Fails as Bytes::ahead() does.
-[[nodiscard]] Result<std::uint64_t> fnv1a(Bytes bytes);
-
 }  // namespace gyrotherm::exchange

@@ -6,7 +6,11 @@
 
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "acquisition/exchange/dataflash.hpp"
 #include "acquisition/exchange/netcdf_table.hpp"
@@ -16,6 +20,7 @@
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/run_file.hpp"
 #include "acquisition/record/schema.hpp"
+#include "core/sha256.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::exchange {
@@ -81,12 +86,11 @@ Result<Notes> read_foreign(const ReadRows& read, const ImportMap& map, const Tak
 /// The id of an import depends on its input alone.
 Result<RunInfo> describe(const ImportMap& map, const std::string& path, const std::string& program_version) {
   const auto file = plain(std::filesystem::path(path).filename().string());
-  auto bytes = Bytes::open(path);
-  if (!bytes) return failure(bytes.error());
-  const auto hash = fnv1a(std::move(*bytes));
-  if (!hash) return failure(hash.error());
+  const auto digest = record::file_digest(path);
+  if (!digest) return failure(digest.error());
+  constexpr std::size_t kDigits = 32;  // of the id of a run
   RunInfo info;
-  info.id = fmt::format("{:016x}{:016x}", *hash, *fnv1a(Bytes(map.text, "")));
+  info.id = sha256(*digest + map.text).substr(0, kDigits);
   info.program_version = program_version;
   info.profile_name = file;
   info.rig_name = map.name;
@@ -138,33 +142,37 @@ class ImportedRecord {
     constexpr std::int64_t kRowsOfATransaction = 100'000;
     if (!file_)
       if (auto begun = begin(imported); !begun) return begun;
-    if (row_.slot > record::kMostSlots)
+    if (taken_ > record::kMostSlots)
       return failure(
           FaultKind::bad_file, "",
           fmt::format("more than {} rows, expected fewer, or every = \"1 s\" in [time]", record::kMostSlots));
-    silences_.pass(row_.slot, imported);
-    take(imported);
-    if (auto inserted = file_->insert(row_); !inserted) return inserted;
-    if (++row_.slot % kRowsOfATransaction != 0) return {};
+    silences_.pass(taken_, imported);
+    take(imported, rows_[waiting_++]);
+    last_ = imported.time;
+    ++taken_;
+    if (waiting_ == rows_.size())
+      if (auto written = write_waiting(); !written) return written;
+    if (taken_ % kRowsOfATransaction != 0) return {};
     return commit().and_then([&] { return file_->begin(); });
   }
 
   Result<ImportSummary> finish(const Notes& notes) {
     auto told = notes;
     if (silences_.count() > 0) told.insert(told.begin(), silences_.described());
-    Result<void> done;
+    auto done = write_waiting().and_then([&] { return all_written(); });
     for (const std::string& note : told)
-      if (done) done = file_->insert_event(row_.slot - 1, {{row_.monotonic, {}}, EventKind::note, note});
+      if (done) done = file_->insert_event(taken_ - 1, {{last_, {}}, EventKind::note, note});
     done = done.and_then([&] { return commit(); }).and_then([&] { return file_->finish(); });
     file_.reset();
     if (done) done = record::write_manifest(path_, 1);
     if (!done) return failure(done.error());
-    return ImportSummary{static_cast<std::size_t>(row_.slot), row_.monotonic, silences_.count(), notes};
+    return ImportSummary{static_cast<std::size_t>(taken_), last_, silences_.count(), notes};
   }
 
   /// Leaves nothing of a record that was begun.
   void remove() {
     if (!begun_) return;
+    [[maybe_unused]] const auto written = all_written();
     file_.reset();
     for (const char* suffix : {"", "-wal", "-journal", "-shm"}) ::unlink((path_ + suffix).c_str());
   }
@@ -176,29 +184,45 @@ class ImportedRecord {
     if (!file) return failure(file.error());
     begun_ = true;
     file_ = std::move(*file);
-    row_ = record::empty_row(info_);
+    constexpr std::size_t kMostWaiting = 2048;
+    rows_.assign(kMostWaiting, record::empty_row(info_));
     return file_->begin();
   }
 
-  Result<void> commit() {
-    return file_->replace_frames({}).and_then([&] { return file_->commit(); });
+  /// Returns while they are being written.
+  Result<void> write_waiting() {
+    file_->chain(std::span(rows_).first(std::exchange(waiting_, 0)), chained_);
+    if (auto before = all_written(); !before) return before;
+    std::swap(chained_, written_);
+    writing_ = std::async(std::launch::async, [this] { return file_->write(written_); });
+    return {};
   }
 
-  void take(const ImportedRow& imported) {
+  Result<void> all_written() { return writing_.valid() ? writing_.get() : Result<void>(); }
+
+  Result<void> commit() {
+    return write_waiting()
+        .and_then([&] { return all_written(); })
+        .and_then([&] { return file_->replace_frames({}); })
+        .and_then([&] { return file_->commit(); });
+  }
+
+  void take(const ImportedRow& imported, SampleRow& row) const {
     auto numbers = imported.numbers.begin();
     const auto scaled = [&](const ImportMap::ScaledColumn& column) {
       return *numbers++ * column.scale + column.offset;
     };
-    row_.monotonic = imported.time;
-    row_.utc = imported.utc;
-    for (std::size_t i = 0; i < row_.thermometers_c.size(); ++i)
-      row_.thermometers_c[i] = scaled(map_.thermometer_columns[i]);
-    for (auto& unit : row_.units) {
+    row.slot = taken_;
+    row.monotonic = imported.time;
+    row.utc = imported.utc;
+    for (std::size_t i = 0; i < row.thermometers_c.size(); ++i)
+      row.thermometers_c[i] = scaled(map_.thermometer_columns[i]);
+    for (auto& unit : row.units) {
       unit.interval = imported.interval;
       for (double& number : unit.rotation) number = *numbers++;
     }
     auto column = map_.value_columns.begin();
-    for (auto& unit : row_.units)
+    for (auto& unit : row.units)
       for (double& number : unit.values) number = scaled(*column++);
   }
 
@@ -207,7 +231,12 @@ class ImportedRecord {
   RunInfo info_;
   std::optional<RunFile> file_{};
   bool begun_ = false;
-  SampleRow row_{};
+  std::vector<SampleRow> rows_{};  ///< made once; the first of them hold those that wait for the record
+  std::size_t waiting_{};
+  record::ChainedSamples chained_{}, written_{};
+  std::future<Result<void>> writing_{};  ///< of the latter
+  std::int64_t taken_{};
+  Duration last_{};  ///< time of the last that was taken
   Silences silences_;
 };
 

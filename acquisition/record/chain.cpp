@@ -45,7 +45,9 @@ void RowChain::add_integer(std::int64_t value) { add_bits('i', static_cast<std::
 void RowChain::add(double value) {
   constexpr double kLargest = 9.2e18;  // of SQLite's integers, about
   if (std::isnan(value)) return add(std::monostate());
-  if (std::abs(value) < kLargest && value == std::floor(value)) return add_integer(static_cast<std::int64_t>(value));
+  if (std::abs(value) < kLargest)
+    if (const auto whole = static_cast<std::int64_t>(value); value == static_cast<double>(whole))
+      return add_integer(whole);
   add_bits('r', std::bit_cast<std::uint64_t>(value));
 }
 
@@ -55,7 +57,7 @@ void RowChain::add(std::string_view value) {
 }
 
 std::int64_t RowChain::end() {
-  Sha256 hash;
+  thread_local Sha256 hash;
   hash.add(row_);
   head_ = hash.digest();
   std::int64_t beginning{};

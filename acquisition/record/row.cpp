@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <concepts>
 #include <filesystem>
 #include <initializer_list>
@@ -323,12 +324,18 @@ Cell cell_in(const ChannelColumn& column, const SampleRow& row) {
 
 }  // namespace
 
-void SampleColumns::each_cell(const SampleRow& row, const std::function<void(const Cell&)>& use) const {
+std::size_t SampleColumns::count() const {
+  return std::size(kBeforeChannels) + channels_.size() + std::size(kAfterChannels);
+}
+
+void SampleColumns::read_cells(const SampleRow& row, std::span<Cell> cells) const {
+  assert(cells.size() == count());
+  auto cell = cells.begin();
   const auto channels = std::span(channels_);
-  for (const auto& column : kBeforeChannels) use(column.cell(row));
-  for (const auto& column : channels.first(before_progress_)) use(cell_in(column, row));
-  for (const auto& column : kAfterChannels) use(column.cell(row));
-  for (const auto& column : channels.subspan(before_progress_)) use(cell_in(column, row));
+  for (const auto& column : kBeforeChannels) *cell++ = column.cell(row);
+  for (const auto& column : channels.first(before_progress_)) *cell++ = cell_in(column, row);
+  for (const auto& column : kAfterChannels) *cell++ = column.cell(row);
+  for (const auto& column : channels.subspan(before_progress_)) *cell++ = cell_in(column, row);
 }
 
 void SampleColumns::read(SampleRow& row, const Statement& from) const {

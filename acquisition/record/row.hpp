@@ -147,8 +147,9 @@ class SampleColumns {
   void each(const std::function<void(std::string_view name, std::string_view type)>& use) const;
   /// Quoted where they need it, joined by commas.
   [[nodiscard]] std::string names() const;
-  /// What a row has in each; units and thermometers of the row as many as the record's.
-  void each_cell(const SampleRow& row, const std::function<void(const Cell&)>& use) const;
+  [[nodiscard]] std::size_t count() const;
+  /// What a row has in each, into as many cells; units and thermometers of the row as many as the record's.
+  void read_cells(const SampleRow& row, std::span<Cell> cells) const;
   /// Puts the row that stands in the first columns of a statement which asked for names() into one of the record,
   /// whose channels that are not selected stay as they are.
   void read(SampleRow& row, const Statement& from) const;

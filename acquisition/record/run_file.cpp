@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cassert>
 #include <filesystem>
+#include <utility>
 
 #include "acquisition/record/schema.hpp"
 #include "acquisition/record/store.hpp"
@@ -71,11 +72,16 @@ constexpr int kCopyPatienceMs = 100;
 /// What a machine that dies leaves of such a file is of no use to anybody.
 constexpr const char* kUnsynced = "PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF";
 
-std::string insert_sql(std::string_view table, const std::string& columns) {
+/// Of samples that are put in by one statement, where there are as many: it begins anew for each of them otherwise.
+constexpr std::size_t kTogether = 32;
+
+std::string insert_sql(std::string_view table, const std::string& columns, std::size_t rows = 1) {
   std::string places = "?";
   for (const char c : columns)
     if (c == ',') places += ", ?";
-  return fmt::format("INSERT INTO {}({}) VALUES({})", table, columns, places);
+  std::string sql = fmt::format("INSERT INTO {}({}) VALUES({})", table, columns, places);
+  for (; rows > 1; --rows) sql += fmt::format(", ({})", places);
+  return sql;
 }
 
 }  // namespace
@@ -93,7 +99,6 @@ class RunFile::Row {
   }
   Row& put(const char* value) { return put(std::string_view(value)); }
   Row& put(const std::string& value) { return put(std::string_view(value)); }
-  Row& put(std::monostate /*nothing*/) { return put(kMissing); }
   Row& put(const Cell& cell) {
     return std::visit([this](auto value) -> Row& { return put(value); }, cell);
   }
@@ -108,11 +113,10 @@ class RunFile::Row {
   int parameter_{};
 };
 
-Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& info) {
+Result<RunFile::Statements> RunFile::prepare(Database& database) {
   const std::pair<Statement Statements::*, std::string> all[] = {
       {&Statements::begin, "BEGIN IMMEDIATE"},
       {&Statements::commit, "COMMIT"},
-      {&Statements::sample, insert_sql("sample", SampleColumns(info).names() + ", chain")},
       {&Statements::fault, insert_sql("fault", "id, slot, channel, kind, \"where\", what, chain")},
       {&Statements::event, insert_sql("event", "id, " + names_of(columns_of_events()) + ", chain")},
       {&Statements::gap, insert_sql("gap", "first, last, cause, chain")},
@@ -130,7 +134,7 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
       into(end.chain, stored_chain(database, path))
           .and_then([&] { return into(end.faults, database.ask_integer("SELECT max(rowid) FROM fault", 0)); })
           .and_then([&] { return into(end.events, database.ask_integer("SELECT max(id) FROM event", 0)); })
-          .and_then([&] { return into(statements, prepare(database, info)); });
+          .and_then([&] { return into(statements, prepare(database)); });
   if (!read) return failure(read.error());
   std::optional<FileWatch> watch;
   if (watching == Watching::yes && !in_memory(path)) {
@@ -299,10 +303,69 @@ Result<void> RunFile::insert(const Entry& entry) {
 }
 
 Result<void> RunFile::insert(const SampleRow& row) {
-  assert(row.thermometers_c.size() == info_.thermometers.size() && row.units.size() == info_.units.size());
-  Row sample(statements_->sample, now_.chain, "sample");
-  columns_.each_cell(row, [&](const Cell& cell) { sample.put(cell); });
-  return sample.run();
+  chain({&row, 1}, samples_);
+  return write(samples_);
+}
+
+void RunFile::chain(std::span<const SampleRow> rows, ChainedSamples& chained) {
+  chained.cells.resize(rows.size() * columns_.count());
+  chained.links.clear();
+  std::span<Cell> left = chained.cells;
+  for (const SampleRow& row : rows) {
+    assert(row.thermometers_c.size() == info_.thermometers.size() && row.units.size() == info_.units.size());
+    const auto cells = left.first(columns_.count());
+    columns_.read_cells(row, cells);
+    chained.links.push_back(link_of(cells));
+    left = left.subspan(cells.size());
+  }
+}
+
+std::int64_t RunFile::link_of(std::span<const Cell> sample) {
+  now_.chain.begin("sample");
+  for (const Cell& cell : sample) std::visit([&](auto value) { now_.chain.add(value); }, cell);
+  return now_.chain.end();
+}
+
+Result<void> RunFile::write(const ChainedSamples& samples) {
+  if (auto ready = name_columns_of(samples); !ready) return ready;
+  std::span<const Cell> cells = samples.cells;
+  for (std::span<const std::int64_t> links = samples.links; !links.empty();) {
+    const std::size_t rows = links.size() < kTogether ? 1 : kTogether;
+    auto& statement = rows == 1 ? statements_->sample : statements_->samples;
+    int parameter = 0;
+    for (const std::int64_t link : links.first(rows)) {
+      for (std::size_t i = 0; i < named_.size(); ++i)
+        if (named_[i]) std::visit([&](auto value) { statement.put(++parameter, value); }, cells[i]);
+      statement.put(++parameter, link);
+      cells = cells.subspan(named_.size());
+    }
+    if (auto done = statement.run(); !done) return done;
+    links = links.subspan(rows);
+  }
+  return {};
+}
+
+Result<void> RunFile::name_columns_of(const ChainedSamples& samples) {
+  auto named = named_;
+  named.resize(columns_.count());
+  for (std::span<const Cell> left = samples.cells; !left.empty(); left = left.subspan(named.size()))
+    for (std::size_t i = 0; i < named.size(); ++i)
+      if (!named[i]) named[i] = !is_nothing(left[i]);
+  if (named == named_) return {};
+  std::string columns;
+  std::size_t i = 0;
+  columns_.each([&](std::string_view column, std::string_view) {
+    if (named[i++]) columns += fmt::format("\"{}\", ", column);
+  });
+  columns += "chain";
+  auto one = database_.prepare(insert_sql("sample", columns));
+  if (!one) return failure(one.error());
+  auto many = database_.prepare(insert_sql("sample", columns, kTogether));
+  if (!many) return failure(many.error());
+  statements_->sample = std::move(*one);
+  statements_->samples = std::move(*many);
+  named_ = std::move(named);
+  return {};
 }
 
 Result<void> RunFile::insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault) {
@@ -331,10 +394,13 @@ Result<void> RunFile::insert_gap(std::int64_t first, std::int64_t last, std::str
 }
 
 Result<void> RunFile::copy_row(std::string_view table, const record::Statement& row) {
-  auto& statement = table == "sample"  ? statements_->sample
-                    : table == "fault" ? statements_->fault
-                    : table == "event" ? statements_->event
-                                       : statements_->gap;
+  if (table == "sample") {
+    samples_.cells.clear();
+    for (int column = 0; column + 1 < row.columns(); ++column) samples_.cells.push_back(row.cell(column));
+    samples_.links = {link_of(samples_.cells)};
+    return write(samples_);
+  }
+  auto& statement = table == "fault" ? statements_->fault : table == "event" ? statements_->event : statements_->gap;
   if (table == "fault") now_.faults = row.integer(0);
   if (table == "event") now_.events = row.integer(0);
   Row copy(statement, now_.chain, table);

@@ -5,7 +5,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/file_watch.hpp"
@@ -17,6 +19,12 @@
 #include "core/sample.hpp"
 
 namespace gyrotherm::record {
+
+/// Samples as the file takes them. A text among the cells is not theirs.
+struct ChainedSamples {
+  std::vector<Cell> cells{};          ///< of one after the other
+  std::vector<std::int64_t> links{};  ///< of the hash chain, one a sample
+};
 
 class RunFile {
  public:
@@ -62,6 +70,10 @@ class RunFile {
   /// Texts of faults, events and gaps come from instruments and operators: they are stored as plain() makes them.
   [[nodiscard]] Result<void> insert(const Entry& entry);
   [[nodiscard]] Result<void> insert(const SampleRow& row);
+  /// The two halves of insert(), for many samples: the first touches no file, so that it can go on with the next while
+  /// another thread is in the second, which has them in the same order.
+  void chain(std::span<const SampleRow> rows, ChainedSamples& chained);
+  [[nodiscard]] Result<void> write(const ChainedSamples& samples);
   [[nodiscard]] Result<void> insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault);
   /// Under the event's number where it has one that is higher than all before, else under the next.
   [[nodiscard]] Result<void> insert_event(std::int64_t slot, const Event& event);
@@ -81,7 +93,8 @@ class RunFile {
 
  private:
   struct Statements {
-    Statement begin{}, commit{}, sample{}, fault{}, event{}, gap{}, frames{};
+    Statement begin{}, commit{}, fault{}, event{}, gap{}, frames{};
+    Statement sample{}, samples{};  ///< one and many, of the columns that are named_, and the chain's
   };
   /// A row being put together: each value goes into the statement and into the chain.
   class Row;
@@ -92,7 +105,7 @@ class RunFile {
         path_(std::move(path)),
         info_(std::move(info)),
         columns_(info_) {}
-  [[nodiscard]] static Result<Statements> prepare(Database& database, const RunInfo& info);
+  [[nodiscard]] static Result<Statements> prepare(Database& database);
   enum class Watching { yes, no };
   [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info,
                                              Watching watching);
@@ -100,6 +113,10 @@ class RunFile {
   [[nodiscard]] Result<void> seal();
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
   [[nodiscard]] Result<void> copy_row(std::string_view table, const record::Statement& row);
+  [[nodiscard]] std::int64_t link_of(std::span<const Cell> sample);
+  /// So that the statements name each column that some sample had something in so far: to bind and to store nothing
+  /// takes as long as a number.
+  [[nodiscard]] Result<void> name_columns_of(const ChainedSamples& samples);
 
   std::optional<WrittenHere> written_;  ///< nothing in memory; outlives the connection
   Database database_;
@@ -110,6 +127,8 @@ class RunFile {
   std::string path_;
   RunInfo info_;
   SampleColumns columns_;
+  std::vector<bool> named_{};  ///< of the columns
+  ChainedSamples samples_{};   ///< made once
   /// What the next row continues.
   struct Position {
     RowChain chain;

@@ -10,6 +10,7 @@
 #include <array>
 #include <cassert>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <mutex>
@@ -63,6 +64,8 @@ void Statement::put(int parameter, double value) {
   assert(code == SQLITE_OK);
 }
 
+void Statement::put(int parameter, std::monostate /*nothing*/) { sqlite3_bind_null(statement_.get(), parameter); }
+
 void Statement::put(int parameter, std::string_view value) {
   const char* bytes = value.data() != nullptr ? value.data() : "";
   [[maybe_unused]] const int code =
@@ -112,6 +115,11 @@ std::string_view Statement::text(int column) const {
   const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_.get(), column));
   if (bytes == nullptr) return {};
   return {bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column))};
+}
+
+bool is_nothing(const Cell& cell) {
+  const double* number = std::get_if<double>(&cell);
+  return number != nullptr ? std::isnan(*number) : std::holds_alternative<std::monostate>(cell);
 }
 
 void Database::Close::operator()(sqlite3* connection) const {

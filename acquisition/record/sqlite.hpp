@@ -23,6 +23,7 @@ namespace gyrotherm::record {
 
 /// What one field of a row holds: nothing (NULL, as is NaN), a whole number, a number, or a text that outlives the row.
 using Cell = std::variant<std::monostate, std::int64_t, double, std::string_view>;
+[[nodiscard]] bool is_nothing(const Cell& cell);
 
 /// One prepared statement. Parameters count from 1, columns from 0, as in SQLite.
 class Statement {
@@ -35,6 +36,7 @@ class Statement {
   }
   /// NaN is stored as NULL.
   void put(int parameter, double value);
+  void put(int parameter, std::monostate nothing);
   /// The text must outlive the next run() or step().
   void put(int parameter, std::string_view value);
 

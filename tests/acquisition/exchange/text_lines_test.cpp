@@ -80,10 +80,5 @@ TEST(TextLines, OfAPipeOrAFolderAreRefused) {
   EXPECT_FALSE(Bytes::open("/nowhere/x"));
 }
 
-TEST(Bytes, AreHashedAsTheAlgorithmSays) {
-  EXPECT_EQ(fnv1a(Bytes("", "f")).value(), 0xcbf29ce484222325u);
-  EXPECT_EQ(fnv1a(Bytes("foobar", "f")).value(), 0x85944171f73967e8u) << "RFC 9923";
-}
-
 }  // namespace
 }  // namespace gyrotherm::exchange

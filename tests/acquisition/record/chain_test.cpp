@@ -92,6 +92,46 @@ TEST(Chain, GoesOnWithARunThatIsTakenUpAgain) {
   ASSERT_TRUE(verified) << text(verified.error());
 }
 
+TEST(Chain, OfSamplesThatAreWrittenTogetherIsThatOfOneAfterTheOther) {
+  const auto info = two_thermometers();
+  std::vector<SampleRow> rows;
+  for (int slot = 0; slot < 100; ++slot) {
+    Sample sample = sample_at(slot);
+    if (slot < 50) sample.units[0].count.value = failure(FaultKind::timeout, "gyro", "silent");
+    if (slot % 10 == 3) sample.thermometers[1].value = failure(FaultKind::timeout, "shell", "silent");
+    rows.push_back(*entry_of(sample, {}, info).sample);
+  }
+  const Folder folder;
+  const auto write = [&](const char* name, const auto& insert) {
+    auto file = RunFile::create_at_once(folder / name, info).value();
+    EXPECT_TRUE(file.begin());
+    insert(file);
+    EXPECT_TRUE(file.replace_frames({}));
+    EXPECT_TRUE(file.commit());
+    EXPECT_TRUE(file.finish());
+  };
+  write("one.db", [&](RunFile& file) {
+    for (const SampleRow& row : rows) EXPECT_TRUE(file.insert(row));
+  });
+  write("many.db", [&](RunFile& file) {
+    ChainedSamples first, second;
+    file.chain(std::span(rows).first(43), first);
+    file.chain(std::span(rows).subspan(43), second);
+    EXPECT_TRUE(file.write(first));
+    EXPECT_TRUE(file.write(second));
+  });
+  EXPECT_EQ(verify_record(folder / "many.db").value().rows, 100);
+  const auto table = [&](const char* name) {
+    auto database = open_record(folder / name).value();
+    std::vector<std::string> cells;
+    EXPECT_TRUE(database.each_row("SELECT * FROM sample ORDER BY slot", [&](const Statement& row) {
+      for (int column = 0; column < row.columns(); ++column) cells.emplace_back(row.text(column));
+    }));
+    return cells;
+  };
+  EXPECT_EQ(table("one.db"), table("many.db"));
+}
+
 TEST(Chain, ShowsEachEditOfARowAndNamesTheFirst) {
   const Folder folder;
   make_run(folder / "run.db");

@@ -14,8 +14,8 @@ namespace gyrotherm {
 
 using Digest = std::array<std::uint8_t, 32>;
 
-/// Takes bytes piece by piece; how they are cut makes no difference. Who needs many digests asks one of these for all of
-/// them: to begin another takes longer than the digest of a row.
+/// Takes bytes piece by piece; how they are cut makes no difference. Many digests are asked of one: to begin another
+/// takes longer than the digest of a row.
 class Sha256 {
  public:
   Sha256();

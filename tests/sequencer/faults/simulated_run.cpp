@@ -114,7 +114,7 @@ class SimulatedRun {
   const bool cuts_power_;
   std::optional<std::int64_t> attacked_at_;  ///< acknowledged when a file was attacked, until the program has seen it
   bool spoiled_ = false;                     ///< … a main file
-  bool was_left_ = false;                    ///< … one of a sick disk, which the program has left or may leave
+  std::optional<int> part_of_sick_disk_;     ///< … this one, which the program may leave
   std::optional<Ending> ending_;
   std::int64_t longest_backlog_ = 0;
   int parts_ = 1;
@@ -278,7 +278,7 @@ void SimulatedRun::attack(const InjectedFault& fault) {
   if (cuts_power_) return;
   disk_.attack(fault, store_->health().parts);
   attacked_at_ = store_->sync().value_or(-1);
-  was_left_ = disk_.is_sick();
+  part_of_sick_disk_ = disk_.is_sick() ? std::optional(store_->health().parts) : std::nullopt;
   if (fault.target == 0) spoiled_ = true;
 }
 
@@ -287,7 +287,8 @@ void SimulatedRun::attack(const InjectedFault& fault) {
 void SimulatedRun::see_to_the_record() {
   if (!attacked_at_ || store_->sync().value_or(-1) <= *attacked_at_) return;
   attacked_at_.reset();
-  if (store_->health().damage.empty() && !was_left_)
+  const bool was_left = part_of_sick_disk_ && store_->health().parts > *part_of_sick_disk_;
+  if (store_->health().damage.empty() && !was_left)
     invariants_.broken("P12", second_, "a file of the record was attacked, and no word");
 }
 

@@ -2,11 +2,13 @@
 #include "core/process.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 #include <system_error>
 
 namespace gyrotherm {
@@ -23,6 +25,23 @@ std::string program_beside_this_one(const std::string& name) {
   auto own = std::filesystem::read_symlink("/proc/self/exe", error).string();
   if (const auto gone = own.rfind(" (deleted)"); gone != std::string::npos) own.resize(gone);
   return std::filesystem::path(own).replace_filename(name).string();
+}
+
+bool may_run(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(path, error) && ::access(path.c_str(), X_OK) == 0;
+}
+
+std::string program_in_path(const std::string& name, const std::string& folder) {
+  const char* path = std::getenv("PATH");
+  std::string_view rest = path != nullptr ? path : "/usr/bin:/bin";
+  while (!rest.empty()) {
+    const auto colon = rest.find(':');
+    const auto file = std::filesystem::path(folder) / rest.substr(0, colon) / name;  // an absolute one stands alone
+    if (may_run(file)) return file.string();
+    rest = colon == std::string_view::npos ? std::string_view() : rest.substr(colon + 1);
+  }
+  return {};
 }
 
 /// A line of passwd(5) is name, password, number, … between colons.

@@ -24,6 +24,12 @@ void ensure(bool holds, const char* law);
 /// The path of the program `name` that was installed beside the one that runs; it need not be there.
 [[nodiscard]] std::string program_beside_this_one(const std::string& name);
 
+/// Whether this user may run the file, and it is a regular one.
+[[nodiscard]] bool may_run(const std::string& path);
+/// The program of that name in the first folder of PATH, or of /usr/bin and /bin where there is none, that has one
+/// which this user may run; folders that are relative are so to `folder`. Empty: there is no such program.
+[[nodiscard]] std::string program_in_path(const std::string& name, const std::string& folder = ".");
+
 /// The name of a user of this machine, or "unknown" where /etc/passwd has no such user. Directory services are not
 /// asked: one that does not answer would hold whoever drives a chamber.
 [[nodiscard]] std::string user_name(std::int64_t uid);

@@ -12,13 +12,13 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <optional>
 
 #include "core/deadline.hpp"
 #include "core/file.hpp"
+#include "core/process.hpp"
 #include "core/text.hpp"
 #include "drivers/line/backoff.hpp"
 
@@ -30,11 +30,6 @@ namespace fs = std::filesystem;
 constexpr Duration kEndsWithin = std::chrono::milliseconds(500), kDiesWithin = std::chrono::seconds(1);
 constexpr Duration kSettledAfter = std::chrono::seconds(10);  ///< a program that ran so long did not fail to start
 constexpr std::size_t kLastWords = 200;                       ///< bytes
-
-bool may_run(const fs::path& file) {
-  std::error_code error;
-  return fs::is_regular_file(file, error) && ::access(file.c_str(), X_OK) == 0;
-}
 
 std::string how_it_ended(int status) {
   if (WIFSIGNALED(status)) return fmt::format("the program was ended by signal {}", WTERMSIG(status));
@@ -94,20 +89,14 @@ std::string text(const ProgramCommand& command) { return fmt::format("{}", fmt::
 
 Result<std::string> find_program(const ProgramCommand& command) {
   const auto& word = command.words.front();
-  const auto found = [&](const fs::path& file) { return file.is_absolute() ? file : fs::path(command.folder) / file; };
   if (word.find('/') != std::string::npos) {
-    if (may_run(found(word))) return found(word).string();
-    return failure(FaultKind::disconnected, found(word).string(), "is no program that this user may run");
+    const std::string file = fs::path(command.folder) / word;  // an absolute one stands alone
+    if (may_run(file)) return file;
+    return failure(FaultKind::disconnected, file, "is no program that this user may run");
   }
-  const char* path = std::getenv("PATH");
-  std::string_view rest = path != nullptr ? path : "/usr/bin:/bin";
-  while (!rest.empty()) {
-    const auto colon = rest.find(':');
-    const auto file = found(fs::path(rest.substr(0, colon)) / word);
-    if (may_run(file)) return file.string();
-    rest = colon == std::string_view::npos ? std::string_view() : rest.substr(colon + 1);
-  }
-  return failure(FaultKind::disconnected, word, "is no program in the path");
+  const auto file = program_in_path(word, command.folder);
+  if (file.empty()) return failure(FaultKind::disconnected, word, "is no program in the path");
+  return file;
 }
 
 /// A process that runs, with our ends of its pipes.

@@ -6,7 +6,6 @@
 #include <sys/signalfd.h>
 
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -15,6 +14,7 @@
 
 #include "core/clock.hpp"
 #include "core/file.hpp"
+#include "core/process.hpp"
 #include "site/job/job.hpp"
 #include "site/job/plans.hpp"
 #include "site/job/spread.hpp"
@@ -35,25 +35,13 @@ struct JobOptions {
   PlanOptions plan;
 };
 
-bool is_in_path(const std::string& program) {
-  const char* path = std::getenv("PATH");
-  std::string folders = path != nullptr ? path : "";
-  for (std::size_t at = 0; at <= folders.size();) {
-    const auto end = std::min(folders.find(':', at), folders.size());
-    std::error_code error;
-    if (fs::exists(fs::path(folders.substr(at, end - at)) / program, error)) return true;
-    at = end + 1;
-  }
-  return false;
-}
-
 Result<Spreading> spreading_of(const JobOptions& options) {
   Spreading how{.by = {}, .words = options.for_by, .waits = !options.detach};
-  const bool has_slurm = is_in_path("sbatch");
+  const bool has_slurm = !program_in_path("sbatch").empty();
   how.by = options.by == name(By::slurm) || (options.by.empty() && has_slurm) ? By::slurm : By::parallel;
   if (how.by == By::slurm && !has_slurm)
     return failure(FaultKind::usage, "--by slurm", "there is no sbatch here; install slurm-client, or --by parallel");
-  if (how.by == By::parallel && !is_in_path("parallel"))
+  if (how.by == By::parallel && program_in_path("parallel").empty())
     return failure(FaultKind::usage, "--by parallel", "there is no parallel here; install parallel, or slurm-client");
   if (options.detach && how.by == By::parallel)
     return failure(FaultKind::usage, "--detach", "parallel ends with this program; Slurm goes on without it");

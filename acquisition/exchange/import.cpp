@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <future>
@@ -159,7 +160,8 @@ class ImportedRecord {
   Result<ImportSummary> finish(const Notes& notes) {
     auto told = notes;
     if (silences_.count() > 0) told.insert(told.begin(), silences_.described());
-    auto done = write_waiting().and_then([&] { return all_written(); });
+    if (!file_) return failure(FaultKind::bad_file, "", "the file has no row, expected at least one");
+    auto done = write_rest();
     for (const std::string& note : told)
       if (done) done = file_->insert_event(taken_ - 1, {{last_, {}}, EventKind::note, note});
     done = done.and_then([&] { return commit(); }).and_then([&] { return file_->finish(); });
@@ -184,27 +186,31 @@ class ImportedRecord {
     if (!file) return failure(file.error());
     begun_ = true;
     file_ = std::move(*file);
-    constexpr std::size_t kMostWaiting = 2048;
-    rows_.assign(kMostWaiting, record::empty_row(info_));
+    constexpr std::size_t kMostWaiting = 2048, kMostCellsWaiting = 1 << 17;
+    const auto columns = record::SampleColumns(info_).count();
+    rows_.assign(std::clamp<std::size_t>(kMostCellsWaiting / columns, 1, kMostWaiting), record::empty_row(info_));
     return file_->begin();
   }
 
-  /// Returns while they are being written.
+  /// Returns while they are being written, by a thread that hears no signal, as this one does not. Where there is none
+  /// to be had, they are when all_written() asks.
   Result<void> write_waiting() {
     file_->chain(std::span(rows_).first(std::exchange(waiting_, 0)), chained_);
     if (auto before = all_written(); !before) return before;
     std::swap(chained_, written_);
-    writing_ = std::async(std::launch::async, [this] { return file_->write(written_); });
+    writing_ = std::async(std::launch::async | std::launch::deferred, [this] { return file_->write(written_); });
     return {};
+  }
+
+  Result<void> write_rest() {
+    file_->chain(std::span(rows_).first(std::exchange(waiting_, 0)), chained_);
+    return all_written().and_then([&] { return file_->write(chained_); });
   }
 
   Result<void> all_written() { return writing_.valid() ? writing_.get() : Result<void>(); }
 
   Result<void> commit() {
-    return write_waiting()
-        .and_then([&] { return all_written(); })
-        .and_then([&] { return file_->replace_frames({}); })
-        .and_then([&] { return file_->commit(); });
+    return write_rest().and_then([&] { return file_->replace_frames({}); }).and_then([&] { return file_->commit(); });
   }
 
   void take(const ImportedRow& imported, SampleRow& row) const {

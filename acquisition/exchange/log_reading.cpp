@@ -59,13 +59,13 @@ Result<void> LogReading::take(std::size_t series, std::string_view message, cons
     return {};
   }
   if (auto alone = check_alone(series, file); !alone) return alone;
-  if (rows_++ == 0) only_ = series;
   const double time_us = number_at(message, known.time.place, known.time.type) * known.time.scale;
   const bool is_possible = time_us >= 0 && time_us * 1e-6 <= to_seconds(kLongestForeignTime);
   if (!is_possible) {
     ++damaged_;
     return {};
   }
+  if (rows_++ == 0) only_ = series;
   for (const Wanted& wanted : known.wanted)
     numbers_[wanted.column] = number_at(message, wanted.field.place, wanted.field.type) * wanted.field.scale;
   auto taken = (*take_)({.time = from_seconds(time_us * 1e-6), .numbers = numbers_});

@@ -43,7 +43,7 @@ void RowChain::add_bits(char type, std::uint64_t bits) {
 void RowChain::add_integer(std::int64_t value) { add_bits('i', static_cast<std::uint64_t>(value)); }
 
 void RowChain::add(double value) {
-  constexpr double kLargest = 9.2e18;  // of SQLite's integers, about
+  constexpr double kLargest = 0x1p63;  // SQLite's integers are below
   if (std::isnan(value)) return add(std::monostate());
   if (std::abs(value) < kLargest)
     if (const auto whole = static_cast<std::int64_t>(value); value == static_cast<double>(whole))

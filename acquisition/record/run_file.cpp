@@ -72,8 +72,9 @@ constexpr int kCopyPatienceMs = 100;
 /// What a machine that dies leaves of such a file is of no use to anybody.
 constexpr const char* kUnsynced = "PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF";
 
-/// Of samples that are put in by one statement, where there are as many: it begins anew for each of them otherwise.
+/// Samples that one statement puts in, where there are as many: it begins anew for each of them otherwise.
 constexpr std::size_t kTogether = 32;
+constexpr std::size_t kMostParameters = 32'766;  ///< that SQLite takes, whoever has compiled it
 
 std::string insert_sql(std::string_view table, const std::string& columns, std::size_t rows = 1) {
   std::string places = "?";
@@ -113,10 +114,11 @@ class RunFile::Row {
   int parameter_{};
 };
 
-Result<RunFile::Statements> RunFile::prepare(Database& database) {
+Result<RunFile::Statements> RunFile::prepare(Database& database, const RunInfo& info) {
   const std::pair<Statement Statements::*, std::string> all[] = {
       {&Statements::begin, "BEGIN IMMEDIATE"},
       {&Statements::commit, "COMMIT"},
+      {&Statements::sample, insert_sql("sample", SampleColumns(info).names() + ", chain")},
       {&Statements::fault, insert_sql("fault", "id, slot, channel, kind, \"where\", what, chain")},
       {&Statements::event, insert_sql("event", "id, " + names_of(columns_of_events()) + ", chain")},
       {&Statements::gap, insert_sql("gap", "first, last, cause, chain")},
@@ -134,7 +136,7 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
       into(end.chain, stored_chain(database, path))
           .and_then([&] { return into(end.faults, database.ask_integer("SELECT max(rowid) FROM fault", 0)); })
           .and_then([&] { return into(end.events, database.ask_integer("SELECT max(id) FROM event", 0)); })
-          .and_then([&] { return into(statements, prepare(database)); });
+          .and_then([&] { return into(statements, prepare(database, info)); });
   if (!read) return failure(read.error());
   std::optional<FileWatch> watch;
   if (watching == Watching::yes && !in_memory(path)) {
@@ -327,11 +329,11 @@ std::int64_t RunFile::link_of(std::span<const Cell> sample) {
 }
 
 Result<void> RunFile::write(const ChainedSamples& samples) {
-  if (auto ready = name_columns_of(samples); !ready) return ready;
+  if (auto ready = prepare_for(samples); !ready) return ready;
   std::span<const Cell> cells = samples.cells;
   for (std::span<const std::int64_t> links = samples.links; !links.empty();) {
-    const std::size_t rows = links.size() < kTogether ? 1 : kTogether;
-    auto& statement = rows == 1 ? statements_->sample : statements_->samples;
+    const std::size_t rows = links.size() < together_ ? 1 : together_;
+    auto& statement = rows == 1 ? statements_->sample : *statements_->samples;
     int parameter = 0;
     for (const std::int64_t link : links.first(rows)) {
       for (std::size_t i = 0; i < named_.size(); ++i)
@@ -345,27 +347,32 @@ Result<void> RunFile::write(const ChainedSamples& samples) {
   return {};
 }
 
-Result<void> RunFile::name_columns_of(const ChainedSamples& samples) {
+Result<void> RunFile::prepare_for(const ChainedSamples& samples) {
   auto named = named_;
   named.resize(columns_.count());
   for (std::span<const Cell> left = samples.cells; !left.empty(); left = left.subspan(named.size()))
     for (std::size_t i = 0; i < named.size(); ++i)
       if (!named[i]) named[i] = !is_nothing(left[i]);
-  if (named == named_) return {};
+  if (named != named_) {
+    auto one = prepare_insert(named, 1);
+    if (!one) return failure(one.error());
+    statements_->sample = std::move(*one);
+    statements_->samples.reset();
+    const auto parameters = static_cast<std::size_t>(std::ranges::count(named, true)) + 1;
+    together_ = std::clamp<std::size_t>(kMostParameters / parameters, 1, kTogether);
+    named_ = std::move(named);
+  }
+  if (together_ == 1 || samples.links.size() < together_ || statements_->samples) return {};
+  return into(statements_->samples, prepare_insert(named_, together_));
+}
+
+Result<Statement> RunFile::prepare_insert(const std::vector<bool>& named, std::size_t rows) {
   std::string columns;
   std::size_t i = 0;
   columns_.each([&](std::string_view column, std::string_view) {
     if (named[i++]) columns += fmt::format("\"{}\", ", column);
   });
-  columns += "chain";
-  auto one = database_.prepare(insert_sql("sample", columns));
-  if (!one) return failure(one.error());
-  auto many = database_.prepare(insert_sql("sample", columns, kTogether));
-  if (!many) return failure(many.error());
-  statements_->sample = std::move(*one);
-  statements_->samples = std::move(*many);
-  named_ = std::move(named);
-  return {};
+  return database_.prepare(insert_sql("sample", columns + "chain", rows));
 }
 
 Result<void> RunFile::insert_fault(std::int64_t slot, std::string_view channel, const Fault& fault) {

@@ -93,8 +93,8 @@ class RunFile {
 
  private:
   struct Statements {
-    Statement begin{}, commit{}, fault{}, event{}, gap{}, frames{};
-    Statement sample{}, samples{};  ///< one and many, of the columns that are named_, and the chain's
+    Statement begin{}, commit{}, sample{}, fault{}, event{}, gap{}, frames{};
+    std::optional<Statement> samples{};  ///< as many as are put in together_; like `sample`, of the columns named_
   };
   /// A row being put together: each value goes into the statement and into the chain.
   class Row;
@@ -105,7 +105,7 @@ class RunFile {
         path_(std::move(path)),
         info_(std::move(info)),
         columns_(info_) {}
-  [[nodiscard]] static Result<Statements> prepare(Database& database);
+  [[nodiscard]] static Result<Statements> prepare(Database& database, const RunInfo& info);
   enum class Watching { yes, no };
   [[nodiscard]] static Result<RunFile> ready(Database database, const std::string& path, RunInfo info,
                                              Watching watching);
@@ -114,9 +114,10 @@ class RunFile {
   [[nodiscard]] Result<void> refuse_if(std::optional<Interference> found);
   [[nodiscard]] Result<void> copy_row(std::string_view table, const record::Statement& row);
   [[nodiscard]] std::int64_t link_of(std::span<const Cell> sample);
-  /// So that the statements name each column that some sample had something in so far: to bind and to store nothing
-  /// takes as long as a number.
-  [[nodiscard]] Result<void> name_columns_of(const ChainedSamples& samples);
+  /// The statements then name each column that some sample had something in so far: to bind and to store nothing takes
+  /// as long as a number.
+  [[nodiscard]] Result<void> prepare_for(const ChainedSamples& samples);
+  [[nodiscard]] Result<Statement> prepare_insert(const std::vector<bool>& named, std::size_t rows);
 
   std::optional<WrittenHere> written_;  ///< nothing in memory; outlives the connection
   Database database_;
@@ -127,8 +128,9 @@ class RunFile {
   std::string path_;
   RunInfo info_;
   SampleColumns columns_;
-  std::vector<bool> named_{};  ///< of the columns
-  ChainedSamples samples_{};   ///< made once
+  std::vector<bool> named_{};  ///< of the columns; before the first sample `sample` has all of them
+  std::size_t together_ = 1;
+  ChainedSamples samples_{};  ///< made once
   /// What the next row continues.
   struct Position {
     RowChain chain;

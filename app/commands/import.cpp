@@ -61,7 +61,7 @@ void add_import(Program& program) {
   auto [command, options] =
       add_command(program, "import", "Makes a record of a foreign table or log, as a column map says.",
                   "gyrotherm import table.csv --map freeimu --out freeimu.db", import);
-  command.add_option("file", options.file, "the table, or a log of PX4 or ArduPilot")
+  command.add_option("file", options.file, "a text table, a log of PX4 or ArduPilot, or NetCDF")
       ->type_name(value::kTable)
       ->required();
   command.add_option("--map", options.map, "which column is what")->type_name(value::kMap);

@@ -137,12 +137,9 @@ void add_train(Program& program) {
   command
       .add_option("--inputs", options.training.inputs,
                   "words and terms, joined by commas or +: multi-point, multi-point-t, three-point, three-point-t, "
-                  "seven-point, "
-                  "gradients, temperatures, rates, thermal-history, lag-bank, or terms like "
-                  "A-B,A,rate:A,lag:600:A,A^2,A*A-B, self "
-                  "(the unit's own temperature), aux:NAME; "
-                  "default: what "
-                  "the method is published with")
+                  "seven-point, gradients, temperatures, rates, polynomial, temperature-gradient-rate, physics, "
+                  "thermal-history, lag-bank, or terms like A-B,A,rate:A,lag:600:A,A^2,A*A-B, self (the unit's own "
+                  "temperature), aux:NAME; default: what the method is published with")
       ->type_name("TERMS");
   auto* select = command
                      .add_option("--select", options.select,

@@ -52,8 +52,7 @@ struct ResumeOptions {
 };
 
 /// Goes on with an unfinished run: the same segment, no soak shortened, the gap in the record.
-/// Down for at most 120 s, the air within 2 K of where it was, and not ended by an interlock: goes on by itself;
-/// otherwise fails with interrupted unless accepted.
+/// Where judge_reentry() leaves it to people, it fails with interrupted unless accepted.
 [[nodiscard]] Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options);
 
 // What calls the tick: an event loop in real time, a plain loop in virtual time.

@@ -68,6 +68,15 @@ TEST(Ulog, AGoldenLogIsReadToTheBit) {
   EXPECT_TRUE(rows->notes.empty());
 }
 
+TEST(Ulog, WhoseTimesCannotBeHasNoRow) {
+  UlogText log = two_series();
+  constexpr std::uint64_t kNever = 1ull << 62;  // us
+  log.data(0, gyro(kNever, 0.5F, 30)).data(0, gyro(kNever + 4000, 0.25F, 31));
+  const auto rows = rows_of(log.text(), ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
+  ASSERT_FALSE(rows);
+  EXPECT_NE(rows.error().what.find("expected at least one message"), std::string::npos);
+}
+
 TEST(Ulog, RowsOfOneSeriesKeepTheirTimes) {
   UlogText log = two_series();
   log.data(0, gyro(2'000'000, 0.5F, 30)).data(1, baro(2'000'500, 20)).data(0, gyro(2'004'000, 0.25F, 31));

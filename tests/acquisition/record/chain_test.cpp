@@ -132,6 +132,27 @@ TEST(Chain, OfSamplesThatAreWrittenTogetherIsThatOfOneAfterTheOther) {
   EXPECT_EQ(table("one.db"), table("many.db"));
 }
 
+/// The column of pulses makes integers of numbers that are whole, as far as its integers reach.
+TEST(Chain, HoldsTheGreatestNumbersThatAGyroCanSay) {
+  const auto info = two_thermometers();
+  const Folder folder;
+  {
+    auto file = RunFile::create_at_once(folder / "run.db", info).value();
+    EXPECT_TRUE(file.begin());
+    auto row = *entry_of(sample_at(0), {}, info).sample;
+    for (const double pulses : {9.2e18, 9.21e18, 0x1p63, -0x1p63, 1e300, -0.0}) {
+      row.units[0].rotation[0] = pulses;
+      EXPECT_TRUE(file.insert(row));
+      ++row.slot;
+    }
+    EXPECT_TRUE(file.replace_frames({}));
+    EXPECT_TRUE(file.commit());
+    EXPECT_TRUE(file.finish());
+  }
+  const auto verified = verify_record(folder / "run.db");
+  EXPECT_TRUE(verified) << text(verified.error());
+}
+
 TEST(Chain, ShowsEachEditOfARowAndNamesTheFirst) {
   const Folder folder;
   make_run(folder / "run.db");

@@ -104,28 +104,28 @@ void Disk::fail_once(std::int64_t operation) {
 
 bool Disk::is_sick() const { return takes_nothing_ || (fails_once_ && vfs_->failures() == 0); }
 
-void Disk::attack(const InjectedFault& fault, int part) {
+bool Disk::attack(const InjectedFault& fault, int part) {
   namespace fs = std::filesystem;
   const auto file = record::part_path(path_, part) + (fault.target == 0 ? "" : "-wal");
   std::error_code error;
   const auto size = static_cast<double>(fs::file_size(file, error));
-  if (error) return;
+  if (error || (fault.kind == Kind::file_cut && size == 0)) return false;
   const auto place = static_cast<std::streamoff>(fault.size * size);
   switch (fault.kind) {
-    case Kind::file_removed: fs::remove(file, error); return;
+    case Kind::file_removed: fs::remove(file, error); return true;
     case Kind::file_replaced:
       fs::copy_file(file, file + ".copy", error);
       fs::rename(file + ".copy", file, error);
-      return;
-    case Kind::file_cut: fs::resize_file(file, static_cast<std::uintmax_t>(place), error); return;
+      return true;
+    case Kind::file_cut: fs::resize_file(file, static_cast<std::uintmax_t>(place), error); return true;
     case Kind::file_overwritten: {
       constexpr std::size_t kMuch = 4096;
       std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
       stream.seekp(place);
       stream << std::string(kMuch, 'x');
-      return;
+      return true;
     }
-    default: return;
+    default: return false;
   }
 }
 

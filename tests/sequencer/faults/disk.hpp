@@ -36,8 +36,8 @@ class Disk {
   void fail_once(std::int64_t operation);
   void heal();
   /// Another program does something to the file that the record is being written to, or to its log. Of one that it
-  /// destroys, the bytes are gone.
-  void attack(const InjectedFault& fault, int part);
+  /// destroys, the bytes are gone. False where there is nothing to be done: no file, or no byte of it to cut off.
+  [[nodiscard]] bool attack(const InjectedFault& fault, int part);
   /// What it does for the store in this second.
   void attend(std::int64_t second);
   /// A program dies, and its store with it: its disk does nothing more for it. In a power cut a part of what was not

@@ -276,7 +276,7 @@ void SimulatedRun::obey(const InjectedFault& fault) {
 /// What a power cut leaves of files is known of those alone that nobody else has touched.
 void SimulatedRun::attack(const InjectedFault& fault) {
   if (cuts_power_) return;
-  disk_.attack(fault, store_->health().parts);
+  if (!disk_.attack(fault, store_->health().parts)) return;
   attacked_at_ = store_->sync().value_or(-1);
   part_of_sick_disk_ = disk_.is_sick() ? std::optional(store_->health().parts) : std::nullopt;
   if (fault.target == 0) spoiled_ = true;

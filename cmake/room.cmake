@@ -91,7 +91,7 @@ endfunction()
 # gyrotherm_discover(PROGRAM [TOGETHER suites …] [WAITING suites …]) registers each test of a program by itself, but for
 # those of the suites that are TOGETHER: what these make for all of their tests takes long, and is made once. A test keeps
 # a processor busy, most of the time, unless its suite is WAITING for clocks and other programs; the preset runs as many
-# of either side by side as two processors bear, which is 4 where a busy one counts 2, and begins with what waits.
+# of either side by side as two processors bear, which is 5 where a busy one counts 2, and begins with what waits.
 function(gyrotherm_discover program)
   cmake_parse_arguments(suites "" "" "TOGETHER;WAITING" ${ARGN})
   list(TRANSFORM suites_TOGETHER APPEND ".*" OUTPUT_VARIABLE together)

@@ -154,7 +154,7 @@ Finding check_priority() {
 
 Finding check_program(const char* name, FindingState missing, const char* why) {
   const auto path = program_beside_this_one(name);
-  if (::access(path.c_str(), X_OK) == 0) return {name, FindingState::ok, path, ""};
+  if (may_run(path)) return {name, FindingState::ok, path, ""};
   return {name, missing, fmt::format("{} cannot be started: {}", path, why),
           "install the whole of it: cmake --install, or the package gyrotherm", FaultKind::bad_file};
 }

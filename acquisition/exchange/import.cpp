@@ -154,7 +154,7 @@ class ImportedRecord {
     if (waiting_ == rows_.size())
       if (auto written = write_waiting(); !written) return written;
     if (taken_ % kRowsOfATransaction != 0) return {};
-    return commit().and_then([&] { return file_->begin(); });
+    return write_rest().and_then([&] { return commit(); }).and_then([&] { return file_->begin(); });
   }
 
   Result<ImportSummary> finish(const Notes& notes) {
@@ -195,7 +195,7 @@ class ImportedRecord {
   /// Returns while they are being written, by a thread that hears no signal, as this one does not. Where there is none
   /// to be had, they are when all_written() asks.
   Result<void> write_waiting() {
-    file_->chain(std::span(rows_).first(std::exchange(waiting_, 0)), chained_);
+    chain_waiting();
     if (auto before = all_written(); !before) return before;
     std::swap(chained_, written_);
     writing_ = std::async(std::launch::async | std::launch::deferred, [this] { return file_->write(written_); });
@@ -203,14 +203,16 @@ class ImportedRecord {
   }
 
   Result<void> write_rest() {
-    file_->chain(std::span(rows_).first(std::exchange(waiting_, 0)), chained_);
+    chain_waiting();
     return all_written().and_then([&] { return file_->write(chained_); });
   }
+
+  void chain_waiting() { file_->chain(std::span(rows_).first(std::exchange(waiting_, 0)), chained_); }
 
   Result<void> all_written() { return writing_.valid() ? writing_.get() : Result<void>(); }
 
   Result<void> commit() {
-    return write_rest().and_then([&] { return file_->replace_frames({}); }).and_then([&] { return file_->commit(); });
+    return file_->replace_frames({}).and_then([&] { return file_->commit(); });
   }
 
   void take(const ImportedRow& imported, SampleRow& row) const {

@@ -112,21 +112,22 @@ bool Disk::attack(const InjectedFault& fault, int part) {
   if (error || (fault.kind == Kind::file_cut && size == 0)) return false;
   const auto place = static_cast<std::streamoff>(fault.size * size);
   switch (fault.kind) {
-    case Kind::file_removed: fs::remove(file, error); return true;
+    case Kind::file_removed: fs::remove(file, error); break;
     case Kind::file_replaced:
       fs::copy_file(file, file + ".copy", error);
       fs::rename(file + ".copy", file, error);
-      return true;
-    case Kind::file_cut: fs::resize_file(file, static_cast<std::uintmax_t>(place), error); return true;
+      break;
+    case Kind::file_cut: fs::resize_file(file, static_cast<std::uintmax_t>(place), error); break;
     case Kind::file_overwritten: {
       constexpr std::size_t kMuch = 4096;
       std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
       stream.seekp(place);
       stream << std::string(kMuch, 'x');
-      return true;
+      break;
     }
     default: return false;
   }
+  return true;
 }
 
 void Disk::heal() {

@@ -84,7 +84,8 @@ Situation Notifier::situation() {
   return now;
 }
 
-/// The record of a run that is over takes no more words.
+/// The record has it before the memory does: who is killed in between tells again, and the record says so. The record
+/// of a run that is over takes no more words.
 void Notifier::give_away(const DueMessage& message) {
   const auto address = std::ranges::find(site_.addresses, message.address, &NotifyAddress::name);
   if (address == site_.addresses.end()) return;
@@ -99,12 +100,13 @@ void Notifier::give_away(const DueMessage& message) {
   } else {
     memory_.told(message, utc);
   }
+  if (!message.record.empty()) {
+    const auto of_alarm = message.alarm ? fmt::format(" of alarm {}", *message.alarm) : std::string();
+    auto note = fmt::format("{} {}{}, by rule \"{}\": {}", message.address,
+                            delivered ? "was told" : "could not be told", of_alarm, message.rule, message.text);
+    (void)control::tell(message.record, {.note = shortened(std::move(note)), .told = true}, kSecond);
+  }
   save();
-  if (message.record.empty()) return;
-  const auto of_alarm = message.alarm ? fmt::format(" of alarm {}", *message.alarm) : std::string();
-  auto note = fmt::format("{} {}{}, by rule \"{}\": {}", message.address, delivered ? "was told" : "could not be told",
-                          of_alarm, message.rule, message.text);
-  (void)control::tell(message.record, {.note = shortened(std::move(note)), .told = true}, kSecond);
 }
 
 void Notifier::save() {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/deadline.hpp"
+#include "core/file.hpp"
 #include "tests/drivers/line/faults.hpp"
 
 namespace gyrotherm::drivers {

@@ -310,7 +310,7 @@ class FilmOfWalls {
     }
     for (int reach = 2; reach <= 8; reach *= 2)
       if (spread(area, middle, out, brick, reach)) return;
-    assert(!"a wall far from every brick that stays");
+    assert(false && "a wall far from every brick that stays");
   }
 
   bool spread(double area, PlanPoint middle, PlanPoint out, BrickPlace around, int reach) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 #include <vector>
 
 #include "analysis/svm/kernel.hpp"
@@ -31,11 +32,22 @@ constexpr float kLeastCurvature = 1e-12F;
 constexpr double kLeastShare = 1e-3;
 constexpr IndexLanes kCount = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
-// Lanes moved by half, a quarter, … of their number, for reductions in four steps.
-constexpr std::array<IndexLanes, 4> kTurns = {IndexLanes{8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7},
-                                              IndexLanes{4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11},
-                                              IndexLanes{2, 3, 0, 1, 6, 7, 4, 5, 10, 11, 8, 9, 14, 15, 12, 13},
-                                              IndexLanes{1, 0, 3, 2, 5, 4, 7, 6, 9, 8, 11, 10, 13, 12, 15, 14}};
+// Of sixteen, place i of `to` is place i ^ distance of `from`.
+template <int distance, class Lanes>
+[[gnu::always_inline]] inline void cross(const Lanes& from, Lanes& to) {
+  constexpr int d = distance;
+  to = __builtin_shufflevector(from, from, 0 ^ d, 1 ^ d, 2 ^ d, 3 ^ d, 4 ^ d, 5 ^ d, 6 ^ d, 7 ^ d, 8 ^ d, 9 ^ d, 10 ^ d,
+                               11 ^ d, 12 ^ d, 13 ^ d, 14 ^ d, 15 ^ d);
+}
+
+// Calls step for the distances 8, 4, 2 and 1: a reduction of 16 lanes to one.
+template <class Step>
+[[gnu::always_inline]] inline void fold_lanes(const Step& step) {
+  step(std::integral_constant<int, 8>());
+  step(std::integral_constant<int, 4>());
+  step(std::integral_constant<int, 2>());
+  step(std::integral_constant<int, 1>());
+}
 
 // The largest of 2 × 16 candidates and where it is.
 [[gnu::always_inline]] inline void reduce_largest(FloatLanes& best, IndexLanes& where, const FloatLanes& other,
@@ -43,13 +55,15 @@ constexpr std::array<IndexLanes, 4> kTurns = {IndexLanes{8, 9, 10, 11, 12, 13, 1
   IndexLanes better = other > best;
   best = better ? other : best;
   where = better ? other_where : where;
-  for (const IndexLanes& turn : kTurns) {
-    const FloatLanes turned = __builtin_shuffle(best, turn);
-    const IndexLanes turned_where = __builtin_shuffle(where, turn);
-    better = turned > best;
-    best = better ? turned : best;
-    where = better ? turned_where : where;
-  }
+  fold_lanes([&]<int distance>(std::integral_constant<int, distance>) __attribute__((always_inline)) {
+    FloatLanes crossed;
+    IndexLanes crossed_where;
+    cross<distance>(best, crossed);
+    cross<distance>(where, crossed_where);
+    better = crossed > best;
+    best = better ? crossed : best;
+    where = better ? crossed_where : where;
+  });
 }
 
 // response = up − down + kept · response, h −= moved · response, and the largest u = h − rise of the new h. `count` is
@@ -116,12 +130,16 @@ void choose_partner(const float* row, const float* h, const float* fall, float u
   }
   least[0] = least[1] < least[0] ? least[1] : least[0];
   best[0].take_better(best[1].square, best[1].curvature, best[1].where + kFloatLanes);
-  for (const IndexLanes& turn : kTurns) {
-    const FloatLanes turned = __builtin_shuffle(least[0], turn);
-    least[0] = turned < least[0] ? turned : least[0];
-    best[0].take_better(__builtin_shuffle(best[0].square, turn), __builtin_shuffle(best[0].curvature, turn),
-                        __builtin_shuffle(best[0].where, turn));
-  }
+  fold_lanes([&]<int distance>(std::integral_constant<int, distance>) __attribute__((always_inline)) {
+    FloatLanes lower;
+    Candidate other;
+    cross<distance>(least[0], lower);
+    cross<distance>(best[0].square, other.square);
+    cross<distance>(best[0].curvature, other.curvature);
+    cross<distance>(best[0].where, other.where);
+    least[0] = lower < least[0] ? lower : least[0];
+    best[0].take_better(other.square, other.curvature, other.where);
+  });
   least_slope = least[0][0];
   index = best[0].where[0];
 }

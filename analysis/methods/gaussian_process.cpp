@@ -95,6 +95,14 @@ std::string particulars_of(const Covariance& covariance, const std::vector<data:
       fmt::join(lengths, ", "), samples);
 }
 
+/// covariance_matrix of samples with themselves, of which only the lower triangle is to be read.
+Eigen::MatrixXd lower_covariance(const Covariance& covariance, const data::SampleMatrix& x) {
+  const data::SampleMatrix scaled = x.array().rowwise() / covariance.lengths.array();
+  Eigen::MatrixXd lower = svm::gaussian_kernel_lower(scaled, 1);
+  lower.triangularView<Eigen::Lower>() *= covariance.signal * covariance.signal;
+  return lower;
+}
+
 Result<PredictiveVariance> variance_from(const FitInput& set, const Covariance& covariance,
                                          const Eigen::MatrixXd& precision_of_slope) {
   PredictiveVariance stored{.centres = set.x(thinned(set.x.rows(), kVarianceCentres), Eigen::all),
@@ -147,7 +155,7 @@ Result<Likelihood> marginal_likelihood(const Covariance& covariance, const data:
   const Eigen::Index inputs = x.cols();
   const auto samples = static_cast<double>(y.size());
   const double variance = covariance.noise * covariance.noise;
-  const Eigen::MatrixXd signal = covariance_matrix(covariance, x, x);
+  const Eigen::MatrixXd signal = lower_covariance(covariance, x);
   Eigen::MatrixXd factor = signal;
   factor.diagonal().array() += variance;
   if (!svm::factor_cholesky(factor)) return not_definite();
@@ -158,13 +166,17 @@ Result<Likelihood> marginal_likelihood(const Covariance& covariance, const data:
                         .gradient = Eigen::VectorXd(inputs + 2)};
   // ½ tr((ααᵀ − K⁻¹) ∂K/∂θ); ∂K/∂log l_j is S ∘ (z_j − z'_j)²/l_j², which sums to products of Q = (ααᵀ − K⁻¹) ∘ S with
   // x.
-  const Eigen::MatrixXd lower = svm::inverse_lower(factor);
-  Eigen::MatrixXd weighed = lower.selfadjointView<Eigen::Lower>();
-  weighed = alpha * alpha.transpose() - weighed;
-  const double trace = weighed.trace();
-  weighed.array() *= signal.array();
-  const Eigen::VectorXd sums = weighed.rowwise().sum();
-  const Eigen::MatrixXd products = weighed * x;
+  Eigen::MatrixXd weighed = svm::inverse_lower(factor);
+  double trace = 0;
+  for (Eigen::Index j = 0; j < y.size(); ++j) {
+    auto column = weighed.col(j).tail(y.size() - j);
+    column = alpha(j, 0) * alpha.col(0).tail(y.size() - j) - column;
+    trace += column(0);
+    column.array() *= signal.col(j).tail(y.size() - j).array();
+  }
+  const auto whole = weighed.selfadjointView<Eigen::Lower>();
+  const Eigen::VectorXd sums = whole * Eigen::VectorXd::Ones(y.size());
+  const Eigen::MatrixXd products = whole * x;
   for (Eigen::Index j = 0; j < inputs; ++j) {
     const double spread = x.col(j).cwiseAbs2().dot(sums) - x.col(j).dot(products.col(j));
     likelihood.gradient(j) = spread / (covariance.lengths(j) * covariance.lengths(j));
@@ -206,8 +218,8 @@ Result<Fit> fit_gaussian_process(const FitInput& set, const HyperParameters&, co
   const Eigen::MatrixXd precision = slope_penalty(set, variance);  // A⁻¹
   const Eigen::MatrixXd prior_times_x = precision.llt().solve(set.x.transpose());
 
-  Eigen::MatrixXd factor = covariance_matrix(covariance, set.x, set.x);
-  factor.noalias() += set.x * prior_times_x;
+  Eigen::MatrixXd factor = lower_covariance(covariance, set.x);
+  factor.triangularView<Eigen::Lower>() += set.x * prior_times_x;
   factor.diagonal().array() += variance;
   if (!svm::factor_cholesky(factor)) return not_definite();
   Eigen::MatrixXd alpha = y;

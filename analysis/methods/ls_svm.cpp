@@ -3,6 +3,8 @@
 
 #include <cassert>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "analysis/methods/held_out.hpp"
 #include "analysis/methods/kernel_methods.hpp"
@@ -15,27 +17,33 @@ namespace {
 /// log2 of γ and σ.
 struct Position {
   double gamma{}, sigma{};
-  bool operator==(const Position&) const = default;
 };
 
 constexpr double kGammaStep = 4, kSigmaStep = 1.5;
 constexpr Position kLeast = {2, -0.5}, kLargest = {18, 5.5};
 
-std::vector<Position> coarse_grid() {
-  std::vector<Position> grid;
-  for (double gamma = kLeast.gamma; gamma <= kLargest.gamma; gamma += kGammaStep) {
-    for (double sigma = kLargest.sigma; sigma >= kLeast.sigma; sigma -= kSigmaStep) grid.push_back({gamma, sigma});
+/// One σ and every γ to try at it: they share a kernel.
+struct Line {
+  double sigma{};
+  std::vector<double> gammas;
+};
+
+std::vector<Line> coarse_grid() {
+  std::vector<Line> grid;
+  for (double sigma = kLargest.sigma; sigma >= kLeast.sigma; sigma -= kSigmaStep) {
+    auto& line = grid.emplace_back(Line{.sigma = sigma, .gammas = {}});
+    for (double gamma = kLeast.gamma; gamma <= kLargest.gamma; gamma += kGammaStep) line.gammas.push_back(gamma);
   }
   return grid;
 }
 
 /// The eight neighbours at a part of the coarse step.
-std::vector<Position> around(Position best, double part) {
-  std::vector<Position> grid;
-  for (const int i : {-1, 0, 1}) {
-    for (const int j : {-1, 0, 1}) {
-      if (i != 0 || j != 0) grid.push_back({best.gamma + i * part * kGammaStep, best.sigma + j * part * kSigmaStep});
-    }
+std::vector<Line> around(Position best, double part) {
+  const double aside = part * kGammaStep;
+  std::vector<Line> grid;
+  for (const int j : {-1, 0, 1}) {
+    grid.push_back({best.sigma + j * part * kSigmaStep, {best.gamma - aside, best.gamma + aside}});
+    if (j != 0) grid.back().gammas.push_back(best.gamma);
   }
   return grid;
 }
@@ -46,12 +54,21 @@ void warn_of_edge(const char* name, double at, double least, double largest, std
   warnings.push_back(fmt::format("log2 {} = {} lies at the edge of the grid, {} … {}", name, at, least, largest));
 }
 
-Result<Eigen::MatrixXd> held_out_prediction(const Fold& fold, Position at) {
-  const double sigma = std::exp2(at.sigma);
-  const auto machine =
-      solve_ls_svm(svm::gaussian_kernel(fold.train_x, fold.train_x, sigma), fold.train_y, std::exp2(at.gamma));
-  if (!machine) return failure(machine.error());
-  return (svm::gaussian_kernel(fold.test_x, fold.train_x, sigma) * machine->alpha).array() + machine->b;
+/// A column for each γ of the line; one that cannot be learnt is not finite.
+Result<Eigen::MatrixXd> held_out_prediction(const Fold& fold, const Line& line) {
+  const double sigma = std::exp2(line.sigma);
+  const Eigen::MatrixXd among = svm::gaussian_kernel_lower(fold.train_x, sigma);
+  const Eigen::MatrixXd across = svm::gaussian_kernel(fold.test_x, fold.train_x, sigma);
+  Eigen::MatrixXd predicted(fold.test_x.rows(), static_cast<Eigen::Index>(line.gammas.size()));
+  for (std::size_t i = 0; i < line.gammas.size(); ++i) {
+    auto column = predicted.col(static_cast<Eigen::Index>(i));
+    const auto machine = solve_ls_svm(among, fold.train_y, std::exp2(line.gammas[i]));
+    if (machine)
+      column = (across * machine->alpha).array() + machine->b;
+    else
+      column.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+  return predicted;
 }
 
 }  // namespace
@@ -79,15 +96,17 @@ Eigen::VectorXd inverse_diagonal_of(const LsSvm& machine) {
 }
 
 Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
-  std::vector<Position> tried;
+  std::vector<Line> tried;
   std::vector<Eigen::VectorXd> errors;
-  const auto try_all = [&](const std::vector<Position>& grid) -> Result<Position> {
+  const auto try_all = [&](const std::vector<Line>& grid) -> Result<Position> {
     const Trial trial = [&](const Fold& fold, std::size_t i) { return held_out_prediction(fold, grid[i]); };
     const auto more = held_out_errors(folds, grid.size(), trial, options, progress);
     if (!more) return failure(more.error());
     tried.insert(tried.end(), grid.begin(), grid.end());
     errors.insert(errors.end(), more->begin(), more->end());
-    return tried[least_of(errors).trial];
+    const Least least = least_of(errors);
+    return Position{.gamma = tried[least.trial].gammas[static_cast<std::size_t>(least.candidate)],
+                    .sigma = tried[least.trial].sigma};
   };
   auto best = try_all(coarse_grid());
   for (const double part : {0.5, 0.25}) {
@@ -104,7 +123,7 @@ Result<Choice> choose_ls_svm(std::span<const Fold> folds, const MethodOptions& o
 Result<Fit> fit_ls_svm(const FitInput& set, const HyperParameters& parameters, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const double gamma = value_of(parameters, "gamma"), sigma = value_of(parameters, "sigma");
-  const auto machine = solve_ls_svm(svm::gaussian_kernel(set.x, set.x, sigma), set.y, gamma);
+  const auto machine = solve_ls_svm(svm::gaussian_kernel_lower(set.x, sigma), set.y, gamma);
   if (!machine) return failure(machine.error());
   const Eigen::VectorXd diagonal = inverse_diagonal_of(*machine);
   const auto samples = static_cast<double>(set.y.size());

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "analysis/svm/lanes.hpp"
@@ -39,16 +40,29 @@ struct Packed {
   std::vector<double> b;
 };
 
-// Rows first … first + rows of `m` as strips of `height` rows, each strip column after column, the last filled up with
-// zeros.
-void pack(Block m, Eigen::Index rows, Eigen::Index depth, Eigen::Index height, std::vector<double>& out) {
+// What a thread's factorisations pack into. Kept between them: asked of the system anew each time, its pages cost more
+// than a small factorisation.
+Packed& scratch() {
+  thread_local Packed packed;
+  return packed;
+}
+
+// The rows of `m` as strips of `height` rows, each strip column after column, the last filled up with zeros.
+template <Eigen::Index height>
+void pack(Block m, Eigen::Index rows, Eigen::Index depth, std::vector<double>& out) {
   const Eigen::Index strips = (rows + height - 1) / height;
-  out.resize(static_cast<std::size_t>(strips * height * depth));
+  const auto needed = static_cast<std::size_t>(strips * height * depth);
+  if (out.size() < needed) out.resize(needed);
   double* next = out.data();
   for (Eigen::Index first = 0; first < rows; first += height) {
     const Eigen::Index used = std::min(height, rows - first);
     for (Eigen::Index column = 0; column < depth; ++column, next += height) {
-      std::copy_n(m.at(first, column).data, used, next);
+      const double* from = m.at(first, column).data;
+      if (used == height) {
+        std::memcpy(next, from, height * sizeof(double));  // of a known size: no call
+        continue;
+      }
+      std::copy_n(from, used, next);
       std::fill(next + used, next + height, 0.0);
     }
   }
@@ -110,10 +124,10 @@ void subtract_product(Block a, Block b, Block c, Eigen::Index rows, Eigen::Index
   const bool in_strips = has_many_registers();
   for (Eigen::Index from = 0; from < depth; from += kBlockDepth) {
     const Eigen::Index deep = std::min(kBlockDepth, depth - from);
-    pack(b.at(0, from), columns, deep, kTileColumns, packed.b);
+    pack<kTileColumns>(b.at(0, from), columns, deep, packed.b);
     for (Eigen::Index top = 0; top < rows; top += kBlockRows) {
       const Eigen::Index high = std::min(kBlockRows, rows - top);
-      pack(a.at(top, from), high, deep, kTileRows, packed.a);
+      pack<kTileRows>(a.at(top, from), high, deep, packed.a);
       for (Eigen::Index column = 0; column < columns; column += kTileColumns) {
         const Eigen::Index wide = std::min(kTileColumns, columns - column);
         for (Eigen::Index row = 0; row < high; row += kTileRows) {
@@ -223,13 +237,16 @@ void solve_column(const double* l, Eigen::Index stride, Eigen::Index n, double* 
   }
 }
 
+// L⁻ᵀ is upper triangular: its rows from `top` on begin with zeros, which are left out where it is made so many rows at
+// once.
+constexpr Eigen::Index kInverseRows = 96;
+
+// A matrix as an operand that a product or a division reads alone.
+Block read_only(const Eigen::Ref<const Eigen::MatrixXd>& m) { return {const_cast<double*>(m.data()), m.outerStride()}; }
+
 }  // namespace
 
-bool factor_cholesky(Eigen::Ref<Eigen::MatrixXd> a) {
-  // Kept between calls: asked of the system anew each time, its pages cost more than a small factorisation.
-  thread_local Packed packed;
-  return factor({a.data(), a.outerStride()}, a.rows(), packed);
-}
+bool factor_cholesky(Eigen::Ref<Eigen::MatrixXd> a) { return factor({a.data(), a.outerStride()}, a.rows(), scratch()); }
 
 void solve_cholesky(const Eigen::Ref<const Eigen::MatrixXd>& factor, Eigen::Ref<Eigen::MatrixXd> b) {
   for (Eigen::Index column = 0; column < b.cols(); ++column) {
@@ -238,23 +255,18 @@ void solve_cholesky(const Eigen::Ref<const Eigen::MatrixXd>& factor, Eigen::Ref<
 }
 
 void subtract_square(const Eigen::Ref<const Eigen::MatrixXd>& a, Eigen::Ref<Eigen::MatrixXd> c) {
-  Packed packed;
-  // The product reads its operands alone.
-  const Block operand{const_cast<double*>(a.data()), a.outerStride()};
-  subtract_product(operand, operand, {c.data(), c.outerStride()}, a.rows(), a.rows(), a.cols(), Part::lower, packed);
+  const Block operand = read_only(a);
+  subtract_product(operand, operand, {c.data(), c.outerStride()}, a.rows(), a.rows(), a.cols(), Part::lower, scratch());
 }
 
 Eigen::VectorXd inverse_diagonal(const Eigen::Ref<const Eigen::MatrixXd>& factor) {
-  constexpr Eigen::Index kRows = 192;
   const Eigen::Index n = factor.rows();
-  const Block l{const_cast<double*>(factor.data()), factor.outerStride()};
-  Packed packed;
   Eigen::VectorXd diagonal(n);
-  // L⁻ᵀ is upper triangular: its rows from `top` on begin with zeros.
-  for (Eigen::Index top = 0; top < n; top += kRows) {
-    const Eigen::Index high = std::min(kRows, n - top);
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Identity(high, n - top);
-    divide(l.at(top, top), {rows.data(), rows.outerStride()}, high, n - top, packed);
+  Eigen::MatrixXd rows;
+  for (Eigen::Index top = 0; top < n; top += kInverseRows) {
+    const Eigen::Index high = std::min(kInverseRows, n - top);
+    rows.setIdentity(high, n - top);
+    divide(read_only(factor).at(top, top), {rows.data(), rows.outerStride()}, high, n - top, scratch());
     diagonal.segment(top, high) = rows.rowwise().squaredNorm();
   }
   return diagonal;
@@ -262,13 +274,15 @@ Eigen::VectorXd inverse_diagonal(const Eigen::Ref<const Eigen::MatrixXd>& factor
 
 Eigen::MatrixXd inverse_lower(const Eigen::Ref<const Eigen::MatrixXd>& factor) {
   const Eigen::Index n = factor.rows();
-  Packed packed;
-  Eigen::MatrixXd inverse_factor = Eigen::MatrixXd::Identity(n, n);
-  divide({const_cast<double*>(factor.data()), factor.outerStride()},
-         {inverse_factor.data(), inverse_factor.outerStride()}, n, n, packed);
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
-  subtract_square(inverse_factor, inverse);
-  return -inverse;
+  Eigen::MatrixXd upper = Eigen::MatrixXd::Identity(n, n), inverse = Eigen::MatrixXd::Zero(n, n);
+  const Block a{upper.data(), n}, c{inverse.data(), n};
+  for (Eigen::Index top = 0; top < n; top += kInverseRows) {
+    const Eigen::Index high = std::min(kInverseRows, n - top);
+    divide(read_only(factor).at(top, top), a.at(top, top), high, n - top, scratch());
+    subtract_product(a.at(top, top), a.at(0, top), c.at(top, 0), high, top + high, n - top, Part::whole, scratch());
+  }
+  inverse = -inverse;
+  return inverse;
 }
 
 }  // namespace gyrotherm::svm

@@ -19,7 +19,7 @@ void subtract_square(const Eigen::Ref<const Eigen::MatrixXd>& a, Eigen::Ref<Eige
 /// The diagonal of (LLᵀ)⁻¹; it comes at the price of one more factorisation.
 [[nodiscard]] Eigen::VectorXd inverse_diagonal(const Eigen::Ref<const Eigen::MatrixXd>& factor);
 
-/// (LLᵀ)⁻¹, of which only the lower triangle is set.
+/// (LLᵀ)⁻¹, of which only the lower triangle is to be read; it comes at the price of two more factorisations.
 [[nodiscard]] Eigen::MatrixXd inverse_lower(const Eigen::Ref<const Eigen::MatrixXd>& factor);
 
 }  // namespace gyrotherm::svm

@@ -84,16 +84,15 @@ void add_squared_differences(const double* values, double value, Eigen::Index co
   for (Eigen::Index i = 0; i < count; ++i) sum[i] += (values[i] - value) * (values[i] - value);
 }
 
-// ‖a_i − b_j‖² from the differences themselves, so that equal rows are exactly 0 apart.
-Eigen::MatrixXd squared_distances(const Eigen::Ref<const SampleMatrix>& a, const Eigen::Ref<const SampleMatrix>& b) {
-  const Eigen::MatrixXd columns = a;
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(a.rows(), b.rows());
-  for (Eigen::Index j = 0; j < b.rows(); ++j) {
-    for (Eigen::Index k = 0; k < b.cols(); ++k) {
-      add_squared_differences(columns.col(k).data(), b(j, k), a.rows(), sum.col(j).data());
-    }
-  }
-  return sum;
+// The kernel of the rows of `columns` from `first` on with one place, from the differences themselves, so that equal
+// rows are exactly 0 apart; `out` begins with that of `first`.
+void fill_kernel(const Eigen::MatrixXd& columns, Eigen::Index first, const Eigen::RowVectorXd& place, double sigma,
+                 double* out) {
+  const Eigen::Index count = columns.rows() - first;
+  std::fill_n(out, count, 0.0);
+  for (Eigen::Index k = 0; k < place.size(); ++k)
+    add_squared_differences(columns.col(k).data() + first, place(k), count, out);
+  exponentiate(out, count, -0.5 / (sigma * sigma), out);
 }
 
 }  // namespace
@@ -160,8 +159,16 @@ std::vector<Eigen::Index> support_of(const Eigen::VectorXd& beta) {
 Eigen::MatrixXd gaussian_kernel(const Eigen::Ref<const SampleMatrix>& a, const Eigen::Ref<const SampleMatrix>& b,
                                 double sigma) {
   assert(a.cols() == b.cols());
-  Eigen::MatrixXd out = squared_distances(a, b);
-  exponentiate(out.data(), out.size(), -0.5 / (sigma * sigma), out.data());
+  const Eigen::MatrixXd columns = a;
+  Eigen::MatrixXd out(a.rows(), b.rows());
+  for (Eigen::Index j = 0; j < b.rows(); ++j) fill_kernel(columns, 0, b.row(j), sigma, out.col(j).data());
+  return out;
+}
+
+Eigen::MatrixXd gaussian_kernel_lower(const Eigen::Ref<const SampleMatrix>& x, double sigma) {
+  const Eigen::MatrixXd columns = x;
+  Eigen::MatrixXd out(x.rows(), x.rows());
+  for (Eigen::Index j = 0; j < x.rows(); ++j) fill_kernel(columns, j, x.row(j), sigma, &out(j, j));
   return out;
 }
 

@@ -94,6 +94,8 @@ struct SvrStart {
 /// The kernel between two sets of samples, exp(−‖a_i − b_j‖²/(2σ²)): rows of a × rows of b, which have as many columns.
 [[nodiscard]] Eigen::MatrixXd gaussian_kernel(const Eigen::Ref<const SampleMatrix>& a,
                                               const Eigen::Ref<const SampleMatrix>& b, double sigma);
+/// The same of one set of samples with itself, of which only the lower triangle is to be read.
+[[nodiscard]] Eigen::MatrixXd gaussian_kernel_lower(const Eigen::Ref<const SampleMatrix>& x, double sigma);
 
 /// Solves for one training set. Fails with usage on bad parameters, shapes or NaN (named by value and constraint), with
 /// numeric if the certificate is not reached; then `what` holds the gap that was.

@@ -10,6 +10,7 @@
 #include <chrono>
 
 #include "core/deadline.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm::app {
 namespace {

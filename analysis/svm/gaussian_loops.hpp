@@ -13,13 +13,17 @@ inline constexpr std::ptrdiff_t kGaussianBlock = 16;
 /// Points go through a loop this many at once, so that each number of a block is fetched once for all of them.
 inline constexpr std::ptrdiff_t kGaussianTile = 6;
 
+/// The bytes of blocks that go over some points before the next: half a cache of the first level.
+inline constexpr std::ptrdiff_t kGaussianBytes = 28000;
+
 /// Sums are kept in lanes, a few parts each: their parts add up to them.
 inline constexpr std::ptrdiff_t kGaussianLanes = 8;
 
-/// The two loops of one instruction set. Each adds to the lanes sums[i · kGaussianLanes …] the terms of `count` blocks
-/// at point i of a tile, whose coordinate k is points[k · stride + i]; those of a `negative` block are subtracted. A
-/// power is right to 1e-15 of itself. No exponent is above 1000.
+/// The loops of one instruction set, over `count` blocks and a tile of points, whose coordinate k at point i is
+/// points[k · stride + i]. What they sum for point i goes to the lanes sums[i · kGaussianLanes …]. A power is right to
+/// 1e-15 of itself. No exponent is above 1000.
 struct GaussianLoops {
+  /// Adds the terms of the blocks at each point; those of a `negative` block are subtracted.
   using Loop = void(const double* blocks, const bool* negative, std::ptrdiff_t count, std::ptrdiff_t dimensions,
                     const double* points, std::ptrdiff_t stride, double* sums);
   /// Its terms are 2^(o_j + Σ_k s_jk u_k), no exponent below −1000. Rows of a block: o, then s of each dimension.
@@ -27,6 +31,15 @@ struct GaussianLoops {
   /// Its terms are 2^(o_j + a_j Σ_k (u_k − c_jk)²), where that is below 2^−1000 perhaps 2^−1000. Rows of a block: o, a,
   /// then c of each dimension.
   Loop* by_differences;
+
+  /// The terms are g = 2^(Σ_k s_jk u_k) w_j, no exponent below −1000. Rows of a block: w, then s of each dimension.
+  using PairLoop = void(const double* blocks, std::ptrdiff_t count, std::ptrdiff_t dimensions, const double* points,
+                        std::ptrdiff_t stride, const double* weights, double* sums, double* centre_sums);
+  /// Leaves `weights` and `centre_sums` alone.
+  PairLoop* one_way;
+  /// Each power counts at both its ends: times `weights` of its point it is added to centre_sums of its centre as well,
+  /// kGaussianBlock of them to a block.
+  PairLoop* both_ways;
 };
 
 /// The fastest loops that this processor has.
@@ -40,7 +53,8 @@ struct GaussianLoops {
 
 // What follows makes the loops, written over the lanes of an instruction set. `Lanes` has
 //   Line, a vector of kWidth doubles, and UnalignedLine, the same read from any address;
-//   add_powers<low>(x, sums): sums[i] += 2^x[i] for a tile of lines; unless `low`, no x is below −1000.
+//   raise<low>(x): x[i] ← 2^x[i] for a tile of lines; unless `low`, no x is below −1000;
+//   add_powers<low>(x, sums): sums[i] += 2^x[i].
 // Everything is inlined into its caller, so that it is compiled for the caller's instruction set.
 
 #define GYROTHERM_INLINE __attribute__((always_inline)) inline
@@ -144,7 +158,7 @@ struct PlainLanes {
 
   // 2^x = 2^k · 2^r, k the integer nearest to x.
   template <bool kLow>
-  static GYROTHERM_INLINE void add_powers(const Line (&x)[kGaussianTile], Line (&sums)[kGaussianTile]) {
+  static GYROTHERM_INLINE void raise(Line (&x)[kGaussianTile]) {
     GYROTHERM_UNROLL
     for (int first = 0; first < kGaussianTile; first += kTogether) {
       Line rounded[kTogether], rest[kTogether], power[kTogether];
@@ -164,10 +178,17 @@ struct PlainLanes {
       }
       GYROTHERM_UNROLL
       for (int i = 0; i < kTogether; ++i) {
-        sums[first + i] += reinterpret_cast<Line>(reinterpret_cast<Bits>(power[i]) +
-                                                  (reinterpret_cast<Bits>(rounded[i]) << kMantissaBits));
+        x[first + i] = reinterpret_cast<Line>(reinterpret_cast<Bits>(power[i]) +
+                                              (reinterpret_cast<Bits>(rounded[i]) << kMantissaBits));
       }
     }
+  }
+
+  template <bool kLow>
+  static GYROTHERM_INLINE void add_powers(Line (&x)[kGaussianTile], Line (&sums)[kGaussianTile]) {
+    raise<kLow>(x);
+    GYROTHERM_UNROLL
+    for (int i = 0; i < kGaussianTile; ++i) sums[i] += x[i];
   }
 };
 
@@ -203,7 +224,69 @@ GYROTHERM_INLINE void add_gaussians(const double* blocks, const bool* negative, 
   }
 }
 
-/// Both loops. The caller's file decides what instructions they are made of.
+template <class Lanes>
+GYROTHERM_INLINE void sum_products(const double* block, std::ptrdiff_t dimensions, const double* points,
+                                   std::ptrdiff_t stride, typename Lanes::Line (&x)[kGaussianTile],
+                                   typename Lanes::Line (&y)[kGaussianTile]) {
+  typename Lanes::Line first, second;
+  GYROTHERM_UNROLL
+  for (int i = 0; i < kGaussianTile; ++i) x[i] = y[i] = typename Lanes::Line{};
+  for (std::ptrdiff_t k = 0; k < dimensions; ++k, block += kGaussianBlock, points += stride) {
+    read<Lanes>(block, first);
+    read<Lanes>(block + Lanes::kWidth, second);
+    GYROTHERM_UNROLL
+    for (int i = 0; i < kGaussianTile; ++i) {
+      x[i] += first * points[i];
+      y[i] += second * points[i];
+    }
+  }
+}
+
+/// What powers of one line of centres add to the tile's sums, and, `kBoth` ways, to that of the centres.
+template <class Lanes, bool kBoth>
+GYROTHERM_INLINE void share_out(const typename Lanes::Line (&power)[kGaussianTile], const double* centre_weights,
+                                const double* weights, typename Lanes::Line (&sum)[kGaussianTile],
+                                double* centre_sums) {
+  typename Lanes::Line weight;
+  read<Lanes>(centre_weights, weight);
+  GYROTHERM_UNROLL
+  for (int i = 0; i < kGaussianTile; ++i) sum[i] += power[i] * weight;
+  if constexpr (kBoth) {
+    typename Lanes::Line of_centres;
+    read<Lanes>(centre_sums, of_centres);
+    GYROTHERM_UNROLL
+    for (int i = 0; i < kGaussianTile; ++i) of_centres += power[i] * weights[i];
+    *reinterpret_cast<typename Lanes::UnalignedLine*>(centre_sums) = of_centres;
+  }
+}
+
+template <class Lanes, bool kBoth>
+GYROTHERM_INLINE void add_pairs(const double* blocks, std::ptrdiff_t count, std::ptrdiff_t dimensions,
+                                const double* points, std::ptrdiff_t stride, const double* weights, double* sums,
+                                double* centre_sums) {
+  using Line = typename Lanes::Line;
+  Line sum[kGaussianTile];
+  GYROTHERM_UNROLL
+  for (int i = 0; i < kGaussianTile; ++i) read<Lanes>(sums + i * kGaussianLanes, sum[i]);
+  for (std::ptrdiff_t b = 0; b < count; ++b, centre_sums += kBoth ? kGaussianBlock : 0) {
+    GYROTHERM_UNROLL
+    for (std::ptrdiff_t part = 0; part < kGaussianBlock; part += 2 * Lanes::kWidth) {
+      Line x[kGaussianTile], y[kGaussianTile];
+      sum_products<Lanes>(blocks + kGaussianBlock + part, dimensions, points, stride, x, y);
+      Lanes::template raise<false>(x);
+      share_out<Lanes, kBoth>(x, blocks + part, weights, sum, centre_sums + part);
+      Lanes::template raise<false>(y);
+      share_out<Lanes, kBoth>(y, blocks + part + Lanes::kWidth, weights, sum, centre_sums + part + Lanes::kWidth);
+    }
+    blocks += (1 + dimensions) * kGaussianBlock;
+  }
+  GYROTHERM_UNROLL
+  for (int i = 0; i < kGaussianTile; ++i) {
+    *reinterpret_cast<typename Lanes::UnalignedLine*>(sums + i * kGaussianLanes) = sum[i];
+  }
+}
+
+/// All loops. The caller's file decides what instructions they are made of.
 #define GYROTHERM_GAUSSIAN_LOOPS(Lanes)                                                                            \
   void by_products(const double* blocks, const bool* negative, std::ptrdiff_t count, std::ptrdiff_t dimensions,    \
                    const double* points, std::ptrdiff_t stride, double* sums) {                                    \
@@ -213,6 +296,14 @@ GYROTHERM_INLINE void add_gaussians(const double* blocks, const bool* negative, 
                       const double* points, std::ptrdiff_t stride, double* sums) {                                 \
     add_gaussians<Lanes, ByDifferences<Lanes>>(blocks, negative, count, dimensions, points, stride, sums);         \
   }                                                                                                                \
-  constexpr GaussianLoops kLoops { by_products, by_differences }
+  void one_way(const double* blocks, std::ptrdiff_t count, std::ptrdiff_t dimensions, const double* points,        \
+               std::ptrdiff_t stride, const double* weights, double* sums, double* centre_sums) {                  \
+    add_pairs<Lanes, false>(blocks, count, dimensions, points, stride, weights, sums, centre_sums);                \
+  }                                                                                                                \
+  void both_ways(const double* blocks, std::ptrdiff_t count, std::ptrdiff_t dimensions, const double* points,      \
+                 std::ptrdiff_t stride, const double* weights, double* sums, double* centre_sums) {                \
+    add_pairs<Lanes, true>(blocks, count, dimensions, points, stride, weights, sums, centre_sums);                 \
+  }                                                                                                                \
+  constexpr GaussianLoops kLoops { by_products, by_differences, one_way, both_ways }
 
 }  // namespace gyrotherm::svm

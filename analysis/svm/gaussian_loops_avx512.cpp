@@ -47,17 +47,34 @@ struct Avx512 {
   using UnalignedLine = __m512d_u;
   static constexpr std::ptrdiff_t kWidth = 8;
 
-  // 2^x = 2^⌊x⌋ · 2^(i/16) · 2^r, i of 0 … 15, r the rest below a sixteenth.
+  template <bool>
+  static GYROTHERM_INLINE void raise(Line (&x)[kGaussianTile]) {
+    Line power[kGaussianTile], whole[kGaussianTile];
+    factors(x, power, whole);
+    GYROTHERM_UNROLL
+    for (int i = 0; i < kGaussianTile; ++i) x[i] = power[i] * whole[i];
+  }
+
   template <bool>
   static GYROTHERM_INLINE void add_powers(const Line (&x)[kGaussianTile], Line (&sums)[kGaussianTile]) {
+    Line power[kGaussianTile], whole[kGaussianTile];
+    factors(x, power, whole);
+    GYROTHERM_UNROLL
+    for (int i = 0; i < kGaussianTile; ++i) sums[i] = _mm512_fmadd_pd(power[i], whole[i], sums[i]);
+  }
+
+ private:
+  // 2^x = 2^⌊x⌋ · 2^(i/16) · 2^r, i of 0 … 15, r the rest below a sixteenth: `whole` is what stands before 2^r.
+  static GYROTHERM_INLINE void factors(const Line (&x)[kGaussianTile], Line (&power)[kGaussianTile],
+                                       Line (&whole)[kGaussianTile]) {
     const Line low = _mm512_load_pd(kRoots), high = _mm512_load_pd(kRoots + 8);
-    Line rest[kGaussianTile], power[kGaussianTile], root[kGaussianTile];
+    Line rest[kGaussianTile];
     GYROTHERM_UNROLL
     for (int i = 0; i < kGaussianTile; ++i) {
       rest[i] = _mm512_reduce_pd(x[i], kDownToSixteenths);
       const Line index =
           _mm512_maskz_add_round_pd(kAll, x[i], _mm512_set1_pd(kSixteenths), _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
-      root[i] = _mm512_permutex2var_pd(low, _mm512_castpd_si512(index), high);
+      whole[i] = _mm512_permutex2var_pd(low, _mm512_castpd_si512(index), high);
       power[i] = _mm512_set1_pd(kPower[0]);
     }
     for (int k = 1; k < 7; ++k) {
@@ -67,9 +84,7 @@ struct Avx512 {
       }
     }
     GYROTHERM_UNROLL
-    for (int i = 0; i < kGaussianTile; ++i) {
-      sums[i] = _mm512_fmadd_pd(power[i], _mm512_maskz_scalef_pd(kAll, root[i], x[i]), sums[i]);
-    }
+    for (int i = 0; i < kGaussianTile; ++i) whole[i] = _mm512_maskz_scalef_pd(kAll, whole[i], x[i]);
   }
 };
 

@@ -15,16 +15,11 @@
 namespace gyrotherm::svm {
 namespace {
 
-// Products are used while |a| (‖z‖ + ‖c‖)², an exponent of 2, is at most this: rounding then leaves 1e-12 of a term in
-// the worst case.
-constexpr double kLargestProduct = 256;
 // Exponents of 2. Weights below this part of the largest count as none, and a block's unused places as this.
 constexpr double kSmallestWeight = -400;
 constexpr double kNothing = -900;
-// Points in scratch together, and the bytes of blocks that go over them before the next: half a cache of the first
-// level.
+// Points in scratch together.
 constexpr Eigen::Index kPointsTogether = 8 * kGaussianTile;
-constexpr Eigen::Index kBytesTogether = 28000;
 
 // Coordinates of a few points: columns of kPointsTogether numbers.
 using Columns = Eigen::Array<double, kPointsTogether, Eigen::Dynamic>;
@@ -204,7 +199,7 @@ void GaussianSum::pack_nothing(Eigen::Index slot) {
 // A tile takes the loops that its points ask for, both if they differ: what a point gets never depends on the others.
 void GaussianSum::add(const GaussianLoops& loops, Places& places) const {
   const Eigen::Index together =
-      std::max<Eigen::Index>(1, kBytesTogether / (difference_block() * static_cast<Eigen::Index>(sizeof(double))));
+      std::max<Eigen::Index>(1, kGaussianBytes / (difference_block() * static_cast<Eigen::Index>(sizeof(double))));
   places.by_products.setZero();
   places.by_differences.setZero();
   for (Eigen::Index first = 0; first < blocks_.count; first += together) {

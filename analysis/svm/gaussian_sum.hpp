@@ -11,6 +11,10 @@
 
 namespace gyrotherm::svm {
 
+/// Exponents of Gaussians come from products while ½log₂e (‖z‖ + ‖c‖)²/s² is at most this: rounding then leaves 1e-12
+/// of a term in the worst case.
+inline constexpr double kLargestProduct = 256;
+
 /// f(z) = Σ_j w_j exp(−‖z − c_j‖²/(2 s_j²)), made ready for many z.
 ///
 /// Centres are turned into the coordinates of the space that they span, which is exact and pays where inputs depend on

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "analysis/svm/gaussian_pairs.hpp"
 #include "analysis/svm/gaussian_sum.hpp"
 #include "analysis/svm/spanned.hpp"
 
@@ -117,7 +118,7 @@ void GaussianSamples::double_column(Eigen::Index i, double sigma, double* out) c
 }
 
 Eigen::VectorXd GaussianSamples::response(double sigma, const Eigen::VectorXd& beta) const {
-  return gaussians_at(places_, places_, sigma, beta);
+  return gaussian_response(places_, sigma, beta);
 }
 
 PlaneSamples::PlaneSamples(const Eigen::Ref<const SampleMatrix>& x, const Eigen::Ref<const Eigen::MatrixXd>& penalty)

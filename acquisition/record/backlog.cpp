@@ -45,6 +45,13 @@ void Backlog::push(Entry entry) {
   }
 }
 
+std::int64_t Backlog::unmeasured() const {
+  std::int64_t seconds = 0;
+  for (const auto& entry : entries_)
+    if (entry->is_gap() && !is_dropped_gap(*entry)) seconds += entry->slots();
+  return seconds;
+}
+
 bool Backlog::drop_oldest(Droppable droppable) {
   for (std::size_t i = in_flight_; i < entries_.size(); ++i) {
     if (!droppable(*entries_[i])) continue;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <vector>
@@ -29,6 +30,8 @@ class Backlog {
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   [[nodiscard]] bool empty() const { return entries_.empty(); }
   [[nodiscard]] std::size_t dropped() const { return dropped_; }  ///< rows, ever
+  /// Seconds of the gaps in it that nothing was measured in: the disk is behind by none of them.
+  [[nodiscard]] std::int64_t unmeasured() const;
 
  private:
   using Droppable = bool (*)(const Entry&);

@@ -59,6 +59,8 @@ class OrderedStore : public Store {
   Result<void> append_gap(std::int64_t first, std::int64_t last, const std::string& cause) final {
     assert(first <= last);
     if (auto follows = follow_on(first); !follows) return follows;
+    if (last > kMostSlots)
+      return failure(FaultKind::storage, fmt::format("slot {}", last), fmt::format("a record holds {}", kMostSlots));
     auto taken = take(gap_entry(first, last, cause));
     if (taken) last_ = last;
     return taken;
@@ -293,11 +295,16 @@ std::string trouble_of(const SharedState& desk) {
   return busy_for < kLongWrite ? "" : fmt::format("a write has not come back for {}", spoken(busy_for));
 }
 
+/// Seconds up to `last` that the disk does not have.
+std::int64_t waiting(const SharedState& desk, std::int64_t last) {
+  return std::max<std::int64_t>(0, last - desk.acknowledged - desk.backlog.unmeasured());
+}
+
 /// The status as the disk has it.
 RunStatus told_of(const SharedState& desk) {
   RunStatus status = desk.status;
   status.acknowledged = desk.acknowledged;
-  status.backlog_s = std::max(desk.status.slot, desk.acknowledged) - desk.acknowledged;
+  status.backlog_s = waiting(desk, desk.status.slot);
   status.storage_trouble = trouble_of(desk);
   status.record_damage = desk.damage;
   status.live_copy_trouble = desk.copy ? desk.copy->trouble() : "";
@@ -439,7 +446,7 @@ class BackgroundStore final : public OrderedStore {
 
   StoreHealth health() const override {
     const std::lock_guard lock(desk_->mutex);
-    return {.backlog_s = last() - desk_->acknowledged,
+    return {.backlog_s = waiting(*desk_, last()),
             .rows_dropped = desk_->backlog.dropped() > desk_->dropped_before,
             .trouble = trouble_of(*desk_),
             .parts = desk_->parts,

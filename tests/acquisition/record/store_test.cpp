@@ -43,6 +43,8 @@ TEST(Store, RefusesSlotsThatHaveNeitherASampleNorAGap) {
   EXPECT_FALSE(store->append_gap(2, 4, "overlaps"));
   EXPECT_TRUE(store->append_gap(3, 4, "late"));
   EXPECT_TRUE(store->append(sample_at(5), {}));
+  EXPECT_FALSE(store->append_gap(6, 2'000'000'000, "the clock was wrong")) << "no record of that could be read";
+  EXPECT_TRUE(store->append(sample_at(6), {}));
   EXPECT_EQ(store->sync().value(), 5);
 }
 
@@ -212,6 +214,16 @@ TEST(BackgroundStore, AcknowledgesWhatTheDiskHasAndNothingElse) {
   EXPECT_EQ(store->health().backlog_s, 1);
   store.reset();
   EXPECT_EQ(read_record(folder / "run.db").value().slot.back(), 4) << "not synced";
+}
+
+TEST(BackgroundStore, IsNotBehindByWhatNobodyMeasured) {
+  const Folder folder;
+  const auto store = background_store(folder / "run.db", 3);
+  ASSERT_TRUE(store->append_gap(3, 3602, "the program was not running"));
+  ASSERT_TRUE(store->append(sample_at(3603), {}));
+  EXPECT_LE(store->health().backlog_s, 1);
+  EXPECT_TRUE(store->settle(kLong));
+  EXPECT_EQ(store->health().backlog_s, 0);
 }
 
 TEST(BackgroundStore, KeepsTheLawOfSlots) {

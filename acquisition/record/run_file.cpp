@@ -157,6 +157,8 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
 Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
                                 const std::optional<Continuation>& continuation) {
   if (auto good = check_channel_names(info); !good) return failure(good.error());
+  if (std::ranges::any_of(path, [](unsigned char c) { return c < ' '; }))
+    return failure(FaultKind::usage, "record", "its name has a control character, which no list of files would bear");
   if (!in_memory(path))
     if (auto made = make_new_file(path); !made) return failure(made.error());
   auto file =

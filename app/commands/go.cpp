@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <ctime>
+#include <regex>
 #include <string>
 
 #include "app/command.hpp"
@@ -43,13 +44,19 @@ time = "{1}"
                      options.at, options.time);
 }
 
+/// What is wrong with the set point or the time, without the places of a file that nobody wrote.
+tl::unexpected<Fault> wrong_wish(const Fault& fault) {
+  static const std::regex place(R"((^|\n)go:\d+:\d+: )");
+  return failure(FaultKind::usage, "", std::regex_replace(text(fault), place, "$1"));
+}
+
 Result<Exit> go(Console& console, const GoArguments& options) {
   const auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (const auto time = parse_duration(options.time); !time)
     return failure(FaultKind::usage, "--for", time.error().what);
   const auto profile = profile_for(&*rig, written_profile(options), "go");
-  if (!profile) return failure(profile.error());
+  if (!profile) return wrong_wish(profile.error());
   watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   const auto path = options.out.empty() ? record_of_now() : options.out;
   if (auto ran = start_run(console, *profile, *rig, path, {}); !ran) return failure(ran.error());

@@ -25,11 +25,16 @@ std::string degrees(const std::optional<Celsius>& value) {
 /// Of a foreign table, which no profile made.
 bool is_import(const record::RunStatus& status) { return status.segment_count == 0; }
 
+/// Of a run that nobody carries out.
+bool waits_for_people(RunState state) {
+  return state == RunState::held || state == RunState::aborting || state == RunState::aborted;
+}
+
 std::string standing(const record::RunStatus& status) {
   if (is_import(status)) return fmt::format("an import of {} rows", status.slot + 1);
   if (status.finished) return "finished";
   if (status.being_written) return "running";
-  if (status.standing.state != RunState::aborted) return "not finished; resume goes on";
+  if (!waits_for_people(status.standing.state)) return "not finished; resume goes on";
   return fmt::format("not finished; look at the chamber, then \"gyrotherm resume {} --accept\" goes on", status.path);
 }
 
@@ -37,7 +42,7 @@ std::string standing(const record::RunStatus& status) {
 std::string standing_lines(const record::RunStatus& status) {
   const RunStanding& standing = status.standing;
   auto text = fmt::format("  {}\n", record::in_words(standing.state, standing.cause));
-  if (standing.state == RunState::held) text += "  \"gyrotherm tell RUN.db resume\" goes on\n";
+  if (standing.state == RunState::held && status.being_written) text += "  \"gyrotherm tell RUN.db resume\" goes on\n";
   if (standing.time_left)
     text += fmt::format("  {} left{}", spoken(*standing.time_left),
                         status.simulated ? " by the clock of the dry run, which goes faster" : "");

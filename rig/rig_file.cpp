@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "acquisition/record/schema.hpp"
 #include "core/file.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
@@ -106,6 +107,18 @@ void read_safe(const TomlTable& table, RigFile& rig) {
   if (table.has("set_point")) check_safe_set_point(table, "set_point", rig);
 }
 
+/// Beyond the air's limits every run would end, and so would the way to safety.
+void check_safe_air(const TomlTable& root, const RigFile& rig) {
+  const auto& limits = rig.limits;
+  if (rig.safe_set_point >= limits.air_lowest && rig.safe_set_point <= limits.air_highest) return;
+  const bool in_safe = root.has("safe") && root.table("safe").has("set_point");
+  root.table(in_safe ? "safe" : "chamber")
+      .mistake(
+          in_safe ? "set_point" : "safe_set_point",
+          fmt::format("the safe set point is {:g} °C, beyond the air's limits, {:g} to {:g} °C, at which a run ends",
+                      rig.safe_set_point.value, limits.air_lowest.value, limits.air_highest.value));
+}
+
 std::vector<record::Channel> thermometer_channels(const RigFile& rig) {
   std::vector<record::Channel> channels;
   for (const auto& settings : rig.thermometers)
@@ -131,6 +144,14 @@ interlocks::UnitLimits limits_of(const UnitSettings& unit, const std::vector<std
   for (auto i = unit.info.values.size() - unit.analogue_values; i < unit.info.values.size(); ++i)
     limits.analogue.push_back(unit.info.values[i].name);
   return limits;
+}
+
+/// As no record would take them.
+void check_names(const TomlTable& root, const RigFile& rig) {
+  record::RunInfo info;
+  info.thermometers = thermometer_channels(rig);
+  for (const auto& unit : rig.units) info.units.push_back(unit.info);
+  if (const auto good = record::check_channel_names(info); !good) root.mistake("thermometer", text(good.error()));
 }
 
 /// All lines virtual, or none.
@@ -189,6 +210,8 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   rig.limits = interlocks::read_limits(*root, channels, rig.chamber_limits);
   for (const auto& unit : rig.units) rig.limits.units.push_back(limits_of(unit, channels));
   rig.run_limits = interlocks::read_run_limits(*root);
+  check_safe_air(*root, rig);
+  if (gyros) check_names(*root, rig);
   if (gyros && analogue)
     settle_simulated(*root, rig);
   else

@@ -28,14 +28,14 @@ std::size_t inputs_of(const VirtualThermometer& thermometer) {
 
 Result<Places> places_of(const VirtualThermometer& thermometer, const VirtualLaboratory& laboratory) {
   if (thermometer.channels.size() > inputs_of(thermometer))
-    return failure(FaultKind::usage, "virtual thermometer",
+    return failure(FaultKind::bad_file, "virtual thermometer",
                    fmt::format("more than {} channels", inputs_of(thermometer)));
   const auto& names = laboratory.thermometer_names();
   Places places;
   for (const auto& channel : thermometer.channels) {
     const auto found = std::ranges::find(names, channel);
     if (found == names.end())
-      return failure(FaultKind::usage, "virtual thermometer",
+      return failure(FaultKind::bad_file, "virtual thermometer",
                      fmt::format("channel \"{}\" is none of {}", channel, fmt::join(names, ", ")));
     places.push_back(static_cast<std::size_t>(found - names.begin()));
   }

@@ -29,11 +29,20 @@ void read_range(const TomlTable& table, const std::string& prefix, Celsius& lowe
   if (!(lowest < highest)) table.mistake(prefix + "lowest", "the lowest temperature is not below the highest");
 }
 
+/// A silence suspends the run before it ends it.
+Duration read_lost(const TomlTable& table, std::string_view key, Duration fallback, Duration suspend_after) {
+  const auto time = read_time(table, key, fallback);
+  if (time > Duration{} && time < suspend_after)
+    table.mistake(table.has(key) ? key : "suspend_after", fmt::format("{} is {}, expected suspend_after, {}, or more",
+                                                                      key, spoken(time), spoken(suspend_after)));
+  return time;
+}
+
 void read_times(const TomlTable& table, InterlockLimits& limits) {
   limits.suspend_after = read_time(table, "suspend_after", limits.suspend_after);
-  limits.chamber_lost = read_time(table, "chamber_lost", limits.chamber_lost);
-  limits.thermometers_lost = read_time(table, "thermometers_lost", limits.thermometers_lost);
-  limits.gyro_lost = read_time(table, "gyro_lost", limits.gyro_lost);
+  limits.chamber_lost = read_lost(table, "chamber_lost", limits.chamber_lost, limits.suspend_after);
+  limits.thermometers_lost = read_lost(table, "thermometers_lost", limits.thermometers_lost, limits.suspend_after);
+  limits.gyro_lost = read_lost(table, "gyro_lost", limits.gyro_lost, limits.suspend_after);
   limits.chamber_lag = read_time(table, "chamber_lag", limits.chamber_lag);
   limits.follow_time = read_time(table, "follow_time", limits.follow_time);
   limits.backlog = read_time(table, "backlog", limits.backlog);

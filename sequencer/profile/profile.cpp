@@ -112,6 +112,16 @@ Result<void> check_profile(const Profile& profile, const ChamberLimits& limits) 
   return mistakes.verdict();
 }
 
+Result<void> check_air(const Profile& profile, Celsius lowest, Celsius highest) {
+  Mistakes mistakes;
+  for (const auto& segment : profile.segments)
+    if (segment.target < lowest || segment.target > highest)
+      mistakes.note(segment, fmt::format("{:g} °C is beyond the air's limits of the rig, at which a run ends, expected "
+                                         "{:g} to {:g} °C",
+                                         segment.target.value, lowest.value, highest.value));
+  return mistakes.verdict();
+}
+
 Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels) {
   Mistakes mistakes;
   for (const auto& segment : profile.segments)

@@ -79,6 +79,9 @@ struct ChamberLimits {
 /// mistake with the place of its segment.
 [[nodiscard]] Result<void> check_profile(const Profile& profile, const ChamberLimits& limits);
 
+/// Refuses what would end the run by the limits of the chamber's air, with the place of its segment.
+[[nodiscard]] Result<void> check_air(const Profile& profile, Celsius lowest, Celsius highest);
+
 /// Refuses a soak on a sensor that is neither "air" nor one of `channels`, with the place of its segment.
 [[nodiscard]] Result<void> check_sensors(const Profile& profile, const std::vector<std::string>& channels);
 

@@ -95,6 +95,24 @@ TEST(RigFile, ALimitThatWouldEndEveryRunIsAMistake) {
     EXPECT_NE(mistake_in(replaced(virtual_rig(), "[limits]\n", "[limits]\n" + std::string(line) + "\n")), "") << line;
 }
 
+TEST(RigFile, ASilenceEndsTheRunNoSoonerThanItSuspendsIt) {
+  const auto said = mistake_in(
+      replaced(virtual_rig(), "[limits]\n", "[limits]\nsuspend_after = \"40 s\"\nthermometers_lost = \"10 s\"\n"));
+  EXPECT_NE(said.find("thermometers_lost is 10 s, expected suspend_after, 40 s, or more"), std::string::npos) << said;
+}
+
+TEST(RigFile, TheSafeSetPointLiesWithinTheAirsLimits) {
+  const auto said = mistake_in(replaced(virtual_rig(), "[limits]\n", "[limits]\nair_highest = 15\n"));
+  EXPECT_NE(said.find("the safe set point is 20 °C, beyond the air's limits, -60 to 15 °C"), std::string::npos) << said;
+}
+
+TEST(RigFile, AThermometersNameIsOneThatARecordTakes) {
+  for (const auto* name : {"slot", "A,B", "", "a"}) {
+    const auto said = mistake_in(replaced(virtual_rig(), "\"B\"", "\"" + std::string(name) + "\""));
+    EXPECT_NE(said.find(std::string("thermometer \"") + name + "\": "), std::string::npos) << said;
+  }
+}
+
 TEST(RigFile, AChamberThatHeatsOrCoolsBackwardsIsAMistake) {
   for (const auto* key : {"fastest_heating", "fastest_cooling"})
     for (const auto* rate : {"-6 °C/min", "0 °C/min"}) {

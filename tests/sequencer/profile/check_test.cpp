@@ -52,6 +52,15 @@ rates = [2, 7]
             "p.toml:15:3: 7 °C/min is faster than the chamber heats, expected at most 6 °C/min");
 }
 
+TEST(Check, ATemperatureAtWhichTheAirEndsTheRunIsAMistake) {
+  const auto p = parsed(kHold20);
+  EXPECT_TRUE(check_air(p, {20}, {20}));
+  const auto verdict = check_air(p, {-60}, {15});
+  ASSERT_FALSE(verdict);
+  EXPECT_EQ(text(verdict.error()),
+            "p.toml:4:1: 20 °C is beyond the air's limits of the rig, at which a run ends, expected -60 to 15 °C");
+}
+
 TEST(Check, ADeadlineMustLeaveTimeForTheSoak) {
   const std::string soak = "guaranteed_soak = true\nsoak_time = \"300 s\"\n";
   EXPECT_EQ(objection(kHold20 + soak + "deadline = \"300 s\"\n"), "nothing");

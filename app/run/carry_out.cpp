@@ -62,9 +62,9 @@ Result<void> drive(const UnderWay& run) {
   return failure(outcome.error().kind, run.path, run.run_controller.end_cause());
 }
 
-/// How long ago the record's last second was, by the clock on the wall, which may have been set while the run went on.
+/// How long ago the record's last second was, by the clock on the wall: below 0 where that was set back since.
 Duration time_since_last(const record::Record& record) {
-  return std::max(Duration{}, SteadyClock().now().utc - record.last_utc.value_or(record.info.started_utc));
+  return SteadyClock().now().utc - record.last_utc.value_or(record.info.started_utc);
 }
 
 /// Of a real rig, before the first of them is waited for.
@@ -140,8 +140,11 @@ record::StoreOptions store_options(bool simulated) {
           .live_copy = simulated ? of_virtual : of_real};
 }
 
-Result<void> record_absence(record::Store& store, std::int64_t first, std::int64_t last) {
-  return last < first ? Result<void>{} : store.append_gap(first, last, "the program was not running");
+Result<void> record_absence(record::Store& store, const run::InterruptedRun& stood, std::int64_t first,
+                            std::int64_t last) {
+  if (last < first) return {};
+  const auto cause = stood.why_unknown.empty() ? "" : "; " + stood.why_unknown;
+  return store.append_gap(first, last, "the program was not running" + cause);
 }
 
 }  // namespace
@@ -159,6 +162,8 @@ Result<profile::Profile> profile_for(const rig::RigFile* rig, const std::string&
   if (!profile) return profile;
   std::vector<Result<void>> verdicts{check_profile(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{})};
   if (rig) {
+    if (verdicts.front())
+      verdicts.push_back(profile::check_air(*profile, rig->limits.air_lowest, rig->limits.air_highest));
     verdicts.push_back(profile::check_sensors(*profile, rig->limits.channels));
     verdicts.push_back(
         profile::check_turns(*profile, std::ranges::all_of(rig->units, &rig::UnitSettings::can_be_turned)));
@@ -279,10 +284,10 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   if (auto names = (*rig)->prepare(entrance, nullptr); !names) return not_begun(*ownership, **rig, names.error());
   ownership->heartbeat({});
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
-  if (auto recorded = record_absence(**store, on->recorded + 1, first - 1); !recorded) return recorded;
+  if (auto recorded = record_absence(**store, on->stood, on->recorded + 1, first - 1); !recorded) return recorded;
   run::RunController run_controller(on->profile, **rig, **store, on->state, first);
   run_controller.leave_out(on->start.dropped_units);
-  const auto text = fmt::format("resumed after {}; it had stopped: {}", spoken(on->stood.down), on->why_stopped);
+  const auto text = fmt::format("resumed after {}; it had stopped: {}", down_in_words(on->stood), on->why_stopped);
   console.say(fmt::format("{}: {} at second {}", path, text, first));
   run_controller.note(EventKind::resumed, text);
   if (entry.away) run_controller.begin_away(entry.set_point, on->why_stopped, on->stood.air);

@@ -173,8 +173,11 @@ class RealTime {
     hang_up();
     listen(run_, ears_);  // what was told before outranks Ctrl-C
     if (stops() == 0 || must_stay(run_)) return;
-    end(run_.run_controller.run_state() == RunState::aborting ? left_to_the_guard(run_) : stopped(run_));
+    leaves_ = run_.run_controller.owes_a_tick() && stops() == 1;  // who was told "held" finds it held
+    if (!leaves_) leave();
   }
+
+  void leave() { end(run_.run_controller.run_state() == RunState::aborting ? left_to_the_guard(run_) : stopped(run_)); }
 
   void tick() {
     if (ended_) return;
@@ -190,6 +193,7 @@ class RealTime {
       tell_sample(run_);
       display_.show(run_.run_controller.last(), standing_of(run_), run_.store.alarms().standing());
       if (!outcome || *outcome != run::RunOutcome::going_on) return end(with_its_last_second(std::move(outcome)));
+      if (leaves_) return leave();
     }
     arm();
   }
@@ -199,6 +203,7 @@ class RealTime {
   std::optional<control::ControlSocket> ears_;
   QTimer timer_;
   bool ended_ = false;
+  bool leaves_ = false;  ///< with the next tick
   int seen_hangups_ = 0;
   Result<run::RunOutcome> result_ = run::RunOutcome::going_on;  ///< once ended
 };

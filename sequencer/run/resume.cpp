@@ -159,6 +159,7 @@ Ending ending_of(const record::Record& record) {
 ReentryDecision judge_reentry(const InterruptedRun& stood, Celsius mild, Celsius air_now) {
   if (stood.aborted) return {Reentry::ask, "an interlock ended this run"};
   if (stood.held) return {Reentry::ask, "the run was held"};
+  if (!stood.why_unknown.empty()) return {Reentry::ask, stood.why_unknown};
   if (stood.down > kLongestUnattended)
     return {Reentry::ask, fmt::format("down for {}, longer than {}", spoken(stood.down), spoken(kLongestUnattended))};
   const auto lowest = std::min(stood.lowest, mild) - kResumeBand;
@@ -171,6 +172,21 @@ ReentryDecision judge_reentry(const InterruptedRun& stood, Celsius mild, Celsius
     return {Reentry::stabilise,
             fmt::format("the air is at {:.2f} °C, it was at {:.2f} °C", air_now.value, stood.air->value)};
   return {};
+}
+
+std::string why_down_is_unknown(Duration down) {
+  constexpr Duration kCorrection = 2 * kSecond;  // of a clock that is right
+  if (down < -kCorrection)
+    return fmt::format("the clock is {} behind the last second of the record: nobody knows how long it was down",
+                       spoken(-down));
+  if (down > kLongestBelieved)
+    return fmt::format("by the clock it was down for {} days, which is not believed: nobody knows how long it was",
+                       std::chrono::floor<std::chrono::days>(down).count());
+  return "";
+}
+
+std::string down_in_words(const InterruptedRun& stood) {
+  return stood.why_unknown.empty() ? spoken(stood.down) : "nobody knows how long";
 }
 
 bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_before) {
@@ -218,6 +234,8 @@ Result<RunContinuation> continuation_of(const record::Record& record, const std:
   const bool not_begun = on.rig.simulated && on.last_slot < 0;
   const auto at_least = on.rig.simulated ? kSecond : Duration{};  // preparing a virtual rig takes a second
   on.stood.down = not_begun ? Duration{} : Duration(std::chrono::floor<std::chrono::seconds>(std::max(down, at_least)));
+  if (!on.rig.simulated) on.stood.why_unknown = why_down_is_unknown(down);
+  if (!on.stood.why_unknown.empty()) on.stood.down = kSecond;
   on.stood.aborted = ending.state == RunState::aborting || ending.state == RunState::aborted;
   on.stood.held = ending.state == RunState::held;
   on.why_stopped = std::move(ending.why);

@@ -34,12 +34,15 @@ namespace gyrotherm::run {
 
 inline constexpr Duration kLongestUnattended = std::chrono::seconds(120);
 inline constexpr Kelvins kResumeBand{2};
+/// A clock on the wall that says more than this is taken for wrong; a record holds three years.
+inline constexpr Duration kLongestBelieved = std::chrono::days(366);
 
 /// How a run stood when its ticks ended.
 struct InterruptedRun {
   Celsius lowest, highest;     ///< the extremes of its segment's set points
   std::optional<Celsius> air;  ///< last known; nothing: never seen
-  Duration down{};             ///< since its last second
+  Duration down{};             ///< since its last second; one second where nobody knows
+  std::string why_unknown{};   ///< why nobody knows how long it was down; empty: it is known
   bool aborted{};              ///< an interlock had ended it
   bool held{};                 ///< it was held: only an operator goes on
 };
@@ -57,6 +60,11 @@ struct ReentryDecision {
 /// `mild`: the temperature that is harmless to the article; what lies between it and the segment's own extremes, and
 /// within the band beyond, is the mild side.
 [[nodiscard]] ReentryDecision judge_reentry(const InterruptedRun& stood, Celsius mild, Celsius air_now);
+/// Why nobody knows how long a real run was down, of which the clock on the wall says `down`: it lies before the last
+/// second, or a year behind it. Empty: it is known.
+[[nodiscard]] std::string why_down_is_unknown(Duration down);
+/// "2 min 08 s", or that nobody knows.
+[[nodiscard]] std::string down_in_words(const InterruptedRun& stood);
 
 /// The air is where the profile needs it, or where it was.
 [[nodiscard]] bool is_in_place(Celsius air, Celsius goal, const std::optional<Celsius>& air_before);
@@ -86,8 +94,9 @@ struct RunContinuation {
   rig::RigStart start{};    ///< what the rig is assembled with
 };
 
-/// `down`: how long ago the last recorded second was; a virtual rig was down for a second at least. `run`: the number
-/// that draws the noise of a virtual rig's run. Fails with usage (finished, imported) or bad_file (the record's own
+/// `down`: how long ago the last recorded second was; a virtual rig was down for a second at least. Of a real one it is
+/// by the clock on the wall: if that is behind the last second, or far beyond it, nobody knows. `run`: the number that
+/// draws the noise of a virtual rig's run. Fails with usage (finished, imported) or bad_file (the record's own
 /// texts cannot be read any more).
 [[nodiscard]] Result<RunContinuation> continuation_of(const record::Record& record, const std::string& path,
                                                       Duration down, std::uint64_t run);

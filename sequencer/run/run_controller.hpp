@@ -57,6 +57,9 @@ class RunController {
   /// An operator has asked for the run's end, and the next tick will begin it.
   [[nodiscard]] bool is_told_to_end() const { return requests_.end_the_run(); }
 
+  /// Somebody was answered, or something happened, that the next tick will put into the record and act on.
+  [[nodiscard]] bool owes_a_tick() const { return !events_.empty() || requests_.foremost() != nullptr; }
+
   /// Makes the chamber safe without a tick, for an end that cannot wait for one; end_cause() says whether it could be.
   void make_safe(const std::string& cause);
 

@@ -108,6 +108,21 @@ TEST_F(GuardedRun, AProfileThatAsksForSomethingWaitsForTheAnswer) {
     EXPECT_NE(events.find(part), std::string::npos) << part << " in\n" << events;
 }
 
+TEST_F(GuardedRun, WhoWasToldThatItIsHeldFindsItHeldThoughCtrlCComesInTheSameSecond) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  const auto told = gyrotherm_with("tell " + record + " pause");
+  run.signal(SIGINT);
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+  EXPECT_EQ(run.wait(), 5) << run.output();
+  const auto kept = record::read_record(record);
+  ASSERT_TRUE(kept) << text(kept.error());
+  EXPECT_EQ(kept->state.back(), RunState::held);
+  const auto resumed = gyrotherm_with("resume " + record);
+  EXPECT_EQ(resumed.exit_code, 5) << resumed.err;
+  EXPECT_NE(resumed.err.find("the run was held"), std::string::npos) << resumed.err;
+}
+
 /// The socket that systemd would listen at; the environment names it while this lives.
 class Watchdog {
  public:

@@ -51,6 +51,22 @@ TEST(ResumeRule, AsksAfterALongGapWhereverTheAirIs) {
   EXPECT_EQ(judge_reentry(stood, kMild, {59.8}).why, "down for 2 min 01 s, longer than 2 min 00 s");
 }
 
+TEST(ResumeRule, AsksWhereTheClockCannotTellHowLongItWas) {
+  using std::chrono_literals::operator""s;
+  using std::chrono_literals::operator""h;
+  for (const Duration known : {Duration(0s), Duration(-2s), Duration(90s), Duration(24h * 366)})
+    EXPECT_EQ(why_down_is_unknown(known), "") << spoken(known);
+  EXPECT_EQ(why_down_is_unknown(-10h),
+            "the clock is 10 h 00 min 00 s behind the last second of the record: nobody knows how long it was down");
+  EXPECT_EQ(why_down_is_unknown(24h * 20'000),
+            "by the clock it was down for 20000 days, which is not believed: nobody knows how long it was");
+  auto stood = hot();
+  EXPECT_EQ(down_in_words(stood), "30 s");
+  stood.why_unknown = why_down_is_unknown(-10h);
+  EXPECT_EQ(way(stood, 59.8), Reentry::ask);
+  EXPECT_EQ(down_in_words(stood), "nobody knows how long");
+}
+
 TEST(ResumeRule, AsksWhatAnInterlockEndedOrAnOperatorHeld) {
   auto stood = hot();
   stood.aborted = true;

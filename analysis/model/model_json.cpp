@@ -32,6 +32,8 @@ struct Rows {
   Eigen::Index columns;
 };
 template <class Matrix>
+Rows(Matrix&, Eigen::Index) -> Rows<Matrix>;
+template <class Matrix>
 struct JsonValue<Rows<Matrix>> {
   static Json write(const Rows<Matrix>& rows) {
     Json array = Json::array();

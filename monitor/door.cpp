@@ -13,8 +13,10 @@ namespace {
 constexpr const char* kCookie = "gyrotherm_session";
 
 // An address may ask 20 times a second, and 120 times at once, as a page with many charts does when it begins; it may
-// try to log in ten times, and once more every 20 s; so may a name, from all addresses.
-constexpr double kRequests = 120, kRequestsPerSecond = 20, kLogins = 10, kLoginsPerSecond = 0.05;
+// try to log in ten times, and once more every 20 s. A name may be tried much more often from all addresses together:
+// who guesses at it from a few is not to keep its owner out, who comes from another.
+constexpr double kRequests = 120, kRequestsPerSecond = 20, kLogins = 10, kLoginsPerSecond = 0.05, kOfName = 500,
+                 kOfNamePerSecond = 1;
 
 std::string cookie_with(const std::string& secret, bool secure, std::int64_t seconds) {
   return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict; Max-Age={}{}", kCookie, secret, seconds,
@@ -44,7 +46,7 @@ Door::Door(const DoorOptions& options, Users& users, Sessions& sessions, const C
       sessions_(sessions),
       requests_(kRequests, kRequestsPerSecond, clock),
       logins_(kLogins, kLoginsPerSecond, clock),
-      names_(kLogins, kLoginsPerSecond, clock) {}
+      names_(kOfName, kOfNamePerSecond, clock) {}
 
 std::optional<WebAnswer> Door::objection(const WebRequest& request) {
   if (!requests_.take(request.peer)) return refusal(429, "too many requests from this address");
@@ -65,10 +67,16 @@ std::variant<Guest, WebAnswer> Door::guest_of(const WebRequest& request) {
   }
   const auto session = sessions_.find(cookie_in(head.header("cookie"), kCookie));
   if (session)
-    if (auto identity = users_.of_name(session->user))
-      return Guest{.identity = std::move(identity), .session = session};
+    if (auto identity = user_of(*session)) return Guest{.identity = std::move(identity), .session = session};
   if (options_.open && !users_.has_any()) return Guest{};
   return refusal(401, "log in first");
+}
+
+std::optional<Identity> Door::user_of(const Sessions::Session& session) {
+  auto identity = users_.of_name(session.user);
+  if (!identity || identity->known_by == session.known_by) return identity;
+  sessions_.close(session.id);
+  return std::nullopt;
 }
 
 std::optional<WebAnswer> Door::objection_to_change(const Guest& guest, const WebRequest& request, Role role) const {
@@ -90,7 +98,7 @@ WebAnswer Door::log_in(const WebRequest& request) {
   if (!logins_.take(request.peer) || !names_.take(name)) return refusal(429, "too many tries to log in; wait a minute");
   const auto identity = users_.of_password(name, body->at("password"));
   if (!identity) return refusal(401, "name or password is wrong");
-  const auto secret = sessions_.open(identity->name);
+  const auto secret = sessions_.open(identity->name, identity->known_by);
   const auto lasts = std::chrono::duration_cast<std::chrono::seconds>(Sessions::kLongest).count();
   WebAnswer answer{.body = "{}"};
   answer.headers.emplace_back("Set-Cookie", cookie_with(secret, request.secure, lasts));
@@ -134,7 +142,7 @@ WebAnswer Door::sessions(const WebRequest& request) {
   }
   Json list = Json::array();
   for (const auto& session : sessions_.all())
-    list.push_back({{"user", session.user}, {"since_ms", session.begun.count() / 1'000'000}});
+    if (user_of(session)) list.push_back({{"user", session.user}, {"since_ms", session.begun.count() / 1'000'000}});
   return {.body = text_of(Json{{"sessions", std::move(list)}})};
 }
 

@@ -51,6 +51,9 @@ class Door {
   [[nodiscard]] const DoorOptions& options() const { return options_; }
 
  private:
+  /// Whose session it is; nobody, and it ends, if that name was removed or has another password since it began.
+  [[nodiscard]] std::optional<Identity> user_of(const Sessions::Session& session);
+
   DoorOptions options_;
   Users& users_;
   Sessions& sessions_;

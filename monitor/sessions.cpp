@@ -15,6 +15,7 @@ inline constexpr const char* kSessionsSchema = "gyrotherm-monitor-sessions/1";
 void describe(auto& form, Like<Sessions::Session> auto& session) {
   form("id", session.id);
   form("user", session.user);
+  form.if_there("known_by", !session.known_by.empty(), session.known_by);
   form("csrf", session.csrf);
   form("begun_utc_ns", session.begun);
   form("used_utc_ns", session.used);
@@ -55,11 +56,12 @@ void Sessions::drop_old() {
     sessions_.erase(std::ranges::min_element(sessions_, {}, [](const auto& entry) { return entry.second.used; }));
 }
 
-std::string Sessions::open(const std::string& user) {
+std::string Sessions::open(const std::string& user, const std::string& known_by) {
   auto secret = random_secret();
   const std::lock_guard lock(mutex_);
   const auto now = clock_.now().utc;
-  Session session{.id = sha256(secret), .user = user, .csrf = random_secret(), .begun = now, .used = now};
+  Session session{
+      .id = sha256(secret), .user = user, .known_by = known_by, .csrf = random_secret(), .begun = now, .used = now};
   sessions_.insert_or_assign(session.id, session);
   drop_old();
   save();

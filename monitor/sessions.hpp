@@ -21,6 +21,7 @@ class Sessions {
   struct Session {
     std::string id;  ///< SHA-256 of the secret
     std::string user;
+    std::string known_by;      ///< what the user was known by when it began (Identity::known_by)
     std::string csrf;          ///< a second secret, which a page must send along with what changes something
     Duration begun{}, used{};  ///< UTC
   };
@@ -33,7 +34,7 @@ class Sessions {
   /// Fails with bad_file.
   [[nodiscard]] Result<void> load();
   /// A new session; the secret for the cookie.
-  [[nodiscard]] std::string open(const std::string& user);
+  [[nodiscard]] std::string open(const std::string& user, const std::string& known_by);
   [[nodiscard]] std::optional<Session> find(const std::string& secret);
   void close(const std::string& id);
   void close_all_of(const std::string& user);

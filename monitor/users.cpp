@@ -62,6 +62,10 @@ Result<void> check_name(const std::string& name) {
   return failure(FaultKind::usage, fmt::format("\"{}\"", name), "a name is 1 to 64 letters, digits and _ . @ -");
 }
 
+Identity identity_of(const User& user) {
+  return {.name = user.name, .role = user.role, .known_by = sha256(user.password)};
+}
+
 bool has_name(const UserList& list, const std::string& name) {
   return std::ranges::find(list.users, name, &User::name) != list.users.end() ||
          std::ranges::find(list.tokens, name, &Token::name) != list.tokens.end();
@@ -174,7 +178,7 @@ std::optional<Identity> Users::of_password(const std::string& name, const std::s
   const std::lock_guard one(one_at_a_time_);
   const bool right = fits(user ? user->password : nobody, password);
   if (!user || !right) return std::nullopt;
-  return Identity{.name = user->name, .role = user->role};
+  return identity_of(*user);
 }
 
 std::optional<Identity> Users::of_token(std::string_view token) {
@@ -192,7 +196,7 @@ std::optional<Identity> Users::of_name(const std::string& name) {
   refresh();
   const auto found = std::ranges::find(list_.users, name, &User::name);
   if (found == list_.users.end()) return std::nullopt;
-  return Identity{.name = found->name, .role = found->role};
+  return identity_of(*found);
 }
 
 }  // namespace gyrotherm::monitor

@@ -49,6 +49,7 @@ struct Token {
 struct Identity {
   std::string name;
   Role role{};
+  std::string known_by{};  ///< of a user: SHA-256 of what the password is kept as, which is another with each password
 };
 
 /// What the file holds.

@@ -106,7 +106,7 @@ TEST(Sessions, OutliveTheMonitorAndEndUnused) {
   std::string secret;
   {
     Sessions sessions(file, clock);
-    secret = sessions.open("ada");
+    secret = sessions.open("ada", "a password");
     EXPECT_TRUE(sessions.find(secret));
   }
   Sessions sessions(file, clock);
@@ -114,6 +114,7 @@ TEST(Sessions, OutliveTheMonitorAndEndUnused) {
   const auto found = sessions.find(secret);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->user, "ada");
+  EXPECT_EQ(found->known_by, "a password");
   EXPECT_EQ(read_text_file(file)->find(secret), std::string::npos);
   EXPECT_FALSE(sessions.find(random_secret()));
   clock.advance(Sessions::kLongestUnused + 1min);
@@ -123,7 +124,7 @@ TEST(Sessions, OutliveTheMonitorAndEndUnused) {
 TEST(Sessions, EndWhenTheyAreClosedAndAfterAWeekInAnyCase) {
   VirtualClock clock;
   Sessions sessions("", clock);
-  const auto closed = sessions.open("ada"), used = sessions.open("ada");
+  const auto closed = sessions.open("ada", "a password"), used = sessions.open("ada", "a password");
   sessions.close(sessions.find(closed)->id);
   EXPECT_FALSE(sessions.find(closed));
   for (Duration passed{}; passed < Sessions::kLongest; passed += 6h) {

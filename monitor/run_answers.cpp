@@ -7,6 +7,7 @@
 #include <charconv>
 #include <filesystem>
 
+#include "core/clock.hpp"
 #include "core/json.hpp"
 #include "monitor/series_channels.hpp"
 
@@ -15,7 +16,7 @@ namespace {
 
 using std::chrono_literals::operator""s;
 
-constexpr auto kKeepAlive = 15s;
+constexpr auto kKeepAlive = 15s, kAskAgain = 1s;
 constexpr std::int64_t kMostEvents = 2000;
 
 /// A parameter that is a whole number; `fallback` where there is none, nothing where it is another thing.
@@ -107,7 +108,7 @@ WebAnswer RunAnswers::series(const FoundRun& run, const RequestHead& head) {
   return {.body = series_text(*made, named)};
 }
 
-WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head) {
+WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head, std::function<bool()> may_still_look) {
   const auto last = head.header("last-event-id");
   const auto slot = whole_in(last.empty() ? head.parameter("after") : last, run.status.slot);
   const auto event = whole_in(head.parameter("event"), -1);
@@ -120,18 +121,27 @@ WebAnswer RunAnswers::stream(const FoundRun& run, const RequestHead& head) {
   }
   WebAnswer answer{.type = "text/event-stream"};
   answer.headers.emplace_back("X-Accel-Buffering", "no");
-  answer.stream = [watch, place = FeedPlace{.slot = *slot, .event = *event},
-                   stopping = is_stopping_](const Send& send) mutable {
-    if (!send("retry: 1000\n\n")) return;
+  answer.stream = [watch, place = FeedPlace{.slot = *slot, .event = *event}, stopping = is_stopping_,
+                   may_still_look = std::move(may_still_look)](const Send& send) mutable {
+    if (!send("retry: 1000\n\n")) return false;
+    auto asked = since_boot(), sent = asked;
     while (!stopping()) {
-      const auto text = watch->next(place, kKeepAlive);
-      if (stopping() || !send(text.empty() ? ": nothing new\n\n" : text)) return;
+      const auto text = watch->next(place, kAskAgain);
+      const auto now = since_boot();
+      if (now - asked >= Duration(kAskAgain)) {
+        if (!may_still_look()) return true;
+        asked = now;
+      }
+      if (text.empty() && now - sent < Duration(kKeepAlive)) continue;
+      if (stopping() || !send(text.empty() ? ": nothing new\n\n" : text)) return false;
+      sent = now;
     }
+    return true;
   };
   return answer;
 }
 
-WebAnswer RunAnswers::answer(const WebRequest& request, const std::string& rest) {
+WebAnswer RunAnswers::answer(const WebRequest& request, const std::string& rest, std::function<bool()> may_still_look) {
   if (rest.empty() || rest == "/") return list();
   const auto slash = std::min(rest.find('/', 1), rest.size());
   const auto run = catalogue_.find(rest.substr(1, slash - 1));
@@ -140,7 +150,7 @@ WebAnswer RunAnswers::answer(const WebRequest& request, const std::string& rest)
   if (what.empty()) return status_answer(*run);
   if (what == "/series") return series(*run, request.head);
   if (what == "/events") return events_answer(*run, request.head);
-  if (what == "/events-stream") return stream(*run, request.head);
+  if (what == "/events-stream") return stream(*run, request.head, std::move(may_still_look));
   if (what == "/alarms") return alarms_answer(*run);
   if (what == "/profile") return profile_answer(*run);
   if (what == "/files") return files_answer(*run);

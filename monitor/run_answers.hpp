@@ -20,8 +20,10 @@ class RunAnswers {
   RunAnswers(const RunCatalogue& catalogue, RunFeed& feed, std::function<bool()> is_stopping)
       : catalogue_(catalogue), feed_(feed), is_stopping_(std::move(is_stopping)) {}
 
-  /// `rest` is what the path has behind "/api/v1/runs": "", "/KEY", "/KEY/series" …
-  [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& rest);
+  /// `rest` is what the path has behind "/api/v1/runs": "", "/KEY", "/KEY/series" … An answer that goes on asks once a
+  /// second whether whom it is for `may_still_look`, and ends when not.
+  [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& rest,
+                                 std::function<bool()> may_still_look);
   [[nodiscard]] std::size_t cache_bytes() const { return cache_.bytes(); }
   /// Makes charts of whole runs fast; one thread, now and then.
   void catch_up() { cache_.catch_up(); }
@@ -29,7 +31,7 @@ class RunAnswers {
  private:
   [[nodiscard]] WebAnswer list() const;
   [[nodiscard]] WebAnswer series(const FoundRun& run, const RequestHead& head);
-  [[nodiscard]] WebAnswer stream(const FoundRun& run, const RequestHead& head);
+  [[nodiscard]] WebAnswer stream(const FoundRun& run, const RequestHead& head, std::function<bool()> may_still_look);
 
   const RunCatalogue& catalogue_;
   RunFeed& feed_;

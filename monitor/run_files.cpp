@@ -112,9 +112,10 @@ WebAnswer file_answer(const FoundRun& run, const std::string& name) {
     for (std::uint64_t left = file->size; left > 0;) {
       const auto wanted = std::min<std::uint64_t>(left, piece.size());
       const auto size = ::read(file->descriptor.number(), piece.data(), wanted);
-      if (size <= 0 || !send({piece.data(), static_cast<std::size_t>(size)})) return;
+      if (size <= 0 || !send({piece.data(), static_cast<std::size_t>(size)})) return false;
       left -= static_cast<std::uint64_t>(size);
     }
+    return true;
   };
   return answer;
 }

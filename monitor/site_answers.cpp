@@ -32,6 +32,11 @@ WebAnswer page_file(const PageFile& file) {
   return answer;
 }
 
+/// Whether the path is `top`, or one of those below it.
+bool is_below(std::string_view path, std::string_view top) {
+  return path.starts_with(top) && (path.size() == top.size() || path[top.size()] == '/');
+}
+
 }  // namespace
 
 WebAnswer SiteAnswers::answer(const WebRequest& request) {
@@ -52,9 +57,12 @@ WebAnswer SiteAnswers::look(const WebRequest& request) {
     return {
         .type = "text/plain; version=0.0.4; charset=utf-8",
         .body = metrics_text(catalogue_.runs(), {.watchers = feed_.watchers(), .cache_bytes = runs_.cache_bytes()})};
-  if (path == kSite || path.starts_with(std::string(kSite) + "/"))
+  if (is_below(path, kSite))
     return site_ != nullptr ? site_->answer(path.substr(kSite.size())) : refusal(404, "this monitor has no site");
-  if (path.starts_with(kRuns)) return runs_.answer(request, path.substr(kRuns.size()));
+  if (is_below(path, kRuns)) {
+    auto may_still_look = [this, request] { return std::holds_alternative<Guest>(door_.guest_of(request)); };
+    return runs_.answer(request, path.substr(kRuns.size()), std::move(may_still_look));
+  }
   return refusal(404, "there is no such page");
 }
 

@@ -48,8 +48,9 @@ struct WebAnswer {
   std::string type = "application/json";
   std::string body{};
   std::vector<std::pair<std::string, std::string>> headers{};
-  /// Instead of the body: sends pieces until it returns, or until `send` is false.
-  std::function<void(const Send& send)> stream{};
+  /// Instead of the body: sends pieces until it returns, or until `send` is false. False where not all of it could be
+  /// sent: the connection is closed, so that whoever reads notices.
+  std::function<bool(const Send& send)> stream{};
   /// With a stream whose size is known; 0: it is not, and ends with the connection.
   std::uint64_t stream_size{};
 };

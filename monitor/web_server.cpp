@@ -161,20 +161,20 @@ void put(const WebAnswer& answer, httplib::Response& response) {
   if (!answer.stream) return response.set_content(answer.body, answer.type);
   const auto run = [stream = answer.stream](httplib::DataSink& sink) {
     bool taken = true;
-    stream([&](std::string_view piece) {
+    const bool whole = stream([&](std::string_view piece) {
       taken = taken && sink.write(piece.data(), piece.size());
       return taken;
     });
-    return taken;
+    return taken && whole;
   };
   if (answer.stream_size > 0)
     response.set_content_provider(answer.stream_size, answer.type,
                                   [run](size_t, size_t, httplib::DataSink& sink) { return run(sink); });
   else
     response.set_chunked_content_provider(answer.type, [run](size_t, httplib::DataSink& sink) {
-      const bool taken = run(sink);
-      if (taken) sink.done();
-      return taken;
+      const bool whole = run(sink);
+      if (whole) sink.done();
+      return whole;
     });
 }
 

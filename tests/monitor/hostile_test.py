@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Requests of strangers: each is refused, none changes anything, and the run does not notice."""
+import http.client
 import socket
+import threading
 import time
 import unittest
 
@@ -8,6 +10,23 @@ from programs import MOST_MEMORY_MB, PASSWORD, Browser, Monitor, RealTimeRun, Wa
 
 OVERLONG = b"a" * 3000
 STATES = ("execute", "suspended")
+
+
+class Stream(threading.Thread):
+    """Reads an event stream to its end."""
+
+    def __init__(self, monitor: Monitor, key: str, headers: dict[str, str]) -> None:
+        super().__init__(daemon=True)
+        self.came = b""
+        self.line = http.client.HTTPConnection("127.0.0.1", monitor.port, timeout=20)
+        self.line.request("GET", f"/api/v1/runs/{key}/events-stream", headers=headers)
+        self.reply = self.line.getresponse()
+        self.start()
+
+    def run(self) -> None:
+        while piece := self.reply.read1():
+            self.came += piece
+        self.line.close()
 
 
 class Hostile(WatchedRun):
@@ -211,6 +230,29 @@ class Hostile(WatchedRun):
         for name, answer, status in rows:
             self.expect_refused(name, answer, status)
         self.expect_undisturbed()
+
+    def test_a_stream_ends_with_its_user_its_token_and_its_session(self) -> None:
+        for name in ("mal", "sue"):
+            monitor_command(self.folder, "user", "add", name, "--role", "viewer", password=PASSWORD)
+        monitor_command(self.folder, "user", "add", "root", "--role", "administrator", password=PASSWORD)
+        token = monitor_command(self.folder, "token", "add", "feed", "--role", "viewer").stdout.strip()
+        mal, sue, root = (Browser(self.monitor, name) for name in ("mal", "sue", "root"))
+        headers = {"mal": mal.headers, "sue": sue.headers, "feed": {"Authorization": "Bearer " + token}}
+        streams = {name: Stream(self.monitor, self.key, one) for name, one in headers.items()}
+        others = Stream(self.monitor, self.key, self.eve.headers)
+        self.assertTrue(until(lambda: all(b"id:" in stream.came for stream in (*streams.values(), others)), 20))
+        self.assertEqual(root.ask("/api/v1/sessions", {"user": "sue"}).status, 200)
+        for name in ("mal", "feed"):
+            self.assertEqual(monitor_command(self.folder, "user", "remove", name).returncode, 0)
+        for name, stream in streams.items():
+            with self.subTest(name):
+                stream.join(5)
+                self.assertFalse(stream.is_alive(), "it is told more")
+        self.assertTrue(others.is_alive(), "of another user")
+        monitor_command(self.folder, "user", "add", "mal", "--role", "administrator", password=PASSWORD)
+        self.assertEqual(mal.ask("/api/v1/runs").status, 401)
+        for name in ("mal", "sue", "root"):
+            monitor_command(self.folder, "user", "remove", name)
 
     def test_slow_senders_do_not_keep_others_out(self) -> None:
         lines = [socket.create_connection(("127.0.0.1", self.monitor.port)) for _ in range(48)]

@@ -213,12 +213,16 @@ Result<void> deliver(const Site& site, const NotifyAddress& address, const Lette
   return run_program({"apprise", "-t", one_line(letter.subject), url}, letter.text + "\n", kDeliverWithin);
 }
 
+/// A proxy answers in its place with an error.
 bool monitor_answers(const std::string& url, Duration within) {
   const auto curl = new_curl(url + (url.ends_with('/') ? "" : "/") + "api/v1/session", within);
   if (!curl) return false;
   curl_easy_setopt(curl.get(), CURLOPT_PROTOCOLS_STR, "http,https");
   curl_easy_setopt(curl.get(), CURLOPT_WRITEFUNCTION, throw_away);
-  return curl_easy_perform(curl.get()) == CURLE_OK;
+  long status = 0;
+  if (curl_easy_perform(curl.get()) != CURLE_OK) return false;
+  curl_easy_getinfo(curl.get(), CURLINFO_RESPONSE_CODE, &status);
+  return status == 200;
 }
 
 }  // namespace gyrotherm::monitor

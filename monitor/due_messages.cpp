@@ -59,6 +59,27 @@ void ToldMemory::failed(const DueMessage& message, Duration now) {
   known.failures = 0;
 }
 
+/// A folder may be away for a moment, and a record unreadable: what was told of a run is forgotten only where the run
+/// itself shows that it is over.
+void ToldMemory::forget(const Situation& now, Duration utc, const std::set<std::string>& standing) {
+  constexpr Duration kGoneForGood = std::chrono::hours(24);
+  std::set<std::string> seen;
+  for (const auto& run : now.runs)
+    if (!run.running || run.free_bytes) seen.insert(run.id);
+  for (const auto& id : running_)
+    if (!seen.contains(id)) gone_.try_emplace(id, utc);
+  std::erase_if(gone_, [&](const auto& gone) { return seen.contains(gone.first); });
+  std::erase_if(running_, [&](const std::string& id) {
+    const auto gone = gone_.find(id);
+    return gone != gone_.end() && utc - gone->second > kGoneForGood;
+  });
+  std::erase_if(gone_, [&](const auto& gone) { return std::ranges::find(running_, gone.first) == running_.end(); });
+  std::erase_if(matters_, [&](const auto& matter) {
+    const auto is_of = [&](const auto& gone) { return matter.first.find("|" + gone.first + "|") != std::string::npos; };
+    return !standing.contains(matter.first) && std::ranges::none_of(gone_, is_of);
+  });
+}
+
 namespace {
 
 constexpr Duration kTryAgain = std::chrono::minutes(1);
@@ -171,10 +192,7 @@ std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Dur
                        .record = found.record,
                        .alarm = found.alarm});
     }
-  std::erase_if(memory.matters_, [&](const auto& matter) { return !standing.contains(matter.first); });
-  std::erase_if(memory.running_, [&](const std::string& id) {
-    return std::ranges::none_of(now.runs, [&](const RunSeen& run) { return run.id == id; });
-  });
+  memory.forget(now, utc, standing);
   return due;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,12 +35,12 @@ struct RunSeen {
   bool silent{};        ///< … and does not answer; or it was left unfinished
   std::string outcome;  ///< of a run that is not running: "complete", "aborted: …"
   std::vector<AlarmSeen> alarms;
-  std::optional<std::uint64_t> free_bytes;
+  std::optional<std::uint64_t> free_bytes;  ///< where it is recorded, as long as it runs; nothing: unknown now
 };
 
 /// What is the case.
 struct Situation {
-  std::vector<RunSeen> runs;
+  std::vector<RunSeen> runs;                    ///< that are there and can be read
   std::map<std::string, bool> monitors_answer;  ///< by URL
 };
 
@@ -78,7 +79,10 @@ class ToldMemory {
  private:
   friend void describe(auto& form, Like<ToldMemory> auto& memory);
   std::vector<std::pair<std::string, ToldMatter>> matters_;  ///< by key
-  std::vector<std::string> running_;  ///< ids of runs that were seen running and not seen to have ended
+  std::vector<std::string> running_;      ///< ids of runs that were seen running and not seen to have ended
+  std::map<std::string, Duration> gone_;  ///< since when those are not seen, UTC; not kept over a restart
+
+  void forget(const Situation& now, Duration utc, const std::set<std::string>& standing);
 
   [[nodiscard]] ToldMatter& matter(const std::string& key, Duration now);
 };
@@ -86,7 +90,7 @@ class ToldMemory {
 inline constexpr int kMostTries = 3;  ///< of one address; then it is the next one's turn
 
 /// What is to be told at `utc`. A run that was over when it was first seen is not told of, nor are its alarms. Matters
-/// that are over leave the memory.
+/// that are over leave the memory; those of a run that cannot be seen do once it was not for a day.
 [[nodiscard]] std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Duration utc,
                                                    ToldMemory& memory);
 

@@ -155,6 +155,40 @@ TEST_F(Told, ADiskThatIsLowIsToldAgainOnlyOnceItWasNot) {
   EXPECT_EQ(told().size(), 1u);
 }
 
+TEST_F(Told, NothingIsToldAgainBecauseItsRunCouldNotBeSeenForAWhile) {
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.front().alarms = {{7, "air above its limit"}};
+  now_.runs.front().free_bytes = 1'000'000'000;
+  EXPECT_EQ(told().size(), 2u);
+  const auto run = now_.runs.front();
+  now_.runs.front().free_bytes.reset();
+  EXPECT_EQ(told(), Messages{}) << "the disk was away first";
+  now_.runs.clear();
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 5min;
+  now_.runs = {run};
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.clear();
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 6min;
+  now_.runs = {run};
+  now_.runs.front().running = false;
+  now_.runs.front().outcome = "complete";
+  EXPECT_EQ(told(), (Messages{"night: Alarm: lab: soak on one", "day: Ended: lab: soak on one"}))
+      << "it ended while nobody saw";
+}
+
+TEST_F(Told, ARunThatIsGoneForADayIsForgotten) {
+  now_.runs.front().alarms = {{7, "air above its limit"}};
+  EXPECT_EQ(told().size(), 1u);
+  now_.runs.clear();
+  EXPECT_EQ(told(), Messages{});
+  EXPECT_NE(memory_, ToldMemory{});
+  utc_ += 25h;
+  EXPECT_EQ(told(), Messages{});
+  EXPECT_EQ(memory_, ToldMemory{});
+}
+
 TEST_F(Told, AMonitorThatFallsSilentIsToldAfterAWhile) {
   now_.monitors_answer["http://other:8321/"] = false;
   EXPECT_EQ(told(), Messages{});

@@ -123,6 +123,14 @@ bool Connection::write(std::string_view bytes, Duration within) {
   return true;
 }
 
+void Connection::say_goodbye() {
+  if (tls_) {
+    ERR_clear_error();
+    SSL_shutdown(tls_.get());
+  }
+  ::shutdown(socket(), SHUT_WR);
+}
+
 bool Connection::has_bytes(Duration within) const {
   if (tls_ && SSL_pending(tls_.get()) > 0) return true;
   return ready(socket(), POLLIN, Deadline(within));

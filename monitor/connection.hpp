@@ -52,6 +52,8 @@ class Connection {
   [[nodiscard]] bool has_bytes(Duration within) const;
   /// Whether the other end is still there, as far as can be told without reading.
   [[nodiscard]] bool is_there() const;
+  /// Tells the other end that nothing more comes; what it still sends can be read.
+  void say_goodbye();
   [[nodiscard]] int socket() const { return socket_.number(); }
   [[nodiscard]] std::string peer() const;  ///< the address: "127.0.0.1"
 

@@ -30,7 +30,8 @@ bool is_from_elsewhere(const WebRequest& request) {
   const bool opens_page = head.method == "GET" && head.path == "/";
   if (!site.empty() && site != "same-origin" && site != "none" && !opens_page) return true;
   const auto origin = head.header("origin");
-  return !origin.empty() && origin != fmt::format("{}://{}", request.secure ? "https" : "http", head.header("host"));
+  const auto own = fmt::format("{}://{}", request.secure ? "https" : "http", head.header("host"));
+  return !origin.empty() && in_small_letters(origin) != in_small_letters(own);
 }
 
 /// A browser says where a request comes from; one that changes something and does not is no browser's.

@@ -115,6 +115,14 @@ Result<void> check_secop(const MonitorOptions& options, const Address& address, 
                      ", and SECoP has no login; --secop-for-everybody lets whoever reaches the node read the run");
 }
 
+/// Whether one of these signals, which are blocked, waits to be taken.
+bool has_come(const sigset_t& signals) {
+  sigset_t waiting;
+  sigpending(&waiting);
+  return (sigismember(&signals, SIGINT) == 1 && sigismember(&waiting, SIGINT) == 1) ||
+         (sigismember(&signals, SIGTERM) == 1 && sigismember(&waiting, SIGTERM) == 1);
+}
+
 std::string in_url(const std::string& host) { return host.find(':') == std::string::npos ? host : "[" + host + "]"; }
 
 /// The SEC node with its thread.
@@ -256,10 +264,11 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   running = &server;
   const auto port = server.bind();
   if (!port) return failure(port.error());
-  catalogue.look();
+  catalogue.look([&] { return has_come(ends); });
+  if (has_come(ends)) return {};
   const auto secop = open_secop(options, catalogue, users, clock);
   if (!secop) return failure(secop.error());
-  const Often looking(kLookEvery, [&] { catalogue.look(); });
+  const Often looking(kLookEvery, [&] { catalogue.look([&] { return server.is_stopping(); }); });
   const Often reading(kReadEvery, [&] { feed.read(); });
   const Often catching_up(kReadEvery, [&] { runs.catch_up(); });
   const Often telling(kTellEvery, [&] {

@@ -97,9 +97,7 @@ Trouble read_header(std::string_view line, RequestHead& head) {
   const auto colon = line.find(':');
   if (colon == 0 || colon == std::string_view::npos || !std::ranges::all_of(line.substr(0, colon), is_token))
     return HeadRefusal{400, "a header is not NAME: VALUE"};
-  std::string name(line.substr(0, colon));
-  std::ranges::transform(name, name.begin(),
-                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  const auto name = in_small_letters(line.substr(0, colon));
   const auto value = trimmed(line.substr(colon + 1));
   if (!std::ranges::all_of(value,
                            [](char c) { return c == '\t' || (static_cast<unsigned char>(c) >= ' ' && c != 0x7F); }))
@@ -129,6 +127,13 @@ Trouble read_body_size(RequestHead& head) {
 }
 
 }  // namespace
+
+std::string in_small_letters(std::string_view text) {
+  std::string small(text);
+  std::ranges::transform(small, small.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  return small;
+}
 
 std::optional<std::string> percent_decoded(std::string_view text) {
   std::string decoded;
@@ -166,7 +171,7 @@ std::variant<RequestHead, HeadRefusal> read_head(std::string_view bytes) {
     if (const auto trouble = read_header(*line, head)) return *trouble;
   if (!line || !bytes.empty()) return HeadRefusal{400, "a line does not end with CR LF"};
   if (const auto trouble = read_body_size(head)) return *trouble;
-  if (head.header("connection").find("close") != std::string::npos) head.keep_alive = false;
+  if (in_small_letters(head.header("connection")).find("close") != std::string::npos) head.keep_alive = false;
   return head;
 }
 

@@ -35,6 +35,9 @@ struct HeadRefusal {
 /// and 1.0.
 [[nodiscard]] std::variant<RequestHead, HeadRefusal> read_head(std::string_view head);
 
+/// With a to z for A to Z: names of hosts and headers are the same in both.
+[[nodiscard]] std::string in_small_letters(std::string_view text);
+
 /// "a%20b" → "a b"; '+' stays. Nothing if it is not well formed.
 [[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
 

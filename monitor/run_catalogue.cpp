@@ -73,10 +73,13 @@ void RunCatalogue::look_at(const std::string& path) {
   entries_.insert_or_assign(path, std::move(entry));
 }
 
-void RunCatalogue::look() {
+void RunCatalogue::look(const std::function<bool()>& is_stopping) {
   std::set<std::string> there;
   for (const auto& folder : folders_) there.merge(record::records_in(folder));
-  for (const auto& path : there) look_at(path);
+  for (const auto& path : there) {
+    if (is_stopping()) return;
+    look_at(path);
+  }
   const std::lock_guard lock(mutex_);
   std::erase_if(entries_, [&](const auto& entry) { return !there.contains(entry.first); });
 }

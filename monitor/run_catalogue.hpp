@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -42,8 +43,9 @@ class RunCatalogue {
  public:
   explicit RunCatalogue(std::vector<std::string> folders);
 
-  /// Looks for new records, and at those whose files have changed since.
-  void look();
+  /// Looks for new records, and at those whose files have changed since; the rest of a look is left out once it
+  /// `is_stopping`.
+  void look(const std::function<bool()>& is_stopping = [] { return false; });
 
   [[nodiscard]] std::vector<FoundRun> runs() const;  ///< running ones first, then by start, the newest first
   [[nodiscard]] std::optional<FoundRun> find(const std::string& key) const;

@@ -72,8 +72,11 @@ WebAnswer SiteAnswers::change(const WebRequest& request) {
   if (path == "/api/v1/logout") return door_.log_out(request);
   if (path == "/api/v1/sessions") return door_.sessions(request);
   const auto slash = path.rfind('/');
-  if (!path.starts_with(std::string(kRuns) + "/") || slash <= kRuns.size())
-    return refusal(405, "nothing is sent there");
+  if (!path.starts_with(std::string(kRuns) + "/") || slash <= kRuns.size()) {
+    auto no = refusal(405, "nothing is sent there");
+    no.headers.emplace_back("Allow", "GET");
+    return no;
+  }
   return control_.answer(request, path.substr(kRuns.size() + 1, slash - kRuns.size() - 1), path.substr(slash + 1));
 }
 

@@ -147,6 +147,7 @@ std::string refusal_text(int status, std::string_view why) {
   const auto answer = refusal(status, why);
   auto text = fmt::format("HTTP/1.1 {} {}\r\nConnection: close\r\nContent-Type: {}\r\nContent-Length: {}\r\n", status,
                           reason_of(status), answer.type, answer.body.size());
+  if (status == 405) text += "Allow: GET, POST\r\n";
   for (const auto& [name, value] : usual_headers()) text += fmt::format("{}: {}\r\n", name, value);
   return text + "\r\n" + answer.body;
 }
@@ -198,7 +199,7 @@ class WebServer::Guarded final : public httplib::Server {
   }
 
   WebServerOptions options;
-  std::atomic<bool> stopping{false};
+  std::atomic<bool> stopping{false}, served{false};
 
  private:
   bool process_and_close_socket(socket_t socket) override {
@@ -207,7 +208,7 @@ class WebServer::Guarded final : public httplib::Server {
     std::string bytes;
     for (int i = 0; i < kMostRequests && !stopping && wait_for_request(connection, bytes, i == 0); ++i)
       if (!serve_one(connection, bytes)) break;
-    ::shutdown(connection.socket(), SHUT_WR);
+    connection.say_goodbye();
     return true;
   }
 
@@ -259,7 +260,7 @@ class WebServer::Guarded final : public httplib::Server {
 
   /// Reads a little of what the client still sends, for the answer would be lost if the connection were reset.
   static void drain(Connection& connection) {
-    ::shutdown(connection.socket(), SHUT_WR);
+    connection.say_goodbye();
     const Deadline deadline(100ms);
     std::array<char, 4096> some{};
     for (int i = 0; i < 16 && connection.read(some.data(), some.size(), deadline.left()) > 0; ++i) {
@@ -278,7 +279,7 @@ class WebServer::Guarded final : public httplib::Server {
   }
 
   [[nodiscard]] bool is_host(const std::string& host) const {
-    return std::ranges::find(options.hosts, host) != options.hosts.end();
+    return std::ranges::find(options.hosts, in_small_letters(host)) != options.hosts.end();
   }
 
   /// The proxy on this machine adds the address that it sees at the end.
@@ -311,17 +312,22 @@ Result<int> WebServer::bind() {
   names.push_back(v6 ? fmt::format("[{}]", options.address) : options.address);
   if (options.address == "127.0.0.1" || options.address == "::1") names.emplace_back("localhost");
   for (const auto& name : names) {
-    hosts.push_back(fmt::format("{}:{}", name, port));
-    if (options.behind_proxy || port == (options.tls ? 443 : 80)) hosts.push_back(name);
+    hosts.push_back(in_small_letters(fmt::format("{}:{}", name, port)));
+    if (options.behind_proxy || port == (options.tls ? 443 : 80)) hosts.push_back(in_small_letters(name));
   }
   options.hosts = std::move(hosts);
   return port;
 }
 
-void WebServer::serve() { server_->listen_after_bind(); }
+void WebServer::serve() {
+  server_->listen_after_bind();
+  server_->served = true;
+}
 
+/// The library stops nothing before it runs, and a signal may come as early as that.
 void WebServer::stop() {
   server_->stopping = true;
+  while (!server_->is_running() && !server_->served) std::this_thread::sleep_for(1ms);
   server_->stop();
 }
 

@@ -36,8 +36,9 @@ class WebServer {
 
   /// Binds; the port. Fails with usage if the address cannot be had: another program may have it.
   [[nodiscard]] Result<int> bind();
-  /// Serves until stop(), which any thread may call.
+  /// Serves until stop(), which any thread may call, also before this has begun.
   void serve();
+  /// Waits until serve() runs or has returned, and ends it.
   void stop();
   [[nodiscard]] bool is_stopping() const;
 

@@ -3,10 +3,10 @@
 server, the next address after a while, and nobody any more once it is acknowledged."""
 import http.client
 import json
-import os
 import pathlib
 import re
 import shutil
+import signal
 import socket
 import ssl
 import subprocess
@@ -14,7 +14,19 @@ import threading
 import time
 import unittest
 
-from programs import PASSWORD, SOURCE, Browser, Folder, Monitor, RealTimeRun, gyrotherm, key_of, monitor_command, until
+from programs import (
+    MONITOR,
+    PASSWORD,
+    SOURCE,
+    Browser,
+    Folder,
+    Monitor,
+    RealTimeRun,
+    gyrotherm,
+    key_of,
+    monitor_command,
+    until,
+)
 
 
 class MailServer(threading.Thread):
@@ -175,7 +187,7 @@ class Starts(unittest.TestCase):
     def starts(self, *options: str) -> tuple[int, str]:
         with Folder() as folder:
             ran = subprocess.run(
-                [os.environ["GYROTHERM_MONITOR"], "--state", str(folder / "state"), *options],
+                [MONITOR, "--state", str(folder / "state"), *options],
                 capture_output=True,
                 text=True,
                 timeout=20,
@@ -236,6 +248,18 @@ class Starts(unittest.TestCase):
             self.assertNotIn(200, tries)
             self.assertEqual(monitor.stop(), 0)
 
+    def test_it_ends_whenever_it_is_asked_to(self) -> None:
+        with Folder() as folder:
+            for i in range(24):
+                options = ["--folder", str(folder), "--listen", "127.0.0.1:0", "--state", str(folder / "state")]
+                starting = subprocess.Popen([MONITOR, *options], stdout=subprocess.DEVNULL)
+                time.sleep(0.004 * i)
+                starting.terminate()
+                try:
+                    self.assertIn(starting.wait(timeout=10), (0, -signal.SIGTERM), i)
+                finally:
+                    starting.kill()
+
     def test_tls_is_spoken_where_it_was_asked_for(self) -> None:
         with Folder() as folder:
             certificate, key = folder / "page.pem", folder / "page.key"
@@ -255,6 +279,7 @@ class Starts(unittest.TestCase):
             self.assertIn("; Secure", reply.headers["Set-Cookie"])
             self.assertIn("HttpOnly; SameSite=Strict", reply.headers["Set-Cookie"])
             line.close()
+            self.expect_a_goodbye(monitor, certificate)
             self.assertEqual(monitor.raw(b"GET / HTTP/1.1\r\nHost: localhost:%d\r\n\r\n" % monitor.port), b"")
             old = ssl.create_default_context(cafile=str(certificate))
             old.minimum_version, old.maximum_version = ssl.TLSVersion.TLSv1, ssl.TLSVersion.TLSv1_1
@@ -262,6 +287,19 @@ class Starts(unittest.TestCase):
                 with socket.create_connection(("localhost", monitor.port), timeout=5) as plain:
                     old.wrap_socket(plain, server_hostname="localhost")
             self.assertEqual(monitor.stop(), 0)
+
+    def expect_a_goodbye(self, monitor: Monitor, certificate: pathlib.Path) -> None:
+        """Whoever cuts the connection cannot make an answer seem whole: its end is said by TLS."""
+        trusted = ssl.create_default_context(cafile=str(certificate))
+        trusted.options &= ~ssl.OP_IGNORE_UNEXPECTED_EOF
+        with socket.create_connection(("localhost", monitor.port), timeout=5) as plain:
+            with trusted.wrap_socket(plain, server_hostname="localhost", suppress_ragged_eofs=False) as line:
+                host = b"Host: localhost:%d\r\n" % monitor.port
+                line.sendall(b"GET /icon.svg HTTP/1.1\r\n" + host + b"Connection: close\r\n\r\n")
+                answer = b""
+                while piece := line.recv(65536):
+                    answer += piece
+                self.assertIn(b"</svg>", answer)
 
     def test_a_proxy_says_who_asks_and_how(self) -> None:
         with Folder() as folder:

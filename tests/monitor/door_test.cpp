@@ -99,5 +99,14 @@ TEST_F(AtTheDoor, WhoGuessesAtANameDoesNotKeepItsOwnerOut) {
   EXPECT_EQ(tried, 500) << "and a name is not guessed at from everywhere without end";
 }
 
+TEST_F(AtTheDoor, NamesOfHostsAreTheSameInCapitals) {
+  auto sent = request("/");
+  sent.head.headers["host"] = "RIG.example.org:8321";
+  sent.head.headers["origin"] = "http://rig.example.org:8321";
+  EXPECT_FALSE(door_.objection(sent));
+  sent.head.headers["origin"] = "http://pig.example.org:8321";
+  EXPECT_TRUE(door_.objection(sent));
+}
+
 }  // namespace
 }  // namespace gyrotherm::monitor

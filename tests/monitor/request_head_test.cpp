@@ -37,6 +37,14 @@ TEST(RequestHead, SaysHowLongABodyIs) {
   EXPECT_FALSE(std::get<RequestHead>(read).keep_alive);
 }
 
+TEST(RequestHead, EndsTheConnectionInAnyLetters) {
+  for (const auto* word : {"close", "Close", "CLOSE", "TE, Close"}) {
+    const auto read = read_head(head_with("GET / HTTP/1.1", std::string("Connection: ") + word + "\r\n"));
+    ASSERT_TRUE(std::holds_alternative<RequestHead>(read));
+    EXPECT_FALSE(std::get<RequestHead>(read).keep_alive) << word;
+  }
+}
+
 TEST(RequestHead, IsRefusedWhereTwoReadersCouldDiffer) {
   EXPECT_EQ(refused_with(head_with("POST / HTTP/1.1", "Content-Length: 1\r\nContent-Length: 1\r\n")), 400);
   EXPECT_EQ(refused_with(head_with("POST / HTTP/1.1", "Content-Length: 1\r\nTransfer-Encoding: chunked\r\n")), 501);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <sys/statvfs.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -12,19 +13,23 @@
 #include <map>
 #include <optional>
 
+#include "core/text.hpp"
+
 namespace gyrotherm::monitor {
 namespace {
 
-/// A label's value, as the format wants it.
-std::string escaped(const std::string& text) {
+/// A label's value, as the format wants it: in UTF-8, or nothing of the whole text is read. A byte that is none is
+/// U+FFFD, as in the other answers.
+std::string escaped(std::string_view text) {
   std::string out;
-  for (const char c : text) {
-    if (c == '\n') {
+  while (!text.empty()) {
+    const auto size = character_size(text);
+    const auto character = size > 0 ? text.substr(0, size) : std::string_view("\uFFFD");
+    if (character == "\n")
       out += "\\n";
-      continue;
-    }
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
+    else
+      out.append(character == "\"" || character == "\\" ? "\\" : "").append(character);
+    text.remove_prefix(std::max<std::size_t>(size, 1));
   }
   return out;
 }

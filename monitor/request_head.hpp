@@ -41,6 +41,9 @@ struct HeadRefusal {
 /// "a%20b" → "a b"; '+' stays. Nothing if it is not well formed.
 [[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
 
+/// With every byte escaped but letters, digits and - . _ ~ (RFC 3986, 2.3).
+[[nodiscard]] std::string percent_encoded(std::string_view text);
+
 /// The value of a cookie; empty where there is none of that name.
 [[nodiscard]] std::string cookie_in(std::string_view header, std::string_view name);
 

@@ -16,6 +16,21 @@ namespace gyrotherm::monitor {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// Files that the run was carried out with, half a megabyte in all: what is kept of each of many runs is to be small.
+void drop_unused_texts(record::RunInfo& info) {
+  std::vector texts{&info.rig_text, &info.chamber_map_text, &info.gyro_model_text};
+  for (auto& text : info.analogue_map_texts) texts.push_back(&text);
+  for (auto& unit : info.units) texts.push_back(&unit.stream_text);
+  for (auto* text : texts) {
+    text->clear();
+    text->shrink_to_fit();
+  }
+}
+
+}  // namespace
+
 bool FoundRun::is_running() const { return status.being_written && !status.finished; }
 
 bool FoundRun::is_silent() const { return is_running() && (!age_s || *age_s > to_seconds(record::kSilentAfter)); }
@@ -60,8 +75,9 @@ void RunCatalogue::look_at(const std::string& path) {
     if (entry.info_of != run.status.id || !entry.info) {
       const auto files = record::source_files(path, run.is_running());
       auto info = files ? record::read_info(*files) : Result<record::RunInfo>(failure(files.error()));
-      entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
       entry.info_of = info ? run.status.id : std::string();
+      if (info) drop_unused_texts(*info);
+      entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
     }
     run.info = entry.info;
     if (record::to_json(before.status) != record::to_json(run.status) || before.trouble != run.trouble ||

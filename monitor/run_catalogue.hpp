@@ -28,7 +28,7 @@ struct FoundRun {
   std::optional<double> age_s;                  ///< since the status was written; nothing where no program writes it
   std::string trouble;                          ///< why its status cannot be told; empty: it can
   std::int64_t version{};                       ///< grows when anything above but the age changes
-  std::shared_ptr<const record::RunInfo> info;  ///< null where it could not be read
+  std::shared_ptr<const record::RunInfo> info;  ///< null where it could not be read; of its texts the profile's alone
 
   /// Whether a program carries it out, and says so.
   [[nodiscard]] bool is_running() const;

@@ -184,7 +184,7 @@ void RunFeed::read(const std::string& key) {
   const auto found = catalogue_.find(key);
   if (!found) return;
   std::int64_t slot = -1, event = -1;
-  bool begun = false;
+  bool begun = false, read_whole = false;
   {
     const std::lock_guard lock(mutex_);
     const auto run = runs_.find(key);
@@ -192,22 +192,26 @@ void RunFeed::read(const std::string& key) {
     slot = run->second.slot;
     event = run->second.event;
     begun = run->second.begun;
+    read_whole = run->second.read_whole;
     if (run->second.status_version != found->version) {
       run->second.status_version = found->version;
       run->second.status = status_text(*found);
       something_.notify_all();
     }
   }
-  if (begun && !found->is_running() && found->status.slot <= slot) return;
+  const bool over = !found->is_running();
+  if (read_whole && over && found->status.slot <= slot) return;
   if (!begun) slot = std::max<std::int64_t>(-1, found->status.slot - static_cast<std::int64_t>(kKept) / 2);
   auto samples = samples_after(*found, slot, kAtOnce);
   auto events = events_after(*found, event, kAtOnce);
   if (!samples || !events) return;
-  if (begun && samples->empty() && events->empty()) return;
+  const bool nothing_new = samples->empty() && events->empty();
   const std::lock_guard lock(mutex_);
   const auto place = runs_.find(key);
   if (place == runs_.end()) return;
   auto& run = place->second;
+  run.read_whole = over && nothing_new;
+  if (begun && nothing_new) return;
   run.begun = true;
   for (auto& row : *samples) {
     run.slot = row.number;

@@ -71,7 +71,7 @@ class RunFeed {
     std::deque<FeedRow> samples;  ///< the last ones, without a hole
     std::deque<FeedRow> events;
     std::int64_t slot{-1}, event{-1};  ///< the last that were read; −1: none yet
-    bool begun{};
+    bool begun{}, read_whole{};        ///< the latter of a run that is over
     std::int64_t status_version{-1};
     std::string status;
   };

@@ -9,6 +9,7 @@
 #include "acquisition/record/run_source.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
+#include "monitor/request_head.hpp"
 #include "monitor/run_answers.hpp"
 #include "sequencer/profile/profile.hpp"
 
@@ -65,12 +66,17 @@ constexpr std::array kReportFolders{"", "report", "calibration"};
 constexpr std::array kReports{"report.html", "report.pdf",       "report.json",     "report.csv",
                               "dcc.xml",     "calibration.html", "calibration.pdf", "calibration.json"};
 
+/// Whether an address may have it (request_head.hpp).
+bool can_be_asked_for(const std::string& name) {
+  return name.find('\\') == std::string::npos && percent_decoded(percent_encoded(name)) == name;
+}
+
 /// Name in the page → path, of what may be saved: the files of a closed record, and reports.
 std::vector<std::pair<std::string, fs::path>> files_of(const FoundRun& run) {
   std::vector<std::pair<std::string, fs::path>> files;
   std::error_code error;
   const auto add = [&](const std::string& name, const fs::path& path) {
-    if (fs::is_regular_file(fs::symlink_status(path, error))) files.emplace_back(name, path);
+    if (can_be_asked_for(name) && fs::is_regular_file(fs::symlink_status(path, error))) files.emplace_back(name, path);
   };
   const fs::path record(run.path);
   if (!run.is_running()) {
@@ -97,6 +103,24 @@ WebAnswer files_answer(const FoundRun& run) {
   return {.body = text_of(Json{{"files", std::move(files)}, {"running", run.is_running()}})};
 }
 
+namespace {
+
+/// After RFC 6266: a name in ASCII for whoever does not read the second one, which is to the letter.
+std::string disposition_of(const std::string& name) {
+  std::string plain;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"') plain += '\\';
+    if (byte < 0x80)
+      plain += c;
+    else if (byte >= 0xC0)
+      plain += '_';
+  }
+  return fmt::format("attachment; filename=\"{}\"; filename*=UTF-8''{}", plain, percent_encoded(name));
+}
+
+}  // namespace
+
 /// As something to be saved: what is in a report is not run as a page of ours.
 WebAnswer file_answer(const FoundRun& run, const std::string& name) {
   const auto files = files_of(run);
@@ -105,7 +129,7 @@ WebAnswer file_answer(const FoundRun& run, const std::string& name) {
   auto opened = open_regular_file(found->second.string(), Links::refused);
   if (!opened) return refusal(404, opened.error().what);
   WebAnswer answer{.type = "application/octet-stream", .stream_size = opened->size};
-  answer.headers.emplace_back("Content-Disposition", fmt::format("attachment; filename=\"{}\"", name));
+  answer.headers.emplace_back("Content-Disposition", disposition_of(name));
   if (opened->size == 0) return answer;
   answer.stream = [file = std::make_shared<RegularFile>(std::move(*opened))](const Send& send) {
     std::string piece(64 * 1024, '\0');

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "monitor/run_answers.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "core/json.hpp"
+#include "monitor/metrics.hpp"
+#include "tests/monitor/small_run.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+using std::chrono_literals::operator""ms;
+
+TEST(RunCatalogue, KeepsOfTheTextsOfARunItsProfileAlone) {
+  const tests::TestFolder folder;
+  auto info = small_run_info();
+  info.profile_text = "a profile's text";
+  info.gyro_model_text = info.rig_text = info.chamber_map_text = std::string(400'000, 'x');
+  info.analogue_map_texts = {info.rig_text};
+  info.units.front().stream_text = info.rig_text;
+  {
+    auto store = record::Store::create(folder / "run.db", info);
+    ASSERT_TRUE(store && (*store)->append(small_sample(0, false), {}) && (*store)->finish());
+  }
+  const auto run = found_in(folder / "");
+  ASSERT_TRUE(run.info);
+  EXPECT_EQ(run.info->profile_text, "a profile's text");
+  for (const auto* text : {&run.info->gyro_model_text, &run.info->rig_text, &run.info->chamber_map_text,
+                           &run.info->analogue_map_texts.front(), &run.info->units.front().stream_text})
+    EXPECT_LT(text->capacity(), 100u);
+}
+
+TEST(RunCatalogue, LeavesTheRestOfALookOnceItIsToStop) {
+  const tests::TestFolder folder;
+  for (const auto* name : {"a.db", "b.db", "c.db"}) write_small_run(folder / name, 1);
+  RunCatalogue catalogue({folder / ""});
+  int asked = 0;
+  catalogue.look([&] { return ++asked == 3; });
+  EXPECT_EQ(catalogue.runs().size(), 2u);
+  catalogue.look();
+  EXPECT_EQ(catalogue.runs().size(), 3u);
+}
+
+TEST(RunFeed, TellsEveryEventOfARunThatIsOver) {
+  const tests::TestFolder folder;
+  constexpr int kEvents = 1000;
+  {
+    auto store = record::Store::create(folder / "run.db", small_run_info());
+    ASSERT_TRUE(store);
+    std::vector<Event> events(kEvents, Event{.at = {}, .kind = EventKind::note, .text = "a note"});
+    ASSERT_TRUE((*store)->append(small_sample(0, false), events) && (*store)->finish());
+  }
+  RunCatalogue catalogue({folder / ""});
+  catalogue.look();
+  RunFeed feed(catalogue);
+  RunFeed::Watch watch(feed, catalogue.runs().front().key);
+  FeedPlace place;
+  std::string told;
+  for (int i = 0; i < 20; ++i) {
+    feed.read();
+    told += watch.next(place, 1ms);
+  }
+  std::multiset<std::string> numbers;
+  for (std::size_t at = 0; (at = told.find("\"number\":", at)) != std::string::npos; ++at)
+    numbers.insert(told.substr(at, told.find(',', at) - at));
+  EXPECT_EQ(numbers.size(), std::set(numbers.begin(), numbers.end()).size()) << "each once";
+  const auto all = events_after(catalogue.runs().front(), -1, 5000);
+  ASSERT_TRUE(all);
+  EXPECT_GE(all->size(), std::size_t{kEvents});
+  EXPECT_EQ(numbers.size(), all->size());
+}
+
+/// A run that is over, whose record has this text.
+FoundRun run_of(const std::string& path, const std::string& text) {
+  std::ofstream(path) << text;
+  FoundRun run;
+  run.path = path;
+  return run;
+}
+
+TEST(Files, AreOnlyThoseThatAnAddressCanHave) {
+  const tests::TestFolder folder;
+  const auto listed = [&](const std::string& name) {
+    const auto run = run_of(folder / name, "a record");
+    return Json::parse(files_answer(run).body)["files"].size();
+  };
+  for (const auto* name : {"run.db", "a\"b.db", "per%41 cent.db", "ü.db", "..db"}) EXPECT_EQ(listed(name), 1u) << name;
+  for (const auto* name : {"a\\b.db", "a\nb.db", "a\x7f.db", "\xff.db"}) EXPECT_EQ(listed(name), 0u) << name;
+}
+
+TEST(Files, AreSavedUnderTheirName) {
+  const tests::TestFolder folder;
+  const auto run = run_of(folder / "a\"b ü.db", "a record");
+  const auto answer = file_answer(run, "a\"b ü.db");
+  ASSERT_EQ(answer.headers.size(), 1u);
+  EXPECT_EQ(answer.headers.front().second, R"(attachment; filename="a\"b _.db"; filename*=UTF-8''a%22b%20%C3%BC.db)");
+}
+
+TEST(Files, OneThatBecomesShorterIsNotSentWhole) {
+  const tests::TestFolder folder;
+  const auto run = run_of(folder / "run.db", std::string(1'000'000, 'x'));
+  const auto answer = file_answer(run, "run.db");
+  ASSERT_TRUE(answer.stream);
+  std::size_t sent = 0;
+  EXPECT_FALSE(answer.stream([&](std::string_view piece) {
+    sent += piece.size();
+    std::filesystem::resize_file(run.path, 1000);
+    return true;
+  }));
+  EXPECT_LT(sent, 100'000u);
+  const auto whole = file_answer(run, "run.db");
+  EXPECT_TRUE(whole.stream([](std::string_view) { return true; }));
+}
+
+TEST(Metrics, AreInUtf8WhateverARecordIsCalled) {
+  FoundRun run;
+  run.name = "b\xff\"ü\n\\";
+  run.status.being_written = true;
+  const auto text = metrics_text({run}, {.watchers = 0, .cache_bytes = 0});
+  EXPECT_NE(text.find("{run=\"b\uFFFD\\\"ü\\n\\\\\",rig=\"\""), std::string::npos) << text.substr(0, 400);
+}
+
+}  // namespace
+}  // namespace gyrotherm::monitor

@@ -20,6 +20,12 @@ Json json_of_rig(const site::HeardRig& rig) {
   return {{"rig", rig.name}, {"online", rig.online}, {"age_s", to_seconds(rig.age)}, {"run", Json::parse(rig.run)}};
 }
 
+WebAnswer being_asked() {
+  WebAnswer answer{.status = 503, .body = text_of(Json{{"error", "the store is being asked"}, {"asking", true}})};
+  answer.headers.emplace_back("Retry-After", "1");
+  return answer;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<SiteOverview>> SiteOverview::open(const Site& site, const std::string& site_file,
@@ -51,16 +57,29 @@ WebAnswer SiteOverview::rigs() const {
   return {.body = text_of(site)};
 }
 
+std::optional<SiteOverview::Answered> SiteOverview::known(const std::string& name) const {
+  const std::lock_guard lock(knowing_);
+  const auto found = answers_.find(name);
+  return found == answers_.end() ? std::nullopt : std::optional(found->second);
+}
+
+/// A store that does not answer costs the page one thread, and that not again and again.
 WebAnswer SiteOverview::question(const std::string& name) {
-  const std::lock_guard lock(asking_);
-  auto& answered = answers_[name];
-  if (answered.json.empty() || since_boot() - answered.at > kFresh) {
-    auto json = printed_by({program_beside_this_one("gyrotherm-site"), name, "--json", "--site", site_file_},
-                           kPatienceWithStore);
-    if (!json) return refusal(503, "the store does not answer: " + json.error().what);
-    answered = {.json = std::move(*json), .at = since_boot()};
-  }
-  return {.body = answered.json};
+  const auto is_fresh = [](const std::optional<Answered>& answered) {
+    return answered && since_boot() - answered->at <= kFresh;
+  };
+  auto before = known(name);
+  if (is_fresh(before)) return before->answer;
+  const std::unique_lock lock(asking_, std::try_to_lock);
+  if (!lock.owns_lock()) return before ? before->answer : being_asked();
+  if (before = known(name); is_fresh(before)) return before->answer;
+  auto json =
+      printed_by({program_beside_this_one("gyrotherm-site"), name, "--json", "--site", site_file_}, kPatienceWithStore);
+  auto answer =
+      json ? WebAnswer{.body = std::move(*json)} : refusal(503, "the store does not answer: " + json.error().what);
+  const std::lock_guard knowing(knowing_);
+  answers_[name] = {.answer = answer, .at = since_boot()};
+  return answer;
 }
 
 }  // namespace gyrotherm::monitor

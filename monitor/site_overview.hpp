@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "core/quantity.hpp"
@@ -28,17 +29,19 @@ class SiteOverview {
 
  private:
   struct Answered {
-    std::string json;
-    Duration at{};  ///< since this machine was started
+    WebAnswer answer;  ///< also that there was none
+    Duration at{};     ///< since this machine was started
   };
   SiteOverview(std::string name, std::string site_file) : name_(std::move(name)), site_file_(std::move(site_file)) {}
   [[nodiscard]] WebAnswer rigs() const;
   [[nodiscard]] WebAnswer question(const std::string& name);
+  [[nodiscard]] std::optional<Answered> known(const std::string& name) const;
 
   std::string name_;
   std::string site_file_;  ///< of a site with a store; empty: it has none
   std::unique_ptr<site::SiteView> view_;
-  std::mutex asking_;  ///< one question at a time: whoever comes meanwhile finds the answer
+  std::mutex asking_;           ///< one question at a time; nobody waits for it
+  mutable std::mutex knowing_;  ///< of the answers
   std::map<std::string, Answered> answers_;
 };
 

@@ -66,7 +66,11 @@ function question(name) {
   const details = make('details', {class: 'sheet'}, make('summary', {}, kQuestions[name] || name), body);
   details.addEventListener('toggle', async () => {
     if (!details.open) return;
-    const answer = await ask(`/api/v1/site/${name}`);
+    let answer = await ask(`/api/v1/site/${name}`);
+    while (details.open && answer.json.asking) {
+      await new Promise(done => setTimeout(done, 1000));
+      answer = await ask(`/api/v1/site/${name}`);
+    }
     body.replaceChildren(
       answer.ok
         ? answer_table(kQuestions[name] || name, answer.json)

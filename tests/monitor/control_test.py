@@ -260,6 +260,35 @@ class Starts(unittest.TestCase):
                 finally:
                     starting.kill()
 
+    def test_a_store_that_does_not_answer_costs_one_thread_and_once(self) -> None:
+        with Folder() as folder:
+            (folder / "runs").mkdir()
+            program, store = folder / "gyrotherm-monitor", folder / "gyrotherm-site"
+            shutil.copy(MONITOR, program)
+            store.write_text(f"#!/bin/sh\necho asked >> {folder}/asked\nsleep 4\necho no answer\nexit 4\n")
+            store.chmod(0o755)
+            (folder / "site.toml").write_text(
+                'schema = "gyrotherm-site/1"\nname = "s"\nrig = "r"\n'
+                f'folders = ["{folder}/runs"]\n[store]\naddress = "host=127.0.0.1 dbname=g"\n'
+            )
+            monitor = Monitor(folder, "--site", str(folder / "site.toml"), runs=folder / "runs", program=str(program))
+            answers, begun = [], time.monotonic()
+            ask = lambda: answers.append((monitor.ask("/api/v1/site/rigs"), time.monotonic() - begun))
+            asking = [threading.Thread(target=ask) for _ in range(40)]
+            for one in asking:
+                one.start()
+                time.sleep(0.02)
+            self.assertEqual(monitor.ask("/api/v1/session").status, 200)
+            self.assertLess(time.monotonic() - begun, 3.8, "while the store is being asked")
+            for one in asking:
+                one.join()
+            self.assertEqual({answer.status for answer, _ in answers}, {503})
+            self.assertEqual(sum(after > 3.8 for _, after in answers), 1, "who asked")
+            self.assertEqual(sum(answer.json.get("asking", False) for answer, _ in answers), 39)
+            self.assertIn("no answer", monitor.ask("/api/v1/site/rigs").json["error"])
+            self.assertEqual((folder / "asked").read_text().count("asked"), 1, "that it did not answer is kept")
+            self.assertEqual(monitor.stop(), 0)
+
     def test_tls_is_spoken_where_it_was_asked_for(self) -> None:
         with Folder() as folder:
             certificate, key = folder / "page.pem", folder / "page.key"

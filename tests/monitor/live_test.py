@@ -174,6 +174,40 @@ class Live(WatchedRun):
         ):
             self.assertEqual(self.monitor.ask(f"{run}/{bad}").status, 400, bad)
 
+    def test_every_refusal_is_in_the_interface(self) -> None:
+        paths = self.monitor.ask("/api/v1/openapi.json").json["paths"]
+        for path, operations in paths.items():
+            for method in operations.keys() & {"get", "post"}:
+                wanted = {"403", "429"} | (set() if path in ("/session", "/login", "/logout") else {"401"})
+                self.assertLessEqual(wanted, operations[method]["responses"].keys(), path)
+        run = f"/runs/{self.key}"
+        tries = {
+            "/runs/{key}/series": (f"{run}/series", f"{run}/series?channels=A&from=x", "/runs/0/series"),
+            "/runs/{key}/profile": ("/runs/0/profile",),
+            "/runs/{key}/events": (f"{run}/events?after=x", "/runs/0/events"),
+            "/runs/{key}/events-stream": (f"{run}/events-stream?after=x", "/runs/0/events-stream"),
+            "/runs/{key}/alarms": ("/runs/0/alarms",),
+            "/runs/{key}/files": ("/runs/0/files",),
+            "/runs/{key}/files/{name}": (f"{run}/files/nothing", "/runs/0/files/nothing"),
+            "/site": ("/site",),
+            "/site/{question}": ("/site/nothing",),
+        }
+        for path, addresses in tries.items():
+            for address in addresses:
+                status = self.monitor.ask("/api/v1" + address).status
+                self.assertGreaterEqual(status, 400)
+                self.assertIn(str(status), paths[path]["get"]["responses"], address)
+        for path, address, body in (
+            ("/login", "/login", {}),
+            ("/login", "/login", {"name": "a"}),
+            ("/sessions", "/sessions", {"user": "a"}),
+            ("/runs/{key}/{verb}", run + "/note", {}),
+        ):
+            status = self.monitor.ask("/api/v1" + address, body).status
+            self.assertIn(str(status), paths[path]["post"]["responses"], address)
+        for path in ("/runsX", f"/runsX/{self.key}", f"/runs{self.key}"):
+            self.assertEqual(self.monitor.ask("/api/v1" + path).status, 404, path)
+
     def test_a_chart_has_the_seconds_of_now(self) -> None:
         self.assertTrue(until(lambda: self.run_.acknowledged >= 6))
         slot = self.run_.acknowledged

@@ -63,8 +63,10 @@ class Answer:
 class Monitor:
     """The program on any free port; `again()` starts it anew on the same one."""
 
-    def __init__(self, folder: pathlib.Path, *options: str, runs: pathlib.Path | None = None) -> None:
-        self.folder, self.options, self.runs = folder, options, runs or folder
+    def __init__(
+        self, folder: pathlib.Path, *options: str, runs: pathlib.Path | None = None, program: str = MONITOR
+    ) -> None:
+        self.folder, self.options, self.runs, self.program = folder, options, runs or folder, program
         self.port = 0
         self.process: subprocess.Popen[str] | None = None
         self.log = open(folder / "monitor.log", "a", encoding="utf-8")
@@ -73,7 +75,7 @@ class Monitor:
     def again(self) -> None:
         self.process = subprocess.Popen(
             [
-                MONITOR,
+                self.program,
                 "--folder",
                 str(self.runs),
                 "--listen",

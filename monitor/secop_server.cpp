@@ -101,7 +101,8 @@ void SecopServer::serve() {
       write(client, now);
     }
     std::erase_if(clients_, [&](const Client& client) {
-      return !client.socket.is_open() || (client.over && client.out.empty()) || client.out.size() > kMostWaiting ||
+      const bool answered = client.out.empty() && client.in.find('\n') == std::string::npos;
+      return !client.socket.is_open() || (client.over && answered) || client.out.size() > kMostWaiting ||
              now - client.sent > Duration(kPatience);
     });
   }

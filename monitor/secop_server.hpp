@@ -53,7 +53,7 @@ class SecopServer {
     Duration heard{};  ///< when it last asked
     Duration sent{};   ///< when it last took what waited, or nothing did
     bool knows{};      ///< it was told something of the node
-    bool over{};       ///< nothing more is read; it is closed once `out` is sent
+    bool over{};       ///< nothing more is read; it is closed once what it asked is answered, and `out` is sent
   };
   void wait();
   void accept(Duration now);

@@ -150,6 +150,15 @@ class Secop(WatchedRun):
                 self.assertEqual(specifier, words[1] if len(words) > 1 else "")
                 self.assertEqual(json.loads(data)[0], kind, request)
 
+    def test_whoever_only_listens_on_is_answered_to_the_last_line(self) -> None:
+        with self.client() as client:
+            client.line.sendall(b"".join(b"ping %d\n" % i for i in range(1000)))
+            client.line.shutdown(socket.SHUT_WR)
+            pongs = [client.next()[1] for _ in range(1000)]
+            self.assertEqual(pongs, [str(i) for i in range(1000)])
+            with self.assertRaises(ConnectionError):
+                client.next()
+
     def test_a_line_without_an_end_ends_the_connection(self) -> None:
         with self.client() as client:
             client.line.sendall(b"read " + b"x" * 5000)

@@ -152,7 +152,8 @@ std::string refusal_text(int status, std::string_view why) {
   return text + "\r\n" + answer.body;
 }
 
-void put(const WebAnswer& answer, httplib::Response& response) {
+/// What is sent piece by piece ends when the server does, however slowly it is taken.
+void put(const WebAnswer& answer, httplib::Response& response, const std::atomic<bool>& stopping) {
   response.status = answer.status;
   for (const auto& [name, value] : usual_headers()) {
     const bool other = std::ranges::any_of(answer.headers, [&](const auto& own) { return own.first == name; });
@@ -160,10 +161,10 @@ void put(const WebAnswer& answer, httplib::Response& response) {
   }
   for (const auto& [name, value] : answer.headers) response.set_header(name, value);
   if (!answer.stream) return response.set_content(answer.body, answer.type);
-  const auto run = [stream = answer.stream](httplib::DataSink& sink) {
+  const auto run = [stream = answer.stream, &stopping](httplib::DataSink& sink) {
     bool taken = true;
     const bool whole = stream([&](std::string_view piece) {
-      taken = taken && sink.write(piece.data(), piece.size());
+      taken = taken && !stopping && sink.write(piece.data(), piece.size());
       return taken;
     });
     return taken && whole;
@@ -193,7 +194,7 @@ class WebServer::Guarded final : public httplib::Server {
     set_keep_alive_max_count(kMostRequests);
     set_keep_alive_timeout(std::chrono::seconds(kIdle).count());
     set_pre_routing_handler([this](const httplib::Request&, httplib::Response& response) {
-      put(answer_(*current), response);
+      put(answer_(*current), response, stopping);
       return HandlerResponse::Handled;
     });
   }

@@ -12,6 +12,7 @@
 #include <optional>
 #include <thread>
 
+#include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "monitor/deliver.hpp"
 
@@ -80,6 +81,27 @@ TEST(WebServer, IsStoppedAlsoBeforeItServes) {
   EXPECT_TRUE(ended);
   stopping.join();
   if (!ended) server.stop();
+}
+
+TEST(WebServer, IsStoppedInTheMidstOfALongAnswer) {
+  std::promise<void> begun;
+  std::future<std::optional<std::string>> reader;
+  const Deadline deadline(10s);
+  {
+    const Served page([&](const WebRequest&) {
+      WebAnswer answer;
+      answer.stream = [&](const Send& send) {
+        begun.set_value();
+        while (send("piece by piece") && !deadline.over()) std::this_thread::sleep_for(10ms);
+        return true;
+      };
+      return answer;
+    });
+    reader = std::async(std::launch::async, [&] { return page.ask("GET /", "127.0.0.1"); });
+    begun.get_future().wait();
+  }
+  EXPECT_FALSE(deadline.over());
+  reader.wait();
 }
 
 TEST(WebServer, AnAnswerThatCannotBeWholeEndsItsConnection) {

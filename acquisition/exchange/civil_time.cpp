@@ -49,20 +49,24 @@ class Digits {
   std::string_view rest_;
 };
 
+constexpr int kEndOfDay = 24;
+
 /// The time of day, where one follows; the text may end without.
 std::optional<Duration> time_of_day(Digits& digits) {
   if (digits.rest().empty()) return Duration{};
   if (!digits.next_is("T ")) return std::nullopt;
-  const auto hour = digits.number(2, 24);
+  const auto hour = digits.number(2, kEndOfDay);
   if (!hour || !digits.next_is(":")) return std::nullopt;
   const auto minute = digits.number(2, 59);
   if (!minute) return std::nullopt;
   const Duration whole = std::chrono::hours(*hour) + std::chrono::minutes(*minute);
+  if (*hour == kEndOfDay && *minute > 0) return std::nullopt;
   if (!digits.next_is(":")) return whole;
   const auto second = digits.number(2, 60);  // a leap second is the first of the next minute
   if (!second) return std::nullopt;
   const Duration part = digits.next_is(".,") ? digits.fraction() : Duration{};
-  return whole + std::chrono::seconds(*second) + part;
+  const Duration time = whole + std::chrono::seconds(*second) + part;
+  return *hour == kEndOfDay && time > std::chrono::hours(kEndOfDay) ? std::nullopt : std::optional(time);
 }
 
 }  // namespace

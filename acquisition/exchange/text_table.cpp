@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "acquisition/exchange/civil_time.hpp"
+#include "acquisition/exchange/counted_time.hpp"
 #include "acquisition/exchange/text_lines.hpp"
 #include "acquisition/record/csv.hpp"
 #include "acquisition/record/row.hpp"
@@ -40,7 +40,9 @@ std::string in_utf8(std::string_view text) {
 class TextTable {
  public:
   TextTable(TextLines lines, const ImportMap& map, const TakeRow& take)
-      : lines_(std::move(lines)), map_(map), take_(take), columns_(map.columns()), numbers_(columns_.size()) {}
+      : lines_(std::move(lines)), map_(map), take_(take), columns_(map.columns()), numbers_(columns_.size()) {
+    if (map.since) since_ = counted_time(map.since->count(), Duration(1));
+  }
 
   Result<void> read() {
     if (map_.header)
@@ -117,12 +119,13 @@ class TextTable {
 
   bool is_missing(std::string_view text) const { return std::ranges::find(map_.missing, text) != map_.missing.end(); }
 
-  std::optional<double> number_in(std::string_view text) {
-    if (map_.decimal == '.') return record::number_in(text);
-    if (text.find('.') != std::string_view::npos) return std::nullopt;
+  /// What is no number stays none.
+  std::string_view with_decimal_point(std::string_view text) {
+    if (map_.decimal == '.') return text;
+    if (text.find('.') != std::string_view::npos) return {};
     decimal_ = text;
     std::ranges::replace(decimal_, ',', '.');
-    return record::number_in(decimal_);
+    return decimal_;
   }
 
   Fault no_number(const Field& field) const {
@@ -138,23 +141,21 @@ class TextTable {
     const Field& field = fields_[index];
     const auto text = trimmed(field.text);
     if (!map_.missing.empty() && is_missing(text)) return kMissing;
-    if (const auto number = number_in(text)) return *number;
+    if (const auto number = record::number_in(with_decimal_point(text))) return *number;
     return failure(no_number(field));
   }
 
   Result<void> read_number_of_time(ForeignRow& row) {
     const Field& field = fields_[*time_at_];
-    const auto number = number_in(trimmed(field.text));
-    if (!number) return failure(no_number(field));
-    if (!first_number_) first_number_ = *number;
-    const double time_s = (*number - *first_number_) * to_seconds(map_.time_unit);
-    if (std::abs(time_s) > to_seconds(kLongestForeignTime))
-      return failure(mistake(field.column, "more than ten years after the first row"));
-    row.time = from_seconds(time_s);
-    if (!map_.since) return {};
-    const double since_s = *number * to_seconds(map_.time_unit);
-    if (std::abs(since_s) < 10 * to_seconds(kLongestForeignTime)) row.utc = *map_.since + from_seconds(since_s);
-    if (row.utc && record::is_possible_time(*row.utc)) return {};
+    const auto counted = parse_counted_time(with_decimal_point(trimmed(field.text)), map_.time_unit);
+    if (!counted) return failure(no_number(field));
+    if (!first_number_) first_number_ = *counted;
+    const auto since_first = between(*first_number_, *counted);
+    if (!since_first) return failure(mistake(field.column, "more than ten years after the first row"));
+    row.time = *since_first;
+    if (!since_) return {};
+    row.utc = utc_of(*since_ + *counted);
+    if (row.utc) return {};
     return failure(mistake(field.column, "a time outside 1970 to 2116: do unit and since in [time] fit?"));
   }
 
@@ -213,7 +214,8 @@ class TextTable {
   std::size_t width_{};  ///< fields of the header, or of the first row
   std::optional<std::size_t> time_at_{};
   std::vector<std::size_t> places_{};
-  std::optional<double> first_number_{};
+  std::optional<CountedTime> since_{};  ///< after 1970, if the map says so
+  std::optional<CountedTime> first_number_{};
   std::optional<Duration> first_utc_{};
   std::string decimal_{};
   std::int64_t rows_{};

@@ -187,6 +187,23 @@ TEST(TextTable, NumbersOfTimeMayCountFromAnInstant) {
   EXPECT_FALSE(rows_of("t,T,w\n1e18,20,3\n", map, "f")) << "in milliseconds that is not this side of 2116";
 }
 
+TEST(TextTable, TimesOfManyDigitsKeepAllOfThem) {
+  ImportMap map = rate_map();
+  map.since = Duration{};
+  const auto times_of = [&](const std::string& column, Duration unit) {
+    map.time_unit = unit;
+    const auto rows = rows_of("t,T,w\n" + column, map, "f");
+    EXPECT_TRUE(rows) << text(rows.error());
+    for (std::size_t i = 0; i < rows->time.size(); ++i) EXPECT_EQ(*rows->utc[i], *rows->utc[0] + rows->time[i]);
+    return rows->time;
+  };
+  using std::chrono::milliseconds;
+  EXPECT_EQ(times_of("1767225600000000000,1,2\n1767225600001000000,1,2\n1767225600001000100,1,2\n", Duration(1)),
+            (std::vector<Duration>{{}, milliseconds(1), Duration(1'000'100)}));
+  EXPECT_EQ(times_of("1767225600.00,1,2\n1767225600.29,1,2\n1767225600.30,1,2\n1767225600.300001,1,2\n", kSecond),
+            (std::vector<Duration>{{}, milliseconds(290), milliseconds(300), Duration(300'001'000)}));
+}
+
 TEST(TextTable, TheLineOfSpreadsheetsThatNamesTheSeparatorIsNoHeader) {
   ImportMap map = rate_map();
   map.separator = ';';

@@ -203,10 +203,13 @@ void add_comments(Buffer& out, const RunInfo& info, bool finished) {
   fmt::format_to(std::back_inserter(out), "# run {} of {} on {}{}\n", one_line(info.id), one_line(info.profile_name),
                  one_line(info.rig_name), finished ? "" : ", not finished");
   for (const UnitInfo& unit : info.units)
-    for (std::size_t axis = 0; axis < unit.axes.size(); ++axis)
+    for (std::size_t axis = 0; axis < unit.axes.size(); ++axis) {
+      fmt::format_to(std::back_inserter(out), "# axis {}: scale {}", one_line(axis_label(unit, axis)),
+                     unit.axes[axis].scale);
       if (const auto& rate = unit.axes[axis].earth_rate)
-        fmt::format_to(std::back_inserter(out), "# axis {}: scale {}, earth rate {}\n",
-                       one_line(axis_label(unit, axis)), unit.axes[axis].scale, rate->value);
+        fmt::format_to(std::back_inserter(out), ", earth rate {}", rate->value);
+      out.push_back('\n');
+    }
   for (const Channel& channel : info.thermometers) {
     const std::string name = one_line(channel.name);
     if (!channel.polynomial.empty()) {
@@ -226,7 +229,7 @@ std::string title_of(const ChannelColumn& column, const RunInfo& info) {
       const AxisInfo& axis = unit.axes[column.index];
       const auto* pulses = axis.kind == GyroKind::pulse_count ? "pulses of " : "";
       const auto* of = axis.kind == GyroKind::pulse_count ? "arcsec" : "°/h";
-      return fmt::format("{} [{}{:g} {}]", axis_label(unit, column.index), pulses, axis.scale, of);
+      return fmt::format("{} [{}{} {}]", axis_label(unit, column.index), pulses, axis.scale, of);
     }
     case Measures::interval: return unit.name + " interval [s]";
     case Measures::value: return fmt::format("{} [{}]", column.name, unit.values[column.index].unit);

@@ -58,6 +58,15 @@ TEST(Export, OfARealUnfinishedRunSaysSo) {
       0u);
 }
 
+TEST(Export, SaysWhatMakesARateOfANumberToTheLastDigit) {
+  Record record = small_record();
+  auto& axis = record.info.units[0].axes[0];
+  axis = {.kind = GyroKind::rate, .scale = 206264.806247};
+  const std::string table = to_csv(record);
+  EXPECT_NE(table.find("# axis gyro: scale 206264.806247\n"), std::string::npos) << table;
+  EXPECT_NE(table.find(",gyro [206264.806247 °/h],"), std::string::npos) << table;
+}
+
 TEST(Export, SaysWhatCalibratesAReading) {
   Record record = small_record();
   record.info.thermometers[0].offset = Kelvins{-0.012};

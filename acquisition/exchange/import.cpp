@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <future>
@@ -56,14 +57,51 @@ void note_left_out(Notes& notes, std::size_t rows) {
   if (rows > 0) notes.push_back(fmt::format("{} rows whose time was not after the row before were left out", rows));
 }
 
+/// What the map makes of each column's number must be one: infinity is no value of a record.
+class Scales {
+ public:
+  explicit Scales(const ImportMap& map) {
+    const auto add = [&](const ColumnName& column, double scale, double offset) {
+      scales_.push_back({column.name.empty() ? std::to_string(column.number) : plain(column.name), scale, offset});
+    };
+    for (const auto& [column, scale, offset] : map.thermometer_columns) add(column, scale, offset);
+    auto column = map.axis_columns.begin();
+    for (const auto& unit : map.units)
+      for (const auto& axis : unit.axes) add(*column++, axis.scale, 0);
+    for (const auto& [of, scale, offset] : map.value_columns) add(of, scale, offset);
+  }
+
+  [[nodiscard]] Result<void> check(const ForeignRow& row) const {
+    for (std::size_t i = 0; i < scales_.size(); ++i) {
+      const auto& [name, scale, offset] = scales_[i];
+      if (!std::isinf(row.numbers[i] * scale + offset)) continue;
+      return failure(
+          FaultKind::bad_file, "",
+          fmt::format("{:g} of column \"{}\" is beyond all numbers by the map's scale {:g}, expected a smaller one",
+                      row.numbers[i], name, scale));
+    }
+    return {};
+  }
+
+ private:
+  struct Scale {
+    std::string name;
+    double scale{}, offset{};
+  };
+  std::vector<Scale> scales_{};  ///< per column of the map
+};
+
 /// Hands the rows of a file to whoever takes them; returns what was passed over.
 using ReadRows = std::function<Result<Notes>(const TakeRow& take)>;
 
 /// A log's messages come out of order within a stretch: they go there at once.
 Result<Notes> read_log_in_stretches(const ReadRows& read, const ImportMap& map, const TakeImported& take) {
   Grouping grouping(map, take);
-  auto notes = read(
-      [&](const ForeignRow& row) { return grouping.push({.time = row.time, .utc = row.utc, .numbers = row.numbers}); });
+  const Scales scales(map);
+  auto notes = read([&](const ForeignRow& row) {
+    return scales.check(row).and_then(
+        [&] { return grouping.push({.time = row.time, .utc = row.utc, .numbers = row.numbers}); });
+  });
   if (!notes) return notes;
   if (auto finished = grouping.finish(); !finished) return failure(finished.error());
   note_left_out(*notes, grouping.left_out());
@@ -76,7 +114,9 @@ Result<Notes> read_foreign(const ReadRows& read, const ImportMap& map, const Tak
   if (is_log && in_stretches) return read_log_in_stretches(read, map, take);
   Grouping grouping(map, take);
   Spacing spacing(map, [&](const ImportedRow& row) { return in_stretches ? grouping.push(row) : take(row); });
-  auto notes = read([&](const ForeignRow& row) { return spacing.push(row); });
+  const Scales scales(map);
+  auto notes =
+      read([&](const ForeignRow& row) { return scales.check(row).and_then([&] { return spacing.push(row); }); });
   if (!notes) return notes;
   const auto finished = spacing.finish().and_then([&] { return grouping.finish(); });
   if (!finished) return failure(finished.error());

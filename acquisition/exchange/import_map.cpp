@@ -155,7 +155,7 @@ void check_names(const TomlTable& root, const ImportMap& map) {
   record::RunInfo info;
   info.thermometers = channels_of(map, "");
   info.units = map.units;
-  if (const auto good = record::check_channel_names(info); !good) root.mistake("thermometer", text(good.error()));
+  if (const auto good = record::check_new_channel_names(info); !good) root.mistake("thermometer", text(good.error()));
 }
 
 void read_units(const TomlTable& root, ImportMap& map) {

@@ -156,7 +156,9 @@ Result<RunFile> RunFile::ready(Database database, const std::string& path, RunIn
 
 Result<RunFile> RunFile::create(const std::string& path, const RunInfo& info,
                                 const std::optional<Continuation>& continuation) {
-  if (auto good = check_channel_names(info); !good) return failure(good.error());
+  // A run that goes on has begun with its names.
+  if (auto good = continuation ? check_channel_names(info) : check_new_channel_names(info); !good)
+    return failure(good.error());
   if (std::ranges::any_of(path, [](unsigned char c) { return c < ' '; }))
     return failure(FaultKind::usage, "record", "its name has a control character, which no list of files would bear");
   if (!in_memory(path))
@@ -203,7 +205,7 @@ Result<RunFile> RunFile::create_unsynced(const std::string& path, const RunInfo&
 }
 
 Result<RunFile> RunFile::create_at_once(const std::string& path, const RunInfo& info) {
-  if (auto good = check_channel_names(info); !good) return failure(good.error());
+  if (auto good = check_new_channel_names(info); !good) return failure(good.error());
   auto file = create_unsynced(path, info, true);
   if (file) file->is_synced_ = false;
   return file;

@@ -108,6 +108,24 @@ Result<void> check_channel_names(const RunInfo& info) {
   return {};
 }
 
+Result<void> check_new_channel_names(const RunInfo& info) {
+  if (auto good = check_channel_names(info); !good) return good;
+  std::set<std::string> taken{"time", "time_s", "utc", "bias", "self"};
+  for (const auto& column : channel_columns(info)) {
+    if (column.measures == Measures::temperature) continue;
+    taken.insert(lower(calibrated_name(column)));
+    if (column.measures != Measures::true_bias) continue;
+    constexpr std::string_view kTrue = "true_";  // Python has the bias beside it: "u1.x.bias_deg_per_h"
+    auto bias = lower(column.name);
+    taken.insert(bias.erase(bias.rfind(kTrue), kTrue.size()));
+  }
+  for (const Channel& channel : info.thermometers)
+    if (taken.contains(lower(channel.name)))
+      return failure(FaultKind::bad_file, fmt::format("thermometer \"{}\"", channel.name),
+                     "the name is taken, expected one of its own");
+  return {};
+}
+
 Result<void> create_schema(Database& database, const RunInfo& info) {
   std::string sample = "CREATE TABLE sample(";
   SampleColumns(info).each(

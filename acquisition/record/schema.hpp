@@ -35,6 +35,10 @@ namespace gyrotherm::record {
 /// [A-Za-z0-9_-], and no column has the name of another (letter case apart). Fails with bad_file naming the one.
 [[nodiscard]] Result<void> check_channel_names(const RunInfo& info);
 
+/// Checks what a record is made with: also that no thermometer has the name of a column that views, exports, Python
+/// or a model's inputs put beside it. Records of before this was looked at are read all the same.
+[[nodiscard]] Result<void> check_new_channel_names(const RunInfo& info);
+
 /// Makes the tables and views, and marks the file as a record. The names must be good.
 [[nodiscard]] Result<void> create_schema(Database& database, const RunInfo& info);
 

@@ -68,6 +68,23 @@ TEST(Import, LeavesNothingBehindWhenItFails) {
             FaultKind::bad_file);
 }
 
+TEST(Import, NoScaleOfTheMapMakesInfinityOfANumber) {
+  const TestFolder folder;
+  for (const std::string every : {"", "every = \"1 s\"\n"})
+    for (const std::string row : {"101,1e307,1", "101,20,1e308"}) {
+      std::string map = kSmallMap;
+      map.replace(map.find("column = \"T\""), 12, "column = \"T\"\nscale = 100");
+      map.insert(map.find("[[thermometer]]"), every);
+      std::ofstream(folder / "small.toml") << map;
+      std::ofstream(folder / "small.csv") << "t,T,w\n100,20,1\n" << row << "\n";
+      const auto bad = import_record(folder / "small.csv", folder / "small.toml", folder / "run.db", "0.1.0");
+      ASSERT_FALSE(bad) << row;
+      EXPECT_EQ(bad.error().where, folder / "small.csv" + ":3:1") << row;
+      EXPECT_NE(bad.error().what.find("beyond all numbers"), std::string::npos) << bad.error().what;
+      EXPECT_FALSE(std::filesystem::exists(folder / "run.db"));
+    }
+}
+
 TEST(Import, NeverOverwritesARecord) {
   const TestFolder folder;
   std::ofstream(folder / "small.toml") << kSmallMap;

@@ -8,6 +8,7 @@
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/csv.hpp"
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/run_file.hpp"
 #include "acquisition/record/schema.hpp"
 #include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
@@ -229,6 +230,24 @@ TEST(ManyUnits, HaveNamesThatColumnsCanHave) {
             "channel \"U1.interval_ns\": the name is taken, expected one of its own");
   EXPECT_EQ(refused([](RunInfo& info) { info.thermometers[0].name = "u1.Temperature"; }),
             "thermometer \"u1.Temperature\": the name is taken, expected one of its own");
+}
+
+TEST(ManyUnits, LeaveAThermometerNoNameOfAColumnThatStandsBesideIt) {
+  for (const char* name : {"time", "time_s", "UTC", "bias", "self", "u1.x.rate_deg_per_h", "u1.x.bias_deg_per_h",
+                           "u1.interval_s", "u-2.bias_deg_per_h"}) {
+    RunInfo info = two_units();
+    info.thermometers[0].name = name;
+    const auto good = check_new_channel_names(info);
+    ASSERT_FALSE(good) << name;
+    EXPECT_EQ(text(good.error()),
+              std::string("thermometer \"") + name + "\": the name is taken, expected one of its own");
+    EXPECT_TRUE(check_channel_names(info)) << "a record that has it already is read";
+  }
+  RunInfo one = two_thermometers();
+  EXPECT_TRUE(check_new_channel_names(one));
+  one.thermometers[0].name = "bias_deg_per_h";
+  EXPECT_FALSE(check_new_channel_names(one));
+  EXPECT_FALSE(RunFile::create_at_once(kInMemory, one));
 }
 
 TEST(ManyUnits, OfAForeignFileMustBeThere) {

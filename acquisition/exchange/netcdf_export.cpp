@@ -116,9 +116,11 @@ struct Rows {
 Rows rows_of(const Record& record, std::int64_t step) {
   Rows rows;
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
-    const auto since_before = i > 0 && !record.info.imported ? record.slot[i] / step - record.slot[i - 1] / step : 1;
+    // A stretch that begins in a gap has the time of a later second: those that are missing count from where it began.
+    const auto before = i > 0 ? record.slot[i - 1] / step : 0;
+    const auto since_before = i > 0 && !record.info.imported ? record.slot[i] / step - before : 1;
     for (std::int64_t missing = 1; missing < since_before; ++missing) {
-      rows.time_s.push_back(record.time_s[i - 1] + static_cast<double>(missing * step));
+      rows.time_s.push_back(record.time_s[i - 1] + static_cast<double>((before + missing) * step - record.slot[i - 1]));
       rows.row.push_back(-1);
     }
     rows.time_s.push_back(record.time_s[i]);

@@ -107,6 +107,15 @@ class Netcdf(InAFolder):
             self.assertFalse(np.isnan(found["A"][202]))
             self.assertTrue((np.diff(found["time"].values) == np.timedelta64(5, "s")).all())
 
+    def test_stretches_in_a_gap_stand_on_the_grid_though_the_row_before_does_not(self):
+        path = self.folder / "cut.db"
+        shutil.copy(self.path, path)
+        with sqlite3.connect(path) as database:  # the stretch 1010 … 1014 begins in the gap, and another gap follows it
+            database.execute("DELETE FROM sample WHERE slot BETWEEN 1010 AND 1012 OR slot BETWEEN 1015 AND 1024")
+            database.execute("INSERT INTO gap VALUES(1010, 1012, 'tested', 0), (1015, 1024, 'tested', 0)")
+        with netCDF4.Dataset(exported(path, self.folder / "cut.nc", "--every", "5 s")) as found:
+            np.testing.assert_array_equal(found["time"][199:207] - found["time"][0], [995, 1000, 1005, 1013, 1015, 1020, 1025, 1030])
+
     def test_the_text_table_takes_the_same_choice(self):
         gyrotherm("export", self.path, "--out", self.folder / "part.csv", "--unverified", "--every", "1 min")
         import pandas

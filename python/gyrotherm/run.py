@@ -33,7 +33,9 @@ class Run:
     def __repr__(self) -> str:
         of = "SIMULATED run" if self.info.simulated else "run"
         axes = ", ".join(axis.label for axis in self.axes)
-        return f"<{of} of {self.info.profile_name}, {self.record.slot.size} s, {axes or 'no gyro'}>"
+        rows = self.record.slot.size
+        span = f"{rows} rows over {self.record.time_s[-1] if rows else 0:.10g} s" if self.info.imported else f"{rows} s"
+        return f"<{of} of {self.info.profile_name}, {span}, {axes or 'no gyro'}>"
 
     @property
     def info(self) -> RunInfo:

@@ -170,6 +170,7 @@ class Import(InAFolder):
     def test_has_its_values_in_utc(self):
         path = self.imported()
         run = module.open(path)
+        self.assertEqual(repr(run), "<run of foreign.nc, 40000 rows over 39999 s, gyro>")
         frame = run.to_pandas()
         self.assertEqual(len(frame), self.rows)
         self.assertEqual(str(frame["utc"].iloc[0]), "2026-03-01 12:00:00+00:00")

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/exchange/civil_time.hpp"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <chrono>
+#include <string>
 
 #include "acquisition/record/row.hpp"
 #include "core/text.hpp"
@@ -27,6 +30,11 @@ class Digits {
     rest_.remove_prefix(digits);
     return number;
   }
+  /// As many digits as are next, one at least.
+  std::optional<int> number_up_to(std::size_t digits, int most) {
+    const std::size_t there = std::min(rest_.find_first_not_of("0123456789"), rest_.size());
+    return there == 0 || there > digits ? std::nullopt : number(there, most);
+  }
   /// One of the characters, if it is next.
   bool next_is(std::string_view characters) {
     if (rest_.empty() || characters.find(rest_.front()) == std::string_view::npos) return false;
@@ -43,6 +51,7 @@ class Digits {
     }
     return Duration(sum);
   }
+  void pass_blanks() { rest_ = trimmed(rest_); }
   [[nodiscard]] std::string_view rest() const { return rest_; }
 
  private:
@@ -67,6 +76,52 @@ std::optional<Duration> time_of_day(Digits& digits) {
   const Duration part = digits.next_is(".,") ? digits.fraction() : Duration{};
   const Duration time = whole + std::chrono::seconds(*second) + part;
   return *hour == kEndOfDay && time > std::chrono::hours(kEndOfDay) ? std::nullopt : std::optional(time);
+}
+
+/// Hours and minutes, with a second where one is said.
+std::optional<Duration> loose_time_of_day(Digits& digits) {
+  const auto hour = digits.number_up_to(2, kEndOfDay - 1);
+  if (!hour || !digits.next_is(":")) return std::nullopt;
+  const auto minute = digits.number_up_to(2, 59);
+  if (!minute) return std::nullopt;
+  const Duration whole = std::chrono::hours(*hour) + std::chrono::minutes(*minute);
+  if (!digits.next_is(":")) return whole;
+  const auto second = digits.number_up_to(2, 60);
+  if (!second) return std::nullopt;
+  return whole + std::chrono::seconds(*second) + (digits.next_is(".") ? digits.fraction() : Duration{});
+}
+
+/// "+1", "-6:00", "-0330", "UTC", "GMT", "Z"; UTC where nothing stands.
+std::optional<Duration> loose_zone(std::string_view text) {
+  for (const std::string_view utc : {"", "UTC", "GMT", "Z", "utc", "gmt", "z"})
+    if (text == utc) return Duration{};
+  if (!text.starts_with('-') && !text.starts_with('+')) return std::nullopt;
+  std::string zone(text);
+  const std::size_t digits = std::min(zone.find(':'), zone.size()) - 1;
+  if (digits % 2 == 1) zone.insert(1, "0");
+  return parse_zone(zone);
+}
+
+/// Days since 1970-01-01, of a date of the Julian calendar; nothing if it has no such date.
+std::optional<std::int64_t> days_of_julian(int year, int month, int day) {
+  constexpr std::array<int, 12> kDays{31, 29, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
+  const bool is_29_february = month == 2 && day == 29;
+  if (month < 1 || day < 1 || day > kDays[static_cast<std::size_t>(month - 1)] || (is_29_february && year % 4 != 0))
+    return std::nullopt;
+  // Years begin in March, so that the leap day is the last: 153 days make five months of them.
+  constexpr int kDaysOfFourYears = 1461, kDaysBefore1970 = 719470;
+  const int since_march = (month + 9) % 12, years = month > 2 ? year : year - 1;
+  const int of_years = kDaysOfFourYears * (years + 4) / 4 - kDaysOfFourYears;
+  return of_years + (153 * since_march + 2) / 5 + day - 1 - kDaysBefore1970;
+}
+
+std::optional<std::int64_t> days_since_1970(int year, int month, int day, EarlyDays early) {
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
+                                         std::chrono::day(static_cast<unsigned>(day))};
+  constexpr std::chrono::year_month_day kReform{std::chrono::year(1582), std::chrono::October, std::chrono::day(15)};
+  if (early == EarlyDays::julian && date < kReform) return days_of_julian(year, month, day);
+  if (!date.ok()) return std::nullopt;
+  return std::chrono::sys_days(date).time_since_epoch().count();
 }
 
 }  // namespace
@@ -104,6 +159,26 @@ std::optional<CivilTime> parse_civil_time(std::string_view text) {
   time.zone = parse_zone(trimmed(digits.rest()));
   if (!time.zone || !record::is_possible_time(time.reading - *time.zone)) return std::nullopt;
   return time;
+}
+
+std::optional<CountedTime> parse_reference_time(std::string_view text, EarlyDays early) {
+  Digits digits(trimmed(text));
+  const auto year = digits.number_up_to(4, 9999);
+  if (!year || !digits.next_is("-")) return std::nullopt;
+  const auto month = digits.number_up_to(2, 12);
+  if (!month || !digits.next_is("-")) return std::nullopt;
+  const auto day = digits.number_up_to(2, 31);
+  if (!day) return std::nullopt;
+  const auto days = days_since_1970(*year, *month, *day, early);
+  if (!days) return std::nullopt;
+  const bool has_time_behind = digits.next_is("Tt");
+  digits.pass_blanks();
+  const bool has_time = has_time_behind || digits.rest().find_first_of("0123456789") == 0;
+  const auto of_day = has_time ? loose_time_of_day(digits) : std::optional(Duration{});
+  const auto zone = loose_zone(trimmed(digits.rest()));
+  if (!of_day || !zone) return std::nullopt;
+  constexpr std::int64_t kSecondsOfDay = 86400;
+  return CountedTime{*days * kSecondsOfDay} + counted_time((*of_day - *zone).count(), Duration(1));
 }
 
 }  // namespace gyrotherm::exchange

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 
+#include "acquisition/exchange/counted_time.hpp"
 #include "core/quantity.hpp"
 
 namespace gyrotherm::exchange {
@@ -20,5 +21,13 @@ struct CivilTime {
 
 /// Reads a zone alone: "Z", "+01:00", "-0330", "+01".
 [[nodiscard]] std::optional<Duration> parse_zone(std::string_view text);
+
+/// How days before 1582-10-15 are called: as they were then, after the Julian calendar, or after the one of today.
+enum class EarlyDays { julian, gregorian };
+
+/// Reads what stands behind "seconds since" in a NetCDF file: "2026-03-01 12:00:00.5 -6:00", "0001-1-1", after UDUNITS:
+/// of any year from 0 to 9999, each field but the year's may have one digit, and the zone is UTC where none is named.
+/// The time is counted from 1970.
+[[nodiscard]] std::optional<CountedTime> parse_reference_time(std::string_view text, EarlyDays early);
 
 }  // namespace gyrotherm::exchange

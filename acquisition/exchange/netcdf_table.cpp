@@ -7,11 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "acquisition/exchange/civil_time.hpp"
+#include "acquisition/exchange/counted_time.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/sqlite.hpp"
 #include "core/file.hpp"
@@ -23,54 +26,108 @@ namespace {
 
 using record::into, record::kMissing;
 
-/// What stands for a time in the file: its unit, and since when, if it says so.
+/// What stands for a time in the file: its unit, and since when after 1970, if it says so.
 struct TimeUnits {
-  double unit_s{};
-  std::optional<Duration> since{};
+  Duration unit{};
+  std::optional<CountedTime> since{};
 };
 
-std::optional<double> seconds_of_unit(std::string_view word) {
-  constexpr std::array<std::pair<std::string_view, double>, 7> kWords{{{"microsecond", 1e-6},
-                                                                       {"millisecond", 1e-3},
-                                                                       {"nanosecond", 1e-9},
-                                                                       {"second", 1},
-                                                                       {"minute", 60},
-                                                                       {"hour", 3600},
-                                                                       {"day", 86400}}};
-  constexpr std::array<std::pair<std::string_view, double>, 8> kShort{
-      {{"s", 1}, {"sec", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}, {"min", 60}, {"h", 3600}, {"d", 86400}}};
-  for (const auto& [name, seconds] : kWords)
-    if (word == name || (word.starts_with(name) && word.substr(name.size()) == "s")) return seconds;
-  for (const auto& [name, seconds] : kShort)
-    if (word == name) return seconds;
+std::optional<Duration> unit_called(std::string_view word) {
+  using std::chrono::microseconds, std::chrono::milliseconds, std::chrono::minutes, std::chrono::hours;
+  constexpr std::array<std::pair<std::string_view, Duration>, 16> kWords{{{"nanosecond", Duration(1)},
+                                                                          {"nanosec", Duration(1)},
+                                                                          {"nsec", Duration(1)},
+                                                                          {"usec", microseconds(1)},
+                                                                          {"microsecond", microseconds(1)},
+                                                                          {"microsec", microseconds(1)},
+                                                                          {"millisecond", milliseconds(1)},
+                                                                          {"millisec", milliseconds(1)},
+                                                                          {"msec", milliseconds(1)},
+                                                                          {"second", kSecond},
+                                                                          {"sec", kSecond},
+                                                                          {"minute", minutes(1)},
+                                                                          {"min", minutes(1)},
+                                                                          {"hour", hours(1)},
+                                                                          {"hr", hours(1)},
+                                                                          {"day", hours(24)}}};
+  constexpr std::array<std::pair<std::string_view, Duration>, 6> kLetters{{{"s", kSecond},
+                                                                           {"ms", milliseconds(1)},
+                                                                           {"us", microseconds(1)},
+                                                                           {"ns", Duration(1)},
+                                                                           {"h", hours(1)},
+                                                                           {"d", hours(24)}}};
+  for (const auto& [name, unit] : kLetters)
+    if (word == name) return unit;
+  if (word.ends_with('s')) word.remove_suffix(1);
+  for (const auto& [name, unit] : kWords)
+    if (word == name) return unit;
   return std::nullopt;
 }
 
-/// "seconds since 2026-01-01 00:00:00 UTC", "ms".
-std::optional<TimeUnits> parse_time_units(std::string_view text) {
+std::string in_small_letters(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
+
+/// "seconds since 2026-01-01 00:00:00 UTC", "ms". Says what is wrong with others.
+tl::expected<TimeUnits, std::string> parse_time_units(const std::string& said, EarlyDays early) {
   constexpr std::string_view kSince = " since ";
+  const std::string text = in_small_letters(said);
   const std::size_t since = text.find(kSince);
-  const auto unit = seconds_of_unit(trimmed(text.substr(0, since)));
-  if (!unit) return std::nullopt;
-  if (since == std::string_view::npos) return TimeUnits{*unit};
-  std::string instant(trimmed(text.substr(since + kSince.size())));
-  if (instant.ends_with("UTC")) instant.replace(instant.size() - 3, 3, "Z");
-  const auto time = parse_civil_time(instant);
-  if (!time) return std::nullopt;
-  return TimeUnits{*unit, time->reading - time->zone.value_or(Duration{})};
+  const std::string word(trimmed(std::string_view(text).substr(0, since)));
+  const auto unit = unit_called(word);
+  if (!unit)
+    return tl::unexpected(
+        fmt::format("\"{}\" is no unit of time, expected days, hours, minutes, seconds, ms, us or ns", plain(word)));
+  if (since == std::string::npos) return TimeUnits{*unit};
+  const std::string instant(trimmed(std::string_view(text).substr(since + kSince.size())));
+  if (const auto time = parse_reference_time(instant, early)) return TimeUnits{*unit, time};
+  return tl::unexpected(
+      fmt::format("\"{}\" is no time, expected one like \"2026-03-01 12:00:00 +1:00\"", plain(instant)));
+}
+
+/// The number that the library puts where nothing was written; a byte may be any, and has none.
+std::optional<double> default_fill(nc_type type) {
+  switch (type) {
+    case NC_SHORT: return NC_FILL_SHORT;
+    case NC_INT: return NC_FILL_INT;
+    case NC_FLOAT: return NC_FILL_FLOAT;
+    case NC_DOUBLE: return NC_FILL_DOUBLE;
+    case NC_USHORT: return NC_FILL_USHORT;
+    case NC_UINT: return NC_FILL_UINT;
+    case NC_INT64: return static_cast<double>(NC_FILL_INT64);
+    case NC_UINT64: return static_cast<double>(NC_FILL_UINT64);
+    default: return std::nullopt;
+  }
 }
 
 /// A variable, and what makes values of its numbers.
 struct Variable {
   int id{};
+  nc_type type{};
   double scale = 1, offset = 0;
-  std::optional<double> fill{}, missing{};
+  std::vector<double> no_values{};  ///< numbers that stand for a value which is not there
 
   [[nodiscard]] double value(double number) const {
-    const bool is_there = std::isfinite(number) && number != fill && number != missing;
+    const bool is_there = std::isfinite(number) && std::ranges::find(no_values, number) == no_values.end();
     return is_there ? number * scale + offset : kMissing;
   }
+  [[nodiscard]] bool is_packed() const { return scale != 1 || offset != 0; }
+  /// Whether a double may not hold its numbers.
+  [[nodiscard]] bool is_long() const { return type == NC_INT64 || type == NC_UINT64; }
 };
+
+/// A number of a file's floating-point type is written shorter than it is stored: "0.1" and not what a binary fraction
+/// makes of it. That is what was meant by a time, and no error adds up in a difference of two.
+CountedTime counted_time(double number, const Variable& variable, Duration unit) {
+  std::array<char, 32> text{};
+  const bool is_float = variable.type == NC_FLOAT && !variable.is_packed();
+  const auto* end = is_float ? fmt::format_to(text.data(), "{}", static_cast<float>(number))
+                             : fmt::format_to(text.data(), "{}", number);
+  const auto counted = parse_counted_time({text.data(), static_cast<std::size_t>(end - text.data())}, unit);
+  return counted ? *counted : exchange::counted_time(number, unit);
+}
 
 class NetcdfTable {
  public:
@@ -89,6 +146,7 @@ class NetcdfTable {
     if (nc_inq_vardimid(file_, time->id, dimensions.data()) == NC_NOERR) dimension_ = dimensions.front();
     if (auto size = check(nc_inq_dimlen(file_, *dimension_, &rows_)); !size) return size;
     time_ = *time;
+    if (auto checked = check_packing(time_, map.time->name); !checked) return checked;
     if (auto units = read_units(map.time->name); !units) return units;
     return find_columns(map);
   }
@@ -100,8 +158,8 @@ class NetcdfTable {
       const std::size_t count = std::min(kRowsAtOnce, rows_ - first);
       if (auto read = read_part(first, count); !read) return read;
       for (std::size_t i = 0; i < count; ++i) {
-        for (std::size_t column = 0; column < columns_.size(); ++column) numbers[column] = part_[column + 1][i];
-        if (auto taken = take_row(first + i, part_[0][i], numbers, take); !taken) return taken;
+        for (std::size_t column = 0; column < columns_.size(); ++column) numbers[column] = part_[column][i];
+        if (auto taken = take_row(first + i, times_[i], numbers, take); !taken) return taken;
       }
     }
     return rows_ > 0 ? Result<void>{} : wrong("the file has no row, expected at least one");
@@ -124,11 +182,12 @@ class NetcdfTable {
       return std::nullopt;
     const bool is_number = type != NC_CHAR && type != NC_STRING && type <= NC_MAX_ATOMIC_TYPE;
     if (!is_number || (dimension_ && dimension != *dimension_)) return std::nullopt;
-    Variable variable{.id = id};
-    variable.scale = number_attribute(id, "scale_factor").value_or(1);
-    variable.offset = number_attribute(id, "add_offset").value_or(0);
-    variable.fill = number_attribute(id, "_FillValue");
-    variable.missing = number_attribute(id, "missing_value");
+    Variable variable{.id = id, .type = type};
+    if (const auto scale = numbers_of_attribute(id, "scale_factor"); !scale.empty()) variable.scale = scale.front();
+    if (const auto offset = numbers_of_attribute(id, "add_offset"); !offset.empty()) variable.offset = offset.front();
+    variable.no_values = numbers_of_attribute(id, "_FillValue");
+    if (const auto fill = default_fill(type); fill && variable.no_values.empty()) variable.no_values.push_back(*fill);
+    for (const double missing : numbers_of_attribute(id, "missing_value")) variable.no_values.push_back(missing);
     return variable;
   }
 
@@ -151,14 +210,27 @@ class NetcdfTable {
     return names;
   }
 
-  std::optional<double> number_attribute(int variable, const char* name) const {
+  /// Empty: there is none, or one that is no number.
+  std::vector<double> numbers_of_attribute(int variable, const char* name) const {
+    constexpr std::size_t kMost = 1000;
     std::size_t length = 0;
     nc_type type{};
-    double number = 0;
-    if (nc_inq_att(file_, variable, name, &type, &length) != NC_NOERR || length != 1 || type == NC_CHAR ||
-        type >= NC_STRING || nc_get_att_double(file_, variable, name, &number) != NC_NOERR)
-      return std::nullopt;
-    return number;
+    if (nc_inq_att(file_, variable, name, &type, &length) != NC_NOERR || length > kMost || type == NC_CHAR ||
+        type >= NC_STRING)
+      return {};
+    std::vector<double> numbers(length);
+    if (nc_get_att_double(file_, variable, name, numbers.data()) != NC_NOERR) return {};
+    return numbers;
+  }
+
+  /// A packed variable whose packing cannot be read would be taken for plain numbers.
+  Result<void> check_packing(const Variable& variable, const std::string& column) const {
+    for (const char* name : {"scale_factor", "add_offset"}) {
+      const bool is_there = nc_inq_attlen(file_, variable.id, name, nullptr) == NC_NOERR;
+      if (is_there && numbers_of_attribute(variable.id, name).size() != 1)
+        return wrong(fmt::format("the {} of \"{}\" is not one number, expected one", name, column));
+    }
+    return {};
   }
 
   std::string text_attribute(int variable, const char* name) const {
@@ -174,54 +246,78 @@ class NetcdfTable {
 
   Result<void> read_units(const std::string& name) {
     const auto units = text_attribute(time_.id, "units"), calendar = text_attribute(time_.id, "calendar");
-    const auto parsed = parse_time_units(units);
-    if (!parsed)
-      return wrong(
-          fmt::format("\"{}\" has the units \"{}\", expected like \"seconds since 2026-03-01 12:00:00\"", name, units));
+    const auto parsed =
+        parse_time_units(units, calendar == "proleptic_gregorian" ? EarlyDays::gregorian : EarlyDays::julian);
+    if (!parsed) return wrong(fmt::format("\"{}\" has the units \"{}\": {}", name, units, parsed.error()));
     for (const char* usual : {"", "standard", "gregorian", "proleptic_gregorian", "none"})
       if (calendar == usual) units_ = *parsed;
-    if (units_.unit_s > 0) return {};
+    if (units_.unit > Duration{}) return {};
     return wrong(fmt::format("\"{}\" counts by the calendar \"{}\", expected the usual one", name, calendar));
   }
 
   Result<void> find_columns(const ImportMap& map) {
     std::vector<std::string> missing;
     for (const ColumnName& column : map.columns())
-      if (const auto found = find(column.name))
+      if (const auto found = find(column.name)) {
         columns_.push_back(*found);
-      else
+        if (auto checked = check_packing(*found, column.name); !checked) return checked;
+      } else {
         missing.push_back(column.name);
+      }
     return missing.empty() ? Result<void>{} : wrong(describe_missing_columns(missing, names_along({map.time->name})));
   }
 
   Result<void> read_part(std::size_t first, std::size_t count) {
-    part_.resize(columns_.size() + 1);
-    for (std::size_t i = 0; i < part_.size(); ++i) {
-      const Variable& variable = i == 0 ? time_ : columns_[i - 1];
-      part_[i].resize(count);
-      // Of numbers beyond a double the library says so, and puts what is nearest.
-      const int error = nc_get_vara_double(file_, variable.id, &first, &count, part_[i].data());
-      if (error != NC_ERANGE)
-        if (auto read = check(error); !read) return read;
-      for (double& number : part_[i]) number = variable.value(number);
-    }
+    part_.resize(columns_.size());
+    for (std::size_t i = 0; i < part_.size(); ++i)
+      if (auto read = read_values(columns_[i], first, count, part_[i]); !read) return read;
+    return time_.is_long() && !time_.is_packed() ? read_whole_times(first, count) : read_times(first, count);
+  }
+
+  // Of numbers beyond the type that is asked for the library says so, and puts what is nearest.
+  Result<void> check_read(int error) const { return error == NC_ERANGE ? Result<void>{} : check(error); }
+
+  Result<void> read_values(const Variable& variable, std::size_t first, std::size_t count,
+                           std::vector<double>& values) const {
+    values.resize(count);
+    auto read = check_read(nc_get_vara_double(file_, variable.id, &first, &count, values.data()));
+    for (double& number : values) number = variable.value(number);
+    return read;
+  }
+
+  Result<void> read_times(std::size_t first, std::size_t count) {
+    std::vector<double> numbers;
+    if (auto read = read_values(time_, first, count, numbers); !read) return read;
+    times_.clear();
+    for (const double number : numbers)
+      times_.push_back(std::isnan(number) ? std::nullopt : std::optional(counted_time(number, time_, units_.unit)));
     return {};
   }
 
-  Result<void> take_row(std::size_t row, double time, const std::vector<double>& numbers, const TakeRow& take) {
+  Result<void> read_whole_times(std::size_t first, std::size_t count) {
+    std::vector<long long> numbers(count);
+    if (auto read = check_read(nc_get_vara_longlong(file_, time_.id, &first, &count, numbers.data())); !read)
+      return read;
+    times_.clear();
+    for (const std::int64_t number : numbers)
+      times_.push_back(std::isnan(time_.value(static_cast<double>(number)))
+                           ? std::nullopt
+                           : std::optional(exchange::counted_time(number, units_.unit)));
+    return {};
+  }
+
+  Result<void> take_row(std::size_t row, const std::optional<CountedTime>& time, const std::vector<double>& numbers,
+                        const TakeRow& take) {
     const auto of_row = [&](std::string what) {
       return failure(FaultKind::bad_file, fmt::format("{}: row {}", path_, row), std::move(what));
     };
-    if (!first_) first_ = time;
-    const double since_first_s = (time - *first_) * units_.unit_s;
-    if (!(std::abs(since_first_s) <= to_seconds(kLongestForeignTime)))
-      return of_row("no time, or more than ten years after the first row");
-    ForeignRow foreign{.time = from_seconds(since_first_s), .numbers = numbers};
+    if (time && !first_) first_ = *time;
+    const auto since_first = time ? between(*first_, *time) : std::nullopt;
+    if (!since_first) return of_row("no time, or more than ten years after the first row");
+    ForeignRow foreign{.time = *since_first, .numbers = numbers};
     if (units_.since) {
-      const double since_s = time * units_.unit_s;
-      if (std::abs(since_s) > 20 * to_seconds(kLongestForeignTime)) return of_row("a time outside 1970 to 2116");
-      foreign.utc = *units_.since + from_seconds(since_s);
-      if (!record::is_possible_time(*foreign.utc)) return of_row("a time outside 1970 to 2116");
+      foreign.utc = utc_of(*units_.since + *time);
+      if (!foreign.utc) return of_row("a time outside 1970 to 2116");
     }
     auto taken = take(foreign);
     return !taken && taken.error().where.empty() ? of_row(std::move(taken.error().what)) : taken;
@@ -234,8 +330,10 @@ class NetcdfTable {
   Variable time_{};
   TimeUnits units_{};
   std::vector<Variable> columns_{};
-  std::vector<std::vector<double>> part_{};  ///< time, then the columns
-  std::optional<double> first_{};
+  // Of some rows that follow each other:
+  std::vector<std::vector<double>> part_{};  ///< per column
+  std::vector<std::optional<CountedTime>> times_{};
+  std::optional<CountedTime> first_{};
 };
 
 }  // namespace

@@ -196,6 +196,96 @@ class Import(InAFolder):
         np.testing.assert_array_equal(back["utc"], there["utc"])
 
 
+class OfOthers(InAFolder):
+    """What files of others say of their times and of values that are not there."""
+
+    def made(self, times, units, kind="f8", calendar="", temperatures=None, temperature_kind="f4", **attributes):
+        """The file, with a thermometer of zeros unless others are named; where one is None, nothing is written."""
+        path = self.folder / f"{len(self.files())}.nc"
+        with netCDF4.Dataset(path, "w") as made:
+            made.createDimension("time", len(times))
+            time = made.createVariable("time", kind, ("time",))
+            time.units = units
+            if calendar:
+                time.calendar = calendar
+            time[:] = np.array(times, dtype=kind)
+            rate = made.createVariable("rate", "f8", ("time",))
+            rate[:] = np.arange(len(times))
+            fill = attributes.pop("_FillValue", None)
+            wall = made.createVariable("T", temperature_kind, ("time",), fill_value=fill)
+            wall.set_auto_maskandscale(False)
+            for name, value in attributes.items():
+                wall.setncattr(name, value)
+            for i, value in enumerate(temperatures or np.zeros(len(times))):
+                if value is not None:
+                    wall[i] = value
+        return path
+
+    def imported(self, file, time=""):
+        (self.folder / "map.toml").write_text(MAP.format(time=time, thermometer="T"))
+        path = self.folder / f"{len(self.files())}.db"
+        gyrotherm("import", file, "--map", self.folder / "map.toml", "--out", path)
+        return module.open(path).to_pandas()
+
+    def utcs(self, *arguments, **words):
+        return [str(utc) for utc in self.imported(self.made(*arguments, **words))["utc"]]
+
+    def test_nanoseconds_since_1970_keep_each(self):
+        first = 1767225600_000000000
+        for kind in ("i8", "u8"):
+            frame = self.imported(self.made([first, first + 1_000_000, first + 10_000_000, first + 20_000_100],
+                                            "nanoseconds since 1970-01-01", kind=kind))
+            np.testing.assert_array_equal(frame.index, [0, 0.001, 0.01, 0.0200001])
+            self.assertEqual(str(frame["utc"].iloc[1]), "2026-01-01 00:00:00.001000+00:00")
+
+    def test_seconds_since_1970_are_those_that_were_written(self):
+        frame = self.imported(self.made(1767225600 + np.arange(1000) / 100, "seconds since 1970-01-01"))
+        np.testing.assert_array_equal(frame.index, np.arange(1000) / 100)
+        grouped = self.imported(self.made(1767225600 + np.arange(1000) / 100, "seconds since 1970-01-01"),
+                                time='every = "100 ms"')
+        np.testing.assert_array_equal(grouped["pulses"], np.arange(100) * 10 + 4.5)
+        np.testing.assert_array_equal(self.imported(self.made([0.1, 0.2, 0.7], "s", kind="f4")).index, [0, 0.1, 0.6])
+
+    def test_times_count_from_where_others_say(self):
+        noon = "2026-03-01 12:00:00+00:00"
+        for hours, units in ((1105932, "hours since 1900-01-01 00:00:00.0"), (1105932, "hr since 1900-1-1"),
+                             (12, "hours since 2026-3-1 0:0:0"), (6, "Hours since 2026-03-01 12:00:00 +6:00"),
+                             (12 * 3600, "secs since 2026-03-01 00:00:00 GMT"), (720, "mins since 2026-03-01"),
+                             (12 * 3600_000, "msec since 2026-03-01T00:00:00Z")):
+            self.assertEqual(self.utcs([hours], units), [noon], units)
+
+    def test_days_before_the_reform_of_the_calendar_are_what_other_readers_take_them_for(self):
+        for calendar in ("standard", "gregorian", "proleptic_gregorian"):
+            units = "days since 0001-01-01"
+            said = netCDF4.num2date(739000.25, units, calendar)
+            self.assertEqual(self.utcs([739000.25], units, calendar=calendar), [f"{said}+00:00"], calendar)
+
+    def test_units_of_time_that_are_none_are_told_with_what_is_wrong_in_them(self):
+        for units, said in (("fortnights since 2026-03-01", '"fortnights" is no unit of time'),
+                            ("seconds since the start", '"the start" is no time'),
+                            ("seconds since 2026-02-30", '"2026-02-30" is no time')):
+            with self.assertRaisesRegex(AssertionError, said):
+                self.imported(self.made([0], units))
+
+    def test_what_was_never_written_is_no_measurement(self):
+        for kind in ("f4", "f8", "i2", "u2", "i4", "u4", "i8", "u8"):
+            wall = self.imported(self.made(range(3), "s", temperatures=[20, None, 21], temperature_kind=kind))["wall"]
+            np.testing.assert_array_equal(wall, [20, np.nan, 21], err_msg=kind)
+        with netCDF4.Dataset(self.made(range(3), "s", temperatures=[20, -127, 21], temperature_kind="i1")) as bytes_:
+            np.testing.assert_array_equal(self.imported(bytes_.filepath())["wall"], [20, -127, 21])
+
+    def test_each_of_several_missing_values_is_one(self):
+        wall = self.imported(self.made(range(5), "s", temperatures=[1, -999, -998, -5, -32768], temperature_kind="i2",
+                                       _FillValue=np.int16(-32768), missing_value=np.array([-999, -998], "i2"),
+                                       scale_factor=0.01, add_offset=20.0))["wall"]
+        np.testing.assert_allclose(wall, [20.01, np.nan, np.nan, 19.95, np.nan], rtol=1e-14)
+
+    def test_a_scale_that_is_not_one_number_is_a_mistake(self):
+        for name, value in (("scale_factor", np.array([0.01, 0.02])), ("add_offset", "20")):
+            with self.assertRaisesRegex(AssertionError, f'the {name} of "T" is not one number'):
+                self.imported(self.made([0], "s", **{name: value}))
+
+
 class Views(InAFolder):
     def test_plain_sql_sees_what_the_module_sees(self):
         path = record(self.folder / "run.db")

@@ -72,5 +72,56 @@ TEST(CivilTime, AZoneIsReadAlone) {
     EXPECT_FALSE(parse_zone(zone)) << zone;
 }
 
+TEST(ReferenceTime, IsReadAsOthersWriteIt) {
+  struct Case {
+    const char* text;
+    std::int64_t seconds;  ///< since 1970, by `date -u -d`
+  };
+  for (const Case& one : {
+           Case{"2026-03-01 12:00:00", 1772366400},
+           Case{"2026-03-01T12:00:00Z", 1772366400},
+           Case{"2026-3-1 12:0:0", 1772366400},
+           Case{"2026-03-01 12:00", 1772366400},
+           Case{"2026-03-01 12:00:00.0 UTC", 1772366400},
+           Case{"2026-03-01 12:00:00 GMT", 1772366400},
+           Case{"2026-03-01 06:00:00 -6:00", 1772366400},
+           Case{"2026-03-01 06:00:00 -6", 1772366400},
+           Case{"2026-03-01T06:00:00-0600", 1772366400},
+           Case{"2026-03-01 15:30:00 +330", 1772366400},
+           Case{"2026-03-01", 1772323200},
+           Case{"2026-03-01 UTC", 1772323200},
+           Case{"1900-01-01 00:00:00.0", -2208988800},
+           Case{"1582-10-15", -12219292800},
+       })
+    for (const auto early : {EarlyDays::julian, EarlyDays::gregorian}) {
+      const auto time = parse_reference_time(one.text, early);
+      ASSERT_TRUE(time) << one.text;
+      EXPECT_EQ(time->seconds, one.seconds) << one.text;
+      EXPECT_EQ(time->part, Duration{}) << one.text;
+    }
+  EXPECT_EQ(parse_reference_time("2026-03-01 12:00:00.25", EarlyDays::julian)->part, milliseconds(250));
+}
+
+TEST(ReferenceTime, DaysBeforeTheReformOfTheCalendarAreJulian) {
+  constexpr std::int64_t kDay = 86400, kReform = -12219292800;
+  EXPECT_EQ(parse_reference_time("1582-10-04", EarlyDays::julian)->seconds, kReform - kDay) << "ten days were left out";
+  EXPECT_EQ(parse_reference_time("1582-10-05", EarlyDays::gregorian)->seconds, kReform - 10 * kDay);
+  // 1721423.5 and 1721425.5 days of Scaliger's count, which stands at 2440587.5 in 1970
+  EXPECT_EQ(parse_reference_time("0001-01-01", EarlyDays::julian)->seconds, (1721423 - 2440587) * kDay);
+  EXPECT_EQ(parse_reference_time("0001-01-01", EarlyDays::gregorian)->seconds, (1721425 - 2440587) * kDay);
+  EXPECT_EQ(parse_reference_time("1-1-1", EarlyDays::julian)->seconds, (1721423 - 2440587) * kDay);
+  EXPECT_TRUE(parse_reference_time("1500-02-29", EarlyDays::julian));
+  EXPECT_FALSE(parse_reference_time("1500-02-29", EarlyDays::gregorian));
+  EXPECT_FALSE(parse_reference_time("1501-02-29", EarlyDays::julian));
+}
+
+TEST(ReferenceTime, WhatIsNoneIsRefused) {
+  for (const std::string text : {"", "epoch", "2026", "2026-03", "2026-0-1", "2026-13-1", "2026-2-30", "2026-03-01T",
+                                 "2026-03-01 12", "2026-03-01 24:00", "2026-03-01 12:60", "2026-03-01 12:00:61",
+                                 "2026-03-01 12:00:00 CET", "2026-03-01 12:00:00 +", "2026-03-01 12:00 +25:00",
+                                 "2026-03-01 12:00:00 +1:0", "20260-03-01", "-2026-03-01", "2026-003-01"})
+    EXPECT_FALSE(parse_reference_time(text, EarlyDays::julian)) << text;
+}
+
 }  // namespace
 }  // namespace gyrotherm::exchange

@@ -13,6 +13,9 @@ namespace gyrotherm::exchange {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   for (const std::string& text : {bytes, "2026-03-01T12:30" + bytes, "2026-03-01 " + bytes, "2026-" + bytes}) {
+    for (const auto early : {EarlyDays::julian, EarlyDays::gregorian})
+      if (const auto reference = parse_reference_time(text, early))
+        require(reference->part >= Duration{} && reference->part < kSecond);
     const auto time = parse_civil_time(text);
     if (!time) continue;
     require(time->reading >= Duration{});

@@ -67,13 +67,23 @@ void push_all(model::CompensationStream& stream, CompensatedRows& rows) {
   Eigen::Index first = 0;
   for (Eigen::Index end = 1; end <= time_s.size(); ++end) {
     const bool is_last = end == time_s.size();
-    const Eigen::Index missing =
-        is_last || rows.dataset.imported ? 0 : static_cast<Eigen::Index>(time_s(end) - time_s(end - 1)) - 1;
-    if (!is_last && missing == 0) continue;
+    const Eigen::Index missing = is_last ? 0 : std::lround(time_s(end) - time_s(end - 1)) - 1;
+    if (!is_last && missing <= 0) continue;
     push_stretch(stream, rows, first, end);
     push_gap(stream, rows, missing);
     first = end;
   }
+}
+
+/// A model takes rows for seconds: its means, rates and lags are of so many. A logger's second may be a little off.
+Result<void> check_rows_are_seconds(const data::Dataset& dataset) {
+  constexpr double kOff = 0.01;
+  const double interval_s = data::sample_interval_s(dataset);
+  if (std::abs(interval_s - 1) <= kOff) return {};
+  return failure(FaultKind::usage, dataset.path,
+                 fmt::format("--compensated takes a row a second, and these are {:g} s apart; import them anew with "
+                             "every = \"1 s\" in [time]",
+                             interval_s));
 }
 
 Result<CompensatedRows> compensate(const ExportArguments& options) {
@@ -83,6 +93,7 @@ Result<CompensatedRows> compensate(const ExportArguments& options) {
   if (!model) return failure(model.error());
   auto dataset = data::load_dataset(options.run, axis_for(*model, options.axis));
   if (!dataset) return failure(dataset.error());
+  if (auto checked = check_rows_are_seconds(*dataset); !checked) return failure(checked.error());
   auto stream = model::CompensationStream::open(*model, dataset->thermometers, *outside);
   if (!stream) return failure(stream.error());
   CompensatedRows rows{.dataset = std::move(*dataset), .averaging_s = model->cluster_length_s};

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string>
 
+#include "core/file.hpp"
 #include "tests/app/small_record.hpp"
 
 namespace gyrotherm::app {
@@ -106,6 +107,45 @@ TEST_F(Compensate, SaysWhenInputsLeaveTheTrainedRange) {
   EXPECT_FALSE(lines_of(clamped.out)[120].empty());
   EXPECT_TRUE(lines_of(refused.out)[120].empty());
   EXPECT_EQ(compensate(hot, "--outside guess").exit_code, 2);
+}
+
+TEST_F(Compensate, OfARecordTakesRowsForSecondsOnlyWhereTheyAre) {
+  const auto exported = [&](const std::string& time, const std::string& rows) {
+    std::ofstream(folder_ / "rows.csv") << rows;
+    const auto map = folder_ / "rows.toml", record = folder_ / "rows.db";
+    std::ofstream(map) << "schema = \"gyrotherm-import/1\"\nname = \"small\"\n[time]\n"
+                       << time << R"(
+[[thermometer]]
+name = "A"
+column = "A"
+[[thermometer]]
+name = "B"
+column = "B"
+[gyro]
+column = "bias"
+kind = "rate"
+scale = 1.0
+)";
+    const auto made = shell("rm -f " + record + "* && gyrotherm import " + (folder_ / "rows.csv") + " --map " + map +
+                            " --out " + record);
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    return gyrotherm_with("export " + record + " --compensated --model " + (folder_ / "model.json") +
+                          " --force --out " + (folder_ / "rows.out"));
+  };
+  const auto refused = exported("interval = \"100 ms\"", small_rows(300));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("0.1 s apart"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("every = \"1 s\""), std::string::npos) << refused.err;
+  EXPECT_EQ(exported("interval = \"100 ms\"\nevery = \"1 s\"", small_rows(3000)).exit_code, 0);
+
+  std::string rows = "t,A,B,bias\n";
+  const auto plain = lines_of(small_rows(300));
+  for (int row = 0; row < 300; ++row) rows += fmt::format("{},{}\n", row < 150 ? row : row + 50, plain[row + 1]);
+  ASSERT_EQ(exported("column = \"t\"\nunit = \"s\"", rows).exit_code, 0);
+  const auto lines = lines_of(read_text_file(folder_ / "rows.out").value());
+  ASSERT_EQ(lines.size(), 302u);
+  for (int i = 0; i < 300; ++i)
+    EXPECT_EQ(lines[i + 2].find(",,") != std::string::npos, i < 99 || (i >= 150 && i < 249)) << lines[i + 2];
 }
 
 /// A record long enough to show how its residual wanders.

@@ -19,16 +19,37 @@ struct Figure {
   std::string unit{};
 };
 
-std::optional<Figure> figure_of(const CalibrationReport& report, const char* key, const char* quantity,
-                                const std::string& axis, Stage stage) {
-  const ResultTable* table = result_of(report, key, axis, stage);
+std::optional<Figure> figure_in(const ResultTable* table, const char* quantity) {
   const Column* column = table == nullptr ? nullptr : find_column(*table, quantity);
   if (column == nullptr || column->values.empty() || !std::isfinite(column->values.front().value)) return {};
   return Figure{table, column->values.front(), column->unit};
 }
 
+std::optional<Figure> figure_of(const CalibrationReport& report, const char* key, const char* quantity,
+                                const std::string& axis, Stage stage) {
+  return figure_in(result_of(report, key, axis, stage), quantity);
+}
+
+/// The same quantity of the same record at another stage. That of another record would not be held against it: what
+/// two programs ask of a unit differs by more than what a model takes away.
+std::optional<Figure> same_at(const CalibrationReport& report, Stage stage, const Figure& figure,
+                              const char* quantity) {
+  const ResultTable& own = *figure.table;
+  const auto found = std::ranges::find_if(report.results, [&](const ResultTable& table) {
+    return table.stage == stage && table.key == own.key && table.axis == own.axis && table.run == own.run;
+  });
+  return found == report.results.end() ? std::nullopt : figure_in(&*found, quantity);
+}
+
+constexpr const char* kMean = "compensated_bias";
+
 std::optional<Figure> mean_of(const CalibrationReport& report, const std::string& axis, Stage stage) {
-  return figure_of(report, "compensated_mean", "compensated_bias", axis, stage);
+  return figure_of(report, "compensated_mean", kMean, axis, stage);
+}
+
+/// As found, beside what was found of a unit that leaves adjusted.
+std::optional<Figure> mean_as_found(const CalibrationReport& report, Stage last, const std::optional<Figure>& mean) {
+  return mean && last == Stage::as_left ? same_at(report, Stage::as_found, *mean, kMean) : std::nullopt;
 }
 
 /// What the unit is judged by: the state in which it leaves, of one that was not adjusted as it was found.
@@ -95,10 +116,11 @@ void add_key_figures(DocumentWriter& writer, const std::string& axis) {
   const auto take = [&](const std::optional<Figure>& figure, const char* label_key, bool best) {
     if (figure) keys.figures.push_back(key_figure(writer, *figure, label_key, best));
   };
-  take(mean_of(report, axis, last), "key.mean", true);
+  const auto mean = mean_of(report, axis, last);
+  take(mean, "key.mean", true);
   take(figure_of(report, "whole_run", "rmse", axis, last), "key.rmse", false);
   take(figure_of(report, "whole_run", "std", axis, last), "key.std", false);
-  if (last == Stage::as_left) take(mean_of(report, axis, Stage::as_found), "key.mean", false);
+  take(mean_as_found(report, last, mean), "key.mean", false);
   if (!keys.figures.empty()) writer.add(std::move(keys));
 }
 
@@ -119,14 +141,14 @@ std::string meaning_of(const DocumentWriter& writer, const std::string& axis) {
   const std::string prefix = axis.empty() ? "" : axis + ": ";
   std::string text;
   const auto mean = mean_of(report, axis, last);
-  const auto found = last == Stage::as_left ? mean_of(report, axis, Stage::as_found) : std::nullopt;
+  const auto found = mean_as_found(report, last, mean);
   if (mean)
     text = writer.say(last == Stage::as_left ? "say.mean_as_left" : "say.mean_as_found", prefix,
                       quantity_in_a_sentence(language, mean->value, mean->unit));
   if (mean && found) text += " " + sentence_of_change(writer, *mean, *found);
   const auto rmse = figure_of(report, "whole_run", "rmse", axis, last);
-  const auto raw = figure_of(report, "whole_run", "rmse", axis, Stage::uncompensated);
   if (!rmse) return text;
+  const auto raw = same_at(report, Stage::uncompensated, *rmse, "rmse");
   text += text.empty() ? prefix : " ";
   const std::string own = quantity_in_a_sentence(language, rmse->value, rmse->unit);
   if (!raw || !(rmse->value.value > 0)) return text + writer.say("say.gain_plain", own);

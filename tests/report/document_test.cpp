@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "report/document_parts.hpp"
 #include "tests/report/sample_calibration.hpp"
 #include "tests/support/markup.hpp"
 
@@ -168,6 +169,32 @@ TEST(Document, BeginsWithTheMeanOfEachAxis) {
   EXPECT_TRUE(has(keys[0].figures[0].label, "as left (k\u00a0=\u00a02.02, ν\u00a0=\u00a041)"))
       << keys[0].figures[0].label;
   EXPECT_TRUE(has(keys[0].figures[3].label, "as found"));
+}
+
+/// A model is fitted to the rate run and judged on the random run, whose bias is another one.
+TEST(Document, HoldsTheStagesOfOneRecordAgainstEachOther) {
+  CalibrationReport report = sample_calibration();
+  report.files.push_back({.role = "record", .name = "random.db", .id = "second", .sha256 = std::string(64, 'd')});
+  const std::size_t count = report.results.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    ResultTable again = report.results[k];
+    again.run = "second";
+    if (again.key == "whole_run" && again.stage == Stage::uncompensated)
+      again.columns[2].values[0] = with_uncertainty(0.5, 0.01, 60);
+    if (again.key == "whole_run" && again.stage == Stage::as_left)
+      again.columns[2].values[0] = with_uncertainty(0.05, 0.001, 60);
+    if (again.key == "compensated_mean" && again.stage == Stage::as_found)
+      again.columns[0].values[0] = with_uncertainty(0.3, 0.01, 60);
+    report.results[k].in_sample = report.results[k].stage == Stage::as_left;
+    report.results.push_back(std::move(again));
+  }
+  const Document document = document_of(report, Language::english);
+  const std::string text = text_of(document);
+  const std::string raw = quantity_in_a_sentence(Language::english, with_uncertainty(0.5, 0.01, 60), "°/h");
+  EXPECT_TRUE(has(text, raw)) << "uncompensated, of the record that the model has not seen";
+  EXPECT_TRUE(has(text, ", 10 times as much")) << text.substr(0, 3000);
+  const auto keys = all_of<KeyFigures>(document);
+  EXPECT_EQ(keys[0].figures[3].value, format(Language::english, with_uncertainty(0.3, 0.01, 60))) << "as found";
 }
 
 TEST(Document, HasTheStagesOfAResultSideBySide) {

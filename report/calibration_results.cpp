@@ -29,8 +29,8 @@ ReportedValue measured(double value, double u, double degrees_of_freedom, double
   return with_uncertainty(value, combined, freedom);
 }
 
-ReportedValue measured(const model::Measured& figure, double degrees_of_freedom, double u_known = 0) {
-  return measured(figure.value, figure.u, degrees_of_freedom, u_known);
+ReportedValue measured(const model::Measured& figure, double u_known = 0) {
+  return measured(figure.value, figure.u, figure.degrees_of_freedom, u_known);
 }
 
 /// √Σ(c u)² of a budget's rows.
@@ -94,7 +94,7 @@ void add_stabilised(const Speaking& of, const std::vector<model::StabilisedBias>
     if (hold.turned || !std::isfinite(found.value)) continue;
     set_point.values.push_back(exact(hold.set_point_c));
     temperature.values.push_back(measured(hold.temperature_c, 0, kInfinite, temperature_u_k));
-    bias.values.push_back(measured(found, hold.clusters - 1, of.of_zero));
+    bias.values.push_back(measured(found, of.of_zero));
   }
   add(of, Group::bias, "stabilised_bias", {std::move(set_point), std::move(temperature), std::move(bias)});
 }
@@ -102,21 +102,18 @@ void add_stabilised(const Speaking& of, const std::vector<model::StabilisedBias>
 void add_two_positions(const Speaking& of, const std::vector<model::TwoPosition>& found) {
   Column set_point = column("set_point", "°C"), bias = column("bias", "°/h"), rate = column("earth_rate", "°/h");
   for (const model::TwoPosition& one : found) {
-    const int freedom = one.as_mounted + one.turned - 2;
     set_point.values.push_back(exact(one.set_point_c));
-    bias.values.push_back(measured(at_stage(of, one.bias), freedom));
-    rate.values.push_back(measured(at_stage(of, one.earth_rate), freedom));
+    bias.values.push_back(measured(at_stage(of, one.bias)));
+    rate.values.push_back(measured(at_stage(of, one.earth_rate)));
   }
   add(of, Group::bias, "two_position", {std::move(set_point), std::move(bias), std::move(rate)});
 }
 
-void add_retraces(const Speaking& of, const model::Characterisation& found) {
+void add_retraces(const Speaking& of, const std::vector<model::Retrace>& retraces) {
   Column set_point = column("set_point", "°C"), change = column("change", "°/h");
-  for (const model::Retrace& one : found.retrace) {
-    const auto hold = std::ranges::find(found.stabilised, one.segment, &model::StabilisedBias::segment);
-    const double freedom = hold == found.stabilised.end() ? kInfinite : 2.0 * (hold->clusters - 1);
+  for (const model::Retrace& one : retraces) {
     set_point.values.push_back(exact(one.set_point_c));
-    change.values.push_back(measured(at_stage(of, one.change), freedom));
+    change.values.push_back(measured(at_stage(of, one.change)));
   }
   add(of, Group::bias, "retrace", {std::move(set_point), std::move(change)});
 }
@@ -128,12 +125,10 @@ void add_figure(const Speaking& of, Group group, const char* key, const char* un
 }
 
 void add_sensitivities(const Speaking& of, const model::Characterisation& found) {
-  const double freedom = static_cast<double>(found.stabilised.size()) - 2;
-  add_figure(of, Group::sensitivity, "temperature_sensitivity", "°/h/K",
-             measured(at_stage(of, found.temperature), freedom));
-  add_figure(of, Group::sensitivity, "ramp_sensitivity", "°/h/(K/min)", measured(at_stage(of, found.ramp), kInfinite));
-  add_figure(of, Group::sensitivity, "gradient_sensitivity", "°/h/K",
-             measured(at_stage(of, found.of_gradient), kInfinite), found.gradient);
+  add_figure(of, Group::sensitivity, "temperature_sensitivity", "°/h/K", measured(at_stage(of, found.temperature)));
+  add_figure(of, Group::sensitivity, "ramp_sensitivity", "°/h/(K/min)", measured(at_stage(of, found.ramp)));
+  add_figure(of, Group::sensitivity, "gradient_sensitivity", "°/h/K", measured(at_stage(of, found.of_gradient)),
+             found.gradient);
 }
 
 void add_hysteresis(const Speaking& of, const std::vector<model::HysteresisPoint>& points) {
@@ -142,7 +137,7 @@ void add_hysteresis(const Speaking& of, const std::vector<model::HysteresisPoint
     const model::Measured& found = at_stage(of, point.width);
     if (!std::isfinite(found.value)) continue;
     temperature.values.push_back(exact(point.temperature_c));
-    width.values.push_back(measured(found, point.heating + point.cooling - 2));
+    width.values.push_back(measured(found));
   }
   add(of, Group::hysteresis, "hysteresis", {std::move(temperature), std::move(width)});
 }
@@ -157,7 +152,9 @@ void add_noise(const Speaking& of, const data::HoldNoise& noise) {
   for (const data::NoiseCoefficient& coefficient : noise.fit.coefficients) {
     const auto& [key, unit] = kTerms[static_cast<std::size_t>(coefficient.term)];
     if (coefficient.seen)
-      add_figure(of, Group::random_drift, key, unit, measured(coefficient.value, coefficient.error, kInfinite));
+      add_figure(of, Group::random_drift, key, unit,
+                 measured(coefficient.value, coefficient.error,
+                          model::degrees_of_freedom_of(coefficient.value, coefficient.error)));
   }
 }
 
@@ -182,7 +179,7 @@ void add_behaviour(const Speaking& of, const model::Characterisation& found, con
   add_warm_ups(of, found.warm_ups);
   add_stabilised(of, found.stabilised, temperature_uncertainty_k(dataset));
   add_two_positions(of, found.two_position);
-  add_retraces(of, found);
+  add_retraces(of, found.retrace);
   add_sensitivities(of, found);
   add_hysteresis(of, found.hysteresis);
 }

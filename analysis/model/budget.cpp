@@ -60,6 +60,10 @@ const char* name(ErrorDistribution distribution) {
 
 double contribution_deg_per_h(const BudgetRow& row) { return std::abs(row.sensitivity) * row.standard_uncertainty; }
 
+double degrees_of_freedom_of(double uncertainty, double error) {
+  return error > 0 ? std::max(1.0, 0.5 * std::pow(uncertainty / error, 2)) : std::numeric_limits<double>::infinity();
+}
+
 CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share) {
   double variance = 0;
   for (const BudgetRow& row : rows) variance += std::pow(contribution_deg_per_h(row), 2);

@@ -76,6 +76,10 @@ struct CombinedUncertainty {
 inline constexpr double kCoverage = 0.95;  ///< share of errors within U
 
 /// Independent sources: u_c² = Σ(c_i u_i)² (GUM 5.1.2); the effective degrees of freedom are u_c⁴/Σ((c_i u_i)⁴/ν_i)
+/// Of a standard uncertainty that is itself known to a standard error: ½(u/Δu)² (GUM G.3), at least 1; infinite where
+/// the error is 0.
+[[nodiscard]] double degrees_of_freedom_of(double uncertainty, double error);
+
 /// (Welch and Satterthwaite, GUM G.2b), and k is Student's t for them, cut to a whole number (G.4.1). All is 0 of no
 /// row that contributes, with infinite degrees of freedom.
 [[nodiscard]] CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share = kCoverage);

@@ -14,6 +14,7 @@
 
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/statistics.hpp"
+#include "analysis/model/budget.hpp"
 
 namespace gyrotherm::model {
 namespace {
@@ -53,7 +54,18 @@ BeforeAfter before_and_after(const Subject& subject, Figure figure) {
   return {.before = figure(subject.before), .after = figure(subject.after)};
 }
 
-Measured difference(const Measured& a, const Measured& b) { return {a.value - b.value, std::hypot(a.u, b.u)}; }
+/// What independent figures come to.
+CombinedUncertainty together(const std::vector<Measured>& figures) {
+  std::vector<BudgetRow> rows;
+  for (const Measured& one : figures)
+    rows.push_back({.standard_uncertainty = one.u, .degrees_of_freedom = one.degrees_of_freedom});
+  return combined(rows);
+}
+
+Measured difference(const Measured& a, const Measured& b) {
+  const CombinedUncertainty both = together({a, b});
+  return {a.value - b.value, both.standard_deg_per_h, both.degrees_of_freedom};
+}
 BeforeAfter difference(const BeforeAfter& a, const BeforeAfter& b) {
   return {.before = difference(a.before, b.before), .after = difference(a.after, b.after)};
 }
@@ -62,7 +74,7 @@ BeforeAfter difference(const BeforeAfter& a, const BeforeAfter& b) {
 Measured mean_at(const Subject& subject, const Eigen::VectorXd& values, const RowNumbers& rows) {
   if (!values(rows).allFinite()) return {};
   const data::Figures figures = figures_of(values(rows), subject.clusters, rows);
-  return {figures.mean, mean_error(figures)};
+  return {figures.mean, mean_error(figures), std::max(1.0, figures.effective.of_mean - 1)};
 }
 
 /// The clusters of the last hour of a segment that lie wholly inside it.
@@ -114,7 +126,8 @@ Measured slope_of(const std::vector<StabilisedBias>& points, Measured BeforeAfte
   if (!b.allFinite() || spread < kSameSetPointK * kSameSetPointK * static_cast<double>(count)) return {};
   const double slope = t.dot(b) / spread;
   const Eigen::VectorXd left = b.array() - b.mean() - slope * t.array();
-  return {slope, std::sqrt(left.squaredNorm() / static_cast<double>(count - 2) / spread)};
+  const auto freedom = static_cast<double>(count - 2);
+  return {slope, std::sqrt(left.squaredNorm() / freedom / spread), freedom};
 }
 
 Eigen::VectorXi places_of(const data::Clusters& clusters, const RowNumbers& rows) {
@@ -153,13 +166,6 @@ std::pair<std::string, Eigen::VectorXd> greatest_gradient(const Subject& subject
           column(i) - column(j)};
 }
 
-/// Mean of one side of a loop. Neighbours in a span are few: its clusters count each for one.
-Measured side_of(const Eigen::VectorXd& bias, const RowNumbers& rows) {
-  if (!bias(rows).allFinite()) return {};
-  const data::Figures figures = data::figures_of(bias(rows));
-  return {figures.mean, figures.std / std::sqrt(static_cast<double>(rows.size()))};
-}
-
 std::vector<HysteresisPoint> loop_of(const Subject& subject) {
   std::map<int, std::pair<RowNumbers, RowNumbers>> spans;  // heating and cooling
   for (Eigen::Index k = 0; k < subject.temperature_c.size(); ++k) {
@@ -176,7 +182,7 @@ std::vector<HysteresisPoint> loop_of(const Subject& subject) {
                     .heating = static_cast<int>(heating.size()),
                     .cooling = static_cast<int>(cooling.size()),
                     .width = before_and_after(subject, [&](const auto& bias) {
-                      return difference(side_of(bias, heating), side_of(bias, cooling));
+                      return difference(mean_at(subject, bias, heating), mean_at(subject, bias, cooling));
                     })});
   }
   return loop;
@@ -246,14 +252,12 @@ std::vector<WarmUp> warm_ups_of(const Subject& subject, const std::vector<Stabil
 Measured mean_of(const std::vector<Measured>& figures) {
   const auto count = std::ssize(figures);
   Eigen::VectorXd values(count);
-  double u = 0;
-  for (Eigen::Index k = 0; k < count; ++k) {
-    values(k) = figures[static_cast<std::size_t>(k)].value;
-    u = std::hypot(u, figures[static_cast<std::size_t>(k)].u);
-  }
-  u /= static_cast<double>(count);
-  if (count > 1) u = std::max(u, data::figures_of(values).std / std::sqrt(static_cast<double>(count)));
-  return {values.mean(), u};
+  for (Eigen::Index k = 0; k < count; ++k) values(k) = figures[static_cast<std::size_t>(k)].value;
+  const CombinedUncertainty own = together(figures);
+  Measured mean{values.mean(), own.standard_deg_per_h / static_cast<double>(count), own.degrees_of_freedom};
+  const double scatter = count > 1 ? data::figures_of(values).std / std::sqrt(static_cast<double>(count)) : 0;
+  if (scatter > mean.u) mean = {mean.value, scatter, static_cast<double>(count - 1)};
+  return mean;
 }
 
 std::vector<TwoPosition> two_positions_of(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {
@@ -277,9 +281,10 @@ std::vector<TwoPosition> two_positions_of(const Subject& subject, const std::vec
         for (const StabilisedBias* hold : holds[side]) figures.push_back(hold->bias.*which);
         sides[side] = mean_of(figures);
       }
-      const double u = std::hypot(sides[0].u, sides[1].u) / 2;
-      found.bias.*which = {(sides[0].value + sides[1].value) / 2, u};
-      found.earth_rate.*which = {(sides[0].value - sides[1].value) / 2 + stated.value_or(0), u};
+      const CombinedUncertainty both = together({sides.begin(), sides.end()});
+      const double u = both.standard_deg_per_h / 2, freedom = both.degrees_of_freedom;
+      found.bias.*which = {(sides[0].value + sides[1].value) / 2, u, freedom};
+      found.earth_rate.*which = {(sides[0].value - sides[1].value) / 2 + stated.value_or(0), u, freedom};
     }
     all.push_back(found);
   }

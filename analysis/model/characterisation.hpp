@@ -17,10 +17,13 @@
 
 namespace gyrotherm::model {
 
-/// A figure and its standard uncertainty, k = 1, of the record's own noise alone (type A); NaN: not known.
+/// A figure and its standard uncertainty, k = 1, of the record's own noise alone (type A); NaN: not known. The degrees
+/// of freedom are those of u: of a mean its effective number of values less one, of what is made of several means by
+/// Welch and Satterthwaite (GUM G.4.1), and at least 1; infinite where they are not known.
 struct Measured {
   double value = std::numeric_limits<double>::quiet_NaN();
   double u = std::numeric_limits<double>::quiet_NaN();
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();
 };
 
 /// The same figure of the raw bias and of what a model leaves of it.
@@ -31,6 +34,8 @@ struct BeforeAfter {
 void describe(auto& form, Like<Measured> auto& measured) {
   form("value", measured.value);
   form("u", measured.u);
+  form.if_there("degrees_of_freedom", measured.degrees_of_freedom < std::numeric_limits<double>::infinity(),
+                measured.degrees_of_freedom);
 }
 void describe(auto& form, Like<BeforeAfter> auto& figures) {
   form("before", figures.before);
@@ -60,7 +65,8 @@ void describe(auto& form, Like<StabilisedBias> auto& stabilised) {
   describe(form, stabilised.bias);
 }
 
-/// Mean bias while the block heats through a span of 10 K, less that while it cools through it, °/h.
+/// Mean bias while the block heats through a span of 10 K, less that while it cools through it, °/h. A pass through the
+/// span lasts many clusters, which are alike: they count by their effective number.
 struct HysteresisPoint {
   double temperature_c{};    ///< middle of the span
   int heating{}, cooling{};  ///< clusters

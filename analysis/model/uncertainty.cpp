@@ -39,10 +39,6 @@ bool asks_for(const Model& model, const std::string& thermometer) {
   });
 }
 
-double number_of_freedom(double value, double error) {
-  return error > 0 ? std::max(1.0, 0.5 * std::pow(value / error, 2)) : std::numeric_limits<double>::infinity();
-}
-
 /// A noise that an Allan fit sees; nothing where it does not.
 void add_noise(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data::NoiseTerm term, Source source) {
   const data::NoiseCoefficient& coefficient = of(fit, term);
@@ -50,7 +46,7 @@ void add_noise(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data::No
   rows.push_back({.source = source,
                   .evaluation = Evaluation::a,
                   .standard_uncertainty = deviation_of(coefficient, kSecondsPerHour),
-                  .degrees_of_freedom = number_of_freedom(coefficient.value, coefficient.error)});
+                  .degrees_of_freedom = degrees_of_freedom_of(coefficient.value, coefficient.error)});
 }
 
 /// The floors of all records, each as well known as it is, in one.
@@ -90,7 +86,7 @@ void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedO
     rows.push_back({.source = Source::angle_random_walk,
                     .evaluation = Evaluation::a,
                     .standard_uncertainty = floor.deg_per_h * std::sqrt(on.clusters.front().length_s / kSecondsPerHour),
-                    .degrees_of_freedom = number_of_freedom(floor.deg_per_h, floor.error_deg_per_h)});
+                    .degrees_of_freedom = degrees_of_freedom_of(floor.deg_per_h, floor.error_deg_per_h)});
   }
   add_noise(rows, noise.fit, data::NoiseTerm::bias_instability, Source::flicker);
   add_noise(rows, noise.fit, data::NoiseTerm::rate_random_walk, Source::rate_random_walk);

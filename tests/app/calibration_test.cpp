@@ -143,6 +143,20 @@ TEST_F(CalibrationOfAUnit, HoldsNoLimitAgainstWhatTheModelHasLearnt) {
   }
 }
 
+/// A coefficient that is known to a tenth has fifty degrees of freedom (GUM G.3).
+TEST_F(CalibrationOfAUnit, KnowsItsNoiseWithTheDegreesOfFreedomOfABudget) {
+  int coefficients = 0;
+  for (const report::ResultTable& table : filed("report").results) {
+    if (table.group != report::Group::random_drift) continue;
+    const report::ReportedValue& value = table.columns.front().values.front();
+    EXPECT_NEAR(value.degrees_of_freedom, std::max(1.0, 0.5 * std::pow(value.value / value.standard_uncertainty, 2)),
+                1e-6)
+        << table.key;
+    ++coefficients;
+  }
+  EXPECT_GT(coefficients, 0);
+}
+
 TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverWrittenOver) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("once"));
   run("report authorise " + in("once") + " --by 'A. Metrologist'");

@@ -204,6 +204,57 @@ TEST(Characterisation, FindsTheWidthOfTheLoop) {
   EXPECT_EQ(widest({}, &BeforeAfter::before), nullptr);
 }
 
+/// x_k = 0.95 x_{k−1} + white noise: what wanders over half an hour, of unit STD.
+Eigen::VectorXd wander_of(const Eigen::VectorXd& like, std::uint64_t seed) {
+  constexpr double kMemory = 0.95;
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  double value = normal(generator);
+  return Eigen::VectorXd::NullaryExpr(
+      like.size(), [&] { return value = kMemory * value + std::sqrt(1 - kMemory * kMemory) * normal(generator); });
+}
+
+/// A pass through 10 K lasts 20 min here, twelve clusters that know of each other: who counted each for one would take
+/// the width for known three times as well as it is.
+TEST(Characterisation, OfALoopKnowsHowFarItIsFromTheTruth) {
+  MadeToOrder run;
+  run.dataset = data::make_synthetic_run({.cycle_rates_c_per_min = {0.5, 0.5, 0.5}, .hold_s = 7200});
+  run.clusters = *make_clusters(run.dataset);
+  double squares = 0, variance = 0, freedom = 0, clusters = 0;
+  int points = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    for (const HysteresisPoint& point : run.found(wander_of(run.clusters.start_s, seed)).hysteresis) {
+      if (point.heating < 30 || point.cooling < 30) continue;
+      squares += std::pow(point.width.before.value, 2);
+      variance += std::pow(point.width.before.u, 2);
+      freedom += point.width.before.degrees_of_freedom;
+      clusters += point.heating + point.cooling;
+      ++points;
+    }
+  }
+  ASSERT_GT(points, 300);
+  EXPECT_NEAR(std::sqrt(variance / squares), 1, 0.3);
+  EXPECT_LT(freedom, 0.5 * clusters);
+}
+
+/// What drifts through the last hour of a hold is hardly more than one value; what is white is as many as it has.
+TEST(Characterisation, HasTheDegreesOfFreedomOfWhatIsIndependent) {
+  MadeToOrder run;
+  const Characterisation drifting = run.found(1e-6 * run.clusters.start_s);
+  const Characterisation white = run.found(noise_of(run.temperature_c, 4));
+  for (const StabilisedBias& hold : drifting.stabilised) EXPECT_LT(hold.bias.before.degrees_of_freedom, 5);
+  for (std::size_t k = 0; k < white.retrace.size(); ++k) {
+    const auto freedom_of = [&](int segment) {
+      return std::ranges::find(white.stabilised, segment, &StabilisedBias::segment)->bias.before.degrees_of_freedom;
+    };
+    const double own = freedom_of(white.retrace[k].segment), first = freedom_of(white.stabilised[0].segment);
+    EXPECT_LE(white.retrace[k].change.before.degrees_of_freedom, own + first + 1e-9);
+    EXPECT_GE(white.retrace[k].change.before.degrees_of_freedom, std::min(own, first));
+  }
+  EXPECT_GT(white.stabilised[0].bias.before.degrees_of_freedom, 20);
+  EXPECT_EQ(drifting.temperature.before.degrees_of_freedom, static_cast<double>(drifting.stabilised.size()) - 2);
+}
+
 TEST(Characterisation, FindsWhatDoesNotComeBack) {
   MadeToOrder run;
   Eigen::VectorXd bias = Eigen::VectorXd::Zero(run.temperature_c.size());

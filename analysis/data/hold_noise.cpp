@@ -161,6 +161,24 @@ std::string statement_of(const Dataset& dataset, const HoldNoise& noise, const c
   return any_hold(dataset.segments) ? statement_of(noise, bias, caution) : kNoHold;
 }
 
+HoldNoise noise_of_raw(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h) {
+  HoldNoise noise = noise_of(dataset, bias_deg_per_h);
+  noise.statement =
+      statement_of(dataset, noise, "raw", "; what the temperature still does there is part of B, K and R");
+  return noise;
+}
+
+/// The bias of samples in one of the clusters, NaN elsewhere.
+Eigen::VectorXd within(const Dataset& dataset, const Clusters& clusters) {
+  Eigen::VectorXd bias = Eigen::VectorXd::Constant(dataset.time_s.size(), kUnknown);
+  Eigen::Index k = 0;
+  for (Eigen::Index i = 0; i < bias.size(); ++i) {
+    while (k < clusters.start_s.size() && clusters.start_s(k) + clusters.length_s <= dataset.time_s(i)) ++k;
+    if (k < clusters.start_s.size() && clusters.start_s(k) <= dataset.time_s(i)) bias(i) = dataset.bias_deg_per_h(i);
+  }
+  return bias;
+}
+
 }  // namespace
 
 std::vector<double> fitted_deg_per_h(const HoldNoise& noise) {
@@ -217,11 +235,10 @@ std::optional<std::string> over_fit_warning(const Figures& residual, const Noise
   return text;
 }
 
-HoldNoise noise_of_holds(const Dataset& dataset) {
-  HoldNoise noise = noise_of(dataset, dataset.bias_deg_per_h);
-  noise.statement =
-      statement_of(dataset, noise, "raw", "; what the temperature still does there is part of B, K and R");
-  return noise;
+HoldNoise noise_of_holds(const Dataset& dataset) { return noise_of_raw(dataset, dataset.bias_deg_per_h); }
+
+HoldNoise noise_of_holds(const Dataset& dataset, const Clusters& clusters) {
+  return noise_of_raw(dataset, within(dataset, clusters));
 }
 
 HoldNoise noise_of_compensated_holds(const Dataset& dataset, const Clusters& clusters,

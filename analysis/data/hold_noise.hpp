@@ -73,6 +73,8 @@ void describe(auto& form, Like<HoldNoise> auto& noise) {
 /// A missing sample, a bias that is not known and a new segment each end a stretch. What the temperature still does in
 /// a hold is seen as B, K and R, which are then upper limits of the gyro's own, and the statement says so.
 [[nodiscard]] HoldNoise noise_of_holds(const Dataset& dataset);
+/// The same of those samples alone that lie in one of these clusters.
+[[nodiscard]] HoldNoise noise_of_holds(const Dataset& dataset, const Clusters& clusters);
 
 /// The noise of the compensated bias in the same stretches. `residual_deg_per_h` is what a model leaves of each
 /// cluster's mean; what it takes away is drawn as straight lines from the middle of a cluster to that of the next.

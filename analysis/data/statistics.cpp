@@ -89,13 +89,13 @@ Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Cluste
 }
 
 double std_error(const Figures& figures) {
-  return figures.effective.of_std > 0 ? figures.std / std::sqrt(2 * figures.effective.of_std)
-                                      : std::numeric_limits<double>::quiet_NaN();
+  const bool known = figures.count > 1 && figures.effective.of_std > 0;
+  return known ? figures.std / std::sqrt(2 * figures.effective.of_std) : std::numeric_limits<double>::quiet_NaN();
 }
 
 double mean_error(const Figures& figures) {
-  return figures.effective.of_mean > 0 ? figures.std / std::sqrt(figures.effective.of_mean)
-                                       : std::numeric_limits<double>::quiet_NaN();
+  const bool known = figures.count > 1 && figures.effective.of_mean > 0;
+  return known ? figures.std / std::sqrt(figures.effective.of_mean) : std::numeric_limits<double>::quiet_NaN();
 }
 
 Improvement improvement(double std_raw, double std_three_point, double std_multi_point) {

@@ -61,7 +61,7 @@ struct Figures {
 [[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters);
 
 /// The standard error of the STD, std/√(2 n_eff), and that of the mean, std/√n_eff; NaN if the effective number is not
-/// known.
+/// known, and of a single value, which does not say how it scatters.
 [[nodiscard]] double std_error(const Figures& figures);
 [[nodiscard]] double mean_error(const Figures& figures);
 

@@ -26,11 +26,17 @@ struct VerifyArguments {
   BiasTrackingArguments tracking;
 };
 
+/// "–" where nothing is known.
+std::string figure(double value, int decimals) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "–";
+}
+
 std::string row(std::string_view what, const data::Figures& f) {
-  return f.count == 0
-             ? std::string()
-             : fmt::format("  {:<22} {:>9.5f} {:>9.5f} {:>9.5f} {:>9.5f} {:>9.5f} {:>9.5f} {:>7} {:>7.0f}\n", what,
-                           f.std, std_error(f), f.mean, mean_error(f), f.rmse, f.max_abs, f.count, f.effective.of_std);
+  if (f.count == 0) return {};
+  const std::string std = f.count > 1 ? figure(f.std, 5) : "–";
+  return fmt::format("  {:<22} {:>9} {:>9} {:>9.5f} {:>9} {:>9.5f} {:>9.5f} {:>7} {:>7.0f}\n", what, std,
+                     figure(std_error(f), 5), f.mean, figure(mean_error(f), 5), f.rmse, f.max_abs, f.count,
+                     f.effective.of_std);
 }
 
 std::string describe_floor(const model::Verification& v) {
@@ -121,11 +127,6 @@ std::string describe(const model::Characterisation& result) {
   return text;
 }
 
-/// "–" where nothing is known.
-std::string figure(double value, int decimals) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "–";
-}
-
 /// A table of the denoisers, and whether the filter's innovations are what it expects.
 std::string describe(const tracking::Assessment& assessment) {
   std::string text = fmt::format(
@@ -211,7 +212,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
     const auto& [dataset, clusters] = *recorded;
-    const Behaviour behaviour{noise_of_holds(dataset),
+    const Behaviour behaviour{options.clusters.empty() ? noise_of_holds(dataset) : noise_of_holds(dataset, clusters),
                               noise_of_compensated_holds(dataset, clusters, verification->residual_deg_per_h),
                               model::characterise(dataset, clusters, verification->residual_deg_per_h)};
     Tracked tracked;

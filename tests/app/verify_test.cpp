@@ -70,6 +70,29 @@ TEST_F(Verify, GivesNoiseAndErrorBars) {
     EXPECT_NE(words.find(word), std::string::npos) << words;
 }
 
+/// Of the 7200 s that are looked at, and of no others.
+TEST_F(Verify, TakesTheNoiseOfTheClustersAlone) {
+  const std::string command = "verify " + (*folder_ / "m.json") + " " + (*folder_ / "r.db") + " --json";
+  const auto all = nlohmann::json::parse(gyrotherm_with(command).out), some = figures("");
+  EXPECT_LT(some["allan"]["seconds"], all["allan"]["seconds"]);
+  EXPECT_LE(some["allan"]["seconds"], 7200);
+  EXPECT_GE(some["allan"]["seconds"], some["allan_compensated"]["seconds"]);
+}
+
+TEST_F(Verify, OfOneClusterDoesNotKnowHowItScatters) {
+  const std::string command = "verify " + (*folder_ / "m.json") + " " + (*folder_ / "r.db") + " --clusters 100:101";
+  const auto ran = gyrotherm_with(command);
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const auto at = ran.out.find("raw bias");
+  ASSERT_NE(at, std::string::npos) << ran.out;
+  const std::string row = ran.out.substr(at, ran.out.find('\n', at) - at);
+  EXPECT_EQ(row.find("0.00000"), std::string::npos) << row;
+  EXPECT_NE(row.find("–         –"), std::string::npos) << row;
+  const auto raw = nlohmann::json::parse(gyrotherm_with(command + " --json").out)["raw"];
+  EXPECT_EQ(raw["count"], 1);
+  for (const auto* error : {"std_error_deg_per_h", "mean_error_deg_per_h"}) EXPECT_TRUE(raw[error].is_null()) << error;
+}
+
 TEST_F(Verify, SaysHowManyMeansLieWithinTheirIntervals) {
   const auto coverage = figures("")["coverage"];
   EXPECT_EQ(coverage["nominal"], 0.95);

@@ -202,6 +202,19 @@ TEST(HoldNoise, MissingSamplesEndAStretch) {
   EXPECT_NEAR(n.value, 3e-4, 4 * n.error);
 }
 
+TEST(HoldNoise, OfSomeClustersLooksAtNoOthers) {
+  const Dataset dataset = quiet_hours(2, 3e-4, 2);
+  Clusters clusters;
+  clusters.start_s = Eigen::VectorXd::LinSpaced(90, 0, 8900);  // the first hold and its ramp
+  const HoldNoise noise = noise_of_holds(dataset, clusters);
+  EXPECT_EQ(noise.holds, 1);
+  EXPECT_EQ(noise.seconds, 3600);
+  clusters.start_s = clusters.start_s.segment(40, 10).eval();  // 1000 s of its last hour
+  EXPECT_EQ(noise_of_holds(dataset, clusters).seconds, 1000);
+  clusters.start_s.resize(0);
+  EXPECT_TRUE(noise_of_holds(dataset, clusters).curve.empty());
+}
+
 TEST(HoldNoise, OfNoHoldIsNothing) {
   Dataset dataset = quiet_hours(1, 3e-4, 3);
   for (auto& segment : dataset.segments) segment.hold = false;

@@ -121,6 +121,18 @@ TEST(Figures, WithoutAnEffectiveNumberHaveNoErrorBar) {
   EXPECT_TRUE(std::isnan(mean_error(figures_of(Eigen::Vector3d{1, 2, 4}))));
 }
 
+/// It would be known exactly.
+TEST(Figures, OfASingleValueHaveNoErrorBar) {
+  const Figures figures = figures_of(Eigen::VectorXd::Constant(1, 0.5), [] {
+    Clusters clusters;
+    clusters.start_s = Eigen::VectorXd::Zero(1);
+    return clusters;
+  }());
+  EXPECT_EQ(figures.count, 1);
+  EXPECT_TRUE(std::isnan(std_error(figures)));
+  EXPECT_TRUE(std::isnan(mean_error(figures)));
+}
+
 TEST(Figures, CorrelateNothingAcrossTwoRecords) {
   std::mt19937_64 random(8);
   Clusters clusters;

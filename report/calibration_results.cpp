@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "analysis/data/hold_noise.hpp"
@@ -158,21 +159,47 @@ void add_noise(const Speaking& of, const data::HoldNoise& noise) {
   }
 }
 
-/// That of a root mean square, of those of the mean and the standard deviation, which are independent of each other.
-double rmse_error(const data::Figures& figures) {
-  return figures.rmse > 0
-             ? std::hypot(figures.std * std_error(figures), figures.mean * mean_error(figures)) / figures.rmse
-             : 0;
+/// How far a zero that is uncertain by u moves the root mean square r of values with the mean m: a shift δ makes it
+/// √(r² + 2mδ + δ²). To first order that is |m|/r·u, which is 0 where the mean is 0 and r is least; there the second
+/// counts, ¾u⁴/r² in the square, and where u is beyond r no order of a series does. So it is the root of the mean
+/// square of the change, over a normal δ, by the three points of Gauss and Hermite: −√3·u, 0 and √3·u with the weights
+/// 1/6, 2/3 and 1/6. It is never more than u.
+double rmse_by_zero(const data::Figures& figures, double of_zero) {
+  const double farthest = std::numbers::sqrt3 * of_zero;
+  const auto change = [&](double shift) {
+    const double square = std::pow(figures.rmse, 2) + shift * (2 * figures.mean + shift);
+    return std::sqrt(std::max(0.0, square)) - figures.rmse;
+  };
+  constexpr double kWeight = 1.0 / 6;
+  return std::sqrt(kWeight) * std::hypot(change(-farthest), change(farthest));
+}
+
+/// A root mean square: of standard deviation and mean, whose errors are independent of each other, and of the zero.
+ReportedValue rmse_of(const data::Figures& figures, double of_zero) {
+  if (!(figures.rmse > 0)) return exact(figures.rmse);
+  const double of_std = figures.std / figures.rmse, of_mean = figures.mean / figures.rmse;
+  const model::CombinedUncertainty all =
+      model::combined({{.standard_uncertainty = std_error(figures),
+                        .sensitivity = of_std,
+                        .degrees_of_freedom = std::max(1.0, figures.effective.of_std - 1)},
+                       {.standard_uncertainty = mean_error(figures),
+                        .sensitivity = of_mean,
+                        .degrees_of_freedom = std::max(1.0, figures.effective.of_mean - 1)},
+                       {.standard_uncertainty = rmse_by_zero(figures, of_zero)}});
+  if (!(all.standard_deg_per_h > 0)) return exact(figures.rmse);
+  return with_uncertainty(figures.rmse, all.standard_deg_per_h, all.degrees_of_freedom);
 }
 
 void add_whole_run(const Speaking& of, const data::Figures& figures) {
   if (figures.count == 0) return;
-  const double freedom = figures.effective.of_std - 1;
-  add(of, Group::compensation, "whole_run",
-      {column("mean", "°/h", {measured(figures.mean, mean_error(figures), figures.effective.of_mean - 1, of.of_zero)}),
-       column("std", "°/h", {measured(figures.std, std_error(figures), freedom)}),
-       column("rmse", "°/h", {measured(figures.rmse, rmse_error(figures), freedom)}),
-       column("largest", "°/h", {exact(figures.max_abs)})});
+  const auto& [of_std, of_mean] = figures.effective;
+  std::vector<Column> columns{
+      column("mean", "°/h", {measured(figures.mean, mean_error(figures), of_mean - 1, of.of_zero)})};
+  if (figures.count > 1)
+    columns.push_back(column("std", "°/h", {measured(figures.std, std_error(figures), of_std - 1)}));
+  columns.push_back(column("rmse", "°/h", {rmse_of(figures, of.of_zero)}));
+  columns.push_back(column("largest", "°/h", {exact(figures.max_abs)}));
+  add(of, Group::compensation, "whole_run", std::move(columns));
 }
 
 void add_behaviour(const Speaking& of, const model::Characterisation& found, const data::Dataset& dataset) {

@@ -33,6 +33,11 @@ struct AxisChoice {
   return !choice.axis.empty() || (!choice.unit.empty() && choice.unit != record::kOnlyUnit);
 }
 
+/// Whether two identities (Dataset::identity) may be of one gyro: an empty one says nothing.
+[[nodiscard]] inline bool may_be_one_gyro(std::string_view a, std::string_view b) {
+  return a.empty() || b.empty() || a == b;
+}
+
 /// One axis of a record as matrices, one row per sample; NaN where a reading was missing.
 struct Dataset {
   std::string run_id;

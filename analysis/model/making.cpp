@@ -12,11 +12,18 @@
 
 namespace gyrotherm::model {
 
-Result<void> check_distinct(const std::vector<data::Dataset>& datasets) {
-  for (std::size_t i = 0; i < datasets.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (datasets[i].run_id == datasets[j].run_id)
-        return failure(FaultKind::usage, datasets[i].path, fmt::format("is the same run as {}", datasets[j].path));
+Result<void> check_records(const std::vector<data::Dataset>& datasets) {
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const data::Dataset &one = datasets[i], &other = datasets[j];
+      if (one.run_id == other.run_id)
+        return failure(FaultKind::usage, one.path, fmt::format("is the same run as {}", other.path));
+      if (!data::may_be_one_gyro(one.identity, other.identity))
+        return failure(FaultKind::usage, one.path,
+                       fmt::format("is of another gyro ({}) than {} ({}): a model is of one", one.identity, other.path,
+                                   other.identity));
+    }
+  }
   return {};
 }
 
@@ -28,7 +35,7 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
     if (count == 0) continue;
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
                                 static_cast<int>(count), records[i].start_s(0),
-                                records[i].start_s(count - 1) + records[i].length_s, dataset.of});
+                                records[i].start_s(count - 1) + records[i].length_s, dataset.of, dataset.identity});
     if (dataset.three_point_stand_in && model.inputs == "three-point") {
       model.warnings.push_back(
           fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));

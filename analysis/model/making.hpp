@@ -15,8 +15,9 @@
 
 namespace gyrotherm::model {
 
-/// Fails with usage if a run is given twice: it would be held out and learnt from at once.
-[[nodiscard]] Result<void> check_distinct(const std::vector<data::Dataset>& datasets);
+/// Fails with usage if a run is given twice, which would be held out and learnt from at once, or if records say that
+/// they are of different gyros.
+[[nodiscard]] Result<void> check_records(const std::vector<data::Dataset>& datasets);
 
 /// Writes down each record with those of its clusters that were learnt from; a record without any is left out. A
 /// three-point model of a record without a shell thermometer gets a warning.

@@ -36,6 +36,7 @@ struct TrainingRecord {
   int clusters{};
   double from_s{}, to_s{};  ///< start of its first cluster and end of its last, since that run started
   data::AxisChoice of{};    ///< empty: of a record that has one
+  std::string identity{};   ///< which gyro that is, as far as the record says
 };
 
 /// What it cost to make a model smaller.

@@ -182,6 +182,7 @@ void describe(auto& form, Like<TrainingRecord> auto& record) {
   form.if_there("unit", is_named(record.of), record.of.unit);
   form.if_there("axis", !record.of.axis.empty(), record.of.axis);
 }
+  form.if_there("identity", !record.identity.empty(), record.identity);
 
 void describe(auto& form, Like<ReducedSetSummary> auto& reduction) {
   form("vectors_before", reduction.vectors_before);

@@ -225,7 +225,7 @@ Result<Model> train_with_prior(const shared::TypePrior& prior, const std::vector
                                const std::vector<data::Clusters>& clusters, const PriorTrainingOptions& options) {
   if (datasets.empty() || datasets.size() != clusters.size())
     return failure(FaultKind::usage, "training", "needs at least one record");
-  if (const auto distinct = check_distinct(datasets); !distinct) return failure(distinct.error());
+  if (const auto sound = check_records(datasets); !sound) return failure(sound.error());
   const auto own = own_clusters(prior, datasets, clusters);
   if (!own) return failure(own.error());
   const auto folds = folds_of(*own, datasets, options.folds);

@@ -157,6 +157,17 @@ TEST_F(CalibrationOfAUnit, KnowsItsNoiseWithTheDegreesOfFreedomOfABudget) {
   EXPECT_GT(coefficients, 0);
 }
 
+TEST_F(CalibrationOfAUnit, IsOfOneGyro) {
+  run("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --seed 4 --out " + in("other.db"));
+  const auto refused = gyrotherm_with("report " + in("rate.db") + " " + in("other.db") + " --out " + in("mixed"));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("is of another gyro (seed 4)"), std::string::npos) << refused.err;
+  EXPECT_EQ(gyrotherm_with("train " + in("rate.db") + " " + in("other.db") + " --out " + in("none.json")).exit_code, 2);
+  run("report " + in("other.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("of_other"));
+  const auto missing = filed("of_other").missing;
+  EXPECT_NE(std::ranges::find(missing, "models: one that was trained on this unit"), missing.end());
+}
+
 TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverWrittenOver) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("once"));
   run("report authorise " + in("once") + " --by 'A. Metrologist'");

@@ -85,8 +85,13 @@ TEST(Qualify, ARecordThatWasChangedAfterwardsIsRefused) {
 TEST(Qualify, RecommendsOnFurtherRecordsAlone) {
   const Folder folder;
   const auto out = folder / "out";
+  ASSERT_EQ(
+      gyrotherm_with("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --days-later 30 --out " +
+                     (folder / "later.db"))
+          .exit_code,
+      0);
   ASSERT_EQ(gyrotherm_with("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --seed 5 --out " +
-                           (folder / "later.db"))
+                           (folder / "other.db"))
                 .exit_code,
             0);
   const auto ran = gyrotherm_with("qualify --out " + out + kSmall + " --further " + (folder / "later.db"));
@@ -95,6 +100,9 @@ TEST(Qualify, RecommendsOnFurtherRecordsAlone) {
   EXPECT_NE(found["recommended"], "");
   EXPECT_EQ(found["records"], 2) << "the further record, and the rate run by models of the further one";
   EXPECT_NE(ran.out.find("recommended: " + found["recommended"].get<std::string>()), std::string::npos) << ran.out;
+  const auto other = gyrotherm_with("qualify --out " + out + kSmall + " --further " + (folder / "other.db"));
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_NE(other.err.find("is of another gyro (seed 5)"), std::string::npos) << other.err;
   for (const auto* quoted : {"random.db", "rate.db"})
     EXPECT_EQ(gyrotherm_with("qualify --out " + out + kSmall + " --further " + out + "/" + quoted).exit_code, 2);
 }

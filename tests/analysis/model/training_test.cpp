@@ -250,6 +250,16 @@ TEST(Training, NamesWhatIsWrong) {
   TrainingOptions nothing = linear("A,A-B");
   nothing.select = SelectionRule{};
   EXPECT_EQ(train_on(dataset, nothing).error().where, "--select");
+  data::Dataset one = dataset, other = dataset;
+  other.run_id = "synthetic-2";
+  const data::Clusters clusters = *make_clusters(dataset);
+  one.identity = "0042";
+  EXPECT_TRUE(train({one, other}, {clusters, clusters}, linear("A,A-B"))) << "the other does not say whose it is";
+  other.identity = "0043";
+  const auto of_two = train({one, other}, {clusters, clusters}, linear("A,A-B"));
+  ASSERT_FALSE(of_two);
+  EXPECT_EQ(of_two.error().kind, FaultKind::usage);
+  EXPECT_NE(of_two.error().what.find("another gyro (0043)"), std::string::npos) << of_two.error().what;
   data::Dataset nameless = dataset;
   nameless.three_point.clear();
   EXPECT_EQ(train_on(nameless, linear("three-point")).error().kind, FaultKind::usage);

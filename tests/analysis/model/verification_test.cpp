@@ -86,6 +86,23 @@ TEST_F(VerificationOfALinearModel, SaysWhenItIsInSample) {
   EXPECT_EQ(result.outside.farthest_term, "");
 }
 
+TEST_F(VerificationOfALinearModel, SaysWhenItIsOfAnotherGyro) {
+  data::Dataset trained = data::make_synthetic_run({}), unseen = unseen_run();
+  trained.identity = unseen.identity = "0042";
+  TrainingOptions options;
+  options.inputs = "seven-point";
+  options.method = "linear";
+  const Model model = *train({trained}, {*make_clusters(trained)}, options);
+  const auto back = model_from_json(to_json(model), "model.json");
+  ASSERT_TRUE(back) << text(back.error());
+  const data::Clusters clusters = *make_clusters(unseen);
+  EXPECT_FALSE(says(*verify(*back, unseen, clusters), "another gyro"));
+  unseen.identity = "0043";
+  EXPECT_TRUE(says(*verify(*back, unseen, clusters), "another gyro: it was trained on 0042, this record is of 0043"));
+  unseen.identity.clear();
+  EXPECT_FALSE(says(*verify(*back, unseen, clusters), "another gyro"));
+}
+
 TEST_F(VerificationOfALinearModel, TellsRampsHoldsAndCornersApart) {
   const data::Dataset dataset = unseen_run();
   const Verification result = verified(dataset);

@@ -179,6 +179,18 @@ void add_type(std::vector<BudgetRow>& rows, const shared::TypePrior& prior, doub
               {.source = Source::coefficients, .standard_uncertainty = coefficients, .degrees_of_freedom = freedom});
 }
 
+/// Whether the type has shown this run, or another of the same gyro. A unit's name is what the record says of itself
+/// unless the user named it.
+bool was_learnt_from(const shared::TypePrior& prior, const data::Dataset& dataset) {
+  const auto is_known = [&](const std::string& identity) { return !identity.empty() && identity == dataset.identity; };
+  return std::ranges::any_of(prior.units, is_known) ||
+         std::ranges::any_of(prior.records, [&](const shared::PriorRecord& record) {
+           const bool same_run =
+               record.run_id == dataset.run_id && record.unit == dataset.of.unit && record.axis == dataset.of.axis;
+           return same_run || is_known(record.identity);
+         });
+}
+
 void warn(Model& model, const shared::TypePrior& prior, const std::vector<data::Dataset>& datasets,
           const OwnClusters& own) {
   if (own.without_input > 0) {
@@ -186,10 +198,10 @@ void warn(Model& model, const shared::TypePrior& prior, const std::vector<data::
                                          own.without_input + own.all.start_s.size()));
   }
   for (const data::Dataset& dataset : datasets) {
-    if (!dataset.identity.empty() && std::ranges::find(prior.units, dataset.identity) != prior.units.end()) {
+    if (was_learnt_from(prior, dataset)) {
       model.warnings.push_back(
-          fmt::format("{}: the prior was learnt from this gyro ({}) too: what it has shown counts twice", dataset.path,
-                      dataset.identity));
+          fmt::format("{}: the prior was learnt from this gyro{} too: what it has shown counts twice", dataset.path,
+                      dataset.identity.empty() ? "" : fmt::format(" ({})", dataset.identity)));
     }
     if (dataset.simulated != prior.simulated) {
       model.warnings.push_back(fmt::format("{}: the record is {}, the prior is {}", dataset.path,

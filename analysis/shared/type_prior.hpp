@@ -42,11 +42,21 @@ struct TypePriorOptions {
   bool simulated = false;  ///< whether any of the units is a virtual one
 };
 
+/// A record that a prior was learnt from. The name of its unit is the user's, so that it does not say which gyro that
+/// is.
+struct PriorRecord {
+  std::string name;            ///< of its unit, in TypePrior::units
+  std::string run_id;          ///< and of that run:
+  std::string unit{}, axis{};  ///< empty where it has one
+  std::string identity{};      ///< which gyro that is, as far as the record says
+};
+
 /// What is known of a unit of this type before it has been in the chamber.
 struct TypePrior {
   std::string type;
-  std::vector<std::string> units;  ///< those it was learnt from
-  bool simulated{};                ///< any of them
+  std::vector<std::string> units;    ///< those it was learnt from
+  std::vector<PriorRecord> records;  ///< of these; empty where they are not known
+  bool simulated{};                  ///< any of them
   double cluster_length_s = 100;
   std::vector<data::Term> terms;
   data::Scaling scaling;                    ///< of the terms, over the clusters of all units

@@ -99,12 +99,21 @@ void describe(auto& form, Like<UnexplainedNoise> auto& noise) {
   form("turn_on_deg_per_h", not_negative(noise.turn_on_deg_per_h));
 }
 
+void describe(auto& form, Like<PriorRecord> auto& record) {
+  form("name", record.name);
+  form("run_id", record.run_id);
+  form.if_there("unit", !record.unit.empty(), record.unit);
+  form.if_there("axis", !record.axis.empty(), record.axis);
+  form.if_there("identity", !record.identity.empty(), record.identity);
+}
+
 void describe(auto& form, Like<TypePrior> auto& prior) {
   constexpr bool kReads = !std::is_const_v<std::remove_reference_t<decltype(prior)>>;
   constexpr double kLongestClusterS = 86400;
   form.derived("schema", kTypePriorSchema);
   form("type", prior.type);
   form("units", prior.units);
+  form.if_there("records", !prior.records.empty(), prior.records);
   form("simulated", prior.simulated);
   form("cluster_length_s", positive(prior.cluster_length_s, kLongestClusterS));
   form("noise", prior.noise);

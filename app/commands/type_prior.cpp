@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "analysis/model/prior_training.hpp"
@@ -44,8 +45,8 @@ Result<std::string> unit_of(const NamedRecord& named, const data::Dataset& datas
 }
 
 struct SeenRun {
-  std::string run_id, path;
-  data::AxisChoice of;
+  shared::PriorRecord record;
+  std::string path;
 };
 
 /// Everything that the type is learnt from. Of the samples those of the first record are kept.
@@ -57,10 +58,31 @@ struct RecordedUnits {
 };
 
 Result<void> check_unseen(const RecordedUnits& units, const data::Dataset& dataset) {
-  for (const SeenRun& other : units.seen)
-    if (other.run_id == dataset.run_id && other.of == dataset.of)
-      return failure(FaultKind::usage, dataset.path, fmt::format("is the same run as {}", other.path));
+  for (const auto& [record, path] : units.seen)
+    if (record.run_id == dataset.run_id && data::AxisChoice{record.unit, record.axis} == dataset.of)
+      return failure(FaultKind::usage, dataset.path, fmt::format("is the same run as {}", path));
   return {};
+}
+
+/// What two records say against the names that they were given; empty: nothing. A user may know better than the serial
+/// number in a rig file; but one gyro that counts as two makes the type look more alike than it is.
+std::string contradiction(const shared::PriorRecord& a, const shared::PriorRecord& b) {
+  const bool one_gyro = a.identity == b.identity, one_name = a.name == b.name;
+  if (a.identity.empty() || b.identity.empty() || one_gyro == one_name) return {};
+  return one_gyro ? fmt::format("\"{}\" and \"{}\" are one gyro by their records ({}) and count as two units", a.name,
+                                b.name, a.identity)
+                  : fmt::format("the records of \"{}\" are by themselves of two gyros ({} and {})", a.name, a.identity,
+                                b.identity);
+}
+
+void warn_of_names(Console& console, const RecordedUnits& units) {
+  std::set<std::string> said;
+  for (std::size_t i = 0; i < units.seen.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const std::string text = contradiction(units.seen[j].record, units.seen[i].record);
+      if (!text.empty() && said.insert(text).second) console.say("warning: " + text);
+    }
+  }
 }
 
 Result<void> add_record(RecordedUnits& units, const NamedRecord& named, data::RecordedRun recorded) {
@@ -72,7 +94,7 @@ Result<void> add_record(RecordedUnits& units, const NamedRecord& named, data::Re
   if (unit == units.units.end()) unit = units.units.insert(unit, {*name, {}});
   unit->runs.push_back(std::move(recorded.clusters));
   units.simulated = units.simulated || dataset.simulated;
-  units.seen.push_back({dataset.run_id, dataset.path, dataset.of});
+  units.seen.push_back({{*name, dataset.run_id, dataset.of.unit, dataset.of.axis, dataset.identity}, dataset.path});
   if (!units.first) units.first = std::move(dataset);
   return {};
 }
@@ -85,6 +107,7 @@ Result<RecordedUnits> load_units(Console& console, const TypePriorArguments& opt
     if (!recorded) return failure(recorded.error());
     if (const auto added = add_record(units, named, std::move(*recorded)); !added) return failure(added.error());
   }
+  warn_of_names(console, units);
   return units;
 }
 
@@ -120,8 +143,9 @@ Result<Exit> learn_and_write(Console& console, const TypePriorArguments& options
   if (!units) return failure(units.error());
   model::PriorOptions how = options.prior;
   how.simulated = units->simulated;
-  const auto prior = model::learn_prior(*units->first, units->units, how);
+  auto prior = model::learn_prior(*units->first, units->units, how);
   if (!prior) return failure(prior.error());
+  for (const SeenRun& seen : units->seen) prior->records.push_back(seen.record);
   const auto json = to_json(*prior);
   if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
   console.data(console.json ? json : describe(*prior, units->units));

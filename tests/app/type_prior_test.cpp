@@ -97,6 +97,26 @@ TEST_F(TypePriorCommand, RefusesWhatDoesNotGoTogetherAndSaysWhatCountsTwice) {
   EXPECT_NE(twice.out.find("the prior was learnt from this gyro (seed 2) too"), std::string::npos) << twice.out;
 }
 
+TEST_F(TypePriorCommand, KnowsAGyroWhateverItIsCalled) {
+  const auto again = gyrotherm_with(
+      fmt::format("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --seed 1 --out {}",
+                  *folder_ / "again.db"));
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  const auto learnt = gyrotherm_with(fmt::format("type-prior a={} b={} c={} d={} --quick --out {}", record(1),
+                                                 record(2), record(3), *folder_ / "again.db", *folder_ / "named.json"));
+  ASSERT_EQ(learnt.exit_code, 0) << learnt.err;
+  EXPECT_NE(learnt.err.find("\"a\" and \"d\" are one gyro by their records (seed 1) and count as two units"),
+            std::string::npos)
+      << learnt.err;
+  const auto file = nlohmann::json::parse(read_text_file(*folder_ / "named.json").value());
+  EXPECT_EQ(file["records"][3]["name"], "d");
+  EXPECT_EQ(file["records"][3]["identity"], "seed 1");
+  const auto model = gyrotherm_with(
+      fmt::format("train {} --prior {} --out {}", record(2), *folder_ / "named.json", *folder_ / "twice2.json"));
+  EXPECT_EQ(model.exit_code, 0) << model.err;
+  EXPECT_NE(model.out.find("the prior was learnt from this gyro (seed 2) too"), std::string::npos) << model.out;
+}
+
 TEST(TypePriorOfForeignRecords, AskFromWhichUnitEachIs) {
   const Folder folder;
   make_small_model(folder);

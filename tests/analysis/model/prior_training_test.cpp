@@ -174,6 +174,16 @@ TEST_F(TypePriorTraining, SaysWhenItsGyroIsOneOfThePriors) {
   const auto model = train_with_prior(prior_, {known}, {*make_clusters(known)}, {.folds = {}, .program_version = {}});
   ASSERT_TRUE(model) << text(model.error());
   EXPECT_TRUE(warns_of(*model, "counts twice"));
+  shared::TypePrior named = prior_;
+  named.units[2] = "the third";
+  const auto trained = [&] {
+    return *train_with_prior(named, {known}, {*make_clusters(known)}, {.folds = {}, .program_version = {}});
+  };
+  EXPECT_FALSE(warns_of(trained(), "counts twice")) << "nobody knows";
+  named.records = {{.name = "the third", .run_id = "another", .identity = known.identity}};
+  EXPECT_TRUE(warns_of(trained(), "counts twice")) << "whatever it is called";
+  named.records = {{.name = "the third", .run_id = known.run_id}};
+  EXPECT_TRUE(warns_of(trained(), "counts twice")) << "the very run";
   data::Dataset real = own_;
   real.simulated = false;
   const auto mixed = train_with_prior(prior_, {real}, {clusters_}, {.folds = {}, .program_version = {}});

@@ -81,6 +81,15 @@ CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share) {
   return all;
 }
 
+bool agree(const CombinedUncertainty& a, const CombinedUncertainty& b) {
+  constexpr double kRounding = 1e-6;
+  const auto same = [](double one, double other) {
+    return std::abs(one - other) <= kRounding * std::max(std::abs(one), std::abs(other));
+  };
+  return same(a.standard_deg_per_h, b.standard_deg_per_h) && same(a.coverage_factor, b.coverage_factor) &&
+         same(a.expanded_deg_per_h, b.expanded_deg_per_h);
+}
+
 std::vector<BudgetRow> that_differ(const std::vector<BudgetRow>& rows) {
   std::vector<BudgetRow> differing;
   std::ranges::copy_if(rows, std::back_inserter(differing),

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -75,11 +76,11 @@ struct CombinedUncertainty {
 
 inline constexpr double kCoverage = 0.95;  ///< share of errors within U
 
-/// Independent sources: u_c² = Σ(c_i u_i)² (GUM 5.1.2); the effective degrees of freedom are u_c⁴/Σ((c_i u_i)⁴/ν_i)
 /// Of a standard uncertainty that is itself known to a standard error: ½(u/Δu)² (GUM G.3), at least 1; infinite where
 /// the error is 0.
 [[nodiscard]] double degrees_of_freedom_of(double uncertainty, double error);
 
+/// Independent sources: u_c² = Σ(c_i u_i)² (GUM 5.1.2); the effective degrees of freedom are u_c⁴/Σ((c_i u_i)⁴/ν_i)
 /// (Welch and Satterthwaite, GUM G.2b), and k is Student's t for them, cut to a whole number (G.4.1). All is 0 of no
 /// row that contributes, with infinite degrees of freedom.
 [[nodiscard]] CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share = kCoverage);
@@ -128,11 +129,11 @@ void describe(auto& form, Like<BudgetRow> auto& row) {
 }
 
 void describe(auto& form, Like<CombinedUncertainty> auto& uncertainty) {
-  form.derived("u_deg_per_h", uncertainty.standard_deg_per_h);
+  form("u_deg_per_h", uncertainty.standard_deg_per_h);
   form.if_there("degrees_of_freedom", uncertainty.degrees_of_freedom < std::numeric_limits<double>::infinity(),
                 uncertainty.degrees_of_freedom);
-  form.derived("k", uncertainty.coverage_factor);
-  form.derived("U_deg_per_h", uncertainty.expanded_deg_per_h);
+  form("k", uncertainty.coverage_factor);
+  form("U_deg_per_h", uncertainty.expanded_deg_per_h);
 }
 
 void describe(auto& form, Like<Sensitivity> auto& sensitivity) {
@@ -142,12 +143,21 @@ void describe(auto& form, Like<Sensitivity> auto& sensitivity) {
   form("greatest_deg_per_h_per_k", not_negative(sensitivity.greatest));
 }
 
-/// Degrees of freedom that do not stand in the file are infinite.
+/// Whether both come to the same, but for rounding.
+[[nodiscard]] bool agree(const CombinedUncertainty& a, const CombinedUncertainty& b);
+
+/// Degrees of freedom that do not stand in the file are infinite. What it comes to may be left out of a file; where it
+/// stands it is what the rows come to.
 void describe(auto& form, Like<Uncertainty> auto& uncertainty) {
   form("averaging_s", positive(uncertainty.budget.averaging_s));
   form.derived("coverage", kCoverage);
-  form.derived("combined", combined(uncertainty.budget.rows));
+  std::optional<CombinedUncertainty> said;
+  if constexpr (std::is_const_v<std::remove_reference_t<decltype(uncertainty)>>)
+    said = combined(uncertainty.budget.rows);
+  form.if_there("combined", said.has_value(), said);
   form("budget", uncertainty.budget.rows);
+  form.expect("combined", !said || agree(*said, combined(uncertainty.budget.rows)),
+              "does not say the same as the rows of the budget");
   form("sensitivities", uncertainty.sensitivities);
   form("added_noise_deg_per_h", not_negative(uncertainty.added_noise_deg_per_h));
 }

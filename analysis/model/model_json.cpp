@@ -74,6 +74,7 @@ void describe(auto& form, Like<ModelInput> auto& input) {
   form("std", positive(input.std));
   form("min", input.min);
   form("max", input.max);
+  form.expect("max", input.max >= input.min, "expected no less than min");
 }
 
 std::vector<ModelInput> inputs_of(const Model& model) {
@@ -181,8 +182,8 @@ void describe(auto& form, Like<TrainingRecord> auto& record) {
   form("to_s", record.to_s);
   form.if_there("unit", is_named(record.of), record.of.unit);
   form.if_there("axis", !record.of.axis.empty(), record.of.axis);
-}
   form.if_there("identity", !record.identity.empty(), record.identity);
+}
 
 void describe(auto& form, Like<ReducedSetSummary> auto& reduction) {
   form("vectors_before", reduction.vectors_before);

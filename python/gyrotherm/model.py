@@ -43,6 +43,8 @@ class Model:
             self.terms = tuple(term_from_json(entry) for entry in content["terms"])
             self.mean, self.std, self.min, self.max = (
                 np.array([float(entry[key]) for entry in content["terms"]]) for key in ("mean", "std", "min", "max"))
+            if (self.max < self.min).any():
+                raise ValueError("an input whose max is less than its min")
             self.target_mean_deg_per_h = float(content["target"]["mean_deg_per_h"])
             self.target_std_deg_per_h = float(content["target"]["std_deg_per_h"])
             self.function = function_from_json(content["function"], len(self.terms))

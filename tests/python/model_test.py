@@ -188,6 +188,15 @@ class Predictions(InAFolder):
             with self.assertRaisesRegex(module.ModelError, why):
                 module.load_model(self.folder / "bad.json")
 
+    def test_a_range_that_ends_before_it_begins_is_refused(self):
+        file = self.folder / "model.json"
+        gyrotherm("train", self.path, "--method", "linear", "--inputs", "A,A-B", "--out", file)
+        content = json.loads(file.read_text())
+        content["terms"][1]["min"], content["terms"][1]["max"] = 50.0, -50.0
+        file.write_text(json.dumps(content))
+        with self.assertRaisesRegex(module.ModelError, "max is less than"):
+            module.load_model(file)
+
 
 class Folds(InAFolder):
     def test_are_the_programs(self):

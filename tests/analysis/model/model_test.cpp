@@ -126,6 +126,12 @@ TEST(ModelFile, NamesLineAndColumnOfASyntaxError) {
   EXPECT_EQ(model.error().where, "m.json:2:12");
 }
 
+/// Every value of such an input would be moved to one and the same end.
+std::string with_range_reversed(Model model) {
+  std::swap(model.input_min(1), model.input_max(1));
+  return to_json(model);
+}
+
 TEST(ModelFile, NamesThePathOfAWrongContent) {
   const std::string good = to_json(data::small_svr_model());
   const struct {
@@ -134,6 +140,7 @@ TEST(ModelFile, NamesThePathOfAWrongContent) {
               {replaced(good, "\"method\": \"svr\"", "\"method\": \"magic\""), "method"},
               {replaced(good, "\"form\": \"svr\"", "\"form\": \"magic\""), "function.form"},
               {replaced(good, "\"gradient\"", "\"slope\""), "terms[0].factors[0].kind"},
+              {with_range_reversed(data::small_svr_model()), "terms[1].max"},
               {replaced(good, "\"b\": 0.125", "\"b\": null"), "function.b"},
               {replaced(good, "\"b\": 0.125,", ""), "function.b"},
               {replaced(good, "\"sigma\": 1.25", "\"sigma\": 0"), "function.parameters.sigma"},

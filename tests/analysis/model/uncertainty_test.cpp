@@ -290,5 +290,19 @@ TEST_F(UncertaintyOfAModel, StandsInTheModelsFile) {
   EXPECT_EQ(row(*back, Source::thermometer_drift).degrees_of_freedom, kInfinite);
 }
 
+TEST_F(UncertaintyOfAModel, InAFileComesToWhatItsRowsComeTo) {
+  std::string json = to_json(model_);
+  const auto at = json.find("\"U_deg_per_h\": ");
+  ASSERT_NE(at, std::string::npos);
+  json.insert(at + std::string("\"U_deg_per_h\": ").size(), "1");  // and so above 1
+  const auto back = model_from_json(json, "model.json");
+  ASSERT_FALSE(back);
+  EXPECT_EQ(back.error().where, "model.json: uncertainty.combined");
+  const auto from = json.find("\"combined\": {"), to = json.find('}', from);
+  json.erase(from, json.find('"', to) - from);
+  const auto without = model_from_json(json, "model.json");
+  EXPECT_TRUE(without) << text(without.error());
+}
+
 }  // namespace
 }  // namespace gyrotherm::model

@@ -22,16 +22,33 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r";
 
-/// The end of the field that begins at `from` with a quote: one past its closing quote.
-Result<std::size_t> end_of_quoted(std::string_view line, std::size_t from, char separator) {
-  const std::size_t close = line.find('"', from + 1);
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
+/// Takes the field that begins at `from` with a quote; returns one past its closing quote.
+Result<std::size_t> take_quoted(std::string_view line, std::size_t from, std::vector<Field>& fields) {
+  bool has_doubled_quotes = false;
+  std::size_t close = line.find('"', from + 1);
+  while (close != std::string_view::npos && close + 1 < line.size() && line[close + 1] == '"') {
+    has_doubled_quotes = true;
+    close = line.find('"', close + 2);
+  }
   if (close == std::string_view::npos)
     return failure(FaultKind::bad_file, std::to_string(from + 1),
                    "a quote is not closed, expected \" before the end of the line");
-  const std::size_t next = line.find(separator, close);
-  const std::string_view rest = line.substr(close + 1, next == std::string_view::npos ? next : next - close - 1);
-  if (trimmed(rest).empty()) return close + 1;
-  return failure(FaultKind::bad_file, std::to_string(close + 2), "text after a closing quote, expected a separator");
+  fields.push_back({line.substr(from + 1, close - from - 1), from + 1, has_doubled_quotes});
+  return close + 1;
+}
+
+tl::unexpected<Fault> text_after_quote(std::size_t at) {
+  return failure(FaultKind::bad_file, std::to_string(at + 1), "text after a closing quote, expected a separator");
+}
+
+/// Where the separator behind a quoted field stands; npos: the line ends.
+Result<std::size_t> separator_after(std::string_view line, std::size_t quoted_end, char separator) {
+  const std::size_t next = line.find(separator, quoted_end);
+  const std::string_view rest = line.substr(quoted_end, next == std::string_view::npos ? next : next - quoted_end);
+  if (trimmed(rest).empty()) return next;
+  return text_after_quote(quoted_end);
 }
 
 tl::unexpected<Fault> too_many_fields(std::size_t from) {
@@ -43,8 +60,16 @@ Result<void> cut_at_blanks(std::string_view line, std::vector<Field>& fields) {
   std::size_t from = line.find_first_not_of(kBlanks);
   while (from != std::string_view::npos) {
     if (fields.size() == kMostFields) return too_many_fields(from);
-    const std::size_t to = std::min(line.find_first_of(kBlanks, from), line.size());
-    fields.push_back({line.substr(from, to - from), from + 1});
+    std::size_t to = from;
+    if (line[from] == '"') {
+      const auto end = take_quoted(line, from, fields);
+      if (!end) return failure(end.error());
+      if (*end < line.size() && !is_blank(line[*end])) return text_after_quote(*end);
+      to = *end;
+    } else {
+      to = std::min(line.find_first_of(kBlanks, from), line.size());
+      fields.push_back({line.substr(from, to - from), from + 1});
+    }
     from = line.find_first_not_of(kBlanks, to);
   }
   return {};
@@ -56,6 +81,16 @@ std::string_view trimmed(std::string_view text) {
   const std::size_t from = text.find_first_not_of(kBlanks);
   if (from == std::string_view::npos) return {};
   return text.substr(from, text.find_last_not_of(kBlanks) - from + 1);
+}
+
+std::string unquoted(const Field& field) {
+  if (!field.has_doubled_quotes) return std::string(field.text);
+  std::string text;
+  for (std::size_t i = 0; i < field.text.size(); ++i) {
+    text += field.text[i];
+    if (field.text[i] == '"') ++i;
+  }
+  return text;
 }
 
 std::optional<double> number_in(std::string_view text) {
@@ -71,12 +106,14 @@ Result<void> cut(std::string_view line, char separator, std::vector<Field>& fiel
   if (separator == ' ') return cut_at_blanks(line, fields);
   for (std::size_t from = 0;;) {
     if (fields.size() == kMostFields) return too_many_fields(from);
-    std::size_t to = from;
-    if (from < line.size() && line[from] == '"') {
-      const auto end = end_of_quoted(line, from, separator);
-      if (!end) return failure(end.error());
-      fields.push_back({line.substr(from + 1, *end - from - 2), from + 1});
-      to = line.find(separator, *end);
+    std::size_t to = from, first = from;
+    while (first < line.size() && is_blank(line[first]) && line[first] != separator) ++first;
+    if (first < line.size() && line[first] == '"') {
+      const auto next = take_quoted(line, first, fields).and_then([&](std::size_t end) {
+        return separator_after(line, end, separator);
+      });
+      if (!next) return failure(next.error());
+      to = *next;
     } else {
       to = line.find(separator, from);
       fields.push_back({trimmed(line.substr(from, to == std::string_view::npos ? to : to - from)), from + 1});
@@ -134,7 +171,7 @@ Result<void> LiveRows::read_line(std::string_view line) {
 }
 
 Result<void> LiveRows::read_header() {
-  for (const Field& field : fields_) header_.emplace_back(field.text);
+  for (const Field& field : fields_) header_.push_back(unquoted(field));
   if (!choose_) {
     columns_.resize(header_.size());
     std::iota(columns_.begin(), columns_.end(), std::size_t{});

@@ -20,13 +20,18 @@ inline constexpr std::size_t kLongestLine = 65536;  ///< bytes of a line of any 
 inline constexpr std::size_t kMostFields = 4096;    ///< … and its fields
 
 struct Field {
-  std::string_view text;  ///< trimmed of blanks, without its quotes
-  std::size_t column{};   ///< where it begins, in bytes from 1
+  std::string_view text;      ///< trimmed of blanks, without its quotes
+  std::size_t column{};       ///< where it begins, in bytes from 1
+  bool has_doubled_quotes{};  ///< it stood in quotes, and each `""` in the text is one `"`
 };
 
-/// Cuts at `separator`; fields may stand in double quotes. With a blank as separator any run of blanks is one, and
-/// blanks at either end are none. Fails with bad_file (`where` is the column alone) if a quote is not closed or
-/// followed by text, or where there are more than kMostFields.
+/// The text as it is meant: with doubled quotes made one.
+[[nodiscard]] std::string unquoted(const Field& field);
+
+/// Cuts at `separator`; fields may stand in double quotes, in which `""` is a quote (RFC 4180), with blanks around
+/// them. With a blank as separator any run of blanks is one, and blanks at either end are none. Fails with bad_file
+/// (`where` is the column alone) if a quote is not closed or followed by text, or where there are more than
+/// kMostFields.
 [[nodiscard]] Result<void> cut(std::string_view line, char separator, std::vector<Field>& fields);
 
 [[nodiscard]] std::string_view trimmed(std::string_view text);

@@ -48,6 +48,13 @@ TEST(LiveRows, AnEmptyFieldIsAMissingReading) {
   EXPECT_TRUE(std::isnan(rows.numbers()[1]));
 }
 
+TEST(LiveRows, ReadQuotesAsAnExportWritesThem) {
+  LiveRows rows("stdin", [](const auto&, const auto&) -> Result<std::vector<std::size_t>> { return {{0, 2}}; });
+  ASSERT_TRUE(rows.take("\"in \"\"\"\"\",segment, \"B\"\n1,\"hold \"\"25\"\", again\",2\n"));
+  EXPECT_EQ(rows.header(), (std::vector<std::string>{"in \"\"", "segment", "B"}));
+  EXPECT_EQ(rows.numbers(), (Numbers{1, 2}));
+}
+
 TEST(LiveRows, NameThePlaceOfAMistake) {
   const struct {
     const char *text, *where;

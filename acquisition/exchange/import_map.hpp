@@ -43,7 +43,7 @@ struct ImportMap {
   std::string comment;               ///< lines that begin with it do not count; empty: there are none
   std::vector<std::string> missing;  ///< fields that stand for a value which is not there
   bool header = true;
-  std::size_t skip{};  ///< lines after the header (or from the start) that are no rows
+  std::size_t skip{};  ///< lines after the header (or from the start) that are no rows: empty ones too, no comments
 
   /// Rows of a text table have their own time, in units of `time_unit` (since `since`, where that is known) or as a
   /// civil time, of `zone` where its text names none; or each row lasts `interval`.

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "acquisition/record/csv.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm::exchange {
 
@@ -66,7 +67,20 @@ std::size_t end_of_line(std::string_view ahead, Encoding encoding) {
 
 std::size_t unit_size(Encoding encoding) { return encoding == Encoding::utf8 ? 1 : 2; }
 
+bool names_separator(std::string_view line) { return line.size() == 5 && line.starts_with("sep="); }
+
 }  // namespace
+
+std::string in_utf8(std::string_view text) {
+  if (is_utf8(text)) return std::string(text);
+  std::string converted;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x80) converted += static_cast<char>(0xC0 | byte >> 6);
+    converted += byte >= 0x80 ? static_cast<char>(0x80 | (byte & 0x3F)) : c;
+  }
+  return converted;
+}
 
 Result<TextLines> TextLines::open(Bytes bytes, std::string comment) {
   const auto ahead = bytes.ahead(kUtf8Mark.size());
@@ -91,9 +105,11 @@ Fault TextLines::mistake(std::size_t column, std::string what) const {
 }
 
 bool TextLines::counts() const {
-  const bool is_comment = !comment_.empty() && line_.starts_with(comment_);
-  return !is_comment && !record::trimmed(line_).empty();
+  const bool is_told = number_ == 1 && names_separator(line_);
+  return !is_told && !is_comment() && !record::trimmed(line_).empty();
 }
+
+bool TextLines::is_comment() const { return !comment_.empty() && line_.starts_with(comment_); }
 
 /// Goes to the line that comes next; false at the end of the file.
 Result<bool> TextLines::read_line() {
@@ -116,9 +132,16 @@ Result<bool> TextLines::read_line() {
     decode(line_, encoding_, decoded_);
     line_ = decoded_;
   }
-  if (line_.ends_with('\r')) line_.remove_suffix(1);
+  while (line_.ends_with('\r')) line_.remove_suffix(1);
   ++number_;
   return true;
+}
+
+/// What ends lines with CR alone is one line to this reader, and would be one wrong row.
+Result<void> TextLines::check_ends() const {
+  const std::size_t at = line_.find('\r');
+  if (at == std::string_view::npos) return {};
+  return failure(mistake(at + 1, "a carriage return within the line, expected lines that end with LF or CRLF"));
 }
 
 /// Passes over the rest of a line that is longer than what is shown of it.
@@ -135,12 +158,23 @@ Result<bool> TextLines::next() {
   while (true) {
     const auto read = read_line();
     if (!read || !*read) return read;
+    if (auto ends = check_ends(); !ends) return failure(ends.error());
     const bool good = counts();
     if (good && (cut_short_ || line_.size() > record::kLongestLine))
       return failure(mistake(record::kLongestLine + 1,
                              fmt::format("more than {} bytes in a line, expected fewer", record::kLongestLine)));
     if (good) return true;
     if (auto passed = pass_rest(); !passed) return failure(passed.error());
+  }
+}
+
+Result<bool> TextLines::pass() {
+  while (true) {
+    const auto read = read_line();
+    if (!read || !*read) return read;
+    const bool passed_one = !is_comment();
+    if (auto passed = pass_rest(); !passed) return failure(passed.error());
+    if (passed_one) return true;
   }
 }
 

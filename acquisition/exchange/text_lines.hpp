@@ -13,6 +13,9 @@ namespace gyrotherm::exchange {
 
 enum class Encoding { utf8, utf16_little, utf16_big };
 
+/// Text of one byte a character (Latin-1) as UTF-8; what is UTF-8 stays as it is.
+[[nodiscard]] std::string in_utf8(std::string_view text);
+
 class TextLines {
  public:
   /// Looks for a byte order mark: without one the text is taken for UTF-8. Lines that begin with `comment` do not
@@ -20,10 +23,12 @@ class TextLines {
   /// bytes at its beginning and no mark.
   [[nodiscard]] static Result<TextLines> open(Bytes bytes, std::string comment);
 
-  /// Goes to the next line that is neither empty nor a comment, which are passed over whatever their length; false at
-  /// the end. A line ends with LF or CRLF. Fails with bad_file, with its place, if it has more than
-  /// record::kLongestLine bytes.
+  /// Goes to the next line that is neither empty nor a comment, nor the first one if it is "sep=;" (which spreadsheets
+  /// write before the header): these are passed over whatever their length. False at the end. A line ends with LF or
+  /// CRLF. Fails with bad_file, with its place, if it has more than record::kLongestLine bytes, or a CR within.
   [[nodiscard]] Result<bool> next();
+  /// Goes over the next line that is no comment, whatever stands in it; false at the end.
+  [[nodiscard]] Result<bool> pass();
 
   /// Without its end; good until next().
   [[nodiscard]] std::string_view line() const { return line_; }
@@ -38,8 +43,10 @@ class TextLines {
   TextLines(Bytes bytes, std::string comment, Encoding encoding)
       : bytes_(std::move(bytes)), comment_(std::move(comment)), encoding_(encoding) {}
   [[nodiscard]] Result<bool> read_line();
+  [[nodiscard]] Result<void> check_ends() const;
   [[nodiscard]] Result<void> pass_rest();
   [[nodiscard]] bool counts() const;
+  [[nodiscard]] bool is_comment() const;
 
   Bytes bytes_;
   std::string comment_;

@@ -21,21 +21,6 @@ namespace {
 
 using record::Field, record::into, record::kMissing;
 
-/// "sep=;", which spreadsheets write and read before the header.
-bool names_separator(std::string_view line) { return line.size() == 5 && line.starts_with("sep="); }
-
-/// Text of one byte a character (Latin-1) as UTF-8; what is UTF-8 stays as it is.
-std::string in_utf8(std::string_view text) {
-  if (is_utf8(text)) return std::string(text);
-  std::string converted;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte >= 0x80) converted += static_cast<char>(0xC0 | byte >> 6);
-    converted += byte >= 0x80 ? static_cast<char>(0x80 | (byte & 0x3F)) : c;
-  }
-  return converted;
-}
-
 /// One pass over the file; the first fault ends it.
 class TextTable {
  public:
@@ -48,7 +33,7 @@ class TextTable {
     if (map_.header)
       if (auto header = read_header(); !header) return header;
     for (std::size_t i = 0; i < map_.skip; ++i)
-      if (auto line = expect_line("the file ends among the lines to skip"); !line) return line;
+      if (auto line = expect(lines_.pass(), "the file ends among the lines to skip"); !line) return line;
     while (true) {
       const auto line = lines_.next();
       if (!line) return failure(line.error());
@@ -62,8 +47,7 @@ class TextTable {
  private:
   Fault mistake(std::size_t column, std::string what) const { return lines_.mistake(column, std::move(what)); }
 
-  Result<void> expect_line(const char* otherwise) {
-    const auto line = lines_.next();
+  Result<void> expect(const Result<bool>& line, const char* otherwise) const {
     if (!line) return failure(line.error());
     return *line ? Result<void>{} : failure(mistake(1, otherwise));
   }
@@ -75,12 +59,9 @@ class TextTable {
   }
 
   Result<void> read_header() {
-    constexpr const char* kNone = "the file ends, expected a header";
-    if (auto line = expect_line(kNone); !line) return line;
-    if (lines_.number() == 1 && names_separator(lines_.line()))
-      if (auto line = expect_line(kNone); !line) return line;
+    if (auto line = expect(lines_.next(), "the file ends, expected a header"); !line) return line;
     if (auto parted = part_line(); !parted) return parted;
-    for (const Field& field : fields_) header_.push_back(in_utf8(trimmed(field.text)));
+    for (const Field& field : fields_) header_.push_back(in_utf8(trimmed(record::unquoted(field))));
     width_ = fields_.size();
     return locate_columns();
   }
@@ -128,11 +109,13 @@ class TextTable {
     return decimal_;
   }
 
-  Fault no_number(const Field& field) const {
+  /// A row's time must be there.
+  Fault no_number(const Field& field, bool is_time) const {
     std::string expected = map_.decimal == ',' ? "a number with a decimal comma" : "a number";
     const bool has_comma = field.text.find(',') != std::string_view::npos;
-    if (map_.decimal == '.' && has_comma) expected += " with a decimal point, or decimal = \",\" in [file]";
-    if (!has_comma && std::ranges::none_of(field.text, [](char c) { return c >= '0' && c <= '9'; }))
+    if (map_.decimal == '.' && has_comma) expected += " with a decimal point";
+    if (map_.decimal == '.' && has_comma && map_.separator != ',') expected += ", or decimal = \",\" in [file]";
+    if (!is_time && !has_comma && std::ranges::none_of(field.text, [](char c) { return c >= '0' && c <= '9'; }))
       expected += fmt::format(", or missing = [\"{}\"] in [file]", plain(in_utf8(field.text)));
     return mistake(field.column, fmt::format("\"{}\", expected {}", plain(in_utf8(field.text)), expected));
   }
@@ -142,13 +125,15 @@ class TextTable {
     const auto text = trimmed(field.text);
     if (!map_.missing.empty() && is_missing(text)) return kMissing;
     if (const auto number = record::number_in(with_decimal_point(text))) return *number;
-    return failure(no_number(field));
+    const bool is_missing_text = field.has_doubled_quotes || !is_utf8(text);
+    if (is_missing_text && is_missing(in_utf8(record::unquoted(field)))) return kMissing;
+    return failure(no_number(field, false));
   }
 
   Result<void> read_number_of_time(ForeignRow& row) {
     const Field& field = fields_[*time_at_];
     const auto counted = parse_counted_time(with_decimal_point(trimmed(field.text)), map_.time_unit);
-    if (!counted) return failure(no_number(field));
+    if (!counted) return failure(no_number(field, true));
     if (!first_number_) first_number_ = *counted;
     const auto since_first = between(*first_number_, *counted);
     if (!since_first) return failure(mistake(field.column, "more than ten years after the first row"));

@@ -55,6 +55,32 @@ TEST(TextLines, Utf16WithoutAMarkIsTold) {
   EXPECT_EQ(text(lines.error()), "f:1:1: a NUL byte, expected UTF-8, or UTF-16 with a byte order mark");
 }
 
+TEST(TextLines, ACarriageReturnWithinALineIsTold) {
+  const auto said = [](std::string_view text) {
+    auto lines = TextLines::open(Bytes(text, "f"), "#").value();
+    while (true) {
+      const auto next = lines.next();
+      if (!next) return gyrotherm::text(next.error());
+      if (!*next) return std::string("read");
+    }
+  };
+  const std::string what = "a carriage return within the line, expected lines that end with LF or CRLF";
+  EXPECT_EQ(said("t;T;w\r0;20;1\r1;20;2\r"), "f:1:6: " + what);
+  EXPECT_EQ(said("# made by hand\rt;T;w\r0;20;1\r"), "f:1:15: " + what);
+  EXPECT_EQ(said("t;T;w\n0;20;\"1\r2\"\n"), "f:2:8: " + what) << "in quotes too";
+  EXPECT_EQ(said("t;T;w\r\r\n0;20;1\r\n\r\n"), "read") << "several before the LF end the line with it";
+}
+
+TEST(TextLines, ThatArePassedAreThoseOfTheFileButForComments) {
+  const std::string text = "a\n\n#\nb\rb\n" + std::string(200'000, 'x') + "\nc\n";
+  auto lines = TextLines::open(Bytes(text, "f"), "#").value();
+  for (int i = 0; i < 4; ++i) EXPECT_TRUE(lines.pass().value());
+  EXPECT_EQ(lines.number(), 5u);
+  ASSERT_TRUE(lines.next().value());
+  EXPECT_EQ(lines.line(), "c");
+  EXPECT_FALSE(lines.pass().value());
+}
+
 TEST(TextLines, CommentsAndEmptyLinesMayBeOfAnyLength) {
   const std::string text = "#" + std::string(200'000, 'x') + "\na\n" + std::string(3'000'000, ' ') + "\nb";
   EXPECT_EQ(lines_of(Bytes(text, "f"), "#"), (Lines{"2:a", "4:b"}));

@@ -63,8 +63,9 @@ TEST(TextTable, NamesThePlaceOfEveryKindOfBadInput) {
            Case{"t,T,w\n1,,3\n", "f:2:3: \"\", expected a number, or missing = [\"\"] in [file]"},
            Case{"t,T,w\n1,2,3x\n", "f:2:5: \"3x\", expected a number"},
            Case{"t,T,w\n1,2,0x10\n", "f:2:5: \"0x10\", expected a number"},
-           Case{"t,T,w\n1,\"2,5\",3\n",
-                "f:2:3: \"2,5\", expected a number with a decimal point, or decimal = \",\" in [file]"},
+           Case{"t,T,w\n1,\"2,5\",3\n", "f:2:3: \"2,5\", expected a number with a decimal point"},
+           Case{"t,T,w\n,2,3\n", "f:2:1: \"\", expected a number"},
+           Case{"t,T,w\rn0,2,3\n", "f:1:6: a carriage return within the line, expected lines that end with LF or CRLF"},
            Case{"t,T,w\n1,\"2,3\n", "f:2:3: a quote is not closed, expected \" before the end of the line"},
            Case{"t,T,w\n1,\"2\"5,3\n", "f:2:6: text after a closing quote, expected a separator"},
            Case{"t,T,w\n5,2,3\n5,2,3\n",
@@ -139,8 +140,49 @@ TEST(TextTable, FieldsThatStandForAMissingValueAreNoNumbers) {
   EXPECT_EQ(rows->columns[0][2], 20);
   EXPECT_EQ(rows->columns[1][0], 3);
   EXPECT_TRUE(std::isnan(rows->columns[1][1]) && std::isnan(rows->columns[1][2]));
-  EXPECT_EQ(text(rows_of("t,T,w\n,1,2\n", map, "f").error()).rfind("f:2:1: \"\", expected a number", 0), 0u)
-      << "a row without a time is none";
+  EXPECT_EQ(text(rows_of("t,T,w\n,1,2\n", map, "f").error()), "f:2:1: \"\", expected a number")
+      << "a row without a time is none, and missing = [\"\"] does not help it";
+  map.missing = {"ü", "a \"b\""};
+  EXPECT_TRUE(rows_of("t,T,w\n0,\xFC,ü\n1,\"a \"\"b\"\"\",2\n", map, "f")) << "in Latin-1, with quotes";
+}
+
+TEST(TextTable, AMistakenDecimalCommaIsToldWhereTheMapCanHaveOne) {
+  ImportMap map = rate_map();
+  map.separator = ';';
+  EXPECT_EQ(text(rows_of("t;T;w\n1;2,5;3\n", map, "f").error()),
+            "f:2:3: \"2,5\", expected a number with a decimal point, or decimal = \",\" in [file]");
+}
+
+TEST(TextTable, QuotesMayStandBehindBlanksAndBetweenThem) {
+  const auto rows = rows_of("\"t\", \"T\" ,\t\"w\"\n\"0\", \"20\", \"1\"\n", rate_map(), "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->columns[1], std::vector<double>{1});
+  ImportMap map = rate_map();
+  map.separator = ' ';
+  map.time->name = "Time s";
+  map.thermometer_columns[0].column.name = "T \"1\"";
+  const auto apart = rows_of(" \"Time s\"  \"T \"\"1\"\"\"\t\"w\"\n0 \"20\" 1\n", map, "f");
+  ASSERT_TRUE(apart) << text(apart.error());
+  EXPECT_EQ(apart->columns[0], std::vector<double>{20});
+  EXPECT_EQ(text(rows_of("\"t\"x T w\n", map, "f").error()), "f:1:4: text after a closing quote, expected a separator");
+  EXPECT_EQ(text(rows_of("t \"T w\n", map, "f").error()),
+            "f:1:3: a quote is not closed, expected \" before the end of the line");
+  map.separator = '\t';
+  map.time->name = "t";
+  map.thermometer_columns[0].column.name = "";
+  EXPECT_TRUE(rows_of("t\t\t\"w\"\n0\t1\t2\n", map, "f")) << "a tab that separates is no blank before a quote";
+}
+
+TEST(TextTable, SkipCountsTheLinesOfTheFile) {
+  ImportMap map = rate_map();
+  map.header = false;
+  map.time->number = 1;
+  map.thermometer_columns[0].column.number = 2;
+  map.axis_columns[0].number = 3;
+  map.skip = 3;
+  const auto rows = rows_of("Logger v1\n\nSerial 5\n0,20,1\n1,20,2\n2,20,3\n", map, "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->columns[1], (std::vector<double>{1, 2, 3}));
 }
 
 TEST(TextTable, NumbersMayHaveADecimalComma) {
@@ -210,6 +252,16 @@ TEST(TextTable, TheLineOfSpreadsheetsThatNamesTheSeparatorIsNoHeader) {
   const auto rows = rows_of("\xEF\xBB\xBFsep=;\r\nt;T;w\r\n0;1;2\r\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], std::vector<double>{2});
+  map.header = false;
+  map.time->number = 1;
+  map.thermometer_columns[0].column.number = 2;
+  map.axis_columns[0].number = 3;
+  for (const std::size_t skip : {0U, 1U}) {
+    map.skip = skip;
+    const auto numbered = rows_of("sep=;\n0;20;1\n1;20;1\n", map, "f");
+    ASSERT_TRUE(numbered) << text(numbered.error());
+    EXPECT_EQ(numbered->time.size(), 2u) << "skipped or not, it is no row";
+  }
 }
 
 TEST(TextTable, AHeaderThatIsNoUtf8IsLatin1) {

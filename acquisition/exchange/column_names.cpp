@@ -25,14 +25,46 @@ bool is_any(std::string_view text, std::initializer_list<std::string_view> words
   return std::ranges::find(words, text) != words.end();
 }
 
-/// What stands before a unit in brackets.
-std::string_view without_unit(std::string_view name) {
+/// Where the brackets at a name's end begin that hold its unit, and not a place in an array; npos: there are none.
+std::size_t bracket_of_unit(std::string_view name) {
   const std::size_t bracket = name.find_last_of("[(");
   const bool has_unit = bracket != std::string_view::npos && bracket > 0 &&
                         name.find_last_of("])") == name.size() - 1 &&
                         !std::ranges::all_of(name.substr(bracket + 1, name.size() - bracket - 2),
                                              [](unsigned char c) { return std::isdigit(c) != 0; });
-  return trimmed(has_unit ? name.substr(0, bracket) : name);
+  return has_unit ? bracket : std::string_view::npos;
+}
+
+/// What stands before a unit in brackets.
+std::string_view without_unit(std::string_view name) { return trimmed(name.substr(0, bracket_of_unit(name))); }
+
+/// The unit in brackets, as it stands there; empty: none.
+std::string_view unit_in_brackets(std::string_view name) {
+  const std::size_t bracket = bracket_of_unit(name);
+  if (bracket == std::string_view::npos) return {};
+  return trimmed(name.substr(bracket + 1, name.size() - bracket - 2));
+}
+
+bool is_all_digits(std::string_view word) {
+  return !word.empty() && std::ranges::all_of(word, [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+/// Whether a name's whole unit is one of the words: what its brackets hold, or without any the end of the name behind a
+/// "_", "." or blank. A part of it is not enough: "mdps", "0.01 deg/s" and "x_100_dps" are no "dps" and no "deg/s".
+bool has_unit(std::string_view name, std::initializer_list<std::string_view> words) {
+  constexpr std::string_view kBefore = "_. ";
+  auto unit = in_lower_case(unit_in_brackets(name));
+  std::erase(unit, ' ');
+  if (!unit.empty()) return is_any(unit, words);
+  const auto lower = in_lower_case(name.ends_with(']') ? name.substr(0, name.rfind('[')) : name);
+  return std::ranges::any_of(words, [&](std::string_view word) {
+    if (!lower.ends_with(word)) return false;
+    const std::string_view before = std::string_view(lower).substr(0, lower.size() - word.size());
+    if (before.empty()) return true;
+    if (kBefore.find(before.back()) == std::string_view::npos) return false;
+    const std::string_view rest = before.substr(0, before.size() - 1);
+    return !is_all_digits(rest.substr(rest.find_last_of(kBefore) + 1));
+  });
 }
 
 /// The field of "message.field"; another name is itself.
@@ -71,22 +103,32 @@ bool is_time_name(std::string_view name) {
 
 std::optional<double> degrees_per_hour_in(std::string_view name) {
   constexpr double kRadian = 206264.80624709636, kDegree = 3600;
-  const auto lower = in_lower_case(name);
-  if (has_any(lower, {"°/h", "deg/h", "deg_per_h", "dph"})) return 1;
-  if (has_any(lower, {"rad/s", "_rad", "radps"})) return kRadian;
-  if (has_any(lower, {"°/s", "deg/s", "dps", "deg_per_s"})) return kDegree;
+  if (has_unit(name, {"°/h", "deg/h", "°/hr", "deg/hr", "deg_per_h", "deg_h", "dph"})) return 1;
+  if (has_unit(name, {"rad/s", "rad/sec", "rad_per_s", "rad_s", "radps", "gyro_rad"})) return kRadian;
+  if (has_unit(name, {"°/s", "deg/s", "°/sec", "deg/sec", "deg_per_s", "deg_s", "dps"})) return kDegree;
   return std::nullopt;
 }
 
+std::string temperature_unit_in(std::string_view name) {
+  if (has_unit(name, {"°c", "℃", "degc", "deg_c", "c", "celsius"})) return "°C";
+  if (has_unit(name, {"k", "kelvin"})) return "K";
+  return std::string(unit_in_brackets(name));
+}
+
 std::string time_unit_in(std::string_view name) {
+  if (has_unit(name, {"ns", "nsec", "nanoseconds"})) return "ns";
+  if (has_unit(name, {"us", "µs", "μs", "usec", "microseconds"})) return "us";  // micro, and the Greek letter
+  if (has_unit(name, {"ms", "msec", "milliseconds"})) return "ms";
+  if (has_unit(name, {"s", "sec", "second", "seconds"})) return "s";
+  if (const auto unit = unit_in_brackets(name); !unit.empty()) return std::string(unit);
   const auto lower = in_lower_case(name);
   const auto ends = [&](std::initializer_list<std::string_view> endings) {
     return std::ranges::any_of(endings, [&](std::string_view ending) { return lower.ends_with(ending); });
   };
-  if (ends({"[ns]", "(ns)", "_ns"})) return "ns";
-  if (ends({"[us]", "(us)", "_us", "[µs]", "(µs)", "timeus"})) return "us";
-  if (ends({"[ms]", "(ms)", "_ms", "timems", "millis"})) return "ms";
-  if (ends({"[s]", "(s)", "_s", "sec", "seconds"})) return "s";
+  if (ends({"timens", "nanos", "nsec", "nanoseconds"})) return "ns";
+  if (ends({"timeus", "micros", "usec", "microseconds"})) return "us";
+  if (ends({"timems", "millis", "msec", "milliseconds"})) return "ms";
+  if (ends({"sec", "seconds"})) return "s";
   return "";
 }
 

@@ -20,9 +20,16 @@ namespace gyrotherm::exchange {
 /// … of a time.
 [[nodiscard]] bool is_time_name(std::string_view name);
 
-/// The unit that a rate's name ends in, as °/h per unit; nothing if it says none.
+// A name says its unit in brackets at its end, "T [K]", or behind a "_", a "." or a blank, "gyro_x_dps". The
+// whole of it counts: "mdps" is no "dps".
+
+/// The unit of a rate in its name, as °/h per unit; nothing if it says none that is known.
 [[nodiscard]] std::optional<double> degrees_per_hour_in(std::string_view name);
-/// The unit of a time in its name: "s", "ms", "us", "ns"; empty if it says none.
+/// The unit of a temperature in its name: "°C" and "K" however they are written, another one in brackets as it stands
+/// there; empty if it says none.
+[[nodiscard]] std::string temperature_unit_in(std::string_view name);
+/// The unit of a time in its name: "s", "ms", "us", "ns" however they are written, another one in brackets as it stands
+/// there; empty if it says none.
 [[nodiscard]] std::string time_unit_in(std::string_view name);
 /// The axis that a name ends in: "x", "y", "z"; empty if it says none.
 [[nodiscard]] std::string axis_in(std::string_view name);

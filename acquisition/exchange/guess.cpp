@@ -42,6 +42,7 @@ struct Sample {
   bool header = true;
   char decimal = '.';
   std::vector<std::string> names{};              ///< of the columns, or their numbers
+  std::size_t skip{};                            ///< lines behind the header that are no rows
   std::vector<std::vector<std::string>> rows{};  ///< fields
   std::vector<std::string> missing{};            ///< fields among numbers that are none
 };
@@ -50,19 +51,24 @@ std::vector<std::string> fields_of(const std::string& line, char separator) {
   std::vector<record::Field> fields;
   std::vector<std::string> texts;
   if (!record::cut(line, separator, fields)) return texts;
-  for (const auto& field : fields) texts.emplace_back(trimmed(field.text));
+  for (const auto& field : fields) texts.push_back(in_utf8(trimmed(record::unquoted(field))));
   return texts;
 }
 
+struct Line {
+  std::size_t number{};  ///< among all but comments
+  std::string text;
+};
+
 /// The separator that cuts most lines into as many fields as the first row has; a comma may be a decimal one.
-char separator_of(const std::vector<std::string>& lines) {
+char separator_of(const std::vector<Line>& lines) {
   constexpr std::array<char, 4> kInOrder{'\t', ';', ',', ' '};
   char best = ',';
   std::size_t most = 0;
   for (const char separator : kInOrder) {
-    const std::size_t width = fields_of(lines.back(), separator).size();
+    const std::size_t width = fields_of(lines.back().text, separator).size();
     const auto alike = static_cast<std::size_t>(std::ranges::count_if(
-        lines, [&](const std::string& line) { return fields_of(line, separator).size() == width; }));
+        lines, [&](const Line& line) { return fields_of(line.text, separator).size() == width; }));
     if (width < 2 || alike <= most) continue;
     best = separator;
     most = alike;
@@ -109,26 +115,41 @@ void find_missing(Sample& sample) {
   sample.missing.assign(found.begin(), found.end());
 }
 
-Result<std::vector<std::string>> first_lines(Bytes bytes) {
+Result<std::vector<Line>> first_lines(Bytes bytes) {
   auto lines = TextLines::open(std::move(bytes), "");
   if (!lines) return failure(lines.error());
-  std::vector<std::string> first;
+  std::vector<Line> first;
   while (first.size() < kRowsToLookAt) {
     const auto next = lines->next();
     if (!next) return failure(next.error());
     if (!*next) break;
-    first.emplace_back(lines->line());
+    first.push_back({lines->number(), std::string(lines->line())});
   }
   return first;
 }
 
 /// Takes lines that begin like a comment off the lines.
-std::string take_comments(std::vector<std::string>& lines) {
+std::string take_comments(std::vector<Line>& lines) {
   std::string comment;
   for (const char* mark : {"#", "%", "//"})
-    if (comment.empty() && lines.front().starts_with(mark)) comment = mark;
-  if (!comment.empty()) std::erase_if(lines, [&](const std::string& line) { return line.starts_with(comment); });
+    if (comment.empty() && lines.front().text.starts_with(mark)) comment = mark;
+  if (comment.empty()) return comment;
+  std::size_t comments = 0;
+  for (Line& line : lines) {
+    if (line.text.starts_with(comment)) ++comments;
+    line.number -= comments;
+  }
+  std::erase_if(lines, [&](const Line& line) { return line.text.starts_with(comment); });
   return comment;
+}
+
+/// A header may have a row of units under it: a row without a number where the next one has some.
+bool begins_with_units(const Sample& sample) {
+  const auto has_number = [&](const std::vector<std::string>& row) {
+    return std::ranges::any_of(
+        row, [&](const std::string& field) { return number_of(field, sample.decimal) || parse_civil_time(field); });
+  };
+  return sample.header && sample.rows.size() > 1 && !has_number(sample.rows[0]) && has_number(sample.rows[1]);
 }
 
 Result<Sample> sample_of(Bytes bytes) {
@@ -140,19 +161,25 @@ Result<Sample> sample_of(Bytes bytes) {
   };
   if (lines->empty()) return no_table();
   Sample sample{.comment = take_comments(*lines)};
-  if (!lines->empty() && lines->front().starts_with("sep=")) lines->erase(lines->begin());
   if (lines->empty()) return no_table();
   sample.separator = separator_of(*lines);
-  sample.names = fields_of(lines->front(), sample.separator);
+  sample.names = fields_of(lines->front().text, sample.separator);
   sample.header = std::ranges::none_of(sample.names, [](const std::string& name) {
     return number_of(name, '.') || number_of(name, ',') || parse_civil_time(name);
   });
+  std::size_t first = 0;
   for (std::size_t i = sample.header ? 1 : 0; i < lines->size(); ++i)
-    if (auto row = fields_of((*lines)[i], sample.separator); row.size() == sample.names.size())
+    if (auto row = fields_of((*lines)[i].text, sample.separator); row.size() == sample.names.size()) {
+      if (sample.rows.empty()) first = (*lines)[i].number;
       sample.rows.push_back(std::move(row));
+    }
   if (sample.names.size() < 2 || sample.rows.empty()) return no_table();
   for (std::size_t i = 0; !sample.header && i < sample.names.size(); ++i) sample.names[i] = std::to_string(i + 1);
   sample.decimal = decimal_of(sample.rows, sample.separator);
+  if (begins_with_units(sample)) {
+    sample.skip = first - lines->front().number;
+    sample.rows.erase(sample.rows.begin());
+  }
   find_missing(sample);
   return sample;
 }
@@ -161,6 +188,7 @@ Result<Sample> sample_of(Bytes bytes) {
 struct TimeGuess {
   std::optional<std::size_t> column{};
   std::string unit{};
+  std::string why{};  ///< that unit
   bool since_1970 = false;
   bool has_zone = true;
   bool in_order = true;
@@ -176,6 +204,8 @@ double seconds_in(std::string_view unit) {
   if (unit == "us") return 1e-6;
   return unit == "ms" ? 1e-3 : 1;
 }
+
+bool is_unit_of_time(std::string_view unit) { return unit == "s" || unit == "ms" || unit == "us" || unit == "ns"; }
 
 /// Numbers that are times of this century since 1970 show their unit by their size.
 std::string unit_since_1970(double number) {
@@ -205,13 +235,23 @@ bool increases(const std::vector<double>& times) {
   return std::ranges::adjacent_find(times, std::greater_equal<>()) == times.end();
 }
 
+/// The unit in the name counts; numbers that could be times since 1970 are so if it agrees, or where there is none if a
+/// row would come every ten minutes at least, which tells a clock from a counter of microseconds.
 TimeGuess guess_numbers_of_time(const Sample& sample, std::size_t column) {
+  constexpr double kSlowestOfAClock = 600;
   const auto times = numbers_of(sample, column);
   const double step = usual_step(times);
-  TimeGuess guess{.column = column, .unit = unit_since_1970(times.front()), .in_order = increases(times)};
-  guess.since_1970 = !guess.unit.empty();
-  if (!guess.since_1970) guess.unit = sample.header ? time_unit_in(sample.names[column]) : "";
-  if (guess.unit.empty()) guess.unit = unit_by_step(step);
+  const std::string named = sample.header ? time_unit_in(sample.names[column]) : "";
+  const std::string since = unit_since_1970(times.front());
+  TimeGuess guess{.column = column, .unit = named, .why = "as its name says", .in_order = increases(times)};
+  if (is_unit_of_time(named)) {
+    guess.since_1970 = named == since;
+  } else {
+    guess.since_1970 = !since.empty() && step * seconds_in(since) <= kSlowestOfAClock;
+    guess.unit = guess.since_1970 ? since : unit_by_step(step);
+    guess.why = guess.since_1970 ? "a guess by the size of its numbers" : "a guess by its steps";
+    if (!named.empty()) guess.why += fmt::format(", a map knows no {}", toml_text(named));
+  }
   if (step > 0) guess.step_s = step * seconds_in(guess.unit);
   return guess;
 }
@@ -229,11 +269,19 @@ TimeGuess guess_civil_time(const Sample& sample, std::size_t column) {
   return guess;
 }
 
+/// A column whose usual row is not after the one before, as where dates stand apart from the time of day, is none of
+/// times.
+bool goes_on(const Sample& sample, const TimeGuess& guess) {
+  return sample.rows.size() < 2 || guess.step_s.has_value();
+}
+
 TimeGuess guess_time(const Sample& sample) {
   for (std::size_t i = 0; i < sample.names.size(); ++i)
-    if (is_civil(sample, i)) return guess_civil_time(sample, i);
+    if (is_civil(sample, i))
+      if (auto guess = guess_civil_time(sample, i); goes_on(sample, guess)) return guess;
   for (std::size_t i = 0; sample.header && i < sample.names.size(); ++i)
-    if (is_time_name(sample.names[i]) && !numbers_of(sample, i).empty()) return guess_numbers_of_time(sample, i);
+    if (is_time_name(sample.names[i]) && !numbers_of(sample, i).empty())
+      if (auto guess = guess_numbers_of_time(sample, i); goes_on(sample, guess)) return guess;
   for (std::size_t i = 0; i < sample.names.size(); ++i)
     if (const auto numbers = numbers_of(sample, i); numbers.size() > 2 && increases(numbers))
       return guess_numbers_of_time(sample, i);
@@ -249,6 +297,7 @@ std::string file_section(const Sample& sample) {
   if (sample.decimal == ',') text += "decimal = \",\"\n";
   if (!sample.comment.empty()) text += fmt::format("comment = {}\n", toml_text(sample.comment));
   if (!sample.header) text += "header = false\n";
+  if (sample.skip > 0) text += fmt::format("skip = {}        # the row of units under the header\n", sample.skip);
   if (sample.missing.empty()) return text;
   text += "missing = [";
   for (const auto& field : sample.missing)
@@ -258,11 +307,11 @@ std::string file_section(const Sample& sample) {
 
 std::string time_section(const Sample& sample, const TimeGuess& time) {
   if (!time.column)
-    return "[time]\ninterval = \"1 s\"        # no column of times was found: how long does a row last?\n";
+    return "[time]\ninterval = \"1 s\"        # no column of times that go on was found: how long does a row last?\n";
   std::string text =
       fmt::format("[time]\ncolumn = {}\nunit = \"{}\"{}\n", reference(sample.names[*time.column], sample.header),
-                  time.unit, time.since_1970 || time.unit == "iso" ? "" : "        # by its steps or its name");
-  if (time.since_1970) text += "since = \"1970-01-01T00:00:00Z\"\n";
+                  time.unit, time.why.empty() ? "" : "        # " + time.why);
+  if (time.since_1970) text += "since = \"1970-01-01T00:00:00Z\"        # by the size of its numbers: is it UTC?\n";
   if (!time.has_zone) text += "zone = \"Z\"        # the times name none: is it UTC?\n";
   if (!time.in_order)
     text += "out_of_order = \"skip\"        # the time goes back in the first rows: such rows are left out\n";
@@ -272,15 +321,27 @@ std::string time_section(const Sample& sample, const TimeGuess& time) {
   return text;
 }
 
+/// What makes °C of a thermometer's column: of kelvins an offset, of what the name does not say, or says in a unit that
+/// is not known, a comment. Logs have °C (`usual`).
+std::string celsius_lines(const std::string& name, std::string_view usual) {
+  std::string unit = temperature_unit_in(name);
+  if (unit.empty()) unit = usual;
+  if (unit == "°C") return "\n";
+  if (unit == "K") return "\noffset = -273.15        # of kelvins\n";
+  const auto said =
+      unit.empty() ? "a guess that it is in °C" : fmt::format("a guess, \"{}\" is not known", plain(unit));
+  return fmt::format("        # {}: °C = number × scale + offset\n", said);
+}
+
 std::string thermometer_sections(const std::vector<std::string>& names, const std::vector<std::size_t>& columns,
-                                 bool header) {
+                                 std::string_view usual_unit) {
   std::string text;
   std::set<std::string> taken{"slot", "segment", "cycle", "phase", "state", "chain", "pulses", "interval_ns"};
   for (const std::size_t column : columns) {
-    std::string name = header ? channel_name_of(names[column]) : "T" + names[column];
+    std::string name = channel_name_of(names[column]);
     while (name.empty() || !taken.insert(in_lower_case(name)).second) name += "T";
-    text +=
-        fmt::format("\n[[thermometer]]\nname = {}\ncolumn = {}\n", toml_text(name), reference(names[column], header));
+    text += fmt::format("\n[[thermometer]]\nname = {}\ncolumn = {}{}", toml_text(name), toml_text(names[column]),
+                        celsius_lines(names[column], usual_unit));
   }
   return text;
 }
@@ -348,8 +409,7 @@ std::string table_map(const Sample& sample, const std::string& file) {
   if (sample.header) thermometers = temperature_columns(sample.names, others);
   if (!sample.header) gyros.assign(1, sample.names.size() - 1);
   return head_of(file, sample.names) + file_section(sample) + "\n" + time_section(sample, time) +
-         thermometer_sections(sample.names, thermometers, sample.header) +
-         gyro_section(sample.names, gyros, sample.header, {});
+         thermometer_sections(sample.names, thermometers, "") + gyro_section(sample.names, gyros, sample.header, {});
 }
 
 std::string log_map(const std::vector<LogColumn>& columns, FileFormat format, const std::string& file) {
@@ -363,7 +423,7 @@ std::string log_map(const std::vector<LogColumn>& columns, FileFormat format, co
              "[file]\nformat = \"{}\"\n\n[time]\nevery = \"1 s\"        # messages are put together: means of a "
              "second\n",
              name(format)) +
-         thermometer_sections(names, temperature_columns(names, gyros), true) +
+         thermometer_sections(names, temperature_columns(names, gyros), "°C") +
          gyro_section(names, gyros, true, kRadianPerSecond);
 }
 

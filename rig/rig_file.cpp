@@ -151,7 +151,9 @@ void check_names(const TomlTable& root, const RigFile& rig) {
   record::RunInfo info;
   info.thermometers = thermometer_channels(rig);
   for (const auto& unit : rig.units) info.units.push_back(unit.info);
-  if (const auto good = record::check_channel_names(info); !good) root.mistake("thermometer", text(good.error()));
+  for (const auto& trouble : record::name_troubles(info))
+    root.mistake(trouble.of == record::NameTrouble::Of::thermometer ? "thermometer" : "gyro",
+                 fmt::format("{}: {}", trouble.what, trouble.why));
 }
 
 /// All lines virtual, or none.

@@ -24,6 +24,12 @@ constexpr Vocabulary<char, 2> kDecimals{{{".", '.'}, {",", ','}}};
 constexpr Vocabulary<GyroKind, 2> kKinds{{{"rate", GyroKind::rate}, {"increment", GyroKind::pulse_count}}};
 constexpr Vocabulary<bool, 2> kOutOfOrder{{{"refuse", false}, {"skip", true}}};
 
+/// Where the names of a map stand.
+struct NamedTables {
+  std::vector<TomlTable> thermometers{}, units{};
+  std::vector<std::vector<TomlTable>> axes{}, values{};  ///< of each unit
+};
+
 ColumnName read_column(const TomlTable& table, bool header) {
   if (header) return {.name = table.text("column")};
   const auto number = table.integer("column");
@@ -133,13 +139,16 @@ void read_value(const TomlTable& table, ImportMap& map, UnitInfo& unit) {
   map.value_columns.push_back(read_scaled(table, map.header));
 }
 
-void read_gyro(const TomlTable& table, ImportMap& map, bool one_of_several) {
+void read_gyro(const TomlTable& table, ImportMap& map, NamedTables& tables, bool one_of_several) {
   UnitInfo unit;
   if (one_of_several) unit.name = table.text("name");
   unit.serial_number = table.text("serial_number", "");
   unit.model = table.text("model", "");
   map.units.push_back(std::move(unit));
   UnitInfo& made = map.units.back();
+  tables.units.push_back(table);
+  tables.axes.push_back(table.is_list("axis") ? table.tables("axis") : std::vector{table});
+  tables.values.push_back(table.tables("value"));
   if (!table.is_list("axis")) read_axis(table, map, made);
   for (const TomlTable& axis : table.tables("axis")) {
     read_axis(axis, map, made);
@@ -151,20 +160,32 @@ void read_gyro(const TomlTable& table, ImportMap& map, bool one_of_several) {
   made.three_point = read_choice(table, "three_point", map);
 }
 
-void check_names(const TomlTable& root, const ImportMap& map) {
+/// A name that is missing has been told of.
+void check_names(const NamedTables& tables, const ImportMap& map) {
   record::RunInfo info;
   info.thermometers = channels_of(map, "");
   info.units = map.units;
-  if (const auto good = record::check_new_channel_names(info); !good) root.mistake("thermometer", text(good.error()));
+  const auto table_of = [&](const record::NameTrouble& trouble) -> const TomlTable& {
+    switch (trouble.of) {
+      case record::NameTrouble::Of::thermometer: return tables.thermometers[trouble.index];
+      case record::NameTrouble::Of::axis: return tables.axes[trouble.unit][trouble.index];
+      case record::NameTrouble::Of::value: return tables.values[trouble.unit][trouble.index];
+      case record::NameTrouble::Of::unit: break;
+    }
+    return tables.units[trouble.unit];
+  };
+  for (const auto& trouble : record::new_name_troubles(info))
+    if (const TomlTable& table = table_of(trouble); table.has("name"))
+      table.mistake("name", fmt::format("{}: {}", trouble.what, trouble.why));
 }
 
-void read_units(const TomlTable& root, ImportMap& map) {
+void read_units(const TomlTable& root, ImportMap& map, NamedTables& tables) {
   if (root.is_list("gyro")) {
-    for (const TomlTable& table : root.tables("gyro")) read_gyro(table, map, true);
+    for (const TomlTable& table : root.tables("gyro")) read_gyro(table, map, tables, true);
     if (map.units.empty()) root.mistake("gyro", "missing [[gyro]], expected at least one");
     return;
   }
-  read_gyro(root.table("gyro"), map, false);
+  read_gyro(root.table("gyro"), map, tables, false);
   const TomlTable analysis = root.table("analysis");
   map.units.front().gradients = read_choice(analysis, "gradients", map);
   map.units.front().three_point = read_choice(analysis, "three_point", map);
@@ -196,12 +217,14 @@ Result<ImportMap> parse_import_map(std::string_view text, const std::string& fil
   map.format = one_of(kFormats, format, "format", "text");
   if (map.format == FileFormat::text) read_text_format(format, map);
   read_time(root->table("time"), map);
+  NamedTables tables;
   for (const TomlTable& table : root->tables("thermometer")) {
     map.thermometers.push_back(table.text("name"));
     map.thermometer_columns.push_back(read_scaled(table, map.header));
+    tables.thermometers.push_back(table);
   }
-  read_units(*root, map);
-  check_names(*root, map);
+  read_units(*root, map, tables);
+  check_names(tables, map);
   if (auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return map;
 }

@@ -51,6 +51,8 @@ CREATE TABLE fault(id INTEGER PRIMARY KEY, slot INTEGER NOT NULL, channel TEXT N
 CREATE TABLE gap(first INTEGER PRIMARY KEY, last INTEGER NOT NULL, cause TEXT NOT NULL, chain INTEGER NOT NULL);
 )";
 
+constexpr const char* kTaken = "the name is taken, expected one of its own";
+
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
   return text;
@@ -69,47 +71,77 @@ std::optional<std::string> name_trouble(std::string_view name, bool (*may_stand)
   return std::nullopt;
 }
 
-Result<void> check_names_of_units(const RunInfo& info) {
-  const auto check = [](const char* kind, const std::string& name) -> Result<void> {
-    const auto why = name_trouble(name, may_stand_in_a_name, "letters, digits and _ -");
-    return why ? failure(FaultKind::bad_file, fmt::format("{} \"{}\"", kind, name), *why) : Result<void>{};
+void find_badly_made(const RunInfo& info, std::vector<NameTrouble>& troubles) {
+  using enum NameTrouble::Of;
+  const auto check = [&](NameTrouble::Of of, const char* kind, std::size_t unit, std::size_t index,
+                         const std::string& name) {
+    const auto why = of == thermometer
+                         ? name_trouble(name, may_stand_in_a_thermometers_name, "letters, digits, blanks and _ . -")
+                         : name_trouble(name, may_stand_in_a_name, "letters, digits and _ -");
+    if (why) troubles.push_back({of, unit, index, fmt::format("{} \"{}\"", kind, name), *why});
   };
-  for (const auto& unit : info.units) {
-    auto good = check("gyro", unit.name);
-    for (const auto& axis : unit.axes)
-      if (good && (unit.axes.size() > 1 || !axis.name.empty())) good = check("axis", axis.name);
-    for (const auto& value : unit.values)
-      if (good) good = check("value", value.name);
-    if (!good) return good;
+  for (std::size_t i = 0; i < info.thermometers.size(); ++i)
+    check(thermometer, "thermometer", 0, i, info.thermometers[i].name);
+  for (std::size_t i = 0; i < info.units.size(); ++i) {
+    const UnitInfo& one = info.units[i];
+    check(unit, "gyro", i, 0, one.name);
+    for (std::size_t axis_of = 0; axis_of < one.axes.size(); ++axis_of)
+      if (one.axes.size() > 1 || !one.axes[axis_of].name.empty())
+        check(axis, "axis", i, axis_of, one.axes[axis_of].name);
+    for (std::size_t value_of = 0; value_of < one.values.size(); ++value_of)
+      check(value, "value", i, value_of, one.values[value_of].name);
   }
-  return {};
 }
 
-}  // namespace
+NameTrouble::Of whose_name(Measures measures) {
+  switch (measures) {
+    case Measures::temperature: return NameTrouble::Of::thermometer;
+    case Measures::rotation:
+    case Measures::true_bias: return NameTrouble::Of::axis;
+    case Measures::value: return NameTrouble::Of::value;
+    case Measures::interval: break;
+  }
+  return NameTrouble::Of::unit;
+}
 
-Result<void> check_channel_names(const RunInfo& info) {
-  for (const Channel& channel : info.thermometers)
-    if (const auto why =
-            name_trouble(channel.name, may_stand_in_a_thermometers_name, "letters, digits, blanks and _ . -"))
-      return failure(FaultKind::bad_file, fmt::format("thermometer \"{}\"", channel.name), *why);
-  if (auto good = check_names_of_units(info); !good) return good;
+void find_taken(const RunInfo& info, std::vector<NameTrouble>& troubles) {
   std::set<std::string> taken{"chain"};
   for (const auto& column : columns_before_channels()) taken.insert(column.name);
   for (const auto& column : columns_after_channels()) taken.insert(column.name);
   auto columns = channel_columns(info);
   // A thermometer is told that its name is another's, not the other way round.
   std::ranges::stable_partition(columns, [](const auto& column) { return column.measures != Measures::temperature; });
+  std::vector<NameTrouble> found;
+  std::set<std::size_t> units;
   for (const auto& column : columns) {
     if (taken.insert(lower(column.name)).second) continue;
-    const bool thermometer = column.measures == Measures::temperature;
-    return failure(FaultKind::bad_file, fmt::format("{} \"{}\"", thermometer ? "thermometer" : "channel", column.name),
-                   "the name is taken, expected one of its own");
+    const auto of = whose_name(column.measures);
+    const auto is_it = [&](const NameTrouble& one) {
+      return one.of == of && one.unit == column.unit && one.index == column.index;
+    };
+    if (std::ranges::any_of(found, is_it)) continue;  // its true bias has the name of another's too
+    if (of == NameTrouble::Of::unit) units.insert(column.unit);
+    const char* kind = of == NameTrouble::Of::thermometer ? "thermometer" : "channel";
+    found.push_back({of, column.unit, column.index, fmt::format("{} \"{}\"", kind, column.name), kTaken});
   }
-  return {};
+  std::erase_if(found, [&](const NameTrouble& trouble) {
+    const bool is_of_unit = trouble.of == NameTrouble::Of::axis || trouble.of == NameTrouble::Of::value;
+    return is_of_unit && units.contains(trouble.unit);
+  });
+  troubles.insert(troubles.end(), found.begin(), found.end());
 }
 
-Result<void> check_new_channel_names(const RunInfo& info) {
-  if (auto good = check_channel_names(info); !good) return good;
+}  // namespace
+
+std::vector<NameTrouble> name_troubles(const RunInfo& info) {
+  std::vector<NameTrouble> troubles;
+  find_badly_made(info, troubles);
+  find_taken(info, troubles);
+  return troubles;
+}
+
+std::vector<NameTrouble> new_name_troubles(const RunInfo& info) {
+  auto troubles = name_troubles(info);
   std::set<std::string> taken{"time", "time_s", "utc", "bias", "self"};
   for (const auto& column : channel_columns(info)) {
     if (column.measures == Measures::temperature) continue;
@@ -119,12 +151,23 @@ Result<void> check_new_channel_names(const RunInfo& info) {
     auto bias = lower(column.name);
     taken.insert(bias.erase(bias.rfind(kTrue), kTrue.size()));
   }
-  for (const Channel& channel : info.thermometers)
-    if (taken.contains(lower(channel.name)))
-      return failure(FaultKind::bad_file, fmt::format("thermometer \"{}\"", channel.name),
-                     "the name is taken, expected one of its own");
-  return {};
+  for (std::size_t i = 0; i < info.thermometers.size(); ++i)
+    if (const auto& name = info.thermometers[i].name; taken.contains(lower(name)))
+      troubles.push_back({NameTrouble::Of::thermometer, 0, i, fmt::format("thermometer \"{}\"", name), kTaken});
+  return troubles;
 }
+
+namespace {
+
+Result<void> verdict_of(const std::vector<NameTrouble>& troubles) {
+  return troubles.empty() ? Result<void>{} : failure(FaultKind::bad_file, troubles.front().what, troubles.front().why);
+}
+
+}  // namespace
+
+Result<void> check_channel_names(const RunInfo& info) { return verdict_of(name_troubles(info)); }
+
+Result<void> check_new_channel_names(const RunInfo& info) { return verdict_of(new_name_troubles(info)); }
 
 Result<void> create_schema(Database& database, const RunInfo& info) {
   std::string sample = "CREATE TABLE sample(";

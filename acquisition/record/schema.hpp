@@ -31,12 +31,26 @@
 
 namespace gyrotherm::record {
 
+/// A name that cannot be one, and why.
+struct NameTrouble {
+  enum class Of { thermometer, unit, axis, value } of{};
+  std::size_t unit{};   ///< of an axis or a value; the unit itself
+  std::size_t index{};  ///< the thermometer; the axis or value of its unit
+  std::string what;     ///< it is called, "thermometer "T?""
+  std::string why;
+};
+
 /// Names become columns: those of thermometers are 1 to 64 of [A-Za-z0-9_ .-], those of units, axes and values of
-/// [A-Za-z0-9_-], and no column has the name of another (letter case apart). Fails with bad_file naming the one.
+/// [A-Za-z0-9_-], and no column has the name of another (letter case apart). All that are none: first those that are
+/// badly made, then those that are taken; of a unit whose name is taken, the unit alone.
+[[nodiscard]] std::vector<NameTrouble> name_troubles(const RunInfo& info);
+/// Fails with bad_file naming the first.
 [[nodiscard]] Result<void> check_channel_names(const RunInfo& info);
 
-/// Checks what a record is made with: also that no thermometer has the name of a column that views, exports, Python
-/// or a model's inputs put beside it. Records of before this was looked at are read all the same.
+/// Of what a record is made with: also thermometers with the name of a column that views, exports, Python or a model's
+/// inputs put beside it. Records of before this was looked at are read all the same.
+[[nodiscard]] std::vector<NameTrouble> new_name_troubles(const RunInfo& info);
+/// Fails with bad_file naming the first.
 [[nodiscard]] Result<void> check_new_channel_names(const RunInfo& info);
 
 /// Makes the tables and views, and marks the file as a record. The names must be good.

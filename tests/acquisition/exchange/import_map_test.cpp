@@ -80,7 +80,7 @@ TEST(ImportMap, EveryMistakeIsNamedWithItsPlace) {
            Case{"skip = 1", "skip = -1", "map.toml:6:"},
            Case{"unit = \"ms\"", "unit = \"min\"", "map.toml:9:"},
            Case{"column = \"t\"\nunit = \"ms\"", "interval = \"0 s\"", "map.toml:8:"},
-           Case{"name = \"die\"", "name = \"slot\"", "map.toml:10:"},
+           Case{"name = \"die\"", "name = \"slot\"", "map.toml:11:"},
            Case{"scale = 0.5", "scale = 0", "map.toml:13:"},
            Case{"kind = \"rate\"", "kind = \"angle\"", "map.toml:17:"},
            Case{"separator = \";\"", "separator = \",\"\ndecimal = \",\"", "map.toml:5:"},
@@ -102,6 +102,53 @@ TEST(ImportMap, EveryMistakeIsNamedWithItsPlace) {
     EXPECT_EQ(map.error().kind, FaultKind::bad_file);
     EXPECT_EQ(map.error().where.rfind(mistake.place, 0), 0u) << mistake.to << " → " << text(map.error());
   }
+}
+
+TEST(ImportMap, EveryNameThatIsNoneIsToldWhereItStands) {
+  const std::string units = R"([[gyro]]
+name = "one two"
+[[gyro.axis]]
+name = "x"
+column = "a"
+kind = "rate"
+scale = 1
+[[gyro.axis]]
+name = "X"
+column = "b"
+kind = "rate"
+scale = 1
+[[gyro.value]]
+name = "a.b"
+column = "c"
+unit = "V"
+[[gyro]]
+name = "b"
+column = "d"
+kind = "rate"
+scale = 1
+[[gyro]]
+name = "B"
+column = "e"
+kind = "rate"
+scale = 1
+[[thermometer]]
+name = "T*"
+column = "f"
+[[thermometer]]
+name = "DIE"
+column = "g"
+)";
+  const auto map = parse_import_map(kMap.substr(0, kMap.find("[gyro]")) + units, "m");
+  ASSERT_FALSE(map);
+  EXPECT_EQ(text(map.error()),
+            "m:16:8: gyro \"one two\": a name is made of letters, digits and _ -\n"
+            "m:23:8: channel \"one two.X.pulses\": the name is taken, expected one of its own\n"
+            "m:28:8: value \"a.b\": a name is made of letters, digits and _ -\n"
+            "m:37:8: channel \"B.interval_ns\": the name is taken, expected one of its own\n"
+            "m:42:8: thermometer \"T*\": a name is made of letters, digits, blanks and _ . -\n"
+            "m:45:8: thermometer \"DIE\": the name is taken, expected one of its own");
+  const auto missing = parse_import_map(replaced(kMap, "name = \"die\"\n", ""), "m");
+  EXPECT_EQ(text(missing.error()).find("64 characters"), std::string::npos) << text(missing.error());
 }
 
 TEST(ImportMap, EveryShippedMapIsGood) {

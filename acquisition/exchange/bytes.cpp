@@ -23,7 +23,7 @@ Result<Bytes> Bytes::open(const std::string& path) {
 }
 
 Result<std::string_view> Bytes::ahead(std::size_t count) {
-  if (ahead_.size() < count && file_.descriptor.is_open())
+  if (ahead_.size() < count && file_.descriptor.is_open() && !at_end_)
     if (auto read = read_more(count); !read) return failure(read.error());
   return ahead_;
 }
@@ -32,6 +32,21 @@ void Bytes::pass(std::size_t count) {
   assert(count <= ahead_.size());
   ahead_.remove_prefix(count);
   passed_ += count;
+}
+
+Result<void> Bytes::go_back(std::uint64_t to) {
+  assert(to <= passed_);
+  if (!file_.descriptor.is_open()) {
+    const auto back = static_cast<std::size_t>(passed_ - to);
+    ahead_ = {ahead_.data() - back, ahead_.size() + back};
+  } else if (::lseek(file_.descriptor.number(), static_cast<off_t>(to), SEEK_SET) < 0) {
+    return failure(FaultKind::bad_file, name_, std::string("cannot be read: ") + std::strerror(errno));
+  } else {
+    ahead_ = {};
+    at_end_ = false;
+  }
+  passed_ = to;
+  return {};
 }
 
 Result<void> Bytes::read_more(std::size_t count) {
@@ -43,7 +58,7 @@ Result<void> Bytes::read_more(std::size_t count) {
     if (read < 0 && errno == EINTR) continue;
     if (read < 0) return failure(FaultKind::bad_file, name_, std::string("cannot be read: ") + std::strerror(errno));
     if (read == 0) {
-      file_.descriptor.close();
+      at_end_ = true;
       break;
     }
     held += static_cast<std::size_t>(read);

@@ -25,6 +25,8 @@ class Bytes {
   [[nodiscard]] Result<std::string_view> ahead(std::size_t count);
   /// Goes on by so many bytes, which ahead() has shown.
   void pass(std::size_t count);
+  /// Goes back to where so many bytes were passed. Fails with bad_file if the file cannot be read.
+  [[nodiscard]] Result<void> go_back(std::uint64_t to);
 
   /// Bytes that were passed.
   [[nodiscard]] std::uint64_t passed() const { return passed_; }
@@ -39,6 +41,7 @@ class Bytes {
   std::string buffer_{};
   std::string_view ahead_{};  ///< of the buffer, or of the text in memory
   std::uint64_t passed_{};
+  bool at_end_ = false;  ///< all of the file is in the buffer or passed
 };
 
 }  // namespace gyrotherm::exchange

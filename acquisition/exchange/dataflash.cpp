@@ -7,6 +7,7 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "acquisition/exchange/log_reading.hpp"
 
@@ -60,6 +61,7 @@ struct Kind {
   std::size_t size{};                             ///< with its head
   std::vector<LogField> all{};                    ///< all fields in order; those that are no numbers have no bytes
   std::vector<bool> is_number{};                  ///< … of each
+  bool has_units = false;                         ///< its FMTU has come
   std::optional<std::size_t> sensor{};            ///< the field that numbers the sensors
   std::map<std::uint64_t, std::size_t> series{};  ///< by the number of the sensor
 };
@@ -109,16 +111,15 @@ class DataflashReader {
                                    "not a DataFlash log, expected one (format = \"dataflash\" in the map)"}
                            : ahead.error());
     while (true) {
-      const auto ahead = bytes_.ahead(kLargestKind);
-      if (!ahead) return failure(ahead.error());
-      if (ahead->empty()) return reading_.finish(bytes_.name());
-      const std::size_t size = size_of_message(*ahead);
-      if (size == 0) {
-        ++strays_;
-        bytes_.pass(1);
+      const auto message = next_message();
+      if (!message) return failure(message.error());
+      if (message->empty()) return reading_.finish(bytes_.name());
+      if (!looked_ahead_ && is_untold(*message)) {
+        if (auto looked = look_ahead(); !looked) return looked;
         continue;
       }
-      if (auto read = read_message(ahead->substr(0, size)); !read) return read;
+      const std::size_t size = message->size();
+      if (auto read = read_message(*message); !read) return read;
       bytes_.pass(size);
     }
   }
@@ -128,6 +129,9 @@ class DataflashReader {
     if (strays_ > 0) notes.push_back(fmt::format("{} bytes that belong to no message were passed over", strays_));
     if (reading_.damaged() > 0)
       notes.push_back(fmt::format("{} messages are damaged and were left out", reading_.damaged()));
+    if (untold_ > 0)
+      notes.push_back(
+          fmt::format("{} messages came before it was told which sensor they are of, and were left out", untold_));
     return notes;
   }
   const LogReading& reading() const { return reading_; }
@@ -135,6 +139,17 @@ class DataflashReader {
  private:
   static constexpr std::size_t kLargestKind = 256;
   static constexpr std::uint64_t kMostSensors = 64;
+
+  /// The next message, which is yet to be passed; empty at the end of the log.
+  Result<std::string_view> next_message() {
+    while (true) {
+      const auto ahead = bytes_.ahead(kLargestKind);
+      if (!ahead || ahead->empty()) return ahead;
+      if (const std::size_t size = size_of_message(*ahead); size > 0) return ahead->substr(0, size);
+      ++strays_;
+      bytes_.pass(1);
+    }
+  }
 
   /// Of the message that is ahead; 0: there is none.
   std::size_t size_of_message(std::string_view ahead) const {
@@ -151,10 +166,45 @@ class DataflashReader {
       return {};
     }
     Kind& kind = *kinds_[number];
-    if (kind.name == "FMTU") read_units(kind, message);
+    if (kind.name == "FMTU") (void)read_units(kind, message);
+    if (!numbered_later_.empty() && is_untold(message) && numbered_later_.contains(told_[number])) {
+      ++untold_;
+      return {};
+    }
     const auto series = series_of(kind, message);
     if (!series) return failure(series.error());
     return *series ? reading_.take(**series, message, bytes_.name(), bytes_.passed()) : Result<void>{};
+  }
+
+  /// Whether the units of a wanted message, which may number its sensors, have not come yet.
+  bool is_untold(std::string_view message) const {
+    const auto& kind = kinds_[static_cast<unsigned char>(message[2])];
+    return kind && !kind->has_units && reading_.wants(kind->name);
+  }
+
+  /// Goes through the rest of the log for the kinds whose sensors will be numbered, and back: until then nobody can
+  /// tell their messages apart. Most logs have all units before the first such message, and need not be read twice.
+  Result<void> look_ahead() {
+    looked_ahead_ = true;
+    const auto here = bytes_.passed();
+    const auto strays = strays_;
+    const auto kinds = kinds_;
+    const auto told = told_;
+    while (true) {
+      const auto message = next_message();
+      if (!message) return failure(message.error());
+      if (message->empty()) break;
+      const auto number = static_cast<unsigned char>((*message)[2]);
+      if (number == kFormatKind) read_format(*message);
+      if (number != kFormatKind && kinds_[number]->name == "FMTU")
+        if (const auto of = read_units(*kinds_[number], *message); of && kinds_[*of]->sensor)
+          numbered_later_.insert(told_[*of]);
+      bytes_.pass(message->size());
+    }
+    strays_ = strays;
+    kinds_ = kinds;
+    told_ = told;
+    return bytes_.go_back(here);
   }
 
   /// A kind that is told again as it was stays as it is.
@@ -166,18 +216,22 @@ class DataflashReader {
     known = parse_kind(message);
   }
 
-  void read_units(const Kind& units, std::string_view message) {
+  /// Returns the number of the kind that they are of, if it is one.
+  std::optional<unsigned char> read_units(const Kind& units, std::string_view message) {
     const auto place = [&](const char* name) -> std::optional<std::size_t> {
       const auto field = std::ranges::find(units.all, name, &LogField::name);
       return field == units.all.end() ? std::nullopt : std::optional(field->place);
     };
     const auto of = place("FmtType"), ids = place("UnitIds");
     constexpr std::size_t kIds = 16;
-    if (!of || !ids || *ids + kIds > message.size()) return;
-    auto& kind = kinds_[static_cast<unsigned char>(message[*of])];
+    if (!of || !ids || *ids + kIds > message.size()) return std::nullopt;
+    const auto number = static_cast<unsigned char>(message[*of]);
+    auto& kind = kinds_[number];
+    if (!kind) return std::nullopt;
+    kind->has_units = true;
     const std::size_t sensor = text_at(message, *ids, kIds).find('#');
-    if (!kind || sensor >= kind->all.size() || !kind->is_number[sensor]) return;
-    kind->sensor = sensor;
+    if (sensor < kind->all.size() && kind->is_number[sensor]) kind->sensor = sensor;
+    return number;
   }
 
   /// The series that a message is one of; nothing if it has no time.
@@ -202,7 +256,9 @@ class DataflashReader {
   LogReading reading_;
   std::array<std::optional<Kind>, 256> kinds_{};
   std::array<std::string, 256> told_{};
-  std::size_t strays_{};
+  std::size_t strays_{}, untold_{};
+  bool looked_ahead_ = false;
+  std::set<std::string> numbered_later_{};  ///< FMT of kinds whose FMTU looking ahead has found
 };
 
 }  // namespace

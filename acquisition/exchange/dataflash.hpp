@@ -16,7 +16,8 @@ namespace gyrotherm::exchange {
 
 /// Hands on a row for each message that has a wanted column; what other messages have is NaN in it. Time is the
 /// message's TimeUS (or TimeMS); of a kind whose units mark a field as the number of the sensor there is a series for
-/// each sensor. Bytes that belong to no message are passed over, and a note. Fails with bad_file as read_ulog() does.
+/// each sensor, and what comes before those units is left out, and a note. Bytes that belong to no message are passed
+/// over, and a note. Fails with bad_file as read_ulog() does.
 [[nodiscard]] Result<Notes> read_dataflash(Bytes bytes, const ImportMap& map, const TakeRow& take);
 
 /// Every column of a log, in order of its series.

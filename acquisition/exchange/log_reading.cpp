@@ -43,6 +43,10 @@ Result<std::size_t> LogReading::add(LogSeries series, const std::string& file) {
   return series_.size() - 1;
 }
 
+bool LogReading::wants(std::string_view message) const {
+  return std::ranges::find(columns_, message, &LogColumn::message) != columns_.end();
+}
+
 Result<void> LogReading::check_alone(std::size_t series, const std::string& file) const {
   if (map_->every > Duration{} || rows_ == 0 || series == only_) return {};
   return failure(

@@ -48,6 +48,8 @@ class LogReading {
   /// Fails with bad_file if a wanted column never came up, or none of its messages.
   [[nodiscard]] Result<void> finish(const std::string& file) const;
 
+  /// Whether a column of such messages is wanted.
+  [[nodiscard]] bool wants(std::string_view message) const;
   [[nodiscard]] const std::vector<LogColumn>& there() const { return there_; }
   [[nodiscard]] std::size_t damaged() const { return damaged_; }
 

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "tests/acquisition/exchange/foreign.hpp"
+#include "tests/support/folder.hpp"
 #include "tests/support/hex_bytes.hpp"
 
 namespace gyrotherm::exchange {
@@ -93,6 +95,29 @@ TEST(Dataflash, SensorsThatTheUnitsNumberAreSeriesOfTheirOwn) {
   without.message(9, imu(1000, 0, 1, 3000)).message(9, imu(1100, 1, 2, 4000));
   EXPECT_EQ(rows_of(without.text(), dataflash_map(), "f")->columns[1], (std::vector<double>{1, 2}))
       << "nothing numbers them";
+}
+
+TEST(Dataflash, MessagesBeforeTheirSensorsAreNumberedAreLeftOutAndTold) {
+  DataflashText log = with_imu();
+  for (unsigned i = 0; i < 3; ++i) log.message(9, imu(500 + i, static_cast<std::uint8_t>(i % 2), 7, 0));
+  log.stray("junk");
+  number_sensors(log);
+  log.message(9, imu(1000, 0, 1, 3000)).message(9, imu(1100, 1, 2, 4000)).message(9, imu(2000, 0, 3, 3100));
+  const auto rows = rows_of(log.text(), dataflash_map(), "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->columns[1], (std::vector<double>{1, 3}));
+  EXPECT_EQ(rows->notes, (Notes{"4 bytes that belong to no message were passed over",
+                                "3 messages came before it was told which sensor they are of, and were left out"}));
+  const tests::TestFolder folder;
+  std::ofstream(folder / "log.bin", std::ios::binary) << log.text();
+  std::vector<double> rates;
+  const auto notes =
+      read_foreign_file(folder / "log.bin", dataflash_map(), [&](const ImportedRow& row) -> Result<void> {
+        rates.push_back(row.numbers[1]);
+        return {};
+      });
+  EXPECT_EQ(notes.value(), rows->notes) << "a file is gone through twice as a text in memory is";
+  EXPECT_EQ(rates, (std::vector<double>{1, 3}));
 }
 
 TEST(Dataflash, SeveralKindsArePutTogether) {

@@ -147,10 +147,11 @@ void read_gyro(const TomlTable& table, ImportMap& map, NamedTables& tables, bool
   map.units.push_back(std::move(unit));
   UnitInfo& made = map.units.back();
   tables.units.push_back(table);
-  tables.axes.push_back(table.is_list("axis") ? table.tables("axis") : std::vector{table});
+  const auto axes = table.tables("axis");
+  tables.axes.push_back(axes.empty() ? std::vector{table} : axes);
   tables.values.push_back(table.tables("value"));
-  if (!table.is_list("axis")) read_axis(table, map, made);
-  for (const TomlTable& axis : table.tables("axis")) {
+  if (axes.empty()) read_axis(table, map, made);  // an empty list of axes too: no unit is without one
+  for (const TomlTable& axis : axes) {
     read_axis(axis, map, made);
     made.axes.back().name = axis.text("name");
   }

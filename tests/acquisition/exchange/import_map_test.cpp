@@ -151,6 +151,14 @@ column = "g"
   EXPECT_EQ(text(missing.error()).find("64 characters"), std::string::npos) << text(missing.error());
 }
 
+TEST(ImportMap, AUnitHasAnAxis) {
+  const std::string column = "column = \"w\"\nkind = \"rate\"\nscale = 219.5\n";
+  const auto map = parse_import_map(replaced(kMap, column, "axis = []\n"), "m");
+  ASSERT_FALSE(map);
+  EXPECT_EQ(map.error().where.rfind("m:15:", 0), 0u) << text(map.error());
+  EXPECT_NE(text(map.error()).find("column"), std::string::npos) << text(map.error());
+}
+
 TEST(ImportMap, EveryShippedMapIsGood) {
   int maps = 0;
   for (const auto& file : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/imports")) {

@@ -33,7 +33,7 @@ RIG = {
     "rig/rig_file.cpp": {
         "parse_rig": [""], "parse_rig:chamber": ["chamber"], "read_chamber": ["chamber"], "read_map": ["chamber"],
         "read_limiter:chamber": ["chamber"], "read_limiter": ["chamber.limiter"], "read_analysis": ["analysis"],
-        "read_safe": ["safe"], "settle_simulated": [""],
+        "read_safe": ["safe"], "check_safe_air": [], "settle_simulated": [""],
     },
     "rig/thermometer_settings.cpp": {
         "read_sensor": ["thermometer.sensor"], "read_dcon": ["[thermometer] dcon"],
@@ -100,7 +100,7 @@ _KINDS = {
     "rate": "a rate", "positive_rate": "a rate", "rates": "a list of rates", "durations": "a list of times",
     "choice": "one of", "one_of": "one of", "one_of_or_default": "one of", "read_either": "one of",
     "table": "a table", "tables": "tables", "expect": "the schema", "read_named": "a file, by name or path",
-    "read_time": "a time", "read_time_if_any": "a time", "read_temperature": "a temperature",
+    "read_time": "a time", "read_time_if_any": "a time", "read_lost": "a time", "read_temperature": "a temperature",
     "read_temperature_if_any": "a temperature", "read_side": "a temperature", "read_rate_if_any": "a rate",
     "read_rates": "a list of rates", "read_band": "an amount in K", "read_rate_range": "[slowest, fastest]",
     "read_time_range": "[shortest, longest]", "read_temperature_ranges": "rows of [lowest, highest]",

@@ -245,7 +245,7 @@ TEST_F(VirtualInstrumentsTest, RefuseAChannelThatTheWorldDoesNotHave) {
       VirtualLaboratory(laboratory_of_rig("virtual"), {}),
       {.chamber = map, .thermometers = {{{"A", "Z"}}}, .gyros = {{.frame = gyro_of_rig("virtual")}}});
   ASSERT_FALSE(started);
-  EXPECT_EQ(started.error().kind, FaultKind::usage);
+  EXPECT_EQ(started.error().kind, FaultKind::bad_file);
   EXPECT_NE(started.error().what.find("\"Z\""), std::string::npos);
 }
 

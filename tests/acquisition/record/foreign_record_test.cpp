@@ -80,11 +80,13 @@ TEST(ForeignRecord, IsReadWithItsLogAndNothingBesideItChanges) {
 
 TEST(ForeignRecord, IsReadUnderAnyNameAndThroughALink) {
   const Folder folder;
-  for (const std::string name :
-       {"a b.db", "what?.db", "50%.db", "#1.db", "file:x?mode=rwc", "a&vfs=unix.db", "é\n.db"}) {
+  for (const std::string name : {"a b.db", "what?.db", "50%.db", "#1.db", "file:x?mode=rwc", "a&vfs=unix.db", "é.db"}) {
     leave_unfinished(folder / name, 5);
     EXPECT_EQ(reading_of(folder / name), "read") << name;
   }
+  for (const auto* log : {"", "-wal"})  // no record is made with that name
+    std::filesystem::rename(folder / "é.db" + log, folder / "é\n.db" + log);
+  EXPECT_EQ(reading_of(folder / "é\n.db"), "read");
   std::filesystem::create_directory(folder / "elsewhere");
   std::filesystem::create_symlink(folder / "a b.db", folder / "elsewhere/link.db");
   EXPECT_EQ(reading_of(folder / "elsewhere/link.db"), "read");

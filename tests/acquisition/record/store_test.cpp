@@ -45,7 +45,7 @@ TEST(Store, RefusesSlotsThatHaveNeitherASampleNorAGap) {
   EXPECT_TRUE(store->append(sample_at(5), {}));
   EXPECT_FALSE(store->append_gap(6, 2'000'000'000, "the clock was wrong")) << "no record of that could be read";
   EXPECT_TRUE(store->append(sample_at(6), {}));
-  EXPECT_EQ(store->sync().value(), 5);
+  EXPECT_EQ(store->sync().value(), 6);
 }
 
 TEST(Store, AcknowledgesNothingBeforeASync) {

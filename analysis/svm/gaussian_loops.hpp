@@ -66,6 +66,23 @@ GYROTHERM_INLINE void read(const double* from, typename Lanes::Line& line) {
   line = *reinterpret_cast<const typename Lanes::UnalignedLine*>(from);
 }
 
+/// x, y += Σ_k s_k u_k for two lines of centres, whose rows s_k begin at `rows`, and a tile of points u.
+template <class Lanes>
+GYROTHERM_INLINE void add_products(const double* rows, std::ptrdiff_t dimensions, const double* points,
+                                   std::ptrdiff_t stride, typename Lanes::Line (&x)[kGaussianTile],
+                                   typename Lanes::Line (&y)[kGaussianTile]) {
+  typename Lanes::Line first, second;
+  for (std::ptrdiff_t k = 0; k < dimensions; ++k, rows += kGaussianBlock, points += stride) {
+    read<Lanes>(rows, first);
+    read<Lanes>(rows + Lanes::kWidth, second);
+    GYROTHERM_UNROLL
+    for (int i = 0; i < kGaussianTile; ++i) {
+      x[i] += first * points[i];
+      y[i] += second * points[i];
+    }
+  }
+}
+
 /// Exponents of two lines of centres at once: with one, fetching the points would take longer than the arithmetic.
 template <class Lanes>
 struct ByProducts {
@@ -80,16 +97,7 @@ struct ByProducts {
     read<Lanes>(block + Lanes::kWidth, second);
     GYROTHERM_UNROLL
     for (int i = 0; i < kGaussianTile; ++i) x[i] = first, y[i] = second;
-    for (std::ptrdiff_t k = 0; k < dimensions; ++k, points += stride) {
-      block += kGaussianBlock;
-      read<Lanes>(block, first);
-      read<Lanes>(block + Lanes::kWidth, second);
-      GYROTHERM_UNROLL
-      for (int i = 0; i < kGaussianTile; ++i) {
-        x[i] += first * points[i];
-        y[i] += second * points[i];
-      }
-    }
+    add_products<Lanes>(block + kGaussianBlock, dimensions, points, stride, x, y);
   }
 };
 
@@ -224,24 +232,6 @@ GYROTHERM_INLINE void add_gaussians(const double* blocks, const bool* negative, 
   }
 }
 
-template <class Lanes>
-GYROTHERM_INLINE void sum_products(const double* block, std::ptrdiff_t dimensions, const double* points,
-                                   std::ptrdiff_t stride, typename Lanes::Line (&x)[kGaussianTile],
-                                   typename Lanes::Line (&y)[kGaussianTile]) {
-  typename Lanes::Line first, second;
-  GYROTHERM_UNROLL
-  for (int i = 0; i < kGaussianTile; ++i) x[i] = y[i] = typename Lanes::Line{};
-  for (std::ptrdiff_t k = 0; k < dimensions; ++k, block += kGaussianBlock, points += stride) {
-    read<Lanes>(block, first);
-    read<Lanes>(block + Lanes::kWidth, second);
-    GYROTHERM_UNROLL
-    for (int i = 0; i < kGaussianTile; ++i) {
-      x[i] += first * points[i];
-      y[i] += second * points[i];
-    }
-  }
-}
-
 /// What powers of one line of centres add to the tile's sums, and, `kBoth` ways, to that of the centres.
 template <class Lanes, bool kBoth>
 GYROTHERM_INLINE void share_out(const typename Lanes::Line (&power)[kGaussianTile], const double* centre_weights,
@@ -271,8 +261,8 @@ GYROTHERM_INLINE void add_pairs(const double* blocks, std::ptrdiff_t count, std:
   for (std::ptrdiff_t b = 0; b < count; ++b, centre_sums += kBoth ? kGaussianBlock : 0) {
     GYROTHERM_UNROLL
     for (std::ptrdiff_t part = 0; part < kGaussianBlock; part += 2 * Lanes::kWidth) {
-      Line x[kGaussianTile], y[kGaussianTile];
-      sum_products<Lanes>(blocks + kGaussianBlock + part, dimensions, points, stride, x, y);
+      Line x[kGaussianTile] = {}, y[kGaussianTile] = {};
+      add_products<Lanes>(blocks + kGaussianBlock + part, dimensions, points, stride, x, y);
       Lanes::template raise<false>(x);
       share_out<Lanes, kBoth>(x, blocks + part, weights, sum, centre_sums + part);
       Lanes::template raise<false>(y);

@@ -21,6 +21,7 @@
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/run_file.hpp"
 #include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/schema.hpp"
 #include "acquisition/record/status.hpp"
 #include "core/clock.hpp"
 #include "core/deadline.hpp"

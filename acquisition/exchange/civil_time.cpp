@@ -14,13 +14,21 @@ namespace gyrotherm::exchange {
 
 namespace {
 
+/// How many digits a field has: as many as it is said to, or one at least.
+enum class Width { exact, at_most };
+
 /// Takes what is written off the front of a text.
 class Digits {
  public:
-  explicit Digits(std::string_view text) : rest_(text) {}
+  explicit Digits(std::string_view text, Width width = Width::exact) : rest_(text), width_(width) {}
 
   /// So many digits, as a number of at most `most`.
   std::optional<int> number(std::size_t digits, int most) {
+    if (width_ == Width::at_most) {
+      const std::size_t there = std::min(rest_.find_first_not_of("0123456789"), rest_.size());
+      if (there == 0 || there > digits) return std::nullopt;
+      digits = there;
+    }
     if (rest_.size() < digits) return std::nullopt;
     int number = 0;
     const char* end = rest_.data() + digits;
@@ -29,11 +37,6 @@ class Digits {
       return std::nullopt;
     rest_.remove_prefix(digits);
     return number;
-  }
-  /// As many digits as are next, one at least.
-  std::optional<int> number_up_to(std::size_t digits, int most) {
-    const std::size_t there = std::min(rest_.find_first_not_of("0123456789"), rest_.size());
-    return there == 0 || there > digits ? std::nullopt : number(there, most);
   }
   /// One of the characters, if it is next.
   bool next_is(std::string_view characters) {
@@ -56,39 +59,50 @@ class Digits {
 
  private:
   std::string_view rest_;
+  Width width_;
 };
 
 constexpr int kEndOfDay = 24;
 
-/// The time of day, where one follows; the text may end without.
-std::optional<Duration> time_of_day(Digits& digits) {
-  if (digits.rest().empty()) return Duration{};
-  if (!digits.next_is("T ")) return std::nullopt;
-  const auto hour = digits.number(2, kEndOfDay);
+/// Hours and minutes, with seconds where they are said, and of these a fraction behind one of the marks.
+std::optional<Duration> clock_time(Digits& digits, int most_hours, std::string_view marks) {
+  const auto hour = digits.number(2, most_hours);
   if (!hour || !digits.next_is(":")) return std::nullopt;
   const auto minute = digits.number(2, 59);
   if (!minute) return std::nullopt;
   const Duration whole = std::chrono::hours(*hour) + std::chrono::minutes(*minute);
-  if (*hour == kEndOfDay && *minute > 0) return std::nullopt;
   if (!digits.next_is(":")) return whole;
   const auto second = digits.number(2, 60);  // a leap second is the first of the next minute
   if (!second) return std::nullopt;
-  const Duration part = digits.next_is(".,") ? digits.fraction() : Duration{};
-  const Duration time = whole + std::chrono::seconds(*second) + part;
-  return *hour == kEndOfDay && time > std::chrono::hours(kEndOfDay) ? std::nullopt : std::optional(time);
+  return whole + std::chrono::seconds(*second) + (digits.next_is(marks) ? digits.fraction() : Duration{});
 }
 
-/// Hours and minutes, with a second where one is said.
-std::optional<Duration> loose_time_of_day(Digits& digits) {
-  const auto hour = digits.number_up_to(2, kEndOfDay - 1);
-  if (!hour || !digits.next_is(":")) return std::nullopt;
-  const auto minute = digits.number_up_to(2, 59);
-  if (!minute) return std::nullopt;
-  const Duration whole = std::chrono::hours(*hour) + std::chrono::minutes(*minute);
-  if (!digits.next_is(":")) return whole;
-  const auto second = digits.number_up_to(2, 60);
-  if (!second) return std::nullopt;
-  return whole + std::chrono::seconds(*second) + (digits.next_is(".") ? digits.fraction() : Duration{});
+/// The time of day, where one follows; the text may end without. It ends at 24:00 and not later.
+std::optional<Duration> time_of_day(Digits& digits) {
+  if (digits.rest().empty()) return Duration{};
+  if (!digits.next_is("T ")) return std::nullopt;
+  const bool is_its_end = digits.rest().starts_with("24");
+  const auto time = clock_time(digits, kEndOfDay, ".,");
+  return is_its_end && time && *time > std::chrono::hours(kEndOfDay) ? std::nullopt : time;
+}
+
+struct Date {
+  int year{}, month{}, day{};
+
+  [[nodiscard]] std::chrono::year_month_day gregorian() const {
+    return {std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
+            std::chrono::day(static_cast<unsigned>(day))};
+  }
+};
+
+/// "2026-03-01", which may be none that there is.
+std::optional<Date> date_of(Digits& digits) {
+  const auto year = digits.number(4, 9999);
+  if (!year || !digits.next_is("-")) return std::nullopt;
+  const auto month = digits.number(2, 12);
+  if (!month || !digits.next_is("-")) return std::nullopt;
+  const auto day = digits.number(2, 31);
+  return day ? std::optional(Date{*year, *month, *day}) : std::nullopt;
 }
 
 /// "+1", "-6:00", "-0330", "UTC", "GMT", "Z"; UTC where nothing stands.
@@ -103,7 +117,8 @@ std::optional<Duration> loose_zone(std::string_view text) {
 }
 
 /// Days since 1970-01-01, of a date of the Julian calendar; nothing if it has no such date.
-std::optional<std::int64_t> days_of_julian(int year, int month, int day) {
+std::optional<std::int64_t> days_of_julian(const Date& date) {
+  const auto& [year, month, day] = date;
   constexpr std::array<int, 12> kDays{31, 29, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
   const bool is_29_february = month == 2 && day == 29;
   if (month < 1 || day < 1 || day > kDays[static_cast<std::size_t>(month - 1)] || (is_29_february && year % 4 != 0))
@@ -115,11 +130,10 @@ std::optional<std::int64_t> days_of_julian(int year, int month, int day) {
   return of_years + (153 * since_march + 2) / 5 + day - 1 - kDaysBefore1970;
 }
 
-std::optional<std::int64_t> days_since_1970(int year, int month, int day, EarlyDays early) {
-  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
-                                         std::chrono::day(static_cast<unsigned>(day))};
+std::optional<std::int64_t> days_since_1970(const Date& said, EarlyDays early) {
+  const auto date = said.gregorian();
   constexpr std::chrono::year_month_day kReform{std::chrono::year(1582), std::chrono::October, std::chrono::day(15)};
-  if (early == EarlyDays::julian && date < kReform) return days_of_julian(year, month, day);
+  if (early == EarlyDays::julian && date < kReform) return days_of_julian(said);
   if (!date.ok()) return std::nullopt;
   return std::chrono::sys_days(date).time_since_epoch().count();
 }
@@ -142,16 +156,11 @@ std::optional<Duration> parse_zone(std::string_view text) {
 
 std::optional<CivilTime> parse_civil_time(std::string_view text) {
   Digits digits(text);
-  const auto year = digits.number(4, 9999);
-  if (!year || !digits.next_is("-")) return std::nullopt;
-  const auto month = digits.number(2, 12);
-  if (!month || !digits.next_is("-")) return std::nullopt;
-  const auto day = digits.number(2, 31);
-  if (!day) return std::nullopt;
-  const std::chrono::year_month_day date{std::chrono::year(*year), std::chrono::month(static_cast<unsigned>(*month)),
-                                         std::chrono::day(static_cast<unsigned>(*day))};
+  const auto said = date_of(digits);
+  if (!said) return std::nullopt;
+  const auto date = said->gregorian();
   constexpr int kFirstYear = 1970, kLastYear = 2115;  // of a clock that a record can have
-  if (!date.ok() || *year < kFirstYear || *year > kLastYear) return std::nullopt;
+  if (!date.ok() || said->year < kFirstYear || said->year > kLastYear) return std::nullopt;
   const auto of_day = time_of_day(digits);
   if (!of_day) return std::nullopt;
   CivilTime time{.reading = std::chrono::sys_days(date).time_since_epoch() + *of_day};
@@ -162,19 +171,15 @@ std::optional<CivilTime> parse_civil_time(std::string_view text) {
 }
 
 std::optional<CountedTime> parse_reference_time(std::string_view text, EarlyDays early) {
-  Digits digits(trimmed(text));
-  const auto year = digits.number_up_to(4, 9999);
-  if (!year || !digits.next_is("-")) return std::nullopt;
-  const auto month = digits.number_up_to(2, 12);
-  if (!month || !digits.next_is("-")) return std::nullopt;
-  const auto day = digits.number_up_to(2, 31);
-  if (!day) return std::nullopt;
-  const auto days = days_since_1970(*year, *month, *day, early);
+  Digits digits(trimmed(text), Width::at_most);
+  const auto date = date_of(digits);
+  if (!date) return std::nullopt;
+  const auto days = days_since_1970(*date, early);
   if (!days) return std::nullopt;
   const bool has_time_behind = digits.next_is("Tt");
   digits.pass_blanks();
   const bool has_time = has_time_behind || digits.rest().find_first_of("0123456789") == 0;
-  const auto of_day = has_time ? loose_time_of_day(digits) : std::optional(Duration{});
+  const auto of_day = has_time ? clock_time(digits, kEndOfDay - 1, ".") : std::optional(Duration{});
   const auto zone = loose_zone(trimmed(digits.rest()));
   if (!of_day || !zone) return std::nullopt;
   constexpr std::int64_t kSecondsOfDay = 86400;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "acquisition/exchange/civil_time.hpp"
+#include "acquisition/exchange/column_names.hpp"
 #include "acquisition/exchange/counted_time.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/sqlite.hpp"
@@ -64,16 +65,10 @@ std::optional<Duration> unit_called(std::string_view word) {
   return std::nullopt;
 }
 
-std::string in_small_letters(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
-
 /// "seconds since 2026-01-01 00:00:00 UTC", "ms". Says what is wrong with others.
 tl::expected<TimeUnits, std::string> parse_time_units(const std::string& said, EarlyDays early) {
   constexpr std::string_view kSince = " since ";
-  const std::string text = in_small_letters(said);
+  const std::string text = in_lower_case(said);
   const std::size_t since = text.find(kSince);
   const std::string word(trimmed(std::string_view(text).substr(0, since)));
   const auto unit = unit_called(word);

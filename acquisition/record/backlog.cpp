@@ -33,6 +33,9 @@ bool is_row(const Entry& entry) { return !entry.is_gap(); }
 
 bool is_dropped_gap(const Entry& entry) { return entry.is_gap() && entry.gap_cause == kDropped; }
 
+/// Rows alone are dropped: a gap that was put in stays as it is.
+std::int64_t unmeasured_in(const Entry& entry) { return entry.is_gap() && !is_dropped_gap(entry) ? entry.slots() : 0; }
+
 }  // namespace
 
 bool carries_safety_event(const Entry& entry) {
@@ -40,16 +43,10 @@ bool carries_safety_event(const Entry& entry) {
 }
 
 void Backlog::push(Entry entry) {
+  unmeasured_ += unmeasured_in(entry);
   entries_.push_back(std::make_shared<const Entry>(std::move(entry)));
   while (entries_.size() - in_flight_ > most_ && (drop_oldest(is_plain) || drop_oldest(is_row))) {
   }
-}
-
-std::int64_t Backlog::unmeasured() const {
-  std::int64_t seconds = 0;
-  for (const auto& entry : entries_)
-    if (entry->is_gap() && !is_dropped_gap(*entry)) seconds += entry->slots();
-  return seconds;
 }
 
 bool Backlog::drop_oldest(Droppable droppable) {
@@ -86,7 +83,9 @@ std::vector<EntryPointer> Backlog::take(std::size_t most) {
 }
 
 void Backlog::acknowledge() {
-  entries_.erase(entries_.begin(), entries_.begin() + static_cast<std::ptrdiff_t>(in_flight_));
+  const auto end = entries_.begin() + static_cast<std::ptrdiff_t>(in_flight_);
+  std::for_each(entries_.begin(), end, [this](const auto& entry) { unmeasured_ -= unmeasured_in(*entry); });
+  entries_.erase(entries_.begin(), end);
   in_flight_ = 0;
 }
 

@@ -31,7 +31,7 @@ class Backlog {
   [[nodiscard]] bool empty() const { return entries_.empty(); }
   [[nodiscard]] std::size_t dropped() const { return dropped_; }  ///< rows, ever
   /// Seconds of the gaps in it that nothing was measured in: the disk is behind by none of them.
-  [[nodiscard]] std::int64_t unmeasured() const;
+  [[nodiscard]] std::int64_t unmeasured() const { return unmeasured_; }
 
  private:
   using Droppable = bool (*)(const Entry&);
@@ -42,6 +42,7 @@ class Backlog {
   std::deque<EntryPointer> entries_;
   std::size_t in_flight_{};
   std::size_t dropped_{};
+  std::int64_t unmeasured_{};
 };
 
 /// The cause of the gap that dropped rows leave.

@@ -271,4 +271,10 @@ double sample_interval_s(const Dataset& dataset) {
   return step(steps / 2);
 }
 
+Result<void> check_one_gyro(const Dataset& one, const Dataset& other, std::string_view called, std::string_view so) {
+  if (may_be_one_gyro(one.identity, other.identity)) return {};
+  return failure(FaultKind::usage, one.path,
+                 fmt::format("is of another gyro ({}) than {} ({}){}", one.identity, called, other.identity, so));
+}
+
 }  // namespace gyrotherm::data

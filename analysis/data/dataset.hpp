@@ -38,6 +38,12 @@ struct AxisChoice {
   return a.empty() || b.empty() || a == b;
 }
 
+struct Dataset;
+/// Fails with usage where two records say that they are of different gyros: the one "is of another gyro (…) than", as
+/// the other is `called`, "(…)" and `so`.
+[[nodiscard]] Result<void> check_one_gyro(const Dataset& one, const Dataset& other, std::string_view called,
+                                          std::string_view so = "");
+
 /// One axis of a record as matrices, one row per sample; NaN where a reading was missing.
 struct Dataset {
   std::string run_id;

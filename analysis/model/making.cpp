@@ -18,10 +18,7 @@ Result<void> check_records(const std::vector<data::Dataset>& datasets) {
       const data::Dataset &one = datasets[i], &other = datasets[j];
       if (one.run_id == other.run_id)
         return failure(FaultKind::usage, one.path, fmt::format("is the same run as {}", other.path));
-      if (!data::may_be_one_gyro(one.identity, other.identity))
-        return failure(FaultKind::usage, one.path,
-                       fmt::format("is of another gyro ({}) than {} ({}): a model is of one", one.identity, other.path,
-                                   other.identity));
+      if (auto one_gyro = check_one_gyro(one, other, other.path, ": a model is of one"); !one_gyro) return one_gyro;
     }
   }
   return {};

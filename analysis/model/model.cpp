@@ -44,6 +44,12 @@ Eigen::VectorXd predict(const Model& model, const data::SampleMatrix& inputs) {
   return f.array() * model.target_std_deg_per_h + model.target_mean_deg_per_h;
 }
 
+const TrainingRecord* trained_on_another(const Model& model, std::string_view identity) {
+  const auto found = std::ranges::find_if_not(
+      model.trained_on, [&](const TrainingRecord& record) { return data::may_be_one_gyro(record.identity, identity); });
+  return found == model.trained_on.end() ? nullptr : &*found;
+}
+
 Result<Prediction> predict_with_std(const Model& model, const data::SampleMatrix& inputs) {
   if (!model.variance) {
     return failure(FaultKind::usage, "standard deviation", fmt::format("a model of {} does not know it", model.method));

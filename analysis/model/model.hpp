@@ -98,6 +98,9 @@ struct Prediction {
   Eigen::VectorXd bias_deg_per_h;
   Eigen::VectorXd std_deg_per_h;
 };
+/// The first record that the model was trained on and that is of another gyro than this; null: none says so.
+[[nodiscard]] const TrainingRecord* trained_on_another(const Model& model, std::string_view identity);
+
 /// Predicts rows of unscaled inputs (rows × terms). Fails with usage if the method of the model does not know its
 /// variance.
 [[nodiscard]] Result<Prediction> predict_with_std(const Model& model, const data::SampleMatrix& inputs);

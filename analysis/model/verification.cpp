@@ -140,11 +140,9 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
   if (result.trained_on_this) {
     warnings.push_back("the model was trained on this record: these figures are in-sample and verify nothing");
   }
-  for (const TrainingRecord& record : model.trained_on) {
-    if (data::may_be_one_gyro(record.identity, dataset.identity)) continue;
+  if (const auto* other = trained_on_another(model, dataset.identity)) {
     warnings.push_back(fmt::format("the model is of another gyro: it was trained on {}, this record is of {}",
-                                   record.identity, dataset.identity));
-    break;
+                                   other->identity, dataset.identity));
   }
   const double explained_by = result.trained_on_this ? result.effective_parameters : 0;
   if (auto warning = over_fit_warning(result.compensated, result.floor, explained_by)) warnings.push_back(*warning);

@@ -233,20 +233,6 @@ std::optional<model::Model> taken(std::optional<ModelOfAxis>& model) {
   return model ? std::optional(std::move(model->model)) : std::nullopt;
 }
 
-Result<void> check_one_gyro(const data::Dataset& first, const data::Dataset& other) {
-  if (data::may_be_one_gyro(first.identity, other.identity)) return {};
-  return failure(FaultKind::usage, other.path,
-                 fmt::format("is of another gyro ({}) than {} ({}): a report is of one", other.identity, first.path,
-                             first.identity));
-}
-
-/// Whether its records say that a model was trained on another gyro than this.
-bool is_of_another(const model::Model& model, const std::string& identity) {
-  return !std::ranges::all_of(model.trained_on, [&](const model::TrainingRecord& record) {
-    return data::may_be_one_gyro(record.identity, identity);
-  });
-}
-
 Result<void> add_axis(report::CalibrationReport& report, const Given& given, const std::vector<record::Record>& records,
                       const data::AxisChoice& choice, const std::string& label, const CalibrationArguments& options) {
   report::CalibratedAxis axis{.label = label};
@@ -254,8 +240,10 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
     auto dataset = data::make_dataset(records[i], given.records[i].path, choice);
     auto clusters = data::make_clusters(dataset);
     if (!clusters) return failure(clusters.error());
-    if (i > 0)
-      if (auto one = check_one_gyro(axis.runs.front().dataset, dataset); !one) return one;
+    if (i > 0) {
+      const data::Dataset& first = axis.runs.front().dataset;
+      if (auto one = check_one_gyro(dataset, first, first.path, ": a report is of one"); !one) return one;
+    }
     report.bias_zero = dataset.bias_zero;
     report.cluster_length_s = clusters->length_s;
     axis.runs.push_back({std::move(dataset), std::move(*clusters)});
@@ -268,7 +256,7 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
   add_file(report, *left);
   axis.found = taken(*found);
   axis.left = taken(*left);
-  if (axis.left && is_of_another(*axis.left, axis.runs.front().dataset.identity))
+  if (axis.left && trained_on_another(*axis.left, axis.runs.front().dataset.identity) != nullptr)
     report.missing.push_back("models: one that was trained on this unit");
   if (axis.left)
     if (auto added = add_experiment(report, experiment_of(options, choice), label, *axis.left); !added) return added;

@@ -113,19 +113,7 @@ TEST_F(Compensate, OfARecordTakesRowsForSecondsOnlyWhereTheyAre) {
   const auto exported = [&](const std::string& time, const std::string& rows) {
     std::ofstream(folder_ / "rows.csv") << rows;
     const auto map = folder_ / "rows.toml", record = folder_ / "rows.db";
-    std::ofstream(map) << "schema = \"gyrotherm-import/1\"\nname = \"small\"\n[time]\n"
-                       << time << R"(
-[[thermometer]]
-name = "A"
-column = "A"
-[[thermometer]]
-name = "B"
-column = "B"
-[gyro]
-column = "bias"
-kind = "rate"
-scale = 1.0
-)";
+    std::ofstream(map) << small_map(time);
     const auto made = shell("rm -f " + record + "* && gyrotherm import " + (folder_ / "rows.csv") + " --map " + map +
                             " --out " + record);
     EXPECT_EQ(made.exit_code, 0) << made.err;

@@ -27,10 +27,9 @@ inline constexpr int kSmallRecordRows = 4000;
   return text;
 }
 
-/// record.db and, trained on it, model.json.
-inline void make_small_model(const Folder& folder) {
-  std::ofstream(folder / "record.csv") << small_rows();
-  std::ofstream(folder / "map.toml") << R"(schema = "gyrotherm-import/1"
+/// The map of such rows; `time` is its table of that name.
+[[nodiscard]] inline std::string small_map(const std::string& time = "interval = \"1 s\"") {
+  return R"(schema = "gyrotherm-import/1"
 name = "small"
 title = "two thermometers on a swing"
 
@@ -39,7 +38,8 @@ separator = ","
 header = true
 
 [time]
-interval = "1 s"
+)" + time +
+         R"(
 
 [[thermometer]]
 name = "A"
@@ -57,6 +57,12 @@ scale = 1.0
 [analysis]
 gradients = ["A", "B"]
 )";
+}
+
+/// record.db and, trained on it, model.json.
+inline void make_small_model(const Folder& folder) {
+  std::ofstream(folder / "record.csv") << small_rows();
+  std::ofstream(folder / "map.toml") << small_map();
   const auto imported = gyrotherm_with("import " + (folder / "record.csv") + " --map " + (folder / "map.toml") +
                                        " --out " + (folder / "record.db"));
   ASSERT_EQ(imported.exit_code, 0) << imported.err;

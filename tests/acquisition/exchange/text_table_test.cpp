@@ -12,6 +12,16 @@ namespace {
 
 using record::GyroKind;
 
+/// Of a table without a header: time, thermometer, and so far on the gyro.
+ImportMap numbered_map(int axis) {
+  ImportMap map = rate_map();
+  map.header = false;
+  map.time->number = 1;
+  map.thermometer_columns[0].column.number = 2;
+  map.axis_columns[0].number = axis;
+  return map;
+}
+
 TEST(TextTable, ReadsColumnsByNameWhateverTheirOrder) {
   const auto rows = rows_of("w,x,T,t\n7,?,20,1000\n-8.5,,1e1,1500\n", rate_map(), "f");
   ASSERT_TRUE(rows) << text(rows.error());
@@ -103,11 +113,7 @@ TEST(TextTable, BoundsALineAndItsFieldsWithItsNumber) {
 }
 
 TEST(TextTable, NamesAColumnNumberThatTheFileLacks) {
-  ImportMap map = rate_map();
-  map.header = false;
-  map.time->number = 1;
-  map.thermometer_columns[0].column.number = 2;
-  map.axis_columns[0].number = 4;
+  ImportMap map = numbered_map(4);
   EXPECT_EQ(text(rows_of("1,2,3\n", map, "f").error()), "f:1:1: 3 columns, expected at least 4");
   map.skip = 2;
   EXPECT_EQ(text(rows_of("1,2,3\n", map, "f").error()), "f:1:1: the file ends among the lines to skip");
@@ -174,11 +180,7 @@ TEST(TextTable, QuotesMayStandBehindBlanksAndBetweenThem) {
 }
 
 TEST(TextTable, SkipCountsTheLinesOfTheFile) {
-  ImportMap map = rate_map();
-  map.header = false;
-  map.time->number = 1;
-  map.thermometer_columns[0].column.number = 2;
-  map.axis_columns[0].number = 3;
+  ImportMap map = numbered_map(3);
   map.skip = 3;
   const auto rows = rows_of("Logger v1\n\nSerial 5\n0,20,1\n1,20,2\n2,20,3\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
@@ -252,10 +254,8 @@ TEST(TextTable, TheLineOfSpreadsheetsThatNamesTheSeparatorIsNoHeader) {
   const auto rows = rows_of("\xEF\xBB\xBFsep=;\r\nt;T;w\r\n0;1;2\r\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->columns[1], std::vector<double>{2});
-  map.header = false;
-  map.time->number = 1;
-  map.thermometer_columns[0].column.number = 2;
-  map.axis_columns[0].number = 3;
+  map = numbered_map(3);
+  map.separator = ';';
   for (const std::size_t skip : {0U, 1U}) {
     map.skip = skip;
     const auto numbered = rows_of("sep=;\n0;20;1\n1;20;1\n", map, "f");

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "tests/analysis/svm/gaussian_formula.hpp"
+
 namespace gyrotherm::svm {
 namespace {
 
@@ -25,18 +27,9 @@ Trained random_training(Eigen::Index samples, Eigen::Index inputs, double of_zer
 /// The largest error, as a part of Σ|β|, with every instruction set that this processor has.
 double worst_error(const Trained& trained, double sigma) {
   Eigen::VectorXd exact(trained.beta.size());
-  for (Eigen::Index i = 0; i < exact.size(); ++i) {
-    long double sum = 0;
-    for (Eigen::Index j = 0; j < exact.size(); ++j) {
-      long double squares = 0;
-      for (Eigen::Index k = 0; k < trained.x.cols(); ++k) {
-        const long double apart = static_cast<long double>(trained.x(i, k)) - trained.x(j, k);
-        squares += apart * apart;
-      }
-      sum += trained.beta(j) * std::exp(-squares / (2 * static_cast<long double>(sigma) * sigma));
-    }
-    exact(i) = static_cast<double>(sum);
-  }
+  const Eigen::VectorXd widths = Eigen::VectorXd::Constant(exact.size(), sigma);
+  for (Eigen::Index i = 0; i < exact.size(); ++i)
+    exact(i) = gaussian_formula(trained.x, i, trained.x, widths, trained.beta);
   double worst = 0;
   for (const auto* loops : all_gaussian_loops())
     worst = std::max(worst, (gaussian_response(trained.x, sigma, trained.beta, *loops) - exact).cwiseAbs().maxCoeff());

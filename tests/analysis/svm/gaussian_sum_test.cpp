@@ -7,6 +7,8 @@
 #include <limits>
 #include <random>
 
+#include "tests/analysis/svm/gaussian_formula.hpp"
+
 namespace gyrotherm::svm {
 namespace {
 
@@ -32,26 +34,12 @@ Problem random_problem(Eigen::Index centres, Eigen::Index points, Eigen::Index i
   return problem;
 }
 
-/// The formula, term by term.
-double plain_sum(const Problem& problem, Eigen::Index point) {
-  long double sum = 0;
-  for (Eigen::Index j = 0; j < problem.weights.size(); ++j) {
-    long double squares = 0;
-    for (Eigen::Index k = 0; k < problem.points.cols(); ++k) {
-      const long double apart = static_cast<long double>(problem.points(point, k)) - problem.centres(j, k);
-      squares += apart * apart;
-    }
-    const long double width = problem.widths(j);
-    sum += problem.weights(j) * std::exp(-squares / (2 * width * width));
-  }
-  return static_cast<double>(sum);
-}
-
 /// The largest error over the points, as a part of Σ|w|, with every instruction set that this processor has.
 double worst_error(const Problem& problem) {
   const GaussianSum sum(problem.centres, problem.widths, problem.weights);
   Eigen::VectorXd exact(problem.points.rows());
-  for (Eigen::Index i = 0; i < exact.size(); ++i) exact(i) = plain_sum(problem, i);
+  for (Eigen::Index i = 0; i < exact.size(); ++i)
+    exact(i) = gaussian_formula(problem.points, i, problem.centres, problem.widths, problem.weights);
   double worst = 0;
   for (const auto* loops : all_gaussian_loops()) {
     worst = std::max(worst, (sum.at(problem.points, *loops) - exact).cwiseAbs().maxCoeff());

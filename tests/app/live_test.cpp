@@ -62,8 +62,19 @@ TEST_F(LiveRun, IsFollowedToItsEnd) {
 
 TEST_F(LiveRun, IsReadByPythonWhileItGoesOn) {
   if (!installed("python3")) GTEST_SKIP() << "no python3";
-  const auto read = shell("python3 -c \"import sqlite3; c = sqlite3.connect('file:" + (folder_ / "run.live.db") +
-                          "?mode=ro', uri=True); print(c.execute('SELECT count(*) FROM sample').fetchone()[0])\"");
+  const auto read = shell(
+      "python3 - <<'END'\n"
+      "import sqlite3, time\n"
+      "live = sqlite3.connect('file:" +
+      (folder_ / "run.live.db") +
+      "?mode=ro', uri=True)\n"
+      "until = time.monotonic() + 20\n"
+      "rows = 0\n"
+      "while rows <= 100 and time.monotonic() < until:\n"
+      "    rows = live.execute('SELECT count(*) FROM sample').fetchone()[0]\n"
+      "    time.sleep(0.05)\n"
+      "print(rows)\n"
+      "END");
   EXPECT_GT(std::atoi(read.out.c_str()), 100) << read.err;
 }
 
@@ -77,6 +88,7 @@ TEST_F(LiveRun, SaysEachSecondWhereItStands) {
 }
 
 TEST_F(LiveRun, PrintsEachSecondWhole) {
+  ASSERT_TRUE(run_.wait_for("\"slot\":100,", 20)) << run_.output();
   const auto lines = split_lines(run_.output());
   ASSERT_GT(lines.size(), 100u);
   const auto second = json::parse(lines[0]);

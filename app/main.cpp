@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The gyrotherm program: reads the command line, runs one command, ends with its exit code.
+#include <filesystem>
+#include <string>
+
+#include "acquisition/record/live_copy.hpp"
 #include "app/command.hpp"
+#include "app/value.hpp"
 
 namespace gyrotherm::app {
 
@@ -37,6 +42,22 @@ constexpr auto kCommands = {add_qualify,      add_run,       add_go,      add_re
                             add_verify,       add_placement, add_reduce,  add_compensate, add_fuse,
                             add_export_model, add_report,    add_site,    add_completion, add_manual};
 
+/// A record's parts, its live copy and the socket of its run are found by its name: what is given as a link to it goes
+/// by its own.
+std::string record_behind(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_symlink(std::filesystem::symlink_status(path, error)) || record::is_live_copy(path))
+    return path;
+  const auto own = std::filesystem::canonical(path, error);
+  return error ? path : own.string();
+}
+
+void follow_links_to_records(CLI::App& app) {
+  const auto is_record = [](const CLI::Option* option) { return option->get_type_name().starts_with(value::kRecord); };
+  for (auto* option : app.get_options(is_record)) option->transform(record_behind, "");
+  for (auto* below : app.get_subcommands([](const CLI::App*) { return true; })) follow_links_to_records(*below);
+}
+
 }  // namespace
 }  // namespace gyrotherm::app
 
@@ -44,5 +65,6 @@ int main(int argc, char** argv) {
   gyrotherm::app::Program program(
       "gyrotherm", "gyrotherm runs a gyroscope through a temperature program and makes its bias compensation.");
   for (const auto add : gyrotherm::app::kCommands) add(program);
+  gyrotherm::app::follow_links_to_records(program.cli);
   return run(program, argc, argv);
 }

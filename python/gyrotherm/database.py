@@ -40,6 +40,13 @@ def live_path(path: str | os.PathLike[str]) -> Path:
     return record.with_name(f"{record.stem}.live{record.suffix}")
 
 
+def record_behind(path: str | os.PathLike[str]) -> Path:
+    """The record that a path leads to: its parts and its live copy go by its own name, not by that of a link to it."""
+    record = Path(path)
+    leads_away = record.is_symlink() and not record.name.endswith(f".live{record.suffix}")
+    return record.resolve() if leads_away else record
+
+
 def _being_written(path: Path) -> BeingWritten:
     writer = ""
     try:
@@ -94,6 +101,7 @@ def _connected(path: Path) -> Iterator[sqlite3.Connection]:
     """Four cases. A closed file is read where it lies. One in write-ahead mode whose index is there is a live copy, and
     is read beside its writer. One without an index is looked at as it is if its log is empty; else the writer died, and
     a copy of the file and its log is read, since SQLite would make files beside the original."""
+    path = path.resolve()  # RUN.live.db is a link, and log and index lie beside what it leads to
     log, index = Path(f"{path}-wal"), Path(f"{path}-shm")
     with open(path, "rb") as file:
         in_wal_mode = file.read(20)[18:19] == b"\x02" or (log.exists() and log.stat().st_size > 0)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Callable
 
-from .database import live_path, opened
+from .database import live_path, opened, record_behind
 from .errors import BeingWritten, RecordError
 from .record import Record, read_record, record_of
 from .table import table_of, to_pandas
@@ -46,7 +46,8 @@ def follow(path: str | os.PathLike[str], *, every_s: float = 1.0,
     when the run has ended and its last second has been yielded. Looks every `every_s` at the live copy, RUN.live.db;
     the record itself is only asked whether it is being written. Where the Earth's rate is not known nothing is removed
     from the bias: the first hold may not be over. Raises `BeingWritten` if the run goes on and has no live copy."""
-    record_path, live = Path(path), live_path(path)
+    record_path = record_behind(path)
+    live = live_path(record_path)
     first, waited = 0, 0.0
     while True:
         try:

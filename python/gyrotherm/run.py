@@ -11,6 +11,7 @@ import numpy as np
 
 from .axis import AxisColumns, axis_columns, choose_axis
 from .clusters import Clusters, make_clusters
+from .database import record_behind
 from .errors import RecordError
 from .folds import DEFAULT_BLOCKS, Rows, folds
 from .info import Axis, RunInfo
@@ -135,4 +136,5 @@ class Run:
 def open_run(path: str | os.PathLike[str]) -> Run:
     """Reads a record, all files that it consists of. Raises `BeingWritten` while its run goes on: `follow` is for that.
     Whether it is as it was written is for `gyrotherm status RUN.db --verify` to say."""
-    return Run(path, read_record(Path(path)))
+    record = record_behind(path)
+    return Run(record, read_record(record))

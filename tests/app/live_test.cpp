@@ -98,6 +98,17 @@ TEST_F(LiveRun, PrintsEachSecondWhole) {
   EXPECT_EQ(second["events"][0]["kind"], "started") << lines[0];
 }
 
+TEST_F(LiveRun, IsFoundByALinkToItsRecord) {
+  const auto link = folder_ / "of today.db";
+  std::filesystem::create_symlink("run.db", link);
+  const auto told = gyrotherm_with("tell '" + link + "' note looked at by a link");
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+  const auto status = gyrotherm_with("status '" + link + "'");
+  EXPECT_NE(status.out.find(": running"), std::string::npos) << status.out;
+  Background follower({"export", link, "--follow"}, folder_ / "followed");
+  EXPECT_TRUE(follower.wait_for("\n10,", 20)) << follower.output();
+}
+
 TEST_F(LiveRun, RefusesToAcknowledgeWhatIsNoAlarm) {
   const auto unknown = gyrotherm_with("tell " + path_ + " acknowledge 9999 seen");
   EXPECT_EQ(unknown.exit_code, 3);

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run is followed by its live copy: an SQLite file in write-ahead mode that another connection goes on writing."""
+"""A run is followed by its live copy: a link to an SQLite file in write-ahead mode that another connection goes on
+writing."""
 
 import shutil
 import sqlite3
@@ -19,7 +20,8 @@ class Follow(InAFolder):
             record(whole)
         self.whole = module.open(whole)
         self.path, self.live = self.folder / "run.db", self.folder / "run.live.db"
-        shutil.copy(whole, self.live)
+        shutil.copy(whole, self.folder / "run.live.db.1")
+        self.live.symlink_to("run.live.db.1")
         self.writer = sqlite3.connect(self.live, isolation_level=None)
         self.writer.execute("PRAGMA journal_mode = WAL")
         self.writer.execute("ATTACH ? AS whole", (str(whole),))
@@ -59,6 +61,14 @@ class Follow(InAFolder):
         before = {p.name for p in self.folder.iterdir()}
         self.assertEqual(len(module.open(self.live).to_pandas()), 3000)
         self.assertEqual({p.name for p in self.folder.iterdir()}, before)
+
+    def test_a_link_to_the_record_will_do(self):
+        link = self.folder / "run_of_today.db"
+        link.symlink_to("run.db")
+        steps = [lambda: self.advance(3000, 3099), self.close]
+        pieces = list(module.follow(link, sleep=lambda seconds: steps.pop(0)()))
+        self.assertEqual([len(piece) for piece in pieces], [3000, 100, 6500])
+        self.assertEqual(module.open(link).path, self.path.resolve())
 
     def test_a_closed_record_is_yielded_whole(self):
         self.close()

@@ -21,10 +21,21 @@ std::string_view unit_in(std::string_view title) {
   return at == std::string_view::npos ? std::string_view() : title.substr(at + 2, title.size() - at - 3);
 }
 
-std::optional<std::size_t> find(const std::vector<std::string>& header, std::string_view name) {
-  const auto is_it = [&](const std::string& title) { return name_in(title) == name; };
+template <class Predicate>
+std::optional<std::size_t> find_if(const std::vector<std::string>& header, Predicate is_it) {
   const auto at = std::ranges::find_if(header, is_it);
   return at == header.end() ? std::nullopt : std::optional<std::size_t>(at - header.begin());
+}
+
+std::optional<std::size_t> find(const std::vector<std::string>& header, std::string_view name) {
+  return find_if(header, [&](const std::string& title) { return name_in(title) == name; });
+}
+
+/// A thermometer and a gyro may both be called "A"; a temperature or what the gyro has turned, by its unit.
+std::optional<std::size_t> find(const std::vector<std::string>& header, std::string_view name, bool is_temperature) {
+  return find_if(header, [&](const std::string& title) {
+    return name_in(title) == name && (unit_in(title) == "°C") == is_temperature;
+  });
 }
 
 std::set<std::string> inputs_of(const model::Model& model) {
@@ -97,14 +108,14 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
   }
   for (const std::string& input : inputs_of(model)) {
     const bool is_own = data::is_own_value(input);
-    const auto column = find(header, is_own ? own_title(input, axis) : input);
+    const auto column = is_own ? find(header, own_title(input, axis)) : find(header, input, true);
     if (!column) return failure(FaultKind::usage, "stdin", fmt::format("has no column for \"{}\"", input));
     table.columns_.push_back(*column);
     table.thermometers_.push_back(input);
     table.calibrations_.push_back(is_own ? record::Channel{} : calibration_of(comments, input));
   }
   const std::string label = is_named(axis) ? in_words(axis) : record::kOnlyUnit;
-  const auto rotation = find(header, label);
+  const auto rotation = find(header, label, false);
   if (!rotation) return failure(FaultKind::usage, "stdin", fmt::format("has no axis \"{}\"", label));
   const std::string_view said = said_of(comments, "axis " + label);
   const auto scale = number_after(said, "scale "), earth_rate = number_after(said, "earth rate ");

@@ -146,12 +146,12 @@ interlocks::UnitLimits limits_of(const UnitSettings& unit, const std::vector<std
   return limits;
 }
 
-/// As no record would take them.
-void check_names(const TomlTable& root, const RigFile& rig) {
+/// As no record would take them, or none that is new.
+void check_names(const TomlTable& root, const RigFile& rig, bool is_of_a_record) {
   record::RunInfo info;
   info.thermometers = thermometer_channels(rig);
   for (const auto& unit : rig.units) info.units.push_back(unit.info);
-  for (const auto& trouble : record::name_troubles(info))
+  for (const auto& trouble : is_of_a_record ? record::name_troubles(info) : record::new_name_troubles(info))
     root.mistake(trouble.of == record::NameTrouble::Of::thermometer ? "thermometer" : "gyro",
                  fmt::format("{}: {}", trouble.what, trouble.why));
 }
@@ -213,7 +213,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   for (const auto& unit : rig.units) rig.limits.units.push_back(limits_of(unit, channels));
   rig.run_limits = interlocks::read_run_limits(*root);
   check_safe_air(*root, rig);
-  if (gyros) check_names(*root, rig);
+  if (gyros) check_names(*root, rig, known.chamber_map.has_value());
   if (gyros && analogue)
     settle_simulated(*root, rig);
   else

@@ -131,6 +131,19 @@ void find_taken(const RunInfo& info, std::vector<NameTrouble>& troubles) {
   troubles.insert(troubles.end(), found.begin(), found.end());
 }
 
+/// What stands above those columns of the text table that every record has, without units, in lower case.
+std::set<std::string> common_titles() {
+  std::set<std::string> titles;
+  const auto add = [&](const auto& column) {
+    if (column.exported.title == nullptr) return;
+    const std::string title = lower(column.exported.title);
+    titles.insert(title.substr(0, title.rfind(" [")));
+  };
+  std::ranges::for_each(columns_before_channels(), add);
+  std::ranges::for_each(columns_after_channels(), add);
+  return titles;
+}
+
 }  // namespace
 
 std::vector<NameTrouble> name_troubles(const RunInfo& info) {
@@ -142,7 +155,8 @@ std::vector<NameTrouble> name_troubles(const RunInfo& info) {
 
 std::vector<NameTrouble> new_name_troubles(const RunInfo& info) {
   auto troubles = name_troubles(info);
-  std::set<std::string> taken{"time", "time_s", "utc", "bias", "self"};
+  auto taken = common_titles();
+  taken.insert({"time", "time_s", "utc", "bias", "self", "at_rest"});
   for (const auto& column : channel_columns(info)) {
     if (column.measures == Measures::temperature) continue;
     taken.insert(lower(calibrated_name(column)));
@@ -151,8 +165,13 @@ std::vector<NameTrouble> new_name_troubles(const RunInfo& info) {
     auto bias = lower(column.name);
     taken.insert(bias.erase(bias.rfind(kTrue), kTrue.size()));
   }
+  const auto is_told = [&](std::size_t i) {
+    return std::ranges::any_of(troubles, [&](const NameTrouble& trouble) {
+      return trouble.of == NameTrouble::Of::thermometer && trouble.index == i;
+    });
+  };
   for (std::size_t i = 0; i < info.thermometers.size(); ++i)
-    if (const auto& name = info.thermometers[i].name; taken.contains(lower(name)))
+    if (const auto& name = info.thermometers[i].name; taken.contains(lower(name)) && !is_told(i))
       troubles.push_back({NameTrouble::Of::thermometer, 0, i, fmt::format("thermometer \"{}\"", name), kTaken});
   return troubles;
 }

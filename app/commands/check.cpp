@@ -17,7 +17,6 @@
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
 #include "simulator/laboratory_parameters.hpp"
-#include "simulator/virtual_laboratory.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -192,9 +191,13 @@ struct Answers {
   std::optional<Fault> fault;
 };
 
+Result<std::unique_ptr<rig::Rig>> assemble(const rig::RigFile& file, std::uint64_t seed) {
+  return rig::Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
+}
+
 /// Asks each instrument who it is and reads it once, and the chamber which set points it takes.
 Result<Answers> ask_instruments(const rig::RigFile& file, std::uint64_t seed, drivers::SetPointRange& limits) {
-  auto rig = rig::Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
+  auto rig = assemble(file, seed);
   if (!rig) return failure(rig.error());
   Answers answers;
   for (const auto& answer : (*rig)->ask()) {
@@ -221,8 +224,7 @@ Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
   auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   if (rig->simulated)
-    if (const auto laboratory = simulator::parse_laboratory(rig->text, rig->file, rig->gyro_model.text); !laboratory)
-      return failure(laboratory.error());
+    if (const auto assembled = assemble(*rig, options.seed); !assembled) return failure(assembled.error());
   found.words += rig_lines(*rig);
   found.json["rig"] = rig_json(*rig);
   if (!options.connect) return rig;

@@ -50,6 +50,16 @@ TEST(Check, AProfileBeyondTheChamberIsRefusedWithItsPlace) {
   EXPECT_NE(ran.err.find("hot.toml:4:1"), std::string::npos) << ran.err;
 }
 
+TEST(Check, AVirtualRigIsRefusedAsARunWouldRefuseIt) {
+  const Folder folder;
+  const auto rig = folder / "rig.toml";
+  const auto ran =
+      shell("sed 's/\"shell\"/\"outside\"/; s|\"\\.\\./|\"'$PWD'/profiles/|' profiles/rigs/virtual.toml > " + rig +
+            "; sed -i 's/\"shell\"/\"outside\"/' " + rig + "; gyrotherm check --rig " + rig);
+  EXPECT_EQ(ran.exit_code, 4) << ran.out;
+  EXPECT_NE(ran.err.find("channel \"outside\" is none of A, B"), std::string::npos) << ran.err;
+}
+
 TEST(Check, ASoakOnASensorThatTheRigDoesNotHaveIsRefusedBeforeAnythingMoves) {
   const Folder folder;
   std::ofstream(folder / "soak.toml")

@@ -59,6 +59,18 @@ TEST_F(Compensate, AnswersTheSameHoweverItsInputComes) {
   EXPECT_EQ(bulk.out, single.out);
 }
 
+TEST_F(Compensate, TellsAThermometerFromAGyroOfTheSameName) {
+  const auto rows = lines_of(small_rows(300));
+  std::string exported = "# axis gyro: scale 1, earth rate 0\nslot,gyro [°C],B [°C],gyro [1 °/h]\n";
+  for (int row = 1; row <= 300; ++row) exported += fmt::format("{},{}\n", row - 1, rows[row]);
+  const auto renamed =
+      shell("sed 's/\\bA\\b/gyro/g; s/\"type\": *\"gyro/\"type\": \"A/' " + (folder_ / "model.json") + " > " +
+                (folder_ / "gyro.json") + " && gyrotherm compensate " + (folder_ / "gyro.json"),
+            exported);
+  EXPECT_EQ(renamed.exit_code, 0) << renamed.err;
+  EXPECT_EQ(renamed.out, compensate(small_rows(300)).out);
+}
+
 TEST_F(Compensate, ABadRowIsAnsweredWithItsPlaceAndThoseBeforeItWithValues) {
   auto rows = small_rows(150) + "20,warm,1\n";
   const auto ran = compensate(rows);

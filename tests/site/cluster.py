@@ -118,7 +118,9 @@ password_encryption = scram-sha-256
         return subprocess.run(asked, check=False).returncode == 0
 
     def kill(self) -> None:
-        """The postmaster and all of its processes, as a power cut does it."""
+        """The postmaster and all of its processes, as a power cut does it; nothing where it has ended itself."""
+        if self.process.poll() is not None:
+            return
         children = self.children()
         for process in (self.process.pid, *children):
             with contextlib.suppress(ProcessLookupError):

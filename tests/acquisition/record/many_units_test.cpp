@@ -234,7 +234,7 @@ TEST(ManyUnits, HaveNamesThatColumnsCanHave) {
 
 TEST(ManyUnits, LeaveAThermometerNoNameOfAColumnThatStandsBesideIt) {
   for (const char* name : {"time", "time_s", "UTC", "bias", "self", "u1.x.rate_deg_per_h", "u1.x.bias_deg_per_h",
-                           "u1.interval_s", "u-2.bias_deg_per_h"}) {
+                           "u1.interval_s", "u-2.bias_deg_per_h", "Set Point", "chamber air"}) {
     RunInfo info = two_units();
     info.thermometers[0].name = name;
     const auto good = check_new_channel_names(info);
@@ -245,6 +245,8 @@ TEST(ManyUnits, LeaveAThermometerNoNameOfAColumnThatStandsBesideIt) {
   }
   RunInfo one = two_thermometers();
   EXPECT_TRUE(check_new_channel_names(one));
+  one.thermometers[0].name = "slot";
+  EXPECT_EQ(new_name_troubles(one).size(), 1u) << "told once";
   one.thermometers[0].name = "bias_deg_per_h";
   EXPECT_FALSE(check_new_channel_names(one));
   EXPECT_FALSE(RunFile::create_at_once(kInMemory, one));

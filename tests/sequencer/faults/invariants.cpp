@@ -102,7 +102,7 @@ bool Invariants::stands(InjectedFaultKind first, InjectedFaultKind last) const {
 
 /// I1, I2, I3, I4: what the chamber was sent. A way back to the profile may begin at the air beyond its extremes, and
 /// where the air is beyond the limits too, at these. It leads inwards, also where a chamber that is broken keeps the
-/// air away.
+/// air away, or stays: what was not read back is sent once more.
 void Invariants::judge_set_points(std::int64_t second, RunState state) {
   auto& port = plant_.chamber();
   const auto& limits = file_.chamber_limits;
@@ -115,7 +115,7 @@ void Invariants::judge_set_points(std::int64_t second, RunState state) {
     const bool air_is_beyond = air < limits.lowest || air > limits.highest;
     const bool near_air = abs(value - air) <= kNearAir ||
                           (air_is_beyond && abs(value - std::clamp(air, limits.lowest, limits.highest)) <= kSame);
-    const bool inwards = value < lowest_ ? value > before : value < before;
+    const bool inwards = value < lowest_ ? value >= before : value <= before;
     const bool in_profile = value >= lowest_ - kSame && value <= highest_ + kSame;
     const bool in_chamber = value >= limits.lowest - kSame && value <= limits.highest + kSame;
     if (in_profile || near_air) is_kept_away_ = false;

@@ -11,6 +11,7 @@
 #include <csignal>
 #include <filesystem>
 #include <memory>
+#include <sstream>
 #include <thread>
 
 #include "core/command.hpp"
@@ -31,6 +32,20 @@ constexpr Duration kPatience = std::chrono::minutes(2);  // of Slurm
 constexpr auto kAskQueue = std::chrono::seconds(2);
 
 std::string program() { return program_beside_this_one("gyrotherm-site"); }
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream all(text);
+  for (std::string line; all >> line;) lines.push_back(line);
+  return lines;
+}
+
+/// A file as Slurm reads its name.
+std::string as_pattern(const std::string& file) {
+  std::string text;
+  for (const char c : file) text += c == '%' ? std::string("%%") : std::string(1, c);
+  return text;
+}
 
 /// A word as a shell reads it.
 std::string for_a_shell(const std::string& word) {
@@ -56,6 +71,8 @@ class Workers {
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
   virtual ~Workers() = default;
+  /// Whether those that somebody has called before are still there.
+  [[nodiscard]] virtual Result<bool> are_at_it() = 0;
   virtual Result<void> begin(const std::vector<std::size_t>& tasks) = 0;
   [[nodiscard]] virtual Result<bool> are_through() = 0;
 };
@@ -65,21 +82,30 @@ class Slurm : public Workers {
   Slurm(const Job& job, std::string folder, const std::vector<std::string>& words)
       : job_(job), folder_(std::move(folder)), words_(words) {}
 
+  [[nodiscard]] Result<bool> are_at_it() override {
+    if (const auto text = read_text_file(ids_file())) ids_ = lines_of(*text);
+    if (ids_.empty()) return false;
+    return is_any_queued();
+  }
+
   Result<void> begin(const std::vector<std::size_t>& tasks) override {
     const auto script = folder_ + "/job.sh";
     if (auto written = replace_text_file(script, slurm_script(job_, folder_)); !written) return written;
+    ids_.clear();
     for (std::size_t first = 0; first < tasks.size();) {
       std::vector<std::size_t> part;
       const auto from = tasks[first] / kLargestArray * kLargestArray;
       for (; first < tasks.size() && tasks[first] < from + kLargestArray; ++first) part.push_back(tasks[first] - from);
-      std::vector<std::string> command{"sbatch", "--parsable", "--array=" + ranges_of(part)};
+      std::vector<std::string> command{"sbatch", "--parsable", "--array=" + ranges_of(part),
+                                       "--output=" + as_pattern(folder_ + "/slurm.log")};
       command.insert(command.end(), words_.begin(), words_.end());
       command.insert(command.end(), {script, std::to_string(from)});
       const auto number = printed_by(command, kPatience);
       if (!number) return failure(number.error());
       ids_.push_back(number->substr(0, number->find_first_of(";\n")));
+      if (auto kept = replace_text_file(ids_file(), fmt::format("{}\n", fmt::join(ids_, "\n"))); !kept) return kept;
     }
-    return replace_text_file(folder_ + "/slurm", fmt::format("{}\n", fmt::join(ids_, "\n")));
+    return {};
   }
 
   /// One that Slurm has forgotten is through.
@@ -87,14 +113,20 @@ class Slurm : public Workers {
     const auto now = std::chrono::steady_clock::now();
     if (now - asked_ < kAskQueue) return false;
     asked_ = now;
-    const auto queue = printed_by({"squeue", "--noheader", "--format=%A", "--me"}, kPatience);
-    if (!queue) return failure(queue.error());
-    for (const auto& id : ids_)
-      if (("\n" + *queue).find("\n" + id) != std::string::npos) return false;
-    return true;
+    return is_any_queued().map([](bool any) { return !any; });
   }
 
  private:
+  [[nodiscard]] std::string ids_file() const { return folder_ + "/slurm"; }
+
+  /// An array goes by the number that sbatch gave it, whatever number each of its elements has.
+  [[nodiscard]] Result<bool> is_any_queued() const {
+    const auto queue = printed_by({"squeue", "--noheader", "--format=%F", "--me"}, kPatience);
+    if (!queue) return failure(queue.error());
+    const auto queued = lines_of(*queue);
+    return std::ranges::any_of(ids_, [&](const auto& id) { return std::ranges::count(queued, id) > 0; });
+  }
+
   const Job& job_;
   std::string folder_;
   const std::vector<std::string>& words_;
@@ -111,6 +143,8 @@ class Parallel : public Workers {
     ::kill(child_, SIGTERM);
     static_cast<void>(wait_for(child_));
   }
+
+  [[nodiscard]] Result<bool> are_at_it() override { return false; }  // they end with their caller
 
   Result<void> begin(const std::vector<std::size_t>& tasks) override {
     const auto jobs = std::max(1U, std::thread::hardware_concurrency() / static_cast<unsigned>(job_.threads));
@@ -172,15 +206,13 @@ std::string ranges_of(const std::vector<std::size_t>& numbers) {
 std::string slurm_script(const Job& job, const std::string& folder) {
   return fmt::format(
       "#!/bin/sh\n"
-      "# {}: {} tasks. sbatch --array=0-{} job.sh 0\n"
+      "# {}: {} tasks. sbatch --array=0-{} --output=slurm.log job.sh 0\n"
       "#SBATCH --job-name=gyrotherm\n"
       "#SBATCH --cpus-per-task={}\n"
       "#SBATCH --requeue\n"
       "#SBATCH --open-mode=append\n"
-      "#SBATCH --output={}\n"
       "exec {} task {} \"$(($1 + SLURM_ARRAY_TASK_ID))\"\n",
-      job.title, job.tasks.size(), job.tasks.size() - 1, job.threads, folder + "/slurm.log", for_a_shell(program()),
-      for_a_shell(folder));
+      job.title, job.tasks.size(), job.tasks.size() - 1, job.threads, for_a_shell(program()), for_a_shell(folder));
 }
 
 Result<Progress> spread(const Job& job, const std::string& folder, const Spreading& how,
@@ -191,7 +223,10 @@ Result<Progress> spread(const Job& job, const std::string& folder, const Spreadi
     if (!left) return failure(left.error());
     if (left->empty()) return progress_of(job, absolute);
     const auto workers = workers_of(job, absolute, how);
-    if (auto begun = workers->begin(*left); !begun) return failure(begun.error());
+    const auto at_it = attempt == 0 ? workers->are_at_it() : Result<bool>(false);
+    if (!at_it) return failure(at_it.error());
+    if (!*at_it)
+      if (auto begun = workers->begin(*left); !begun) return failure(begun.error());
     if (!how.waits) return progress_of(job, absolute);
     for (bool through = false; !through;) {
       const auto asked = workers->are_through();

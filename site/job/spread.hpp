@@ -36,9 +36,10 @@ struct Progress {
 /// The script of an array: the text of FOLDER/job.sh.
 [[nodiscard]] std::string slurm_script(const Job& job, const std::string& folder);
 
-/// Hands out what is not done, and waits. A task that died – with its machine, or out of memory – is handed out again,
-/// up to three times in all; one that failed is not. `tell` hears how far it is. Fails with refused if who should work
-/// does not answer, or tasks die again and again, and with interrupted.
+/// Hands out what is not done, unless those whom an earlier call has given it are still at it, and waits. A task that
+/// died – with its machine, or out of memory – is handed out again, up to three times in all; one that failed is not.
+/// `tell` hears how far it is. Fails with refused if who should work does not answer, or tasks die again and again, and
+/// with interrupted.
 [[nodiscard]] Result<Progress> spread(const Job& job, const std::string& folder, const Spreading& how,
                                       const std::function<void(const Progress&)>& tell);
 

@@ -126,6 +126,42 @@ class ByParallel(Spread):
         self.assertIn("has another job", other.stderr)
 
 
+class WithoutSlurm(Spread):
+    """What Slurm is told: an sbatch that notes it, and a squeue that has what the test says."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        self.told, self.queue = self.folder / "told", self.folder / "queue"
+        programs = self.folder / "programs"
+        programs.mkdir()
+        for name, does in (("sbatch", f'echo "$*" >> {self.told}; echo $((100 + $(wc -l < {self.told})))'),
+                           ("squeue", f'echo "$*" > {self.queue}.asked; cat {self.queue}')):
+            (programs / name).write_text(f"#!/bin/sh\n{does}\n")
+            (programs / name).chmod(0o755)
+        self.environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
+        self.queue.write_text("")
+
+    def arrays(self) -> list[str]:
+        return self.told.read_text().splitlines()
+
+    def test_an_array_that_is_at_it_is_waited_for(self) -> None:
+        self.run_in("spread", GYROTHERM, "run", str(PROFILES / "short-rate.toml"), "--rig", "virtual", "--out",
+                    "rate.db", "--quiet")
+        self.run_in("spread", SITE, "seeds", "rate.db", "--last", "3", "--out", "100 % of seeds", "--by", "slurm",
+                    "--detach")
+        self.assertEqual(len(self.arrays()), 1)
+        job = self.folder / "spread/100 % of seeds/job"
+        self.assertIn(f"--array=0-2 --output={job.parent.parent}/100 %% of seeds/job/slurm.log", self.arrays()[0])
+        self.queue.write_text("7\n101\n101\n")
+        waiting = self.begin("spread", SITE, "job", str(job), "--wait", "--by", "slurm")
+        time.sleep(4)
+        self.assertEqual(len(self.arrays()), 1, "some of them are still queued")
+        self.assertIn("%F", (self.folder / "queue.asked").read_text(), "elements have numbers of their own")
+        self.queue.write_text("1012\n")  # another one, whose number begins like this one's
+        self.assertIn("have died 3 times", waiting.communicate(timeout=60)[1])
+        self.assertEqual(len(self.arrays()), 3, "what has ended nowhere is handed out again")
+
+
 @unittest.skipIf(missing(), f"not installed: {', '.join(missing())}")
 class BySlurm(Spread):
     def test_a_lot_of_24_axes_is_the_same_though_a_node_dies(self) -> None:

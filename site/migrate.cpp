@@ -12,7 +12,8 @@
 namespace gyrotherm::site {
 namespace {
 
-constexpr std::array kMigrations{Migration{1, "store", store_schema}, Migration{2, "questions", fleet_questions}};
+constexpr std::array kMigrations{Migration{1, "store", store_schema}, Migration{2, "questions", fleet_questions},
+                                 Migration{3, "owners", document_owners}};
 
 /// What has to be there before the first step.
 constexpr const char* kBeginning = R"(

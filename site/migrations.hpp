@@ -9,5 +9,6 @@ namespace gyrotherm::site {
 
 [[nodiscard]] std::string_view store_schema();
 [[nodiscard]] std::string_view fleet_questions();
+[[nodiscard]] std::string_view document_owners();
 
 }  // namespace gyrotherm::site

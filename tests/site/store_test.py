@@ -319,6 +319,33 @@ class Beginning(unittest.TestCase):
             self.assertEqual(store.sql("SELECT count(*) FROM gyrotherm.run"), [[str(len(calls))]])
 
 
+class Replacing(unittest.TestCase):
+    def test_a_report_is_replaced_by_whoever_sent_it(self) -> None:
+        with cluster() as store:
+            store.migrate()
+            store.add_people()
+
+            def add(rig: int, **changes: object) -> None:
+                text = json.dumps(CALIBRATION | changes)
+                store.sql(f"SELECT gyrotherm.add_document('rig-{rig}', 'calibration', 'c', $c${text}$c$)",
+                          f"rig_{rig}")
+
+            def current() -> list[list[str]]:
+                return store.sql("SELECT d.rig FROM gyrotherm.current_calibration JOIN gyrotherm.document d"
+                                 " USING (sha256) ORDER BY 1")
+
+            add(1)
+            add(2, state="superseded")
+            self.assertEqual(current(), [["rig-1"]], "another rig's word takes nothing away")
+            self.assertNotEqual(store.sql("SELECT count(*) FROM gyrotherm.v1_drift"), [["0"]])
+            add(2, issued="2026-01-10")
+            self.assertEqual(current(), [["rig-1"]], "the number that it superseded itself")
+            add(2, number="C-2")
+            self.assertEqual(current(), [["rig-1"], ["rig-2"]])
+            add(1, state="superseded", issued="2026-01-11")
+            self.assertEqual(current(), [["rig-2"]])
+
+
 class Entrance(unittest.TestCase):
     """Who is let in, and how: TLS, SCRAM, secrets."""
 

@@ -19,6 +19,7 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr auto kFollowEvery = std::chrono::milliseconds(200);
+constexpr auto kSilence = std::chrono::seconds(2);  ///< of a copy that nobody writes: whoever did may have died
 constexpr auto kCopyPatience =
     std::chrono::seconds(10);  ///< with a run that has no copy: it has only begun, or it ends
 
@@ -56,13 +57,16 @@ Result<void> follow_record(Console& console, const std::string& path) {
     const auto rows = record::open_live_copy(path).and_then(
         [&](record::Database copy) { return record::record_of(copy, {.after = table.last()}); });
     if (rows) {
+      const auto before = table.last();
       table.add(*rows);
-      seen = steady_clock::now();
-      continue;
+      const bool goes_on = table.last() > before || is_being_written(path);
+      if (goes_on) seen = steady_clock::now();
+      if (goes_on || steady_clock::now() - seen < kSilence) continue;
     }
     const auto whole = record::read_record(path);
     if (whole) return table.add(*whole), Result<void>();
-    if (!is_being_written(path) || steady_clock::now() - seen > kCopyPatience) return failure(whole.error());
+    const bool may_come = rows || is_being_written(path);  // a copy stands there until its record is closed
+    if (!may_come || steady_clock::now() - seen > kCopyPatience) return failure(whole.error());
   }
   return {};
 }

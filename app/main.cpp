@@ -42,14 +42,22 @@ constexpr auto kCommands = {add_qualify,      add_run,       add_go,      add_re
                             add_verify,       add_placement, add_reduce,  add_compensate, add_fuse,
                             add_export_model, add_report,    add_site,    add_completion, add_manual};
 
+namespace fs = std::filesystem;
+
+constexpr int kMostLinks = 40;
+
+bool is_link(const std::string& path) {
+  std::error_code error;
+  return fs::is_symlink(fs::symlink_status(path, error));
+}
+
 /// A record's parts, its live copy and the socket of its run are found by its name: what is given as a link to it goes
 /// by its own.
-std::string record_behind(const std::string& path) {
+std::string record_behind(std::string path) {
   std::error_code error;
-  if (!std::filesystem::is_symlink(std::filesystem::symlink_status(path, error)) || record::is_live_copy(path))
-    return path;
-  const auto own = std::filesystem::canonical(path, error);
-  return error ? path : own.string();
+  for (int links = 0; links < kMostLinks && is_link(path) && !record::is_live_copy(path); ++links)
+    path = (fs::path(path).parent_path() / fs::read_symlink(path, error)).string();
+  return path;
 }
 
 void follow_links_to_records(CLI::App& app) {

@@ -222,7 +222,9 @@ std::optional<FoundRun> SecopRun::choose() const {
 bool SecopRun::look() {
   const auto now = clock_.now();
   const auto run = choose();
-  if (const auto id = run ? run->key + run->status.id : std::string(); id != id_) {
+  const auto id = run ? run->key + run->status.id : std::string();
+  const bool is_another = id != id_;
+  if (is_another) {
     key_ = run ? run->key : std::string();
     id_ = id;
     sample_.reset();
@@ -237,7 +239,7 @@ bool SecopRun::look() {
                              .sample = sample_,
                              .stale = now.since_start - came_ > record::kSilentAfter,
                              .utc_s = to_seconds(now.utc)});
-  keep_times(state_.node, node);
+  if (!is_another) keep_times(state_.node, node);
   auto structure = structure_of(node);
   const bool changed = structure != state_.structure;
   state_ = {std::move(node), std::move(structure)};

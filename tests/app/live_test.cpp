@@ -60,6 +60,16 @@ TEST_F(LiveRun, IsFollowedToItsEnd) {
   EXPECT_EQ(follower.output(), shell("cat " + (folder_ / "whole.csv")).out) << "no row twice, and none left out";
 }
 
+TEST_F(LiveRun, IsFollowedToWhereItsProgramWasKilled) {
+  Background follower({"export", path_, "--follow"}, folder_ / "followed");
+  ASSERT_TRUE(follower.wait_for("\n10,", 20));
+  run_.signal(SIGKILL);
+  EXPECT_EQ(run_.wait(), -SIGKILL);
+  EXPECT_EQ(follower.wait(), 0) << follower.output();
+  ASSERT_EQ(gyrotherm_with("export " + path_ + " --out " + (folder_ / "whole.csv")).exit_code, 0);
+  EXPECT_EQ(follower.output(), shell("cat " + (folder_ / "whole.csv")).out);
+}
+
 TEST_F(LiveRun, IsReadByPythonWhileItGoesOn) {
   if (!installed("python3")) GTEST_SKIP() << "no python3";
   const auto read = shell(

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <limits>
 
+#include "core/clock.hpp"
 #include "core/json.hpp"
 #include "monitor/secop_node.hpp"
 #include "monitor/secop_run.hpp"
@@ -231,6 +233,25 @@ TEST(SecopRun, ReadsTheLastSecondOfARecord) {
   EXPECT_EQ((*last)->slot, 19);
   EXPECT_DOUBLE_EQ((*last)->utc_s, to_seconds(kVirtualEpoch) + 19);
   EXPECT_EQ((*last)->values.at(3), 0.19);
+}
+
+TEST(SecopRun, WhatIsToldOfARunIsNotOlderThanThatItIsThere) {
+  const tests::TestFolder folder;
+  RunCatalogue catalogue({folder / ""});
+  VirtualClock clock;
+  SecopRun run(catalogue, "", clock);
+  const auto told_since = [&] {
+    catalogue.look();
+    run.look();
+    return run.state().node.find("run")->parameters.front().t;
+  };
+  write_small_run(folder / "first.db", 5);
+  const auto first = told_since();
+  clock.advance(std::chrono::hours(1));
+  EXPECT_EQ(told_since(), first) << "nothing has changed";
+  for (const char* file : {"first.db", "first.db.status"}) std::filesystem::remove(folder / file);
+  write_small_run(folder / "second.db", 5);
+  EXPECT_NEAR(told_since() - first, 3600, 1);
 }
 
 TEST(SecopServer, AllowsSoMuchAtOnceAndSoMuchASecond) {

@@ -86,6 +86,7 @@ TEST(Status, OfAFinishedRunComesFromTheRecord) {
   const auto status = read_status(folder / "run.db");
   ASSERT_TRUE(status) << text(status.error());
   EXPECT_TRUE(status->finished && !status->being_written);
+  EXPECT_EQ(status->standing.state, RunState::complete);
   EXPECT_EQ(status->slot, 3);
   EXPECT_EQ(status->acknowledged, 3);
   EXPECT_EQ(status->segment, "hold");

@@ -213,6 +213,7 @@ Dataset make_dataset(const record::Record& record, const std::string& path, cons
   add_inputs(dataset, record, at);
   name_three_points(dataset, at.unit);
   dataset.time_s = times_of(record);
+  dataset.moment_s = column(record.time_s, rows_of(record));
   dataset.bias_deg_per_h = rotation_deg_per_h(record, at);
   dataset.true_bias_deg_per_h = column(at.columns.true_bias_deg_per_h[at.index], rows_of(record));
   dataset.set_point_c = column(info.imported ? std::vector<double>{} : record.set_point_c, rows_of(record));

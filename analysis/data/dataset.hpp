@@ -65,6 +65,7 @@ struct Dataset {
   bool zero_is_its_own{};         ///< what was removed is a mean of this record: its mean is then partly fitted
   Eigen::VectorXd time_s;         ///< since the run started: whole seconds (the slot) of our own records, else the
                                   ///< foreign record's own time
+  Eigen::VectorXd moment_s;       ///< since the run started, by its clock: when each row was sampled
   Eigen::MatrixXd temperature_c;  ///< samples × thermometers
   Eigen::VectorXd bias_deg_per_h;
   Eigen::VectorXd true_bias_deg_per_h;            ///< of a virtual gyro, from its laboratory; empty or NaN: not known

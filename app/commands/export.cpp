@@ -122,9 +122,9 @@ std::string table_of(const CompensatedRows& rows, const exchange::ExportChoice& 
   for (const std::string& input : dataset.thermometers)
     text += "," + input + (input.starts_with(data::kAux) ? "" : " [°C]");
   text += fmt::format(",bias [°/h],compensated [°/h],U of a mean over {:g} s [°/h]\n", rows.averaging_s);
-  for (Eigen::Index row = 0; row < dataset.time_s.size(); ++row) {
-    if (!has_row_at(choice, dataset.time_s(row))) continue;
-    fmt::format_to(std::back_inserter(text), "{}", dataset.time_s(row));
+  for (Eigen::Index row = 0; row < dataset.moment_s.size(); ++row) {
+    if (!has_row_at(choice, dataset.moment_s(row))) continue;
+    fmt::format_to(std::back_inserter(text), "{}", dataset.moment_s(row));
     for (const double temperature : dataset.temperature_c.row(row)) add_number(text, temperature);
     add_number(text, dataset.bias_deg_per_h(row));
     add_number(text, rows.compensated_deg_per_h(row));
@@ -144,7 +144,7 @@ Result<std::size_t> write_compensated(const ExportArguments& options, const exch
   const auto rows = compensate(options);
   if (!rows) return failure(rows.error());
   const auto written =
-      std::ranges::count_if(rows->dataset.time_s, [&](double time_s) { return has_row_at(choice, time_s); });
+      std::ranges::count_if(rows->dataset.moment_s, [&](double time_s) { return has_row_at(choice, time_s); });
   return replace_text_file(options.out, table_of(*rows, choice)).map([&] { return static_cast<std::size_t>(written); });
 }
 

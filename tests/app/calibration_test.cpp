@@ -228,6 +228,19 @@ TEST_F(CalibrationOfAUnit, RowsOfExportAreWhatCompensateTakes) {
   EXPECT_NEAR(last_of(stream.out, 0), last_of(table, 1), 1e-6);
 }
 
+TEST_F(CalibrationOfAUnit, CompensatedRowsHaveTheTimesOfOthers) {
+  const auto exported = [&](const std::string& how) {
+    run("export " + in("random.db") + " --from '10 min' --to '602 s' --force --out " + in("chosen.csv") + how);
+    return text_in(in("chosen.csv"));
+  };
+  const auto plain = exported(""), compensated = exported(" --compensated --model " + in("model.json"));
+  for (const char* time : {"600", "601", "602"}) {
+    EXPECT_NE(plain.find(fmt::format("\n{},{},", std::stoi(time) - 1, time)), std::string::npos) << plain;
+    EXPECT_NE(compensated.find(fmt::format("\n{},", time)), std::string::npos) << compensated;
+  }
+  EXPECT_EQ(std::ranges::count(compensated, '\n') - std::ranges::count(compensated, '#'), 4);
+}
+
 TEST_F(CalibrationOfAUnit, NoMeanReachesAcrossAGap) {
   std::filesystem::copy_file(in("random.db"), in("gap.db"));
   {

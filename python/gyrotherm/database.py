@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Iterator
 from urllib.parse import quote
 
-from .errors import BeingWritten, RecordError
+from .errors import BeingWritten, NoRecord, RecordError
 
 try:
     import fcntl
@@ -27,6 +27,7 @@ USER_VERSION = 1
 SCHEMA = "gyrotherm-run/1"
 TABLES = ("meta", "unit", "axis", "unit_value", "channel", "segment", "list", "sample", "fault", "event", "gap",
           "frames")
+_LIVE = ".live.db"
 _FIRST_LOCKED_BYTE, _LOCKED_BYTES = 0x40000002, 510  # where SQLite keeps its shared locks
 
 
@@ -37,14 +38,15 @@ def live_path(path: str | os.PathLike[str]) -> Path:
     'data/rate.live.db'
     """
     record = Path(path)
-    return record.with_name(f"{record.stem}.live{record.suffix}")
+    return record.with_name(record.name.removesuffix(".db") + _LIVE)
 
 
 def record_behind(path: str | os.PathLike[str]) -> Path:
     """The record that a path leads to: its parts and its live copy go by its own name, not by that of a link to it."""
-    record = Path(path)
-    leads_away = record.is_symlink() and not record.name.endswith(f".live{record.suffix}")
-    return record.resolve() if leads_away else record
+    record, most_links = Path(path), 40
+    while most_links > 0 and record.is_symlink() and not record.name.endswith(_LIVE):
+        record, most_links = record.parent / record.readlink(), most_links - 1
+    return record
 
 
 def _being_written(path: Path) -> BeingWritten:
@@ -76,7 +78,7 @@ def _writers_kept_out(path: Path) -> Iterator[None]:
 
 
 def _connect(path: Path, option: str) -> sqlite3.Connection:
-    address = f"file:{quote(str(path.absolute()))}?{option}"
+    address = f"file:{quote(os.fsencode(path.absolute()))}?{option}"
     connection = sqlite3.connect(address, uri=True, timeout=2, isolation_level=None)
     connection.execute("PRAGMA trusted_schema = OFF")
     return connection
@@ -84,16 +86,16 @@ def _connect(path: Path, option: str) -> sqlite3.Connection:
 
 def _check(database: sqlite3.Connection, path: Path) -> None:
     if database.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
-        raise RecordError(f"{path}: not a gyrotherm record")
+        raise NoRecord(f"{path}: not a gyrotherm record")
     version = database.execute("PRAGMA user_version").fetchone()[0]
     if version != USER_VERSION:
-        raise RecordError(f'{path}: schema "gyrotherm-run/{version}", expected "{SCHEMA}"')
+        raise NoRecord(f'{path}: schema "gyrotherm-run/{version}", expected "{SCHEMA}"')
     there = {name for name, in database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
     if missing := [table for table in TABLES if table not in there]:
-        raise RecordError(f'{path}: it has no table "{missing[0]}"')
+        raise NoRecord(f'{path}: it has no table "{missing[0]}"')
     schema = database.execute("SELECT value FROM meta WHERE key = 'schema'").fetchone()
     if schema is None or schema[0] != SCHEMA:
-        raise RecordError(f'{path}: schema "{schema[0] if schema else ""}", expected "{SCHEMA}"')
+        raise NoRecord(f'{path}: schema "{schema[0] if schema else ""}", expected "{SCHEMA}"')
 
 
 @contextmanager
@@ -128,9 +130,9 @@ def opened(path: Path) -> Iterator[sqlite3.Connection]:
     except OSError as error:
         raise RecordError(f"{path}: {error.strerror or error}, expected a gyrotherm record") from None
     if not stat.S_ISREG(mode):
-        raise RecordError(f"{path}: is no regular file, expected a gyrotherm record")
+        raise NoRecord(f"{path}: is no regular file, expected a gyrotherm record")
     if os.path.lexists(f"{path}-journal"):
-        raise RecordError(f"{path}: a journal lies beside it: another program broke off while it changed the record, "
+        raise NoRecord(f"{path}: a journal lies beside it: another program broke off while it changed the record, "
                           "and it is not played back here")
     try:
         with _writers_kept_out(path), _connected(path) as database:
@@ -142,6 +144,7 @@ def opened(path: Path) -> Iterator[sqlite3.Connection]:
             raise _being_written(path) from None
         raise RecordError(f"{path}: {error}") from None
     except sqlite3.DatabaseError as error:
-        raise RecordError(f"{path}: {error}, expected a gyrotherm record") from None
+        kind = NoRecord if getattr(error, "sqlite_errorname", "") == "SQLITE_NOTADB" else RecordError
+        raise kind(f"{path}: {error}, expected a gyrotherm record") from None
     except OSError as error:
         raise RecordError(f"{path}: {error.strerror or error}") from None

@@ -10,6 +10,10 @@ class RecordError(GyrothermError):
     """The file is no record, is damaged, or lacks what was asked for."""
 
 
+class NoRecord(RecordError):
+    """The file is no record, or one of another version."""
+
+
 class BeingWritten(RecordError):
     """Another process is writing the record."""
 

@@ -43,44 +43,64 @@ class Function:
     weight: float
 
 
-def _matrix(rows: Any, columns: int) -> Numbers:
-    return np.asarray(rows, dtype=np.float64).reshape(-1, columns)
+def _matrix(entry: dict[str, Any], key: str, columns: int, rows: int | None = None) -> Numbers:
+    matrix = np.asarray(entry[key], dtype=np.float64)
+    if matrix.size == 0:
+        matrix = matrix.reshape(0, columns)
+    if matrix.ndim != 2 or matrix.shape[1] != columns or rows not in (None, len(matrix)):
+        raise ValueError(f"{key}: {' × '.join(map(str, matrix.shape))} numbers, expected {rows or 'rows'} × {columns}")
+    return matrix
 
 
-def _vector(numbers: Any) -> Numbers:
-    return np.asarray(numbers, dtype=np.float64)
+def _vector(entry: dict[str, Any], key: str, size: int | None = None) -> Numbers:
+    vector = np.asarray(entry[key], dtype=np.float64)
+    if vector.ndim != 1 or size not in (None, vector.size):
+        raise ValueError(f"{key}: {vector.size} numbers, expected {size}")
+    return vector
+
+
+def _positive(entry: dict[str, Any], key: str, size: int) -> Numbers:
+    vector = _vector(entry, key, size)
+    if not (vector > 0).all():
+        raise ValueError(f"{key}: expected numbers above 0")
+    return vector
 
 
 def function_from_json(function: dict[str, Any], inputs: int) -> Function:
-    """The function of a model file, of so many inputs."""
+    """The function of a model file, of so many inputs. Raises `ValueError` where its parts do not fit each other."""
     form, b = function["form"], float(function["b"])
     if form == "svr":
-        beta, vectors = _vector(function["beta"]), _matrix(function["support_vectors"], inputs)
-        widths = np.full(beta.size, float(function["parameters"]["sigma"]))
+        beta = _vector(function, "beta")
+        vectors = _matrix(function, "support_vectors", inputs, beta.size)
+        sigma = float(function["parameters"]["sigma"])
+        if not sigma > 0:
+            raise ValueError("sigma: expected a number above 0")
+        widths = np.full(beta.size, sigma)
         return Function(form, lambda z: _sum_of_gaussians(z, vectors, widths, beta) + b, float(np.abs(beta).sum()))
     if form == "linear":
-        weights = _vector(function["weights"])
+        weights = _vector(function, "weights", inputs)
         return Function(form, lambda z: z @ weights + b, float(np.abs(weights).sum()))
     if form == "expansion":
-        lengths, widths = _vector(function["lengths"]), _vector(function["widths"])
-        weights = _vector(function["weights"])
-        centres = _matrix(function["centres"], inputs) / lengths
-        slope = _vector(function["slope"]) if "slope" in function else np.zeros(inputs)
+        weights, lengths = _vector(function, "weights"), _positive(function, "lengths", inputs)
+        widths = _positive(function, "widths", weights.size)
+        centres = _matrix(function, "centres", inputs, weights.size) / lengths
+        slope = _vector(function, "slope", inputs) if "slope" in function else np.zeros(inputs)
         return Function(form, lambda z: _sum_of_gaussians(z / lengths, centres, widths, weights) + b + z @ slope,
                         float(np.abs(weights).sum() + np.abs(slope).sum()))
     if form == "network":
-        hidden, offsets = _matrix(function["weights"], inputs), _vector(function["offsets"])
-        out = _vector(function["out"])
+        out = _vector(function, "out")
+        hidden, offsets = _matrix(function, "weights", inputs, out.size), _vector(function, "offsets", out.size)
         return Function(form, lambda z: np.tanh(z @ hidden.T + offsets) @ out + b, float(np.abs(out).sum()))
     raise ModelError(f'the function has the form "{form}", expected svr, linear, expansion or network')
 
 
 def variance_from_json(variance: dict[str, Any], inputs: int) -> Callable[[Numbers], Numbers]:
     """What a Gaussian process knows of its own: φᵀSφ + σ_f² − |w|², φ = (z, w), w = L⁻¹k, in the target's variance."""
-    lengths, signal = _vector(variance["lengths"]), float(variance["signal"])
-    centres = _matrix(variance["centres"], inputs) / lengths
+    lengths, signal = _positive(variance, "lengths", inputs), float(variance["signal"])
+    centres = _matrix(variance, "centres", inputs) / lengths
     count = len(centres)
-    posterior, root = _matrix(variance["posterior"], inputs + count), _matrix(variance["root"], count)
+    posterior = _matrix(variance, "posterior", inputs + count, inputs + count)
+    root = _matrix(variance, "root", count, count)
 
     def at(z: Numbers) -> Numbers:
         kernel = signal**2 * np.exp(-0.5 * squared_distances(z / lengths, centres))

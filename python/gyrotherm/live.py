@@ -31,13 +31,17 @@ def _next_slot(record: Record, first: int) -> int:
     return max([last, *(gap.last for gap in record.gaps)]) + 1
 
 
-def _may_go_on(record_path: Path) -> bool:
-    """False once nobody writes the record: its writer may have died and left the live copy behind."""
+def _if_closed(record_path: Path) -> Record | None:
+    """The whole record once nobody writes it: its writer may have died and left the live copy behind."""
     try:
         with opened(record_path):
-            return False
+            pass
     except RecordError:
-        return True
+        return None
+    try:
+        return read_record(record_path)
+    except BeingWritten:  # in another part
+        return None
 
 
 def follow(path: str | os.PathLike[str], *, every_s: float = 1.0,
@@ -47,6 +51,8 @@ def follow(path: str | os.PathLike[str], *, every_s: float = 1.0,
     the record itself is only asked whether it is being written. Where the Earth's rate is not known nothing is removed
     from the bias: the first hold may not be over. Raises `BeingWritten` if the run goes on and has no live copy."""
     record_path = record_behind(path)
+    if record_path.name.endswith(".live.db"):
+        record_path = record_path.with_name(record_path.name.removesuffix(".live.db") + ".db")
     live = live_path(record_path)
     first, waited = 0, 0.0
     while True:
@@ -55,12 +61,13 @@ def follow(path: str | os.PathLike[str], *, every_s: float = 1.0,
                 part = record_of(database, first)
             waited = 0.0
         except RecordError:
-            if live.exists():
-                raise
             try:
+                if live.exists():  # and may be begun anew just now
+                    raise
                 whole = read_record(record_path)
-            except BeingWritten:  # just now closed, or never copied
-                if first == 0 or waited >= _PATIENCE_S:
+            except RecordError as error:
+                being_changed = live.exists() or isinstance(error, BeingWritten)  # begun, closed, or never copied
+                if not being_changed or waited >= _PATIENCE_S:
                     raise
                 waited += every_s
                 sleep(every_s)
@@ -71,8 +78,8 @@ def follow(path: str | os.PathLike[str], *, every_s: float = 1.0,
         if (after := _next_slot(part, first)) > first:
             yield to_pandas(table_of(part, own_zero=False, first=first))
             first = after
-        elif not _may_go_on(record_path):
-            if (rest := _from_slot(read_record(record_path), first)).size:
+        elif (closed := _if_closed(record_path)) is not None:
+            if (rest := _from_slot(closed, first)).size:
                 yield rest
             return
         sleep(every_s)

@@ -45,8 +45,12 @@ class Model:
                 np.array([float(entry[key]) for entry in content["terms"]]) for key in ("mean", "std", "min", "max"))
             if (self.max < self.min).any():
                 raise ValueError("an input whose max is less than its min")
+            if not (self.std > 0).all():
+                raise ValueError("an input whose std is not above 0")
             self.target_mean_deg_per_h = float(content["target"]["mean_deg_per_h"])
             self.target_std_deg_per_h = float(content["target"]["std_deg_per_h"])
+            if not self.target_std_deg_per_h > 0:
+                raise ValueError("a target whose std is not above 0")
             self.function = function_from_json(content["function"], len(self.terms))
             self._variance = variance_from_json(content["variance"], len(self.terms)) if "variance" in content else None
         except (KeyError, TypeError, ValueError) as error:
@@ -149,10 +153,14 @@ def _columns(of: Any, model: Model) -> tuple[dict[str, Numbers], pandas.Index]:
     return {name: of[name].to_numpy(dtype=np.float64) for name in model.names}, of.index
 
 
+def _no_number(word: str) -> float:
+    raise ValueError(f"{word} is no number")
+
+
 def load_model(path: str | os.PathLike[str]) -> Model:
     """Reads a model file. Raises `ModelError`."""
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        content = json.loads(Path(path).read_text(encoding="utf-8"), parse_constant=_no_number)
     except OSError as error:
         raise ModelError(f"{path}: {error.strerror or error}, expected a model file") from None
     except ValueError as error:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .chain import is_as_written
 from .database import opened
-from .errors import BeingWritten, RecordError
+from .errors import BeingWritten, NoRecord, RecordError
 from .info import RunInfo, column_of, read_info
 
 Numbers = NDArray[np.float64]
@@ -191,6 +191,8 @@ def _parts(path: Path) -> tuple[list[tuple[Path, Continuation | None]], RecordEr
                 its_run = read_info(database).id
         except BeingWritten:
             raise
+        except NoRecord:  # somebody's file, or one whose writer died before it was a record
+            continue
         except RecordError as error:
             damaged = error
             continue

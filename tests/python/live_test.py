@@ -5,12 +5,16 @@ writing."""
 import shutil
 import sqlite3
 import unittest
+from unittest import mock
 
 from program import InAFolder, record
 
 import pandas as pd
 
 import gyrotherm as module
+from gyrotherm import live
+from gyrotherm.database import live_path, opened
+from gyrotherm.errors import RecordError
 
 
 class Follow(InAFolder):
@@ -69,6 +73,37 @@ class Follow(InAFolder):
         pieces = list(module.follow(link, sleep=lambda seconds: steps.pop(0)()))
         self.assertEqual([len(piece) for piece in pieces], [3000, 100, 6500])
         self.assertEqual(module.open(link).path, self.path.resolve())
+
+    def test_goes_on_while_the_run_goes_on_in_another_file(self):
+        part = self.folder / "run.2.db"
+        shutil.copy(self.folder / "whole.db", self.path)
+        shutil.copy(self.folder / "whole.db", part)
+        writer = sqlite3.connect(part, isolation_level=None)
+        writer.execute("BEGIN EXCLUSIVE")
+        steps = [lambda: None, lambda: self.advance(3000, 3099), writer.close]
+        pieces = list(module.follow(self.path, sleep=lambda seconds: steps.pop(0)()))
+        self.assertEqual([len(piece) for piece in pieces], [3000, 100, 6500])
+
+    def test_looks_again_where_the_live_copy_is_begun_anew(self):
+        steps = [lambda: None, self.close]
+        looks = [RecordError("run.live.db: No such file or directory"), None]
+        with mock.patch.object(live, "opened", side_effect=lambda path: self.look(looks, path)):
+            pieces = list(module.follow(self.path, sleep=lambda seconds: steps.pop(0)()))
+        self.assertEqual([len(piece) for piece in pieces], [3000, 6600])
+
+    def look(self, looks, path):
+        if looks and (trouble := looks.pop(0)) is not None:
+            raise trouble
+        return opened(path)
+
+    def test_the_live_copy_itself_is_followed_like_its_record(self):
+        steps = [lambda: self.advance(3000, 3099), self.close]
+        pieces = list(module.follow(self.live, sleep=lambda seconds: steps.pop(0)()))
+        self.assertEqual([len(piece) for piece in pieces], [3000, 100, 6500])
+
+    def test_goes_by_the_name_that_the_program_gives_it(self):
+        for record_name, copy in (("a.db", "a.live.db"), ("a.sqlite", "a.sqlite.live.db"), ("a", "a.live.db")):
+            self.assertEqual(live_path(record_name).name, copy)
 
     def test_a_closed_record_is_yielded_whole(self):
         self.close()

@@ -56,6 +56,7 @@ class Predictions(InAFolder):
         out = model.with_suffix(".csv")
         gyrotherm("export", path, "--compensated", "--model", model, "--out", out, "--force", "--unverified", *more)
         table = pd.read_csv(out, comment="#", float_precision="round_trip", index_col="time [s]")
+        table.index -= 1  # a second is sampled at its end
         return table["bias [°/h]"] - table["compensated [°/h]"]
 
     def agree(self, path, file):
@@ -187,6 +188,27 @@ class Predictions(InAFolder):
             (self.folder / "bad.json").write_text(text)
             with self.assertRaisesRegex(module.ModelError, why):
                 module.load_model(self.folder / "bad.json")
+
+    def test_what_contradicts_itself_is_refused_as_by_the_program(self):
+        file = self.folder / "whole-model.json"
+        gyrotherm("train", self.path, "--method", "svr", "--quick", "--inputs", "A,A-B", "--out", file)
+        whole = file.read_text()
+
+        def changed(path, value):
+            content = json.loads(whole)
+            place = content
+            for key in path[:-1]:
+                place = place[key]
+            place[path[-1]] = value
+            return content
+
+        for path, value in ((("terms", 0, "std"), -1), (("terms", 0, "std"), 0), (("target", "std_deg_per_h"), -1),
+                            (("function", "beta"), [1.0]), (("function", "b"), float("nan")),
+                            (("function", "support_vectors", 0), [1.0]), (("function", "parameters", "sigma"), 0)):
+            file.write_text(json.dumps(changed(path, value)))
+            with self.assertRaises(module.ModelError, msg=path):
+                module.load_model(file)
+            gyrotherm("verify", file, self.path, accept=(4,))
 
     def test_a_range_that_ends_before_it_begins_is_refused(self):
         file = self.folder / "model.json"

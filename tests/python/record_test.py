@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A record in pandas and xarray has what the program says that it has."""
 
+import os
 import shutil
 import sqlite3
 import time
 import unittest
+from pathlib import Path
 
 from program import SOURCE, InAFolder, gyrotherm, record, start
 
@@ -168,12 +170,28 @@ class Running(InAFolder):
         wait_for(lambda: "acknowledged" in printed.read_text())
         return path, process
 
+    def test_what_lies_beside_it_and_is_no_part_of_it_is_passed_over(self):
+        path = record(self.folder / "alone.db")
+        beside = self.folder / "alone.2.db"
+        for content in (b"", b"no record", None):
+            if content is None:
+                beside.unlink()
+                beside.mkdir()
+            else:
+                beside.write_bytes(content)
+            self.assertEqual(len(module.open(path).to_pandas()), 9600, content)
+        beside.rmdir()
+
+    def test_has_any_name_that_a_file_may_have(self):
+        path = Path(os.fsdecode(os.fsencode(self.folder) + b"/r\xe9 %?.db"))
+        self.assertEqual(len(module.open(record(path)).to_pandas()), 9600)
+
     def test_is_refused_while_written_and_read_after_a_kill(self):
         path, process = self.begin("killed.db")
         with self.assertRaisesRegex(module.BeingWritten, "is being written by another program"):
             module.open(path)
         with self.assertRaises(module.BeingWritten):
-            next(module.follow(path))
+            next(module.follow(path, sleep=lambda seconds: None))
         process.kill()
         process.wait()
         before = self.files()

@@ -138,7 +138,7 @@ struct ResultTable {
   std::string axis{};  ///< its label; empty of a unit with one axis that has no name
   Stage stage{};
   std::string run{};     ///< run id of its record; empty: of all together
-  bool in_sample{};      ///< the model was fitted to this record: no verification
+  bool in_sample{};      ///< the model was fitted to this record, or to one of all: no verification
   std::string detail{};  ///< what the key leaves open, in no language: "A-D", "hold 3"; may be empty
   std::vector<Column> columns{};
 };

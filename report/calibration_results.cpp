@@ -349,19 +349,31 @@ std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, cons
   return found;
 }
 
+/// How the unit behaved in all records at one stage.
+struct AllRecords {
+  std::vector<model::Characterisation> characterised{};
+  bool in_sample{};  ///< the stage's model was fitted to one with a start
+};
+
+/// The stages of one record, to those of the records before it.
+void gather(std::map<Stage, AllRecords>& all, std::map<Stage, model::Characterisation> found, const Judged& judged) {
+  for (const Judged::OfModel& one : judged.models)
+    if (one.verification.trained_on_this && !found[one.stage].warm_ups.empty()) all[one.stage].in_sample = true;
+  for (auto& [stage, characterised] : found) all[stage].characterised.push_back(std::move(characterised));
+}
+
 /// Of the starts of all records together, at each stage.
-void add_turn_on(CalibrationReport& report, const std::string& axis,
-                 const std::map<Stage, std::vector<model::Characterisation>>& records) {
-  for (const auto& [stage, characterised] : records) {
+void add_turn_on(CalibrationReport& report, const std::string& axis, const std::map<Stage, AllRecords>& all) {
+  for (const auto& [stage, records] : all) {
     Column set_point = column("set_point", "°C"), starts = column("starts", "1"), std = column("std_of_bias", "°/h");
-    for (const model::TurnOn& one : model::turn_on_of(characterised)) {
+    for (const model::TurnOn& one : model::turn_on_of(records.characterised)) {
       const double freedom = one.starts - 1;
       const double value = stage == Stage::uncompensated ? one.std_before_deg_per_h : one.std_after_deg_per_h;
       set_point.values.push_back(exact(one.set_point_c));
       starts.values.push_back(exact(one.starts));
       std.values.push_back(measured(value, value / std::sqrt(2 * freedom), freedom));
     }
-    add({report, axis, {}, stage, false, 0}, Group::turn_on, "turn_on_repeatability",
+    add({report, axis, {}, stage, records.in_sample, 0}, Group::turn_on, "turn_on_repeatability",
         {std::move(set_point), std::move(starts), std::move(std)});
   }
 }
@@ -375,12 +387,12 @@ void add_budgets(CalibrationReport& report, const CalibratedAxis& axis) {
 }  // namespace
 
 Result<void> add_results(CalibrationReport& report, const CalibratedAxis& axis) {
-  std::map<Stage, std::vector<model::Characterisation>> all;
+  std::map<Stage, AllRecords> all;
   const std::size_t first = report.results.size();
   for (const data::RecordedRun& run : axis.runs) {
     const auto judged = judge(axis, run);
     if (!judged) return failure(judged.error());
-    for (auto& [stage, found] : add_run(report, axis.label, *judged)) all[stage].push_back(std::move(found));
+    gather(all, add_run(report, axis.label, *judged), *judged);
   }
   add_turn_on(report, axis.label, all);
   const auto own = report.results.begin() + static_cast<std::ptrdiff_t>(first);

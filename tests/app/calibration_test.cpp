@@ -211,6 +211,51 @@ TEST_F(CalibrationOfAUnit, AYearLaterIsComparedWithWhatItLeftWith) {
   EXPECT_EQ(filed("report").replaced_by->number, "C-2");
 }
 
+/// How far three starts differ is known of all of them together: the model has seen each.
+TEST_F(CalibrationOfAUnit, OfStartsThatTheModelHasLearntIsADraft) {
+  std::string records;
+  for (const char* name : {"one", "two", "three"}) {
+    std::ofstream(in(name) + ".toml") << fmt::format(R"(schema = "gyrotherm-profile/1"
+name = "{}"
+[defaults]
+guaranteed_soak = false
+[[segment]]
+kind = "hold"
+at = "20 °C"
+time = "2 h"
+[[segment]]
+kind = "repeat"
+count = 2
+cycle = true
+  [[segment.segment]]
+  kind = "ramp"
+  to = "0 °C"
+  rate = "4 °C/min"
+  [[segment.segment]]
+  kind = "ramp"
+  to = "40 °C"
+  rate = "4 °C/min"
+)",
+                                                     name);
+    run("run " + in(name) + ".toml --rig profiles/rigs/virtual.toml --seed 3 --out " + in(name) + ".db");
+    records += " " + in(name) + ".db";
+  }
+  run("train" + records + " --inputs seven-point,A --method ridge-u --out " + in("starts.json"));
+  std::ofstream(in("starts.toml")) << kOrder << "[[limit]]\nquantity = \"turn_on_repeatability.std_of_bias\"\n"
+                                   << "stage = \"as_left\"\nat_most = 0.1\n";
+  run("report" + records + " --model " + in("starts.json") + files("starts.toml") + " --out " + in("starts"));
+  const auto report = filed("starts");
+  EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
+  EXPECT_EQ(report.conformity.back().verdict, report::Verdict::not_known);
+  int tables = 0;
+  for (const report::ResultTable& table : report.results) {
+    if (table.key != "turn_on_repeatability") continue;
+    EXPECT_EQ(table.in_sample, table.stage == report::Stage::as_left);
+    ++tables;
+  }
+  EXPECT_EQ(tables, 2);
+}
+
 TEST_F(CalibrationOfAUnit, RowsOfExportAreWhatCompensateTakes) {
   run("export " + in("random.db") + " --out " + in("random.csv"));
   run("export " + in("random.db") + " --compensated --model " + in("model.json") + " --out " + in("compensated.csv"));

@@ -106,6 +106,13 @@ TEST(Order, HoldsNothingAgainstALimitThatTheModelHasLearnt) {
   EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
 }
 
+TEST(Order, HasEachAxisVerifiedByARecordOfItsOwn) {
+  CalibrationReport report = of_a_record();
+  for (ResultTable& table : report.results) table.in_sample = table.axis == "u1.y" && table.stage == Stage::as_left;
+  add_order(report, std::nullopt, std::nullopt);
+  EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
+}
+
 TEST(Laboratory, TakesALogoThatIsOneOnly) {
   const auto missing =
       parse_laboratory(std::string(kLaboratory).insert(34, "logo = \"none.svg\"\n"), "laboratory.toml");

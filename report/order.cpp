@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <tuple>
 
 #include "analysis/data/dataset.hpp"
 #include "core/file.hpp"
+#include "core/text.hpp"
 #include "core/toml_reader.hpp"
 #include "plot/png.hpp"
 
@@ -111,7 +113,7 @@ CalibratedItem item(const TomlTable& table) {
 std::vector<OrderedUnit> units(const TomlTable& table) {
   std::vector<OrderedUnit> all;
   for (const TomlTable& one : table.tables("unit")) {
-    all.push_back({one.text("name", ""), item(one)});
+    all.push_back({one.text("name", ""), one.place(), item(one)});
     const auto same = [&](const OrderedUnit& unit) { return unit.name == all.back().name; };
     if (std::ranges::count_if(all, same) > 1)
       one.mistake("name", fmt::format("unit \"{}\" is there twice", all.back().name));
@@ -131,14 +133,46 @@ std::vector<Influence> influences(const TomlTable& table) {
   return all;
 }
 
+/// KEY.QUANTITY of each result that is held against a limit.
+std::vector<std::string> results_with_limits() {
+  return {"turn_on_repeatability.std_of_bias",
+          "warm_up.duration",
+          "stabilised_bias.bias",
+          "two_position.bias",
+          "two_position.earth_rate",
+          "retrace.change",
+          "temperature_sensitivity.temperature_sensitivity",
+          "ramp_sensitivity.ramp_sensitivity",
+          "gradient_sensitivity.gradient_sensitivity",
+          "hysteresis.width",
+          "quantisation.quantisation",
+          "angle_random_walk.angle_random_walk",
+          "bias_instability.bias_instability",
+          "rate_random_walk.rate_random_walk",
+          "rate_ramp.rate_ramp",
+          "whole_run.mean",
+          "whole_run.std",
+          "whole_run.rmse",
+          "whole_run.largest",
+          "compensated_mean.compensated_bias",
+          "coverage.seen_share"};
+}
+
+void check_is_result(const TomlTable& limit, const std::string& quantity) {
+  const auto known = results_with_limits();
+  if (quantity.empty() || std::ranges::find(known, quantity) != known.end()) return;
+  const std::string near = nearest(quantity, known);
+  limit.mistake("quantity", fmt::format("no result is called \"{}\", {}", quantity,
+                                        near.empty() ? "expected one like \"compensated_mean.compensated_bias\""
+                                                     : fmt::format("did you mean \"{}\"?", near)));
+}
+
 std::vector<ReportedLimit> limits(const TomlTable& table) {
   std::vector<ReportedLimit> all;
   for (const TomlTable& one : table.tables("limit")) {
     ReportedLimit limit{.quantity = one.text("quantity"), .at_most = one.number("at_most")};
     if (one.has("stage")) limit.stage = one_of(kStages, one, "stage");
-    if (limit.quantity.find('.') == std::string::npos)
-      one.mistake("quantity", fmt::format("\"{}\", expected RESULT.QUANTITY like \"compensated_mean.compensated_bias\"",
-                                          limit.quantity));
+    check_is_result(one, limit.quantity);
     if (!(limit.at_most > 0)) one.mistake("at_most", "expected a number above 0");
     all.push_back(std::move(limit));
   }
@@ -202,7 +236,7 @@ Result<OrderFile> parse_order(std::string_view toml, const std::string& file) {
 
 namespace {
 
-/// What is not empty takes the place of what the record says.
+/// What is not empty takes the place of what was there.
 void take(std::string& into, const std::string& from) {
   if (!from.empty()) into = from;
 }
@@ -235,8 +269,8 @@ const OrderedUnit* unit_of(const OrderFile& order, const std::string& name) {
 void add_unit(CalibratedItem& item, const CalibratedItem& ordered) {
   take(item.description, ordered.description);
   take(item.manufacturer, ordered.manufacturer);
-  take(item.model, ordered.model);
-  take(item.serial_number, ordered.serial_number);
+  if (item.model.empty()) item.model = ordered.model;
+  if (item.serial_number.empty()) item.serial_number = ordered.serial_number;
   take(item.customers_number, ordered.customers_number);
   take(item.condition, ordered.condition);
 }
@@ -272,6 +306,19 @@ bool is_verified(const CalibrationReport& report) {
   });
 }
 
+/// A unit is calibrated after it came and before its report is issued. Virtual ones have days of their own.
+void note_days(CalibrationReport& report) {
+  const auto are_in_order = [&](const std::string& first, const std::string& then) {
+    return report.simulated || first.empty() || then.empty() || first <= then;
+  };
+  if (!are_in_order(report.received, report.begun))
+    report.missing.push_back(
+        fmt::format("order.toml: received, on or before {} (UTC) when the calibration began", report.begun));
+  if (!are_in_order(report.ended, report.issued))
+    report.missing.push_back(
+        fmt::format("order.toml: issued, on or after {} (UTC) when the calibration ended", report.ended));
+}
+
 void note_missing(CalibrationReport& report) {
   const auto need = [&](bool is_there, const char* file, const char* key) {
     if (!is_there) report.missing.push_back(fmt::format("{}: {}", file, key));
@@ -287,6 +334,7 @@ void note_missing(CalibrationReport& report) {
   need(!report.customer.city.empty(), kOrder, "customer.city");
   need(!report.received.empty(), kOrder, "received");
   need(!report.issued.empty(), kOrder, "issued");
+  note_days(report);
   need(!report.item.model.empty(), kOrder, "unit.model");
   need(!report.item.serial_number.empty(), kOrder, "unit.serial_number");
   need(!report.item.condition.empty(), kOrder, "unit.condition");
@@ -314,6 +362,18 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
     hold_against(report, order->limits, order->rule);
   }
   note_missing(report);
+}
+
+Result<void> check_unit(const OrderFile& order, const CalibratedItem& item, const std::string& from) {
+  const OrderedUnit* unit = unit_of(order, item.name);
+  if (unit == nullptr) return {};
+  for (const auto& [key, ordered, own] : {std::tuple("model", &unit->item.model, &item.model),
+                                          std::tuple("serial_number", &unit->item.serial_number, &item.serial_number)})
+    if (!ordered->empty() && !own->empty() && *ordered != *own)
+      return failure(FaultKind::bad_file, unit->place,
+                     fmt::format("the unit's {} is \"{}\", but {} has \"{}\"; an order says only what is not there",
+                                 key, *ordered, from, *own));
+  return {};
 }
 
 void hold_against(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule) {

@@ -28,7 +28,8 @@ struct LaboratoryFile {
 
 /// A unit under test as its customer knows it. What is empty is taken from the record.
 struct OrderedUnit {
-  std::string name{};  ///< in the rig; empty: the only one
+  std::string name{};   ///< in the rig; empty: the only one
+  std::string place{};  ///< in its file: "order.toml:12:1"
   CalibratedItem item{};
 };
 
@@ -55,8 +56,13 @@ struct OrderFile {
 /// Reads order.toml. Fails with bad_file, every mistake with its place.
 [[nodiscard]] Result<OrderFile> parse_order(std::string_view toml, const std::string& file);
 
+/// Fails with bad_file if the order names another type or serial number of a unit than `from`, a record or a rig, has:
+/// it may only say what that does not.
+[[nodiscard]] Result<void> check_unit(const OrderFile& order, const CalibratedItem& item, const std::string& from);
+
 /// Puts what people have written into a report of that unit, and notes what a report must have and they have not
-/// written: "laboratory.toml: name". Without a file all of its keys are missing.
+/// written: "laboratory.toml: name". Without a file all of its keys are missing. What the report says already of type
+/// and serial number stays.
 void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
                const std::optional<OrderFile>& order);
 

@@ -368,19 +368,26 @@ Result<Runs> plan_runs(const QualifyArguments& options, const rig::RigFile& rig)
 
 bool has_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
 
+std::vector<record::UnitInfo> units_of(const rig::RigFile& rig) {
+  std::vector<record::UnitInfo> units;
+  for (const auto& unit : rig.units) units.push_back(unit.info);
+  return units;
+}
+
 /// Of --only; none if it was not given.
 Result<std::vector<data::AxisChoice>> axes_wanted(const QualifyArguments& options, const rig::RigFile& rig) {
   if (!options.only.empty() && has_one_axis(rig))
     return failure(FaultKind::usage, "--only", "is for a rig with several axes; this one has one");
   record::RunInfo info;
-  for (const auto& unit : rig.units) info.units.push_back(unit.info);
+  info.units = units_of(rig);
   return axes_called(options.only, info);
 }
 
 Result<Exit> qualify(Console& console, const QualifyArguments& options) {
-  if (auto texts = check_report_texts(options.report); !texts) return failure(texts.error());
   const auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
+  if (auto texts = check_report_texts(options.report, units_of(*rig), options.rig); !texts)
+    return failure(texts.error());
   auto runs = plan_runs(options, *rig);
   if (!runs) return failure(runs.error());
   if (!options.further.empty() && !has_one_axis(*rig))

@@ -284,6 +284,26 @@ Result<report::CalibrationReport> report_of(const Given& given, const std::strin
   return report;
 }
 
+Result<void> check_units(const report::OrderFile& order, const std::vector<record::UnitInfo>& units,
+                         const std::string& from) {
+  for (const record::UnitInfo& unit : units) {
+    const report::CalibratedItem item{.name = unit.name, .model = unit.model, .serial_number = unit.serial_number};
+    if (auto same = check_unit(order, item, from); !same) return same;
+  }
+  return {};
+}
+
+/// Whether the order speaks of the units of the records, before a report of the first of them is made.
+Result<void> check_order(const Given& given, const std::vector<std::string>& units) {
+  if (!given.order) return {};
+  for (const CheckedRecord& one : given.records) {
+    std::vector<record::UnitInfo> reported;
+    for (const std::string& unit : units) reported.push_back(*find_unit(one.info, unit));
+    if (auto same = check_units(*given.order, reported, one.path); !same) return same;
+  }
+  return {};
+}
+
 /// A report that somebody has authorised is never written over.
 Result<void> check_is_free(const std::string& folder) {
   if (!std::filesystem::exists(folder + "/" + report::kCalibrationFile)) return {};
@@ -302,11 +322,13 @@ void add_report_texts(CLI::App& command, CalibrationArguments& options) {
   command.add_option("--order", options.order, "order.toml: customer, unit, people, limits")->type_name(value::kToml);
 }
 
-Result<void> check_report_texts(const CalibrationArguments& options) {
+Result<void> check_report_texts(const CalibrationArguments& options, const std::vector<record::UnitInfo>& units,
+                                const std::string& from) {
   if (auto laboratory = parsed_if_given(options.laboratory, report::parse_laboratory); !laboratory)
     return failure(laboratory.error());
-  if (auto order = parsed_if_given(options.order, report::parse_order); !order) return failure(order.error());
-  return {};
+  const auto order = parsed_if_given(options.order, report::parse_order);
+  if (!order) return failure(order.error());
+  return *order ? check_units(**order, units, from) : Result<void>{};
 }
 
 Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
@@ -314,6 +336,7 @@ Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
   if (!given) return failure(given.error());
   const auto units = units_to_report(given->records, options.unit);
   if (!units) return failure(units.error());
+  if (auto ordered = check_order(*given, *units); !ordered) return failure(ordered.error());
   const auto folder_of = [&](const std::string& unit) {
     return units->size() > 1 ? options.out + "/" + unit : options.out;
   };

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/run_info.hpp"
 #include "app/command.hpp"
 #include "core/result.hpp"
 
@@ -24,8 +25,10 @@ struct CalibrationArguments {
 
 /// The options --laboratory and --order.
 void add_report_texts(CLI::App& command, CalibrationArguments& options);
-/// Reads these files alone, for commands that work for days before they write a report. Fails with bad_file.
-[[nodiscard]] Result<void> check_report_texts(const CalibrationArguments& options);
+/// Reads these files alone, for commands that work for days before they write a report of these units, as `from` has
+/// them. Fails with bad_file, also if the order speaks of another unit.
+[[nodiscard]] Result<void> check_report_texts(const CalibrationArguments& options,
+                                              const std::vector<record::UnitInfo>& units, const std::string& from);
 
 /// Writes calibration.json and its views into OUT, or into OUT/UNIT where the records have several units and none was
 /// named; says what makes it a draft. Fails with usage, bad_file or storage.

@@ -16,6 +16,7 @@
 #include "acquisition/record/sqlite.hpp"
 #include "core/file.hpp"
 #include "report/dsi.hpp"
+#include "report/order.hpp"
 #include "report/words.hpp"
 #include "tests/app/program.hpp"
 
@@ -254,6 +255,44 @@ cycle = true
     ++tables;
   }
   EXPECT_EQ(tables, 2);
+}
+
+TEST_F(CalibrationOfAUnit, IsOfTheUnitThatTheRecordNames) {
+  const auto made = shell("sed 's#\\.\\./#" GYROTHERM_SOURCE_DIR
+                          "/profiles/#; s/^\\[gyro]$/&\\nserial_number = \"0043\"/' profiles/rigs/virtual.toml > " +
+                          in("rig.toml"));
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const auto planned = gyrotherm_with("qualify --rig " + in("rig.toml") + files("order.toml") + " --out " + in("q"));
+  EXPECT_EQ(planned.exit_code, 4);
+  EXPECT_NE(planned.err.find("the unit's serial_number is \"0042\", but"), std::string::npos) << planned.err;
+  EXPECT_FALSE(std::filesystem::exists(in("q"))) << "before anything moves";
+  run("run tests/profiles/short-random.toml --rig " + in("rig.toml") + " --seed 3 --out " + in("0043.db"));
+  const auto refused = gyrotherm_with("report " + in("0043.db") + files("order.toml") + " --out " + in("other_unit"));
+  EXPECT_EQ(refused.exit_code, 4);
+  EXPECT_NE(refused.err.find("but " + in("0043.db") + " has \"0043\""), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(in("other_unit")));
+}
+
+TEST_F(CalibrationOfAUnit, IsHeldAgainstNoResultThatNobodyKnows) {
+  std::string order = kOrder;
+  order.replace(order.find("whole_run.rmse"), 14, "whole_run.rsme");
+  std::ofstream(in("mistyped.toml")) << order;
+  for (const std::string& command : {"report " + in("random.db"), std::string("qualify")}) {
+    const auto refused = gyrotherm_with(command + files("mistyped.toml") + " --out " + in("mistyped"));
+    EXPECT_EQ(refused.exit_code, 4) << refused.err;
+    EXPECT_NE(refused.err.find("did you mean \"whole_run.rmse\"?"), std::string::npos) << refused.err;
+    EXPECT_FALSE(std::filesystem::exists(in("mistyped")));
+  }
+  // What a report has may be held against a limit, but for what was set or counted.
+  for (const report::ResultTable& table : filed("report").results) {
+    for (const report::Column& column : table.columns) {
+      const auto given = {"set_point", "temperature", "starts", "within", "nominal_share"};
+      if (std::ranges::find(given, column.quantity) != given.end()) continue;
+      const std::string limit =
+          fmt::format("[[limit]]\nquantity = \"{}.{}\"\nat_most = 1\n", table.key, column.quantity);
+      EXPECT_TRUE(report::parse_order(kOrder + limit, "order.toml")) << limit;
+    }
+  }
 }
 
 TEST_F(CalibrationOfAUnit, RowsOfExportAreWhatCompensateTakes) {

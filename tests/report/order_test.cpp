@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
 #include "tests/report/sample_calibration.hpp"
 
@@ -111,6 +112,63 @@ TEST(Order, HasEachAxisVerifiedByARecordOfItsOwn) {
   for (ResultTable& table : report.results) table.in_sample = table.axis == "u1.y" && table.stage == Stage::as_left;
   add_order(report, std::nullopt, std::nullopt);
   EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
+}
+
+TEST(Order, NamesTheResultThatALimitMeans) {
+  const auto refused = [](const std::string& quantity) {
+    std::string wrong = kOrder;
+    wrong.replace(wrong.find("compensated_mean.compensated_bias"), 33, quantity);
+    const auto order = parse_order(wrong, "order.toml");
+    return order ? "" : text(order.error());
+  };
+  EXPECT_EQ(refused("stabilised_bias.bias"), "");
+  EXPECT_EQ(refused("stabilised_bias.bais"),
+            "order.toml:18:12: no result is called \"stabilised_bias.bais\", did you mean \"stabilised_bias.bias\"?");
+  for (const char* quantity : {"nothing", "stabilised_bias", "bias.rmse", "heading.results", "."})
+    EXPECT_NE(refused(quantity).find("no result is called"), std::string::npos) << quantity;
+}
+
+TEST(Order, SaysOfAUnitOnlyWhatTheRecordDoesNot) {
+  const auto order = parse_order(kOrder, "order.toml");
+  ASSERT_TRUE(order);
+  const auto refused = [&](const std::string& model, const std::string& serial_number) {
+    const auto same = check_unit(*order, {.name = "gyro", .model = model, .serial_number = serial_number}, "rate.db");
+    return same ? "" : text(same.error());
+  };
+  EXPECT_EQ(refused("", ""), "");
+  EXPECT_EQ(refused("RLG-1", "0042"), "");
+  EXPECT_EQ(refused("RLG-1", "0043"),
+            "order.toml:10:1: the unit's serial_number is \"0042\", but rate.db has \"0043\"; an order says only what "
+            "is not there");
+  EXPECT_NE(refused("RLG-2", ""), "");
+  CalibrationReport report = of_a_record();
+  report.item.model = "RLG-2";
+  report.item.serial_number = "";
+  add_order(report, std::nullopt, *order);
+  EXPECT_EQ(report.item.model, "RLG-2");
+  EXPECT_EQ(report.item.serial_number, "0042");
+}
+
+TEST(Order, HasItsDaysInTheirOrder) {
+  const auto order = parse_order(kOrder, "order.toml");
+  ASSERT_TRUE(order);
+  const auto lacks = [&](const char* begun, const char* ended, bool simulated) {
+    CalibrationReport report = of_a_record();
+    report.simulated = simulated;
+    report.begun = begun;
+    report.ended = ended;
+    add_order(report, std::nullopt, *order);
+    std::vector<std::string> days;
+    for (const std::string& one : report.missing)
+      if (one.find("(UTC)") != std::string::npos) days.push_back(one);
+    return days;
+  };
+  EXPECT_TRUE(lacks("2026-11-02", "2026-11-25", false).empty());
+  EXPECT_TRUE(lacks("", "", false).empty());
+  EXPECT_EQ(lacks("2026-11-01", "2026-11-26", false),
+            (std::vector<std::string>{"order.toml: received, on or before 2026-11-01 (UTC) when the calibration began",
+                                      "order.toml: issued, on or after 2026-11-26 (UTC) when the calibration ended"}));
+  EXPECT_TRUE(lacks("2026-01-01", "2026-12-31", true).empty()) << "of a virtual rig";
 }
 
 TEST(Laboratory, TakesALogoThatIsOneOnly) {

@@ -152,12 +152,13 @@ struct ReportedBudget {
 
 /// By what a result is held against a limit (ILAC-G8:09/2019).
 enum class DecisionRule {
-  simple,     ///< it passes up to the limit, U being known (4.2.1): the probability of a wrong verdict is up to 50 %
+  simple,     ///< it passes up to the limit, U being known (4.2.1); at it a pass is wrong with 50 % or more
   guard_band  ///< it passes up to the limit less U; between that and the limit plus U conditionally (4.2.3)
 };
 [[nodiscard]] const char* name(DecisionRule rule);
 
-enum class Verdict { pass, conditional_pass, conditional_fail, fail, not_known };
+/// From the best to the worst: where one fails, all together do, whatever is not known of another.
+enum class Verdict { pass, conditional_pass, conditional_fail, not_known, fail };
 [[nodiscard]] const char* name(Verdict verdict);
 
 /// A limit that the order asks for. The magnitude of a value must not be greater.
@@ -167,7 +168,7 @@ struct ReportedLimit {
   double at_most{};
 };
 
-/// A result held against a limit: its row that is worst.
+/// A result held against a limit: its row that is worst, by verdict and then by probability.
 struct Conformity {
   std::string quantity{};
   std::string axis{};

@@ -343,13 +343,24 @@ void note_missing(CalibrationReport& report) {
   need(has_person(report, "authorising"), kOrder, "person with role \"authorising\"");
 }
 
-/// The row with the greatest magnitude.
-const ReportedValue* worst_of(const Column& column) {
-  const ReportedValue* worst = nullptr;
-  for (const ReportedValue& value : column.values)
-    if (std::isfinite(value.value) && (worst == nullptr || std::abs(value.value) > std::abs(worst->value)))
-      worst = &value;
-  return worst;
+/// Of two rows of one column, each with an uncertainty of its own: by verdict, then by probability where it is known,
+/// then by magnitude.
+bool is_worse(const Conformity& one, const Conformity& other) {
+  const auto key = [](const Conformity& of) {
+    return std::tuple(of.verdict, std::isnan(of.probability) ? -2 : -of.probability, std::abs(of.value.value));
+  };
+  return key(one) > key(other);
+}
+
+/// The row that is worst; not_known of a column without values.
+Conformity worst_of(const std::vector<ReportedValue>& values, double limit, DecisionRule rule) {
+  std::optional<Conformity> worst;
+  for (const ReportedValue& value : values) {
+    if (!std::isfinite(value.value)) continue;
+    const Conformity one = held_against(value, limit, rule);
+    if (!worst || is_worse(one, *worst)) worst = one;
+  }
+  return worst.value_or(held_against({}, limit, rule));
 }
 
 }  // namespace
@@ -386,8 +397,7 @@ void hold_against(CalibrationReport& report, const std::vector<ReportedLimit>& l
       const Column* column = find_column(table, quantity);
       if (table.key != key || column == nullptr || table.in_sample) continue;
       if (limit.stage && *limit.stage != table.stage) continue;
-      const ReportedValue* worst = worst_of(*column);
-      Conformity one = held_against(worst != nullptr ? *worst : ReportedValue{}, limit.at_most, rule);
+      Conformity one = worst_of(column->values, limit.at_most, rule);
       one.quantity = limit.quantity;
       one.axis = table.axis;
       one.stage = table.stage;

@@ -66,8 +66,9 @@ struct OrderFile {
 void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
                const std::optional<OrderFile>& order);
 
-/// Holds the results against the limits of an order, each by its worst row; those of a model on a record that it was
-/// fitted to are not held against any. A limit of which there is no result is not_known.
+/// Holds the results against the limits of an order, each row for itself: the worst verdict stands for all, of equal
+/// ones the least probable. Those of a model on a record that it was fitted to are not held against any. A limit of
+/// which there is no result is not_known.
 void hold_against(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule);
 
 }  // namespace gyrotherm::report

@@ -382,18 +382,21 @@ constexpr Word kWords[] = {
   {"say.no_equipment", "No equipment is named.", "Es ist keine Messeinrichtung angegeben."},
   {"say.rule_simple",
    "Decision rule: simple acceptance (ILAC-G8:09/2019, 4.2.1). A result passes if its magnitude is not greater "
-   "than the limit. For a result at the limit the probability of a wrong verdict is up to 50 %.",
+   "than the limit. For a result at the limit the probability of a wrong verdict is up to 50 %, and more where U is "
+   "not small against the limit.",
    "Entscheidungsregel: einfache Akzeptanz (ILAC-G8:09/2019, 4.2.1). Ein Ergebnis ist konform, wenn sein Betrag "
    "den Grenzwert nicht überschreitet. Für ein Ergebnis am Grenzwert beträgt die Wahrscheinlichkeit einer falschen "
-   "Aussage bis zu 50 %."},
+   "Aussage bis zu 50 %, und mehr, wo U gegen den Grenzwert nicht klein ist."},
   {"say.rule_guard_band",
    "Decision rule: guard band of U (ILAC-G8:09/2019, 4.2.3). A result passes if its magnitude is not greater than "
-   "the limit less U; the probability that it is wrongly accepted is then at most 2.5 %. Up to the limit it passes "
-   "conditionally, up to the limit plus U it fails conditionally, above it fails.",
+   "the limit less U; the probability that it is wrongly accepted, its true value being beyond the limit, is then at "
+   "most 2.5 % to either side, at most 5 % together. Up to the limit it passes conditionally, up to the limit plus U "
+   "it fails conditionally, above it fails.",
    "Entscheidungsregel: Sicherheitsband der Breite U (ILAC-G8:09/2019, 4.2.3). Ein Ergebnis ist konform, wenn sein "
-   "Betrag den um U verminderten Grenzwert nicht überschreitet; die Wahrscheinlichkeit einer falschen Annahme "
-   "beträgt dann höchstens 2,5 %. Bis zum Grenzwert ist es bedingt konform, bis zum um U vermehrten Grenzwert "
-   "bedingt nicht konform, darüber nicht konform."},
+   "Betrag den um U verminderten Grenzwert nicht überschreitet; die Wahrscheinlichkeit einer falschen Annahme, bei "
+   "der der wahre Wert jenseits des Grenzwerts liegt, beträgt dann nach jeder Seite höchstens 2,5 %, zusammen "
+   "höchstens 5 %. Bis zum Grenzwert ist es bedingt konform, bis zum um U vermehrten Grenzwert bedingt nicht konform, "
+   "darüber nicht konform."},
   {"say.probability",
    "The probability of being within is that of the true magnitude, by Student’s distribution about the result.",
    "Die Wahrscheinlichkeit der Einhaltung ist die des wahren Betrags, nach der Studentschen Verteilung um das "

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string_view>
 
+#include "report/words.hpp"
 #include "tests/report/sample_calibration.hpp"
 
 namespace gyrotherm::report {
@@ -63,9 +65,24 @@ TEST(Decision, SaysHowLikelyTheTrueValueIsWithin) {
               1e-4);  // Cauchy, less what lies below −1
 }
 
+/// Where U is as great as the limit, what passes may be beyond it to either side.
+TEST(Decision, ByAGuardBandIsWrongAsOftenAsItSays) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const ReportedValue nothing = with_uncertainty(0, 0.5, kInfinite), great = with_uncertainty(9, 0.5, kInfinite);
+  const Conformity found = held_against(nothing, nothing.expanded(), DecisionRule::guard_band);
+  EXPECT_EQ(found.verdict, Verdict::pass);
+  EXPECT_NEAR(1 - found.probability, 0.05, 1e-9);
+  EXPECT_NEAR(1 - held_against(great, 9 + great.expanded(), DecisionRule::guard_band).probability, 0.025, 1e-9);
+  EXPECT_NE(word(Language::english, "say.rule_guard_band").find("at most 5 % together"), std::string_view::npos);
+  EXPECT_NE(word(Language::german, "say.rule_guard_band").find("zusammen höchstens 5 %"), std::string_view::npos);
+}
+
 TEST(Decision, OverAllIsTheWorst) {
   CalibrationReport report = sample_calibration();
   EXPECT_EQ(verdict_of(report), Verdict::conditional_fail);
+  report.conformity[0].verdict = Verdict::fail;
+  report.conformity[1].verdict = Verdict::not_known;
+  EXPECT_EQ(verdict_of(report), Verdict::fail) << "whatever is not known of another";
   report.conformity.clear();
   EXPECT_FALSE(verdict_of(report));
 }

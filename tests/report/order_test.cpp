@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/report/sample_calibration.hpp"
@@ -147,6 +149,29 @@ TEST(Order, SaysOfAUnitOnlyWhatTheRecordDoesNot) {
   add_order(report, std::nullopt, *order);
   EXPECT_EQ(report.item.model, "RLG-2");
   EXPECT_EQ(report.item.serial_number, "0042");
+}
+
+TEST(Order, HoldsEachRowWithItsOwnUncertaintyAgainstALimit) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const auto worst = [](std::vector<ReportedValue> values, DecisionRule rule) {
+    CalibrationReport report;
+    report.results = {{.key = "stabilised_bias", .columns = {{"bias", "°/h", std::move(values)}}}};
+    hold_against(report, {{.quantity = "stabilised_bias.bias", .at_most = 1}}, rule);
+    return report.conformity.at(0);
+  };
+  const ReportedValue greatest = with_uncertainty(-0.9, 0.01, kInfinite),
+                      blurred = with_uncertainty(0.8, 0.2, kInfinite),
+                      more_blurred = with_uncertainty(0.7, 0.4, kInfinite), unknown{.value = 0.1},
+                      beyond = with_uncertainty(2, 0.1, kInfinite);
+  using enum DecisionRule;
+  const Conformity conditional = worst({greatest, blurred}, guard_band);
+  EXPECT_EQ(conditional.verdict, Verdict::conditional_pass);
+  EXPECT_EQ(conditional.value.value, 0.8);
+  EXPECT_EQ(worst({blurred, more_blurred, greatest}, guard_band).value.value, 0.7) << "is the least probable";
+  EXPECT_EQ(worst({greatest, blurred}, simple).value.value, 0.8) << "both pass";
+  EXPECT_EQ(worst({greatest, unknown}, guard_band).verdict, Verdict::not_known);
+  EXPECT_EQ(worst({unknown, beyond}, guard_band).verdict, Verdict::fail);
+  EXPECT_EQ(worst({{}, {.value = -0.2}, unknown}, simple).value.value, -0.2);
 }
 
 TEST(Order, HasItsDaysInTheirOrder) {

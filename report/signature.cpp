@@ -7,7 +7,9 @@
 #include <cctype>
 #include <charconv>
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <regex>
 #include <vector>
 
@@ -114,10 +116,10 @@ Result<std::string> step(const std::string& program, const Strings& words, const
   return failure(FaultKind::bad_file, program, fmt::format("{}: {}", what, said.substr(0, 600)));
 }
 
-/// OpenSSL would also trust whom the system trusts.
-Strings trusting(const Trust& trust) {
-  Strings words{"-no-CApath", "-no-CAstore", "-partial_chain", "-purpose", "any", "-CAfile", trust.certificates_file};
-  if (!trust.on_day) return words;
+/// The moments as of which certificates are judged, in seconds since 1970: of a day its last and its first one, as a
+/// certificate may begin or end on it, and noon; nothing: now.
+std::vector<std::optional<std::int64_t>> moments_of(const Trust& trust) {
+  if (!trust.on_day) return {std::nullopt};
   int year = 0;
   unsigned month = 0, day = 0;
   const char* text = trust.on_day->data();
@@ -125,9 +127,26 @@ Strings trusting(const Trust& trust) {
   std::from_chars(text + 5, text + 7, month);
   std::from_chars(text + 8, text + 10, day);
   const std::chrono::sys_days at = std::chrono::year(year) / std::chrono::month(month) / std::chrono::day(day);
-  const auto noon = std::chrono::duration_cast<std::chrono::seconds>(at.time_since_epoch()).count() + 12 * 3600;
-  words.insert(words.end(), {"-attime", std::to_string(noon)});
-  return words;
+  const std::int64_t begins = std::chrono::seconds(at.time_since_epoch()).count();
+  constexpr std::int64_t kDay_s = 86400;
+  return {begins + kDay_s - 1, begins, begins + kDay_s / 2};
+}
+
+/// Runs openssl so that it trusts whom `trust` names; by itself it would also trust whom the system does. It is well if
+/// it is at any of the moments.
+Result<ProgramRun> run_trusting(const Trust& trust, const Strings& command, const Strings& files) {
+  Strings all = command;
+  all.insert(all.end(),
+             {"-no-CApath", "-no-CAstore", "-partial_chain", "-purpose", "any", "-CAfile", trust.certificates_file});
+  Result<ProgramRun> run = ProgramRun{};
+  for (const auto& moment : moments_of(trust)) {
+    Strings words = all;
+    if (moment) words.insert(words.end(), {"-attime", std::to_string(*moment)});
+    words.insert(words.end(), files.begin(), files.end());
+    run = run_program("openssl", words);
+    if (!run || run->exit_code == 0) break;
+  }
+  return run;
 }
 
 Result<void> is_usable(const Trust& trust) {
@@ -139,10 +158,7 @@ Result<void> is_usable(const Trust& trust) {
 
 /// Fails if a certificate is nobody's who is trusted.
 Result<void> is_trusted(const PrivateFolder& folder, const Trust& trust) {
-  Strings words{"verify"};
-  for (std::string& word : trusting(trust)) words.push_back(std::move(word));
-  words.insert(words.end(), {"-untrusted", folder / "chain.pem", folder / "own.pem"});
-  const auto run = run_program("openssl", words);
+  const auto run = run_trusting(trust, {"verify"}, {"-untrusted", folder / "chain.pem", folder / "own.pem"});
   if (!run) return failure(run.error());
   if (run->exit_code == 0) return {};
   const std::string why = between(run->out, "lookup: ", "\n").value_or("it cannot be read");
@@ -198,6 +214,9 @@ Result<void> unlock(const PrivateFolder& folder, const SigningKey& key) {
   if (!key.password_file.empty()) words.insert(words.end(), {"-passin", "file:" + key.password_file});
   if (auto there = read_text_file(key.key_file); !there) return failure(there.error());
   if (auto unlocked = step("openssl", words, "does not open the key"); !unlocked) return failure(unlocked.error());
+  const auto rsa = run_program("openssl", {"rsa", "-in", folder / "key.pem", "-noout"});
+  if (!rsa) return failure(rsa.error());
+  if (rsa->exit_code != 0) return failure(FaultKind::bad_file, key.key_file, "is a key of another kind, expected RSA");
   const auto of_key = step("openssl", {"pkey", "-in", folder / "key.pem", "-pubout"}, "does not read the key");
   const auto of_certificate =
       step("openssl", {"x509", "-in", folder / "chain.pem", "-noout", "-pubkey"}, "does not read the certificate");
@@ -393,21 +412,9 @@ Result<Signer> verify_pdf(const std::string& path, const Trust& trust) {
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
   if (auto apart = take_apart(*folder, path, *signature); !apart) return failure(apart.error());
-  Strings words{"cms",
-                "-verify",
-                "-binary",
-                "-inform",
-                "DER",
-                "-in",
-                *folder / "signature.der",
-                "-content",
-                *folder / "content",
-                "-out",
-                "/dev/null",
-                "-signer",
-                *folder / "own.pem"};
-  for (std::string& word : trusting(trust)) words.push_back(std::move(word));
-  const auto run = run_program("openssl", words);
+  const auto run = run_trusting(trust, {"cms", "-verify", "-binary", "-inform", "DER"},
+                                {"-in", *folder / "signature.der", "-content", *folder / "content", "-out", "/dev/null",
+                                 "-signer", *folder / "own.pem"});
   if (!run) return failure(run.error());
   if (run->exit_code != 0) {
     const auto why = between(run->out, "Verify error: ", "\n");

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/signed_report.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -61,6 +63,28 @@ Result<void> is_unsigned(const std::string& folder) {
   if (*dcc && (*dcc)->find("<ds:Signature") != std::string::npos)
     return failure(FaultKind::bad_file, path, "is signed already");
   return {};
+}
+
+/// Replaces files of a folder, the last one last. All are written under names of their own before any takes its place:
+/// a full disk changes nothing.
+Result<void> replace_all(const std::string& folder, const std::vector<NewFile>& files) {
+  const auto beside = [&](const NewFile& file) { return folder + "/" + file.name + ".signing"; };
+  Result<void> done;
+  std::vector<NewFile> written;
+  for (const NewFile& file : files) {
+    if (done = replace_text_file(beside(file), file.bytes); !done) break;
+    written.push_back(file);
+  }
+  for (const NewFile& file : written) {
+    std::error_code error;
+    const std::string path = folder + "/" + file.name;
+    if (done) std::filesystem::rename(beside(file), path, error);
+    if (error) done = failure(FaultKind::storage, path, "cannot be written: " + error.message());
+    if (!done) std::filesystem::remove(beside(file), error);
+  }
+  const Descriptor place(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (place.is_open()) ::fsync(place.number());
+  return done;
 }
 
 Result<CalibrationReport> report_to_sign(const std::string& json, const std::string& path) {
@@ -142,7 +166,7 @@ Result<std::vector<std::string>> sign_report(const std::string& folder, const Si
   const auto report = report_to_sign(*json, path);
   if (!report) return failure(report.error());
   const auto names = issued_in(folder);
-  const auto pdfs = signed_pdfs(folder, names, key, report->number);
+  auto pdfs = signed_pdfs(folder, names, key, report->number);
   if (!pdfs) return failure(pdfs.error());
   const auto options = options_for(folder, *json, *pdfs, names);
   if (!options) return failure(options.error());
@@ -151,9 +175,8 @@ Result<std::vector<std::string>> sign_report(const std::string& folder, const Si
   const auto signed_dcc = sign_dcc(*dcc, key);
   if (!signed_dcc) return failure(signed_dcc.error());
   std::vector<std::string> all;
-  for (const NewFile& pdf : *pdfs)
-    if (auto put = replace_text_file(folder + "/" + pdf.name, pdf.bytes); !put) return failure(put.error());
-  if (auto put = replace_text_file(folder + "/" + kDccFile, *signed_dcc); !put) return failure(put.error());
+  pdfs->push_back({kDccFile, *signed_dcc});
+  if (auto put = replace_all(folder, *pdfs); !put) return failure(put.error());
   all.emplace_back(kDccFile);
   for (const IssuedFile& file : options->files) all.push_back(file.name);
   return all;

@@ -23,7 +23,8 @@ struct Check {
 /// Signs the report of a folder: its PDFs one by one, then dcc.xml, made anew, over them, over calibration.json, and
 /// over the pages (.html) and tables (.csv) beside; the first PDF is in dcc.xml too. Returns the names of the files.
 /// Fails with bad_file if the report is a draft, is signed already, or as sign_dcc() and sign_pdf() do, and with
-/// storage; then nothing in the folder was changed, unless the disk failed while it was.
+/// storage; then nothing in the folder was changed, also where the disk is full, unless it failed while files were
+/// renamed.
 [[nodiscard]] Result<std::vector<std::string>> sign_report(const std::string& folder, const SigningKey& key);
 
 /// What a signed folder is found to be.

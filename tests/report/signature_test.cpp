@@ -6,6 +6,7 @@
 
 #include <cctype>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <random>
@@ -41,6 +42,7 @@ class Keys {
     authority("other-ca");
     issue("lab", "ca", {"-days", "3650"});
     issue("colleague", "ca", {"-days", "3650"});
+    issue("brief", "ca", {"-days", "1"});
     issue("stranger", "other-ca", {"-days", "3650"});
     run("openssl",
         {"pkey", "-in", folder_ / "lab.key", "-aes256", "-passout", "pass:a secret", "-out", folder_ / "locked.key"});
@@ -365,6 +367,29 @@ TEST_F(Signed, OnADayOnWhichTheCertificateWasValid) {
   EXPECT_EQ(found.error().kind, FaultKind::usage);
 }
 
+/// At whatever time of the day a certificate begins or ends.
+TEST_F(Signed, OnTheDaysOnWhichTheCertificateBeginsAndEnds) {
+  const SigningKey brief = keys_->key("brief");
+  ASSERT_TRUE(sign_report(folder_path(), brief));
+  const auto signer = verify_dcc(bytes("dcc.xml"), "dcc.xml", keys_->trust());
+  ASSERT_TRUE(signer) << text(signer.error());
+  std::tm ends{};
+  ASSERT_NE(::strptime(signer->not_after.c_str(), "%b %d %H:%M:%S %Y", &ends), nullptr) << signer->not_after;
+  const auto days_after = [last = ::timegm(&ends)](int days) {
+    constexpr int kDay_s = 86400;
+    Trust trust = keys_->trust();
+    const std::time_t at = last + days * kDay_s;
+    std::tm day{};
+    ::gmtime_r(&at, &day);
+    trust.on_day = fmt::format("{:04}-{:02}-{:02}", day.tm_year + 1900, day.tm_mon + 1, day.tm_mday);
+    return trust;
+  };
+  EXPECT_TRUE(failing(days_after(-1)).empty());
+  EXPECT_TRUE(failing(days_after(0)).empty());
+  EXPECT_EQ(failing(days_after(-2)), std::vector<std::string>{"dcc.xml"});
+  EXPECT_EQ(failing(days_after(1)), std::vector<std::string>{"dcc.xml"});
+}
+
 TEST_F(Signed, ASignatureOfAnotherFormIsNone) {
   sign();
   const std::string dcc = bytes("dcc.xml");
@@ -405,6 +430,28 @@ TEST_F(Signed, WithAKeyOfAnotherIsRefused) {
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().what.find("is not the certificate of the key"), std::string::npos);
   EXPECT_EQ(bytes("report.pdf"), before);
+}
+
+TEST_F(Signed, WithAKeyThatIsNotRsaIsRefused) {
+  run("openssl", {"req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-keyout",
+                  at("ec.key"), "-out", at("ec.pem"), "-days", "30", "-subj", "/CN=ec"});
+  const auto refused = sign_report(folder_path(), {.key_file = at("ec.key"), .certificate_file = at("ec.pem")});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(text(refused.error()), at("ec.key") + ": is a key of another kind, expected RSA");
+}
+
+/// As on a disk that is full when the last file is to be written.
+TEST_F(Signed, InPartIsNot) {
+  const std::string before = bytes("report.pdf");
+  std::filesystem::create_directories(at("dcc.xml.signing/in-the-way"));
+  const auto refused = sign_report(folder_path(), keys_->key("lab"));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, FaultKind::storage);
+  EXPECT_EQ(bytes("report.pdf"), before);
+  EXPECT_FALSE(std::filesystem::exists(at("report.pdf.signing")));
+  std::filesystem::remove_all(at("dcc.xml.signing"));
+  sign();
+  EXPECT_TRUE(failing().empty());
 }
 
 TEST_F(Signed, LeavesNoKeyBehind) {

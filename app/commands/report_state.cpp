@@ -34,6 +34,19 @@ Result<Exit> authorise(Console& console, const StateArguments& options) {
   return write_again(console, *filed, options.folder);
 }
 
+/// Only a report that may be issued takes the place of another one, and only of the same unit.
+Result<void> may_replace(const FiledReport& by, const report::CalibrationReport& report) {
+  const auto refused = [&](const std::string& why) { return failure(FaultKind::usage, by.path, why); };
+  const report::CalibrationReport& one = by.report;
+  if (one.number == report.number) return refused(fmt::format("has the same number, {}", report.number));
+  if (one.state != report::ReportState::authorised)
+    return refused(fmt::format("is {}; only a report that is authorised takes the place of another", name(one.state)));
+  if (one.item.model != report.item.model || one.item.serial_number != report.item.serial_number)
+    return refused(fmt::format("is of another unit, {} {}, than {} {}", one.item.model, one.item.serial_number,
+                               report.item.model, report.item.serial_number));
+  return {};
+}
+
 Result<Exit> supersede(Console& console, const StateArguments& options) {
   auto filed = load_calibration(options.folder);
   const auto by = load_calibration(options.by);
@@ -42,8 +55,7 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
   if (report.state == report::ReportState::superseded)
     return failure(FaultKind::usage, filed->path,
                    fmt::format("is superseded already, by {}", report.replaced_by->number));
-  if (by->report.number == report.number)
-    return failure(FaultKind::usage, by->path, fmt::format("has the same number, {}", report.number));
+  if (auto may = may_replace(*by, report); !may) return failure(may.error());
   if (auto kept = keep_as_signed(console, options.folder); !kept) return failure(kept.error());
   report.state = report::ReportState::superseded;
   report.replaced_by =

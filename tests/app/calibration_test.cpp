@@ -208,8 +208,28 @@ TEST_F(CalibrationOfAUnit, AYearLaterIsComparedWithWhatItLeftWith) {
     found = found || (one["key"] == "whole_run" && one["before_at"] == "as_left" && one["now_at"] == "as_found");
   }
   EXPECT_TRUE(found);
-  run("report supersede " + in("report") + " --by " + in("later") + " --reason 'a year'");
-  EXPECT_EQ(filed("report").replaced_by->number, "C-2");
+}
+
+TEST_F(CalibrationOfAUnit, IsSupersededByAnAuthorisedReportOfTheSameUnit) {
+  const auto reported = [](const std::string& name, std::initializer_list<std::pair<std::string, std::string>> other) {
+    std::string order = kOrder;
+    for (const auto& [from, to] : other) order.replace(order.find(from), from.size(), to);
+    std::ofstream(in(name + ".toml")) << order;
+    run("report " + in("random.db") + " --model " + in("model.json") + files(name + ".toml") + " --out " + in(name));
+  };
+  const auto refused = [](const std::string& by) {
+    const auto ran = gyrotherm_with("report supersede " + in("first") + " --by " + in(by));
+    EXPECT_EQ(ran.exit_code, 2);
+    return ran.err;
+  };
+  reported("first", {});
+  reported("second", {{"\"C-1\"", "\"C-2\""}});
+  reported("stranger", {{"\"C-1\"", "\"C-3\""}, {"\"0042\"", "\"0043\""}});
+  EXPECT_NE(refused("second").find("is draft"), std::string::npos);
+  for (const char* name : {"first", "second", "stranger"}) run("report authorise " + in(name) + " --by A");
+  EXPECT_NE(refused("stranger").find("is of another unit, RLG-1 0043, than RLG-1 0042"), std::string::npos);
+  run("report supersede " + in("first") + " --by " + in("second") + " --reason 'a year'");
+  EXPECT_EQ(filed("first").replaced_by->number, "C-2");
 }
 
 /// How far three starts differ is known of all of them together: the model has seen each.

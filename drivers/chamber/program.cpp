@@ -214,14 +214,10 @@ class Upload {
       : map_(map), memory_(*map.memory), items_(items), registers_(registers), pauses_(pauses) {}
 
   [[nodiscard]] Result<void> learn_contexts() {
-    for (const auto& block : memory_.step)
-      for (const auto& cell : block.cells) {
-        const Named named{cell.form.decimals, cell.form.unit};
-        if (contexts_.contains(named)) continue;
-        auto context = context_of(map_, cell.form, [this](const RegisterItem& item) { return items_.read(item); });
-        if (!context) return failure(std::move(context.error()));
-        contexts_[named] = *context;
-      }
+    for (const auto* blocks : {&memory_.header, &memory_.step, &memory_.footer})
+      for (const auto& block : *blocks)
+        for (const auto& cell : block.cells)
+          if (auto known = learn_context(cell.form); !known) return known;
     return {};
   }
 
@@ -274,6 +270,15 @@ class Upload {
   [[nodiscard]] const UploadReport& report() const { return report_; }
 
  private:
+  [[nodiscard]] Result<void> learn_context(const RegisterItem& form) {
+    const Named named{form.decimals, form.unit};
+    if (contexts_.contains(named)) return {};
+    auto context = context_of(map_, form, [this](const RegisterItem& item) { return items_.read(item); });
+    if (!context) return failure(std::move(context.error()));
+    contexts_[named] = *context;
+    return {};
+  }
+
   [[nodiscard]] Result<void> write(const MemoryWrite& write) {
     pauses_.rest(memory_.pause);
     auto done = registers_.write(write_function(write.function, write.words.size()), write.address, write.words);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "drivers/chamber/program.hpp"
@@ -120,6 +121,25 @@ TEST_P(Upload, ShowsThatTheProgramRunsAndIsHeld) {
 
 INSTANTIATE_TEST_SUITE_P(Shipped, Upload, testing::ValuesIn(maps_with_memory()),
                          [](const auto& one) { return one.param.map + "_" + name(one.param.link); });
+
+/// What the words mean is the point: the virtual unit understands them by the same map as the driver.
+TEST(F4tUpload, SpeaksTheUnitThatTheControllerIsSetTo) {
+  auto written = chamber_map("watlow_f4t").text;
+  const std::string celsius = "register = \"communication_unit\", value = 15";
+  written.replace(written.find(celsius), celsius.size(), "register = \"communication_unit\", value = 30");
+  ChamberOnALine line(drivers::parse_register_map(written, "watlow_f4t.toml").value());
+  const auto registers = line.registers();
+  auto program = an_hour();
+  program.soak_band = {1.0};
+  ASSERT_TRUE(line.chamber->upload(program));
+  const auto number_at = [&](std::uint16_t address) {
+    const auto words = registers->read(drivers::ReadFunction::holding_registers, address, 2).value();
+    return std::bit_cast<float>(static_cast<std::uint32_t>(words[1]) << 16 | words[0]);
+  };
+  EXPECT_NEAR(number_at(19086), 1.8, 1e-3) << "band";
+  EXPECT_NEAR(number_at(19114 + 170), -40, 1e-3) << "the first ramp's target, the same in both";
+  EXPECT_NEAR(number_at(19114 + 3 * 170), 140, 1e-3) << "the second one's, 60 °C";
+}
 
 TEST(EztUpload, IsThePublishedFrames) {
   ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);

@@ -88,6 +88,27 @@ TEST(RegisterMap, KnowsTheWatlowF4T) {
   EXPECT_EQ(map->find(map->control->active)->address, 2814);
 }
 
+TEST(RegisterMap, WhereTheUnitOfTheSetPointIsAskedForThatOfTheProgramIsToo) {
+  int asked = 0;
+  for (const auto& file : std::filesystem::directory_iterator(kChambers)) {
+    if (file.path().extension() != ".toml") continue;
+    const auto map = parse_register_map(content(file.path()), file.path().filename());
+    ASSERT_TRUE(map) << text(map.error());
+    const auto& unit = map->find("set_point")->unit;
+    if (unit.empty() || !map->memory) continue;
+    for (const auto* blocks : {&map->memory->header, &map->memory->step, &map->memory->footer})
+      for (const auto& block : *blocks)
+        for (const auto& [at, source, constant, form] : block.cells) {
+          const bool is_difference = source == CellSource::soak_band || source == CellSource::rate;
+          if (!is_difference && source != CellSource::start && source != CellSource::target) continue;
+          EXPECT_EQ(form.unit, unit) << file.path() << ", register " << block.address;
+          EXPECT_EQ(form.step, is_difference) << file.path() << ", register " << block.address;
+          ++asked;
+        }
+  }
+  EXPECT_EQ(asked, 3) << "target and band of the F4T, target of the F4";
+}
+
 TEST(RegisterMap, TheUserOverridesTheDefaultWordOrder) {
   const auto map = parse_register_map(content(kChambers / "watlow_f4t.toml"), "watlow_f4t.toml", WordOrder::abcd);
   ASSERT_TRUE(map) << text(map.error());

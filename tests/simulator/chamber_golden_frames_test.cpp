@@ -97,6 +97,7 @@ TEST(GoldenFrames, OfTheTt5166WhichIsUnitZero) {
   EXPECT_NE(reply_to(line, "00 06 00 27 02 26 B8 AA"), "not sent");
   ASSERT_TRUE(items.read(*line.map.find("humidity")));
   EXPECT_NE(reply_to(line, "00 03 00 03 00 01 75 DB"), "not sent");
+  EXPECT_NEAR(decode(*line.map.find("humidity"), Words{0x0226}).value(), 55.0, 1e-9) << "in tenths, as it is written";
 }
 
 TEST(GoldenFrames, OfTheYinhe) {

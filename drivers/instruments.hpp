@@ -47,6 +47,9 @@ class Chamber {
   [[nodiscard]] virtual Result<void> stop() = 0;
   /// Zeros where nothing is known.
   [[nodiscard]] virtual ChamberEffort effort() const { return {}; }
+  /// What of its state and alarms it says that it does not have, in words: nobody asks for that any more. Known after
+  /// inspect().
+  [[nodiscard]] virtual std::vector<std::string> missing() const { return {}; }
   /// Carries out another command that the instrument knows: "acknowledge" (its alarms), "pause", "resume" (its own
   /// program), … Fails with refused where it knows none of that name.
   [[nodiscard]] virtual Result<void> perform(const std::string& command) {

@@ -24,8 +24,8 @@ enum class WriteFunction : std::uint8_t { coil = 5, one_register = 6, registers 
 class Registers {
  public:
   virtual ~Registers() = default;
-  /// Fails with timeout, disconnected, refused (an exception reply, which is named) or corrupted (a reply that is not
-  /// the answer to this request).
+  /// Fails with timeout, disconnected, corrupted (a reply that is not the answer to this request), or by an exception,
+  /// which is named: refused (there is no such register), out_of_range (it has no value now) or timeout (busy).
   [[nodiscard]] virtual Result<std::vector<std::uint16_t>> read(ReadFunction function, std::uint16_t address,
                                                                 std::uint16_t count) = 0;
   /// Fails likewise; of several exchanges the first that fails is the last. An acknowledged write is not yet an applied

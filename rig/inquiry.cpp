@@ -75,12 +75,13 @@ Result<std::string> ask_word_order(const drivers::RegisterMap& map, drivers::Reg
 Result<std::string> ask_chamber(drivers::Chamber& chamber, const Clock& clock) {
   const auto name = chamber.identify();
   if (!name) return failure(name.error());
-  const auto state = chamber.read();
+  const auto state = chamber.inspect();
   if (!state) return failure(state.error());
   const auto trips = time_calls([&] { (void)chamber.read(); }, clock);
   auto line = fmt::format("{}, air {:.2f} °C, set point {:.2f} °C", *name, state->air.value, state->set_point.value);
   if (state->activity != ChamberActivity::unknown) line += fmt::format(", {}", gyrotherm::name(state->activity));
   if (!state->alarms.empty()) line += fmt::format(", ALARMS: {}", fmt::join(state->alarms, "; "));
+  for (const auto& one : chamber.missing()) line += "; WARNING: not watched, the unit does not have it: " + one;
   const auto effort = in_words(chamber.effort());
   return line + "; " + text(trips) + (effort.empty() ? "" : "; " + effort);
 }

@@ -32,7 +32,8 @@ struct RoundTrips {
 /// Which word orders make sense of the unit's air temperature and set point; empty where the map leaves
 /// nothing to find.
 [[nodiscard]] Result<std::string> ask_word_order(const drivers::RegisterMap& map, drivers::Registers& registers);
-/// Who it is, one reading, and how long ten take. Fails with the first fault.
+/// Who it is, all that it says of itself, what of that it does not have, and how long ten readings take. Fails with the
+/// first fault.
 [[nodiscard]] Result<std::string> ask_chamber(drivers::Chamber& chamber, const Clock& clock);
 /// The same, with one reading of each channel; one that is faulty says so in its place.
 [[nodiscard]] Result<std::string> ask_thermometer(drivers::Thermometer& thermometer,

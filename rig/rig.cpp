@@ -253,7 +253,7 @@ class AssembledRig : public Rig {
     if (!state) return failure(state.error());
     const auto limits = patiently([&] { return chamber_->limits(); });
     if (!limits) return failure(limits.error());
-    return ChamberAsFound{*state, *limits};
+    return ChamberAsFound{*state, *limits, chamber_->missing()};
   }
 
   /// Never start() at a set point that was not taken. Returns what the chamber says of the program that it keeps.

@@ -90,7 +90,8 @@ struct RigStart {
 /// The chamber before anything of it was moved.
 struct ChamberAsFound {
   ChamberState state;
-  drivers::SetPointRange limits;  ///< as its controller is set
+  drivers::SetPointRange limits;       ///< as its controller is set
+  std::vector<std::string> missing{};  ///< of what its state and alarms are read from, in words
 };
 /// The set point that the chamber is to be sent to first, from where it stands; a fault is the reason why it may not be
 /// moved at all.

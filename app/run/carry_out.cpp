@@ -111,6 +111,15 @@ void warn_of_calibrations(Console& console, run::RunController& run_controller, 
   }
 }
 
+/// … and what of the chamber nobody watches.
+void warn_of_missing(Console& console, run::RunController& run_controller, const std::vector<std::string>& missing) {
+  for (const auto& one : missing) {
+    const auto line = "chamber: not watched, the unit does not have it: " + one;
+    console.say("warning: " + line);
+    run_controller.note(EventKind::note, line);
+  }
+}
+
 /// What gyrotherm-make-safe did while nobody else was there belongs into the record.
 Result<void> recall_guard(Console& console, record::Store& store, const Instant& now, const std::string& path) {
   const auto trace = watchdog::read_trace(path);
@@ -225,8 +234,10 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   const auto program = upload ? run::program_of(profile) : Result<drivers::ChamberProgram>();
   if (!program) return failure(program.error());
   run::EntryPoint entry;
+  std::vector<std::string> missing;
   Result<std::unique_ptr<record::Store>> store = nullptr;
   const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
+    missing = found.missing;
     if (auto good = check_controller(found.limits, profile, file); !good) return failure(good.error());
     store = record::Store::create(
         path,
@@ -254,6 +265,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
     run_controller.note(EventKind::note, "the controller carries the profile out: " + names->back());
   }
   warn_of_calibrations(console, run_controller, **rig);
+  warn_of_missing(console, run_controller, missing);
   return drive({console, profile, run_controller, **rig, **store, *ownership, path});
 }
 
@@ -270,8 +282,10 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   auto rig = rig::Rig::assemble(on->rig, on->start);
   if (!rig) return failure(rig.error());
   run::EntryPoint entry;
+  std::vector<std::string> missing;
   Result<std::unique_ptr<record::Store>> store = nullptr;
   const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
+    missing = found.missing;
     const auto at = reentry(*on, found.state, path, options.accept);
     if (!at) return failure(at.error());
     entry = *at;
@@ -296,6 +310,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
     run_controller.note(EventKind::fault, "the record " + describe(**lost));
   }
   warn_of_calibrations(console, run_controller, **rig);
+  warn_of_missing(console, run_controller, missing);
   if (auto told = recall_guard(console, **store, (*rig)->clock().now(), path); !told) return told;
   return drive({console, on->profile, run_controller, **rig, **store, *ownership, path});
 }

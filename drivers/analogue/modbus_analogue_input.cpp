@@ -75,7 +75,8 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
         found.add(span, std::move(*words));
         continue;
       }
-      silent = words.error().kind != FaultKind::refused;
+      const auto kind = words.error().kind;
+      silent = kind != FaultKind::refused && kind != FaultKind::out_of_range;
       lost.emplace_back(span, std::move(words.error()));
     }
     std::vector<Result<double>> values;

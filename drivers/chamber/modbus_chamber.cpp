@@ -96,8 +96,7 @@ class ModbusChamber final : public Chamber {
   /// What it was doing before a silence it may do no longer; alarms stand until it says otherwise.
   Result<ChamberState> read() override {
     auto state = look();
-    if (state && turns_.is_overdue())
-      return failure(FaultKind::timeout, place(air_), "its state and its alarms could not be read for a minute");
+    if (state && turns_.is_overdue()) return unreadable("its state and its alarms could not be read for a minute");
     if (state) return state;
     turns_.begin_anew();
     status_.activity = ChamberActivity::unknown;
@@ -117,7 +116,7 @@ class ModbusChamber final : public Chamber {
       status_known_ = status_known_ || turns_.pieces() == 0;
     }
     unhurried_ = false;
-    if (state && !status_known_) return failure(FaultKind::timeout, place(air_), "what it is doing could not be read");
+    if (state && !status_known_) return unreadable("what it is doing could not be read");
     return state;
   }
 
@@ -196,6 +195,8 @@ class ModbusChamber final : public Chamber {
             .longest = exchange_};
   }
 
+  std::vector<std::string> missing() const override { return missing_; }
+
   Result<std::string> upload(const ChamberProgram& program) override {
     if (!map_.sequences.contains("start_program") || !map_.sequences.contains("stop_program"))
       return failure(FaultKind::refused, "chamber upload",
@@ -273,19 +274,40 @@ class ModbusChamber final : public Chamber {
     return set_point;
   }
 
-  /// A piece that is lost is asked for again by the next reading; the status stays as it was until all are there.
+  /// A piece that is lost is asked for again by a later reading; the status stays as it was until all are there.
   void look_at_status(const Snapshot& core, Duration began) {
     turns_.begin_reading();
-    while (const auto* span = turns_.next(pauses_->now() - began, exchange_)) {
-      auto words = registers_->read(span->function, span->first, span->count);
-      if (words)
+    while (const auto* next = turns_.next(pauses_->now() - began, exchange_)) {
+      const auto span = *next;
+      auto words = registers_->read(span.function, span.first, span.count);
+      if (words) {
         turns_.found(std::move(*words));
-      else if (words.error().kind != FaultKind::refused || !turns_.refused())
+      } else if (words.error().kind == FaultKind::refused && turns_.refused()) {
+        missing_.push_back(fmt::format("{} ({})", fmt::join(status_in(span), ", "), words.error().what));
+      } else {
+        turns_.lost(pauses_->now() - began);
+        lost_ = text(words.error());
         return;
+      }
     }
     if (!turns_.is_complete()) return;
+    lost_.clear();
     status_ = judge(core, turns_.take());
     status_known_ = true;
+  }
+
+  /// Names of what the status asks for there.
+  [[nodiscard]] std::vector<std::string> status_in(const ReadSpan& span) const {
+    std::vector<std::string> names;
+    for (const auto* item : status_items_)
+      if (read_function(*item) == span.function && item->address >= span.first &&
+          item->address < span.first + span.count)
+        names.push_back(item->name);
+    return names;
+  }
+
+  [[nodiscard]] tl::unexpected<Fault> unreadable(const char* what) const {
+    return failure(FaultKind::timeout, place(air_), lost_.empty() ? what : fmt::format("{}: {}", what, lost_));
   }
 
   [[nodiscard]] ChamberStatus judge(const Snapshot& core, const Snapshot& more) const {
@@ -349,7 +371,10 @@ class ModbusChamber final : public Chamber {
   const RegisterItem* identity_;
   std::vector<ReadSpan> core_plan_;
   StatusTurns turns_{{}, 0};
+  std::vector<const RegisterItem*> status_items_;  ///< with what says their decimals and units
   ChamberStatus status_;
+  std::vector<std::string> missing_;     ///< of the status, in words
+  std::string lost_;                     ///< why a piece of the status did not come, since it last was complete
   bool unhurried_ = false;               ///< outside a tick
   bool status_known_ = false;            ///< it is not older than a silence
   Duration exchange_{};                  ///< how long one takes on this line
@@ -370,11 +395,11 @@ ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registe
       identity_(map_.identity ? &items_.item(map_.identity->item) : nullptr) {
   const auto at_most = map_.link.modbus.read_at_most;
   core_plan_ = plan_reads(core_items(), map_.one_block || map_.holes, at_most);
-  auto status = status_items(map_);
-  const auto context = items_.needed_by(status);
-  status.insert(status.end(), context.begin(), context.end());
+  status_items_ = status_items(map_);
+  const auto context = items_.needed_by(status_items_);
+  status_items_.insert(status_items_.end(), context.begin(), context.end());
   const bool asks = !(map_.states.empty() && map_.alarms.empty());
-  turns_ = StatusTurns(plan_reads(status, map_.holes, at_most), asks ? map_.status_every : 0);
+  turns_ = StatusTurns(plan_reads(status_items_, map_.holes, at_most), asks ? map_.status_every : 0);
 }
 
 }  // namespace

@@ -59,6 +59,7 @@ void StatusTurns::begin_anew() {
   so_far_.clear();
   at_ = 0;
   under_way_ = false;
+  delays_ = false;
   until_round_ = 0;
 }
 
@@ -83,7 +84,7 @@ const ReadSpan* StatusTurns::next(Duration spent, Duration exchange) {
   if (!under_way_ || at_ == pieces_.size()) return nullptr;
   const bool is_due = since_piece_ >= kReadingsWithoutAPiece;
   const bool has_time =
-      spent + exchange <= kReading && spent + exchange + kExchangesOfASetPoint * exchange <= kSecondsWork;
+      !delays_ && spent + exchange <= kReading && spent + exchange + kExchangesOfASetPoint * exchange <= kSecondsWork;
   if (!unhurried_ && !is_due && !has_time) return nullptr;
   since_piece_ = 0;
   return &pieces_[at_];
@@ -91,15 +92,19 @@ const ReadSpan* StatusTurns::next(Duration spent, Duration exchange) {
 
 void StatusTurns::found(std::vector<std::uint16_t> words) {
   had_[at_] = true;
+  delays_ = false;
   so_far_.add(pieces_[at_++], std::move(words));
 }
 
 bool StatusTurns::refused() {
+  delays_ = false;
   if (had_[at_]) return false;
   pieces_.erase(pieces_.begin() + static_cast<std::ptrdiff_t>(at_));
   had_.erase(had_.begin() + static_cast<std::ptrdiff_t>(at_));
   return true;
 }
+
+void StatusTurns::lost(Duration spent) { delays_ = spent > kReading; }
 
 Snapshot StatusTurns::take() {
   at_ = 0;

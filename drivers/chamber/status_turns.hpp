@@ -66,6 +66,9 @@ class StatusTurns {
   /// The unit says that it does not have that piece: it is never asked for again, unless it was there before. Returns
   /// whether the next one can be asked for.
   bool refused();
+  /// That piece did not come, for now; `spent`: on this reading. One that made a reading late is asked for by every
+  /// fifth alone until it comes: the others are to be in time.
+  void lost(Duration spent);
 
   /// Whether the round is complete now; then its snapshot is handed out, once.
   [[nodiscard]] bool is_complete() const { return under_way_ && at_ == pieces_.size(); }
@@ -87,6 +90,7 @@ class StatusTurns {
   bool under_way_ = false;  ///< a round is
   bool at_once_ = false;    ///< the next reading asks for all
   bool unhurried_ = false;  ///< the present one does
+  bool delays_ = false;     ///< the piece that is next made a reading late
 };
 
 }  // namespace gyrotherm::drivers

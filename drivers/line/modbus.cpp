@@ -83,7 +83,7 @@ class GuardedRegisters final : public Registers {
     auto answer = ask_patiently(request, most_tries);
     answer ? backoff_.succeeded() : backoff_.failed();
     if (answer && answer->exception == 0) return std::move(answer->words);
-    auto fault = answer ? refusal(answer->exception) : std::move(answer.error());
+    auto fault = answer ? refusal(request, answer->exception) : std::move(answer.error());
     fault.where = place(request);
     return failure(std::move(fault));
   }
@@ -106,14 +106,23 @@ class GuardedRegisters final : public Registers {
                        table(), request.address, request.count);
   }
 
-  /// A gateway that did not reach the unit says so by an exception, too: the unit itself has refused nothing.
-  [[nodiscard]] Fault refusal(std::uint8_t exception) const {
-    constexpr std::uint8_t kNoPath = 10, kNoAnswer = 11;
+  [[nodiscard]] Fault refusal(const ModbusRequest& request, std::uint8_t exception) const {
     const auto own = link_.exception_names.find(exception);
-    const bool refused = own != link_.exception_names.end() || (exception != kNoPath && exception != kNoAnswer);
-    return {refused ? FaultKind::refused : FaultKind::timeout, "",
-            fmt::format("exception {}, {}", exception,
-                        own == link_.exception_names.end() ? exception_meaning(exception) : own->second)};
+    const bool is_own = own != link_.exception_names.end();
+    return {kind_of(request, exception, is_own), "",
+            fmt::format("exception {}, {}", exception, is_own ? own->second : exception_meaning(exception))};
+  }
+
+  /// Busy, or behind a gateway that did not reach it, a unit has refused nothing. A read is refused by 1 and 2 alone,
+  /// which hold: there is no such function or register. By any other it says that it has no value now.
+  [[nodiscard]] FaultKind kind_of(const ModbusRequest& request, std::uint8_t exception, bool is_own) const {
+    constexpr std::uint8_t kNoAddress = 2, kFailure = 4, kAcknowledged = 5, kBusy = 6, kNoPath = 10, kNoAnswer = 11;
+    if (link_.busy_exceptions.contains(exception)) return FaultKind::timeout;
+    const bool passes =
+        exception == kAcknowledged || exception == kBusy || exception == kNoPath || exception == kNoAnswer;
+    if (passes && !is_own) return FaultKind::timeout;
+    if (reads(request.function)) return exception > kNoAddress ? FaultKind::out_of_range : FaultKind::refused;
+    return exception == kFailure && !is_own ? FaultKind::timeout : FaultKind::refused;
   }
 
   [[nodiscard]] ModbusRequest request(std::uint8_t function, std::uint16_t address) const {

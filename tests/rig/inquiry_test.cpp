@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "drivers/chamber/modbus_chamber.hpp"
 #include "rig/rig.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace gyrotherm::rig {
 namespace {
@@ -17,6 +19,43 @@ TEST(Inquiry, RoundTripsAreOrdered) {
   EXPECT_EQ(trips.median, std::chrono::microseconds(6500));
   EXPECT_EQ(trips.most, std::chrono::milliseconds(100));
   EXPECT_EQ(text(trips), "10 reads: 1.000, 6.500, 100.000 ms (least, median, most)");
+}
+
+TEST(Inquiry, TellsWhichAlarmNobodyWatches) {
+  const auto map = drivers::parse_register_map(R"(schema = "gyrotherm-chamber/1"
+name = "oven"
+vendor = "test"
+source = "none"
+[link]
+[[register]]
+name = "air_temperature"
+address = 1
+type = "s16"
+[[register]]
+name = "set_point"
+address = 2
+type = "s16"
+access = "rw"
+[[register]]
+name = "door"
+address = 3
+type = "u16"
+codes = { shut = 0, open = 1 }
+[[alarm]]
+severity = "stop"
+register = "door"
+is = "open"
+)",
+                                               "map.toml");
+  ASSERT_TRUE(map) << text(map.error());
+  auto without_door = std::make_unique<tests::FakeRegisters>();
+  without_door->words = {{1, 20}, {2, 20}};
+  const auto chamber = make_modbus_chamber(*map, std::move(without_door));
+  const auto answer = ask_chamber(*chamber, VirtualClock());
+  ASSERT_TRUE(answer) << text(answer.error());
+  EXPECT_NE(answer->find("WARNING: not watched, the unit does not have it: door (exception 2, illegal data address)"),
+            std::string::npos)
+      << *answer;
 }
 
 TEST(Inquiry, EveryInstrumentOfTheMixedRigSaysWhoItIsAndWhatItReads) {

@@ -134,5 +134,25 @@ TEST(ModbusAnalogueInputs, ARegisterThatTheUnitRefusesLeavesTheOthersAlone) {
   EXPECT_EQ(readings[1].error().kind, FaultKind::refused);
 }
 
+/// A unit whose first input has failed: exception 4.
+class Ailing final : public Registers {
+ public:
+  Result<std::vector<std::uint16_t>> read(ReadFunction, std::uint16_t address, std::uint16_t count) override {
+    if (address == 0) return failure(FaultKind::out_of_range, "unit", "exception 4, server device failure");
+    return std::vector<std::uint16_t>(count, 0);
+  }
+  Result<void> write(WriteFunction, std::uint16_t, std::span<const std::uint16_t>) override { return {}; }
+};
+
+TEST(ModbusAnalogueInputs, ARegisterWithoutAValueLeavesTheOthersAlone) {
+  auto text = kUnit;
+  text.replace(text.find("read_at_most = 16"), 17, "read_at_most = 1");
+  const auto inputs = make_modbus_analogue_inputs(parse_analogue_map(text, "map.toml").value(), {0, 1},
+                                                  "analogue input 2", std::make_unique<Ailing>(), virtual_pauses());
+  const auto readings = inputs->read();
+  EXPECT_FALSE(readings[0]);
+  EXPECT_TRUE(readings[1]);
+}
+
 }  // namespace
 }  // namespace gyrotherm::drivers

@@ -115,6 +115,7 @@ class SlowUnit final : public Registers {
   std::vector<std::pair<std::uint16_t, std::uint16_t>> written;
   std::function<void(std::uint16_t address, std::uint16_t word)> obey = [](auto, auto) {};
   std::uint16_t refused_from = 0xFFFF;
+  Fault refusal{FaultKind::refused, "unit", "exception 2, illegal data address"};
   int reads = 0;
   std::vector<std::uint16_t> asked;                     ///< addresses that were read, in order
   std::function<void()> each_exchange = [] {};          ///< how a line takes its time
@@ -128,7 +129,7 @@ class SlowUnit final : public Registers {
     if (loses()) return failure(FaultKind::timeout, "unit", "no reply");
     std::vector<std::uint16_t> found;
     for (std::uint16_t i = 0; i < count; ++i) found.push_back(words[static_cast<std::uint16_t>(address + i)]);
-    if (address >= refused_from) return failure(FaultKind::refused, "unit", "exception 2, illegal data address");
+    if (address >= refused_from) return failure(refusal);
     return found;
   }
   Result<void> write(WriteFunction, std::uint16_t address, std::span<const std::uint16_t> values) override {
@@ -288,6 +289,55 @@ TEST_F(ChamberCommands, ARegisterOfTheStatusThatTheUnitRefusesIsNotAskedForAgain
   (void)chamber->read();
   (void)chamber->read();
   EXPECT_EQ(unit->reads - before, 4 + 5) << "air, set point, decimals, unit; then the state too";
+}
+
+TEST_F(ChamberCommands, WhatTheUnitDoesNotHaveIsNamed) {
+  unit->refused_from = 8;
+  ASSERT_TRUE(chamber->inspect());
+  EXPECT_EQ(chamber->missing(), std::vector<std::string>{"alarms (exception 2, illegal data address)"});
+  unit->refused_from = 0xFFFF;
+  ASSERT_TRUE(chamber->inspect());
+  EXPECT_EQ(chamber->missing().size(), 1u) << "it is asked for no more";
+}
+
+TEST_F(ChamberCommands, WhatIsNotAnsweredAtFirstIsAskedForAgain) {
+  for (const auto kind : {FaultKind::timeout, FaultKind::out_of_range}) {
+    SetUp();
+    unit->refused_from = 7;
+    unit->refusal = {kind, "unit", "exception 6, server device busy"};
+    EXPECT_TRUE(chamber->read()) << "air and set point are there";
+    const auto state = chamber->inspect();
+    ASSERT_FALSE(state) << "nobody knows whether a program runs";
+    EXPECT_EQ(state.error().what, "what it is doing could not be read: unit: exception 6, server device busy");
+    EXPECT_TRUE(chamber->missing().empty());
+    unit->refused_from = 0xFFFF;
+    unit->words[8] = 0b001;
+    EXPECT_EQ(chamber->read().value().activity, ChamberActivity::door_open);
+  }
+}
+
+TEST_F(ChamberCommands, AStatusThatIsBusyForAMinuteIsToldWithItsAnswer) {
+  unit->refused_from = 8;
+  unit->refusal = {FaultKind::timeout, "unit", "exception 6, server device busy"};
+  for (int second = 0; second < 30; ++second) EXPECT_TRUE(chamber->read()) << second;
+  for (int second = 0; second < 40; ++second) (void)chamber->read();
+  const auto state = chamber->read();
+  ASSERT_FALSE(state);
+  EXPECT_EQ(state.error().what,
+            "its state and its alarms could not be read for a minute: unit: exception 6, server device busy");
+}
+
+TEST_F(ChamberCommands, APieceThatTakesASecondToBeBusyMakesNotEveryReadingLate) {
+  unit->words[7] = 1;
+  ASSERT_TRUE(chamber->read());
+  unit->loses = [&] { return unit->asked.back() >= 7 && (time->rest(seconds(1)), true); };
+  int late = 0;
+  for (int second = 0; second < 50; ++second) {
+    const auto began = time->now();
+    EXPECT_TRUE(chamber->read());
+    late += time->now() - began > std::chrono::milliseconds(900) ? 1 : 0;
+  }
+  EXPECT_EQ(late, 10) << "one in five";
 }
 
 TEST_F(ChamberCommands, InsistingAsksNothingThatTheSetPointItselfDoesNotNeed) {

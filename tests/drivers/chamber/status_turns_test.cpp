@@ -89,6 +89,20 @@ TEST(StatusTurns, APieceThatWasThereIsAskedForAgainWhateverIsAnswered) {
   EXPECT_EQ(turns.next(0ms, 1ms)->first, 0);
 }
 
+TEST(StatusTurns, APieceThatMadeAReadingLateIsAskedForByEveryFifthAloneUntilItComes) {
+  StatusTurns turns(pieces(2), 1);
+  int asked = 0;
+  for (int i = 0; i < 20; ++i) {
+    turns.begin_reading();
+    if (turns.next(10ms, 5ms) == nullptr) continue;
+    turns.lost(1500ms);
+    ++asked;
+  }
+  EXPECT_EQ(asked, 4);
+  for (int i = 0; i < 5; ++i) asked += reading(turns, 10ms, 5ms);
+  EXPECT_EQ(asked, 4 + 2) << "it came, and the next one is asked for at once";
+}
+
 TEST(StatusTurns, WhatWasFoundBeforeASilenceIsForgotten) {
   StatusTurns turns(pieces(6), 1);
   EXPECT_EQ(reading(turns, 400ms, 100ms), 3);

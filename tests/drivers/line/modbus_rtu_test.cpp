@@ -206,6 +206,28 @@ TEST_F(ModbusRtu, AnExceptionIsNamedAsTheMakerMeansIt) {
   EXPECT_EQ(requests(), 2u);
 }
 
+TEST_F(ModbusRtu, OnlyAFunctionOrAnAddressThatIsNotThereRefusesARead) {
+  auto link = usual();
+  link.exception_names = {{7, "not ready"}, {9, "no such channel"}};
+  link.busy_exceptions = {6, 7};
+  connect(link);
+  std::uint8_t exception = 0;
+  unit = [&](int, const ModbusRequest&, const Bytes& frame) {
+    line->arrive(kSoon, encode_rtu_exception(frame, exception));
+  };
+  const auto expect = [&](std::vector<std::uint8_t> codes, FaultKind of_a_read, FaultKind of_a_write) {
+    for (const auto code : codes) {
+      exception = code;
+      EXPECT_EQ(registers->read(kHolding, 1, 1).error().kind, of_a_read) << +code;
+      EXPECT_EQ(registers->write(WriteFunction::one_register, 1, Words{1}).error().kind, of_a_write) << +code;
+    }
+  };
+  expect({1, 2}, FaultKind::refused, FaultKind::refused);
+  expect({3, 8, 9}, FaultKind::out_of_range, FaultKind::refused);
+  expect({4}, FaultKind::out_of_range, FaultKind::timeout);
+  expect({5, 6, 7, 10, 11}, FaultKind::timeout, FaultKind::timeout);
+}
+
 TEST_F(ModbusRtu, ABusyUnitIsAskedAgain) {
   unit = [this](int number, const ModbusRequest& request, const Bytes& frame) {
     line->arrive(kSoon, number < 3 ? encode_rtu_exception(frame, number == 0 ? 5 : 6) : good(request));

@@ -13,6 +13,7 @@ namespace gyrotherm::app {
 namespace {
 
 constexpr std::string_view kBias = "bias", kRest = "at_rest", kFirstOfExport = "slot";
+constexpr std::size_t kSlotColumn = 0;
 
 /// "A [°C]" without its unit.
 std::string_view name_in(std::string_view title) { return title.substr(0, title.rfind(" [")); }
@@ -124,11 +125,13 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
                    fmt::format("does not say the Earth's rate on {}, without which there is no bias", label));
   table.rotation_ = Rotation{*scale, *earth_rate, unit_in(header[*rotation]).starts_with("pulses")};
   table.columns_.push_back(*rotation);
-  if (!table.rotation_->over_interval) return table;
-  const std::string unit = is_named(axis) ? axis.unit : record::kOnlyUnit;
-  const auto interval = find(header, unit + " interval");
-  if (!interval) return failure(FaultKind::usage, "stdin", fmt::format("has no column \"{} interval\"", unit));
-  table.columns_.push_back(*interval);
+  if (table.rotation_->over_interval) {
+    const std::string unit = is_named(axis) ? axis.unit : record::kOnlyUnit;
+    const auto interval = find(header, unit + " interval");
+    if (!interval) return failure(FaultKind::usage, "stdin", fmt::format("has no column \"{} interval\"", unit));
+    table.columns_.push_back(*interval);
+  }
+  table.columns_.push_back(kSlotColumn);
   return table;
 }
 
@@ -152,6 +155,10 @@ Eigen::VectorXd CompensationTable::bias_deg_per_h(const Eigen::Ref<const data::S
 
 bool CompensationTable::at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const {
   return !says_rest_ || rows(row, temperatures() + 1) > 0;
+}
+
+Eigen::VectorXd CompensationTable::slot(const Eigen::Ref<const data::SampleMatrix>& rows) const {
+  return rows.rightCols(1);
 }
 
 }  // namespace gyrotherm::app

@@ -27,15 +27,20 @@ class CompensationTable {
                                                     const std::vector<std::string>& comments, const model::Model& model,
                                                     const data::AxisChoice& axis, bool tracked);
 
-  /// The columns to be read: the temperatures, then what the bias is made of, then perhaps at_rest.
+  /// The columns to be read: the temperatures, then what the bias is made of, then perhaps at_rest or, of a table of
+  /// export, the slot.
   [[nodiscard]] const std::vector<std::size_t>& columns() const { return columns_; }
   [[nodiscard]] const std::vector<std::string>& thermometers() const { return thermometers_; }
   [[nodiscard]] bool says_rest() const { return says_rest_; }
+  /// Whether it is of export and says in which second each row was; of any other, rows are a second apart.
+  [[nodiscard]] bool says_second() const { return rotation_.has_value(); }
 
-  /// Of rows of columns(): temperatures in °C, the bias in °/h, and whether the gyro was at rest.
+  /// Of rows of columns(): temperatures in °C, the bias in °/h, whether the gyro was at rest, and the slot, where the
+  /// table says it.
   [[nodiscard]] data::SampleMatrix temperatures_c(const Eigen::Ref<const data::SampleMatrix>& rows) const;
   [[nodiscard]] Eigen::VectorXd bias_deg_per_h(const Eigen::Ref<const data::SampleMatrix>& rows) const;
   [[nodiscard]] bool at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const;
+  [[nodiscard]] Eigen::VectorXd slot(const Eigen::Ref<const data::SampleMatrix>& rows) const;
 
  private:
   [[nodiscard]] Eigen::Index temperatures() const { return static_cast<Eigen::Index>(thermometers_.size()); }

@@ -199,6 +199,7 @@ Result<void> LiveRows::read_row() {
     }
     numbers_.back() = *number;
   }
+  lines_.push_back(line_);
   return {};
 }
 

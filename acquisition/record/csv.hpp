@@ -64,7 +64,12 @@ class LiveRows {
   [[nodiscard]] const std::vector<std::size_t>& columns() const { return columns_; }
   /// The rows read since the last forget_rows, one after the other, each as long as columns(). An empty field is NaN.
   [[nodiscard]] const std::vector<double>& numbers() const { return numbers_; }
-  void forget_rows() { numbers_.clear(); }
+  /// The line of each of these rows, from 1.
+  [[nodiscard]] const std::vector<std::size_t>& lines() const { return lines_; }
+  void forget_rows() {
+    numbers_.clear();
+    lines_.clear();
+  }
 
  private:
   Result<void> read_line(std::string_view line);
@@ -81,6 +86,7 @@ class LiveRows {
   std::vector<std::string> header_;
   std::vector<std::size_t> columns_;
   std::vector<double> numbers_;
+  std::vector<std::size_t> lines_;
 };
 
 // How a record is written as a table for others.

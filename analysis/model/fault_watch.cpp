@@ -6,7 +6,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "analysis/data/statistics.hpp"
@@ -87,7 +86,7 @@ std::optional<Alarm> HopWatch::push(const Eigen::VectorXd& vector, double end_s)
     for (tracking::BiasTracker& tracker : trackers_) (void)tracker.push(std::nan(""));
     return std::nullopt;
   }
-  recent_.push_back(vector);
+  recent_.push_back({end_s, vector});
   if (recent_.size() > kMostRemembered) recent_.pop_front();
   Eigen::VectorXd innovations(vector.size());
   for (Eigen::Index i = 0; i < vector.size(); ++i) {
@@ -105,16 +104,13 @@ Alarm HopWatch::alarm_of(const fusion::Change& change, double end_s) const {
   const auto steps = std::min<std::size_t>(static_cast<std::size_t>(change.steps), recent_.size());
   const std::size_t before = std::min(recent_.size() - steps, kHourOfClusters);
   const auto mean_of = [&](auto from, std::size_t count) {
-    return Eigen::VectorXd(std::accumulate(from, from + static_cast<std::ptrdiff_t>(count),
-                                           Eigen::VectorXd(Eigen::VectorXd::Zero(effects_.rows()))) /
-                           std::max<double>(1, static_cast<double>(count)));
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(effects_.rows());
+    for (auto seen = from; seen != from + static_cast<std::ptrdiff_t>(count); ++seen) sum += seen->vector;
+    return Eigen::VectorXd(sum / std::max<double>(1, static_cast<double>(count)));
   };
   const auto start = recent_.end() - static_cast<std::ptrdiff_t>(steps);
   const Eigen::VectorXd by = mean_of(start, steps) - mean_of(start - static_cast<std::ptrdiff_t>(before), before);
-  Alarm alarm{.kind = kind_,
-              .at_s = end_s,
-              .since_s = end_s - static_cast<double>(steps) * spaces_.front().interval_s,
-              .until_s = end_s};
+  Alarm alarm{.kind = kind_, .at_s = end_s, .since_s = start->end_s - spaces_.front().interval_s, .until_s = end_s};
   const auto isolation =
       fusion::isolate(innovations_, change.root_sum(),
                       {.false_alarm_probability = options_.false_alarm_probability, .margin = options_.margin});

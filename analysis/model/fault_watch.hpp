@@ -66,10 +66,15 @@ class HopWatch {
                                              const Eigen::MatrixXd& effects,
                                              const std::vector<tracking::StateSpace>& spaces,
                                              const WatchOptions& options);
-  /// The vector of the cluster that ended at `end_s`; one with a NaN passes unseen.
+  /// The vector of the cluster that ended at `end_s`; one with a NaN passes unseen, but the trackers grow unsure. A
+  /// cluster that is missing is to be pushed as NaN.
   [[nodiscard]] std::optional<Alarm> push(const Eigen::VectorXd& vector, double end_s);
 
  private:
+  struct Seen {
+    double end_s{};
+    Eigen::VectorXd vector;
+  };
   HopWatch(AlarmKind kind, std::vector<tracking::StateSpace> spaces, fusion::ChangeDetector detector);
   [[nodiscard]] Alarm alarm_of(const fusion::Change& change, double end_s) const;
   void begin_anew(const Eigen::VectorXd& departure);
@@ -79,9 +84,9 @@ class HopWatch {
   std::vector<tracking::StateSpace> spaces_;
   std::vector<tracking::BiasTracker> trackers_;
   fusion::ChangeDetector detector_;
-  Eigen::MatrixXd effects_;             ///< of one °/h
-  fusion::FaultTest innovations_;       ///< the same, of innovations once the trackers have settled
-  std::deque<Eigen::VectorXd> recent_;  ///< vectors, the oldest first
+  Eigen::MatrixXd effects_;        ///< of one °/h
+  fusion::FaultTest innovations_;  ///< the same, of innovations once the trackers have settled
+  std::deque<Seen> recent_;        ///< vectors without a NaN, the oldest first
 };
 
 /// All watches of some of the axes.

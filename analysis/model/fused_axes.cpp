@@ -62,7 +62,8 @@ Result<void> compensate(FusedAxes& fused, Eigen::Index a, const CompensatedAxis&
   for (Eigen::Index from = 0; from < rate.size(); from += kBlock) {
     const Eigen::Index count = std::min(kBlock, rate.size() - from);
     const data::SampleMatrix temperatures = axis.dataset.temperature_c.middleRows(from, count);
-    fused.rate_deg_per_h.col(a).segment(from, count) = stream->push(temperatures, rate.segment(from, count));
+    fused.rate_deg_per_h.col(a).segment(from, count) =
+        stream->push_at(axis.dataset.time_s.segment(from, count), temperatures, rate.segment(from, count));
     for (const Eigen::Index row : stream->rows_outside())
       fused.outside[static_cast<std::size_t>(from + row)] |= AxisSet{1} << static_cast<unsigned>(a);
   }

@@ -54,11 +54,11 @@ struct FusedAxes {
   [[nodiscard]] Eigen::Index axes() const { return directions.rows(); }
 };
 
-/// Compensates the axes as CompensationStream does, causally, and asks their models for how uncertain that is. What a
-/// thermometer that axes share does to them together is the mean over the record of the products of their slopes:
-/// signed, so that what two axes have in common is neither lost nor taken twice. The attitude is the rotation that
-/// turns the directions into the azimuths and elevations that the record says (Wahba's problem by a singular value
-/// decomposition; Markley, J. Astronaut. Sci. 36 (1988) 245).
+/// Compensates the axes as CompensationStream does, causally and with the seconds that are missing, and asks their
+/// models for how uncertain that is. What a thermometer that axes share does to them together is the mean over the
+/// record of the products of their slopes: signed, so that what two axes have in common is neither lost nor taken
+/// twice. The attitude is the rotation that turns the directions into the azimuths and elevations that the record says
+/// (Wahba's problem by a singular value decomposition; Markley, J. Astronaut. Sci. 36 (1988) 245).
 ///
 /// Fails with usage if there are more than 64 axes, samples are not one a second, an axis has no direction, a model no
 /// uncertainty, or the Earth's rate on an axis is not known; if directions and angles of a record do not fit each

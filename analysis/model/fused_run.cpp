@@ -86,7 +86,7 @@ class Fusing {
   fusion::TestOptions test_;
   std::optional<FaultWatch> watch_;
   AxisSet all_{}, left_out_{};
-  int other_set_{};  ///< clusters in a row whose axes are not those that are watched
+  int other_set_{};  ///< clusters in a row, but those with no axis, whose axes are not those that are watched
 };
 
 Result<void> Fusing::second(Eigen::Index row) {
@@ -141,7 +141,7 @@ Result<void> Fusing::cluster(const Eigen::VectorXd& rates, const Eigen::RowVecto
   constexpr int kForGood = 6;
   const AxisSet wanted = finite_in(rates) & ~left_out_;
   const bool differs = !watch_ || watch_->set() != wanted;
-  other_set_ = differs ? other_set_ + 1 : 0;
+  if (wanted != 0) other_set_ = differs ? other_set_ + 1 : 0;
   const bool is_left_out = watch_ && (watch_->set() & left_out_) != 0;
   if (differs && wanted != 0 && (!watch_ || is_left_out || other_set_ >= kForGood)) {
     auto made = FaultWatch::make(axes_, wanted, thermometers_, options_.cluster_s, options_.watch);
@@ -237,6 +237,20 @@ Eigen::MatrixXd rates_inside(const FusedAxes& axes) {
   return rates;
 }
 
+/// With those that are not there, NaN, between the others: what wanders goes on wandering.
+ClusterMeans with_missing(const ClusterMeans& means, double cluster_s) {
+  if (means.end_s.size() == 0) return means;
+  const double first = means.end_s(0);
+  const auto place = [&](Eigen::Index k) {
+    return static_cast<Eigen::Index>(std::llround((means.end_s(k) - first) / cluster_s));
+  };
+  const Eigen::Index count = place(means.end_s.size() - 1) + 1;
+  ClusterMeans all{.end_s = first + cluster_s * Eigen::ArrayXd::LinSpaced(count, 0, static_cast<double>(count - 1)),
+                   .mean = Eigen::MatrixXd::Constant(count, means.mean.cols(), kNotFused)};
+  for (Eigen::Index k = 0; k < means.end_s.size(); ++k) all.mean.row(place(k)) = means.mean.row(k);
+  return all;
+}
+
 FusedRun empty_run(const FusedAxes& axes, const FusionOptions& options, const fusion::Geometry& geometry) {
   const Eigen::Index rows = axes.time_s.size();
   FusedRun run{.time_s = axes.time_s,
@@ -270,8 +284,10 @@ Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::Thermom
   if (!geometry) return failure(geometry.error());
   FusedRun run = empty_run(axes, options, *geometry);
   run.summary.thermometers_vote = thermometers.has_value();
-  const ClusterMeans rates = cluster_means(axes.time_s, rates_inside(axes), options.cluster_s);
-  const ClusterMeans temperatures = cluster_means(axes.time_s, axes.temperature_c, options.cluster_s);
+  const auto means_of = [&](const Eigen::MatrixXd& rows) {
+    return with_missing(cluster_means(axes.time_s, rows, options.cluster_s), options.cluster_s);
+  };
+  const ClusterMeans rates = means_of(rates_inside(axes)), temperatures = means_of(axes.temperature_c);
   Fusing fusing(axes, thermometers, options, run);
   Eigen::Index cluster = 0;
   for (Eigen::Index row = 0; row < axes.time_s.size(); ++row) {

@@ -52,11 +52,16 @@ const Eigen::RowVectorXd& SlidingLags::push(const Eigen::RowVectorXd& means) {
     Follower& follower = ring_[at_][i];
     const double mean = means(lags_[i].thermometer);
     latest_(static_cast<Eigen::Index>(i)) =
-        std::isnan(mean) ? kNotYet : follower.lag.push(mean, follower.steps * length_s);
+        std::isnan(mean) ? kNotYet : follower.lag.push(mean, static_cast<double>(follower.steps) * length_s);
     follower.steps = std::isnan(mean) ? follower.steps + 1 : 1;
   }
   at_ = (at_ + 1) % ring_.size();
   return latest_;
+}
+
+void SlidingLags::pass(Eigen::Index cluster_lengths) {
+  for (std::vector<Follower>& followers : ring_)
+    for (Follower& follower : followers) follower.steps += cluster_lengths;
 }
 
 Result<CompensationStream> CompensationStream::open(const Model& model, std::vector<std::string> columns,
@@ -112,6 +117,44 @@ Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const data::SampleMatr
   outside_ += static_cast<long long>(ranged.rows.size());
   rows_outside_ = std::move(ranged.rows);
   return bias_deg_per_h - predict(model_, ranged.inputs);
+}
+
+void CompensationStream::pass(Eigen::Index seconds) {
+  // Two cluster lengths leave no mean of before; whole ones beyond them are time for the lags and nothing else.
+  constexpr Eigen::Index kForget = 2;
+  const Eigen::Index length = rows_in_cluster(model_);
+  const Eigen::Index beyond = std::max<Eigen::Index>(0, seconds / length - kForget);
+  const Eigen::Index rows = seconds - beyond * length;
+  lags_.pass(beyond);
+  (void)push(data::SampleMatrix::Constant(rows, means_.columns(), kNotYet), Eigen::VectorXd::Constant(rows, kNotYet));
+}
+
+Eigen::VectorXd CompensationStream::push_at(const Eigen::Ref<const Eigen::VectorXd>& time_s,
+                                            const Eigen::Ref<const data::SampleMatrix>& temperatures_c,
+                                            const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h) {
+  assert(time_s.size() == bias_deg_per_h.size());
+  gaps_.clear();
+  for (Eigen::Index row = 0; row < time_s.size(); last_s_ = time_s(row++)) {
+    const auto missing = last_s_ ? static_cast<Eigen::Index>(std::llround(time_s(row) - *last_s_)) - 1 : 0;
+    if (missing > 0) gaps_.push_back({row, missing});
+  }
+  Eigen::VectorXd compensated(time_s.size());
+  std::vector<Eigen::Index> outside;
+  const auto push_stretch = [&](Eigen::Index from, Eigen::Index end) {
+    if (from == end) return;
+    compensated.segment(from, end - from) =
+        push(temperatures_c.middleRows(from, end - from), bias_deg_per_h.segment(from, end - from));
+    for (const Eigen::Index row : rows_outside_) outside.push_back(from + row);
+  };
+  Eigen::Index from = 0;
+  for (const Gap& gap : gaps_) {
+    push_stretch(from, gap.row);
+    pass(gap.seconds);
+    from = gap.row;
+  }
+  push_stretch(from, time_s.size());
+  rows_outside_ = std::move(outside);
+  return compensated;
 }
 
 }  // namespace gyrotherm::model

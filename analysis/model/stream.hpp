@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ class SlidingMeans {
   SlidingMeans(Eigen::Index length, Eigen::Index columns);
   /// The means that end with this row, of `columns` numbers; NaN before `length` rows have come.
   [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::Ref<const Eigen::RowVectorXd>& row);
+  [[nodiscard]] Eigen::Index columns() const { return block_.cols(); }
 
  private:
   data::SampleMatrix block_;  ///< rows of this block as they come
@@ -42,11 +44,13 @@ class SlidingLags {
   SlidingLags(Eigen::Index length, const std::vector<Of>& lags);
   /// The lags of the next second's means, K; 0 at the first mean of a series, NaN where the mean is.
   [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::RowVectorXd& means);
+  /// As many cluster lengths without a mean in any second.
+  void pass(Eigen::Index cluster_lengths);
 
  private:
   struct Follower {
     data::FirstOrderLag lag;
-    int steps = 1;  ///< of a cluster length since the last mean that was known
+    Eigen::Index steps = 1;  ///< of a cluster length since the last mean that was known
   };
   std::vector<Of> lags_;
   std::vector<std::vector<Follower>> ring_;  ///< per second of a cluster length, of each lag
@@ -68,6 +72,20 @@ class CompensationStream {
   [[nodiscard]] Eigen::VectorXd push(const Eigen::Ref<const data::SampleMatrix>& temperatures_c,
                                      const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h);
 
+  /// Seconds without a row, of which nothing is known. How many they are makes no difference to the time it takes.
+  void pass(Eigen::Index seconds);
+
+  /// The same of rows that have a time: seconds that are missing between them are passed. A logger's second may be a
+  /// little off. `time_s` rises, also from what was pushed before.
+  [[nodiscard]] Eigen::VectorXd push_at(const Eigen::Ref<const Eigen::VectorXd>& time_s,
+                                        const Eigen::Ref<const data::SampleMatrix>& temperatures_c,
+                                        const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h);
+  /// Seconds that are missing before one of the rows that push_at() took last.
+  struct Gap {
+    Eigen::Index row{}, seconds{};
+  };
+  [[nodiscard]] const std::vector<Gap>& gaps() const { return gaps_; }
+
   /// How many rows so far had an input outside the trained range.
   [[nodiscard]] long long outside() const { return outside_; }
   /// Of the rows last pushed, those with an input outside, rising; the first is 0.
@@ -85,6 +103,8 @@ class CompensationStream {
   Eigen::Index pushed_{};    ///< rows in all
   long long outside_{};
   std::vector<Eigen::Index> rows_outside_;
+  std::optional<double> last_s_;  ///< the time of the row that push_at() took last
+  std::vector<Gap> gaps_;
   data::Clusters latest_;  ///< the means of the rows last pushed, and after them the lags
 };
 

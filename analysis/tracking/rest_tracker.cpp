@@ -21,4 +21,14 @@ Estimate RestTracker::push(double rate_deg_per_h, bool at_rest) {
   return bias;
 }
 
+void RestTracker::pass(std::int64_t rows) {
+  constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+  for (; rows > 0 && pushed_ > 0; --rows) push(kMissing, false);
+  for (; rows >= rows_; rows -= rows_) {
+    tracker_.push(kMissing);
+    bias_ = tracker_.forecast(1);
+  }
+  for (; rows > 0; --rows) push(kMissing, false);
+}
+
 }  // namespace gyrotherm::tracking

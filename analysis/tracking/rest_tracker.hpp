@@ -2,6 +2,8 @@
 /// Bias tracking of a stream: a compensated rate a second in, the bias that is left in it out.
 #pragma once
 
+#include <cstdint>
+
 #include "analysis/tracking/bias_tracker.hpp"
 
 namespace gyrotherm::tracking {
@@ -15,6 +17,8 @@ class RestTracker {
 
   /// The next row: what the thermal model left, NaN where that is not known. Returns the bias to take from it.
   Estimate push(double rate_deg_per_h, bool at_rest);
+  /// Rows that are missing: the bias wanders on, and nothing is seen of it.
+  void pass(std::int64_t rows);
 
   [[nodiscard]] const BiasTracker& tracker() const { return tracker_; }
 

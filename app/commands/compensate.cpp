@@ -58,17 +58,26 @@ class Compensation {
                                                  const std::optional<double>& expanded);
 
   [[nodiscard]] const CompensationTable& table() const { return table_; }
-  [[nodiscard]] std::string answer(const record::LiveRows& rows);
+  /// A line for each row. Fails with bad_file, once those before it have their lines, at a row whose slot is none or
+  /// not after that of the row before.
+  [[nodiscard]] Result<void> answer(Console& console, const record::LiveRows& rows);
   [[nodiscard]] long long outside() const { return stream_.outside(); }
+  [[nodiscard]] long long missing_s() const { return missing_s_; }
 
  private:
   Compensation(CompensationTable table, model::CompensationStream stream)
       : table_(std::move(table)), stream_(std::move(stream)) {}
 
+  using Rows = Eigen::Ref<const data::SampleMatrix>;
+  [[nodiscard]] Eigen::Index rows_in_order(const Rows& rows);
+  [[nodiscard]] std::string lines_for(const Rows& rows);
+
   CompensationTable table_;
   model::CompensationStream stream_;
   std::optional<tracking::RestTracker> tracker_;
   std::optional<double> expanded_;  ///< U, °/h, for a column of its own
+  double last_slot_ = -1;
+  long long missing_s_{};  ///< seconds of which there is no row
 };
 
 Result<Compensation> Compensation::open(const model::Model& model, CompensationTable table, model::Outside outside,
@@ -84,14 +93,46 @@ Result<Compensation> Compensation::open(const model::Model& model, CompensationT
   return compensation;
 }
 
-std::string Compensation::answer(const record::LiveRows& rows) {
+constexpr double kMostSlots = 1e9;  // some thirty years
+
+Result<void> Compensation::answer(Console& console, const record::LiveRows& rows) {
   const auto columns = static_cast<Eigen::Index>(rows.columns().size());
-  const auto count = static_cast<Eigen::Index>(rows.numbers().size()) / columns;
+  const auto count = static_cast<Eigen::Index>(rows.lines().size());
   const Eigen::Map<const data::SampleMatrix> numbers(rows.numbers().data(), count, columns);
-  Eigen::VectorXd compensated = stream_.push(table_.temperatures_c(numbers), table_.bias_deg_per_h(numbers));
+  const Eigen::Index good = rows_in_order(numbers);
+  if (good > 0) console.data(lines_for(numbers.topRows(good)));
+  if (good == count) return {};
+  const double slot = table_.slot(numbers)(good);
+  return failure(
+      FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(good)]),
+      fmt::format("{}, expected a whole number from {:.0f} to {:.0f}",
+                  std::isnan(slot) ? "no slot" : fmt::format("slot {:.12g}", slot), last_slot_ + 1, kMostSlots));
+}
+
+/// How many rows, from the first, have a slot after that of the row before.
+Eigen::Index Compensation::rows_in_order(const Rows& rows) {
+  if (!table_.says_second()) return rows.rows();
+  const Eigen::VectorXd slots = table_.slot(rows);
+  Eigen::Index row = 0;
+  for (; row < slots.size(); last_slot_ = slots(row++)) {
+    const bool is_next = slots(row) > last_slot_ && slots(row) <= kMostSlots && std::floor(slots(row)) == slots(row);
+    if (!is_next) break;
+  }
+  return row;
+}
+
+std::string Compensation::lines_for(const Rows& rows) {
+  const data::SampleMatrix temperatures_c = table_.temperatures_c(rows);
+  const Eigen::VectorXd bias = table_.bias_deg_per_h(rows);
+  Eigen::VectorXd compensated = table_.says_second() ? stream_.push_at(table_.slot(rows), temperatures_c, bias)
+                                                     : stream_.push(temperatures_c, bias);
+  for (const auto& gap : stream_.gaps()) missing_s_ += gap.seconds;
   if (!tracker_) return lines_of(compensated, expanded_, stream_.rows_outside());
-  for (Eigen::Index row = 0; row < count; ++row)
-    compensated(row) -= tracker_->push(compensated(row), table_.at_rest(numbers, row)).deg_per_h;
+  auto gap = stream_.gaps().begin();
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    if (gap != stream_.gaps().end() && gap->row == row) tracker_->pass((gap++)->seconds);
+    compensated(row) -= tracker_->push(compensated(row), table_.at_rest(rows, row)).deg_per_h;
+  }
   return lines_of(compensated, expanded_, stream_.rows_outside());
 }
 
@@ -152,8 +193,9 @@ Result<void> answer(Console& console, const Open& open, std::string_view head,
     if (!piece) return failure(piece.error());
     more = !piece->empty();
     const auto read = more ? rows.take(*piece) : interrupted() ? Result<void>{} : rows.finish();
-    if (!rows.numbers().empty()) console.data(compensation->answer(rows));
+    const auto answered = rows.lines().empty() ? Result<void>{} : compensation->answer(console, rows);
     rows.forget_rows();
+    if (!answered) return failure(answered.error());
     if (!read) return failure(read.error());
   }
   return {};
@@ -206,6 +248,12 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
   if (compensation && compensation->outside() > 0) {
     console.say(fmt::format("{} rows had an input outside the range that the model was trained in ({})",
                             compensation->outside(), name(*outside)));
+  }
+  if (compensation && compensation->missing_s() > 0) {
+    console.say(
+        fmt::format("{} seconds are missing between the rows; after each gap there is no value until there is "
+                    "a whole mean again",
+                    compensation->missing_s()));
   }
   if (!answered) return failure(answered.error());
   return Exit::done;

@@ -43,38 +43,6 @@ struct CompensatedRows {
   std::optional<double> expanded_deg_per_h{};  ///< U of a mean over so many seconds
 };
 
-/// Compensates the rows from `first` up to `end`, which follow each other by a second.
-void push_stretch(model::CompensationStream& stream, CompensatedRows& rows, Eigen::Index first, Eigen::Index end) {
-  const Eigen::Index count = end - first;
-  rows.compensated_deg_per_h.segment(first, count) = stream.push(rows.dataset.temperature_c.middleRows(first, count),
-                                                                 rows.dataset.bias_deg_per_h.segment(first, count));
-  for (const Eigen::Index row : stream.rows_outside()) rows.outside.push_back(first + row);
-}
-
-/// Seconds that the record has not: nothing is known of them.
-void push_gap(model::CompensationStream& stream, const CompensatedRows& rows, Eigen::Index seconds) {
-  constexpr Eigen::Index kAtOnce = 10'000;
-  for (; seconds > 0; seconds -= kAtOnce) {
-    const Eigen::Index count = std::min(seconds, kAtOnce);
-    (void)stream.push(Eigen::MatrixXd::Constant(count, rows.dataset.temperature_c.cols(), record::kMissing),
-                      Eigen::VectorXd::Constant(count, record::kMissing));
-  }
-}
-
-void push_all(model::CompensationStream& stream, CompensatedRows& rows) {
-  const Eigen::VectorXd& time_s = rows.dataset.time_s;
-  rows.compensated_deg_per_h.resize(time_s.size());
-  Eigen::Index first = 0;
-  for (Eigen::Index end = 1; end <= time_s.size(); ++end) {
-    const bool is_last = end == time_s.size();
-    const Eigen::Index missing = is_last ? 0 : std::lround(time_s(end) - time_s(end - 1)) - 1;
-    if (!is_last && missing <= 0) continue;
-    push_stretch(stream, rows, first, end);
-    push_gap(stream, rows, missing);
-    first = end;
-  }
-}
-
 /// A model takes rows for seconds: its means, rates and lags are of so many. A logger's second may be a little off.
 Result<void> check_rows_are_seconds(const data::Dataset& dataset) {
   constexpr double kOff = 0.01;
@@ -97,7 +65,9 @@ Result<CompensatedRows> compensate(const ExportArguments& options) {
   auto stream = model::CompensationStream::open(*model, dataset->thermometers, *outside);
   if (!stream) return failure(stream.error());
   CompensatedRows rows{.dataset = std::move(*dataset), .averaging_s = model->cluster_length_s};
-  push_all(*stream, rows);
+  rows.compensated_deg_per_h =
+      stream->push_at(rows.dataset.time_s, rows.dataset.temperature_c, rows.dataset.bias_deg_per_h);
+  rows.outside = stream->rows_outside();
   if (model->uncertainty)
     rows.expanded_deg_per_h = of_mean_over(*model->uncertainty, model->cluster_length_s).expanded_deg_per_h;
   return rows;

@@ -71,6 +71,47 @@ TEST_F(Compensate, TellsAThermometerFromAGyroOfTheSameName) {
   EXPECT_EQ(renamed.out, compensate(small_rows(300)).out);
 }
 
+/// Rows as export writes them, in these slots.
+std::string exported_rows(const std::vector<int>& slots) {
+  const auto rows = lines_of(small_rows(static_cast<int>(slots.size())));
+  std::string text = "# axis gyro: scale 1, earth rate 0\nslot,A [°C],B [°C],gyro [1 °/h]\n";
+  for (std::size_t row = 0; row < slots.size(); ++row) text += fmt::format("{},{}\n", slots[row], rows[row + 1]);
+  return text;
+}
+
+TEST_F(Compensate, OfAnExportHasNoValueAfterAGapUntilAWholeMeanHasCome) {
+  std::vector<int> slots(400), with_gap(400);
+  for (int row = 0; row < 400; ++row) {
+    slots[row] = 60 + row;
+    with_gap[row] = row < 150 ? row : row + 3000;
+  }
+  const auto whole = compensate(exported_rows(slots)), ran = compensate(exported_rows(with_gap));
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_EQ(whole.out, compensate(small_rows(400)).out) << "it need not begin with the run";
+  EXPECT_EQ(whole.err.find("missing"), std::string::npos) << whole.err;
+  const auto lines = lines_of(ran.out);
+  ASSERT_EQ(lines.size(), 401u);
+  for (std::size_t row = 1; row <= 400; ++row)
+    EXPECT_EQ(lines[row].empty(), row < 100 || (row > 150 && row < 250)) << row;
+  EXPECT_NE(ran.err.find("3000 seconds are missing"), std::string::npos) << ran.err;
+}
+
+TEST_F(Compensate, ASlotThatIsNotAfterTheOneBeforeIsRefusedWithItsPlace) {
+  std::vector<int> slots(120);
+  for (int row = 0; row < 120; ++row) slots[row] = row;
+  for (const int wrong : {109, 108, 0, -1, 2'000'000'000}) {
+    slots[110] = wrong;
+    const auto ran = compensate(exported_rows(slots));
+    EXPECT_EQ(ran.exit_code, 4) << wrong;
+    EXPECT_NE(ran.err.find(fmt::format("stdin:113:1: slot {}, expected a whole number from 110 to", wrong)),
+              std::string::npos)
+        << ran.err;
+    EXPECT_EQ(lines_of(ran.out).size(), 111u) << "the rows before it are answered";
+  }
+  const auto ran = compensate("# axis gyro: scale 1, earth rate 0\nslot,A [°C],B [°C],gyro [1 °/h]\n,20,20,1\n");
+  EXPECT_NE(ran.err.find("stdin:3:1: no slot, expected"), std::string::npos) << ran.err;
+}
+
 TEST_F(Compensate, ABadRowIsAnsweredWithItsPlaceAndThoseBeforeItWithValues) {
   auto rows = small_rows(150) + "20,warm,1\n";
   const auto ran = compensate(rows);

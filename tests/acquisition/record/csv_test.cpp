@@ -37,9 +37,11 @@ TEST(LiveRows, ComeAsSoonAsTheirLineEnds) {
   LiveRows rows("stdin");
   ASSERT_TRUE(rows.take("A,B\n1,2\n3,"));
   EXPECT_EQ(rows.numbers(), (Numbers{1, 2}));
+  EXPECT_EQ(rows.lines(), std::vector<std::size_t>{2});
   rows.forget_rows();
-  ASSERT_TRUE(rows.take("4\n"));
-  EXPECT_EQ(rows.numbers(), (Numbers{3, 4}));
+  ASSERT_TRUE(rows.take("4\n\n5,6\n"));
+  EXPECT_EQ(rows.numbers(), (Numbers{3, 4, 5, 6}));
+  EXPECT_EQ(rows.lines(), (std::vector<std::size_t>{3, 5})) << "a blank line is none of them, but counted";
 }
 
 TEST(LiveRows, AnEmptyFieldIsAMissingReading) {

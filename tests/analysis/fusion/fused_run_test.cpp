@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/model/fused_run.hpp"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 
@@ -224,6 +225,28 @@ TEST(FusedRun, WithoutAnAttitudeSaysNothingOfTheEarth) {
   EXPECT_NE(to_json(run.summary).find("\"latitude_deg\": null"), std::string::npos);
 }
 
+/// The record stops for a day and a bit, in which the biases walk as far as their models say.
+TEST(FusedRun, LetsTheBiasWanderOnOverAGap) {
+  FusedAxes axes = at_rest(regular_tetrad(), 40000, 1);
+  for (Model& model : axes.models) model.residual_noise->rate_random_walk_deg_per_h_per_sqrt_h = 0.01;
+  axes.time_s.tail(20000).array() += 90000;
+  const Eigen::RowVector4d walked = (axes.directions * Eigen::Vector3d(0.05, 0, 0)).transpose();
+  axes.rate_deg_per_h.bottomRows(20000).rowwise() += walked;
+  for (const Alarm& alarm : fused_run(axes).summary.alarms)
+    EXPECT_NE(alarm.kind, AlarmKind::rest_hop) << alarm.at_s << ": " << alarm.statement;
+}
+
+TEST(FusedRun, SaysWhenAHopBeganThoughAGapFollowedIt) {
+  FusedAxes axes = at_rest(regular_tetrad(), 40000, 1);
+  axes.rate_deg_per_h.col(1).tail(20000).array() += 0.004;
+  axes.time_s.tail(19800).array() += 7200;
+  const FusedRun run = fused_run(axes);
+  const auto hop = std::ranges::find(run.summary.alarms, AlarmKind::rest_hop, &Alarm::kind);
+  ASSERT_NE(hop, run.summary.alarms.end());
+  EXPECT_GT(hop->at_s, 27400) << "it was found after the gap";
+  EXPECT_NEAR(hop->since_s, 20000, 300);
+}
+
 TEST(UncertaintyOfMeans, StepsOfACounterGoWithTheTimeAndNoiseWithItsRoot) {
   FusedAxes axes = at_rest(fusion::triad_axes(1), 10, 1);
   axes.step_deg_per_h.assign(3, 0.1);
@@ -283,6 +306,16 @@ TEST(FusedAxes, AreCompensatedByTrailingMeans) {
   EXPECT_TRUE(std::isnan(fused->rate_deg_per_h(98, 0))) << "the first mean is of 100 seconds";
   // The mean of the last 100 s of 20 + (−5 … 5), less 20, by a slope of 0.1.
   EXPECT_NEAR(fused->rate_deg_per_h(999, 0), -0.1 * (5 - 49.5 * 10 / 999), 1e-9);
+}
+
+TEST(FusedAxes, HaveNoRateAfterAGapUntilAWholeMeanHasCome) {
+  auto axes = sharing_axes();
+  for (CompensatedAxis& axis : axes) axis.dataset.time_s.tail(400).array() += 50;
+  const auto fused = fused_axes(axes);
+  ASSERT_TRUE(fused) << text(fused.error());
+  EXPECT_TRUE(fused->rate_deg_per_h.middleRows(99, 501).allFinite());
+  EXPECT_TRUE(fused->rate_deg_per_h.middleRows(600, 99).array().isNaN().all());
+  EXPECT_TRUE(fused->rate_deg_per_h.bottomRows(301).allFinite());
 }
 
 TEST(FusedAxes, RefuseAnAxisWithoutADirectionOrAModelWithoutABudget) {

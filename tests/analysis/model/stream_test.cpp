@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -154,6 +155,78 @@ TEST(CompensationStream, OfLagsAnswersTheSameInPieces) {
     pieces.segment(from, 300) = stream.push(turned.middleRows(from, 300), zeros(300));
   expect_same(pieces, whole);
   EXPECT_EQ(CompensationStream::open(lag_model(), {"A", "C"}).error().where, "input \"lag:250:B\"");
+}
+
+/// Some rows, seconds without any, and rows again.
+struct Interrupted {
+  data::SampleMatrix before = random_temperatures(457, 7), after = random_temperatures(700, 8);
+  [[nodiscard]] Eigen::VectorXd rows_without_readings(CompensationStream stream, Eigen::Index seconds) const {
+    (void)stream.push(before, zeros(before.rows()));
+    (void)stream.push(data::SampleMatrix::Constant(seconds, 2, std::nan("")), zeros(seconds));
+    return stream.push(after, zeros(after.rows()));
+  }
+  [[nodiscard]] Eigen::VectorXd passed(CompensationStream stream, Eigen::Index seconds) const {
+    (void)stream.push(before, zeros(before.rows()));
+    stream.pass(seconds);
+    return stream.push(after, zeros(after.rows()));
+  }
+};
+
+TEST(CompensationStream, PassesSecondsAsIfTheirRowsHadNoReading) {
+  const Interrupted interrupted;
+  const auto with_lags = [] { return *CompensationStream::open(lag_model(), {"A", "B"}); };
+  for (const Eigen::Index seconds : {1, 30, 99, 100, 150, 200, 299, 300, 301, 517, 2043}) {
+    SCOPED_TRACE(seconds);
+    expect_same(interrupted.passed(open(), seconds), interrupted.rows_without_readings(open(), seconds));
+    expect_same(interrupted.passed(with_lags(), seconds), interrupted.rows_without_readings(with_lags(), seconds));
+  }
+  const Eigen::VectorXd after_an_age = interrupted.passed(with_lags(), 1'000'000'000'000);
+  EXPECT_EQ(after_an_age.array().isNaN().count(), 99);
+}
+
+TEST(CompensationStream, TakesFromTheTimesOfRowsWhichSecondsAreMissing) {
+  const data::SampleMatrix temperatures = random_temperatures(1100, 9);
+  Eigen::VectorXd times(1000);
+  data::SampleMatrix rows(1000, 2), with_gap = temperatures;
+  with_gap.middleRows(400, 100).setConstant(std::nan(""));
+  for (Eigen::Index i = 0; i < 1000; ++i) {
+    const Eigen::Index second = i < 400 ? i : i + 100;
+    times(i) = 7 + static_cast<double>(second) + (i % 2 == 0 ? 0.1 : 0);  // a logger's
+    rows.row(i) = temperatures.row(second);
+  }
+  const Eigen::VectorXd whole = open().push(with_gap, zeros(1100));
+  for (const Eigen::Index piece : {1000, 400, 250}) {
+    SCOPED_TRACE(piece);
+    CompensationStream stream = open();
+    Eigen::VectorXd compensated(1000);
+    for (Eigen::Index from = 0; from < 1000; from += piece) {
+      const Eigen::Index count = std::min<Eigen::Index>(piece, 1000 - from);
+      compensated.segment(from, count) =
+          stream.push_at(times.segment(from, count), rows.middleRows(from, count), zeros(count));
+      const bool has_gap = from <= 400 && 400 < from + count;
+      ASSERT_EQ(stream.gaps().size(), has_gap ? 1u : 0u);
+      if (has_gap) {
+        EXPECT_EQ(stream.gaps()[0].row, 400 - from);
+        EXPECT_EQ(stream.gaps()[0].seconds, 100);
+      }
+    }
+    expect_same(compensated.head(400), whole.head(400));
+    expect_same(compensated.tail(600), whole.tail(600));
+  }
+}
+
+TEST(CompensationStream, OfRowsAboutAGapTellsWhichWereOutside) {
+  data::SampleMatrix temperatures = random_temperatures(600, 3);
+  temperatures.col(1).array() -= 5;  // A − B was trained up to 1 °C
+  Eigen::VectorXd times = Eigen::VectorXd::LinSpaced(600, 0, 599);
+  times.tail(300).array() += 50;
+  CompensationStream stream = open();
+  const Eigen::VectorXd compensated = stream.push_at(times, temperatures, zeros(600));
+  ASSERT_EQ(stream.rows_outside().size(), 202u);
+  EXPECT_EQ(stream.rows_outside().front(), 199);
+  EXPECT_EQ(stream.rows_outside()[101], 499);
+  EXPECT_TRUE(compensated.segment(300, 199).array().isNaN().all());
+  EXPECT_TRUE(std::isfinite(compensated(499)));
 }
 
 TEST(SlidingMeans, AreTheMeansOfTheLastRows) {

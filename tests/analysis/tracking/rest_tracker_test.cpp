@@ -47,5 +47,20 @@ TEST(RestTracker, PassesOverAnIntervalWithARowThatIsNotKnown) {
   EXPECT_GT(rest.push(1, true).deg_per_h, 0);
 }
 
+TEST(RestTracker, PassesMissingRowsAsIfTheyWereNotKnown) {
+  for (const int missing : {1, 60, 99, 100, 101, 350, 1000}) {
+    RestTracker passing(virtual_space(), kRows), pushing(virtual_space(), kRows);
+    for (RestTracker* tracker : {&passing, &pushing})
+      for (int row = 0; row < 940; ++row) tracker->push(1, true);
+    passing.pass(missing);
+    for (int row = 0; row < missing; ++row) pushing.push(kMissing, true);
+    for (int row = 0; row < 250; ++row) {
+      const Estimate passed = passing.push(1, true), pushed = pushing.push(1, true);
+      EXPECT_EQ(passed.deg_per_h, pushed.deg_per_h) << missing << ", " << row;
+      EXPECT_EQ(passed.std_deg_per_h, pushed.std_deg_per_h) << missing << ", " << row;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace gyrotherm::tracking

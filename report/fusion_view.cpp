@@ -121,6 +121,13 @@ std::string alarms_table(const model::FusionSummary& summary) {
   return html_of(table) + (more > 0 ? fmt::format("<p class=\"note\">{} more stand in fusion.json.</p>\n", more) : "");
 }
 
+std::string warnings_of(const model::FusionSummary& summary) {
+  if (summary.warnings.empty()) return {};
+  std::string html = "<ul class=\"warnings\">\n";
+  for (const std::string& warning : summary.warnings) html += "<li>" + plot::escaped(warning) + "</li>\n";
+  return html + "</ul>\n";
+}
+
 std::string axes_table(const model::FusionSummary& summary) {
   HtmlTable table{
       .header = {"Axis", "Model", "Direction", "u, 1 s", "u, 1 h", "RMS error", "Left out, s", "Outside, s"},
@@ -216,6 +223,10 @@ std::string html_of(const model::FusedRun& run, const std::string& program_versi
   const auto section = [&](const char* title) {
     body += fmt::format("<h2><span class=\"number\">{}</span>{}</h2>\n", ++sections, title);
   };
+  if (const auto warnings = warnings_of(summary); !warnings.empty()) {
+    section("Warnings");
+    body += warnings;
+  }
   if (const auto result = result_section(summary); !result.empty()) {
     section("Result");
     body += result;

@@ -39,6 +39,8 @@ Result<void> check_axis(const CompensatedAxis& axis) {
                    "the record does not say the Earth's rate on it: the rig file needs a [fixture] with its latitude");
   if (data::sample_interval_s(dataset) != 1) return refused(dataset, "samples are not one a second");
   if (!axis.model.uncertainty) return refused(dataset, "its model has no uncertainty budget; train it again");
+  if (const auto* other = trained_on_another_axis(axis.model, dataset.of))
+    return refused(dataset, "its model is of another axis: it was trained on " + in_words(other->of));
   return {};
 }
 
@@ -240,6 +242,8 @@ Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes, Outside o
     fused.directions.row(at) =
         Eigen::RowVector3d((*axis.dataset.direction)[0], (*axis.dataset.direction)[1], (*axis.dataset.direction)[2]);
     fused.models.push_back(axis.model);
+    for (const std::string& warning : warnings_of_origin(axis.model, axis.dataset.of, axis.dataset.identity))
+      fused.warnings.push_back(fused.names.back() + ": " + warning);
     fused.step_deg_per_h.push_back(axis.dataset.step_deg_per_h);
     if (auto done = compensate(fused, at, axis, outside); !done) return failure(done.error());
   }

@@ -51,6 +51,7 @@ struct FusedAxes {
   std::optional<fusion::Attitude> attitude{};  ///< where the record knows latitude and azimuths
   /// Of each second the axes with an input beyond the trained range, of which no budget speaks.
   std::vector<AxisSet> outside{};
+  std::vector<std::string> warnings{};  ///< a model of another gyro
   [[nodiscard]] Eigen::Index axes() const { return directions.rows(); }
 };
 
@@ -61,8 +62,9 @@ struct FusedAxes {
 /// (Wahba's problem by a singular value decomposition; Markley, J. Astronaut. Sci. 36 (1988) 245).
 ///
 /// Fails with usage if there are more than 64 axes, samples are not one a second, an axis has no direction, a model no
-/// uncertainty, or the Earth's rate on an axis is not known; if directions and angles of a record do not fit each
-/// other; and as CompensationStream and make_clusters do. It does not ask for three axes: geometry_of() does.
+/// uncertainty or is of another axis of the unit, or the Earth's rate on an axis is not known; if directions and angles
+/// of a record do not fit each other; and as CompensationStream and make_clusters do. It does not ask for three axes:
+/// geometry_of() does.
 [[nodiscard]] Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes, Outside outside = Outside::clamp);
 
 /// What makes a mean over some time uncertain, (°/h)².

@@ -267,6 +267,7 @@ FusedRun empty_run(const FusedAxes& axes, const FusionOptions& options, const fu
   run.summary.false_alarm_probability = options.watch.false_alarm_probability;
   run.summary.false_alarms_per_h = options.watch.false_alarms_per_h;
   run.summary.latitude_deg = kNotFused;
+  run.summary.warnings = axes.warnings;
   const auto test = parity_test(gains_of(geometry), geometry);
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(test.freedom());
   run.summary.limit =

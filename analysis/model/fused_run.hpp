@@ -125,6 +125,7 @@ struct FusionSummary {
   std::optional<RestStretch> rest{};        ///< of the last hours of all holds together
   std::vector<RestStretch> holds{};
   std::vector<Alarm> alarms{};
+  std::vector<std::string> warnings{};  ///< models that may not be of these axes
 };
 
 void describe(auto& form, Like<FusionSummary> auto& summary) {
@@ -149,6 +150,7 @@ void describe(auto& form, Like<FusionSummary> auto& summary) {
   form("rest", summary.rest);
   form("holds", summary.holds);
   form("alarms", summary.alarms);
+  form("warnings", summary.warnings);
 }
 
 /// What fusion made of each second.

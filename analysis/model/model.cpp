@@ -50,6 +50,25 @@ const TrainingRecord* trained_on_another(const Model& model, std::string_view id
   return found == model.trained_on.end() ? nullptr : &*found;
 }
 
+const TrainingRecord* trained_on_another_axis(const Model& model, const data::AxisChoice& of) {
+  const auto found = std::ranges::find_if(model.trained_on, [&](const TrainingRecord& record) {
+    const bool both_say_it = !record.of.axis.empty() && !of.axis.empty();
+    return both_say_it && record.of.unit == of.unit && record.of.axis != of.axis;
+  });
+  return found == model.trained_on.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> warnings_of_origin(const Model& model, const data::AxisChoice& of, std::string_view identity) {
+  std::vector<std::string> warnings;
+  if (const auto* other = trained_on_another(model, identity))
+    warnings.push_back(fmt::format("the model is of another gyro: it was trained on {}, this record is of {}",
+                                   other->identity, identity));
+  if (const auto* other = trained_on_another_axis(model, of))
+    warnings.push_back(fmt::format("the model is of another axis: it was trained on {}, this is {}",
+                                   in_words(other->of), in_words(of)));
+  return warnings;
+}
+
 Result<Prediction> predict_with_std(const Model& model, const data::SampleMatrix& inputs) {
   if (!model.variance) {
     return failure(FaultKind::usage, "standard deviation", fmt::format("a model of {} does not know it", model.method));

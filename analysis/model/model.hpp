@@ -100,6 +100,11 @@ struct Prediction {
 };
 /// The first record that the model was trained on and that is of another gyro than this; null: none says so.
 [[nodiscard]] const TrainingRecord* trained_on_another(const Model& model, std::string_view identity);
+/// … and that is of another axis of that unit; null: none says so, as where a unit has one axis.
+[[nodiscard]] const TrainingRecord* trained_on_another_axis(const Model& model, const data::AxisChoice& of);
+/// Both in words, as warnings: an empty identity says nothing.
+[[nodiscard]] std::vector<std::string> warnings_of_origin(const Model& model, const data::AxisChoice& of,
+                                                          std::string_view identity);
 
 /// Predicts rows of unscaled inputs (rows × terms). Fails with usage if the method of the model does not know its
 /// variance.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <set>
 #include <utility>
@@ -140,10 +141,7 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
   if (result.trained_on_this) {
     warnings.push_back("the model was trained on this record: these figures are in-sample and verify nothing");
   }
-  if (const auto* other = trained_on_another(model, dataset.identity)) {
-    warnings.push_back(fmt::format("the model is of another gyro: it was trained on {}, this record is of {}",
-                                   other->identity, dataset.identity));
-  }
+  std::ranges::move(warnings_of_origin(model, dataset.of, dataset.identity), std::back_inserter(warnings));
   const double explained_by = result.trained_on_this ? result.effective_parameters : 0;
   if (auto warning = over_fit_warning(result.compensated, result.floor, explained_by)) warnings.push_back(*warning);
   if (const OutsideTheRange& outside = result.outside; outside.clusters > 0) {

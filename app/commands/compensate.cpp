@@ -220,6 +220,8 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
+  for (const std::string& warning : warnings_of_origin(*model, axis_for(*model, options.axis), ""))
+    console.say("warning: " + warning);
   if (options.uncertainty && options.tracking.track)
     return failure(FaultKind::usage, "--uncertainty",
                    "is of what the model leaves, not of what is tracked: one of the two");

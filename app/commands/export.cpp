@@ -54,7 +54,7 @@ Result<void> check_rows_are_seconds(const data::Dataset& dataset) {
                              interval_s));
 }
 
-Result<CompensatedRows> compensate(const ExportArguments& options) {
+Result<CompensatedRows> compensate(Console& console, const ExportArguments& options) {
   const auto outside = model::parse_outside(options.outside);
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
@@ -62,6 +62,8 @@ Result<CompensatedRows> compensate(const ExportArguments& options) {
   auto dataset = data::load_dataset(options.run, axis_for(*model, options.axis));
   if (!dataset) return failure(dataset.error());
   if (auto checked = check_rows_are_seconds(*dataset); !checked) return failure(checked.error());
+  for (const std::string& warning : warnings_of_origin(*model, dataset->of, dataset->identity))
+    console.say("warning: " + warning);
   auto stream = model::CompensationStream::open(*model, dataset->thermometers, *outside);
   if (!stream) return failure(stream.error());
   CompensatedRows rows{.dataset = std::move(*dataset), .averaging_s = model->cluster_length_s};
@@ -107,11 +109,12 @@ std::string table_of(const CompensatedRows& rows, const exchange::ExportChoice& 
 }
 
 /// Returns, as its neighbours do, how many rows were written.
-Result<std::size_t> write_compensated(const ExportArguments& options, const exchange::ExportChoice& choice) {
+Result<std::size_t> write_compensated(Console& console, const ExportArguments& options,
+                                      const exchange::ExportChoice& choice) {
   if (options.model.empty()) return failure(FaultKind::usage, "--compensated", "by which model? Name it with --model");
   if (options.format != "csv" || choice.every > Duration{})
     return failure(FaultKind::usage, "--compensated", "is a row a second, as csv; no --as and no --every go with it");
-  const auto rows = compensate(options);
+  const auto rows = compensate(console, options);
   if (!rows) return failure(rows.error());
   const auto written =
       std::ranges::count_if(rows->dataset.moment_s, [&](double time_s) { return has_row_at(choice, time_s); });
@@ -153,12 +156,12 @@ Result<std::size_t> write_rows(const ExportArguments& options, const exchange::E
   return written.map([&] { return chosen.slot.size(); });
 }
 
-Result<std::size_t> write_table(const ExportArguments& options) {
+Result<std::size_t> write_table(Console& console, const ExportArguments& options) {
   const auto info = record::read_info(options.run);
   if (!info) return failure(info.error());
   const auto choice = choice_of(options, *info);
   if (!choice) return failure(choice.error());
-  return options.compensated ? write_compensated(options, *choice) : write_rows(options, *choice);
+  return options.compensated ? write_compensated(console, options, *choice) : write_rows(options, *choice);
 }
 
 Result<Exit> export_table(Console& console, const ExportArguments& options) {
@@ -170,7 +173,7 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
   if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   if (const auto checked = check_recorded_run(console, options.run, options.unverified); !checked)
     return failure(checked.error());
-  const auto rows = write_table(options);
+  const auto rows = write_table(console, options);
   if (!rows) return failure(rows.error());
   if (console.json)
     console.data(text_of(Json{{"file", options.out}, {"format", options.format}, {"rows", *rows}}) + "\n");

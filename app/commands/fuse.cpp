@@ -198,6 +198,7 @@ std::string describe(const model::FusionSummary& summary, const std::string& pat
       text += fmt::format("  {:<34} {:.1f} %\n", "components within their U (k = 2)", 100 * *summary.within_expanded);
   }
   text += describe_rest(summary);
+  for (const std::string& warning : summary.warnings) text += "warning: " + warning + "\n";
   if (summary.alarms.empty()) return text + "nothing was found\n";
   constexpr std::size_t kMost = 20;
   for (std::size_t i = 0; i < std::min(kMost, summary.alarms.size()); ++i) {

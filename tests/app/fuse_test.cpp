@@ -129,6 +129,34 @@ TEST_F(Fuse, TakesTheModelOfAnAxisByName) {
   EXPECT_EQ(fuse("").exit_code, 2) << "no models";
 }
 
+TEST_F(Fuse, RefusesTheModelOfAnotherAxis) {
+  const std::string of_b = in("tetrad/b/model-multi-point-t.json");
+  const auto swapped = fuse(models() + " --model tetrad.a=" + of_b);
+  EXPECT_EQ(swapped.exit_code, 2);
+  EXPECT_NE(swapped.err.find("another axis: it was trained on tetrad.b"), std::string::npos) << swapped.err;
+  const std::string axis_a = " --unit tetrad --axis a";
+  const auto verified = gyrotherm_with("verify " + of_b + " " + in("random.db") + axis_a);
+  EXPECT_EQ(verified.exit_code, 0) << verified.err;
+  EXPECT_NE(verified.out.find("another axis: it was trained on tetrad.b, this is tetrad.a"), std::string::npos);
+  const auto compensated = gyrotherm_with("compensate " + of_b + axis_a, "A,bias\n");
+  EXPECT_NE(compensated.err.find("another axis: it was trained on tetrad.b, this is tetrad.a"), std::string::npos);
+}
+
+TEST_F(Fuse, SaysWhenAModelIsOfAnotherGyro) {
+  const std::string other = in("other.json");
+  const auto made = shell("sed 's/seed 3/seed 4/' " + in("tetrad/a/model-multi-point-t.json") + " > " + other);
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string warning = "tetrad.a: the model is of another gyro: it was trained on V-0201, seed 4";
+  const std::string options = models() + " --model tetrad.a=" + other;
+  const auto said = fuse(options + " --report " + in("other"));
+  ASSERT_EQ(said.exit_code, 0) << said.err;
+  EXPECT_NE(said.out.find("warning: " + warning), std::string::npos) << said.out;
+  EXPECT_NE(whole(in("other/fusion.html")).find(warning), std::string::npos);
+  const auto summary = nlohmann::json::parse(fuse(options + " --json").out);
+  ASSERT_EQ(summary["warnings"].size(), 1u);
+  EXPECT_TRUE(nlohmann::json::parse(fuse(models() + " --json").out)["warnings"].empty());
+}
+
 TEST_F(Fuse, ExportsAProgramThatTestsItself) {
   const auto ran = fuse(models() + " --export-c " + in("fixture.c"));
   ASSERT_EQ(ran.exit_code, 0) << ran.err;

@@ -318,6 +318,30 @@ TEST(FusedAxes, HaveNoRateAfterAGapUntilAWholeMeanHasCome) {
   EXPECT_TRUE(fused->rate_deg_per_h.bottomRows(301).allFinite());
 }
 
+TEST(FusedAxes, AreNotOfTheModelOfAnotherAxisAndSayWhereOneIsOfAnotherGyro) {
+  auto axes = sharing_axes();
+  for (CompensatedAxis& axis : axes) {
+    axis.dataset.of = {.unit = "triad", .axis = axis.dataset.of.unit};
+    axis.dataset.identity = "0042";
+    axis.model.trained_on.resize(1);
+    axis.model.trained_on[0].of = axis.dataset.of;
+    axis.model.trained_on[0].identity = "0042";
+  }
+  EXPECT_TRUE(fused_axes(axes)->warnings.empty());
+  axes[1].model.trained_on[0].identity = "0043";
+  const auto other = fused_axes(axes);
+  ASSERT_TRUE(other) << text(other.error());
+  ASSERT_EQ(other->warnings.size(), 1u);
+  EXPECT_EQ(other->warnings[0],
+            "triad.y: the model is of another gyro: it was trained on 0043, this record is of 0042");
+  axes[2].model.trained_on[0].of.axis = "x";
+  const auto refused = fused_axes(axes);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(text(refused.error()).find("axis triad.z: its model is of another axis: it was trained on triad.x"),
+            std::string::npos)
+      << text(refused.error());
+}
+
 TEST(FusedAxes, RefuseAnAxisWithoutADirectionOrAModelWithoutABudget) {
   auto axes = sharing_axes();
   axes[1].dataset.direction.reset();

@@ -103,6 +103,22 @@ TEST_F(VerificationOfALinearModel, SaysWhenItIsOfAnotherGyro) {
   EXPECT_FALSE(says(*verify(*back, unseen, clusters), "another gyro"));
 }
 
+TEST_F(VerificationOfALinearModel, SaysWhenItIsOfAnotherAxisOfTheUnit) {
+  data::Dataset unseen = unseen_run();
+  const data::Clusters clusters = *make_clusters(unseen);
+  Model model = model_;
+  const auto of_another = [&](const data::AxisChoice& trained, const data::AxisChoice& of) {
+    model.trained_on.front().of = trained;
+    unseen.of = of;
+    return says(*verify(model, unseen, clusters), "another axis");
+  };
+  EXPECT_TRUE(of_another({.unit = "u", .axis = "x"}, {.unit = "u", .axis = "y"}));
+  EXPECT_TRUE(says(*verify(model, unseen, clusters), "it was trained on u.x, this is u.y"));
+  EXPECT_FALSE(of_another({.unit = "u", .axis = "x"}, {.unit = "u", .axis = "x"}));
+  EXPECT_FALSE(of_another({.unit = "u", .axis = "x"}, {})) << "of a record with one axis";
+  EXPECT_FALSE(of_another({.unit = "u1"}, {.unit = "u2"})) << "the identity says whether it is another gyro";
+}
+
 TEST_F(VerificationOfALinearModel, TellsRampsHoldsAndCornersApart) {
   const data::Dataset dataset = unseen_run();
   const Verification result = verified(dataset);

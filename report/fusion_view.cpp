@@ -158,7 +158,7 @@ std::string heading_of(const model::RestStretch& rest) {
 
 std::string rest_table(const model::FusionSummary& summary) {
   HtmlTable table{.caption = "Rate at rest ± U (k = 2), °/h, in the axes of the fixture; heading ± U (95&nbsp;%)",
-                  .header = {"Stretch", "x", "y", "z", "Error", "Heading", "χ²"},
+                  .header = {"Stretch", "x", "y", "z", "Error", "Heading", "χ² (limit)"},
                   .style = "small"};
   const auto add = [&](const model::RestStretch& rest, const std::string& label) {
     double squares = 0;
@@ -166,7 +166,8 @@ std::string rest_table(const model::FusionSummary& summary) {
     table.rows.push_back({label, with_expanded(rest.rate.deg_per_h, rest.rate.expanded_deg_per_h, 0),
                           with_expanded(rest.rate.deg_per_h, rest.rate.expanded_deg_per_h, 1),
                           with_expanded(rest.rate.deg_per_h, rest.rate.expanded_deg_per_h, 2),
-                          plot::format_bias(std::sqrt(squares)), heading_of(rest), plot::decimal(rest.statistic, 1)});
+                          plot::format_bias(std::sqrt(squares)), heading_of(rest),
+                          fmt::format("{} ({})", plot::decimal(rest.statistic, 1), plot::decimal(rest.limit, 1))});
   };
   if (summary.rest) add(*summary.rest, "<b>all holds</b>");
   for (const model::RestStretch& rest : summary.holds)

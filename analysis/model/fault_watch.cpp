@@ -54,7 +54,8 @@ std::string named(const FusedAxes& axes, Eigen::Index a) { return axes.names[sta
 }  // namespace
 
 const char* name(AlarmKind kind) {
-  return word_in<AlarmKind::undecided>({"parity", "parity_hop", "rest_hop", "gyro", "thermometer", "undecided"}, kind);
+  return word_in<AlarmKind::undecided>({"parity", "parity_hop", "rest_hop", "rest", "gyro", "thermometer", "undecided"},
+                                       kind);
 }
 
 HopWatch::HopWatch(AlarmKind kind, std::vector<tracking::StateSpace> spaces, fusion::ChangeDetector detector)

@@ -28,6 +28,7 @@ enum class AlarmKind {
   parity,       ///< the parity of single seconds is above its limit
   parity_hop,   ///< the cumulative sum of the parity
   rest_hop,     ///< the cumulative sum of the axes at rest, each against its own thermal prediction
+  rest,         ///< readings of the last hour of holds against the Earth and what is known of the axes
   gyro,         ///< a vote on a cluster: a gyro hopped
   thermometer,  ///< … a thermometer is broken
   undecided     ///< … something is at fault that is not known
@@ -46,8 +47,8 @@ struct Alarm {
 };
 
 void describe(auto& form, Like<Alarm> auto& alarm) {
-  form("kind", one_of(alarm.kind, {AlarmKind::parity, AlarmKind::parity_hop, AlarmKind::rest_hop, AlarmKind::gyro,
-                                   AlarmKind::thermometer, AlarmKind::undecided}));
+  form("kind", one_of(alarm.kind, {AlarmKind::parity, AlarmKind::parity_hop, AlarmKind::rest_hop, AlarmKind::rest,
+                                   AlarmKind::gyro, AlarmKind::thermometer, AlarmKind::undecided}));
   form("at_s", alarm.at_s);
   form("since_s", alarm.since_s);
   form("until_s", alarm.until_s);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/model/fused_rest.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -160,6 +162,18 @@ std::optional<RestStretch> rest_of(const FusedAxes& axes, const Stretch& stretch
   return rest;
 }
 
+/// Of nobody: what readings and priors say against each other, each axis explains with the turn.
+void alarm_at(const RestStretch& rest, std::vector<Alarm>& alarms) {
+  if (rest.bias_deg_per_h.empty() || rest.statistic <= rest.limit) return;
+  alarms.push_back({.kind = AlarmKind::rest,
+                    .at_s = rest.end_s,
+                    .since_s = rest.start_s,
+                    .until_s = rest.end_s,
+                    .statement = fmt::format("χ² {:.3g} of {}, limit {:.3g}: at rest ({}) the axes are further from "
+                                             "the Earth's rotation than their models' budgets say",
+                                             rest.statistic, rest.bias_deg_per_h.size(), rest.limit, rest.name)});
+}
+
 /// The share of the components of means over clusters that lie within U of the axes that made their last second.
 std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty& uncertainty,
                                    const ClusterMeans& means, const FusedRun& run) {
@@ -223,6 +237,9 @@ void judge_at_rest(const FusedAxes& axes, const FusionOptions& options, FusedRun
     together.set &= stretch.set;
   }
   if (!together.rows.empty()) summary.rest = rest_of(axes, together, options);
+  for (const RestStretch& rest : summary.holds) alarm_at(rest, summary.alarms);
+  if (summary.rest) alarm_at(*summary.rest, summary.alarms);
+  std::ranges::stable_sort(summary.alarms, {}, &Alarm::at_s);
 }
 
 }  // namespace gyrotherm::model

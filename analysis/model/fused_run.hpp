@@ -176,7 +176,8 @@ struct FusedRun {
 /// against a thermometer names nobody. Alarms of one kind and of the same name that follow within an hour are one.
 ///
 /// At rest, in the last hour of each hold, the mean is held against the Earth's rotation: north of the rate vector,
-/// biases and turn by fusion::at_rest(). `thermometers`: as of FaultWatch. Fails as geometry_of() does.
+/// biases and turn by fusion::at_rest(); an alarm where readings and priors contradict each other. `thermometers`: as
+/// of FaultWatch. Fails as geometry_of() does.
 [[nodiscard]] Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
                                     const FusionOptions& options);
 

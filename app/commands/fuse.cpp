@@ -170,6 +170,8 @@ std::string describe_rest(const model::FusionSummary& summary) {
                                          *rest.heading_deg, *rest.heading_expanded_deg, *summary.said_heading_deg)
                            : fmt::format("  {:<34} not found: {}\n", "heading of x", rest.no_heading);
   if (rest.turn_deg.empty()) return text;
+  text += fmt::format("  {:<34} {:.1f} of {}, limit {:.1f}\n", "χ² of readings and priors", rest.statistic,
+                      rest.bias_deg_per_h.size(), rest.limit);
   for (std::size_t k = 0; k < 3; ++k) {
     constexpr const char* kTurns[] = {"turn about north", "turn about east", "turn about down"};
     text += fmt::format("  {:<34} {:.4f}° ± {:.4f}° (k = 1)\n", kTurns[k], rest.turn_deg[k], rest.turn_std_deg[k]);

@@ -81,6 +81,7 @@ TEST_F(Fuse, WritesALineASecond) {
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_NE(ran.out.find("SIMULATED"), std::string::npos);
   EXPECT_NE(ran.out.find("heading of x"), std::string::npos) << ran.out;
+  EXPECT_NE(ran.out.find("χ² of readings and priors"), std::string::npos) << ran.out;
   std::istringstream table(whole(in("fused.csv")));
   std::vector<std::string> lines;
   for (std::string line; std::getline(table, line);) lines.push_back(line);

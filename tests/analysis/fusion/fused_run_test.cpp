@@ -247,6 +247,20 @@ TEST(FusedRun, SaysWhenAHopBeganThoughAGapFollowedIt) {
   EXPECT_NEAR(hop->since_s, 20000, 300);
 }
 
+TEST(FusedRun, SaysWhereTheAxesAtRestContradictTheEarth) {
+  FusedAxes axes = at_rest(regular_tetrad(), 4000, 1);
+  axes.rate_deg_per_h.rowwise() += (axes.directions * Eigen::Vector3d(0.05, 0, 0)).transpose();
+  const FusedRun run = fused_run(axes);
+  ASSERT_TRUE(run.summary.rest);
+  EXPECT_GT(run.summary.rest->statistic, run.summary.rest->limit);
+  const auto rest = std::ranges::find(run.summary.alarms, AlarmKind::rest, &Alarm::kind);
+  ASSERT_NE(rest, run.summary.alarms.end());
+  EXPECT_EQ(rest->who, "") << "a turn of the fixture explains it as well";
+  EXPECT_EQ(rest->since_s, 400);
+  EXPECT_EQ(rest->at_s, 4000);
+  EXPECT_NE(rest->statement.find("at rest (hold)"), std::string::npos) << rest->statement;
+}
+
 TEST(UncertaintyOfMeans, StepsOfACounterGoWithTheTimeAndNoiseWithItsRoot) {
   FusedAxes axes = at_rest(fusion::triad_axes(1), 10, 1);
   axes.step_deg_per_h.assign(3, 0.1);

@@ -6,11 +6,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <map>
-#include <numeric>
 #include <utility>
 
+#include "analysis/data/dataset.hpp"
 #include "analysis/data/features.hpp"
 #include "analysis/model/selection.hpp"
 
@@ -19,6 +20,21 @@ namespace {
 
 /// Thermometers that are kept, by number, rising.
 using Set = std::vector<std::size_t>;
+
+/// Those of a record's inputs that are thermometers: what the gyro tells of itself is placed nowhere, is mostly no
+/// temperature and may be missing.
+Set thermometers_among(const std::vector<std::string>& inputs) {
+  Set thermometers;
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    if (!data::is_own_value(inputs[i])) thermometers.push_back(i);
+  return thermometers;
+}
+
+std::vector<std::string> names_of(const Set& set, const std::vector<std::string>& inputs) {
+  std::vector<std::string> names;
+  for (const std::size_t thermometer : set) names.push_back(inputs[thermometer]);
+  return names;
+}
 
 /// All of `set` with `count` of them left out.
 std::vector<Set> sets_without(const Set& set, std::size_t count, std::size_t from = 0) {
@@ -40,18 +56,16 @@ struct Judged {
 class Study {
  public:
   Study(data::TrainingSet training_set, std::optional<data::Clusters> unseen, const ProgressSink& progress)
-      : training_set_(std::move(training_set)), unseen_(std::move(unseen)), progress_(progress) {
-    everything_.resize(training_set_.clusters.thermometers.size());
-    std::iota(everything_.begin(), everything_.end(), std::size_t{0});
-  }
+      : training_set_(std::move(training_set)),
+        unseen_(std::move(unseen)),
+        progress_(progress),
+        everything_(thermometers_among(training_set_.clusters.thermometers)) {}
 
   Result<Placement> conduct();
 
  private:
   [[nodiscard]] std::vector<std::string> names(const Set& set) const {
-    std::vector<std::string> names;
-    for (const std::size_t thermometer : set) names.push_back(training_set_.clusters.thermometers[thermometer]);
-    return names;
+    return names_of(set, training_set_.clusters.thermometers);
   }
   [[nodiscard]] data::SampleMatrix inputs(const Set& set, const data::Clusters& clusters) const {
     return *evaluate(placement_terms(names(set)), clusters);
@@ -81,7 +95,8 @@ Judged Study::judge(const Set& set) const {
   return judged;
 }
 
-/// Those that have not been judged yet.
+/// Those that have not been judged yet. A STD that is not a number is below and above no other: nothing is recommended
+/// by such.
 Result<void> Study::judge_all(const std::vector<Set>& sets) {
   constexpr std::size_t kAtOnce = 16;  // between two looks at the progress
   std::vector<Set> open;
@@ -94,7 +109,14 @@ Result<void> Study::judge_all(const std::vector<Set>& sets) {
     std::vector<Judged> judged(std::min(kAtOnce, open.size() - first));
     oneapi::tbb::parallel_for(std::size_t{0}, judged.size(),
                               [&](std::size_t i) { judged[i] = judge(open[first + i]); });
-    for (std::size_t i = 0; i < judged.size(); ++i) judged_.emplace(open[first + i], std::move(judged[i]));
+    for (std::size_t i = 0; i < judged.size(); ++i) {
+      if (!std::isfinite(judged[i].held_out.std)) {
+        return failure(FaultKind::usage, "placement",
+                       fmt::format("what {} leave of the bias held out is not a finite number",
+                                   fmt::join(names(open[first + i]), ", ")));
+      }
+      judged_.emplace(open[first + i], std::move(judged[i]));
+    }
   }
   return {};
 }
@@ -195,9 +217,10 @@ Result<Placement> study_placement(const std::vector<data::Clusters>& records, co
                                   const data::FoldOptions& options, const ProgressSink& progress) {
   auto clusters = concatenate(records);
   if (!clusters) return failure(clusters.error());
-  if (clusters->thermometers.size() < 2) {
+  const auto thermometers = names_of(thermometers_among(clusters->thermometers), clusters->thermometers);
+  if (thermometers.size() < 2) {
     return failure(FaultKind::usage, "placement",
-                   fmt::format("needs at least two thermometers, the record has {}", clusters->thermometers.size()));
+                   fmt::format("needs at least two thermometers, the record has {}", thermometers.size()));
   }
   auto folds = plan_folds(records, options);
   if (!folds) return failure(folds.error());
@@ -205,7 +228,7 @@ Result<Placement> study_placement(const std::vector<data::Clusters>& records, co
   if (!unseen.empty()) {
     auto joined = concatenate(unseen);
     if (!joined) return failure(joined.error());
-    if (const auto known = evaluate(placement_terms(clusters->thermometers), *joined); !known) {
+    if (const auto known = evaluate(placement_terms(thermometers), *joined); !known) {
       return failure(known.error());
     }
     others = std::move(*joined);

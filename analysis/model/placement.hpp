@@ -37,9 +37,10 @@ struct Placement {
 
 /// Eliminates the thermometers of the records backward, the cheapest first. The learner is a response surface of second
 /// order (selection.hpp) in the temperature of the first thermometer kept and its differences with the others,
-/// so that absolute temperature and gradients are both there; λ is chosen by the folds for each set. STD on held-out
-/// clusters decides; `unseen` records are reported on and decide nothing. Fails with usage: fewer than two
-/// thermometers, records that differ in them, no record, or as plan_folds does; with interrupted.
+/// so that absolute temperature and gradients are both there; λ is chosen by the folds for each set. The unit's own
+/// values are no thermometers. STD on held-out clusters decides; `unseen` records are reported on and decide nothing.
+/// Fails with usage: fewer than two thermometers, records that differ in them, no record, a STD that is not finite, or
+/// as plan_folds does; with interrupted.
 [[nodiscard]] Result<Placement> study_placement(const std::vector<data::Clusters>& records,
                                                 const std::vector<data::Clusters>& unseen,
                                                 const data::FoldOptions& folds = {}, const ProgressSink& progress = {});

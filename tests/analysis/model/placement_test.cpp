@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "tests/analysis/synthetic_run.hpp"
@@ -78,6 +79,39 @@ TEST(Placement, OrdersItsStepsAndAddsUp) {
   EXPECT_LE(placement->best_pair->held_out.std, placement->elimination[1].held_out.std);
   EXPECT_LE(placement->best_three->held_out.std, placement->elimination[2].held_out.std);
   EXPECT_EQ(placement->all.price_deg_per_h, 0);
+}
+
+/// With what a gyro tells of itself: its temperature, which is missing at times, and a count.
+data::Clusters with_own_values(const data::Clusters& from) {
+  data::Clusters clusters = reduced(from, {0, 3, 6, 6, 6});
+  clusters.thermometers[3] = "self";
+  clusters.thermometers[4] = "aux:frames";
+  clusters.temperature_c.col(4).setConstant(1000);
+  for (Eigen::Index k = 7; k < clusters.temperature_c.rows(); k += 50)
+    clusters.temperature_c.row(k).tail(2).setConstant(std::nan(""));
+  return clusters;
+}
+
+TEST(Placement, IsOfThermometersAndNotOfWhatAGyroTellsOfItself) {
+  const data::Clusters all = clusters_of({.hold_s = 800}), others = clusters_of({.hold_s = 700, .seed = 2});
+  const auto placement = study_placement({with_own_values(all)}, {reduced(others, {0, 3, 6})});
+  ASSERT_TRUE(placement) << text(placement.error());
+  const auto without = study_placement({reduced(all, {0, 3, 6})}, {});
+  EXPECT_EQ(placement->all.kept, without->all.kept);
+  EXPECT_EQ(placement->all.held_out.std, without->all.held_out.std);
+  EXPECT_EQ(placement->elimination.back().left_out, without->elimination.back().left_out);
+  EXPECT_TRUE(placement->all.unseen) << "a record without such values is no other";
+  const auto one = study_placement({reduced(with_own_values(all), {0, 3, 4})}, {});
+  ASSERT_FALSE(one);
+  EXPECT_EQ(one.error().what, "needs at least two thermometers, the record has 1");
+}
+
+TEST(Placement, RecommendsNothingByWhatIsNotANumber) {
+  data::Clusters clusters = clusters_of({.hold_s = 800});
+  clusters.temperature_c(5, 2) = std::nan("");
+  const auto placement = study_placement({clusters}, {});
+  ASSERT_FALSE(placement);
+  EXPECT_EQ(placement.error().kind, FaultKind::usage);
 }
 
 TEST(Placement, RefusesOneThermometerAndStopsWhenAsked) {

@@ -177,6 +177,18 @@ Result<Eigen::VectorXd> variance_of_function(const Model& model, const data::Clu
       .map([](const Prediction& predicted) -> Eigen::VectorXd { return predicted.std_deg_per_h.cwiseAbs2(); });
 }
 
+/// The columns whose mean tells how warm the gyro is and whether it warms: all thermometers, whatever a model asks for,
+/// so that all models of a record are compared at the same temperatures. What the unit tells of itself is mostly no
+/// temperature and may be missing, which would hide the cluster; its own temperature counts where there is no other.
+std::vector<Eigen::Index> columns_of_temperature(const std::vector<std::string>& inputs) {
+  std::vector<Eigen::Index> columns;
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    if (!data::is_own_value(inputs[i])) columns.push_back(static_cast<Eigen::Index>(i));
+  const auto self = std::ranges::find(inputs, data::kSelf);
+  if (columns.empty() && self != inputs.end()) columns.push_back(self - inputs.begin());
+  return columns;
+}
+
 constexpr int kFewestEachWay = 3;
 
 /// Residuals of clusters at about the same temperature.
@@ -268,9 +280,12 @@ Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data:
 
 double hysteresis_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters) {
   constexpr double kStep_c = 5, kMoves_c_per_min = 0.05;
+  const std::vector<Eigen::Index> columns = columns_of_temperature(clusters.thermometers);
+  if (columns.empty()) return 0;
   std::map<long, AtOneTemperature> steps;
   for (Eigen::Index k = 0; k < residual_deg_per_h.size(); ++k) {
-    const double rate = clusters.rate_c_per_min.row(k).mean(), temperature = clusters.temperature_c.row(k).mean();
+    const double rate = clusters.rate_c_per_min(k, columns).mean();
+    const double temperature = clusters.temperature_c(k, columns).mean();
     if (!std::isfinite(residual_deg_per_h(k)) || !(std::abs(rate) > kMoves_c_per_min)) continue;
     AtOneTemperature& step = steps[std::lround(temperature / kStep_c)];
     (rate > 0 ? step.rising : step.falling) += residual_deg_per_h(k);

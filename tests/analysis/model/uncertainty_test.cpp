@@ -196,6 +196,33 @@ TEST_F(UncertaintyOfAModel, HysteresisIsHalfOfWhatTheWayUpDiffersFromTheWayDown)
   EXPECT_EQ(hysteresis_deg_per_h(Eigen::VectorXd::Zero(residual.size()), clusters_), 0);
 }
 
+TEST_F(UncertaintyOfAModel, HysteresisIsOfThermometersAndNotOfWhatAGyroTellsOfItself) {
+  Eigen::VectorXd residual(clusters_.start_s.size());
+  for (Eigen::Index k = 0; k < residual.size(); ++k)
+    residual(k) = std::copysign(0.003, clusters_.rate_c_per_min.row(k).mean());
+  data::Clusters own = clusters_;
+  const Eigen::Index rows = own.temperature_c.rows(), columns = own.temperature_c.cols();
+  own.thermometers.insert(own.thermometers.end(), {"self", "aux:current"});
+  own.temperature_c.conservativeResize(Eigen::NoChange, columns + 2);
+  own.rate_c_per_min.conservativeResize(Eigen::NoChange, columns + 2);
+  own.temperature_c.col(columns) = own.temperature_c.col(0);
+  own.rate_c_per_min.col(columns) = own.rate_c_per_min.col(0);
+  own.temperature_c.col(columns + 1).setLinSpaced(rows, 0, 1e6);  // rises all the time
+  own.rate_c_per_min.col(columns + 1).setConstant(1e4);
+  const double expected = hysteresis_deg_per_h(residual, clusters_);
+  EXPECT_NEAR(expected, 0.003, 0.0004);
+  EXPECT_EQ(hysteresis_deg_per_h(residual, own), expected);
+  own.rate_c_per_min.rightCols(2).setConstant(std::nan(""));
+  EXPECT_EQ(hysteresis_deg_per_h(residual, own), expected) << "missing";
+  data::Clusters alone = clusters_;
+  alone.thermometers = {"self"};
+  alone.temperature_c = clusters_.temperature_c.col(0);
+  alone.rate_c_per_min = clusters_.rate_c_per_min.col(0);
+  EXPECT_NEAR(hysteresis_deg_per_h(residual, alone), 0.003, 0.0004) << "the only temperature there is";
+  alone.thermometers = {"aux:current"};
+  EXPECT_EQ(hysteresis_deg_per_h(residual, alone), 0);
+}
+
 TEST_F(UncertaintyOfAModel, SaysWhatItWasToldAndWhatItAssumes) {
   EXPECT_FALSE(row(model_, Source::latitude).assumed);
   EXPECT_EQ(row(model_, Source::latitude).standard_uncertainty, 0.001);

@@ -122,6 +122,13 @@ const char* what_is_done(Outside policy) {
   return kDone[static_cast<std::size_t>(policy)];
 }
 
+/// Why no cluster is compensated, of which so many have all inputs and so many of these one outside.
+const char* why_nothing_is_compensated(std::size_t known, std::size_t outside) {
+  if (known == 0) return "no cluster has all inputs of the model (a rate wants the cluster before it)";
+  if (outside == known) return "every cluster that has all inputs has one outside the trained range: refused";
+  return "the model predicts no finite bias";
+}
+
 /// Whether the model saw any of these clusters: the same axis of the same run, and a stretch of it that overlaps.
 bool trained_on(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters) {
   const double from_s = clusters.start_s(0), to_s = clusters.start_s(clusters.start_s.size() - 1) + clusters.length_s;
@@ -185,6 +192,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
                             Outside outside) {
   auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
+  const std::size_t known = data::finite_rows(*inputs).size();
   const RangedInputs ranged = within_range(model, std::move(*inputs), outside);
   const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, ranged.inputs);
   const std::vector<Stretch> stretches = stretches_of(dataset);
@@ -201,7 +209,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.raw = figures_of(clusters.bias_deg_per_h, clusters);
   result.compensated = figures_where([](Eigen::Index) { return true; });
   if (result.compensated.count == 0) {
-    return failure(FaultKind::usage, dataset.path, "every cluster has an input outside the trained range: refused");
+    return failure(FaultKind::usage, dataset.path, why_nothing_is_compensated(known, ranged.rows.size()));
   }
   result.ramps = part(false);
   result.holds = part(true);

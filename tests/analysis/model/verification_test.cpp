@@ -163,6 +163,22 @@ TEST_F(VerificationOfALinearModel, RefusesARecordWhollyOutside) {
   const auto result = verify(model_, dataset, *make_clusters(dataset), Outside::refuse);
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().kind, FaultKind::usage);
+  EXPECT_EQ(result.error().what, "every cluster that has all inputs has one outside the trained range: refused");
+}
+
+TEST_F(VerificationOfALinearModel, OfClustersWithoutItsInputsSaysThatTheyAreMissing) {
+  TrainingOptions options;
+  options.inputs = "rates";
+  options.method = "linear";
+  const data::Dataset dataset = unseen_run();
+  const data::Clusters clusters = *make_clusters(dataset);
+  const Model of_rates = *train({dataset}, {clusters}, options);
+  for (const Outside outside : {Outside::clamp, Outside::refuse}) {
+    const auto result = verify(of_rates, dataset, pick(clusters, {0}), outside);  // the first of a run has no rate
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().kind, FaultKind::usage);
+    EXPECT_EQ(result.error().what, "no cluster has all inputs of the model (a rate wants the cluster before it)");
+  }
 }
 
 TEST_F(VerificationOfALinearModel, SaysHowWellItsFiguresAreKnown) {

@@ -188,6 +188,22 @@ double weights_of(const methods::ExpansionModel& expansion) {
 }
 double weights_of(const methods::NetworkModel& network) { return network.out.lpNorm<1>(); }
 
+bool is_finite(const methods::LinearModel& linear) { return linear.weights.allFinite() && std::isfinite(linear.b); }
+bool is_finite(const methods::SvrModel& svr) {
+  const double sigma = svr.parameters.sigma;
+  return std::isfinite(1 / (sigma * sigma)) && svr.support_vectors.allFinite() && svr.beta.allFinite() &&
+         std::isfinite(svr.b);
+}
+bool is_finite(const methods::ExpansionModel& expansion) {
+  return expansion.lengths.allFinite() && expansion.lengths.cwiseInverse().allFinite() &&
+         expansion.widths.cwiseAbs2().cwiseInverse().allFinite() && expansion.centres.allFinite() &&
+         expansion.weights.allFinite() && expansion.slope.allFinite() && std::isfinite(expansion.b);
+}
+bool is_finite(const methods::NetworkModel& network) {
+  return network.weights.allFinite() && network.offsets.allFinite() && network.out.allFinite() &&
+         std::isfinite(network.b);
+}
+
 /// Tables and "static double function_of(const double z[])".
 std::string c_function(const methods::Function& function) {
   return std::visit([](const auto& form) { return text_of(form); }, function);
@@ -376,6 +392,27 @@ KnownAnswers known_answers(const Model& model) {
   return answers;
 }
 
+/// C has no constant for a number that is not finite, and no self-test finds one.
+Result<void> check_is_finite(const Model& model, const KnownAnswers& answers) {
+  const data::Scaling& scaling = model.scaling;
+  const struct {
+    bool is_finite;
+    const char* what;
+  } parts[] = {
+      {model.input_min.allFinite() && model.input_max.allFinite(), "the trained range of its inputs"},
+      {scaling.mean.allFinite() && scaling.std.allFinite() && scaling.std.cwiseInverse().allFinite(),
+       "the scaling of its inputs"},
+      {std::isfinite(model.target_mean_deg_per_h) && std::isfinite(model.target_std_deg_per_h), "the target's scaling"},
+      {std::visit([](const auto& form) { return is_finite(form); }, model.function), "its function"},
+      {answers.mean_c.allFinite() && answers.before_c.allFinite() && answers.lag_k.allFinite() &&
+           answers.bias_deg_per_h.allFinite() && std::isfinite(c_tolerance_deg_per_h(model)),
+       "what it predicts"}};
+  for (const auto& part : parts)
+    if (!part.is_finite)
+      return failure(FaultKind::usage, "C export", fmt::format("of this model {} is not finite", part.what));
+  return {};
+}
+
 constexpr const char* kHeader = R"(/*
 @provenance@ */
 #ifndef @name@_H
@@ -562,8 +599,8 @@ Words header_words(const Model& model, std::string_view name, const std::vector<
   return words;
 }
 
-Words source_words(const Model& model, std::string_view name, const std::vector<std::string>& names, bool rates) {
-  const KnownAnswers answers = known_answers(model);
+Words source_words(const Model& model, const KnownAnswers& answers, std::string_view name,
+                   const std::vector<std::string>& names, bool rates) {
   const std::string keep =
       fmt::format("  for (int j = 0; j < {}_THERMOMETERS; ++j) stream->past[at][j] = means[j];\n", name);
   Words words = lag_words(model, name, names);
@@ -634,14 +671,19 @@ Result<CProgram> to_c(const Model& model, std::string_view name, const std::opti
   }
   const std::vector<std::string> names = thermometers_of(model);
   const bool rates = std::ranges::any_of(model.terms, data::has_rate);
-  const TrackingInC tracking = noise ? tracking_in_c(*noise, rows_in_cluster(model), name) : TrackingInC{};
-  Words of_header = header_words(model, name, names, rates), of_source = source_words(model, name, names, rates);
-  const UncertaintyInC uncertainty = uncertainty_in_c(model, name);
-  of_header.insert({{"tracking", tracking.declarations}, {"uncertainty", uncertainty.declarations}});
-  of_source.insert({{"tracking", tracking.definitions},
-                    {"test_tracking", tracking.test},
-                    {"uncertainty", uncertainty.definitions},
-                    {"test_uncertainty", uncertainty.test}});
+  const KnownAnswers answers = known_answers(model);
+  if (const auto finite = check_is_finite(model, answers); !finite) return failure(finite.error());
+  const Result<TrackingInC> tracking = noise ? tracking_in_c(*noise, rows_in_cluster(model), name) : TrackingInC{};
+  if (!tracking) return failure(tracking.error());
+  const auto uncertainty = uncertainty_in_c(model, name);
+  if (!uncertainty) return failure(uncertainty.error());
+  Words of_header = header_words(model, name, names, rates);
+  Words of_source = source_words(model, answers, name, names, rates);
+  of_header.insert({{"tracking", tracking->declarations}, {"uncertainty", uncertainty->declarations}});
+  of_source.insert({{"tracking", tracking->definitions},
+                    {"test_tracking", tracking->test},
+                    {"uncertainty", uncertainty->definitions},
+                    {"test_uncertainty", uncertainty->test}});
   return CProgram{c_filled(kHeader, of_header), c_filled(kSource, of_source)};
 }
 

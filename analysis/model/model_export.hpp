@@ -31,7 +31,7 @@ struct CProgram {
 /// and, where the noise of what it leaves is given,
 ///   NAME_track     the bias that is left, from a compensated rate a second while at rest, as RestTracker does it.
 /// Each tells in its return value what was outside or missing. They agree with `predict` to c_tolerance_deg_per_h.
-/// Fails with usage if `name` cannot begin the names of a C program.
+/// Fails with usage if `name` cannot begin the names of a C program, or if a constant or a known answer is not finite.
 [[nodiscard]] Result<CProgram> to_c(const Model& model, std::string_view name,
                                     const std::optional<tracking::BiasNoise>& noise = {});
 

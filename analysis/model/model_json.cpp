@@ -10,6 +10,32 @@
 #include "core/json.hpp"
 
 namespace gyrotherm {
+namespace {
+
+/// Between these no input in standard deviations, no weight of it in degrees per hour and no square of that is beyond
+/// all numbers or lost below them.
+constexpr double kLeastSane = 1e-30, kMostSane = 1e30;
+
+template <class T>
+InRange<T> sane(T& value) {
+  return {value, -kMostSane, kMostSane, false, "expected a number of a sane size"};
+}
+template <class T>
+InRange<T> sane_positive(T& value) {
+  return {value, kLeastSane, kMostSane, false, "expected a number above 0, of a sane size"};
+}
+
+bool are_sane_positive(const auto& values) {
+  return (values.array() >= kLeastSane && values.array() <= kMostSane).all();
+}
+
+bool is_sane(const tracking::BiasNoise& noise) {
+  return noise.angle_random_walk_deg_per_sqrt_h >= kLeastSane && noise.angle_random_walk_deg_per_sqrt_h <= kMostSane &&
+         noise.instability_deg_per_h <= kMostSane && noise.rate_random_walk_deg_per_h_per_sqrt_h <= kMostSane &&
+         noise.start_deg_per_h <= kMostSane;
+}
+
+}  // namespace
 
 /// A row of numbers as an array.
 template <class Vector>
@@ -17,6 +43,9 @@ struct JsonVector {
   static Json write(const Vector& values) { return std::vector<double>(values.begin(), values.end()); }
   static void read(const JsonPlace& place, Vector& values) {
     const std::vector<double> numbers = place.numbers();
+    const auto wild = std::ranges::find_if(numbers, [](double number) { return !(std::abs(number) <= kMostSane); });
+    if (wild != numbers.end())
+      place.elements()[static_cast<std::size_t>(wild - numbers.begin())].mistake("expected a number of a sane size");
     values = Eigen::Map<const Vector>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
   }
 };
@@ -70,10 +99,10 @@ struct ModelInput {
 
 void describe(auto& form, Like<ModelInput> auto& input) {
   describe(form, input.term);
-  form("mean", input.mean);
-  form("std", positive(input.std));
-  form("min", input.min);
-  form("max", input.max);
+  form("mean", sane(input.mean));
+  form("std", sane_positive(input.std));
+  form("min", sane(input.min));
+  form("max", sane(input.max));
   form.expect("max", input.max >= input.min, "expected no less than min");
 }
 
@@ -103,8 +132,11 @@ void take_inputs(const std::vector<ModelInput>& inputs, Model& model) {
 }  // namespace
 
 void describe_function(auto& form, Like<methods::SvrModel> auto& svr, Eigen::Index inputs) {
-  form("parameters", svr.parameters);
-  form("b", svr.b);
+  form.object("parameters", [&](auto& parameters) {
+    describe(parameters, svr.parameters);
+    parameters("sigma", sane_positive(svr.parameters.sigma));
+  });
+  form("b", sane(svr.b));
   form("relative_gap", svr.relative_gap);
   form("kkt_violation", svr.kkt_violation);
   form("beta", svr.beta);
@@ -114,12 +146,12 @@ void describe_function(auto& form, Like<methods::SvrModel> auto& svr, Eigen::Ind
 
 void describe_function(auto& form, Like<methods::LinearModel> auto& linear, Eigen::Index inputs) {
   form("weights", linear.weights);
-  form("b", linear.b);
+  form("b", sane(linear.b));
   form.expect("weights", linear.weights.size() == inputs, "expected one number per input");
 }
 
 void describe_function(auto& form, Like<methods::ExpansionModel> auto& expansion, Eigen::Index inputs) {
-  form("b", expansion.b);
+  form("b", sane(expansion.b));
   form("lengths", expansion.lengths);
   form("widths", expansion.widths);
   form("weights", expansion.weights);
@@ -127,15 +159,15 @@ void describe_function(auto& form, Like<methods::ExpansionModel> auto& expansion
   form.if_there("slope", expansion.slope.size() > 0, expansion.slope);
   form.expect("slope", expansion.slope.size() == 0 || expansion.slope.size() == inputs,
               "expected one number per input");
-  form.expect("lengths", (expansion.lengths.array() > 0).all(), "expected numbers above 0");
+  form.expect("lengths", are_sane_positive(expansion.lengths), "expected numbers above 0, of a sane size");
   form.expect("lengths", expansion.lengths.size() == inputs, "expected one number per input");
-  form.expect("widths", (expansion.widths.array() > 0).all(), "expected numbers above 0");
+  form.expect("widths", are_sane_positive(expansion.widths), "expected numbers above 0, of a sane size");
   form.expect("widths", expansion.widths.size() == expansion.centres.rows(), "expected one number per centre");
   form.expect("weights", expansion.weights.size() == expansion.centres.rows(), "expected one number per centre");
 }
 
 void describe_function(auto& form, Like<methods::NetworkModel> auto& network, Eigen::Index inputs) {
-  form("b", network.b);
+  form("b", sane(network.b));
   form("out", network.out);
   form("offsets", network.offsets);
   form("weights", Rows{network.weights, inputs});
@@ -146,14 +178,14 @@ void describe_function(auto& form, Like<methods::NetworkModel> auto& network, Ei
 /// Rows of as many numbers as there are columns where they are written.
 void describe_variance(auto& form, Like<methods::PredictiveVariance> auto& variance, Eigen::Index inputs) {
   form("lengths", variance.lengths);
-  form("signal", positive(variance.signal));
+  form("signal", sane_positive(variance.signal));
   form("noise", not_negative(variance.noise));
   form("centres", Rows{variance.centres, inputs});
   const Eigen::Index count = variance.centres.rows();
   form("posterior", Rows{variance.posterior, inputs + count});
   form("root", Rows{variance.root, count});
-  form.expect("lengths", variance.lengths.size() == inputs && (variance.lengths.array() > 0).all(),
-              "expected one number above 0 per input");
+  form.expect("lengths", variance.lengths.size() == inputs && are_sane_positive(variance.lengths),
+              "expected one number above 0 per input, of a sane size");
   form.expect("posterior", variance.posterior.rows() == inputs + count, "expected a square matrix");
   form.expect("root", variance.root.rows() == count && (variance.root.diagonal().array() > 0).all(),
               "expected a square matrix, its diagonal above 0");
@@ -229,8 +261,8 @@ void describe(auto& form, Like<Model> auto& model) {
   form.expect("terms", !inputs.empty(), "expected at least one input");
   if constexpr (!std::is_const_v<std::remove_reference_t<decltype(model)>>) take_inputs(inputs, model);
   form.object("target", [&](auto& target) {
-    target("mean_deg_per_h", model.target_mean_deg_per_h);
-    target("std_deg_per_h", positive(model.target_std_deg_per_h));
+    target("mean_deg_per_h", sane(model.target_mean_deg_per_h));
+    target("std_deg_per_h", sane_positive(model.target_std_deg_per_h));
   });
   form("trained_on", model.trained_on);
   form("folds", model.folds);
@@ -255,8 +287,13 @@ void describe(auto& form, Like<Model> auto& model) {
   form.object_if_there("tuning", model.tuning.swarm.end != svm::SwarmEnd::was_not_run,
                        [&](auto& tuning) { describe_tuning(tuning, model); });
   form.if_there("residual_noise", model.residual_noise.has_value(), model.residual_noise);
+  form.expect("residual_noise", !model.residual_noise || is_sane(*model.residual_noise),
+              "expected noises of a sane size");
   form.if_there("reduction", model.reduction.has_value(), model.reduction);
   form.if_there("uncertainty", model.uncertainty.has_value(), model.uncertainty);
+  form.expect("uncertainty",
+              !model.uncertainty || std::isfinite(combined(model.uncertainty->budget.rows).expanded_deg_per_h),
+              "expected a budget that adds up to a number");
 }
 
 std::string to_json(const Model& model) { return gyrotherm::text_of(json_of(model), 1) + "\n"; }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -155,11 +156,19 @@ KnownTracking known_tracking(const tracking::StateSpace& space, int seconds) {
   return known;
 }
 
+bool all_finite(const tracking::StateSpace& space, const KnownTracking& known) {
+  const auto finite = [](double value) { return std::isfinite(value); };
+  return std::isfinite(space.white) && space.memory.allFinite() && space.fresh.allFinite() && space.start.allFinite() &&
+         std::ranges::all_of(known.rates, finite) && std::ranges::all_of(known.lefts, finite);
+}
+
 }  // namespace
 
-TrackingInC tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::string_view name) {
+Result<TrackingInC> tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::string_view name) {
   const tracking::StateSpace space = state_space(noise, seconds);
   const KnownTracking known = known_tracking(space, seconds);
+  if (!all_finite(space, known))
+    return failure(FaultKind::usage, "C export", "a filter of this noise has constants that are not finite");
   constexpr double kPart = 1e-12;
   const double scale = std::sqrt(space.start.sum() + space.white);
   const auto short_form = [](double value) { return fmt::format("{:.3g}", value); };
@@ -179,9 +188,9 @@ TrackingInC tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::st
       {"rests", fmt::format("{}", fmt::join(known.rests, ", "))},
       {"lefts", numbers(known.lefts)},
       {"tolerance", c_number(kPart * scale)}};
-  return {.declarations = c_filled(kDeclarations, words),
-          .definitions = c_filled(kDefinitions, words),
-          .test = "  if (test_tracking() != 0) return 1;\n"};
+  return TrackingInC{.declarations = c_filled(kDeclarations, words),
+                     .definitions = c_filled(kDefinitions, words),
+                     .test = "  if (test_tracking() != 0) return 1;\n"};
 }
 
 }  // namespace gyrotherm::model

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "analysis/tracking/bias_noise.hpp"
+#include "core/result.hpp"
 
 namespace gyrotherm::model {
 
@@ -20,6 +21,7 @@ struct TrackingInC {
 /// without allocation, some hundred operations once in so many seconds. Its covariance goes along instead of a gain
 /// that is fixed, since it is the start that matters most: while a turn-on is being learnt the gain falls from near 1
 /// to a hundredth, and it rises again after the gyro has moved for hours.
-[[nodiscard]] TrackingInC tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::string_view name);
+/// Fails with usage if a constant or a known answer is not finite.
+[[nodiscard]] Result<TrackingInC> tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::string_view name);
 
 }  // namespace gyrotherm::model

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <map>
 #include <string>
 #include <vector>
@@ -44,10 +45,12 @@ std::string line_of(const BudgetRow& row) {
 
 }  // namespace
 
-UncertaintyInC uncertainty_in_c(const Model& model, std::string_view name) {
-  if (!model.uncertainty || model.uncertainty->budget.rows.empty()) return {};
+Result<UncertaintyInC> uncertainty_in_c(const Model& model, std::string_view name) {
+  if (!model.uncertainty || model.uncertainty->budget.rows.empty()) return UncertaintyInC{};
   const std::vector<BudgetRow> rows = at_averaging(model.uncertainty->budget, rows_in_cluster(model)).rows;
   const CombinedUncertainty all = combined(rows);
+  if (!std::isfinite(all.expanded_deg_per_h))
+    return failure(FaultKind::usage, "C export", "the model's budget does not add up to a finite number");
   std::string contributions;
   for (const BudgetRow& row : rows) contributions += line_of(row);
   const std::map<std::string, std::string, std::less<>> words = {{"name", std::string(name)},
@@ -55,9 +58,9 @@ UncertaintyInC uncertainty_in_c(const Model& model, std::string_view name) {
                                                                  {"k", c_number(all.coverage_factor)},
                                                                  {"contributions", contributions},
                                                                  {"expanded", c_number(all.expanded_deg_per_h)}};
-  return {.declarations = c_filled(kUncertaintyDeclarations, words),
-          .definitions = c_filled(kUncertaintyDefinitions, words),
-          .test = c_filled(kTest, words)};
+  return UncertaintyInC{.declarations = c_filled(kUncertaintyDeclarations, words),
+                        .definitions = c_filled(kUncertaintyDefinitions, words),
+                        .test = c_filled(kTest, words)};
 }
 
 }  // namespace gyrotherm::model

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "analysis/model/model.hpp"
+#include "core/result.hpp"
 
 namespace gyrotherm::model {
 
@@ -16,7 +17,8 @@ struct UncertaintyInC {
   std::string test;          ///< for the body of NAME_self_test: returns 1 if U does not come out of the budget again
 };
 
-/// U of a mean of compensated bias over the model's cluster length, and the contributions that it is made of.
-[[nodiscard]] UncertaintyInC uncertainty_in_c(const Model& model, std::string_view name);
+/// U of a mean of compensated bias over the model's cluster length, and the contributions that it is made of. Fails
+/// with usage if these are not finite.
+[[nodiscard]] Result<UncertaintyInC> uncertainty_in_c(const Model& model, std::string_view name);
 
 }  // namespace gyrotherm::model

@@ -398,6 +398,30 @@ TEST(CExport, NeedsANameThatCTakes) {
   EXPECT_EQ(c_name("7-B"), "m7_B");
 }
 
+TEST(CExport, HasNoConstantThatIsNotANumber) {
+  const auto with = [](Model model, auto spoil) {
+    spoil(model);
+    return model;
+  };
+  const Model svr = data::small_svr_model();
+  const Model models[] = {
+      with(svr, [](Model& m) { std::get<methods::SvrModel>(m.function).parameters.sigma = 1e-200; }),
+      with(svr, [](Model& m) { std::get<methods::SvrModel>(m.function).b = std::nan(""); }),
+      with(svr, [](Model& m) { m.scaling.std(0) = 1e-320; }),
+      with(svr, [](Model& m) { m.input_max(1) = INFINITY; }),
+      with(small_linear_model(), [](Model& m) { m.target_std_deg_per_h = m.target_mean_deg_per_h = 1.7e308; }),
+      with(svr, [](Model& m) { m.uncertainty->budget.rows.front().standard_uncertainty = 1e200; }),
+      with(small_linear_model(), [](Model& m) { std::get<methods::LinearModel>(m.function).weights(0) = INFINITY; }),
+      with(small_expansion_model(), [](Model& m) { std::get<methods::ExpansionModel>(m.function).widths(1) = 1e-200; }),
+      with(small_network_model(), [](Model& m) { std::get<methods::NetworkModel>(m.function).offsets(0) = INFINITY; })};
+  for (std::size_t i = 0; i < std::size(models); ++i) {
+    const auto program = to_c(models[i], "gyro");
+    ASSERT_FALSE(program) << i;
+    EXPECT_EQ(program.error().kind, FaultKind::usage) << i;
+  }
+  EXPECT_FALSE(to_c(svr, "gyro", tracking::BiasNoise{.angle_random_walk_deg_per_sqrt_h = 1e200}));
+}
+
 TEST(CText, NumbersComeBackAsTheyWere) {
   std::mt19937_64 generator(1);
   std::normal_distribution<double> normal;

@@ -163,6 +163,31 @@ TEST(ModelFile, HoldsNoNumberThatIsNotOne) {
   EXPECT_FALSE(model_from_json(replaced(to_json(data::small_svr_model()), "0.125", "1e999"), "m.json"));
 }
 
+/// Their squares, or what they are divided by, would be no number any more.
+TEST(ModelFile, HoldsNoNumberThatIsBeyondAnyGyro) {
+  const std::string svr = to_json(data::small_svr_model()), expansion = to_json(two_function_model());
+  const struct {
+    std::string json, where;
+  } laws[] = {{replaced(svr, "\"b\": 0.125", "\"b\": 1e308"), "function.b"},
+              {replaced(to_json(two_term_model()), "\"b\": 0.25", "\"b\": -1e31"), "function.b"},
+              {replaced(svr, "\"std\": 0.3333333333333333", "\"std\": 1e-320"), "terms[0].std"},
+              {replaced(svr, "\"max\": 1.0", "\"max\": 1e200"), "terms[0].max"},
+              {replaced(svr, "\"std_deg_per_h\": 0.7", "\"std_deg_per_h\": 1e200"), "target.std_deg_per_h"},
+              {replaced(svr, "\"sigma\": 1.25", "\"sigma\": 1e-200"), "function.parameters.sigma"},
+              {replaced(svr, "\"beta\": [", "\"beta\": [1e300,"), "function.beta[0]"},
+              {replaced(expansion, "\"widths\": [", "\"widths\": [1e-200,"), "function.widths"},
+              {replaced(svr, "\"start_deg_per_h\": 0.25", "\"start_deg_per_h\": 1e200"), "residual_noise"},
+              {replaced(replaced(svr, "\"combined\"", "\"left_out\""), "\"standard_uncertainty\": 0.05",
+                        "\"standard_uncertainty\": 1e200"),
+               "uncertainty"}};
+  for (const auto& law : laws) {
+    const auto model = model_from_json(law.json, "m.json");
+    ASSERT_FALSE(model) << law.where;
+    EXPECT_EQ(model.error().kind, FaultKind::bad_file);
+    EXPECT_EQ(model.error().where, "m.json: " + law.where);
+  }
+}
+
 TEST(ModelFile, CutOrSpoiltAnywhereIsAFaultAndNothingWorse) {
   const std::string good = to_json(data::small_svr_model());
   for (std::size_t length = 0; length + 2 < good.size(); length += 7) {

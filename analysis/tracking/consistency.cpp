@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/tracking/consistency.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -12,14 +13,25 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
+/// The values by a power of 2, such that the greatest has a square: a correlation is the same of both, to the bit.
+Eigen::VectorXd of_moderate_size(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  double greatest = 0;
+  for (const double value : values)
+    if (std::isfinite(value)) greatest = std::max(greatest, std::abs(value));
+  if (greatest == 0) return values;
+  const int exponent = std::ilogb(greatest);
+  return values.unaryExpr([exponent](double value) { return std::scalbn(value, -exponent); });
+}
+
 }  // namespace
 
 Whiteness whiteness_of(const Eigen::Ref<const Eigen::VectorXd>& values, int lags) {
   assert(lags >= 1);
   Whiteness whiteness{.lags = lags, .probability = kUnknown};
+  const Eigen::VectorXd scaled = of_moderate_size(values);
   double squares = 0;
   int count = 0;
-  for (const double value : values) {
+  for (const double value : scaled) {
     if (!std::isfinite(value)) continue;
     squares += value * value;
     ++count;
@@ -29,9 +41,9 @@ Whiteness whiteness_of(const Eigen::Ref<const Eigen::VectorXd>& values, int lags
   for (Eigen::Index lag = 1; lag <= lags; ++lag) {
     double products = 0;
     int pairs = 0;
-    for (Eigen::Index k = lag; k < values.size(); ++k) {
-      if (!std::isfinite(values(k)) || !std::isfinite(values(k - lag))) continue;
-      products += values(k) * values(k - lag);
+    for (Eigen::Index k = lag; k < scaled.size(); ++k) {
+      if (!std::isfinite(scaled(k)) || !std::isfinite(scaled(k - lag))) continue;
+      products += scaled(k) * scaled(k - lag);
       ++pairs;
     }
     if (pairs == 0) continue;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/analysis/tracking/known_bias.hpp"
 
@@ -38,6 +39,18 @@ TEST(Whiteness, FindsAWeakCorrelation) {
 TEST(Whiteness, OfTooFewIsNotKnown) {
   EXPECT_TRUE(std::isnan(whiteness_of(white_noise(40, 1), 20).probability));
   EXPECT_TRUE(std::isnan(whiteness_of(Eigen::VectorXd::Zero(100), 20).probability));
+}
+
+TEST(Whiteness, IsTheSameOfValuesOfAnySize) {
+  Eigen::VectorXd values = white_noise(200, 1);
+  values(7) = kMissing;
+  const Whiteness expected = whiteness_of(values, 20);
+  for (const int exponent : {1000, 500, -500, -900}) {
+    const Whiteness found = whiteness_of(values * std::exp2(exponent), 20);
+    EXPECT_EQ(found.statistic, expected.statistic) << exponent;
+    EXPECT_EQ(found.probability, expected.probability) << exponent;
+  }
+  EXPECT_LT(whiteness_of(Eigen::VectorXd::Constant(200, -1e308), 20).probability, 1e-6);
 }
 
 TEST(Consistency, SeesANoiseThatIsNotTheOneThatWasTold) {

@@ -10,11 +10,13 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <set>
 #include <utility>
 
+#include "analysis/data/dataset.hpp"
 #include "analysis/data/input_noise.hpp"
 #include "analysis/data/statistics.hpp"
 
@@ -61,11 +63,11 @@ Result<std::vector<UnitValues>> values_of_all(std::span<const UnitClusters> unit
 
 std::vector<data::Term> terms_or_default(const TypePriorOptions& options, const data::Clusters& clusters) {
   if (!options.terms.empty()) return options.terms;
-  std::vector<data::Term> terms;
-  for (const std::string& name : clusters.thermometers) {
-    const std::string& first = clusters.thermometers.front();
-    terms.push_back(name == first ? data::temperature_term(first) : data::gradient_term(first, name));
-  }
+  std::vector<std::string> names;
+  std::ranges::remove_copy_if(clusters.thermometers, std::back_inserter(names), data::is_own_value);
+  if (names.empty()) return {data::temperature_term(std::string(data::kSelf))};
+  std::vector<data::Term> terms{data::temperature_term(names.front())};
+  for (std::size_t j = 1; j < names.size(); ++j) terms.push_back(data::gradient_term(names.front(), names[j]));
   return terms;
 }
 

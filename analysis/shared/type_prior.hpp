@@ -30,7 +30,8 @@ struct UnitClusters {
 
 struct TypePriorOptions {
   std::string type = {};  ///< its name, for people
-  /// Empty: the first thermometer of the clusters and its differences with the others.
+  /// Empty: the first thermometer of the clusters and its differences with the others; the unit's own temperature where
+  /// there is none.
   std::vector<data::Term> terms = {};
   /// How far one turn-on is from the next, °/h; what the rig file says. Not learnt, for units of one run do not show
   /// it.

@@ -112,6 +112,26 @@ TEST(TypePrior, FindsTheTypeAndItsNoise) {
   }
 }
 
+TEST(TypePrior, IsInThermometersAndNotInWhatAGyroTellsOfItself) {
+  std::vector<UnitClusters> units = simulated_units({}, 3, 1);
+  const auto renamed = [&](std::vector<std::string> names) {
+    for (UnitClusters& unit : units)
+      for (data::Clusters& run : unit.runs) run.thermometers = names;
+  };
+  const auto inputs = [&] {
+    const auto prior = learn_type_prior(units, {.quick = true});
+    EXPECT_TRUE(prior);
+    std::vector<std::string> terms;
+    if (!prior) return terms;
+    for (const data::Term& term : prior->terms) terms.push_back(to_string(term));
+    return terms;
+  };
+  renamed({"A", "B", "aux:frames"});
+  EXPECT_EQ(inputs(), (std::vector<std::string>{"A", "A-B"}));
+  renamed({"aux:frames", "self", "aux:current"});
+  EXPECT_EQ(inputs(), std::vector<std::string>{"self"}) << "its own temperature, where there is no other";
+}
+
 struct CoverageCount {
   double truth{}, units{};
   void add(double share) {

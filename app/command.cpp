@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <new>
 #include <optional>
 #include <system_error>
 
@@ -179,6 +180,8 @@ int run(Program& program, int argc, char** argv) {
     fmt::print(stderr, "{}: {}\n", name, cause_of(error, program.cli, argc, argv));
     fmt::print(stderr, "Run with --help for more information.\n");
     return static_cast<int>(Exit::usage);
+  } catch (const std::bad_alloc&) {
+    program.outcome = failure(FaultKind::storage, "memory", "there is not enough for this");
   }
   const bool lost = std::ferror(stdout) != 0 || program.console.data_was_lost();
   if (program.outcome && lost && !reader_has_left())

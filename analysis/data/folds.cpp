@@ -55,7 +55,7 @@ double default_guard_s(Eigen::Index clusters_in_block, double length_s) {
 
 Result<Cut> cut_into_blocks(const Clusters& record, const FoldOptions& options) {
   const Eigen::Index rows = record.cycle.size();
-  constexpr int kFewestInBlock = 2;
+  constexpr Eigen::Index kFewestInBlock = 2;
   if (rows < kFewestInBlock * options.blocks) {
     return failure(FaultKind::usage, "folds",
                    fmt::format("a record of {} clusters is too short for {} blocks, at least {} are needed", rows,

@@ -191,6 +191,7 @@ std::vector<HysteresisPoint> loop_of(const Subject& subject) {
 std::vector<Retrace> retrace_of(const std::vector<StabilisedBias>& stabilised) {
   std::vector<Retrace> all;
   for (std::size_t k = 1; k < stabilised.size(); ++k) {
+    if (stabilised[k].turned != stabilised[0].turned) continue;  // between them lies what is left of the Earth's rate
     if (std::abs(stabilised[k].set_point_c - stabilised[0].set_point_c) > kSameSetPointK) continue;
     all.push_back({.segment = stabilised[k].segment,
                    .set_point_c = stabilised[k].set_point_c,

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "tests/analysis/synthetic_run.hpp"
@@ -144,6 +145,14 @@ TEST(Folds, AreRefusedWhereTheGuardLeavesNothing) {
   const auto plan = plan_folds({without_cycles(40)}, blocks(4, 1000));
   ASSERT_FALSE(plan);
   EXPECT_NE(plan.error().what.find("shorter guard"), std::string::npos) << plan.error().what;
+}
+
+TEST(Folds, AreRefusedWhereThereAreMoreOfThemThanClusters) {
+  for (const int count : {41, 1 << 30, std::numeric_limits<int>::max()}) {
+    const auto plan = plan_folds({without_cycles(40)}, blocks(count, 0));
+    ASSERT_FALSE(plan);
+    EXPECT_NE(plan.error().what.find("is too short for"), std::string::npos) << plan.error().what;
+  }
 }
 
 TEST(Folds, WithinAFoldKeepOutWhatTheFoldKeepsOut) {

@@ -122,6 +122,7 @@ TEST(Characterisation, TellsBiasAndEarthRateApartByTurning) {
   ASSERT_EQ(result.two_position.size(), 3u) << "-20, 20 and 50 °C";
   EXPECT_TRUE(result.stabilised.back().turned);
   EXPECT_FALSE(result.stabilised.front().turned);
+  for (const Retrace& retrace : result.retrace) EXPECT_NEAR(retrace.change.before.value, 0, 1e-3) << retrace.segment;
   for (const TwoPosition& found : result.two_position) {
     EXPECT_NEAR(found.bias.before.value, 0.05, 1e-12);
     EXPECT_NEAR(found.earth_rate.before.value, 10.002, 1e-12);

@@ -55,6 +55,7 @@ bool is_link(const std::string& path) {
 /// by its own.
 std::string record_behind(std::string path) {
   std::error_code error;
+  if (!fs::exists(path, error)) return path;  // nothing is written to where a link may lead
   for (int links = 0; links < kMostLinks && is_link(path) && !record::is_live_copy(path); ++links)
     path = (fs::path(path).parent_path() / fs::read_symlink(path, error)).string();
   return path;

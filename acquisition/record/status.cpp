@@ -203,8 +203,8 @@ Result<RunStatus> stored_status(Database& database, const std::string& path) {
   status.slot = row->slot;
   show_progress(status, *info, row->progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}}));
   status.standing.state = row->state.value_or(RunState::execute);
-  const bool broke_off = status.standing.state == RunState::stopped || status.standing.state == RunState::aborted;
-  if (status.finished && !broke_off) status.standing.state = RunState::complete;  // after its last sample
+  if (status.finished && status.standing.state == RunState::execute)
+    status.standing.state = RunState::complete;  // after its last sample
   status.chamber_air = unless_nan(row->chamber_air_c);
   for (std::size_t i = 0; i < status.thermometers.size(); ++i)
     status.thermometers[i].second = unless_nan(row->thermometers_c[i]);

@@ -353,7 +353,7 @@ TEST_F(CalibrationOfAUnit, NoMeanReachesAcrossAGap) {
   }
   run("export " + in("gap.db") + " --unverified --compensated --model " + in("model.json") + " --out " + in("gap.csv"));
   const auto compensated = [table = text_in(in("gap.csv"))](int second) {
-    auto line = table.substr(table.find(fmt::format("\n{},", second)) + 1);
+    auto line = table.substr(table.find(fmt::format("\n{},", second + 1)) + 1);  // it is sampled at its end
     line = line.substr(0, line.find('\n'));
     line = line.substr(0, line.rfind(','));
     return line.substr(line.rfind(',') + 1);

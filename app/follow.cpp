@@ -59,9 +59,9 @@ Result<void> follow_record(Console& console, const std::string& path) {
     if (rows) {
       const auto before = table.last();
       table.add(*rows);
-      const bool goes_on = table.last() > before || is_being_written(path);
-      if (goes_on) seen = steady_clock::now();
-      if (goes_on || steady_clock::now() - seen < kSilence) continue;
+      const auto now = steady_clock::now();
+      if (table.last() > before || (now - seen >= kSilence && is_being_written(path))) seen = now;
+      if (now - seen < kSilence) continue;
     }
     const auto whole = record::read_record(path);
     if (whole) return table.add(*whole), Result<void>();

@@ -32,8 +32,8 @@ namespace gyrotherm::model {
 
 /// Half of how the residual differs between warming and cooling at equal temperatures, °/h: the root mean square, over
 /// steps of 5 °C of the thermometers' mean, of half the difference between the mean residual where it rises and where
-/// it falls by more than 0.05 °C/min, less what chance makes of such means. The unit's own values are not
-/// among these thermometers; without any, its own temperature stands for them. 0 if no step has three of both.
+/// it falls by more than 0.05 °C/min, less what chance makes of such means. The unit's own values are not among these
+/// thermometers; without any, its own temperature stands for them. 0 if no step has three of both.
 [[nodiscard]] double hysteresis_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters);
 
 /// The training records of a model, each with the clusters that it was trained on, and what it leaves of these where it

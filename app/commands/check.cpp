@@ -223,7 +223,7 @@ struct Findings {
 Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
   auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
-  if (rig->simulated)
+  if (rig->simulated && !options.connect)
     if (const auto assembled = assemble(*rig, options.seed); !assembled) return failure(assembled.error());
   found.words += rig_lines(*rig);
   found.json["rig"] = rig_json(*rig);

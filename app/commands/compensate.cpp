@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "acquisition/record/csv.hpp"
+#include "acquisition/record/schema.hpp"
 #include "analysis/model/stream.hpp"
 #include "analysis/tracking/rest_tracker.hpp"
 #include "app/bias_tracking.hpp"
@@ -93,8 +94,6 @@ Result<Compensation> Compensation::open(const model::Model& model, CompensationT
   return compensation;
 }
 
-constexpr double kMostSlots = 1e9;  // some thirty years
-
 Result<void> Compensation::answer(Console& console, const record::LiveRows& rows) {
   const auto columns = static_cast<Eigen::Index>(rows.columns().size());
   const auto count = static_cast<Eigen::Index>(rows.lines().size());
@@ -103,10 +102,10 @@ Result<void> Compensation::answer(Console& console, const record::LiveRows& rows
   if (good > 0) console.data(lines_for(numbers.topRows(good)));
   if (good == count) return {};
   const double slot = table_.slot(numbers)(good);
-  return failure(
-      FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(good)]),
-      fmt::format("{}, expected a whole number from {:.0f} to {:.0f}",
-                  std::isnan(slot) ? "no slot" : fmt::format("slot {:.12g}", slot), last_slot_ + 1, kMostSlots));
+  return failure(FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(good)]),
+                 fmt::format("{}, expected a whole number from {:.0f} to {}",
+                             std::isnan(slot) ? "no slot" : fmt::format("slot {:.12g}", slot), last_slot_ + 1,
+                             record::kMostSlots));
 }
 
 /// How many rows, from the first, have a slot after that of the row before.
@@ -115,7 +114,8 @@ Eigen::Index Compensation::rows_in_order(const Rows& rows) {
   const Eigen::VectorXd slots = table_.slot(rows);
   Eigen::Index row = 0;
   for (; row < slots.size(); last_slot_ = slots(row++)) {
-    const bool is_next = slots(row) > last_slot_ && slots(row) <= kMostSlots && std::floor(slots(row)) == slots(row);
+    const bool is_next =
+        slots(row) > last_slot_ && slots(row) <= record::kMostSlots && std::floor(slots(row)) == slots(row);
     if (!is_next) break;
   }
   return row;

@@ -102,19 +102,13 @@ Result<run::EntryPoint> reentry(const run::RunContinuation& on, const ChamberSta
   return run::entry_at(goal, now.air, run::is_in_place(now.air, goal, on.stood.air), on.rig.chamber_limits);
 }
 
-/// Says, here and in the record, which calibrations are past their day.
-void warn_of_calibrations(Console& console, run::RunController& run_controller, const rig::Rig& rig) {
+/// Says, here and in the record, which calibrations are past their day, and what of the chamber nobody watches.
+void warn(Console& console, run::RunController& run_controller, const rig::Rig& rig,
+          const std::vector<std::string>& missing) {
   const auto channels = channels_of(rig.file());
-  for (const auto& line : overdue_calibrations(channels, rig.clock().now().utc)) {
-    console.say("warning: " + line);
-    run_controller.note(EventKind::note, line);
-  }
-}
-
-/// … and what of the chamber nobody watches.
-void warn_of_missing(Console& console, run::RunController& run_controller, const std::vector<std::string>& missing) {
-  for (const auto& one : missing) {
-    const auto line = "chamber: not watched, the unit does not have it: " + one;
+  auto lines = overdue_calibrations(channels, rig.clock().now().utc);
+  for (const auto& one : missing) lines.push_back("chamber: not watched, the unit does not have it: " + one);
+  for (const auto& line : lines) {
     console.say("warning: " + line);
     run_controller.note(EventKind::note, line);
   }
@@ -264,8 +258,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
     run_controller.leave_to_the_controller();
     run_controller.note(EventKind::note, "the controller carries the profile out: " + names->back());
   }
-  warn_of_calibrations(console, run_controller, **rig);
-  warn_of_missing(console, run_controller, missing);
+  warn(console, run_controller, **rig, missing);
   return drive({console, profile, run_controller, **rig, **store, *ownership, path});
 }
 
@@ -309,8 +302,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
     console.say(fmt::format("warning: {}: {}", path, record::describe(**lost)));
     run_controller.note(EventKind::fault, "the record " + describe(**lost));
   }
-  warn_of_calibrations(console, run_controller, **rig);
-  warn_of_missing(console, run_controller, missing);
+  warn(console, run_controller, **rig, missing);
   if (auto told = recall_guard(console, **store, (*rig)->clock().now(), path); !told) return told;
   return drive({console, on->profile, run_controller, **rig, **store, *ownership, path});
 }

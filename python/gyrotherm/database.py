@@ -41,6 +41,16 @@ def live_path(path: str | os.PathLike[str]) -> Path:
     return record.with_name(record.name.removesuffix(".db") + _LIVE)
 
 
+def record_of_copy(path: str | os.PathLike[str]) -> Path:
+    """The record beside which a live copy stands; another path as it is.
+
+    >>> record_of_copy("data/rate.live.db").as_posix()
+    'data/rate.db'
+    """
+    copy = Path(path)
+    return copy.with_name(copy.name.removesuffix(_LIVE) + ".db") if copy.name.endswith(_LIVE) else copy
+
+
 def record_behind(path: str | os.PathLike[str]) -> Path:
     """The record that a path leads to: its parts and its live copy go by its own name, not by that of a link to it."""
     record, most_links = Path(path), 40

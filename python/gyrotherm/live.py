@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Callable
 
-from .database import live_path, opened, record_behind
+from .database import live_path, opened, record_behind, record_of_copy
 from .errors import BeingWritten, RecordError
 from .record import Record, read_record, record_of
 from .table import table_of, to_pandas
@@ -50,9 +50,7 @@ def follow(path: str | os.PathLike[str], *, every_s: float = 1.0,
     when the run has ended and its last second has been yielded. Looks every `every_s` at the live copy, RUN.live.db;
     the record itself is only asked whether it is being written. Where the Earth's rate is not known nothing is removed
     from the bias: the first hold may not be over. Raises `BeingWritten` if the run goes on and has no live copy."""
-    record_path = record_behind(path)
-    if record_path.name.endswith(".live.db"):
-        record_path = record_path.with_name(record_path.name.removesuffix(".live.db") + ".db")
+    record_path = record_of_copy(record_behind(path))
     live = live_path(record_path)
     first, waited = 0, 0.0
     while True:

@@ -153,6 +153,7 @@ def to_xarray(table: Table) -> xarray.Dataset:
             attrs["flag_values"] = np.arange(len(column.words), dtype=np.int8)
             attrs["flag_meanings"] = " ".join(word.replace(" ", "_") for word in column.words)
         variables[name] = ("time_s", column.values, attrs)
-    time = ("time_s", table.time_s, {"units": "s", "long_name": "begin of the second since the run started; of an imported record its own time"})
+    begins = "begin of the second since the run started; of an imported record its own time"
+    time = ("time_s", table.time_s, {"units": "s", "long_name": begins})
     utc = ("time_s", table.utc, {"long_name": "time (UTC)"})
     return xarray.Dataset(variables, coords={"time_s": time, "utc": utc}, attrs=dict(table.attrs))

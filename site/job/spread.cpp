@@ -223,7 +223,7 @@ Result<Progress> spread(const Job& job, const std::string& folder, const Spreadi
     if (!left) return failure(left.error());
     if (left->empty()) return progress_of(job, absolute);
     const auto workers = workers_of(job, absolute, how);
-    const auto at_it = attempt == 0 ? workers->are_at_it() : Result<bool>(false);
+    const auto at_it = workers->are_at_it();
     if (!at_it) return failure(at_it.error());
     if (!*at_it)
       if (auto begun = workers->begin(*left); !begun) return failure(begun.error());

@@ -54,8 +54,8 @@ TEST(Check, AVirtualRigIsRefusedAsARunWouldRefuseIt) {
   const Folder folder;
   const auto rig = folder / "rig.toml";
   const auto ran =
-      shell("sed 's/\"shell\"/\"outside\"/; s|\"\\.\\./|\"'$PWD'/profiles/|' profiles/rigs/virtual.toml > " + rig +
-            "; sed -i 's/\"shell\"/\"outside\"/' " + rig + "; gyrotherm check --rig " + rig);
+      shell("sed 's/\"shell\"/\"outside\"/g; s|\"\\.\\./|\"'$PWD'/profiles/|' profiles/rigs/virtual.toml > " + rig +
+            "; gyrotherm check --rig " + rig);
   EXPECT_EQ(ran.exit_code, 4) << ran.out;
   EXPECT_NE(ran.err.find("channel \"outside\" is none of A, B"), std::string::npos) << ran.err;
 }

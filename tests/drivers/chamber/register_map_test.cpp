@@ -64,11 +64,17 @@ TEST(RegisterValue, NotANumberIsCorrupted) {
   EXPECT_EQ(decode(item(RegisterType::f32), Words{0x7F80, 0}).error().kind, FaultKind::corrupted);
 }
 
+std::vector<std::filesystem::path> shipped_maps() {
+  std::vector<std::filesystem::path> maps;
+  for (const auto& file : std::filesystem::directory_iterator(kChambers))
+    if (file.path().extension() == ".toml") maps.push_back(file.path());
+  return maps;
+}
+
 TEST(RegisterMap, EveryShippedMapIsRight) {
   int maps = 0;
-  for (const auto& file : std::filesystem::directory_iterator(kChambers)) {
-    if (file.path().extension() != ".toml") continue;
-    const auto map = parse_register_map(content(file.path()), file.path().filename());
+  for (const auto& path : shipped_maps()) {
+    const auto map = parse_register_map(content(path), path.filename());
     EXPECT_TRUE(map) << text(map.error());
     ++maps;
   }
@@ -90,9 +96,8 @@ TEST(RegisterMap, KnowsTheWatlowF4T) {
 
 TEST(RegisterMap, WhereTheUnitOfTheSetPointIsAskedForThatOfTheProgramIsToo) {
   int asked = 0;
-  for (const auto& file : std::filesystem::directory_iterator(kChambers)) {
-    if (file.path().extension() != ".toml") continue;
-    const auto map = parse_register_map(content(file.path()), file.path().filename());
+  for (const auto& path : shipped_maps()) {
+    const auto map = parse_register_map(content(path), path.filename());
     ASSERT_TRUE(map) << text(map.error());
     const auto& unit = map->find("set_point")->unit;
     if (unit.empty() || !map->memory) continue;
@@ -101,8 +106,8 @@ TEST(RegisterMap, WhereTheUnitOfTheSetPointIsAskedForThatOfTheProgramIsToo) {
         for (const auto& [at, source, constant, form] : block.cells) {
           const bool is_difference = source == CellSource::soak_band || source == CellSource::rate;
           if (!is_difference && source != CellSource::start && source != CellSource::target) continue;
-          EXPECT_EQ(form.unit, unit) << file.path() << ", register " << block.address;
-          EXPECT_EQ(form.step, is_difference) << file.path() << ", register " << block.address;
+          EXPECT_EQ(form.unit, unit) << path << ", register " << block.address;
+          EXPECT_EQ(form.step, is_difference) << path << ", register " << block.address;
           ++asked;
         }
   }

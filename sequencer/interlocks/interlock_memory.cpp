@@ -80,15 +80,17 @@ Ranks::Ranks(const Sample& sample) {
 }
 
 std::optional<Celsius> Ranks::median() const {
-  return sorted_.empty() ? std::nullopt : std::optional(Celsius{sorted_[sorted_.size() / 2]});
+  if (sorted_.empty()) return std::nullopt;
+  return Celsius{(sorted_[(sorted_.size() - 1) / 2] + sorted_[sorted_.size() / 2]) / 2};
 }
 
 std::optional<Celsius> Ranks::median_without(const std::optional<Celsius>& own) const {
   if (!own) return median();
   if (sorted_.size() < 2) return std::nullopt;
-  const auto middle = (sorted_.size() - 1) / 2;
-  const bool after = own->value <= sorted_[middle];
-  return Celsius{sorted_[after ? middle + 1 : middle]};
+  const auto at = static_cast<std::size_t>(std::ranges::lower_bound(sorted_, own->value) - sorted_.begin());
+  const auto other = [&](std::size_t k) { return sorted_[k < at ? k : k + 1]; };
+  const auto others = sorted_.size() - 1;
+  return Celsius{(other((others - 1) / 2) + other(others / 2)) / 2};
 }
 
 void remember(const InterlockLimits& limits, const Sample& sample, Duration elapsed, bool after_a_pause,

@@ -126,17 +126,20 @@ Found following(const CheckInputs& in) {
                      .grave = near_a_limit};
 }
 
+/// Of several the one that is farthest from the others: one that is wrong draws them from those that are right.
 Found disagreement(const CheckInputs& in) {
-  Found last;
+  Found farthest;
+  Kelvins beyond = in.limits.disagreement;
   for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i) {
     const auto value = value_of(in.sample.thermometers[i]);
     const auto others = in.ranks.median_without(value);
-    if (value && others && abs(*value - *others) > in.limits.disagreement)
-      last = {
-          .text = fmt::format("{} reads {:.1f} °C, the others {:.1f} °C", in.channel(i), value->value, others->value),
-          .column = i};
+    if (!value || !others || abs(*value - *others) <= beyond) continue;
+    beyond = abs(*value - *others);
+    farthest = {
+        .text = fmt::format("{} reads {:.1f} °C, the others {:.1f} °C", in.channel(i), value->value, others->value),
+        .column = i};
   }
-  return last;
+  return farthest;
 }
 
 Found stuck(const CheckInputs& in) {
@@ -286,7 +289,8 @@ Found foreign_set_point(const CheckInputs& in) {
     return in.stood(InterlockId::foreign_set_point) ? found(in.memory.of(InterlockId::foreign_set_point).text)
                                                     : Found{};
   const auto what = altered(in);
-  if (!what || was_restarted(in) || in.around.refusals > 0) return {};
+  const bool is_our_own = in.around.sends_again || in.stood(InterlockId::not_taken);
+  if (!what || was_restarted(in) || is_our_own) return {};
   return found("somebody else changed it: the chamber " + *what);
 }
 
@@ -466,9 +470,16 @@ void wait_unread(const InterlockLimits& limits, InterlockId id, Duration elapsed
   demand(watch, judged.demand);
 }
 
+/// How much longer a cause stands. In a time without ticks nobody saw it: that counts where the cause was there before,
+/// and was no sleep of the machine, which is judged as one.
+Duration longer(const InterlockMemory::Watch& watch, Duration elapsed, const InterlockInputs& inputs) {
+  const bool counts = watch.samples > 0 && inputs.missed <= inputs.longest_missed;
+  return counts ? elapsed : elapsed - inputs.missed;
+}
+
 /// One interlock, one second on.
 void step(const InterlockLimits& limits, const Interlock& row, const Found& found, bool unread, Duration elapsed,
-          InterlockResult& judged) {
+          const InterlockInputs& inputs, InterlockResult& judged) {
   auto& watch = judged.memory.watches[static_cast<std::size_t>(row.id)];
   if (!found && unread && watch.samples > 0) return wait_unread(limits, row.id, elapsed, judged);
   const auto unseen = std::exchange(watch.unseen, Duration{});
@@ -479,7 +490,7 @@ void step(const InterlockLimits& limits, const Interlock& row, const Found& foun
     return clear_in_time(limits, row.id, elapsed, watch, judged.cleared);
   }
   watch.gone = {};
-  watch.standing += elapsed + (unseen <= limits.suspend_after ? unseen : Duration{});
+  watch.standing += longer(watch, elapsed, inputs) + (unseen <= limits.suspend_after ? unseen : Duration{});
   ++watch.samples;
   watch.column = found->column;
   watch.text = found->text;
@@ -526,7 +537,7 @@ InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, con
   memory.chamber_answered = chamber.has_value();
   memory.activity_seen = chamber && (memory.activity_seen || chamber->activity != ChamberActivity::unknown);
   InterlockResult judged{.demand = {}, .memory = std::move(memory), .raised = {}, .cleared = {}};
-  for (std::size_t i = 0; i < kInterlocks; ++i) step(limits, kTable[i], found[i], unread[i], elapsed, judged);
+  for (std::size_t i = 0; i < kInterlocks; ++i) step(limits, kTable[i], found[i], unread[i], elapsed, inputs, judged);
   return judged;
 }
 

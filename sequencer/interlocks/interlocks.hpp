@@ -20,6 +20,7 @@ struct InterlockInputs {
   Kelvins set_point_tolerance{0.1};  ///< what the controller may make of it
   int refusals{};                    ///< set points in a row that it did not take
   std::string refusal{};             ///< why
+  bool sends_again{};                ///< the last of them just now: the chamber may show anything until the next
   std::string program{};             ///< what is wrong with a program that the controller carries out
   bool led_by_controller{};          ///< set points are the controller's own
   Duration missed{};                 ///< time without ticks just before this one

@@ -135,6 +135,15 @@ ProfileState next(const Profile& profile, const ProfileState& state, const Obser
   return std::visit([&](const auto& s) { return step(profile, s, observation); }, state);
 }
 
+ProfileState stand(const Profile& profile, ProfileState state, const Observation& observation) {
+  const auto leave = [&](auto& hold) {
+    if (!inside_band(segment_at(profile, hold.segment), observation.air)) hold.inside = {};
+  };
+  if (auto* holding = std::get_if<Holding>(&state)) leave(*holding);
+  if (auto* waiting = std::get_if<WaitingForSoak>(&state)) leave(*waiting);
+  return state;
+}
+
 Celsius command(const Profile& profile, const ProfileState& state) {
   return std::visit([&](const auto& s) { return set_point(profile, s); }, state);
 }

@@ -60,6 +60,9 @@ struct Observation {
 /// The state one observation later.
 [[nodiscard]] ProfileState next(const Profile& profile, const ProfileState& state, const Observation& observation);
 
+/// … in which the clock stood: a sensor that has left its band has to dwell in it anew.
+[[nodiscard]] ProfileState stand(const Profile& profile, ProfileState state, const Observation& observation);
+
 /// The set point that the state asks for: a function of the state alone.
 [[nodiscard]] Celsius command(const Profile& profile, const ProfileState& state);
 

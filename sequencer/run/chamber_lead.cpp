@@ -35,18 +35,22 @@ void HostLead::inform(const LeadSecond& second, interlocks::InterlockInputs& inp
   inputs.set_point_tolerance = path_.tolerance();
   inputs.refusals = path_.refusals();
   inputs.refusal = path_.refusal();
+  inputs.sends_again = path_.sends_again(second.at - kSecond - second.missed);
 }
 
 interlocks::InterlockDemand HostLead::weigh(interlocks::InterlockDemand demand, const LeadSecond& second) {
   const auto& chamber = second.sample.chamber.value;
   const auto& before = second.air_before;
-  if (second.missed <= Duration{} || !before || !chamber || demand.reaction >= interlocks::Reaction::suspend)
-    return demand;
+  unjudged_ += second.missed;
+  if (!chamber) return demand;
+  const auto missed = std::exchange(unjudged_, Duration{});
+  if (missed <= Duration{} || !before) return demand;
   if (abs(chamber->air - second.goal) <= abs(*before - second.goal) + kResumeBand) return demand;
-  approaching_ = true;
+  approaching_ = true;  // whatever else stops the run, too
+  if (demand.reaction >= interlocks::Reaction::suspend) return demand;
   return {interlocks::Reaction::suspend,
           fmt::format("the air is at {:.2f} °C, before {} without a tick it was at {:.2f} °C", chamber->air.value,
-                      spoken(second.missed), before->value)};
+                      spoken(missed), before->value)};
 }
 
 bool HostLead::is_in_place(const LeadSecond& second) const {
@@ -84,8 +88,10 @@ std::optional<std::string> HostLead::command(io::InstrumentIo& io, const LeadSec
     return bring_back(io, second);
   if (memory.stands(interlocks::InterlockId::not_taken))
     return second.sample.slot % kTakeOverEvery == 0 ? bring_back(io, second) : std::nullopt;
-  if (memory.is_seen(interlocks::InterlockId::foreign_set_point))
+  if (memory.is_seen(interlocks::InterlockId::foreign_set_point)) {
+    approaching_ = approaching_ || memory.stands(interlocks::InterlockId::foreign_set_point);
     return std::nullopt;  // at the first poll too: what is not understood is not overwritten
+  }
   if (state != RunState::execute && !returning) return std::nullopt;
   if (waits_for_air(second.sample.chamber.value->air)) return std::nullopt;
   ensure(may_command(state), "a set point is sent only while the run is carried out");
@@ -97,6 +103,7 @@ namespace {
 
 /// This is longer than a status may be old, and than the controller's clock may be ahead.
 constexpr Duration kGoneForGood = std::chrono::seconds(60);
+constexpr int kStopTries = 3;  ///< a lost exchange is no reason to leave a program to itself
 
 /// A program that is held at the panel does not get on; of one that cannot be seen nothing is known.
 bool may_get_on(ChamberActivity activity) {
@@ -163,7 +170,8 @@ interlocks::InterlockDemand ControllerLead::weigh(interlocks::InterlockDemand de
 std::optional<std::string> ControllerLead::command(io::InstrumentIo& io, const LeadSecond& second, RunState state, bool,
                                                    const interlocks::InterlockMemory&) {
   if (state != RunState::stopped) return std::nullopt;
-  const auto held = io.command(second.goal);
+  auto held = io.command(second.goal);
+  for (int tries = 1; !held && tries < kStopTries; ++tries) held = io.command(second.goal);
   return held ? std::nullopt : std::optional(text(held.error()));
 }
 

@@ -75,7 +75,8 @@ class HostLead final : public ChamberLead {
   [[nodiscard]] bool goes_on_by_itself() const override { return false; }
   [[nodiscard]] std::string objection(OperatorCommand) const override { return {}; }
   void inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
-  /// After a pause of the program the resume rule holds as after a restart: air that has left its place suspends.
+  /// After a pause of the program the resume rule holds as after a restart: air that has left its place suspends, and
+  /// has to come back whatever else has stopped the run.
   [[nodiscard]] interlocks::InterlockDemand weigh(interlocks::InterlockDemand demand,
                                                   const LeadSecond& second) override;
   [[nodiscard]] bool is_in_place(const LeadSecond& second) const override;
@@ -95,6 +96,7 @@ class HostLead final : public ChamberLead {
   bool approaching_ = false;           ///< the air has to come back first
   std::optional<Celsius> air_before_;  ///< where it was when the run stopped
   bool taking_over_ = false;
+  Duration unjudged_{};  ///< without ticks, since the air was last read
 };
 
 // A profile that the chamber's controller carries out by itself: what it is given, and the lead that watches it.

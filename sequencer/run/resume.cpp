@@ -110,18 +110,33 @@ std::vector<simulator::PastSecond> replay_of(const record::Record& record, const
   return seconds;
 }
 
-/// The state one second after the record's last; the profile's clock runs in Execute alone.
+/// What the present segment soaks on had in the record's last second; nothing if it was not read.
+std::optional<Celsius> last_soaked_on(const record::Record& record, const std::string& sensor) {
+  if (sensor == "air") return record::unless_nan(record.chamber_air_c.back());
+  const auto channel = std::ranges::find(record.info.thermometers, sensor, &record::Channel::name);
+  if (channel == record.info.thermometers.end()) return std::nullopt;
+  const auto column = static_cast<std::size_t>(channel - record.info.thermometers.begin());
+  const auto reading = record::unless_nan(record.thermometers_c[column].back());
+  return reading ? std::optional(record::calibrated(*channel, *reading)) : std::nullopt;
+}
+
+/// The state one second after the record's last; the profile's clock runs in Execute alone. A soak that asks for still
+/// air is not credited with that second: the slope was not recorded.
 Result<profile::ProfileState> state_after(const record::Record& record, const profile::Profile& profile,
                                           RunState stood) {
   if (record.slot.empty()) return begin(profile);
   const auto last = state_of(profile, record.progress.back());
   if (!last || stood != RunState::execute) return last;
-  return next(profile, *last, {.elapsed = kSecond, .air = record::unless_nan(record.chamber_air_c.back())});
+  return next(profile, *last, {.elapsed = kSecond, .air = last_soaked_on(record, soak_sensor(profile, *last))});
 }
 
-std::optional<Celsius> last_known(const std::vector<double>& celsius) {
-  const auto last = std::find_if(celsius.rbegin(), celsius.rend(), [](double c) { return !std::isnan(c); });
-  return last == celsius.rend() ? std::nullopt : record::unless_nan(*last);
+/// The air where it was last seen while the profile's clock ran. A run that was on its way to the profile, or back to
+/// it, had its air elsewhere: that is no place to go on from.
+std::optional<Celsius> last_air_in_execute(const record::Record& record) {
+  for (auto row = record.state.size(); row-- > 0;)
+    if (record.state[row] == RunState::execute && !std::isnan(record.chamber_air_c[row]))
+      return Celsius{record.chamber_air_c[row]};
+  return std::nullopt;
 }
 
 std::map<std::string, std::string> streams_of(const record::RunInfo& info) {
@@ -142,8 +157,10 @@ Ending ending_of(const record::Record& record) {
   if (!record.state.empty()) ending.state = record.state.back();
   if (record.events.empty()) return ending;
   const auto& last = record.events.back().event;
-  // A record of before the states were kept ends with its interlock.
-  if (ending.state == RunState::execute && last.kind == EventKind::interlock) ending.state = RunState::aborted;
+  // A record of before the states, and the reactions, were kept ends with its interlock.
+  const bool is_of_old = last.about.reaction.empty();
+  if (ending.state == RunState::execute && last.kind == EventKind::interlock && is_of_old)
+    ending.state = RunState::aborted;
   if (last.kind == EventKind::interrupted || ending.state == RunState::aborted) {
     ending.why = last.text;
   } else if (ending.state != RunState::execute) {
@@ -229,7 +246,7 @@ Result<RunContinuation> continuation_of(const record::Record& record, const std:
   on.last_slot = record.slot.empty() ? -1 : record.slot.back();
   on.recorded = record.gaps.empty() ? on.last_slot : std::max(on.last_slot, record.gaps.back().last);
   const auto [lowest, highest] = extremes_of(on.profile, on.state);
-  on.stood = {.lowest = lowest, .highest = highest, .air = last_known(record.chamber_air_c)};
+  on.stood = {.lowest = lowest, .highest = highest, .air = last_air_in_execute(record)};
   // A virtual world starts with its first second; a real run's clock has gone on since it was made.
   const bool not_begun = on.rig.simulated && on.last_slot < 0;
   const auto at_least = on.rig.simulated ? kSecond : Duration{};  // preparing a virtual rig takes a second

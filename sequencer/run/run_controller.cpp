@@ -22,9 +22,10 @@ struct Channelled {
   std::string name;
   const Fault* fault;
   bool is_unit = false;
+  bool is_dropped = false;
 };
 
-std::vector<Channelled> faults_of(const Sample& sample, const rig::RigFile& rig) {
+std::vector<Channelled> faults_of(const Sample& sample, const rig::RigFile& rig, const std::vector<bool>& dropped) {
   const auto& names = rig.limits.channels;
   const auto of = [](const auto& reading) { return reading.value ? nullptr : &reading.value.error(); };
   std::vector<Channelled> faults{{"chamber", "chamber", of(sample.chamber)}};
@@ -34,11 +35,12 @@ std::vector<Channelled> faults_of(const Sample& sample, const rig::RigFile& rig)
   }
   for (std::size_t i = 0; i < sample.units.size(); ++i) {
     const auto& unit = rig.units[i].info.name;
-    faults.push_back({unit, unit == record::kOnlyUnit ? unit : "gyro " + unit, of(sample.units[i].count), true});
+    faults.push_back(
+        {unit, unit == record::kOnlyUnit ? unit : "gyro " + unit, of(sample.units[i].count), true, dropped[i]});
     const auto& analogue = sample.units[i].analogue;
     for (std::size_t k = 0; k < analogue.size() && i < rig.limits.units.size(); ++k) {
       const auto channel = analogue_channel(rig.limits.units[i], k);
-      faults.push_back({channel, channel, of(analogue[k])});
+      faults.push_back({channel, channel, of(analogue[k]), false, dropped[i]});
     }
   }
   return faults;
@@ -87,7 +89,8 @@ RunController::RunController(const profile::Profile& profile, rig::Rig& rig, rec
       next_slot_(first_slot),
       lead_(std::make_unique<HostLead>(rig.file(), command(profile, state_), kSecond * first_slot)),
       safe_(rig.file()),
-      dropped_(names_of_units(rig.file())) {
+      dropped_(names_of_units(rig.file())),
+      channels_(channels_of(rig.file())) {
   const auto all = plan(profile).all;
   planned_ = all.ramps + all.holds;
 }
@@ -194,9 +197,10 @@ Result<void> RunController::record_gap(std::int64_t slot) {
 }
 
 void RunController::note_changes(const Sample& sample) {
-  const auto all = faults_of(sample, rig_.file());
+  const auto all = faults_of(sample, rig_.file(), dropped_.all());
   faulty_.resize(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].is_dropped) continue;
     const bool is_faulty = all[i].fault != nullptr && !(all[i].is_unit && unit_may_be_off(profile_, state_));
     if (is_faulty && !faulty_[i]) note(EventKind::fault, describe(all[i]), {.channel = all[i].channel});
     if (!is_faulty && faulty_[i])
@@ -291,9 +295,9 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
     note(EventKind::note, fmt::format("{} is not carried out: {}", name(request->command), why));
     request.reset();
   }
-  if (request && request->command == OperatorCommand::resume &&
-      memory_.stands(interlocks::InterlockId::foreign_set_point))
-    lead_->take_over();
+  const bool takes_over = request && request->command == OperatorCommand::resume &&
+                          memory_.stands(interlocks::InterlockId::foreign_set_point);
+  if (takes_over) lead_->take_over();
   if (run_state() == RunState::aborting) safe_.see(sample.chamber);
   const RunInputs now{.elapsed = kSecond + missed,
                       .demand = demand,
@@ -301,7 +305,8 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
                       .prompt = prompt_of(sample),
                       .in_place = lead_->is_in_place(second(sample, missed)),
                       .safe_confirmed = safe_.is_confirmed(),
-                      .complete = false};
+                      .complete = false,
+                      .takes_over = takes_over};
   auto machine = next(rig_.file().run_limits, machine_, now);
   const auto* held = std::get_if<Held>(&machine);
   if (held && !now.prompt.empty() && held->cause == now.prompt) answered_ = sample.progress.segment;
@@ -309,7 +314,7 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   if (run_state() == RunState::execute) lead_->arrived();
 }
 
-/// Takes the sensor that the present segment soaks on.
+/// Takes the sensor that the present segment soaks on, as its certificate corrects it.
 profile::Observation RunController::observation(const Sample& sample) const {
   const auto& sensor = soak_sensor(profile_, state_);
   profile::Observation seen{.elapsed = kSecond, .air = {}, .slope = {}};
@@ -318,10 +323,10 @@ profile::Observation RunController::observation(const Sample& sample) const {
     seen.slope = memory_.air.rate();
     return seen;
   }
-  const auto& channels = rig_.file().limits.channels;
-  const auto column = static_cast<std::size_t>(std::find(channels.begin(), channels.end(), sensor) - channels.begin());
+  const auto found = std::ranges::find(channels_, sensor, &record::Channel::name);
+  const auto column = static_cast<std::size_t>(found - channels_.begin());
   if (column >= sample.thermometers.size()) return seen;
-  if (const auto& reading = sample.thermometers[column].value) seen.air = *reading;
+  if (const auto& reading = sample.thermometers[column].value) seen.air = record::calibrated(*found, *reading);
   seen.slope = memory_.thermometers[column].rate();
   return seen;
 }
@@ -346,8 +351,9 @@ void RunController::note_soak(const ProfilePosition& before) {
 }
 
 void RunController::step_profile(const Sample& sample) {
-  if (run_state() != RunState::execute) return;
-  state_ = next(profile_, state_, observation(sample));
+  const bool stands = run_state() != RunState::execute;
+  state_ = stands ? stand(profile_, state_, observation(sample)) : next(profile_, state_, observation(sample));
+  if (stands) return;
   note_soak(sample.progress);
   if (!std::holds_alternative<profile::Complete>(state_)) return;
   change_to(next(rig_.file().run_limits, machine_,
@@ -355,11 +361,12 @@ void RunController::step_profile(const Sample& sample) {
   note(EventKind::finished, "profile complete");
 }
 
+/// The state is that of the second: the profile's last set point is sent at the end of its last second.
 void RunController::command_chamber(const Sample& sample) {
   rig_.bring_units_to(profile_.segments[static_cast<std::size_t>(sample.progress.segment)].unit);
   const auto told = run_state() == RunState::aborting
                         ? safe_.attempt(rig_.io(), kSecond * next_slot_)
-                        : lead_->command(rig_.io(), second(sample, {}), run_state(),
+                        : lead_->command(rig_.io(), second(sample, {}), sample.state,
                                          std::holds_alternative<Returning>(machine_), memory_);
   if (told) note(EventKind::fault, *told);
 }

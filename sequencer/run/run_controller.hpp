@@ -118,6 +118,7 @@ class RunController {
   std::unique_ptr<ChamberLead> lead_;
   SafeSequence safe_;
   DroppedUnits dropped_;
+  const std::vector<record::Channel> channels_;
   Duration planned_;            ///< the whole profile, if every soak counts at once
   std::optional<Celsius> air_;  ///< last known
   OperatorRequests requests_;

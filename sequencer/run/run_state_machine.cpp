@@ -72,7 +72,9 @@ RunStateMachine step(const interlocks::RunLimits& limits, Held state, const RunI
   if (auto other = overruled(limits, now, true)) return *other;
   state.since += now.elapsed;
   if (state.since >= limits.longest_held) return too_long("held", state.since, state.cause);
-  if (!asks_for(now, OperatorCommand::resume) || now.demand.reaction == interlocks::Reaction::hold) return state;
+  if (!asks_for(now, OperatorCommand::resume)) return state;
+  if (now.takes_over) return Returning{state.cause, {}};
+  if (now.demand.reaction == interlocks::Reaction::hold) return state;
   if (now.demand.reaction == interlocks::Reaction::suspend) return Suspended{now.demand.cause, {}, {}};
   return onwards(now, state.cause);
 }

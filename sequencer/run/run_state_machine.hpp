@@ -67,6 +67,7 @@ struct RunInputs {
   bool in_place = true;                    ///< the set point is the profile's, and the air is near it
   bool safe_confirmed{};                   ///< the chamber has shown the safe set point after it was sent
   bool complete{};                         ///< the profile has come to its end
+  bool takes_over{};                       ///< the request ends what holds the run: somebody else's set point
 };
 
 /// The state one second later. The most severe of what happened wins: abort, then stop, then hold or pause, then

@@ -40,7 +40,7 @@ SetPointPath::SetPointPath(const profile::ChamberLimits& limits, Kelvins toleran
       tried_(at - every) {}
 
 Result<void> SetPointPath::go(io::InstrumentIo& io, Celsius goal, Duration at) {
-  if (is_at(goal) || at - tried_ < every_) return {};
+  if (is_at(goal) || (!begins_ && at - tried_ < every_)) return {};
   const auto time = std::min(at - at_, std::max(every_, kLongestStep));
   const auto target = begins_ ? base_ : step_towards(base_, goal, limits_, time);
   ensure(target >= limits_.lowest && target <= limits_.highest, "a set point lies within the limits");

@@ -3,6 +3,7 @@
 /// each read back before the next.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -24,7 +25,8 @@ class SetPointPath {
   SetPointPath(const profile::ChamberLimits& limits, Kelvins tolerance, Duration every, Celsius sent, Duration at);
 
   /// Goes on towards `goal` as far as the time allows; sends nothing if the chamber is there, or was sent one too
-  /// recently. Fails as InstrumentIo::command() does: then what the chamber has is not known until it is seen.
+  /// recently, but for the beginning of a path. Fails as InstrumentIo::command() does: then what the chamber has is not
+  /// known until it is seen.
   [[nodiscard]] Result<void> go(io::InstrumentIo& io, Celsius goal, Duration at);
   /// The next set point is `here`, where the air is, and the path goes on from there.
   void begin_at(Celsius here);
@@ -37,6 +39,10 @@ class SetPointPath {
   [[nodiscard]] bool is_at(Celsius goal) const { return known_ && !begins_ && held_ == goal; }
   [[nodiscard]] Kelvins tolerance() const { return tolerance_; }
   [[nodiscard]] int refusals() const { return refusals_; }  ///< in a row
+  /// The chamber has just not taken one, and is sent another as soon as it may be.
+  [[nodiscard]] bool sends_again(Duration at) const {
+    return refusals_ > 0 && at - tried_ < std::max(every_, Duration(kSecond));
+  }
   [[nodiscard]] const std::string& refusal() const { return refusal_; }
   [[nodiscard]] std::int64_t missed() const { return missed_; }  ///< set points in all that it did not take
 

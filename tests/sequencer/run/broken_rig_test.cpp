@@ -125,6 +125,55 @@ TEST(BrokenRig, AForeignSetPointThatIsPutBackIsForgotten) {
   EXPECT_NE(bench.until(RunState::execute, 20), -1);
 }
 
+TEST(BrokenRig, AfterAForeignSetPointThatIsPutBackTheClockWaitsForTheAir) {
+  tests::Bench bench(kSoak);
+  bench.seconds(500);
+  bench.chamber().set_point_c = 60;
+  bench.seconds(100);
+  bench.chamber().set_point_c = 30;
+  ASSERT_GT(bench.chamber().air_c, 50);
+  ASSERT_NE(bench.until(RunState::execute, 2000), -1);
+  EXPECT_NEAR(bench.chamber().air_c, 30, 2);
+}
+
+/// A set point that the chamber did not take is sent again only while the run goes on.
+TEST(BrokenRig, AForeignSetPointAfterOneThatWasRefusedIsSeenToo) {
+  tests::Bench bench(kSoak);
+  bench.seconds(150);
+  bench.chamber().refuses = true;
+  bench.seconds(1);
+  bench.chamber().refuses = false;
+  bench.run_controller().tell(OperatorCommand::pause, "Ada");
+  bench.seconds(3);
+  ASSERT_EQ(bench.run_controller().run_state(), RunState::held);
+  bench.chamber().set_point_c = 45;
+  bench.seconds(60);
+  EXPECT_EQ(bench.count(EventKind::interlock, "somebody else"), 1);
+  const auto sent = bench.chamber().sent_c.size();
+  const double air = bench.chamber().air_c;
+  bench.run_controller().tell(OperatorCommand::resume, "Ada");
+  bench.seconds(1);
+  ASSERT_GT(bench.chamber().sent_c.size(), sent);
+  EXPECT_NEAR(bench.chamber().sent_c[sent], air, 1) << "from the air on";
+  ASSERT_NE(bench.until(RunState::execute, 2000), -1);
+  EXPECT_LE(greatest_step(bench.chamber().sent_c, sent + 1), 6.0 / 60 * 5 + 1e-6);
+}
+
+TEST(BrokenRig, WhatAForeignSetPointHoldsTheOperatorLetsGoOnAtOnce) {
+  tests::Bench bench(kSoak, [](rig::RigFile& file) {
+    file.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::foreign_set_point)] =
+        interlocks::Reaction::hold;
+  });
+  bench.seconds(500);
+  bench.chamber().set_point_c = 40;
+  bench.seconds(60);
+  ASSERT_EQ(bench.run_controller().run_state(), RunState::held);
+  bench.run_controller().tell(OperatorCommand::resume, "Ada");
+  ASSERT_NE(bench.until(RunState::execute, 2000), -1) << "asked once";
+  EXPECT_EQ(bench.chamber().set_point_c, 30);
+  EXPECT_NEAR(bench.chamber().air_c, 30, 2);
+}
+
 TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {
   tests::Bench bench(kSoak);
   bench.seconds(130);  // on the ramp
@@ -223,15 +272,63 @@ TEST(BrokenRig, AStopLeavesTheChamberAsTheRigSays) {
   EXPECT_EQ(hold.run_controller().end_cause(), "stopped by Ada");
 }
 
+/// Nine thermometers, the second of which reads too high by so much, as its certificate says.
+std::function<void(rig::RigFile&)> with_offset_of_b(Kelvins too_high) {
+  return [too_high](rig::RigFile& file) {
+    rig::ThermometerSettings settings;
+    for (const char* name : {"A", "B", "C", "D", "E", "F", "G", "H", "shell"})
+      settings.calibrated.push_back({.name = name, .instrument = {}, .offset = {}});
+    settings.calibrated[1].offset = -too_high;
+    file.thermometers = {settings};
+  };
+}
+
 TEST(BrokenRig, ASoakCountsOnTheSensorThatTheProfileNames) {
   auto profile = kSoak;
   profile.insert(profile.find("soak_band = 1"), "soak_sensor = \"B\"\ndeadline = \"3 h\"\n");
-  tests::Bench bench(
-      profile, [](rig::RigFile& file) { file.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"}; });
+  tests::Bench bench(profile, with_offset_of_b({}));
   EXPECT_EQ(bench.seconds(1500), RunOutcome::going_on) << "the air has long been there, the article has not";
   EXPECT_EQ(bench.progress().phase, Phase::waiting_for_soak);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
   EXPECT_TRUE(bench.told(EventKind::note, "soak of segment 3 ended: 10 min 00 s inside ±1 K of 30 °C on B, in"));
+}
+
+TEST(BrokenRig, ASoakCountsAtTheTemperatureAndNotAtTheReading) {
+  auto profile = kSoak;
+  profile.insert(profile.find("soak_band = 1"), "soak_sensor = \"B\"\ndeadline = \"3 h\"\n");
+  tests::Bench bench(profile, with_offset_of_b({-6}));
+  EXPECT_EQ(bench.seconds(9000), RunOutcome::going_on);
+  EXPECT_EQ(bench.progress().phase, Phase::waiting_for_soak) << "what reads 30 °C is at 36 °C";
+  EXPECT_NEAR(to_seconds(bench.progress().soaked), 302, 30) << "on its way from 29 to 31 °C";
+}
+
+/// … for `soak_dwell`, without leaving it while the run is suspended either.
+TEST(BrokenRig, ADwellBeginsAnewAfterTheDoorWasOpen) {
+  auto profile = kSoak;
+  profile.insert(profile.find("soak_band = 1"), "soak_dwell = \"5 min\"\n");
+  tests::Bench bench(profile);
+  bench.seconds(900);
+  ASSERT_GT(bench.progress().soaked, Duration{});
+  bench.chamber().door_open = true;
+  bench.seconds(200);
+  bench.chamber().door_open = false;
+  EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
+  int inside = 0;
+  Duration soaked{};
+  for (const auto& sample : bench.record().samples) {
+    if (sample.progress.segment != 2) continue;
+    if (sample.progress.soaked > soaked) {
+      ASSERT_GE(inside, 300) << sample.slot;
+    }
+    soaked = sample.progress.soaked;
+    inside = std::abs(sample.chamber.value->air.value - 30) <= 1 ? inside + 1 : 0;
+  }
+}
+
+TEST(BrokenRig, ARampAtTheEndComesToItsTarget) {
+  tests::Bench bench(kSoak);
+  EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
+  EXPECT_EQ(bench.chamber().set_point_c, 20);
 }
 
 TEST(BrokenRig, AnOperatorsAbortMakesSafe) {
@@ -265,6 +362,52 @@ TEST(BrokenRig, AfterALongSleepOnlyTheOperatorGoesOn) {
   bench.run_controller().tell(OperatorCommand::resume, "Ada");
   bench.seconds(1);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::execute);
+}
+
+/// Whoever reads nothing while the machine sleeps is lost afterwards, once: that is no silence of an hour.
+TEST(BrokenRig, ASleepIsNoSilence) {
+  tests::Bench bench(kSoak);
+  bench.seconds(400);
+  bench.late(3700);
+  bench.instruments().gyro_silent = true;
+  bench.seconds(1);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
+  bench.instruments().gyro_silent = false;
+  bench.seconds(60);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
+  EXPECT_FALSE(bench.told(EventKind::interlock, "silent"));
+}
+
+TEST(BrokenRig, OneLostReadingInALateSecondIsNoSilence) {
+  tests::Bench bench(kSoak);
+  bench.seconds(400);
+  bench.late(6);
+  bench.chamber().silent = true;
+  bench.seconds(1);
+  bench.chamber().silent = false;
+  bench.seconds(10);
+  EXPECT_EQ(bench.count(EventKind::interlock, ""), 0);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::execute);
+}
+
+/// Whatever else stops the run, and though the chamber does not answer at first.
+TEST(BrokenRig, AirThatLeftItsPlaceInAPauseHasToComeBack) {
+  for (const int pause : {100, 125})
+    for (const bool silent : {false, true}) {
+      tests::Bench bench(kSoak);
+      bench.seconds(400);
+      bench.chamber().door_open = true;
+      bench.late(pause);
+      bench.chamber().silent = silent;
+      bench.seconds(1);
+      bench.chamber().silent = false;
+      bench.seconds(1);
+      bench.chamber().door_open = false;
+      ASSERT_LT(bench.chamber().air_c, 26);
+      if (pause > 120) bench.run_controller().tell(OperatorCommand::resume, "Ada");
+      ASSERT_NE(bench.until(RunState::execute, 2000), -1);
+      EXPECT_NEAR(bench.chamber().air_c, 30, 2) << pause << " " << silent;
+    }
 }
 
 TEST(BrokenRig, ARunThatBeginsElsewhereGoesThereByARampAndItsClockWaits) {

@@ -91,6 +91,7 @@ TEST(ManyUnitsInARun, DropOneByAnOperatorsWordAndTakeItBack) {
   EXPECT_TRUE(bench.run_controller().carry_out({.note = "its fan is loose", .unit = drop("u1")}, "ada").done);
   EXPECT_EQ(bench.until(RunState::execute, 60) > 0, true) << "its silence is no cause any more";
   EXPECT_TRUE(bench.told(EventKind::dropped, "u1 dropped by ada: its fan is loose"));
+  EXPECT_FALSE(bench.told(EventKind::recovered, "gyro u1 answers again")) << "it does not";
   EXPECT_FALSE(bench.run_controller().carry_out({.unit = drop("u2")}, "ada").done) << "the last one";
   bench.seconds(1);
   EXPECT_TRUE(bench.told(EventKind::command, "ada: drop u2, refused: u2 is the only one that is left"));
@@ -100,6 +101,7 @@ TEST(ManyUnitsInARun, DropOneByAnOperatorsWordAndTakeItBack) {
   EXPECT_TRUE(bench.run_controller().carry_out({.unit = give_back("u1")}, "ada").done);
   bench.seconds(2);
   EXPECT_EQ(bench.run_controller().last().units[0].count.value->pulses, std::vector<std::int64_t>{106});
+  EXPECT_TRUE(bench.told(EventKind::recovered, "gyro u1 answers again"));
 }
 
 }  // namespace

@@ -134,6 +134,20 @@ TEST(InterlockId, AThermometerFarFromTheOthersWarns) {
   EXPECT_TRUE(bench.has(interlocks::InterlockId::disagreement));
 }
 
+/// Of three, one that reads high stands between the others and their median as well as one that reads low.
+TEST(InterlockId, OfThreeThermometersTheOneThatIsWrongIsNamed) {
+  for (const double wrong : {-60.0, 90.0}) {
+    Bench bench;
+    bench.limits.disagreement = {40};
+    bench.sample.thermometers.resize(3);
+    for (std::size_t t = 0; t < 3; ++t) bench.thermometer(t, 22 + 0.1 * static_cast<double>(t));
+    bench.thermometer(0, wrong);
+    bench.seconds(61);
+    ASSERT_TRUE(bench.has(interlocks::InterlockId::disagreement)) << wrong;
+    EXPECT_EQ(bench.memory.of(interlocks::InterlockId::disagreement).column, 0U) << wrong;
+  }
+}
+
 TEST(InterlockId, AStuckThermometerWarnsWhileTheOthersMove) {
   Bench bench;
   bench.seconds(300);

@@ -3,7 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "tests/sequencer/profile/profiles.hpp"
+#include "tests/support/dry_run.hpp"
 
 namespace gyrotherm::run {
 namespace {
@@ -91,6 +95,39 @@ TEST(ResumeRule, ARampHasTheExtremesOfItsWay) {
   const auto ramp = extremes_of(profile, profile::Ramping{1, std::chrono::seconds(10)});
   EXPECT_EQ(ramp.lowest, Celsius{-30});
   EXPECT_EQ(ramp.highest, Celsius{20});
+}
+
+/// The air is at 50 °C long before the block is.
+TEST(Resume, CreditsNoSecondOfASoakToTheAirWhereAThermometerDecides) {
+  tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");
+  ASSERT_EQ(dry_run.run(1200), RunOutcome::going_on);
+  const auto whole = record::read_record(dry_run.path());
+  ASSERT_TRUE(whole) << text(whole.error());
+  const auto& block = whole->thermometers_c[1];
+  std::size_t last = 60;
+  while (std::abs(whole->chamber_air_c[last] - 50) > 0.2) ++last;
+  ASSERT_GT(std::abs(block[last] - 50), 3);
+  std::filesystem::remove(dry_run.path());
+  ASSERT_EQ(dry_run.run(static_cast<std::int64_t>(last) + 1), RunOutcome::going_on);
+  const auto on = continuation_of(record::read_record(dry_run.path()).value(), dry_run.path(), kSecond, 0);
+  ASSERT_TRUE(on) << text(on.error());
+  EXPECT_EQ(position_of(on->profile, on->state).soaked, Duration{});
+  EXPECT_EQ(position_of(on->profile, on->state), whole->progress[last + 1]);
+}
+
+/// Nobody has been at the profile's set point yet: there is no place where the air was.
+TEST(Resume, OfARunThatWasOnItsWayKnowsNoPlaceToGoOnFrom) {
+  tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");
+  ASSERT_EQ(dry_run.run(100), RunOutcome::going_on);
+  auto record = record::read_record(dry_run.path()).value();
+  const auto air_after = [&](std::size_t seconds_in_execute) {
+    record.state.assign(record.state.size(), RunState::suspended);
+    std::fill_n(record.state.begin(), seconds_in_execute, RunState::execute);
+    return continuation_of(record, dry_run.path(), kSecond, 0)->stood.air;
+  };
+  EXPECT_FALSE(air_after(0));
+  EXPECT_EQ(air_after(70), Celsius{record.chamber_air_c[69]}) << "the last at which the clock ran";
+  EXPECT_FALSE(is_in_place({19.8}, {-30}, air_after(0)));
 }
 
 }  // namespace

@@ -35,7 +35,8 @@ void set_gap_widths(GyroModel& model) {
 
 namespace {
 
-constexpr double kTouching = 1e-6;  // mm
+constexpr double kTouching = 1e-6;       // mm
+constexpr double kLargestCabinet = 500;  // mm: a greater one has more bricks than any machine has memory for
 
 struct Solid {
   Prism prism;
@@ -120,6 +121,8 @@ void check_block(const TomlTable& root, const GyroGeometry& g) {
          fmt::format("{} mm, reaches the bores", g.hole_diameter));
   expect(g.hub_diameter < g.hole_diameter, "hub", "diameter_mm",
          fmt::format("{} mm, not smaller than the hole", g.hub_diameter));
+  expect(std::ranges::max(g.cabinet) <= kLargestCabinet, "cabinet", "size_mm",
+         fmt::format("{:.6g} mm, expected at most {:g} mm", std::ranges::max(g.cabinet), kLargestCabinet));
   expect(g.cabinet[0] > 2 * g.wall && g.cabinet[1] > 2 * g.wall && g.cabinet[2] > 2 * g.wall, "cabinet", "wall_mm",
          fmt::format("{} mm, leaves no space inside", g.wall));
 }

@@ -83,6 +83,7 @@ TEST(GyroFile, NamesPartsThatOverlap) {
 TEST(GyroFile, NamesPartsOutsideTheCabinet) {
   expect_mistake(with("size_mm = [150, 150, 80]", "size_mm = [150, 145, 80]"), "cathode reaches outside");
   expect_mistake(with("top_w_mm = 15", "top_w_mm = 38"), "hub reaches outside");
+  expect_mistake(with("size_mm = [150, 150, 80]", "size_mm = [150000, 150000, 80000]"), "expected at most 500 mm");
 }
 
 TEST(GyroFile, NamesABlockThatIsNoBlock) {

@@ -177,7 +177,7 @@ async function show() {
     content.replaceChildren(control.login_view());
     return;
   }
-  if (page.has_site === undefined) page.has_site = (await ask('/api/v1/site')).ok;
+  if (page.has_site === undefined) page.has_site = Boolean((await ask('/api/v1/site')).json?.rigs);
   if (key === null && page.run) {
     close_stream();
     connection('');

@@ -99,7 +99,7 @@ views.site = content => {
   );
   return often(async () => {
     const answer = await ask('/api/v1/site');
-    if (!answer.ok) return set_text(note, 'This monitor has no site.');
+    if (!answer.ok || !answer.json) return set_text(note, 'This monitor has no site.');
     const site = answer.json;
     set_text(document.getElementById('site-title'), site.name ? `Site: ${site.name}` : 'Site');
     set_text(

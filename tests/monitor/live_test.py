@@ -189,7 +189,6 @@ class Live(WatchedRun):
             "/runs/{key}/alarms": ("/runs/0/alarms",),
             "/runs/{key}/files": ("/runs/0/files",),
             "/runs/{key}/files/{name}": (f"{run}/files/nothing", "/runs/0/files/nothing"),
-            "/site": ("/site",),
             "/site/{question}": ("/site/nothing",),
         }
         for path, addresses in tries.items():
@@ -205,6 +204,7 @@ class Live(WatchedRun):
         ):
             status = self.monitor.ask("/api/v1" + address, body).status
             self.assertIn(str(status), paths[path]["post"]["responses"], address)
+        self.assertEqual(self.monitor.ask("/api/v1/site").json, None, "this monitor has no site")
         for path in ("/runsX", f"/runsX/{self.key}", f"/runs{self.key}"):
             self.assertEqual(self.monitor.ask("/api/v1" + path).status, 404, path)
 

@@ -187,7 +187,8 @@ std::vector<double> fitted_deg_per_h(const HoldNoise& noise) {
   return fitted;
 }
 
-NoiseFloor noise_floor(const Clusters& clusters, const std::vector<record::RunInfo::SegmentInfo>& segments) {
+NoiseFloor noise_floor(const Clusters& clusters, const std::vector<record::RunInfo::SegmentInfo>& segments,
+                       double step_deg_per_h) {
   assert(clusters.last_segment.size() == clusters.segment.size());
   const auto wholly_inside = [&](Eigen::Index k) {
     return clusters.last_segment(k) == clusters.segment(k) ? clusters.segment(k) : -1;
@@ -204,7 +205,9 @@ NoiseFloor noise_floor(const Clusters& clusters, const std::vector<record::RunIn
     const char* why = any_hold(segments) ? "no hold has three neighbouring means in its last hour" : kNoHold;
     return {.deg_per_h = kUnknown, .differences = 0, .error_deg_per_h = kUnknown, .statement = why};
   }
-  const double floor = std::sqrt(all.sum / (6.0 * differences));
+  constexpr double kOfCountingAlone = 0.6;
+  const double seen = all.sum / (6.0 * differences), of_a_pulse = step_deg_per_h / clusters.length_s;
+  const double floor = std::sqrt(std::max(seen - of_a_pulse * of_a_pulse / 9, kOfCountingAlone * seen));
   return {.deg_per_h = floor,
           .differences = differences,
           .error_deg_per_h = floor * relative_error(all.overlaps),

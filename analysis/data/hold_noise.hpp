@@ -23,14 +23,20 @@ inline constexpr double kQuietSeconds = 3600;
 /// still have. Only clusters wholly inside the hold count; the hour is counted back from the end of the last one. A
 /// record that names no hold has no floor: what its bias does between neighbours may be temperature. The floor does not
 /// see bias instability slower than some minutes.
+///
+/// Of a gyro whose pulses are counted neighbouring means share the error of the angle between them, q/√12 of a pulse of
+/// q: a mean has 2/12·q²/τ² of it, and mean(Δ²)/6 has 20/6 in the place of the 2. The difference, q²/(9τ²), is taken
+/// away; what is left is no less than 6/10 of it, which is all that there is of counting alone.
 struct NoiseFloor {
   double deg_per_h{};  ///< NaN where there is none
   int differences{};
   double error_deg_per_h{};    ///< standard error for white noise; NaN where there is none
   std::string statement = {};  ///< what was used, or why there is none, in words
 };
+/// `step_deg_per_h`: what one pulse in a second is; 0: no pulses are counted.
 [[nodiscard]] NoiseFloor noise_floor(const Clusters& clusters,
-                                     const std::vector<record::RunInfo::SegmentInfo>& segments);
+                                     const std::vector<record::RunInfo::SegmentInfo>& segments,
+                                     double step_deg_per_h = 0);
 
 /// What a fit of `effective_parameters` p to n independent clusters leaves of noise alone: floor·√(1 − p/n). NaN where
 /// p is not known (0 or NaN) or not below n.

@@ -156,6 +156,14 @@ Result<void> check(const Model& model, const ReducedSetGoal& goal) {
   return {};
 }
 
+/// What the smaller function gets wrong beside the full one adds to what is wrong with the model's form.
+void widen(Uncertainty& uncertainty, double change_deg_per_h) {
+  auto& rows = uncertainty.budget.rows;
+  auto form = std::ranges::find(rows, Source::model_form, &BudgetRow::source);
+  if (form == rows.end()) form = rows.insert(form, {.source = Source::model_form});
+  form->standard_uncertainty = std::hypot(form->standard_uncertainty, change_deg_per_h);
+}
+
 }  // namespace
 
 Result<Model> reduce(const Model& model, const data::Clusters& training, const ReducedSetGoal& goal) {
@@ -189,6 +197,7 @@ Result<Model> reduce(const Model& model, const data::Clusters& training, const R
   smaller.reduction->bound_deg_per_h = unit * norm_of_change(*full, reduced, kept);
   smaller.reduction->max_change_deg_per_h = unit * change.cwiseAbs().maxCoeff();
   smaller.reduction->rms_change_deg_per_h = unit * std::sqrt(change.squaredNorm() / static_cast<double>(change.size()));
+  if (smaller.uncertainty) widen(*smaller.uncertainty, smaller.reduction->rms_change_deg_per_h);
   return smaller;
 }
 

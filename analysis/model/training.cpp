@@ -137,6 +137,17 @@ Result<void> check_choice(const TrainingOptions& options, const methods::Method&
                  fmt::format("one-se chooses C, sigma and epsilon; {} has none of them", method.name));
 }
 
+/// How many of these rows some fold holds out.
+Eigen::Index held_out_of(const data::FoldPlan& folds, Eigen::Index all, const std::vector<Eigen::Index>& rows) {
+  std::vector<bool> counts(static_cast<std::size_t>(all));
+  for (const Eigen::Index row : rows) counts[static_cast<std::size_t>(row)] = true;
+  Eigen::Index count = 0;
+  for (const data::Fold& fold : folds.folds)
+    count +=
+        std::ranges::count_if(fold.held_out, [&](Eigen::Index row) { return counts[static_cast<std::size_t>(row)]; });
+  return count;
+}
+
 /// All clusters with their folds, and then without those that lack an input.
 Result<void> lay_out(TrainingContext& context, const std::vector<data::Clusters>& records,
                      const TrainingOptions& options) {
@@ -154,9 +165,17 @@ Result<void> lay_out(TrainingContext& context, const std::vector<data::Clusters>
     first += record.start_s.size();
   }
   context.without_input = first - static_cast<Eigen::Index>(rows.size());
+  if (rows.empty()) return failure(FaultKind::usage, "training", "no cluster has a value of every input");
+  const Eigen::Index held_out = held_out_of(*folds, first, rows);
   context.training_set = data::within({.clusters = std::move(*clusters), .folds = std::move(*folds)}, rows);
-  if (!rows.empty()) return {};
-  return failure(FaultKind::usage, "training", "no cluster has a value of every input");
+  Eigen::Index still = 0;
+  for (const data::Fold& fold : context.training_set.folds.folds) still += std::ssize(fold.held_out);
+  if (still == held_out) return {};
+  return failure(
+      FaultKind::usage, "--folds",
+      fmt::format("{}: of the clusters with a value of every input some have none beside them to be predicted "
+                  "by; --folds blocks divides them evenly",
+                  context.training_set.folds.statement));
 }
 
 Result<TrainingContext> set_up(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& records,

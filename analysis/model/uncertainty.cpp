@@ -54,7 +54,7 @@ data::NoiseFloor pooled_floor(const TrainedOn& on) {
   data::NoiseFloor all;
   double squares = 0, error_squares = 0;
   for (std::size_t i = 0; i < on.datasets.size(); ++i) {
-    const data::NoiseFloor floor = noise_floor(on.clusters[i], on.datasets[i].segments);
+    const data::NoiseFloor floor = noise_floor(on.clusters[i], on.datasets[i].segments, on.datasets[i].step_deg_per_h);
     if (floor.differences == 0 || !std::isfinite(floor.deg_per_h)) continue;
     all.differences += floor.differences;
     squares += floor.differences * std::pow(floor.deg_per_h, 2);
@@ -267,9 +267,13 @@ Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data:
   const Eigen::Index inner = std::max<Eigen::Index>(t.rows() - 2, 0);
   Eigen::RowVectorXd noise = Eigen::RowVectorXd::Constant(t.cols(), std::numeric_limits<double>::quiet_NaN());
   const double samples = clusters.samples.cast<double>().mean();
+  constexpr double kNeighbours = 2.5;  // sample intervals from the first of three to the last: no gap lies between
+  const auto span = (dataset.time_s.tail(inner) - dataset.time_s.head(inner)).array();
+  const Eigen::Array<bool, Eigen::Dynamic, 1> together = span <= kNeighbours * clusters.length_s / samples;
   for (Eigen::Index j = 0; j < t.cols(); ++j) {
-    const Eigen::ArrayXd squares =
+    Eigen::ArrayXd squares =
         (t.col(j).tail(inner) - 2 * t.col(j).segment(inner > 0 ? 1 : 0, inner) + t.col(j).head(inner)).array().square();
+    squares = together.select(squares, std::numeric_limits<double>::quiet_NaN());
     const Eigen::Index count = squares.isFinite().count();
     if (count == 0) continue;
     const double mean = squares.isFinite().select(squares, 0).sum() / static_cast<double>(count);

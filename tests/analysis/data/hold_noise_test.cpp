@@ -61,6 +61,32 @@ TEST(NoiseFloor, IsFairOnShortHoldsThatStillDrift) {
   EXPECT_GT(std::sqrt(first_differences / (kHolds * (kMeans - 1))), 1.05 * 0.002) << "first differences are not";
 }
 
+/// Of a pulse of 1″ more than half of a mean's noise is of the counting, which neighbouring means share.
+TEST(NoiseFloor, OfCountedPulsesIsTheNoiseOfAMean) {
+  constexpr Eigen::Index kMeans = 34;
+  constexpr double kPulse_arcsec = 1, kLength_s = 100;
+  for (const double white_deg_per_h : {0.0, 0.002, 0.02}) {
+    double floors = 0, noise = 0;
+    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+      std::mt19937_64 random(seed);
+      std::normal_distribution<double> normal(0, white_deg_per_h);
+      std::uniform_real_distribution<double> anywhere(5, 15);
+      Clusters clusters = noisy_clusters(kMeans, 0);
+      const double rate_deg_per_h = anywhere(random);  // °/h are ″/s
+      double angle = anywhere(random), counted = std::floor(angle / kPulse_arcsec);
+      for (double& bias : clusters.bias_deg_per_h) {
+        angle += (rate_deg_per_h + normal(random)) * kLength_s;
+        const double now = std::floor(angle / kPulse_arcsec);
+        bias = (now - counted) * kPulse_arcsec / kLength_s - rate_deg_per_h;
+        counted = now;
+      }
+      floors += std::pow(noise_floor(clusters, {kHoldSegment}, kPulse_arcsec).deg_per_h, 2);
+      noise += clusters.bias_deg_per_h.squaredNorm() / kMeans;
+    }
+    EXPECT_NEAR(std::sqrt(floors / noise), 1, 0.1) << white_deg_per_h << ": uncorrected it is 1.29 of counting alone";
+  }
+}
+
 /// An imported ramp of 2000 s, which a straight line meets exactly, was called over-fit.
 TEST(NoiseFloor, OfARecordThatNamesNoHoldIsNone) {
   Clusters ramp = noisy_clusters(20, 0.002);

@@ -130,6 +130,18 @@ TEST(ReducedSet, StatesTheLossThatIsMeasured) {
   }
 }
 
+TEST(ReducedSet, IsLessCertainByWhatItLoses) {
+  Model model = model_of(3);
+  model.uncertainty.emplace();
+  model.uncertainty->budget.rows = {{.source = Source::turn_on, .standard_uncertainty = 0.001},
+                                    {.source = Source::model_form, .standard_uncertainty = 0.002}};
+  const Model smaller = reduced(model, clusters_of(120, 7), {.vectors = 15});
+  const auto& rows = smaller.uncertainty->budget.rows;
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].standard_uncertainty, 0.001);
+  EXPECT_NEAR(rows[1].standard_uncertainty, std::hypot(0.002, smaller.reduction->rms_change_deg_per_h), 1e-15);
+}
+
 TEST(ReducedSet, ChangesNoPredictionByMoreThanItsBound) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(seed);

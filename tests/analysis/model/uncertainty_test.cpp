@@ -183,6 +183,15 @@ TEST_F(UncertaintyOfAModel, TheThermometersNoiseIsThatOfTheirSamples) {
   EXPECT_NEAR(model_.uncertainty->added_noise_deg_per_h, std::sqrt(squares), 0.03 * std::sqrt(squares));
 }
 
+TEST_F(UncertaintyOfAModel, WhatTheTemperatureDoesInAGapIsNoNoise) {
+  data::Dataset with_gap = dataset_;
+  const Eigen::Index after = with_gap.time_s.size() / 2;
+  with_gap.time_s.tail(after).array() += 3600;
+  with_gap.temperature_c.bottomRows(after).array() += 15;
+  const Eigen::RowVectorXd noise = thermometer_noise_k(with_gap, clusters_);
+  EXPECT_TRUE(noise.isApprox(thermometer_noise_k(dataset_, clusters_), 1e-3)) << noise;
+}
+
 TEST_F(UncertaintyOfAModel, HysteresisIsHalfOfWhatTheWayUpDiffersFromTheWayDown) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> noise(0, 0.002);

@@ -9,6 +9,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -111,28 +112,37 @@ std::vector<StabilisedBias> stabilised_biases(const Subject& subject) {
   return all;
 }
 
-/// Slope of the straight line, its u from the scatter about it; not known of fewer than three points or one
-/// temperature.
+/// Slope of the straight lines, one for each position of the unit, for between the two lies what is left of the Earth's
+/// rate; its u from the scatter about them. Not known of too few points or one temperature.
 Measured slope_of(const std::vector<StabilisedBias>& points, Measured BeforeAfter::*which) {
-  const auto count = static_cast<Eigen::Index>(points.size());
-  if (count < 3) return {};
+  const auto count = std::ssize(points);
   Eigen::VectorXd t(count), b(count);
+  std::array<RowNumbers, 2> positions;  // as mounted, turned
   for (Eigen::Index k = 0; k < count; ++k) {
-    t(k) = points[static_cast<std::size_t>(k)].temperature_c;
-    b(k) = (points[static_cast<std::size_t>(k)].bias.*which).value;
+    const StabilisedBias& point = points[static_cast<std::size_t>(k)];
+    t(k) = point.temperature_c;
+    b(k) = (point.bias.*which).value;
+    positions[point.turned ? 1 : 0].push_back(k);
   }
-  t.array() -= t.mean();
+  auto freedom = static_cast<double>(count - 1);
+  for (const RowNumbers& rows : positions) {
+    if (rows.empty()) continue;
+    t(rows).array() -= t(rows).mean();
+    b(rows).array() -= b(rows).mean();
+    --freedom;
+  }
+  if (freedom < 1 || !b.allFinite()) return {};
   const double spread = t.squaredNorm();
-  if (!b.allFinite() || spread < kSameSetPointK * kSameSetPointK * static_cast<double>(count)) return {};
+  if (spread < kSameSetPointK * kSameSetPointK * static_cast<double>(count)) return {};
   const double slope = t.dot(b) / spread;
-  const Eigen::VectorXd left = b.array() - b.mean() - slope * t.array();
-  const auto freedom = static_cast<double>(count - 2);
-  return {slope, std::sqrt(left.squaredNorm() / freedom / spread), freedom};
+  return {slope, std::sqrt((b - slope * t).squaredNorm() / freedom / spread), freedom};
 }
 
 Eigen::VectorXi places_of(const data::Clusters& clusters, const RowNumbers& rows) {
   return (clusters.start_s(rows) / clusters.length_s).array().round().cast<int>();
 }
+
+int reach_of(const Subject& subject) { return static_cast<int>(kMemorySeconds / subject.clusters.length_s); }
 
 /// The coefficient of `input` beside a constant and the temperature; not known where it does not vary by itself.
 Measured coefficient_of(const Subject& subject, const Eigen::VectorXd& input, const Eigen::VectorXd& bias) {
@@ -146,8 +156,7 @@ Measured coefficient_of(const Subject& subject, const Eigen::VectorXd& input, co
   constexpr double kRelative = 1e-9;
   qr.setThreshold(kRelative);
   if (qr.rank() < kColumns) return {};
-  const int reach = static_cast<int>(kMemorySeconds / subject.clusters.length_s);
-  const RobustFit fit = fit_robustly(x, all(rows, kColumns), places_of(subject.clusters, rows), reach);
+  const RobustFit fit = fit_robustly(x, all(rows, kColumns), places_of(subject.clusters, rows), reach_of(subject));
   return {fit.coefficients(kColumns - 1), fit.u(kColumns - 1)};
 }
 
@@ -166,11 +175,32 @@ std::pair<std::string, Eigen::VectorXd> greatest_gradient(const Subject& subject
           column(i) - column(j)};
 }
 
+/// How much higher the bias is while heating than while cooling, beside a straight line in temperature: two passes do
+/// not have the same mean temperature in a span that one of them leaves early.
+Measured width_of(const Subject& subject, const Eigen::VectorXd& bias, const RowNumbers& heating,
+                  const RowNumbers& cooling) {
+  RowNumbers both;
+  std::ranges::merge(heating, cooling, std::back_inserter(both));
+  if (!bias(both).allFinite()) return {};
+  const auto temperature = [&](const RowNumbers& rows) { return subject.temperature_c(rows).array(); };
+  Eigen::MatrixXd x(std::ssize(both), 3);
+  x.col(0).setOnes();
+  x.col(1) = subject.rate_k_per_min(both).unaryExpr([](double rate) { return rate > 0 ? 0.5 : -0.5; });
+  x.col(2) = temperature(both) - temperature(both).mean();
+  const RobustFit fit = fit_robustly(x, bias(both), places_of(subject.clusters, both), reach_of(subject));
+  const Eigen::VectorXd level = bias - fit.coefficients(2) * subject.temperature_c;
+  const Measured above = mean_at(subject, level, heating), below = mean_at(subject, level, cooling);
+  const double apart_k = std::abs(temperature(heating).mean() - temperature(cooling).mean());
+  const CombinedUncertainty all =
+      together({above, below, {0, apart_k * fit.u(2), above.degrees_of_freedom + below.degrees_of_freedom}});
+  return {above.value - below.value, all.standard_deg_per_h, all.degrees_of_freedom};
+}
+
 std::vector<HysteresisPoint> loop_of(const Subject& subject) {
   std::map<int, std::pair<RowNumbers, RowNumbers>> spans;  // heating and cooling
   for (Eigen::Index k = 0; k < subject.temperature_c.size(); ++k) {
     const double rate = subject.rate_k_per_min(k);
-    if (!(std::abs(rate) > kMovingKPerMin)) continue;
+    if (!(std::abs(rate) > kMovingKPerMin) || !std::isfinite(subject.temperature_c(k))) continue;
     auto& span = spans[static_cast<int>(std::lround(subject.temperature_c(k) / kSpanK))];
     (rate > 0 ? span.first : span.second).push_back(k);
   }
@@ -181,9 +211,8 @@ std::vector<HysteresisPoint> loop_of(const Subject& subject) {
     loop.push_back({.temperature_c = number * kSpanK,
                     .heating = static_cast<int>(heating.size()),
                     .cooling = static_cast<int>(cooling.size()),
-                    .width = before_and_after(subject, [&](const auto& bias) {
-                      return difference(mean_at(subject, bias, heating), mean_at(subject, bias, cooling));
-                    })});
+                    .width = before_and_after(
+                        subject, [&](const auto& bias) { return width_of(subject, bias, heating, cooling); })});
   }
   return loop;
 }
@@ -241,7 +270,8 @@ bool is_a_start(const Subject& subject, const StabilisedBias& hold) {
 }
 
 std::vector<WarmUp> warm_ups_of(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {
-  const data::NoiseFloor floor = noise_floor(subject.clusters, subject.dataset.segments);
+  const data::NoiseFloor floor =
+      noise_floor(subject.clusters, subject.dataset.segments, subject.dataset.step_deg_per_h);
   if (!std::isfinite(floor.deg_per_h)) return {};
   std::vector<WarmUp> all;
   for (const StabilisedBias& hold : stabilised)
@@ -261,13 +291,26 @@ Measured mean_of(const std::vector<Measured>& figures) {
   return mean;
 }
 
+/// Those of one set point together, by rising set point, and each in its order.
+std::vector<std::vector<const StabilisedBias*>> by_set_point(std::vector<const StabilisedBias*> holds) {
+  std::ranges::stable_sort(holds, {}, &StabilisedBias::set_point_c);
+  std::vector<std::vector<const StabilisedBias*>> groups;
+  for (const StabilisedBias* hold : holds) {
+    if (groups.empty() || hold->set_point_c - groups.back().front()->set_point_c > kSameSetPointK)
+      groups.emplace_back();
+    groups.back().push_back(hold);
+  }
+  return groups;
+}
+
 std::vector<TwoPosition> two_positions_of(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {
-  std::map<long, std::array<std::vector<const StabilisedBias*>, 2>> by_set_point;  // in steps; as mounted, turned
-  for (const StabilisedBias& hold : stabilised)
-    by_set_point[std::lround(hold.set_point_c / kSameSetPointK)][hold.turned ? 1 : 0].push_back(&hold);
+  std::vector<const StabilisedBias*> every;
+  for (const StabilisedBias& hold : stabilised) every.push_back(&hold);
   const std::optional<double>& stated = subject.dataset.earth_rate_deg_per_h;
   std::vector<TwoPosition> all;
-  for (const auto& [step, holds] : by_set_point) {
+  for (const auto& group : by_set_point(std::move(every))) {
+    std::array<std::vector<const StabilisedBias*>, 2> holds;  // as mounted, turned
+    for (const StabilisedBias* hold : group) holds[hold->turned ? 1 : 0].push_back(hold);
     if (holds[0].empty() || holds[1].empty()) continue;
     TwoPosition found{.set_point_c = holds[0].front()->set_point_c,
                       .as_mounted = static_cast<int>(holds[0].size()),
@@ -344,6 +387,7 @@ Characterisation characterise(const data::Dataset& dataset, const data::Clusters
     return before_and_after(subject, [&](const auto& bias) { return coefficient_of(subject, input, bias); });
   };
   Characterisation result;
+  result.zero = dataset.bias_zero + (dataset.zero_is_its_own ? " of " + dataset.run_id : "");
   result.stabilised = stabilised_biases(subject);
   result.temperature = {.before = slope_of(result.stabilised, &BeforeAfter::before),
                         .after = slope_of(result.stabilised, &BeforeAfter::after)};
@@ -366,25 +410,27 @@ std::string switched_on(const WarmUp& warm_up) {
 
 std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& records) {
   constexpr std::size_t kFewestStarts = 3;
-  std::map<long, std::vector<BeforeAfter>> by_set_point;  // in steps of kSameSetPointK
+  std::map<std::pair<std::string, bool>, std::vector<const StabilisedBias*>> comparable;  // by zero and position
   for (const Characterisation& record : records)
     for (const WarmUp& start : record.warm_ups) {
       const auto hold = std::ranges::find(record.stabilised, start.segment, &StabilisedBias::segment);
-      if (hold == record.stabilised.end()) continue;
-      by_set_point[std::lround(start.set_point_c / kSameSetPointK)].push_back(hold->bias);
+      if (hold != record.stabilised.end()) comparable[{record.zero, hold->turned}].push_back(&*hold);
     }
-  const auto std_of = [](const std::vector<BeforeAfter>& biases, Measured BeforeAfter::*which) {
-    Eigen::VectorXd values(std::ssize(biases));
-    for (std::size_t k = 0; k < biases.size(); ++k) values(static_cast<Eigen::Index>(k)) = (biases[k].*which).value;
+  const auto std_of = [](const std::vector<const StabilisedBias*>& starts, Measured BeforeAfter::*which) {
+    Eigen::VectorXd values(std::ssize(starts));
+    for (std::size_t k = 0; k < starts.size(); ++k)
+      values(static_cast<Eigen::Index>(k)) = (starts[k]->bias.*which).value;
     return data::figures_of(values).std;
   };
   std::vector<TurnOn> all;
-  for (const auto& [step, biases] : by_set_point)
-    if (biases.size() >= kFewestStarts)
-      all.push_back({.set_point_c = static_cast<double>(step) * kSameSetPointK,
-                     .starts = static_cast<int>(biases.size()),
-                     .std_before_deg_per_h = std_of(biases, &BeforeAfter::before),
-                     .std_after_deg_per_h = std_of(biases, &BeforeAfter::after)});
+  for (auto& [of, holds] : comparable)
+    for (const auto& starts : by_set_point(std::move(holds)))
+      if (starts.size() >= kFewestStarts)
+        all.push_back({.set_point_c = starts.front()->set_point_c,
+                       .starts = static_cast<int>(starts.size()),
+                       .std_before_deg_per_h = std_of(starts, &BeforeAfter::before),
+                       .std_after_deg_per_h = std_of(starts, &BeforeAfter::after)});
+  std::ranges::stable_sort(all, {}, &TurnOn::set_point_c);
   return all;
 }
 

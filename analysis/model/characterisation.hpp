@@ -65,8 +65,9 @@ void describe(auto& form, Like<StabilisedBias> auto& stabilised) {
   describe(form, stabilised.bias);
 }
 
-/// Mean bias while the block heats through a span of 10 K, less that while it cools through it, °/h. A pass through the
-/// span lasts many clusters, which are alike: they count by their effective number.
+/// Mean bias while the block heats through a span of 10 K, less that while it cools through it, °/h, beside a straight
+/// line in temperature. A pass through the span lasts many clusters, which are alike: they count by their effective
+/// number.
 struct HysteresisPoint {
   double temperature_c{};    ///< middle of the span
   int heating{}, cooling{};  ///< clusters
@@ -148,9 +149,11 @@ void describe(auto& form, Like<TurnOn> auto& turn_on) {
 }
 
 struct Characterisation {
+  std::string zero;       ///< what its biases are counted from, in words; of different zeros none are compared
   std::string statement;  ///< what it was made of, in words
   std::vector<StabilisedBias> stabilised;
-  BeforeAfter temperature;                  ///< °/h per K: slope of the straight line through the stabilised biases
+  BeforeAfter temperature;                  ///< °/h per K: slope of the straight line through the stabilised biases,
+                                            ///< one line for each position
   BeforeAfter ramp;                         ///< °/h per K/min, beside a straight line in temperature
   std::string gradient;                     ///< "A-D": the gradient whose correlation with the raw bias is greatest
   BeforeAfter of_gradient;                  ///< °/h per K, beside a straight line in temperature
@@ -182,8 +185,9 @@ void describe(auto& form, Like<Characterisation> auto& result) {
                                             const Eigen::VectorXd& residual_deg_per_h);
 
 /// Of three or more warm-ups at one set point, of one record or several: the standard deviation of the biases at the
-/// ends of their holds. The records are characterised by one model. A row for each set point at which there are as
-/// many, by rising set point.
+/// ends of their holds. The records are characterised by one model. Only biases that are counted from one zero, and of
+/// one position of the unit, are compared: where a record's zero is the mean of its own first hold, those of this
+/// record alone. A row for each set point at which there are as many, by rising set point.
 [[nodiscard]] std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& records);
 
 /// The widest point of a loop, before or after compensation; null if there is none.

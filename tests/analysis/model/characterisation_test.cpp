@@ -89,6 +89,38 @@ TEST(Characterisation, OfThreeStartsKnowsHowTheyDiffer) {
   EXPECT_NEAR(found.front().std_after_deg_per_h, 0, 1e-12);
 }
 
+/// A mean of its own first hold is no zero that another record's bias could be compared by; nor is one without the
+/// Earth's rate one by which one with it could be.
+TEST(Characterisation, ComparesNoStartsOfDifferentZeros) {
+  MadeToOrder run;
+  const auto starts_of = [&](const std::vector<std::string>& zeros, bool own) {
+    std::vector<Characterisation> starts;
+    for (const std::string& zero : zeros) {
+      run.dataset.bias_zero = zero;
+      run.dataset.zero_is_its_own = own;
+      run.dataset.run_id = "run " + std::to_string(starts.size());
+      starts.push_back(run.found(noise_of(run.temperature_c, 7)));
+    }
+    return turn_on_of(starts);
+  };
+  EXPECT_TRUE(starts_of({"earth rate removed", "earth rate removed", "nothing removed"}, false).empty());
+  EXPECT_TRUE(starts_of({"mean", "mean", "mean"}, true).empty());
+  EXPECT_EQ(starts_of({"nothing removed", "nothing removed", "nothing removed"}, false).size(), 1U);
+}
+
+/// 19.74 and 19.76 °C lie on two sides of a quarter.
+TEST(Characterisation, OfOneSetPointIsWhatIsNearIt) {
+  MadeToOrder run;
+  std::vector<Characterisation> starts;
+  for (const double set_point_c : {19.74, 19.76, 19.8}) {
+    run.dataset.segments.front().target = Celsius{set_point_c};
+    starts.push_back(run.found(noise_of(run.temperature_c, 7)));
+  }
+  const auto found = turn_on_of(starts);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found.front().set_point_c, 19.74) << "the first of them, as it was asked for";
+}
+
 /// The unit is off in the holds at −20 °C, so that it starts anew in the ones at 50 °C.
 TEST(Characterisation, OfThreeStartsInOneRecordKnowsHowTheyDiffer) {
   MadeToOrder run;
@@ -174,6 +206,18 @@ TEST(Characterisation, OfADriftBetweenTheTurnsIsMoreUncertain) {
   EXPECT_NEAR(result.two_position[0].earth_rate.before.u, 0.001, 1e-12);
 }
 
+TEST(Characterisation, WhatIsLeftOfTheEarthRateIsNoSlope) {
+  MadeToOrder run;
+  auto& segments = run.dataset.segments;
+  for (std::size_t s = segments.size() / 2; s < segments.size(); ++s) segments[s].unit.turned = true;
+  Eigen::VectorXd bias = 1e-4 * run.temperature_c;
+  for (Eigen::Index k = 0; k < bias.size(); ++k)
+    bias(k) += segments[static_cast<std::size_t>(run.clusters.segment(k))].unit.turned ? -10 : 10;
+  const Characterisation result = run.found(bias);
+  EXPECT_NEAR(result.temperature.before.value, 1e-4, 1e-9);
+  EXPECT_EQ(result.temperature.before.degrees_of_freedom, static_cast<double>(result.stabilised.size()) - 3);
+}
+
 TEST(Characterisation, GivesTheBiasAtEachStabilisedTemperature) {
   MadeToOrder run;
   const Characterisation result = run.found(1e-3 * run.temperature_c);
@@ -203,6 +247,21 @@ TEST(Characterisation, FindsTheWidthOfTheLoop) {
   EXPECT_TRUE(std::ranges::is_sorted(result.hysteresis, {}, &HysteresisPoint::temperature_c));
   ASSERT_NE(widest(result.hysteresis, &BeforeAfter::before), nullptr);
   EXPECT_EQ(widest({}, &BeforeAfter::before), nullptr);
+}
+
+/// A pass that ends, and one that begins, within a span has another mean temperature there than one that crosses it.
+TEST(Characterisation, OfASlopeMakesNoLoop) {
+  MadeToOrder run;
+  const Eigen::VectorXd bias = 1e-3 * (run.temperature_c.array() - 20);
+  const double noise = 0.0019;
+  int points = 0;
+  for (const HysteresisPoint& point : run.found(bias + noise_of(bias, 5)).hysteresis) {
+    const double of_noise = noise * std::sqrt(1.0 / point.heating + 1.0 / point.cooling);
+    EXPECT_NEAR(point.width.before.value, 0, 4 * of_noise) << point.temperature_c;
+    EXPECT_LT(point.width.before.u, 3 * of_noise) << point.temperature_c;
+    ++points;
+  }
+  EXPECT_GT(points, 5);
 }
 
 /// x_k = 0.95 x_{k−1} + white noise: what wanders over half an hour, of unit STD.

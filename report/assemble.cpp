@@ -92,8 +92,9 @@ ReportedSeries series_of(const data::RecordedRun& run, const model::PerModel<mod
       .residual = per_model(models, [&](const auto& m) { return listed((m.*on).residual_deg_per_h); }),
       .cycles = cycles_of(run)};
   for (std::size_t k = 0; k < clusters.thermometers.size(); ++k)
-    series.thermometers_c.emplace_back(clusters.thermometers[k],
-                                       listed(clusters.temperature_c.col(static_cast<Eigen::Index>(k))));
+    if (data::is_temperature(clusters.thermometers[k]))
+      series.thermometers_c.emplace_back(clusters.thermometers[k],
+                                         listed(clusters.temperature_c.col(static_cast<Eigen::Index>(k))));
   return series;
 }
 

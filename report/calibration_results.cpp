@@ -289,11 +289,13 @@ void add_courses(CalibrationReport& report, const std::string& axis, const Judge
                           .y_unit = "°C"};
   if (!dataset.imported)
     temperatures.lines.push_back({.key = "set_point", .x = time_h, .y = numbers(clusters.set_point_c)});
-  for (std::size_t k = 0; k < clusters.thermometers.size(); ++k)
+  for (std::size_t k = 0; k < clusters.thermometers.size(); ++k) {
+    if (!data::is_temperature(clusters.thermometers[k])) continue;
     temperatures.lines.push_back({.key = "temperature",
                                   .detail = clusters.thermometers[k],
                                   .x = time_h,
                                   .y = numbers(clusters.temperature_c.col(static_cast<Eigen::Index>(k)))});
+  }
   FigureData bias = temperatures;
   bias.key = "bias_course";
   bias.y_key = "bias";

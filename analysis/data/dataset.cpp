@@ -190,6 +190,7 @@ std::string in_words(const AxisChoice& choice) {
 }
 
 bool is_own_value(std::string_view input) { return input == kSelf || input.starts_with(kAux); }
+bool is_temperature(std::string_view input) { return !input.starts_with(kAux); }
 
 Dataset make_dataset(const record::Record& record, const std::string& path, const AxisChoice& of) {
   const record::RunInfo& info = record.info;
@@ -276,6 +277,14 @@ Result<void> check_one_gyro(const Dataset& one, const Dataset& other, std::strin
   if (may_be_one_gyro(one.identity, other.identity)) return {};
   return failure(FaultKind::usage, one.path,
                  fmt::format("is of another gyro ({}) than {} ({}){}", one.identity, called, other.identity, so));
+}
+
+Result<void> check_one_zero(const Dataset& one, std::string_view other_zero, std::string_view called) {
+  if (one.bias_zero == other_zero) return {};
+  return failure(FaultKind::usage, one.path,
+                 fmt::format("counts its bias from another zero ({}) than {} ({}): what is learnt of both would have "
+                             "the difference in it",
+                             one.bias_zero, called, other_zero));
 }
 
 }  // namespace gyrotherm::data

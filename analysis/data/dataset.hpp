@@ -44,6 +44,10 @@ struct Dataset;
 [[nodiscard]] Result<void> check_one_gyro(const Dataset& one, const Dataset& other, std::string_view called,
                                           std::string_view so = "");
 
+/// Fails with usage where the biases of two records are counted from different zeros, which tells them apart by what is
+/// no gyro's: the one "counts its bias from another zero (…) than", as the other is `called`, "(…)".
+[[nodiscard]] Result<void> check_one_zero(const Dataset& one, std::string_view other_zero, std::string_view called);
+
 /// One axis of a record as matrices, one row per sample; NaN where a reading was missing.
 struct Dataset {
   std::string run_id;
@@ -93,6 +97,8 @@ struct Dataset {
 inline constexpr std::string_view kSelf = "self", kAux = "aux:";
 /// Whether an input is what the unit tells of itself.
 [[nodiscard]] bool is_own_value(std::string_view input);
+/// Whether an input is a thermometer's or the unit's own temperature, and not another of its values.
+[[nodiscard]] bool is_temperature(std::string_view input);
 
 /// All axes of a run, in order.
 [[nodiscard]] std::vector<AxisChoice> axes_of(const record::RunInfo& info);

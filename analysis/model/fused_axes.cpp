@@ -242,7 +242,8 @@ Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes, Outside o
     fused.directions.row(at) =
         Eigen::RowVector3d((*axis.dataset.direction)[0], (*axis.dataset.direction)[1], (*axis.dataset.direction)[2]);
     fused.models.push_back(axis.model);
-    for (const std::string& warning : warnings_of_origin(axis.model, axis.dataset.of, axis.dataset.identity))
+    const data::Dataset& dataset = axis.dataset;
+    for (const std::string& warning : warnings_of_origin(axis.model, dataset.of, dataset.identity, dataset.bias_zero))
       fused.warnings.push_back(fused.names.back() + ": " + warning);
     fused.step_deg_per_h.push_back(axis.dataset.step_deg_per_h);
     if (auto done = compensate(fused, at, axis, outside); !done) return failure(done.error());

@@ -19,6 +19,7 @@ Result<void> check_records(const std::vector<data::Dataset>& datasets) {
       if (one.run_id == other.run_id)
         return failure(FaultKind::usage, one.path, fmt::format("is the same run as {}", other.path));
       if (auto one_gyro = check_one_gyro(one, other, other.path, ": a model is of one"); !one_gyro) return one_gyro;
+      if (auto one_zero = check_one_zero(one, other.bias_zero, other.path); !one_zero) return one_zero;
     }
   }
   return {};
@@ -32,7 +33,8 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
     if (count == 0) continue;
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
                                 static_cast<int>(count), records[i].start_s(0),
-                                records[i].start_s(count - 1) + records[i].length_s, dataset.of, dataset.identity});
+                                records[i].start_s(count - 1) + records[i].length_s, dataset.of, dataset.identity,
+                                dataset.bias_zero});
     if (dataset.three_point_stand_in && model.inputs == "three-point") {
       model.warnings.push_back(
           fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));
@@ -55,7 +57,7 @@ Result<void> judge_in_sample(Model& model, const data::Clusters& clusters) {
 void warn_of_over_fit(Model& model, const std::vector<data::Dataset>& datasets,
                       const std::vector<data::Clusters>& records) {
   for (std::size_t i = 0; i < datasets.size(); ++i) {
-    const data::NoiseFloor floor = noise_floor(records[i], datasets[i].segments);
+    const data::NoiseFloor floor = noise_floor(records[i], datasets[i].segments, datasets[i].step_deg_per_h);
     if (const auto warning = over_fit_warning(model.in_sample, floor, model.effective_parameters)) {
       const std::string record = std::filesystem::path(datasets[i].path).filename().string();
       model.warnings.push_back(fmt::format("in-sample, against {}: {}", record, *warning));
@@ -67,7 +69,7 @@ std::optional<tracking::BiasNoise> wander_of(const Model& model, const std::vect
                                              const std::vector<data::Clusters>& records, const data::Clusters& all) {
   double floor_deg_per_h = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 0; i < datasets.size() && std::isnan(floor_deg_per_h); ++i)
-    floor_deg_per_h = noise_floor(records[i], datasets[i].segments).deg_per_h;
+    floor_deg_per_h = noise_floor(records[i], datasets[i].segments, datasets[i].step_deg_per_h).deg_per_h;
   const auto noise = tracking::noise_of_residual(model.leave_cycle_out_residual, all, floor_deg_per_h);
   return noise ? std::optional(*noise) : std::nullopt;
 }

@@ -58,7 +58,8 @@ const TrainingRecord* trained_on_another_axis(const Model& model, const data::Ax
   return found == model.trained_on.end() ? nullptr : &*found;
 }
 
-std::vector<std::string> warnings_of_origin(const Model& model, const data::AxisChoice& of, std::string_view identity) {
+std::vector<std::string> warnings_of_origin(const Model& model, const data::AxisChoice& of, std::string_view identity,
+                                            std::string_view bias_zero) {
   std::vector<std::string> warnings;
   if (const auto* other = trained_on_another(model, identity))
     warnings.push_back(fmt::format("the model is of another gyro: it was trained on {}, this record is of {}",
@@ -66,6 +67,14 @@ std::vector<std::string> warnings_of_origin(const Model& model, const data::Axis
   if (const auto* other = trained_on_another_axis(model, of))
     warnings.push_back(fmt::format("the model is of another axis: it was trained on {}, this is {}",
                                    in_words(other->of), in_words(of)));
+  const auto has_another_zero = [&](const TrainingRecord& record) {
+    return !record.bias_zero.empty() && !bias_zero.empty() && record.bias_zero != bias_zero;
+  };
+  if (const auto other = std::ranges::find_if(model.trained_on, has_another_zero); other != model.trained_on.end())
+    warnings.push_back(
+        fmt::format("the model was trained on a bias that is counted from another zero ({}) than this "
+                    "record's ({}): the constant between the two is left",
+                    other->bias_zero, bias_zero));
   return warnings;
 }
 

@@ -37,6 +37,7 @@ struct TrainingRecord {
   double from_s{}, to_s{};  ///< start of its first cluster and end of its last, since that run started
   data::AxisChoice of{};    ///< empty: of a record that has one
   std::string identity{};   ///< which gyro that is, as far as the record says
+  std::string bias_zero{};  ///< what its bias is counted from; empty: not known
 };
 
 /// What it cost to make a model smaller.
@@ -102,9 +103,10 @@ struct Prediction {
 [[nodiscard]] const TrainingRecord* trained_on_another(const Model& model, std::string_view identity);
 /// … and that is of another axis of that unit; null: none says so, as where a unit has one axis.
 [[nodiscard]] const TrainingRecord* trained_on_another_axis(const Model& model, const data::AxisChoice& of);
-/// Both in words, as warnings: an empty identity says nothing.
+/// Both in words, as warnings, and whether the bias that it was trained on is counted from another zero: an empty
+/// identity says nothing, nor does an empty zero.
 [[nodiscard]] std::vector<std::string> warnings_of_origin(const Model& model, const data::AxisChoice& of,
-                                                          std::string_view identity);
+                                                          std::string_view identity, std::string_view bias_zero);
 
 /// Predicts rows of unscaled inputs (rows × terms). Fails with usage if the method of the model does not know its
 /// variance.

@@ -215,6 +215,7 @@ void describe(auto& form, Like<TrainingRecord> auto& record) {
   form.if_there("unit", is_named(record.of), record.of.unit);
   form.if_there("axis", !record.of.axis.empty(), record.of.axis);
   form.if_there("identity", !record.identity.empty(), record.identity);
+  form.if_there("bias_zero", !record.bias_zero.empty(), record.bias_zero);
 }
 
 void describe(auto& form, Like<ReducedSetSummary> auto& reduction) {

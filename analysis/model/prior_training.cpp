@@ -211,6 +211,12 @@ void warn(Model& model, const shared::TypePrior& prior, const std::vector<data::
   }
 }
 
+/// The type's constant is counted from one zero.
+Result<void> check_zero(const shared::TypePrior& prior, const data::Dataset& dataset) {
+  const bool is_known = !prior.records.empty() && !prior.records.front().bias_zero.empty();
+  return is_known ? check_one_zero(dataset, prior.records.front().bias_zero, "the prior") : Result<void>{};
+}
+
 }  // namespace
 
 Result<shared::TypePrior> learn_prior(const data::Dataset& first, const std::vector<shared::UnitClusters>& units,
@@ -238,6 +244,7 @@ Result<Model> train_with_prior(const shared::TypePrior& prior, const std::vector
   if (datasets.empty() || datasets.size() != clusters.size())
     return failure(FaultKind::usage, "training", "needs at least one record");
   if (const auto sound = check_records(datasets); !sound) return failure(sound.error());
+  if (const auto sound = check_zero(prior, datasets.front()); !sound) return failure(sound.error());
   const auto own = own_clusters(prior, datasets, clusters);
   if (!own) return failure(own.error());
   const auto folds = folds_of(*own, datasets, options.folds);

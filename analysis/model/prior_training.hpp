@@ -47,8 +47,9 @@ struct PriorTrainingOptions {
 ///   freedom as the type has units less one; and the model form is at least what the type's units leave unexplained
 ///   beyond hysteresis, flicker and walk: few own hours show little of it.
 /// Its particulars name the type and its units. It warns of a prior that was learnt from this very gyro, which then
-/// counts twice, and of one that mixes virtual and real gyros. Fails with usage (no record, a run given twice, clusters
-/// without the prior's thermometers or of another length, or as plan_folds does).
+/// counts twice, and of one that mixes virtual and real gyros. Fails with usage (no record, a run given twice, a bias
+/// that is counted from another zero, clusters without the prior's thermometers or of another length, or as plan_folds
+/// does).
 [[nodiscard]] Result<Model> train_with_prior(const shared::TypePrior& prior, const std::vector<data::Dataset>& datasets,
                                              const std::vector<data::Clusters>& clusters,
                                              const PriorTrainingOptions& options);

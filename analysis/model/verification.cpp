@@ -148,7 +148,8 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
   if (result.trained_on_this) {
     warnings.push_back("the model was trained on this record: these figures are in-sample and verify nothing");
   }
-  std::ranges::move(warnings_of_origin(model, dataset.of, dataset.identity), std::back_inserter(warnings));
+  std::ranges::move(warnings_of_origin(model, dataset.of, dataset.identity, dataset.bias_zero),
+                    std::back_inserter(warnings));
   const double explained_by = result.trained_on_this ? result.effective_parameters : 0;
   if (auto warning = over_fit_warning(result.compensated, result.floor, explained_by)) warnings.push_back(*warning);
   if (const OutsideTheRange& outside = result.outside; outside.clusters > 0) {
@@ -215,7 +216,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.holds = part(true);
   result.corners = figures_at(residual, clusters, rows_after(corners_of(dataset, stretches), clusters));
   result.to_truth = error_to_truth(dataset, clusters, residual);
-  result.floor = noise_floor(clusters, dataset.segments);
+  result.floor = noise_floor(clusters, dataset.segments, dataset.step_deg_per_h);
   result.effective_parameters = model.effective_parameters > 0 ? model.effective_parameters : 0;
   result.expected_in_sample_std = expected_in_sample_std(
       result.floor, result.trained_on_this ? result.effective_parameters : 0, result.compensated.count);

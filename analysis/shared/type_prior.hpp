@@ -50,6 +50,7 @@ struct PriorRecord {
   std::string run_id;          ///< and of that run:
   std::string unit{}, axis{};  ///< empty where it has one
   std::string identity{};      ///< which gyro that is, as far as the record says
+  std::string bias_zero{};     ///< what its bias is counted from; empty: not known
 };
 
 /// What is known of a unit of this type before it has been in the chamber.

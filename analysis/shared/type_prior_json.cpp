@@ -105,6 +105,7 @@ void describe(auto& form, Like<PriorRecord> auto& record) {
   form.if_there("unit", !record.unit.empty(), record.unit);
   form.if_there("axis", !record.axis.empty(), record.axis);
   form.if_there("identity", !record.identity.empty(), record.identity);
+  form.if_there("bias_zero", !record.bias_zero.empty(), record.bias_zero);
 }
 
 void describe(auto& form, Like<TypePrior> auto& prior) {

@@ -62,7 +62,7 @@ Result<CompensatedRows> compensate(Console& console, const ExportArguments& opti
   auto dataset = data::load_dataset(options.run, axis_for(*model, options.axis));
   if (!dataset) return failure(dataset.error());
   if (auto checked = check_rows_are_seconds(*dataset); !checked) return failure(checked.error());
-  for (const std::string& warning : warnings_of_origin(*model, dataset->of, dataset->identity))
+  for (const std::string& warning : warnings_of_origin(*model, dataset->of, dataset->identity, dataset->bias_zero))
     console.say("warning: " + warning);
   auto stream = model::CompensationStream::open(*model, dataset->thermometers, *outside);
   if (!stream) return failure(stream.error());
@@ -92,7 +92,7 @@ std::string table_of(const CompensatedRows& rows, const exchange::ExportChoice& 
       "\ntime [s]",
       dataset.run_id, dataset.bias_zero, rows.averaging_s);
   for (const std::string& input : dataset.thermometers)
-    text += "," + input + (input.starts_with(data::kAux) ? "" : " [°C]");
+    text += "," + input + (data::is_temperature(input) ? " [°C]" : "");
   text += fmt::format(",bias [°/h],compensated [°/h],U of a mean over {:g} s [°/h]\n", rows.averaging_s);
   for (Eigen::Index row = 0; row < dataset.moment_s.size(); ++row) {
     if (!has_row_at(choice, dataset.moment_s(row))) continue;

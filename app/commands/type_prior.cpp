@@ -88,13 +88,16 @@ void warn_of_names(Console& console, const RecordedUnits& units) {
 Result<void> add_record(RecordedUnits& units, const NamedRecord& named, data::RecordedRun recorded) {
   data::Dataset& dataset = recorded.dataset;
   if (const auto unseen = check_unseen(units, dataset); !unseen) return unseen;
+  if (units.first)
+    if (auto one = check_one_zero(dataset, units.first->bias_zero, units.first->path); !one) return one;
   const auto name = unit_of(named, dataset);
   if (!name) return failure(name.error());
   auto unit = std::ranges::find(units.units, *name, &shared::UnitClusters::unit);
   if (unit == units.units.end()) unit = units.units.insert(unit, {*name, {}});
   unit->runs.push_back(std::move(recorded.clusters));
   units.simulated = units.simulated || dataset.simulated;
-  units.seen.push_back({{*name, dataset.run_id, dataset.of.unit, dataset.of.axis, dataset.identity}, dataset.path});
+  units.seen.push_back(
+      {{*name, dataset.run_id, dataset.of.unit, dataset.of.axis, dataset.identity, dataset.bias_zero}, dataset.path});
   if (!units.first) units.first = std::move(dataset);
   return {};
 }

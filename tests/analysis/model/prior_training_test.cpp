@@ -207,6 +207,13 @@ TEST_F(TypePriorTraining, RefusesWhatItCannotLearnFrom) {
   other = clusters_;
   other.temperature_c.setConstant(std::nan(""));
   EXPECT_TRUE(refuses({own_}, {other}));
+  shared::TypePrior of_another_zero = prior_;
+  of_another_zero.records = {{.name = "SN 1", .run_id = "another", .bias_zero = "nothing removed"}};
+  const auto of_two_zeros =
+      train_with_prior(of_another_zero, {own_}, {clusters_}, {.folds = {}, .program_version = {}});
+  ASSERT_FALSE(of_two_zeros);
+  EXPECT_NE(of_two_zeros.error().what.find("another zero (earth rate removed) than the prior"), std::string::npos)
+      << of_two_zeros.error().what;
   const auto selecting = learn_prior(own_, {}, {.inputs = "multi-point"});
   ASSERT_FALSE(selecting);
   EXPECT_EQ(selecting.error().kind, FaultKind::usage);

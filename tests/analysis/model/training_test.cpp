@@ -260,6 +260,22 @@ TEST(Training, NamesWhatIsWrong) {
   ASSERT_FALSE(of_two);
   EXPECT_EQ(of_two.error().kind, FaultKind::usage);
   EXPECT_NE(of_two.error().what.find("another gyro (0043)"), std::string::npos) << of_two.error().what;
+  other.identity.clear();
+  other.bias_zero = "nothing removed";
+  const auto of_two_zeros = train({one, other}, {clusters, clusters}, linear("A,A-B"));
+  ASSERT_FALSE(of_two_zeros);
+  EXPECT_EQ(of_two_zeros.error().kind, FaultKind::usage);
+  EXPECT_NE(of_two_zeros.error().what.find("from another zero (nothing removed)"), std::string::npos)
+      << of_two_zeros.error().what;
+  data::Dataset without = dataset;
+  without.run_id = "synthetic-3";
+  data::Clusters without_a = clusters;
+  without_a.temperature_c.col(0).setConstant(std::nan(""));
+  TrainingOptions by_record = linear("A,A-B");
+  by_record.folds.kind = data::FoldKind::records;
+  const auto held_out_by_nothing = train({dataset, without}, {clusters, without_a}, by_record);
+  ASSERT_FALSE(held_out_by_nothing) << "only one record has A";
+  EXPECT_EQ(held_out_by_nothing.error().where, "--folds");
   data::Dataset nameless = dataset;
   nameless.three_point.clear();
   EXPECT_EQ(train_on(nameless, linear("three-point")).error().kind, FaultKind::usage);

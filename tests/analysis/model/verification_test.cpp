@@ -103,6 +103,17 @@ TEST_F(VerificationOfALinearModel, SaysWhenItIsOfAnotherGyro) {
   EXPECT_FALSE(says(*verify(*back, unseen, clusters), "another gyro"));
 }
 
+TEST_F(VerificationOfALinearModel, SaysWhenItsBiasIsCountedFromAnotherZero) {
+  data::Dataset unseen = unseen_run();
+  const data::Clusters clusters = *make_clusters(unseen);
+  const auto model = model_from_json(to_json(model_), "model.json");
+  ASSERT_TRUE(model) << text(model.error());
+  EXPECT_FALSE(says(*verify(*model, unseen, clusters), "another zero"));
+  unseen.bias_zero = "nothing removed";
+  EXPECT_TRUE(says(*verify(*model, unseen, clusters),
+                   "another zero (earth rate removed) than this record's (nothing removed)"));
+}
+
 TEST_F(VerificationOfALinearModel, SaysWhenItIsOfAnotherAxisOfTheUnit) {
   data::Dataset unseen = unseen_run();
   const data::Clusters clusters = *make_clusters(unseen);

@@ -118,6 +118,25 @@ std::string capitals(const std::string& name) {
   return all.empty() ? "PROFILE" : all;
 }
 
+/// Why a controller cannot carry a segment out; empty: it can. Its guaranteed soak knows its own air and the seconds
+/// that this has spent in the band, all in all.
+std::string beyond_a_controller(const profile::Segment& segment) {
+  if (!segment.prompt.empty()) return "a controller waits for nobody, and here people are asked for something";
+  if (!segment.guaranteed_soak) return {};
+  if (segment.soak_sensor != "air")
+    return fmt::format("a controller soaks by its own air, and here soak_sensor is \"{}\"", segment.soak_sensor);
+  if (segment.soak_slope > CelsiusPerMinute{0})
+    return fmt::format("a controller does not wait until the air is at rest, and here soak_slope is {:g} °C/min",
+                       segment.soak_slope.value);
+  if (segment.soak_dwell > Duration{})
+    return fmt::format("a controller counts from the first second in the band, and here soak_dwell is {:g} s",
+                       to_seconds(segment.soak_dwell));
+  if (segment.soak_time < segment.duration)
+    return fmt::format("a controller counts all of a soak's time in the band, and here soak_time is {:g} s of {:g} s",
+                       to_seconds(segment.soak_time), to_seconds(segment.duration));
+  return {};
+}
+
 }  // namespace
 
 Result<drivers::ChamberProgram> program_of(const profile::Profile& profile) {
@@ -125,9 +144,8 @@ Result<drivers::ChamberProgram> program_of(const profile::Profile& profile) {
   std::optional<Kelvins> band;
   for (std::size_t i = 0; i < profile.segments.size(); ++i) {
     const auto& segment = profile.segments[i];
-    if (!segment.prompt.empty())
-      return failure(FaultKind::usage, segment.place,
-                     "a controller waits for nobody, and here people are asked for something");
+    if (auto why = beyond_a_controller(segment); !why.empty())
+      return failure(FaultKind::usage, segment.place, std::move(why));
     drivers::ProgramStep step{
         .kind = segment.kind == profile::SegmentKind::ramp ? drivers::StepKind::ramp : drivers::StepKind::soak,
         .start = segment.kind == profile::SegmentKind::ramp ? set_point_before(profile, i) : segment.target,

@@ -92,6 +92,36 @@ soak_band = 2
   EXPECT_EQ(program_of(profile).error().kind, FaultKind::usage);
 }
 
+/// What is said of a soak of 100 s with these keys more.
+std::string objection_to_soak(const std::string& keys) {
+  const auto program = program_of(profile::parsed(profile::kHold20 + "guaranteed_soak = true\n" + keys));
+  if (program) return "nothing";
+  EXPECT_EQ(program.error().kind, FaultKind::usage);
+  return text(program.error());
+}
+
+TEST(UploadedProgram, OfASoakThatTheControllerWouldEndAtAnotherTimeIsRefused) {
+  EXPECT_EQ(objection_to_soak("soak_sensor = \"A\"\n"),
+            "p.toml:4:1: a controller soaks by its own air, and here soak_sensor is \"A\"");
+  EXPECT_EQ(objection_to_soak("soak_slope = 0.2\n"),
+            "p.toml:4:1: a controller does not wait until the air is at rest, and here soak_slope is 0.2 °C/min");
+  EXPECT_EQ(objection_to_soak("soak_dwell = \"50 s\"\n"),
+            "p.toml:4:1: a controller counts from the first second in the band, and here soak_dwell is 50 s");
+  EXPECT_EQ(objection_to_soak("soak_time = \"99 s\"\n"),
+            "p.toml:4:1: a controller counts all of a soak's time in the band, and here soak_time is 99 s of 100 s");
+}
+
+TEST(UploadedProgram, SoaksByItsAirForAsLongAsTheProfile) {
+  EXPECT_EQ(objection_to_soak("soak_sensor = \"air\"\nsoak_time = \"100 s\"\n"), "nothing");
+  const auto longer = profile::parsed(profile::kHold20 + "guaranteed_soak = true\nsoak_time = \"150 s\"\n");
+  EXPECT_EQ(program_of(longer).value().steps.at(0).duration, std::chrono::seconds(150));
+}
+
+TEST(UploadedProgram, OfAHoldWithoutASoakCaresForNoDefaultOfOne) {
+  EXPECT_TRUE(program_of(
+      profile::parsed("[defaults]\nsoak_sensor = \"A\"\nsoak_slope = 0.2\nsoak_time = \"1 s\"\n" + profile::kHold20)));
+}
+
 TEST(UploadedProgram, ThatWaitsForPeopleIsRefused) {
   const auto profile = profile::parsed(profile::kHold20 + "prompt = \"look at the window\"\n");
   EXPECT_EQ(program_of(profile).error().where, "p.toml:4:1");

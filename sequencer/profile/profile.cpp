@@ -72,6 +72,21 @@ void check_deadline(const Segment& segment, Mistakes& mistakes) {
                             to_seconds(segment.deadline), to_seconds(shortest(segment))));
 }
 
+/// No set point jumps: a hold that does not wait for it would run its time while the set point is on its way.
+void check_step(const Segment& segment, Celsius from, Mistakes& mistakes) {
+  if (segment.kind == SegmentKind::ramp || segment.guaranteed_soak || segment.target == from) return;
+  mistakes.note(segment, fmt::format("the set point is {:g} °C before this hold at {:g} °C, whose time would run while "
+                                     "it is on its way, expected a ramp before it, or guaranteed_soak = true",
+                                     from.value, segment.target.value));
+}
+
+void check_heeded(const Segment& segment, Mistakes& mistakes) {
+  if (segment.unheeded.empty()) return;
+  mistakes.note(segment,
+                fmt::format("nothing heeds {} without a guaranteed soak, expected guaranteed_soak = true with it",
+                            segment.unheeded));
+}
+
 }  // namespace
 
 Duration shortest(const Segment& segment) {
@@ -107,7 +122,9 @@ Result<void> check_profile(const Profile& profile, const ChamberLimits& limits) 
     const auto& segment = profile.segments[i];
     check_temperature(segment, limits, mistakes);
     if (segment.kind == SegmentKind::ramp) check_rate(segment, set_point_before(profile, i), limits, mistakes);
+    check_step(segment, set_point_before(profile, i), mistakes);
     check_deadline(segment, mistakes);
+    check_heeded(segment, mistakes);
   }
   return mistakes.verdict();
 }

@@ -33,11 +33,12 @@ struct Segment {
   CelsiusPerMinute soak_slope{};    ///< the fastest that the sensor may move over a minute then; 0: however fast
   Duration
       soak_time{};  ///< with a guaranteed soak: how long must be spent inside the band (default: the hold's duration)
-  Duration deadline{};   ///< longest time the segment may take, waiting included
-  std::string prompt{};  ///< what people are asked to do before it begins: the run waits for them; empty: nothing
-  UnitState unit{};      ///< how the unit under test is in it
-  int cycle{-1};         ///< index into Profile::cycles, or -1
-  std::string place{};   ///< "file:line:column" it was written at
+  Duration deadline{};     ///< longest time the segment may take, waiting included
+  std::string prompt{};    ///< what people are asked to do before it begins: the run waits for them; empty: nothing
+  UnitState unit{};        ///< how the unit under test is in it
+  int cycle{-1};           ///< index into Profile::cycles, or -1
+  std::string unheeded{};  ///< keys of a soak that stand on it though it is none, in words; empty: none do
+  std::string place{};     ///< "file:line:column" it was written at
 };
 
 /// The time a segment takes if its soak counts from the first second: a guaranteed soak is never shorter than the
@@ -75,8 +76,9 @@ struct ChamberLimits {
   CelsiusPerMinute fastest_cooling{1000};  ///< magnitude
 };
 
-/// Refuses what the chamber cannot do (temperatures and rates beyond it, deadlines shorter than the segment); every
-/// mistake with the place of its segment.
+/// Refuses what the chamber cannot do (temperatures and rates beyond it, deadlines shorter than the segment), and what
+/// the profile would not do as it says (a hold at another temperature that nothing leads to or waits for, keys of a
+/// soak where there is none); every mistake with the place of its segment.
 [[nodiscard]] Result<void> check_profile(const Profile& profile, const ChamberLimits& limits);
 
 /// Refuses what would end the run by the limits of the chamber's air, with the place of its segment.

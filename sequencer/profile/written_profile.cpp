@@ -157,6 +157,14 @@ void read_soak_conditions(const TomlTable& table, SoakRule& rule) {
   if (const auto slope = read_rate_if_any(table, "soak_slope")) rule.slope = *slope;
 }
 
+/// The keys that say something of a soak, where there is none.
+std::string unheeded_of(const TomlTable& table, const SoakRule& rule) {
+  std::vector<std::string> keys;
+  for (const char* key : {"soak_time", "soak_band", "soak_sensor", "soak_dwell", "soak_slope"})
+    if (!rule.guaranteed && table.has(key)) keys.emplace_back(key);
+  return fmt::format("{}", fmt::join(keys, ", "));
+}
+
 /// Reads segments in the order they will run in, and so knows whether the set point is known.
 class SegmentReader {
  public:
@@ -198,6 +206,7 @@ class SegmentReader {
     hold.soak.band = read_band(table, "soak_band", defaults_.band);
     read_soak_conditions(table, hold.soak);
     if (const auto time = read_time_if_any(table, "soak_time")) hold.soak.time = time;
+    hold.soak.unheeded = unheeded_of(table, hold.soak);
     hold.prompt = read_prompt(table);
     hold.off = read_either(table, "power", "on", "off");
     hold.turned = read_either(table, "axis", "as mounted", "turned");
@@ -251,10 +260,11 @@ class SegmentReader {
     const auto seed = table.integer("seed");
     if (seed < 0) table.mistake("seed", fmt::format("\"seed\" is {}, expected 0 or more", seed));
     random.seed = static_cast<std::uint64_t>(seed);
-    random.soak.time.reset();
+    random.soak.time.reset();  // a drawn hold is soaked as long as it is drawn
     random.soak.guaranteed = table.boolean("guaranteed_soak", defaults_.guaranteed);
     random.soak.band = read_band(table, "soak_band", defaults_.band);
     read_soak_conditions(table, random.soak);
+    random.soak.unheeded = unheeded_of(table, random.soak);
     return random;
   }
 
@@ -347,7 +357,8 @@ Segment hold_at(Celsius target, Duration time, const SoakRule& soak, std::option
                   .soak_sensor = soak.sensor,
                   .soak_dwell = soak.dwell,
                   .soak_slope = soak.slope,
-                  .soak_time = soak.time.value_or(time)};
+                  .soak_time = soak.time.value_or(time),
+                  .unheeded = soak.unheeded};
   const auto at_least = shortest(segment);
   segment.deadline = deadline.value_or(soak.guaranteed ? 3 * at_least + soak.margin : at_least);
   return segment;

@@ -23,6 +23,7 @@ struct SoakRule {
   CelsiusPerMinute slope{};                 ///< 0: none
   std::optional<Duration> time;             ///< absent: the hold's own time
   Duration margin = std::chrono::hours(2);  ///< a guaranteed soak may take 3 times as long as it must, plus this
+  std::string unheeded{};                   ///< its keys that stand on a segment without a guaranteed soak, in words
 };
 
 struct WrittenHold {

@@ -16,7 +16,7 @@ from typing import Any, Callable
 from attack import GUARD_LIMIT, Scene, Skipped, as_root, attack, enter
 from laboratory import AUTO, OFF, Laboratory
 from program import NOBODY, Ran, until
-from rig import SAFE, hold
+from rig import SAFE, hold, ramp
 
 FOUND_AT = 35.0  # °C, the set point that the chamber has before
 
@@ -189,7 +189,7 @@ def limited(scene: Scene) -> tuple[Laboratory, pathlib.Path, pathlib.Path]:
     laboratory = scene.laboratory(air=25.0)
     laboratory.chamber.begin_at(25.0, 25.0)
     laboratory.chamber.set_limits(-75.0, 30.0)
-    return laboratory, scene.profile(hold(25.0, 5), hold(40.0, 60)), scene.rig(laboratory)
+    return laboratory, scene.profile(hold(25.0, 5), ramp(40.0, 5.0), hold(40.0, 60)), scene.rig(laboratory)
 
 
 @attack("start")

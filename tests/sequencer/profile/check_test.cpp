@@ -68,5 +68,56 @@ TEST(Check, ADeadlineMustLeaveTimeForTheSoak) {
             "p.toml:4:1: deadline too short: 299 s, expected at least the 300 s that the segment takes");
 }
 
+const std::string kRandomOfAnHour = kHold20 + R"([[segment]]
+kind = "random"
+seed = 1
+duration = "1 h"
+targets = [[0, 10], [30, 40]]
+rates = [1, 4]
+hold = ["1 min", "5 min"]
+)";
+
+TEST(Check, AHoldElsewhereThatNothingLeadsToIsAMistake) {
+  const std::string warm = "[[segment]]\nkind = \"hold\"\nat = 60\ntime = \"5 min\"\n";
+  const std::string said =
+      "the set point is 20 °C before this hold at 60 °C, whose time would run while it is on its way, expected a ramp "
+      "before it, or guaranteed_soak = true";
+  EXPECT_EQ(objection(kHold20 + warm), "p.toml:8:1: " + said);
+  EXPECT_EQ(objection(kHold20 + warm + "guaranteed_soak = true\n"), "nothing");
+  EXPECT_EQ(objection("[defaults]\nguaranteed_soak = true\n" + kHold20 + warm), "nothing");
+  EXPECT_EQ(objection(kHold20 + "[[segment]]\nkind = \"ramp\"\nto = 60\nrate = 4\n" + warm), "nothing");
+  EXPECT_EQ(objection(kHold20 + kHold20), "nothing");
+}
+
+TEST(Check, APassThatBeginsWhereTheOneBeforeDidNotEndIsAMistake) {
+  const auto passes = [](const std::string& count) {
+    return "[[segment]]\nkind = \"repeat\"\ncount = " + count +
+           "\n[[segment.segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 min\"\n"
+           "[[segment.segment]]\nkind = \"ramp\"\nto = 30\nrate = 1\n";
+  };
+  EXPECT_EQ(objection(passes("1")), "nothing");
+  EXPECT_TRUE(objection(passes("3")).starts_with("p.toml:7:1: the set point is 30 °C before this hold at 20 °C"));
+}
+
+TEST(Check, HoldsOfARandomProgramAreWhereItsRampsLead) { EXPECT_EQ(objection(kRandomOfAnHour), "nothing"); }
+
+TEST(Check, AKeyOfASoakWhereThereIsNoneIsAMistake) {
+  const std::string keys = "soak_time = \"5 h\"\nsoak_dwell = \"3 h\"\nsoak_sensor = \"A\"\n";
+  EXPECT_EQ(objection(kHold20 + keys),
+            "p.toml:4:1: nothing heeds soak_time, soak_sensor, soak_dwell without a guaranteed soak, expected "
+            "guaranteed_soak = true with it");
+  EXPECT_EQ(objection(kHold20 + keys + "guaranteed_soak = true\n"), "nothing");
+  EXPECT_EQ(objection(kRandomOfAnHour + "soak_band = 1\n"),
+            "p.toml:8:1: nothing heeds soak_band without a guaranteed soak, expected guaranteed_soak = true with it");
+  EXPECT_EQ(objection("[defaults]\nsoak_band = 1\nsoak_slope = 0.1\n" + kHold20), "nothing");
+}
+
+TEST(Check, ASoakOfADrawnHoldIsAsLongAsItIsDrawn) {
+  const auto p = parsed("[defaults]\nguaranteed_soak = true\nsoak_time = \"2 h\"\n" + kRandomOfAnHour);
+  EXPECT_EQ(p.segments[0].soak_time, std::chrono::hours(2));
+  ASSERT_EQ(p.segments[2].kind, SegmentKind::hold);
+  EXPECT_EQ(p.segments[2].soak_time, p.segments[2].duration);
+}
+
 }  // namespace
 }  // namespace gyrotherm::profile

@@ -74,8 +74,9 @@ void RunCatalogue::look_at(const std::string& path) {
     if (!run.trouble.empty() && before.key.empty()) run.status.path = path;
     if (entry.info_of != run.status.id || !entry.info) {
       const auto files = record::source_files(path, run.is_running());
+      const bool is_whole = !run.is_running() || (files && record::has_begun(*files).value_or(false));
       auto info = files ? record::read_info(*files) : Result<record::RunInfo>(failure(files.error()));
-      entry.info_of = info ? run.status.id : std::string();
+      entry.info_of = info && is_whole ? run.status.id : std::string();
       if (info) drop_unused_texts(*info);
       entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
     }

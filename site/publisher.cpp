@@ -181,6 +181,9 @@ Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& wa
   if (!files) return failure(files.error());
   const auto identity = record::identity_of(path);
   if (!watched.run || watched.run->file != identity) {
+    const auto begun = record::has_begun(*files);
+    if (!begun) return failure(begun.error());
+    if (status && !*begun) return Sent::everything;  // it does not know yet when it started
     auto info = record::read_info(*files);
     if (!info) return failure(info.error());
     auto& run = watched.run.emplace(Run{.file = identity, .info = std::move(*info)});

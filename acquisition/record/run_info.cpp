@@ -401,6 +401,21 @@ Result<void> write_run_info(Database& database, const RunInfo& info) {
       .and_then([&] { return write_lists(database, info); });
 }
 
+namespace {
+
+/// A real run is described before its chamber is prepared, and its clock starts after that: the description's time is
+/// early by as long as that took. The first second knows when the clock stood at zero.
+Result<void> read_start(Database& database, RunInfo& info) {
+  if (info.simulated || info.imported) return {};
+  const auto started =
+      database.ask_integer("SELECT utc_ns - monotonic_ns FROM sample ORDER BY slot LIMIT 1", info.started_utc.count());
+  if (!started) return failure(started.error());
+  if (is_possible_time(Duration(*started))) info.started_utc = Duration(*started);
+  return {};
+}
+
+}  // namespace
+
 Result<RunInfo> read_run_info(Database& database) {
   RunInfo info;
   const auto read =
@@ -414,7 +429,8 @@ Result<RunInfo> read_run_info(Database& database) {
           .and_then([&]() -> Result<void> {
             if (is_possible_time(info.started_utc)) return {};
             return failure(FaultKind::bad_file, database.path(), "the run started at an impossible time");
-          });
+          })
+          .and_then([&] { return read_start(database, info); });
   if (!read) return failure(read.error());
   return info;
 }

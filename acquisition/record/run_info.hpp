@@ -103,9 +103,9 @@ struct RunInfo {
   std::string gyro_model_text;  ///< … the model's file
   bool simulated{};
   std::uint64_t seed{};
-  std::uint64_t days_later{};  ///< virtual rig: how much older its gyro is than on day 0
-  bool imported{};             ///< rows are a foreign record's, at its own times
-  Duration started_utc{};
+  std::uint64_t days_later{};      ///< virtual rig: how much older its gyro is than on day 0
+  bool imported{};                 ///< rows are a foreign record's, at its own times
+  Duration started_utc{};          ///< of a real run that is read: as its first sample has it, once there is one
   std::string chamber_instrument;  ///< who reads the chamber, in words
   std::vector<Channel> thermometers;
   std::vector<UnitInfo> units;
@@ -137,7 +137,7 @@ struct RunInfo {
 /// Inside the caller's transaction, into fresh tables.
 [[nodiscard]] Result<void> write_run_info(Database& database, const RunInfo& info);
 
-/// What write_run_info() wrote, to the bit. Fails with bad_file if a name in it could not have been written.
+/// What write_run_info() wrote, to the bit but for started_utc. Fails with bad_file if it could not write a name.
 [[nodiscard]] Result<RunInfo> read_run_info(Database& database);
 
 /// The value of a key of the table `meta`, as text; empty if it is not there.

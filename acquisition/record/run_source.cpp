@@ -87,6 +87,13 @@ Result<std::vector<SourceFile>> source_files(const std::string& record_path, boo
   return files || !has_live ? files : live;
 }
 
+Result<bool> has_begun(const std::vector<SourceFile>& files) {
+  bool begun = false;
+  return each_row(files, {.what = "slot", .most = 1}, [&](const Statement&) { return !(begun = true); }).map([&] {
+    return begun;
+  });
+}
+
 Result<RunInfo> read_info(const std::vector<SourceFile>& files) {
   return open_source(files.back()).and_then([](Database database) { return read_run_info(database); });
 }

@@ -33,7 +33,10 @@ struct SourceFile {
 /// record is being written that has no live copy, with bad_file if there is no record.
 [[nodiscard]] Result<std::vector<SourceFile>> source_files(const std::string& record_path, bool running);
 
-/// What the run knew before its first sample.
+/// Whether the run has a sample: before its first one a real run does not know when it started.
+[[nodiscard]] Result<bool> has_begun(const std::vector<SourceFile>& files);
+
+/// What the run knew before its first sample, and when it started.
 [[nodiscard]] Result<RunInfo> read_info(const std::vector<SourceFile>& files);
 
 /// Calls `use` with the rows of `SELECT what FROM table WHERE slot BETWEEN first AND last ORDER BY order`, over all

@@ -160,6 +160,13 @@ def _segments(database: sqlite3.Connection) -> tuple[Segment, ...]:
                  for name, hold, target, rate, cycle, prompt, off, turned in database.execute(query))
 
 
+def _started_utc_ns(database: sqlite3.Connection, described: int) -> int:
+    """When the run's clock started. A real run is described before its chamber is prepared, and its clock starts after
+    that; the first second knows when the clock stood at zero."""
+    first = database.execute("SELECT utc_ns - monotonic_ns FROM sample ORDER BY slot LIMIT 1").fetchone()
+    return first[0] if first and isinstance(first[0], int) and first[0] >= 0 else described
+
+
 def read_info(database: sqlite3.Connection) -> RunInfo:
     """All of it, of an open record."""
     rows = database.execute("SELECT key, value FROM meta")
@@ -169,10 +176,13 @@ def read_info(database: sqlite3.Connection) -> RunInfo:
     def whole(key: str) -> int:
         return int(meta.get(key) or 0)
 
+    started = whole("started_utc_ns")
+    if not whole("simulated") and not whole("imported"):
+        started = _started_utc_ns(database, started)
     return RunInfo(
         id=meta.get("id", ""), program_version=meta.get("program_version", ""),
         profile_name=meta.get("profile_name", ""), rig_name=meta.get("rig_name", ""),
-        simulated=whole("simulated") != 0, imported=whole("imported") != 0, started_utc_ns=whole("started_utc_ns"),
+        simulated=whole("simulated") != 0, imported=whole("imported") != 0, started_utc_ns=started,
         seed=whole("seed"), days_later=whole("days_later"), units=_units(database),
         thermometers=_thermometers(database), segments=_segments(database),
         cycles=tuple(value for value, in cycles), meta=meta)

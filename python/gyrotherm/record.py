@@ -43,7 +43,7 @@ class Record:
     finished: bool
     slot: NDArray[np.int64]
     time_s: Numbers  #: since the run started: the slot; of an imported record the foreign one's own time
-    utc_ns: Numbers  #: by the wall clock, less that at the start; NaN if not known
+    utc_ns: Numbers  #: by the wall clock, less `info.started_utc_ns`; NaN if not known
     columns: dict[str, Numbers]  #: by their names in the table `sample`; raw
     segment: NDArray[np.int32]  #: −1: none
     cycle: NDArray[np.int32]  #: −1: none
@@ -157,6 +157,7 @@ def _join(record: Record, part: Record, continuation: Continuation) -> None:
     last = max(int(record.slot[kept - 1]) if kept else -1, record.gaps[-1].last if record.gaps else -1)
     if last + 1 < continuation.first:
         record.gaps.append(_lost_with(continuation, last + 1))
+    part.utc_ns = part.utc_ns + (part.info.started_utc_ns - record.info.started_utc_ns)
     for name in ("slot", "time_s", "utc_ns", "segment", "cycle", "phase", "state", "in_segment_ns"):
         setattr(record, name, np.concatenate([getattr(record, name)[:kept], getattr(part, name)]))
     record.columns = {name: np.concatenate([column[:kept], part.columns[name]])

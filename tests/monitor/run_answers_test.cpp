@@ -2,10 +2,15 @@
 #include "monitor/run_answers.hpp"
 
 #include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <thread>
 
 #include "core/json.hpp"
 #include "monitor/metrics.hpp"
@@ -16,6 +21,7 @@ namespace gyrotherm::monitor {
 namespace {
 
 using std::chrono_literals::operator""ms;
+using std::chrono_literals::operator""s;
 
 TEST(RunCatalogue, KeepsOfTheTextsOfARunItsProfileAlone) {
   const tests::TestFolder folder;
@@ -45,6 +51,54 @@ TEST(RunCatalogue, LeavesTheRestOfALookOnceItIsToStop) {
   EXPECT_EQ(catalogue.runs().size(), 2u);
   catalogue.look();
   EXPECT_EQ(catalogue.runs().size(), 3u);
+}
+
+/// Writes a real run, as another program does: its first second comes, `late`, once `told` is readable, and it goes on
+/// until nobody can tell it anything.
+[[noreturn]] void write_real_run(const std::string& path, Duration late, int told) {
+  auto info = small_run_info();
+  info.simulated = false;
+  auto store = record::Store::create(path, info, {.live_copy = record::LiveCopyOptions{.pause = 1ms}});
+  bool fine = store && (*store)->append_event({.at = {}, .kind = EventKind::started, .text = "begins"});
+  pollfd word{.fd = told, .events = POLLIN, .revents = 0};
+  for (char read_byte{}; fine && ::poll(&word, 1, 100) >= 0;) {
+    if (word.revents != 0) {
+      if (::read(told, &read_byte, 1) != 1) break;
+      auto sample = small_sample(0, false);
+      sample.at.utc += late;
+      fine = (*store)->append(sample, {}).has_value();
+    }
+    fine = fine && (*store)->sync();
+  }
+  if (store) store->reset();
+  ::_exit(0);
+}
+
+TEST(RunCatalogue, LearnsWhenARealRunStartedFromItsFirstSecond) {
+  const tests::TestFolder folder;
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::pipe(ends.data()), 0);
+  const auto writer = ::fork();
+  if (writer == 0) {
+    ::close(ends[1]);
+    write_real_run(folder / "run.db", 7s, ends[0]);
+  }
+  ::close(ends[0]);
+  RunCatalogue catalogue({folder / ""});
+  const auto comes_to = [&](Duration start) {
+    for (int i = 0; i < 2000; ++i) {
+      catalogue.look();
+      const auto runs = catalogue.runs();
+      if (!runs.empty() && runs.front().info && runs.front().info->started_utc == start) return true;
+      std::this_thread::sleep_for(10ms);
+    }
+    return false;
+  };
+  EXPECT_TRUE(comes_to(kVirtualEpoch));
+  EXPECT_EQ(::write(ends[1], "!", 1), 1);
+  EXPECT_TRUE(comes_to(kVirtualEpoch + 7s));
+  ::close(ends[1]);
+  ::waitpid(writer, nullptr, 0);
 }
 
 TEST(RunFeed, TellsEveryEventOfARunThatIsOver) {

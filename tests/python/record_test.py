@@ -88,6 +88,20 @@ class Record(InAFolder):
         np.testing.assert_allclose(frame["B"], 0.5 + 1.01 * raw["B"] - 0.0001 * raw["B"] ** 2, rtol=1e-15)
         self.assertEqual(run.to_xarray()["A"].attrs["calibration"], "applied")
 
+    def test_a_real_run_started_when_its_first_second_says(self):
+        copy = self.folder / "real.db"
+        shutil.copy(self.path, copy)
+        described = module.open(copy).info.started_utc_ns
+        for simulated, late in ((1, 0), (0, 5_300_000_000)):
+            database = sqlite3.connect(copy)
+            database.execute("UPDATE meta SET value = ? WHERE key = 'simulated'", (simulated,))
+            database.execute("UPDATE sample SET utc_ns = monotonic_ns + ?", (described + 5_300_000_000,))
+            database.commit()
+            database.close()
+            run = module.open(copy)
+            self.assertEqual(run.info.started_utc_ns, described + late)
+            self.assertEqual(str(run.to_pandas()["utc"].iloc[0]), "2026-01-01 00:00:06.300000+00:00")
+
     def test_faults_and_gaps_are_nan(self):
         copy = self.folder / "gaps.db"
         shutil.copy(self.path, copy)
@@ -208,9 +222,9 @@ class Running(InAFolder):
 class Parts(InAFolder):
     """A record in two files, made of one: the program goes on in a second one after an error of the disk alone."""
 
-    def test_the_second_counts_from_its_first_slot_on(self):
-        whole = record(self.folder / "whole.db")
-        first, second = self.folder / "run.db", self.folder / "run.2.db"
+    def in_two_files(self, whole, name, set_by_ns=0):
+        """What stands in the second file came after the wall's clock was set forward."""
+        first, second = self.folder / f"{name}.db", self.folder / f"{name}.2.db"
         shutil.copy(whole, first)
         shutil.copy(whole, second)
         database = sqlite3.connect(first)
@@ -224,10 +238,38 @@ class Parts(InAFolder):
         database = sqlite3.connect(second)
         database.execute("DELETE FROM sample WHERE slot < 4900")
         database.execute("DELETE FROM event WHERE slot < 4900")
-        database.executemany("INSERT INTO meta VALUES(?, ?)", [("part", 2), ("continues", "run.db"),
+        database.execute("UPDATE sample SET utc_ns = utc_ns + ?", (set_by_ns,))
+        database.executemany("INSERT INTO meta VALUES(?, ?)", [("part", 2), ("continues", first.name),
                                                                ("continues_from", 4900), ("continues_cause", "tested")])
         database.commit()
         database.close()
+        return first
+
+    @staticmethod
+    def chain_anew(database):
+        head = chain.description_head(database)
+        database.execute("UPDATE meta SET value = ? WHERE key = 'chain_start'", (head.hex(),))
+        for table, row in list(chain._in_order(database)):
+            head = chain.link(head, table, row[:-1])
+            key = {"sample": "slot", "gap": "first"}.get(table, "id")
+            database.execute(f"UPDATE {table} SET chain = ? WHERE {key} = ?",
+                             (int.from_bytes(head[:8], "little", signed=True), row[0]))
+
+    def test_each_second_has_its_own_time_on_the_walls_clock(self):
+        whole = record(self.folder / "virtual.db")
+        database = sqlite3.connect(whole)
+        database.execute("UPDATE meta SET value = 0 WHERE key = 'simulated'")
+        self.chain_anew(database)
+        database.commit()
+        database.close()
+        run = module.open(self.in_two_files(whole, "set", set_by_ns=10_000_000_000))
+        self.assertTrue(run.gaps.empty)
+        expected = module.open(whole).to_pandas()["utc"] + pd.to_timedelta(10 * (np.arange(9600) >= 4900), unit="s")
+        np.testing.assert_array_equal(run.to_pandas()["utc"], expected)
+
+    def test_the_second_counts_from_its_first_slot_on(self):
+        whole = record(self.folder / "whole.db")
+        first = self.in_two_files(whole, "run")
         run = module.open(first)
         self.assertTrue(run.finished)
         self.assertTrue(run.gaps.empty)

@@ -52,6 +52,33 @@ TEST(Record, GivesBackWhatTheRunKnewBeforeItsFirstSample) {
   EXPECT_EQ(info.segments[1].cycle, 1);
 }
 
+/// When a run started whose clock, as its samples show it, stood at zero `late` after what its description says.
+Duration start_of(RunInfo info, Duration late, std::int64_t samples) {
+  const Folder folder;
+  auto store = Store::create(folder / "run.db", info);
+  EXPECT_TRUE(store);
+  for (std::int64_t slot = 0; slot < samples; ++slot) {
+    auto sample = sample_at(slot);
+    sample.at.utc += late + slot * std::chrono::milliseconds(2);  // the wall's clock is not the run's
+    EXPECT_TRUE((*store)->append(sample, {}));
+  }
+  EXPECT_TRUE((*store)->sync());
+  store->reset();
+  return read_record(folder / "run.db").value().info.started_utc;
+}
+
+TEST(Record, OfARealRunStartedWhenItsFirstSampleSays) {
+  constexpr Duration kLate = std::chrono::milliseconds(5300);
+  auto real = two_thermometers();
+  real.simulated = false;
+  EXPECT_EQ(start_of(real, kLate, 3), real.started_utc + kLate);
+  EXPECT_EQ(start_of(real, kLate, 0), real.started_utc) << "as long as there is none";
+  auto foreign = real;
+  foreign.imported = true;
+  EXPECT_EQ(start_of(foreign, kLate, 3), foreign.started_utc);
+  EXPECT_EQ(start_of(two_thermometers(), kLate, 3), real.started_utc) << "a virtual one";
+}
+
 TEST(Record, KeepsTheTrueBiasWhereItIsKnown) {
   const Folder folder;
   {

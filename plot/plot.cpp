@@ -220,14 +220,18 @@ std::string path_data(const Curve& curve, const Place& place) {
   const Points points = decimate(curve.x, curve.y, static_cast<std::size_t>(place.width_px));
   const Scale& scale = place.scale(curve.side);
   std::string data;
+  const auto is_drawn = [&](std::size_t k) {
+    return k < points.x.size() && std::isfinite(points.x[k]) && std::isfinite(points.y[k]) &&
+           (!scale.logarithmic || points.y[k] > 0) && (!place.x.logarithmic || points.x[k] > 0);
+  };
   bool drawing = false;
   for (std::size_t k = 0; k < points.x.size(); ++k) {
-    const bool here = std::isfinite(points.x[k]) && std::isfinite(points.y[k]) &&
-                      (!scale.logarithmic || points.y[k] > 0) && (!place.x.logarithmic || points.x[k] > 0);
+    const bool here = is_drawn(k);
     if (here) {
       const std::string x = pixels(place.x(points.x[k]));
       if (drawing && curve.steps) data += "H" + x;
       data += fmt::format("{}{} {}", drawing ? "L" : "M", x, pixels(scale(points.y[k])));
+      if (!drawing && !is_drawn(k + 1)) data += "h" + pixels(curve.width_px);  // a dot, where no line would be seen
     }
     drawing = here;
   }
@@ -461,6 +465,21 @@ Points decimate(const std::vector<double>& x, const std::vector<double>& y, std:
     thinner.take(k);
   }
   return std::move(thinner).finish();
+}
+
+Points broken_at_gaps(const std::vector<double>& x, const std::vector<double>& y, double step) {
+  assert(x.size() == y.size());
+  constexpr double kFarthest = 1.5;  // steps between neighbours
+  Points broken;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    if (k > 0 && x[k] - x[k - 1] > kFarthest * step) {
+      broken.x.push_back(x[k - 1] + step);
+      broken.y.push_back(std::numeric_limits<double>::quiet_NaN());
+    }
+    broken.x.push_back(x[k]);
+    broken.y.push_back(y[k]);
+  }
+  return broken;
 }
 
 std::string svg_of(const Plot& plot) {

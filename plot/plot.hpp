@@ -65,10 +65,14 @@ struct Points {
 /// returned as they are. `x` must not fall; `x` and `y` have the same length.
 [[nodiscard]] Points decimate(const std::vector<double>& x, const std::vector<double>& y, std::size_t columns);
 
+/// A line of means of equal length, `step`, each at the x where it begins, with a NaN of y wherever one or more of them
+/// are missing: what is not known is not drawn. The NaN lies where the first that is missing would begin.
+[[nodiscard]] Points broken_at_gaps(const std::vector<double>& x, const std::vector<double>& y, double step);
+
 enum class Side { left, right };
 enum class Marker { none, circle, square, diamond, triangle };
 
-/// A named curve; a NaN breaks it.
+/// A named curve; a NaN breaks it, and a point alone between two of them is a dot.
 struct Curve {
   std::string name;  ///< in the legend; empty: not there
   std::string colour;

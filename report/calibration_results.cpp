@@ -14,6 +14,7 @@
 #include "analysis/model/uncertainty.hpp"
 #include "analysis/model/verification.hpp"
 #include "core/quantity.hpp"
+#include "plot/plot.hpp"
 
 namespace gyrotherm::report {
 namespace {
@@ -279,7 +280,13 @@ Result<Judged> judge(const CalibratedAxis& axis, const data::RecordedRun& run) {
 
 void add_courses(CalibrationReport& report, const std::string& axis, const Judged& judged) {
   const auto& [dataset, clusters] = judged.run;
-  const std::vector<double> time_h = in_hours(clusters.start_s);
+  const auto course = [&clusters](FigureLine line, const Eigen::Ref<const Eigen::VectorXd>& values) {
+    auto [x, y] =
+        plot::broken_at_gaps(in_hours(clusters.start_s), numbers(values), clusters.length_s / kSecondsPerHour);
+    line.x = std::move(x);
+    line.y = std::move(y);
+    return line;
+  };
   FigureData temperatures{.key = "temperatures",
                           .axis = axis,
                           .run = dataset.run_id,
@@ -287,23 +294,19 @@ void add_courses(CalibrationReport& report, const std::string& axis, const Judge
                           .x_unit = "h",
                           .y_key = "temperature",
                           .y_unit = "°C"};
-  if (!dataset.imported)
-    temperatures.lines.push_back({.key = "set_point", .x = time_h, .y = numbers(clusters.set_point_c)});
+  if (!dataset.imported) temperatures.lines.push_back(course({.key = "set_point"}, clusters.set_point_c));
   for (std::size_t k = 0; k < clusters.thermometers.size(); ++k) {
     if (!data::is_temperature(clusters.thermometers[k])) continue;
-    temperatures.lines.push_back({.key = "temperature",
-                                  .detail = clusters.thermometers[k],
-                                  .x = time_h,
-                                  .y = numbers(clusters.temperature_c.col(static_cast<Eigen::Index>(k)))});
+    temperatures.lines.push_back(course({.key = "temperature", .detail = clusters.thermometers[k]},
+                                        clusters.temperature_c.col(static_cast<Eigen::Index>(k))));
   }
   FigureData bias = temperatures;
   bias.key = "bias_course";
   bias.y_key = "bias";
   bias.y_unit = "°/h";
-  bias.lines = {{.key = "bias", .x = time_h, .y = numbers(clusters.bias_deg_per_h)}};
+  bias.lines = {course({.key = "bias"}, clusters.bias_deg_per_h)};
   for (const Judged::OfModel& of : judged.models)
-    bias.lines.push_back(
-        {.key = "bias", .stage = of.stage, .x = time_h, .y = numbers(of.verification.residual_deg_per_h)});
+    bias.lines.push_back(course({.key = "bias", .stage = of.stage}, of.verification.residual_deg_per_h));
   report.figures.push_back(std::move(temperatures));
   report.figures.push_back(std::move(bias));
 }

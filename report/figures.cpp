@@ -24,10 +24,11 @@ std::vector<plot::Stretch> cycle_stretches(const ReportedRun& run) {
   return all;
 }
 
-plot::Curve over_time(const ReportedRun& run, const std::vector<double>& values, const char* name, const char* colour) {
-  plot::Curve curve{.name = name, .colour = colour, .x = run.series.time_s, .y = values};
-  for (double& x : curve.x) x /= kSecondsPerHour;
-  return curve;
+plot::Curve over_time(const Report& report, const ReportedRun& run, const std::vector<double>& values, const char* name,
+                      const char* colour) {
+  auto [x, y] = plot::broken_at_gaps(run.series.time_s, values, report.cluster_length_s);
+  for (double& at : x) at /= kSecondsPerHour;
+  return {.name = name, .colour = colour, .x = std::move(x), .y = std::move(y)};
 }
 
 plot::Plot time_plot(const Report& report, const ReportedRun& run, const std::string& id, const std::string& title) {
@@ -51,10 +52,10 @@ struct Drawn {
   const std::vector<double>& residual;
 };
 
-plot::Panel error_panel(const ReportedRun& run, const std::string& title, const Drawn& drawn,
+plot::Panel error_panel(const Report& report, const ReportedRun& run, const std::string& title, const Drawn& drawn,
                         std::optional<plot::Range> range, double height_px) {
   plot::Panel made =
-      plot::panel_of(title, kErrorTitle, {over_time(run, drawn.residual, drawn.name, drawn.colour)}, height_px);
+      plot::panel_of(title, kErrorTitle, {over_time(report, run, drawn.residual, drawn.name, drawn.colour)}, height_px);
   made.left.range = range;
   made.bands = floor_band(run);
   return made;
@@ -65,10 +66,10 @@ ReportFigure before_and_after(const Report& report, const Drawn& drawn, const st
   const ReportedRun& run = report.rate;
   plot::Plot plot = time_plot(report, run, id, fmt::format("Bias before and after {} compensation", drawn.name));
   plot::Panel both = plot::panel_of("(a) Before and after", kBiasTitle,
-                                    {over_time(run, run.series.raw, "before", plot::colour::kRaw),
-                                     over_time(run, drawn.residual, drawn.name, drawn.colour)},
+                                    {over_time(report, run, run.series.raw, "before", plot::colour::kRaw),
+                                     over_time(report, run, drawn.residual, drawn.name, drawn.colour)},
                                     210);
-  plot.panels = {both, error_panel(run, "(b) Error, enlarged", drawn, {}, 170)};
+  plot.panels = {both, error_panel(report, run, "(b) Error, enlarged", drawn, {}, 170)};
   const std::string caption =
       fmt::format("Bias in the {} run before and after {} compensation, and the enlarged error curve; {}.", run.profile,
                   drawn.name, standing(run));
@@ -108,14 +109,14 @@ ReportFigure temperature_figure(const Report& report, const ReportedRun& run, co
                                 const std::string& heading) {
   const auto& [first_name, first] = run.series.thermometers_c.front();
   plot::Plot plot = time_plot(report, run, id, "Set point, block temperature and bias over time");
-  plot::Curve bias = over_time(run, run.series.raw, "bias", plot::colour::kBias);
+  plot::Curve bias = over_time(report, run, run.series.raw, "bias", plot::colour::kBias);
   bias.side = plot::Side::right;
-  plot::Curve set_point = over_time(run, run.series.set_point_c, "set point", plot::colour::kSetPoint);
+  plot::Curve set_point = over_time(report, run, run.series.set_point_c, "set point", plot::colour::kSetPoint);
   set_point.dashed = true;
   const std::string block_name = "block (" + first_name + ")";
-  plot::Panel only =
-      plot::panel_of("", "Temperature, °C",
-                     {bias, set_point, over_time(run, first, block_name.c_str(), plot::colour::kTemperature)}, 270);
+  plot::Panel only = plot::panel_of(
+      "", "Temperature, °C",
+      {bias, set_point, over_time(report, run, first, block_name.c_str(), plot::colour::kTemperature)}, 270);
   only.left.colour = plot::colour::kTemperature;
   only.right = plot::AxisStyle{.title = kBiasTitle, .colour = plot::colour::kBias};
   plot.panels = {only};
@@ -184,12 +185,13 @@ ReportFigure random_figure(const Report& report) {
   range = rounded_out(range, 3);
   plot::Plot plot = time_plot(report, run, "figure-8", "Bias of the random run before and after compensation");
   plot.panels = {plot::panel_of("(a) Before and after", kBiasTitle,
-                                {over_time(run, run.series.raw, "before", plot::colour::kRaw),
-                                 over_time(run, multi.residual, multi.name, multi.colour),
-                                 over_time(run, multi_t.residual, multi_t.name, multi_t.colour)},
+                                {over_time(report, run, run.series.raw, "before", plot::colour::kRaw),
+                                 over_time(report, run, multi.residual, multi.name, multi.colour),
+                                 over_time(report, run, multi_t.residual, multi_t.name, multi_t.colour)},
                                 210),
-                 error_panel(run, "(b) Error, enlarged", three, range, 120), error_panel(run, "(c)", multi, range, 120),
-                 error_panel(run, "(d)", multi_t, range, 120)};
+                 error_panel(report, run, "(b) Error, enlarged", three, range, 120),
+                 error_panel(report, run, "(c)", multi, range, 120),
+                 error_panel(report, run, "(d)", multi_t, range, 120)};
   return {
       plot.id, "Figure 8",
       fmt::format(

@@ -56,6 +56,16 @@ TEST(Plot, BreaksALineAtNan) {
   EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
 }
 
+TEST(Plot, APointAloneBetweenTwoBreaksIsADot) {
+  Plot plot = long_plot(5);
+  plot.panels[0].curves.resize(1);
+  plot.panels[0].right.reset();
+  for (const std::size_t k : {1, 3}) plot.panels[0].curves[0].y[k] = std::numeric_limits<double>::quiet_NaN();
+  const std::string svg = svg_of(plot);
+  const auto path = svg.substr(svg.find("<path d=\""), 120);
+  EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "h1.2"), 3) << path;
+}
+
 TEST(HeatMap, ShowsZeroOnTheDiagonalAndThreeDecimals) {
   const HeatMap map{
       .title = "r", .names = {"A", "B"}, .values = {{0, 0.9391}, {0.9391, 0}}, .threshold = 0.9, .caption = "<|r|>"};

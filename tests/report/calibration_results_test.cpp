@@ -79,5 +79,23 @@ TEST(WholeRun, OfASingleMeanSaysNothingOfScatter) {
   for (const char* quantity : {"mean", "rmse"}) EXPECT_FALSE(run.value(quantity).expanded() > 0) << quantity;
 }
 
+TEST(Courses, AreNotDrawnAcrossWhatIsMissing) {
+  data::RecordedRun run = SyntheticExperiment().rate;
+  run.clusters.samples = Eigen::VectorXi::Constant(run.clusters.start_s.size(), 100);
+  run.clusters = pick(run.clusters, {0, 1, 2, 6, 7, 8});
+  CalibrationReport report;
+  ASSERT_TRUE(add_results(report, {.label = "x", .runs = {run}}));
+  int lines = 0;
+  for (const FigureData& figure : report.figures)
+    for (const FigureLine& line : figure.lines) {
+      if (figure.logarithmic) continue;
+      ++lines;
+      ASSERT_EQ(line.x.size(), 7u) << figure.key;
+      EXPECT_DOUBLE_EQ(line.x[3], 300.0 / 3600);
+      EXPECT_TRUE(std::isnan(line.y[3])) << figure.key << " " << line.detail;
+    }
+  EXPECT_EQ(lines, 1 + 8 + 1);
+}
+
 }  // namespace
 }  // namespace gyrotherm::report

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "report/views.hpp"
 #include "tests/report/synthetic_experiment.hpp"
 #include "tests/support/markup.hpp"
@@ -62,6 +64,25 @@ TEST(HtmlReport, EveryFigureIsWellFormedAndSmall) {
     EXPECT_LT(figure.svg.size(), 150000U) << figure.id;
     EXPECT_EQ(tests::count_of(figure.svg, "nan"), 0) << figure.id;
   }
+}
+
+/// The path of the first curve of a figure: after those that clip.
+std::string first_path(const std::string& svg) {
+  const auto begin = svg.find("<path d=\"");
+  return svg.substr(begin, svg.find("\" fill", begin) - begin);
+}
+
+TEST(HtmlReport, DrawsNoLineAcrossAGap) {
+  const SyntheticExperiment experiment;
+  Report report = experiment.report();
+  const auto lines_of = [&](const char* id) {
+    const auto figures = all_figures(report);
+    return tests::count_of(first_path(std::ranges::find(figures, id, &ReportFigure::id)->svg), "M");
+  };
+  EXPECT_EQ(lines_of("figure-6"), 1);
+  std::vector<double>& time_s = report.rate.series.time_s;
+  for (std::size_t k = time_s.size() / 2; k < time_s.size(); ++k) time_s[k] += 3 * report.cluster_length_s;
+  for (const char* id : {"figure-4", "figure-6", "figure-7"}) EXPECT_EQ(lines_of(id), 2) << id;
 }
 
 TEST(HtmlReport, PrintsThePapersFiguresAsThePaperDoes) {

@@ -73,8 +73,8 @@ const char* anchor_word(Anchor anchor) {
 }  // namespace
 
 std::string palette(std::size_t index) {
-  static constexpr std::array<const char*, 8> kPalette = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                                          "#e69f00", "#56b4e9", "#000000", "#7a5195"};
+  static constexpr std::array<const char*, kPaletteSize> kPalette = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                                                     "#e69f00", "#56b4e9", "#000000", "#7a5195"};
   return kPalette[index % kPalette.size()];
 }
 

@@ -11,8 +11,11 @@
 
 namespace gyrotherm::plot {
 
+/// How many colours the palette has. More could not be told apart by everybody: further lines differ in something else.
+inline constexpr std::size_t kPaletteSize = 8;
+
 /// One colour of the palette of Okabe and Ito (2008), without its yellow, which is too faint for a line; repeats after
-/// eight.
+/// kPaletteSize.
 [[nodiscard]] std::string palette(std::size_t index);
 
 namespace colour {

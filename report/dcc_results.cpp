@@ -310,7 +310,7 @@ class MeasurementResults {
                words("say.budget"), table_of(budget));
     if (const DccTable models = compared_on(axis); models.rows() > 0)
       result("", "gyrotherm_comparedModels", Texts{"Models on the same record", "Modelle auf derselben Aufzeichnung"},
-             words("say.models"), models);
+             words(say_of_models(report_.compared)), models);
     if (!any) no_results();
   }
 

@@ -68,7 +68,7 @@ struct DocumentFigure {
 [[nodiscard]] std::string line_name(Language language, const FigureData& figure, std::size_t index);
 /// Its colour, as "#rrggbb", and whether it is dashed, so that lines differ without colours too.
 [[nodiscard]] std::string line_colour(const FigureData& figure, std::size_t index);
-[[nodiscard]] bool line_is_dashed(const FigureLine& line);
+[[nodiscard]] bool line_is_dashed(const FigureData& figure, std::size_t index);
 
 using Block = std::variant<Heading, Paragraph, Definitions, KeyFigures, DocumentTable, DocumentFigure>;
 

@@ -41,6 +41,13 @@ plot::Points thinned_loop(const std::vector<double>& x, const std::vector<double
   return kept;
 }
 
+/// Of a line of a temperature: how many come before it.
+std::size_t number_of_temperature(const FigureData& figure, std::size_t index) {
+  const auto before = figure.lines.begin() + static_cast<std::ptrdiff_t>(index);
+  return static_cast<std::size_t>(
+      std::count_if(figure.lines.begin(), before, [](const FigureLine& line) { return line.key == "temperature"; }));
+}
+
 plot::Marker marker_of(const FigureLine& line) {
   switch (line.stage) {
     case Stage::uncompensated: return plot::Marker::circle;
@@ -54,7 +61,7 @@ plot::Curve curve_of(const FigureData& figure, std::size_t index, std::string na
   const FigureLine& line = figure.lines[index];
   plot::Curve curve{.name = std::move(name), .colour = line_colour(figure, index), .x = line.x, .y = line.y};
   curve.width_px = line.stage == Stage::as_left ? 1.6 : 1.2;
-  curve.dashed = line_is_dashed(line);
+  curve.dashed = line_is_dashed(figure, index);
   curve.error = line.error;
   if (figure.logarithmic) curve.marker = marker_of(line);
   if (!std::ranges::is_sorted(line.x)) {
@@ -100,7 +107,7 @@ std::string svg_of(const DocumentWriter& writer, const FigureData& figure, const
 std::string line_colour(const FigureData& figure, std::size_t index) {
   const FigureLine& line = figure.lines[index];
   if (line.key == "set_point") return plot::colour::kSetPoint;
-  if (line.key == "temperature") return plot::palette(index);
+  if (line.key == "temperature") return plot::palette(number_of_temperature(figure, index));
   switch (line.stage) {
     case Stage::uncompensated: return line.key == "fit" ? plot::colour::kInk : plot::colour::kFaintInk;
     case Stage::as_found: return plot::colour::kThreePoint;
@@ -109,7 +116,9 @@ std::string line_colour(const FigureData& figure, std::size_t index) {
   return plot::colour::kInk;
 }
 
-bool line_is_dashed(const FigureLine& line) {
+bool line_is_dashed(const FigureData& figure, std::size_t index) {
+  const FigureLine& line = figure.lines[index];
+  if (line.key == "temperature") return number_of_temperature(figure, index) >= plot::kPaletteSize;
   return line.key == "set_point" || line.key == "fit" || line.stage == Stage::as_found;
 }
 

@@ -135,7 +135,8 @@ class ResultsTable {
   ResultsTable(const DocumentWriter& writer, const std::vector<const SideBySide*>& of) : writer_(writer) {
     for (const SideBySide* beside : of)
       for (const OfOneRecord& record : beside->records) take(record);
-    with_record_ = runs_.size() > 1;
+    with_record_ =
+        std::ranges::any_of(runs_, [&](const std::string& run) { return !record_label(writer.report, run).empty(); });
     with_quantity_ = of.size() > 1 || quantities_of(*of.front()).results.size() > 1;
     start(*of.front());
     for (const SideBySide* beside : of) add(*beside);

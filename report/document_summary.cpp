@@ -230,7 +230,7 @@ void add_compared(DocumentWriter& writer) {
   for (const char* key : {"column.model_role", "column.method", "column.rmse", "column.std", "column.expanded"})
     table.header.push_back(writer.word_of(key));
   for (const ComparedModel& model : report.compared) table.rows.push_back(compared_row(writer, model, with_axis));
-  writer.paragraph(writer.word_of("say.models"));
+  writer.paragraph(writer.word_of(say_of_models(report.compared)));
   writer.table(std::move(table));
 }
 

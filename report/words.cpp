@@ -422,6 +422,11 @@ constexpr Word kWords[] = {
    "best simple one.",
    "Neben dem im Gegenstand hinterlegten Modell stehen das nach einer vorab festgelegten Regel empfohlene und das "
    "beste einfache."},
+  {"say.models_without_recommended",
+   "Beside the model that the unit leaves with stands the best simple one. The rule that was laid down beforehand "
+   "recommends none, for want of further records to judge the models on.",
+   "Neben dem im Gegenstand hinterlegten Modell steht das beste einfache. Die vorab festgelegte Regel empfiehlt "
+   "keines, denn es fehlen weitere Aufzeichnungen, an denen die Modelle zu beurteilen wären."},
   {"say.budget",
    "Budgets of the mean compensated bias, after the GUM: estimate xᵢ with its standard uncertainty u(xᵢ), "
    "sensitivity coefficient cᵢ, contribution uᵢ(y) = |cᵢ|·u(xᵢ) and degrees of freedom νᵢ. Each source has "
@@ -473,6 +478,10 @@ std::string_view word(Language language, std::string_view key) {
   const auto found = table().find(key);
   assert(found != table().end());
   return language == Language::german ? found->second->de : found->second->en;
+}
+
+std::string_view say_of_models(const std::vector<ComparedModel>& models) {
+  return std::ranges::any_of(models, &ComparedModel::recommended) ? "say.models" : "say.models_without_recommended";
 }
 
 bool has_word(std::string_view key) { return key.find('.') == std::string_view::npos && table().contains(key); }

@@ -20,6 +20,9 @@ enum class Language { english, german };
 /// What a key is called; asserts that it is in the table. Keys of a report that are nobody's words are refused by
 /// calibration_from_json already. Keys with a dot are the document's own: "heading.results", "say.only_this_item".
 [[nodiscard]] std::string_view word(Language language, std::string_view key);
+
+/// The key of what is said above a table of models: whether one of them is recommended.
+[[nodiscard]] std::string_view say_of_models(const std::vector<ComparedModel>& models);
 /// Whether a report may use it: it is in the table, and not one of the document's own.
 [[nodiscard]] bool has_word(std::string_view key);
 /// All keys of the table, in its order.

@@ -116,6 +116,13 @@ TEST(Dcc, PutsRowsOfWhichNotAllIsKnownIntoListsApart) {
   EXPECT_EQ(xml.find("NaN"), std::string::npos);
 }
 
+TEST(Dcc, SpeaksOfARecommendedModelOnlyWhereThereIsOne) {
+  CalibrationReport report = sample_calibration();
+  EXPECT_EQ(tests::count_of(dcc(report), "recommends none"), 0);
+  for (ComparedModel& model : report.compared) model.recommended = false;
+  EXPECT_EQ(tests::count_of(dcc(report), "recommends none"), 2) << "once for each axis";
+}
+
 TEST(Dcc, GivesEachSourceOfUncertaintyItsUnit) {
   const std::string xml = dcc(real_report());
   EXPECT_NE(xml.find(" \\kelvin \\degree</si:unitXMLList>"), std::string::npos);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "report/document_parts.hpp"
@@ -223,6 +224,37 @@ TEST(Document, ResultsOfSeveralRecordsNameThem) {
   EXPECT_TRUE(has(text_of(document), "chain of hashes was not verified of: random.db"));
 }
 
+/// What each record gives by itself, like the gradient that counts most in it, stands in a table of its own.
+TEST(Document, ATableOfOneOfSeveralRecordsNamesItToo) {
+  CalibrationReport report = sample_calibration();
+  report.files.push_back({.role = "record", .name = "random.db", .id = "second", .sha256 = std::string(64, 'd')});
+  const auto found = std::ranges::find(report.results, "stabilised_bias", &ResultTable::key);
+  ASSERT_NE(found, report.results.end());
+  ResultTable again = *found;
+  again.run = "second";
+  for (Column& column : again.columns) column.values.pop_back();
+  report.results.push_back(again);
+  std::set<std::string> records;
+  int tables = 0;
+  for (const DocumentTable& table : all_of<DocumentTable>(document_of(report, Language::english))) {
+    if (!table.caption.ends_with(": Stabilised bias /\u00a0(°/h)")) continue;
+    ++tables;
+    ASSERT_EQ(table.header[0], "Record") << table.caption;
+    records.insert(table.rows[0][0].text);
+  }
+  EXPECT_EQ(records, (std::set<std::string>{"R1", "R2"}));
+  EXPECT_EQ(tables, 3) << "two of the first axis and one of the second";
+}
+
+TEST(Document, SpeaksOfARecommendedModelOnlyWhereThereIsOne) {
+  CalibrationReport report = sample_calibration();
+  EXPECT_TRUE(has(text_of(report), "laid down beforehand recommends, and the best simple one"));
+  for (ComparedModel& model : report.compared) model.recommended = false;
+  EXPECT_FALSE(has(text_of(report), "laid down beforehand recommends, and the best simple one"));
+  EXPECT_TRUE(has(text_of(report), "recommends none"));
+  EXPECT_TRUE(has(text_of(report, Language::german), "empfiehlt keines"));
+}
+
 TEST(Document, TablesAreRectangular) {
   for (const Language language : kLanguages)
     for (const DocumentTable& table : all_of<DocumentTable>(document_of(sample_calibration(), language)))
@@ -241,6 +273,21 @@ TEST(Document, FiguresAreDrawnInItsLanguage) {
   EXPECT_TRUE(has(figures[1].svg, "Nach Justierung"));
   EXPECT_TRUE(has(figures[1].svg, "SIMULIERT"));
   EXPECT_FALSE(has(figures[1].svg, "SIMULATED"));
+}
+
+TEST(Document, MoreThermometersThanThePaletteHasColoursAreToldApart) {
+  FigureData figure = sample_calibration().figures[0];
+  ASSERT_EQ(figure.lines[0].key, "set_point");
+  figure.lines.resize(2);
+  for (const char* name : {"B", "C", "D", "E", "F", "G", "H", "shell"}) {
+    figure.lines.push_back(figure.lines[1]);
+    figure.lines.back().detail = name;
+  }
+  std::set<std::pair<std::string, bool>> looks;
+  for (std::size_t k = 0; k < figure.lines.size(); ++k)
+    EXPECT_TRUE(looks.emplace(line_colour(figure, k), line_is_dashed(figure, k)).second) << figure.lines[k].detail;
+  EXPECT_FALSE(line_is_dashed(figure, 8)) << "H, the eighth";
+  EXPECT_TRUE(line_is_dashed(figure, 9)) << "shell";
 }
 
 TEST(Document, OfAnEmptyReportStands) {

@@ -90,19 +90,25 @@ class NetcdfFile {
   int error_ = NC_NOERR;
 };
 
+bool is_letter_or_digit(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'); }
+
 /// A name as CF wants it: of letters, digits and _, a letter first.
 std::string variable_name(std::string_view channel) {
   std::string name;
-  for (const char c : channel)
-    name += (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ? c : '_';
+  for (const char c : channel) name += is_letter_or_digit(c) ? c : '_';
   const bool begins_with_letter = !name.empty() && (std::isalpha(static_cast<unsigned char>(name.front())) != 0);
   return begins_with_letter ? name : "v_" + name;
 }
 
-/// Words of flags stand between blanks.
+/// Words of flags stand between blanks, and CF lets them have letters, digits and _ - . + @; a `_` stands for each
+/// other character.
 std::string in_one_word(std::string_view words) {
   std::string word;
-  for (const char c : words) word += std::string_view(" \t\n\r").find(c) == std::string_view::npos ? c : '_';
+  for (const char c : words) {
+    if ((static_cast<unsigned char>(c) & 0xC0) == 0x80) continue;  // the rest of a character of several bytes
+    const bool is_allowed = is_letter_or_digit(c) || std::string_view("_-.+@").find(c) != std::string_view::npos;
+    word += is_allowed ? c : '_';
+  }
   return word.empty() ? "_" : word;
 }
 
@@ -169,12 +175,12 @@ class NetcdfExport {
 
   void put_time() {
     const int variable = file_.variable("time", NC_DOUBLE, time_);
-    file_.attribute(variable, "standard_name", std::string_view("time"));
     file_.attribute(variable, "axis", std::string_view("T"));
     if (info_.started_utc == Duration{}) {
       file_.attribute(variable, "units", std::string_view("s"));
       file_.attribute(variable, "long_name", std::string_view("time since the first row"));
     } else {
+      file_.attribute(variable, "standard_name", std::string_view("time"));  // which asks for units with a reference
       file_.attribute(variable, "units", "seconds since " + start());
       file_.attribute(variable, "calendar", std::string_view("standard"));
       file_.attribute(variable, "long_name", std::string_view("time since the run started"));
@@ -227,7 +233,11 @@ class NetcdfExport {
 
   int put(std::string_view channel, std::string_view units, std::string_view long_name,
           const std::vector<double>& column) {
-    const auto name = own_name(channel);
+    return put_as(own_name(channel), channel, units, long_name, column);
+  }
+
+  int put_as(const std::string& name, std::string_view channel, std::string_view units, std::string_view long_name,
+             const std::vector<double>& column) {
     const int variable = file_.variable(name, NC_DOUBLE, time_);
     file_.attribute(variable, "_FillValue", kMissing);
     file_.attribute(variable, "units", units);
@@ -239,9 +249,9 @@ class NetcdfExport {
   }
 
   /// Numbers that stand for words; where some stand for none they are −1.
-  void put_flags(std::string_view name, std::string_view long_name, const std::vector<std::string>& words,
+  void put_flags(const std::string& name, std::string_view long_name, const std::vector<std::string>& words,
                  const std::vector<int>& values) {
-    const int variable = file_.variable(own_name(name), NC_INT, time_);
+    const int variable = file_.variable(name, NC_INT, time_);
     std::string meanings;
     for (const auto& word : words) meanings += (meanings.empty() ? "" : " ") + in_one_word(word);
     std::vector<int> numbers(words.size());
@@ -261,7 +271,7 @@ class NetcdfExport {
     const int variable = put(channel.name, "degC", "temperature of " + channel.name, temperatures_of(record_, index));
     file_.attribute(variable, "instrument", channel.instrument);
     file_.attribute(variable, "calibration", record::describe_calibration(channel));
-    const auto flag = variable_name(channel.name + "_flag");
+    const auto flag = own_name(channel.name + "_flag");
     file_.attribute(variable, "ancillary_variables", flag);
     std::vector<int> flags(rows_.row.size(), gap);
     for (std::size_t i = 0; i < flags.size(); ++i)
@@ -304,9 +314,11 @@ class NetcdfExport {
     const bool counts = axis.kind == GyroKind::pulse_count;
     const int variable = put(record::calibrated_name(column), "degree/hour",
                              "rate about " + label + ", the Earth's with it", rates_of(record_, unit, index));
-    file_.attribute(variable, "ancillary_variables", variable_name(column.name));
+    const auto counts_name = own_name(column.name);
+    file_.attribute(variable, "ancillary_variables", counts_name);
     if (axis.earth_rate) file_.attribute(variable, "earth_rate_deg_per_h", axis.earth_rate->value);
-    const int counted = put(column.name, "1", (counts ? "pulses of " : "number of ") + label, columns.rotation[index]);
+    const int counted =
+        put_as(counts_name, column.name, "1", (counts ? "pulses of " : "number of ") + label, columns.rotation[index]);
     file_.attribute(counted, counts ? "arcsec_per_pulse" : "deg_per_h_per_unit", axis.scale);
   }
 
@@ -331,10 +343,10 @@ class NetcdfExport {
     for (const auto& one : info_.segments) segments.push_back(one.name);
     for (const Phase one : kPhases) phases.emplace_back(name(one));
     for (const RunState one : kRunStates) states.emplace_back(name(one));
-    put_flags("segment", "segment of the profile", segments, segment);
-    put_flags("cycle", "cycle of the profile", info_.cycles, cycle);
-    put_flags("phase", "what the segment is doing", phases, phase);
-    put_flags("state", "state of the run", states, state);
+    put_flags(own_name("segment"), "segment of the profile", segments, segment);
+    put_flags(own_name("cycle"), "cycle of the profile", info_.cycles, cycle);
+    put_flags(own_name("phase"), "what the segment is doing", phases, phase);
+    put_flags(own_name("state"), "state of the run", states, state);
   }
 
   const Record& record_;

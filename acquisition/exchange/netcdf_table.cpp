@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -97,6 +98,30 @@ std::optional<double> default_fill(nc_type type) {
   }
 }
 
+template <class T>
+double as(double number) {
+  const double whole = std::trunc(number);
+  const bool fits = whole >= static_cast<double>(std::numeric_limits<T>::min()) &&
+                    whole <= static_cast<double>(std::numeric_limits<T>::max());
+  return fits ? whole : number;  // else it stands for none of the variable's numbers
+}
+
+/// A number as a variable of that type holds it: 0.1 of a float is none of a double.
+double as_type(nc_type type, double number) {
+  switch (type) {
+    case NC_FLOAT: return static_cast<float>(number);
+    case NC_BYTE: return as<std::int8_t>(number);
+    case NC_UBYTE: return as<std::uint8_t>(number);
+    case NC_SHORT: return as<std::int16_t>(number);
+    case NC_USHORT: return as<std::uint16_t>(number);
+    case NC_INT: return as<std::int32_t>(number);
+    case NC_UINT: return as<std::uint32_t>(number);
+    case NC_INT64: return as<std::int64_t>(number);
+    case NC_UINT64: return as<std::uint64_t>(number);
+    default: return number;
+  }
+}
+
 /// A variable, and what makes values of its numbers.
 struct Variable {
   int id{};
@@ -141,7 +166,7 @@ class NetcdfTable {
     if (nc_inq_vardimid(file_, time->id, dimensions.data()) == NC_NOERR) dimension_ = dimensions.front();
     if (auto size = check(nc_inq_dimlen(file_, *dimension_, &rows_)); !size) return size;
     time_ = *time;
-    if (auto checked = check_packing(time_, map.time->name); !checked) return checked;
+    if (auto checked = check_numbers(time_, map.time->name); !checked) return checked;
     if (auto units = read_units(map.time->name); !units) return units;
     return find_columns(map);
   }
@@ -183,6 +208,7 @@ class NetcdfTable {
     variable.no_values = numbers_of_attribute(id, "_FillValue");
     if (const auto fill = default_fill(type); fill && variable.no_values.empty()) variable.no_values.push_back(*fill);
     for (const double missing : numbers_of_attribute(id, "missing_value")) variable.no_values.push_back(missing);
+    for (double& number : variable.no_values) number = as_type(type, number);
     return variable;
   }
 
@@ -218,36 +244,52 @@ class NetcdfTable {
     return numbers;
   }
 
-  /// A packed variable whose packing cannot be read would be taken for plain numbers.
-  Result<void> check_packing(const Variable& variable, const std::string& column) const {
-    for (const char* name : {"scale_factor", "add_offset"}) {
-      const bool is_there = nc_inq_attlen(file_, variable.id, name, nullptr) == NC_NOERR;
-      if (is_there && numbers_of_attribute(variable.id, name).size() != 1)
+  /// A packed variable whose packing cannot be read would be taken for plain numbers, and so would what stands for no
+  /// value.
+  Result<void> check_numbers(const Variable& variable, const std::string& column) const {
+    const auto is_there = [&](const char* name) {
+      return nc_inq_attlen(file_, variable.id, name, nullptr) == NC_NOERR;
+    };
+    for (const char* name : {"scale_factor", "add_offset"})
+      if (is_there(name) && numbers_of_attribute(variable.id, name).size() != 1)
         return wrong(fmt::format("the {} of \"{}\" is not one number, expected one", name, column));
-    }
+    for (const char* name : {"_FillValue", "missing_value"})
+      if (is_there(name) && numbers_of_attribute(variable.id, name).empty())
+        return wrong(fmt::format("the {} of \"{}\" is no number, expected one of the variable's", name, column));
     return {};
   }
 
-  std::string text_attribute(int variable, const char* name) const {
+  /// Text, or a single string; empty where there is none.
+  Result<std::string> text_attribute(int variable, const char* name, const std::string& column) const {
     constexpr std::size_t kLongest = 1000;
     std::size_t length = 0;
     nc_type type{};
-    if (nc_inq_att(file_, variable, name, &type, &length) != NC_NOERR || type != NC_CHAR || length > kLongest)
-      return "";
+    if (nc_inq_att(file_, variable, name, &type, &length) != NC_NOERR) return "";
+    if (type == NC_STRING && length == 1) {
+      char* string = nullptr;
+      if (auto read = check(nc_get_att_string(file_, variable, name, &string)); !read) return failure(read.error());
+      std::string text = string == nullptr ? "" : string;
+      nc_free_string(1, &string);
+      return text.substr(0, kLongest);
+    }
+    if (type != NC_CHAR || length > kLongest)
+      return wrong(fmt::format("the attribute {} of \"{}\" is no text, expected one", name, column));
     std::string text(length, '\0');
-    if (nc_get_att_text(file_, variable, name, text.data()) != NC_NOERR) return "";
+    if (auto read = check(nc_get_att_text(file_, variable, name, text.data())); !read) return failure(read.error());
     return text.substr(0, text.find('\0'));
   }
 
   Result<void> read_units(const std::string& name) {
-    const auto units = text_attribute(time_.id, "units"), calendar = text_attribute(time_.id, "calendar");
+    const auto units = text_attribute(time_.id, "units", name), calendar = text_attribute(time_.id, "calendar", name);
+    if (!units) return failure(units.error());
+    if (!calendar) return failure(calendar.error());
     const auto parsed =
-        parse_time_units(units, calendar == "proleptic_gregorian" ? EarlyDays::gregorian : EarlyDays::julian);
-    if (!parsed) return wrong(fmt::format("\"{}\" has the units \"{}\": {}", name, units, parsed.error()));
+        parse_time_units(*units, *calendar == "proleptic_gregorian" ? EarlyDays::gregorian : EarlyDays::julian);
+    if (!parsed) return wrong(fmt::format("\"{}\" has the units \"{}\": {}", name, *units, parsed.error()));
     for (const char* usual : {"", "standard", "gregorian", "proleptic_gregorian", "none"})
-      if (calendar == usual) units_ = *parsed;
+      if (*calendar == usual) units_ = *parsed;
     if (units_.unit > Duration{}) return {};
-    return wrong(fmt::format("\"{}\" counts by the calendar \"{}\", expected the usual one", name, calendar));
+    return wrong(fmt::format("\"{}\" counts by the calendar \"{}\", expected the usual one", name, *calendar));
   }
 
   Result<void> find_columns(const ImportMap& map) {
@@ -255,7 +297,7 @@ class NetcdfTable {
     for (const ColumnName& column : map.columns())
       if (const auto found = find(column.name)) {
         columns_.push_back(*found);
-        if (auto checked = check_packing(*found, column.name); !checked) return checked;
+        if (auto checked = check_numbers(*found, column.name); !checked) return checked;
       } else {
         missing.push_back(column.name);
       }

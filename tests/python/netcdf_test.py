@@ -77,6 +77,9 @@ class Netcdf(InAFolder):
             self.assertRegex(found["time"].units, r"^seconds since 2026-01-01 00:00:00\.000000 UTC$")
             for variable in found.variables.values():
                 self.assertTrue(variable.long_name)
+                self.assertRegex(getattr(variable, "flag_meanings", "_"), r"^[A-Za-z0-9_.+@ -]+$", variable.name)
+                self.assertEqual(len(getattr(variable, "flag_meanings", "").split()),
+                                 len(np.atleast_1d(getattr(variable, "flag_values", []))), variable.name)
                 if "flag" not in variable.name and variable.dtype.kind == "f":
                     self.assertTrue(variable.units)
                 for name in getattr(variable, "ancillary_variables", "").split():
@@ -280,10 +283,86 @@ class OfOthers(InAFolder):
                                        scale_factor=0.01, add_offset=20.0))["wall"]
         np.testing.assert_allclose(wall, [20.01, np.nan, np.nan, 19.95, np.nan], rtol=1e-14)
 
+    def test_a_missing_value_of_another_type_is_that_of_the_variable(self):
+        for kind, missing in (("f4", np.float64(-999.9)), ("f4", np.int32(-999)), ("i2", np.float64(-999)),
+                              ("f8", np.float32(-999.5)), ("i4", np.int16(-999))):
+            with netCDF4.Dataset(self.made(range(3), "s", temperatures=[20, missing, 21], temperature_kind=kind,
+                                           missing_value=missing)) as made:
+                np.testing.assert_array_equal(self.imported(made.filepath())["wall"], [20, np.nan, 21],
+                                              err_msg=f"{kind}, {missing.dtype}")
+
+    def test_a_missing_value_that_is_no_number_is_a_mistake(self):
+        with self.assertRaisesRegex(AssertionError, 'the missing_value of "T" is no number'):
+            self.imported(self.made([0], "s", missing_value="-999"))
+
+    def with_time(self, **attributes):
+        """The file, the attributes of whose time are set as they are: a function is called with variable and name."""
+        path = self.made([0], "s")
+        with netCDF4.Dataset(path, "a") as made:
+            for name, value in attributes.items():
+                if callable(value):
+                    value(made["time"], name)
+                else:
+                    made["time"].setncattr(name, value)
+        return path
+
+    def test_texts_may_be_strings(self):
+        def string(text):
+            return lambda variable, name: variable.setncattr_string(name, text)
+
+        units = "days since 2026-03-01 12:00:00"
+        frame = self.imported(self.with_time(units=string(units), calendar=string("standard")))
+        self.assertEqual(str(frame["utc"].iloc[0]), "2026-03-01 12:00:00+00:00")
+        for calendar in ("noleap", string("noleap")):
+            with self.assertRaisesRegex(AssertionError, 'counts by the calendar "noleap"'):
+                self.imported(self.with_time(units=units, calendar=calendar))
+
+    def test_units_and_calendar_that_are_no_text_are_mistakes(self):
+        for name, value in (("units", 1), ("calendar", np.array([1.0, 2.0])), ("calendar", ["standard", "noleap"])):
+            with self.assertRaisesRegex(AssertionError, f'the attribute {name} of "time" is no text'):
+                self.imported(self.with_time(**{name: value}))
+
     def test_a_scale_that_is_not_one_number_is_a_mistake(self):
         for name, value in (("scale_factor", np.array([0.01, 0.02])), ("add_offset", "20")):
             with self.assertRaisesRegex(AssertionError, f'the {name} of "T" is not one number'):
                 self.imported(self.made([0], "s", **{name: value}))
+
+
+class Names(InAFolder):
+    """What NetCDF and CF do not allow in the names of a record."""
+
+    def exported(self, header, rows, thermometers, time='column = "t"\nunit = "s"'):
+        columns = "".join(f'[[thermometer]]\nname = "{name}"\ncolumn = "{column}"\n' for name, column in thermometers)
+        (self.folder / "map.toml").write_text(
+            'schema = "gyrotherm-import/1"\nname = "names"\n[file]\nmissing = [""]\n'
+            f'[time]\n{time}\n{columns}[gyro]\ncolumn = "w"\nkind = "increment"\nscale = 1\n')
+        (self.folder / "table.csv").write_text(header + "\n" + "\n".join(rows) + "\n")
+        path = self.folder / f"{len(self.files())}.db"
+        gyrotherm("import", self.folder / "table.csv", "--map", self.folder / "map.toml", "--out", path)
+        return exported(path, self.folder / f"{len(self.files())}.nc")
+
+    def test_what_belongs_to_a_variable_is_called_by_its_own_name(self):
+        for names in (("T 1", "T_1"), ("A_flag", "A"), ("A", "A_flag")):
+            file = self.exported("t,T,U,w", ["0,1,10,5", "1,,11,6", "2,3,12,7"], zip(names, "TU"))
+            with netCDF4.Dataset(file) as found:
+                by_channel = {getattr(variable, "channel", name): variable
+                              for name, variable in found.variables.items() if hasattr(variable, "calibration")}
+                self.assertEqual(set(by_channel), set(names))
+                for channel, missing in zip(names, (True, False)):
+                    flags = found[by_channel[channel].ancillary_variables]
+                    self.assertIn(f"reading of {channel}", flags.long_name)
+                    self.assertEqual(list(flags[:]), [0, 1 if missing else 0, 0], channel)
+                rate = found["rate_deg_per_h"]
+                self.assertTrue(found[rate.ancillary_variables].long_name.startswith("pulses of"))
+
+    def test_a_time_without_utc_has_no_standard_name(self):
+        rows = ["0,20,1", "1,20,1"]
+        with netCDF4.Dataset(self.exported("t,T,w", rows, [("A", "T")])) as found:
+            self.assertEqual(found["time"].units, "s")
+            self.assertFalse(hasattr(found["time"], "standard_name"))
+        time = 'column = "t"\nunit = "s"\nsince = "2026-03-01T00:00:00Z"'
+        with netCDF4.Dataset(self.exported("t,T,w", rows, [("A", "T")], time)) as found:
+            self.assertEqual(found["time"].standard_name, "time")
 
 
 class Views(InAFolder):
@@ -308,6 +387,18 @@ class Views(InAFolder):
 
 
 class Gnuplot(InAFolder):
+    def test_its_lines_are_broken_at_gaps(self):
+        path = record(self.folder / "gap.db")
+        with sqlite3.connect(path) as database:
+            database.execute("DELETE FROM sample WHERE slot BETWEEN 1000 AND 1009")
+            database.execute("INSERT INTO gap VALUES(1000, 1009, 'tested', 0)")
+        for every, where in (((), ("1000", "1011")), (("--every", "5 s"), ("996", "1011"))):
+            out = self.folder / f"{len(every)}.gp"
+            gyrotherm("export", path, "--as", "gnuplot", "--out", out, "--unverified", *every)
+            rows = out.read_text().split("$rows << end_of_rows\n")[1].split("end_of_rows\n")[0].split("\n")
+            breaks = [i for i, row in enumerate(rows[:-1]) if not row]
+            self.assertEqual([(rows[i - 1].split()[0], rows[i + 1].split()[0]) for i in breaks], [where])
+
     def test_its_script_has_its_data_and_draws(self):
         path = record(self.folder / "run.db")
         gyrotherm("export", path, "--as", "gnuplot", "--every", "1 min", "--out", self.folder / "run.gp")

@@ -2,6 +2,7 @@
 #include "analysis/data/clusters.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cassert>
@@ -51,6 +52,17 @@ bool has_each_temperature(const Dataset& dataset, const Span& span) {
 bool is_whole(const Dataset& dataset, const Span& span, double length_s) {
   return has_each_second(dataset, span, length_s) && has_each_temperature(dataset, span) &&
          dataset.bias_deg_per_h.segment(span.first, span.count).allFinite();
+}
+
+/// For want of what no cluster is whole: ": in no row is there …"; empty: for nothing that is missing in every row.
+std::string missing_throughout(const Dataset& dataset) {
+  std::vector<std::string> missing;
+  for (Eigen::Index column = 0; column < dataset.temperature_c.cols(); ++column) {
+    const std::string& name = dataset.thermometers[static_cast<std::size_t>(column)];
+    if (!is_own_value(name) && !dataset.temperature_c.col(column).array().isFinite().any()) missing.push_back(name);
+  }
+  if (!dataset.bias_deg_per_h.array().isFinite().any()) missing.emplace_back("the bias");
+  return missing.empty() ? "" : fmt::format(": in no row is there a value of {}", fmt::join(missing, ", "));
 }
 
 Clusters with_rows(Eigen::Index rows, const std::vector<std::string>& thermometers, double length_s) {
@@ -148,7 +160,9 @@ bool has_history(const Clusters& clusters) {
 Result<Clusters> make_clusters(const Dataset& dataset, double length_s) {
   assert(length_s >= 1);
   const auto none = [&] {
-    return failure(FaultKind::usage, dataset.path, fmt::format("holds no whole cluster of {} s", length_s));
+    return failure(FaultKind::usage, dataset.path,
+                   fmt::format("holds no whole cluster of {} s{}", length_s,
+                               dataset.time_s.size() == 0 ? "" : missing_throughout(dataset)));
   };
   if (dataset.time_s.size() == 0) return none();
   const double span_s = dataset.time_s(dataset.time_s.size() - 1) - dataset.time_s(0) + sample_interval_s(dataset);

@@ -118,6 +118,15 @@ class Predictions(InAFolder):
         with self.assertRaisesRegex(module.RecordError, "own times"):
             model.predict(run)
 
+    def test_a_dead_thermometer_is_named(self):
+        path = record(self.folder / "dead.db")
+        database = sqlite3.connect(path)
+        database.execute("UPDATE sample SET B = NULL")
+        database.commit()
+        database.close()
+        with self.assertRaisesRegex(module.RecordError, "no whole cluster of 100 s: in no row is there a value of B$"):
+            module.open(path).clusters()
+
     def test_of_what_a_unit_tells_of_itself(self):
         mixed = record(self.folder / "mixed.db", rig="virtual-mixed")
         database = sqlite3.connect(mixed)  # its own temperature stands still there

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "acquisition/record/row.hpp"
@@ -23,19 +24,31 @@ Duration median_spacing(const std::vector<Duration>& times) {
   return *middle;
 }
 
-tl::unexpected<Fault> out_of_order(Duration back) {
+/// Whether the row before may have had the time 23:59:60, which counts as 00:00:00: so far they were put in after
+/// 30 June and 31 December alone.
+bool may_follow_leap_second(std::optional<Duration> utc) {
+  if (!utc) return false;
+  const std::chrono::sys_time<Duration> at(*utc);
+  const auto midnight = std::chrono::floor<std::chrono::days>(at);
+  const std::chrono::year_month_day day(midnight);
+  const bool is_half_year = day.month() == std::chrono::January || day.month() == std::chrono::July;
+  return is_half_year && day.day() == std::chrono::day(1) && at - midnight < kSecond;
+}
+
+tl::unexpected<Fault> out_of_order(Duration back, std::optional<Duration> utc) {
   const auto how =
       back == Duration{} ? std::string("does not increase") : fmt::format("goes back {:g} s", to_seconds(back));
-  return failure(
-      FaultKind::bad_file, "",
-      fmt::format("the time {}, expected one after the row before, or out_of_order = \"skip\" in [time]", how));
+  const bool is_leap = back < kSecond && may_follow_leap_second(utc);
+  return failure(FaultKind::bad_file, "",
+                 fmt::format("the time {}{}, expected one after the row before, or out_of_order = \"skip\" in [time]",
+                             how, is_leap ? " (a leap second, 23:59:60, counts as 00:00:00)" : ""));
 }
 
 }  // namespace
 
 Result<void> Spacing::push(const ForeignRow& row) {
   if (last_ && row.time <= *last_) {
-    if (!map_.skips_out_of_order) return out_of_order(*last_ - row.time);
+    if (!map_.skips_out_of_order) return out_of_order(*last_ - row.time, row.utc);
     ++left_out_;
     return {};
   }
@@ -104,7 +117,7 @@ void Grouping::add(Stretch& stretch, const ImportedRow& row) const {
 Result<void> Grouping::push(const ImportedRow& row) {
   const std::int64_t number = row.time / map_.every;
   if (first_ && number <= handed_on_) {
-    if (!map_.skips_out_of_order) return out_of_order(map_.every * (handed_on_ + 1) - row.time);
+    if (!map_.skips_out_of_order) return out_of_order(map_.every * (handed_on_ + 1) - row.time, row.utc);
     ++left_out_;
     return {};
   }

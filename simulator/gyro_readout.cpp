@@ -83,7 +83,7 @@ void GyroReadout::step(DegreesPerHour bias, Celsius block, bool turned) {
   const DegreesPerHour earth{turned ? -p.earth_rate_deg_per_h : p.earth_rate_deg_per_h};
   const DegreesPerHour rate = locked(bias + drift() + earth, half_width_deg_per_h(p.dead_band, block));
   angle_arcsec_ += rate.value * scale + tilted + 60 * p.angle_random_walk_deg_per_sqrt_h * angle_noise_.normal() * walk;
-  if (loses_a_pulse()) angle_arcsec_ -= p.arcsec_per_pulse;
+  if (loses_a_pulse()) angle_arcsec_ -= std::copysign(p.arcsec_per_pulse, rate.value);
   pulses_ = static_cast<std::int64_t>(std::floor(angle_arcsec_ / p.arcsec_per_pulse));
   ++seconds_;
   wander();

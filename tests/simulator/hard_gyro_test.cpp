@@ -333,6 +333,22 @@ TEST(LostPulses, AreAsManyAsTheFileSays) {
   EXPECT_NEAR(static_cast<double>(-readout.pulses()), 20 * kHours, 4 * std::sqrt(20.0 * kHours));
 }
 
+TEST(LostPulses, AreLostOfTheTurnWhicheverItIs) {
+  constexpr int kHours = 20;
+  for (const double earth_rate : {10.0, -10.0}) {
+    const ReadoutParameters whole{.arcsec_per_pulse = 0.1, .earth_rate_deg_per_h = earth_rate};
+    ReadoutParameters losing = whole;
+    losing.lost_pulses_per_h = 20;
+    GyroReadout without(whole, 1), with(losing, 1);
+    for (int t = 0; t < 3600 * kHours; ++t) {
+      without.step({});
+      with.step({});
+    }
+    const auto lost = std::abs(without.pulses()) - std::abs(with.pulses());
+    EXPECT_NEAR(static_cast<double>(lost), 20 * kHours, 4 * std::sqrt(20.0 * kHours)) << earth_rate;
+  }
+}
+
 TEST(FailingThermometer, SticksOrIsOffFromItsTimeOn) {
   ThermometerParameters parameters;
   parameters.failing = {{.place = 2, .how = Failing::stuck, .from_s = 10},

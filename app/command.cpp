@@ -6,17 +6,16 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
-#include <filesystem>
 #include <new>
 #include <optional>
 #include <system_error>
 
 #include "app/interrupt.hpp"
 #include "core/process.hpp"
+#include "core/program_start.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::app {
@@ -27,10 +26,7 @@ std::string unknown_command(const CLI::App& cli, int argc, char** argv) {
   std::vector<std::string> known;
   for (const auto* command : cli.get_subcommands([](const CLI::App* each) { return !each->get_group().empty(); }))
     known.push_back(command->get_name());
-  if (argc < 2 || argv[1][0] == '-' || std::find(known.begin(), known.end(), argv[1]) != known.end()) return {};
-  const auto near = nearest(argv[1], known);
-  return near.empty() ? fmt::format("\"{}\" is none of the commands {}", argv[1], fmt::join(known, ", "))
-                      : fmt::format("\"{}\" is no command. Did you mean \"{}\"?", argv[1], near);
+  return argc < 2 ? "" : objection_to_command(argv[1], known);
 }
 
 /// The command that the words name, of a command that has some of its own the innermost.
@@ -173,6 +169,7 @@ Result<Exit> become_program(const std::string& name, std::vector<std::string> wo
 int run(Program& program, int argc, char** argv) {
   ignore_closed_pipes();
   const std::string name = program.cli.get_name();
+  refuse_wrong_values(program.cli);
   try {
     program.cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -6,6 +6,7 @@
 #include "acquisition/record/live_copy.hpp"
 #include "app/command.hpp"
 #include "app/value.hpp"
+#include "core/program_start.hpp"
 
 namespace gyrotherm::app {
 
@@ -71,6 +72,7 @@ void follow_links_to_records(CLI::App& app) {
 }  // namespace gyrotherm::app
 
 int main(int argc, char** argv) {
+  gyrotherm::open_standard_descriptors();
   gyrotherm::app::Program program(
       "gyrotherm", "gyrotherm runs a gyroscope through a temperature program and makes its bias compensation.");
   for (const auto add : gyrotherm::app::kCommands) add(program);

@@ -10,6 +10,7 @@
 #include <iostream>
 #include <string>
 
+#include "core/program_start.hpp"
 #include "core/text.hpp"
 #include "monitor/monitor.hpp"
 #include "monitor/users.hpp"
@@ -152,6 +153,7 @@ int run(int argc, char** argv) {
   Result<void> (*action)(const UserArguments&) = nullptr;
   add_serve_options(cli, options);
   add_user_commands(cli, user, action);
+  refuse_wrong_values(cli);
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -175,4 +177,7 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace gyrotherm::monitor
 
-int main(int argc, char** argv) { return gyrotherm::monitor::run(argc, argv); }
+int main(int argc, char** argv) {
+  gyrotherm::open_standard_descriptors();
+  return gyrotherm::monitor::run(argc, argv);
+}

@@ -7,7 +7,9 @@
 #include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "core/program_start.hpp"
 #include "core/result.hpp"
 #include "core/text.hpp"
 
@@ -15,13 +17,24 @@ namespace gyrotherm::site {
 
 inline constexpr int kDoneExit = 0, kUsageExit = 2, kConnectionExit = 3, kFileExit = 4, kInterruptedExit = 5;
 
+/// The cause of a command line that cannot be carried out.
+[[nodiscard]] inline std::string cause_of(const CLI::ParseError& error, const CLI::App& cli, int argc, char** argv) {
+  std::vector<std::string> known;
+  for (const auto* command : cli.get_subcommands([](const CLI::App*) { return true; }))
+    known.push_back(command->get_name());
+  const auto unknown = argc < 2 || known.empty() ? std::string() : objection_to_command(argv[1], known);
+  return unknown.empty() ? error.what() : unknown;
+}
+
 /// The exit code with which the program is to end now; nothing: it goes on.
 [[nodiscard]] inline std::optional<int> parsed(CLI::App& cli, int argc, char** argv) {
+  refuse_wrong_values(cli);
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return cli.exit(error);
-    fmt::print(stderr, "{}: {}\nRun with --help for more information.\n", cli.get_name(), error.what());
+    fmt::print(stderr, "{}: {}\nRun with --help for more information.\n", cli.get_name(),
+               cause_of(error, cli, argc, argv));
     return kUsageExit;
   }
   return std::nullopt;

@@ -16,6 +16,7 @@
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "core/process.hpp"
+#include "core/program_start.hpp"
 #include "core/text.hpp"
 #include "site/folders.hpp"
 #include "site/live/live_rig.hpp"
@@ -123,4 +124,7 @@ int run_publish(int argc, char** argv) {
 }  // namespace
 }  // namespace gyrotherm::site
 
-int main(int argc, char** argv) { return gyrotherm::site::run_publish(argc, argv); }
+int main(int argc, char** argv) {
+  gyrotherm::open_standard_descriptors();
+  return gyrotherm::site::run_publish(argc, argv);
+}

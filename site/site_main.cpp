@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/json.hpp"
+#include "core/program_start.hpp"
 #include "site/job/commands.hpp"
 #include "site/migrate.hpp"
 #include "site/programs.hpp"
@@ -137,4 +138,7 @@ int run_site(int argc, char** argv) {
 }  // namespace
 }  // namespace gyrotherm::site
 
-int main(int argc, char** argv) { return gyrotherm::site::run_site(argc, argv); }
+int main(int argc, char** argv) {
+  gyrotherm::open_standard_descriptors();
+  return gyrotherm::site::run_site(argc, argv);
+}

@@ -191,8 +191,9 @@ void add_placement(Program& program) {
   add_axis_options(command, options.axis);
   add_unverified_flag(command, options.unverified);
   command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());
-  command.add_option("--threads", options.training.tuning.swarm.threads,
-                     "of the swarm; 0: all; the result is the same");
+  command
+      .add_option("--threads", options.training.tuning.swarm.threads, "of the swarm; 0: all; the result is the same")
+      ->check(not_negative());
 }
 
 }  // namespace gyrotherm::app

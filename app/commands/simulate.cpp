@@ -9,6 +9,7 @@
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/value.hpp"
+#include "core/program_start.hpp"
 #include "rig/rig.hpp"
 
 namespace gyrotherm::app {
@@ -32,10 +33,10 @@ std::optional<double> pace_of(const std::string& text) {
   if (text == "real") return 1;
   if (text == "max") return 0;
   if (!text.starts_with('x')) return {};
-  char* end = nullptr;
-  const double factor = std::strtod(text.c_str() + 1, &end);
-  if (*end != '\0' || !(factor > 0) || factor > 1e6) return {};
-  return factor;
+  const auto factor = text.substr(1);
+  if (!objection_to(factor, "FLOAT").empty()) return {};
+  const double times = std::strtod(factor.c_str(), nullptr);
+  return times > 0 && times <= 1e6 ? std::optional(times) : std::nullopt;
 }
 
 std::string to_string(const drivers::MapLink& link, bool serial) {

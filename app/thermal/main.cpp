@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The gyrotherm-thermal program: the finite-element model of a gyro, its image, its calibration, its reduction.
 #include "app/command.hpp"
+#include "core/program_start.hpp"
 
 namespace gyrotherm::app {
 
@@ -11,6 +12,7 @@ void add_thermal_reduce(Program& program);
 }  // namespace gyrotherm::app
 
 int main(int argc, char** argv) {
+  gyrotherm::open_standard_descriptors();
   gyrotherm::app::Program program("gyrotherm-thermal",
                                   "gyrotherm-thermal computes where a working ring laser gyro is warm.");
   gyrotherm::app::add_thermal_image(program);

@@ -88,6 +88,12 @@ class Spread(unittest.TestCase):
 
 @unittest.skipUnless(shutil.which("parallel"), "parallel is not installed")
 class ByParallel(Spread):
+    def test_a_command_that_there_is_not_is_named(self) -> None:
+        for word, said in (("rigz", 'Did you mean "rigs"?'), ("calibrate-all", "is none of the commands")):
+            self.assertIn(said, self.run_in("here", SITE, word, expect=2).stderr)
+        ran = self.run_in("here", SITE, "rigs", "--store", "host=none", "--most", "0x10", expect=2)
+        self.assertIn('--most: "0x10" is no number that it can take', ran.stderr)
+
     def test_a_lot_is_the_same_whatever_died(self) -> None:
         self.alone("virtual-triad", SMALL)
         command = [SITE, "train", "--rig", "virtual-triad", "--lot", "lot", "--by", "parallel", "--", *SMALL]

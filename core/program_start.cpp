@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/program_start.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <system_error>
+
+#include "core/text.hpp"
+
+namespace gyrotherm {
+namespace {
+
+template <class Number>
+bool is_all_of(std::string_view text, Number& number) {
+  const char* end = text.data() + text.size();
+  const auto [behind, error] = std::from_chars(text.data(), end, number);
+  return error == std::errc() && behind == end;
+}
+
+bool is_number(std::string_view text, std::string_view kind) {
+  if (std::int64_t whole = 0; kind == "INT") return is_all_of(text, whole);
+  if (std::uint64_t natural = 0; kind == "UINT") return is_all_of(text, natural);
+  double number = 0;
+  return is_all_of(text, number) && std::isfinite(number);
+}
+
+}  // namespace
+
+void open_standard_descriptors() {
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(number, F_GETFD) >= 0) continue;
+    const int opened = ::open("/dev/null", number == STDERR_FILENO ? O_WRONLY : O_RDONLY);  // the lowest that is free
+    if (opened != number) ::close(opened);
+  }
+}
+
+std::string objection_to(std::string_view value, std::string_view kind) {
+  const bool wants_number = kind == "INT" || kind == "UINT" || kind == "FLOAT";
+  if (wants_number && !is_number(value, kind)) return fmt::format("\"{}\" is no number that it can take", value);
+  return value.empty() ? "its value is empty" : "";
+}
+
+std::string objection_to_command(std::string_view word, std::span<const std::string> known) {
+  if (word.starts_with('-') || std::ranges::find(known, word) != known.end()) return {};
+  const auto near = nearest(word, known);
+  return near.empty() ? fmt::format("\"{}\" is none of the commands {}", word, fmt::join(known, ", "))
+                      : fmt::format("\"{}\" is no command. Did you mean \"{}\"?", word, near);
+}
+
+}  // namespace gyrotherm

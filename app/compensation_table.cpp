@@ -39,6 +39,20 @@ std::optional<std::size_t> find(const std::vector<std::string>& header, std::str
   });
 }
 
+/// Of a plain header, which need not say units: fails with bad_file at a column with one that its numbers do not have
+/// here.
+Result<void> check_units(const std::vector<std::string>& header, std::size_t bias) {
+  static const std::set<std::string_view> temperature{"", "°C", "C", "degC"}, rate{"", "°/h", "deg/h"};
+  for (std::size_t k = 0; k <= bias; ++k) {
+    if (k < bias && !data::is_temperature(name_in(header[k]))) continue;
+    if ((k == bias ? rate : temperature).contains(unit_in(header[k]))) continue;
+    return failure(FaultKind::bad_file, "stdin:1:1",
+                   fmt::format("column {} is \"{}\", expected {}", k + 1, header[k],
+                               k == bias ? "a bias in [°/h]" : "a temperature in [°C]"));
+  }
+  return {};
+}
+
 std::set<std::string> inputs_of(const model::Model& model) {
   std::set<std::string> names;
   for (const data::Term& term : model.terms) {
@@ -102,6 +116,7 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
           fmt::format("expected a header: the names of the thermometers, then \"bias\"{}, separated by commas; or what "
                       "export makes of a record",
                       tracked ? " and, if you like, \"at_rest\"" : ""));
+    if (auto checked = check_units(header, bias); !checked) return failure(checked.error());
     for (std::size_t k = 0; k < header.size(); ++k) table.columns_.push_back(k);
     for (std::size_t k = 0; k < bias; ++k) table.thermometers_.emplace_back(name_in(header[k]));
     table.says_rest_ = says_rest;

@@ -124,6 +124,24 @@ TEST_F(Compensate, ABadRowIsAnsweredWithItsPlaceAndThoseBeforeItWithValues) {
   EXPECT_EQ(gyrotherm_with("compensate " + (folder_ / "none.json")).exit_code, 4);
 }
 
+TEST_F(Compensate, AUnitThatItsNumbersDoNotHaveIsRefused) {
+  const auto rows = [](const std::string& header) {
+    const auto plain = small_rows(101);
+    return header + plain.substr(plain.find('\n'));
+  };
+  const auto as_plain = compensate(rows("A,B,bias"));
+  EXPECT_EQ(compensate(rows("A [°C],B [degC],bias [°/h]")).out, as_plain.out);
+  for (const auto* header : {"A [K],B [°C],bias", "A [°F],B,bias [°/h]"}) {
+    const auto ran = compensate(rows(header));
+    EXPECT_EQ(ran.exit_code, 4) << header;
+    EXPECT_NE(ran.err.find("expected a temperature in [°C]"), std::string::npos) << ran.err;
+    EXPECT_NE(ran.err.find("column 1 is \"A ["), std::string::npos) << ran.err;
+  }
+  const auto bias = compensate(rows("A [°C],B [°C],bias [°/s]"));
+  EXPECT_EQ(bias.exit_code, 4) << bias.out;
+  EXPECT_NE(bias.err.find("column 3 is \"bias [°/s]\", expected a bias in [°/h]"), std::string::npos) << bias.err;
+}
+
 TEST_F(Compensate, AMissingReadingLeavesItsMeansEmpty) {
   const auto lines = lines_of(compensate(small_rows(150) + "20,,1\n" + small_rows(250).substr(9)).out);
   ASSERT_EQ(lines.size(), 402u);

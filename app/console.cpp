@@ -19,7 +19,11 @@ using std::chrono::steady_clock;
 
 constexpr auto kPlainPanelEvery = std::chrono::milliseconds(60000);
 
-bool may_move() { return ::isatty(STDERR_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr; }
+bool may_move() {
+  const char* terminal = std::getenv("TERM");
+  const bool is_dumb = terminal == nullptr || *terminal == '\0' || std::string_view(terminal) == "dumb";
+  return ::isatty(STDERR_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr && !is_dumb;
+}
 
 /// "12 min 03 s left", or nothing while there is nothing to go by.
 std::string time_left(double fraction, steady_clock::duration spent) {
@@ -28,11 +32,18 @@ std::string time_left(double fraction, steady_clock::duration spent) {
   return ", " + spoken(from_seconds(seconds)) + " left";
 }
 
+struct TerminalSize {
+  std::size_t columns = 80, rows = 24;
+};
+
 /// Asks the terminal behind stderr.
-std::size_t columns() {
-  constexpr std::size_t kUsual = 80;
+TerminalSize terminal_size() {
   winsize size{};
-  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
+  TerminalSize found;
+  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0) return found;
+  if (size.ws_col > 0) found.columns = size.ws_col;
+  if (size.ws_row > 0) found.rows = size.ws_row;
+  return found;
 }
 
 }  // namespace
@@ -100,7 +111,10 @@ void Console::panel(const std::function<std::vector<std::string>()>& lines, bool
   last_shown_ = now;
   auto shown = lines();
   if (!moving_) return put_message(shown.front() + "\n");
-  for (auto& line : shown) line = cut_to(plain(line), columns());
+  const auto [columns, rows] = terminal_size();
+  // What has left the screen at its top cannot be redrawn.
+  if (shown.size() >= rows) shown.resize(std::max<std::size_t>(rows, 2) - 1);
+  for (auto& line : shown) line = cut_to(plain(line), columns);
   err_.draw(std::move(shown));
 }
 

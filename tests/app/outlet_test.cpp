@@ -4,11 +4,15 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <pty.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 
+#include "app/console.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 
@@ -16,6 +20,7 @@ namespace gyrotherm::app {
 namespace {
 
 using std::chrono_literals::operator""s;
+using std::chrono_literals::operator""ms;
 using std::chrono::steady_clock;
 
 /// A pipe that somebody has filled and nobody reads, until what is in it is asked for.
@@ -102,6 +107,71 @@ TEST(Outlet, OfPicturesOnlyTheNewestIsDrawn) {
   for (auto at = drawn.find("picture"); at != std::string::npos; at = drawn.find("picture", at + 1)) ++pictures;
   EXPECT_LE(pictures, 2u) << "the one that was under way, and the newest";
   EXPECT_TRUE(drawn.ends_with("picture 49")) << drawn;
+}
+
+/// A terminal of so many lines in the place of stderr, while it lives.
+class SmallTerminal {
+ public:
+  SmallTerminal(unsigned short rows, const char* kind) {
+    winsize size{.ws_row = rows, .ws_col = 80, .ws_xpixel = 0, .ws_ypixel = 0};
+    int ours = kNoDescriptor, its = kNoDescriptor;
+    EXPECT_EQ(::openpty(&ours, &its, nullptr, nullptr, &size), 0);
+    reader_ = Descriptor(ours);
+    const Descriptor terminal(its);
+    before_ = Descriptor(::dup(STDERR_FILENO));
+    ::dup2(its, STDERR_FILENO);
+    const char* named = std::getenv("TERM");
+    kind_before_ = named == nullptr ? "" : named;
+    ::setenv("TERM", kind, 1);
+    ::unsetenv("NO_COLOR");
+  }
+  ~SmallTerminal() {
+    ::dup2(before_.number(), STDERR_FILENO);
+    ::setenv("TERM", kind_before_.c_str(), 1);
+  }
+  SmallTerminal(const SmallTerminal&) = delete;
+  SmallTerminal& operator=(const SmallTerminal&) = delete;
+  /// What has come.
+  [[nodiscard]] std::string shown() const {
+    std::string text;
+    for (char bytes[4096]; ready(reader_.number(), POLLIN, Deadline(200ms));) {
+      const auto size = ::read(reader_.number(), bytes, sizeof bytes);
+      if (size <= 0) break;
+      text.append(bytes, static_cast<std::size_t>(size));
+    }
+    return text;
+  }
+
+ private:
+  Descriptor reader_, before_;
+  std::string kind_before_;
+};
+
+std::vector<std::string> ten_lines() {
+  std::vector<std::string> lines;
+  for (int i = 0; i < 10; ++i) lines.push_back(fmt::format("line {}", i));
+  return lines;
+}
+
+TEST(Console, APanelIsLowerThanTheTerminal) {
+  const SmallTerminal terminal(5, "xterm");
+  Console console;
+  ASSERT_TRUE(console.redraws());
+  console.panel(ten_lines, true);
+  const auto shown = terminal.shown();
+  EXPECT_NE(shown.find("line 3"), std::string::npos) << shown;
+  EXPECT_EQ(shown.find("line 4"), std::string::npos) << "its first line would leave the screen: " << shown;
+}
+
+TEST(Console, ATerminalThatCannotMoveIsNotRedrawn) {
+  for (const char* kind : {"dumb", ""}) {
+    const SmallTerminal terminal(24, kind);
+    Console console;
+    EXPECT_FALSE(console.redraws()) << kind;
+    console.panel(ten_lines, true);
+    console.progress("stage", 0.5);
+    EXPECT_EQ(terminal.shown().find('\033'), std::string::npos) << kind;
+  }
 }
 
 }  // namespace

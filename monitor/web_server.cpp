@@ -143,13 +143,14 @@ const httplib::Headers& usual_headers() {
   return headers;
 }
 
-std::string refusal_text(int status, std::string_view why) {
+/// To a HEAD an answer has no body.
+std::string refusal_text(int status, std::string_view why, bool with_body) {
   const auto answer = refusal(status, why);
   auto text = fmt::format("HTTP/1.1 {} {}\r\nConnection: close\r\nContent-Type: {}\r\nContent-Length: {}\r\n", status,
                           reason_of(status), answer.type, answer.body.size());
   if (status == 405) text += "Allow: GET, POST\r\n";
   for (const auto& [name, value] : usual_headers()) text += fmt::format("{}: {}\r\n", name, value);
-  return text + "\r\n" + answer.body;
+  return text + "\r\n" + (with_body ? answer.body : "");
 }
 
 /// What is sent piece by piece ends when the server does, however slowly it is taken.
@@ -232,8 +233,9 @@ class WebServer::Guarded final : public httplib::Server {
       if (!read_more(connection, bytes, deadline)) return bytes.empty() ? false : refuse(connection, {408, "too slow"});
     if (!end || *end > kLongestHead) return refuse(connection, {431, "the head is too long"});
     auto read = read_head(std::string_view(bytes).substr(0, *end));
+    const bool wants_body = !bytes.starts_with("HEAD ");
     bytes.erase(0, *end);
-    if (const auto* why = std::get_if<HeadRefusal>(&read)) return refuse(connection, *why);
+    if (const auto* why = std::get_if<HeadRefusal>(&read)) return refuse(connection, *why, wants_body);
     WebRequest request{.head = std::move(std::get<RequestHead>(read)),
                        .body = {},
                        .peer = connection.peer(),
@@ -254,8 +256,8 @@ class WebServer::Guarded final : public httplib::Server {
     return size > 0;
   }
 
-  static bool refuse(Connection& connection, const HeadRefusal& why) {
-    if (connection.write(refusal_text(why.status, why.why), kWriteWithin)) drain(connection);
+  static bool refuse(Connection& connection, const HeadRefusal& why, bool with_body = true) {
+    if (connection.write(refusal_text(why.status, why.why, with_body), kWriteWithin)) drain(connection);
     return false;
   }
 

@@ -240,6 +240,8 @@ class Secop(WatchedRun):
         for options, said in (
             (("--secop", "0.0.0.0:0"), "--secop-for-everybody"),
             (("--secop", "here"), "ADDRESS:PORT"),
+            (("--secop-rig", "virtual"), "--secop"),
+            (("--secop-for-everybody",), "--secop"),
             (("--secop", f"127.0.0.1:{self.port}"), "cannot be listened at"),
         ):
             done = monitor_command(self.folder, "--folder", str(self.folder), "--listen", "127.0.0.1:0", *options)

@@ -130,6 +130,10 @@ TEST(WebServer, SaysWhichMethodsThereAre) {
   const auto answer = page.ask("DELETE /", "127.0.0.1").value_or("");
   EXPECT_TRUE(answer.starts_with("HTTP/1.1 405 ")) << answer;
   EXPECT_NE(answer.find("\r\nAllow: GET, POST\r\n"), std::string::npos) << answer;
+  EXPECT_TRUE(answer.ends_with("}\n")) << answer;
+  const auto head = page.ask("HEAD /", "127.0.0.1").value_or("");
+  EXPECT_TRUE(head.starts_with("HTTP/1.1 405 ")) << head;
+  EXPECT_TRUE(head.ends_with("\r\n\r\n")) << "an answer to HEAD has no body: " << head;
 }
 
 TEST(MonitorAnswers, NotWhereAProxyAnswersInItsPlace) {

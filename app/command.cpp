@@ -123,16 +123,6 @@ CLI::App& add_subcommand(Program& program, CLI::App& parent, const std::string& 
   return command;
 }
 
-void add_force_flag(CLI::App& command, bool& force) {
-  command.add_flag("--force", force, "write over a file that is there already");
-}
-
-Result<void> check_is_free(const std::string& path, bool force) {
-  std::error_code error;
-  if (force || path.empty() || path == "-" || !std::filesystem::exists(path, error)) return {};
-  return failure(FaultKind::usage, path, "is there already; --force writes over it");
-}
-
 void add_outside_option(CLI::App& command, std::string& outside, const std::string& refused) {
   command
       .add_option("--outside", outside,
@@ -145,6 +135,13 @@ void add_outside_option(CLI::App& command, std::string& outside, const std::stri
 CLI::Validator not_negative() {
   const auto judge = [](const std::string& text) { return std::string(text.starts_with('-') ? "is negative" : ""); };
   return {judge, "NONNEGATIVE"};
+}
+
+CLI::Validator not_a_dash() {
+  const auto judge = [](const std::string& text) {
+    return std::string(text == "-" ? "\"-\" is no name of a file here; ./- is one" : "");
+  };
+  return {judge, ""};
 }
 
 void add_forwarded(Program& program, const std::string& name, const std::string& description,

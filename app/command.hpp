@@ -81,17 +81,14 @@ void add_completion(Program& program);
 /// `manual [COMMAND]`, which the build makes the manual pages with.
 void add_manual(Program& program);
 
-/// The flag --force of a command that writes a file which somebody may want to keep.
-void add_force_flag(CLI::App& command, bool& force);
-/// Fails with usage where `path` is there already and is not to be written over. Nothing and "-" are always free.
-[[nodiscard]] Result<void> check_is_free(const std::string& path, bool force);
-
 /// The option --outside, what to do with inputs beyond those of the training; `refused` is what becomes of one that is
 /// refused.
 void add_outside_option(CLI::App& command, std::string& outside, const std::string& refused = "not compensated");
 
 /// Refuses what begins with a minus sign.
 [[nodiscard]] CLI::Validator not_negative();
+/// Refuses "-" for a file or a folder that is written: it is no word for standard output there.
+[[nodiscard]] CLI::Validator not_a_dash();
 
 /// Adds a subcommand that reads none of the words after it, options and --help among them, but hands them to `action`.
 void add_forwarded(Program& program, const std::string& name, const std::string& description,

@@ -17,6 +17,7 @@
 #include "analysis/model/stream.hpp"
 #include "app/command.hpp"
 #include "app/follow.hpp"
+#include "app/output_file.hpp"
 #include "app/recorded_run.hpp"
 #include "app/value.hpp"
 #include "core/file.hpp"
@@ -189,7 +190,9 @@ void add_export(Program& program) {
       add_command(program, "export", "Writes a record for others: as a text table, as NetCDF, as a figure.",
                   "gyrotherm export random.db --out random.csv", export_table);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
-  command.add_option("--out", options.out, "the table, or what --as says")->type_name(value::kTable);
+  command.add_option("--out", options.out, "the table, or what --as says")
+      ->check(not_a_dash())
+      ->type_name(value::kTable);
   add_force_flag(command, options.force);
   command.add_option("--as", options.format, "csv, netcdf (CF, by netCDF-4) or gnuplot (a script with its data)")
       ->check(CLI::IsMember({"csv", "netcdf", "gnuplot"}))
@@ -199,11 +202,12 @@ void add_export(Program& program) {
   command.add_option("--to", options.to, "the last row, likewise")->type_name("TIME");
   command.add_option("--every", options.every, "means over stretches, \"10 s\"; pulses are added")->type_name("TIME");
   command.add_flag("--follow", options.follow, "of a run that goes on: rows to stdout as they come, until it ends");
-  command.add_flag("--compensated", options.compensated,
-                   "of one axis: calibrated temperatures, bias, compensated bias and its U");
+  auto* compensated = command.add_flag("--compensated", options.compensated,
+                                       "of one axis: calibrated temperatures, bias, compensated bias and its U");
   command.add_option("--model", options.model, "the model that compensates")->type_name(value::kModel);
   add_outside_option(command, options.outside);
   add_axis_options(command, options.axis);
+  for (const auto* of_it : {"--model", "--outside", "--unit", "--axis"}) command.get_option(of_it)->needs(compensated);
   add_unverified_flag(command, options.unverified);
 }
 

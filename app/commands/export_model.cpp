@@ -5,6 +5,7 @@
 
 #include "analysis/model/model_export.hpp"
 #include "app/bias_tracking.hpp"
+#include "app/output_file.hpp"
 #include "app/recorded_run.hpp"
 #include "app/value.hpp"
 #include "core/file.hpp"
@@ -70,7 +71,8 @@ Result<Exit> export_model(Console& console, const ExportModelArguments& options)
   if (options.as != "c" && (options.tracking.track || !options.tracking.noise.empty())) {
     return failure(FaultKind::usage, "--track", "is for --as c");
   }
-  if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
+  if (!options.out.empty())
+    if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
   if (auto written = write(console, options, *model); !written) return failure(written.error());
@@ -87,7 +89,9 @@ void add_export_model(Program& program) {
                   "gyrotherm export-model model.json --as c --out compensation.c", export_model);
   command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
   command.add_option("--as", options.as, "libsvm or c")->required()->check(CLI::IsMember({"libsvm", "c"}));
-  command.add_option("--out", options.out, "the file (default for libsvm: standard output)")->type_name(value::kCode);
+  command.add_option("--out", options.out, "the file (default for libsvm: standard output)")
+      ->check(not_a_dash())
+      ->type_name(value::kCode);
   add_force_flag(command, options.force);
   command.add_option("--data", options.run, "instead of the model, write this record's clusters as its inputs")
       ->type_name(value::kRecord);

@@ -16,6 +16,7 @@
 #include "analysis/model/fused_run.hpp"
 #include "analysis/model/fusion_export.hpp"
 #include "app/command.hpp"
+#include "app/output_file.hpp"
 #include "app/recorded_run.hpp"
 #include "app/value.hpp"
 #include "core/file.hpp"
@@ -41,7 +42,8 @@ Result<ModelFiles> named_models(const std::vector<std::string>& words) {
     const auto at = word.find('=');
     if (at == std::string::npos || at == 0 || at + 1 == word.size())
       return failure(FaultKind::usage, "--model", fmt::format("\"{}\", expected AXIS=FILE like u1.x=model.json", word));
-    files[word.substr(0, at)] = word.substr(at + 1);
+    if (!files.emplace(word.substr(0, at), word.substr(at + 1)).second)
+      return failure(FaultKind::usage, "--model", fmt::format("{} has two models", word.substr(0, at)));
   }
   return files;
 }
@@ -71,6 +73,13 @@ Result<std::vector<data::AxisChoice>> axes_to_fuse(const record::RunInfo& info, 
   return chosen;
 }
 
+Result<void> check_models_are_of(const ModelFiles& named, const std::vector<data::AxisChoice>& axes) {
+  for (const auto& [name, file] : named)
+    if (std::ranges::find(axes, name, data::in_words) == axes.end())
+      return failure(FaultKind::usage, "--model", fmt::format("\"{}\" is none of the axes that are fused", name));
+  return {};
+}
+
 Result<model::FusedAxes> load_axes(Console& console, const std::string& path, const FuseArguments& options) {
   const auto outside = model::parse_outside(options.outside);
   if (!outside) return failure(outside.error());
@@ -83,6 +92,7 @@ Result<model::FusedAxes> load_axes(Console& console, const std::string& path, co
     return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
   const auto chosen = axes_to_fuse(record->info, options.axes, path);
   if (!chosen) return failure(chosen.error());
+  if (auto all_act = check_models_are_of(*named, *chosen); !all_act) return failure(all_act.error());
   std::vector<model::CompensatedAxis> axes;
   for (const data::AxisChoice& axis : *chosen) {
     auto model = load_model(file_of(options, *named, axis));
@@ -263,7 +273,8 @@ Result<Exit> fuse_all(Console& console, const FuseArguments& options) {
   if (options.runs.size() > 1 && !(options.out.empty() && options.report.empty() && options.export_c.empty()))
     return failure(FaultKind::usage, "--out", "--out, --report and --export-c are for one record");
   for (const std::string& file : {options.out, options.export_c})
-    if (auto free = check_is_free(file, options.force); !free) return failure(free.error());
+    if (!file.empty() && file != "-")
+      if (auto free = check_is_free(file, options.force); !free) return failure(free.error());
   const auto thermometers = thermometers_of(console, options);
   if (!thermometers) return failure(thermometers.error());
   for (const std::string& path : options.runs)
@@ -297,7 +308,9 @@ void add_fuse(Program& program) {
       ->type_name(value::kRecord);
   command.add_option("--out", options.out, "the fused rate, a line a second, as a table; - is standard output")
       ->type_name(value::kTable);
-  command.add_option("--report", options.report, "a folder for fusion.html and fusion.json")->type_name(value::kFolder);
+  command.add_option("--report", options.report, "a folder for fusion.html and fusion.json")
+      ->check(not_a_dash())
+      ->type_name(value::kFolder);
   command.add_option("--export-c", options.export_c, "a C99 source of the fusion of one second; its header beside it")
       ->type_name(value::kCode);
   add_force_flag(command, options.force);

@@ -74,6 +74,7 @@ void add_go(Program& program) {
   command.add_option("at", options.at, "the set point, °C")->required();
   command.add_option("--for", options.time, "how long it holds (default: 24 h)");
   command.add_option("--out", options.out, "the record (default: \"go\", date and time in UTC)")
+      ->check(not_a_dash())
       ->type_name(value::kRecord);
 }
 

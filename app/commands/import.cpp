@@ -7,6 +7,7 @@
 
 #include "acquisition/exchange/guess.hpp"
 #include "app/command.hpp"
+#include "app/output_file.hpp"
 #include "app/value.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
@@ -41,6 +42,7 @@ Result<Exit> import(Console& console, const ImportArguments& options) {
   if (options.map.empty())
     return failure(FaultKind::usage, "--map", "which column is what? Name a map, or let --guess make a first one");
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "where to? Name the record");
+  if (auto can_be = check_can_be_made(options.out); !can_be) return failure(can_be.error());
   const auto map = path_of(options.map, kShippedImportMap);
   if (!map) return failure(map.error());
   const auto summary = exchange::import_record(options.file, *map, options.out, GYROTHERM_VERSION);
@@ -65,7 +67,9 @@ void add_import(Program& program) {
       ->type_name(value::kTable)
       ->required();
   command.add_option("--map", options.map, "which column is what")->type_name(value::kMap);
-  command.add_option("--out", options.out, "the record; with --guess the map")->type_name(value::kRecord);
+  command.add_option("--out", options.out, "the record; with --guess the map")
+      ->check(not_a_dash())
+      ->type_name(value::kRecord);
   command.add_flag("--guess", options.guess, "writes a first map of the file, to be corrected: to stdout, or to --out");
 }
 

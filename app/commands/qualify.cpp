@@ -428,6 +428,7 @@ void add_qualify(Program& program) {
       "gyrotherm qualify --out out", qualify);
   options.training.program_version = GYROTHERM_VERSION;
   command.add_option("--out", options.out, "the folder for everything that is made")
+      ->check(not_a_dash())
       ->type_name(value::kFolder)
       ->required();
   command.add_option("--rig", options.rig, "the rig (default: virtual, a dry run)")->type_name(value::kRig);
@@ -436,7 +437,8 @@ void add_qualify(Program& program) {
                   "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
       ->check(not_negative());
   add_days_later(command, options.days_later);
-  command.add_option("--threads", options.training.threads, "of the training; 0: all; the result is the same");
+  command.add_option("--threads", options.training.threads, "of the training; 0: all; the result is the same")
+      ->check(not_negative());
   command.add_flag("--compare", options.compare,
                    "on a rig with several axes: every other method beside the three models too, as with one axis");
   command

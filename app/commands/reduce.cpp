@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "app/command.hpp"
+#include "app/output_file.hpp"
 #include "app/recorded_run.hpp"
 #include "app/value.hpp"
 #include "core/file.hpp"
@@ -63,7 +64,10 @@ void add_reduce(Program& program) {
                   "gyrotherm reduce model.json rate.db --within 0.0001 --out small.json", reduce_and_write);
   command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
   command.add_option("runs", options.runs, "the records that it was trained on")->type_name(value::kRecord)->required();
-  command.add_option("--out", options.out, "the smaller model")->type_name(value::kModel)->required();
+  command.add_option("--out", options.out, "the smaller model")
+      ->check(not_a_dash())
+      ->type_name(value::kModel)
+      ->required();
   add_force_flag(command, options.force);
   auto* keep = command.add_option("--keep", options.goal.vectors, "at most so many vectors");
   command

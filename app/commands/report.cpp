@@ -49,7 +49,7 @@ void add_report(Program& program) {
       "gyrotherm report out --order order.toml --laboratory laboratory.toml --out out/calibration", report_on);
   command.add_option("records", options.runs, "the records, or the folder that qualify wrote")
       ->type_name(value::kRecordOrFolder);
-  command.add_option("--out", options.out, "the folder of the report")->type_name(value::kFolder);
+  command.add_option("--out", options.out, "the folder of the report")->check(not_a_dash())->type_name(value::kFolder);
   command.add_option("--model", options.left, "the model that the unit leaves with; again for each further axis")
       ->type_name(value::kModel);
   command.add_option("--models", options.left_folder, "… of each axis, in a folder as qualify leaves it")

@@ -39,6 +39,7 @@ void add_report_compare(Program& program, CLI::App& report) {
       ->required();
   command.add_option("now", options.now, "… of the second one")->type_name(value::kFolder)->required();
   command.add_option("--out", options.out, "also write comparison.json and its page into this folder")
+      ->check(not_a_dash())
       ->type_name(value::kFolder);
   add_languages(command, options.languages);
 }

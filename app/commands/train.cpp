@@ -8,6 +8,7 @@
 #include "analysis/model/uncertainty.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
+#include "app/output_file.hpp"
 #include "app/recorded_run.hpp"
 #include "app/value.hpp"
 #include "core/file.hpp"
@@ -132,7 +133,7 @@ void add_train(Program& program) {
                   "gyrotherm train rate.db --inputs multi-point-t --out model.json", train_and_write);
   options.training.program_version = GYROTHERM_VERSION;
   command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
-  command.add_option("--out", options.out, "the model")->type_name(value::kModel)->required();
+  command.add_option("--out", options.out, "the model")->check(not_a_dash())->type_name(value::kModel)->required();
   add_force_flag(command, options.force);
   command
       .add_option("--inputs", options.training.inputs,
@@ -180,7 +181,8 @@ void add_train(Program& program) {
   add_unverified_flag(command, options.unverified);
   command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the model says so");
   command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());
-  command.add_option("--threads", options.training.tuning.swarm.threads, "0: all; the result is the same");
+  command.add_option("--threads", options.training.tuning.swarm.threads, "0: all; the result is the same")
+      ->check(not_negative());
   add_prior(command, options);
 }
 

@@ -9,6 +9,7 @@
 
 #include "analysis/model/prior_training.hpp"
 #include "app/command.hpp"
+#include "app/output_file.hpp"
 #include "app/recorded_run.hpp"
 #include "app/value.hpp"
 #include "core/file.hpp"
@@ -169,7 +170,7 @@ void add_type_prior(Program& program) {
           "the gyro's serial number; virtual ones by their seed")
       ->type_name(value::kRecord)
       ->required();
-  command.add_option("--out", options.out, "the prior")->type_name(value::kModel)->required();
+  command.add_option("--out", options.out, "the prior")->check(not_a_dash())->type_name(value::kModel)->required();
   add_force_flag(command, options.force);
   command.add_option("--type", options.prior.type, "what the type is called, for people")->type_name("NAME");
   command

@@ -403,7 +403,10 @@ void add_thermal_image(Program& program) {
       ->check(CLI::Range(0.01, 10000.0));
   command.add_option("--fit", options.fit, "first calibrate to this gain–non-gain difference, K")
       ->check(CLI::Range(0.01, 100.0));
-  command.add_option("--out", options.out, "folder for the results")->type_name(value::kFolder)->required();
+  command.add_option("--out", options.out, "folder for the results")
+      ->check(not_a_dash())
+      ->type_name(value::kFolder)
+      ->required();
 }
 
 }  // namespace gyrotherm::app

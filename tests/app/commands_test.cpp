@@ -6,7 +6,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/file.hpp"
 #include "tests/app/program.hpp"
+#include "tests/app/small_record.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -22,6 +24,88 @@ TEST(CommandLine, NoCommandAndUnknownOptionsAreUsageErrors) {
   EXPECT_EQ(gyrotherm_with("check --colour").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("check").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("train").exit_code, 2);
+}
+
+TEST(CommandLine, ANumberIsDecimalAndFiniteAndNothingElse) {
+  const auto refused = [](const std::string& arguments, const std::string& option) {
+    const auto ran = gyrotherm_with(arguments);
+    EXPECT_EQ(ran.exit_code, 2) << arguments;
+    EXPECT_NE(ran.err.find(": " + option + ": \""), std::string::npos) << arguments << "\n" << ran.err;
+    EXPECT_NE(ran.err.find("\" is no number that it can take"), std::string::npos) << arguments << "\n" << ran.err;
+  };
+  for (const auto* number : {"''", "' 25'", "'25 '", "0x19", "+25", "1e999", "nan", "inf", "25,5", "25C"})
+    refused(std::string("go virtual ") + number, "at");
+  for (const auto* number : {"''", "' 1'", "0x10", "1.5", "18446744073709551616"}) {
+    refused(std::string("check --rig virtual --seed ") + number, "--seed");
+    refused(std::string("simulate --port ") + number, "--port");
+  }
+  refused("simulate --port 65536", "--port");
+  for (const auto* option : {"--threshold", "--guard", "--threads"})
+    refused(std::string("train run.db --out model.json ") + option + " nan", option);
+  refused("fuse run.db --models out --false-alarm nan", "--false-alarm");
+  refused("reduce model.json run.db --out small.json --within nan", "--within");
+  for (const auto* option : {"--film", "--ambient", "--fit"})
+    refused(std::string("thermal --out image ") + option + " nan", option);
+  EXPECT_EQ(gyrotherm_with("check --rig virtual --seed ' -1'").exit_code, 2);
+  EXPECT_EQ(gyrotherm_with("train run.db --out model.json --threads -5").exit_code, 2);
+  for (const auto* pace : {"x", "'x 10'", "x0x10", "xnan", "xinf", "x-1"})
+    EXPECT_EQ(gyrotherm_with(std::string("simulate --pace ") + pace).exit_code, 2) << pace;
+}
+
+TEST(CommandLine, AValueThatIsEmptyIsNotTakenForTheDefault) {
+  for (const auto* arguments : {"train run.db --out model.json --inputs ''", "check --rig ''", "check ''",
+                                "export run.db --out ''", "fuse run.db --models ''"}) {
+    const auto ran = gyrotherm_with(arguments);
+    EXPECT_EQ(ran.exit_code, 2) << arguments;
+    EXPECT_NE(ran.err.find("is empty"), std::string::npos) << arguments << "\n" << ran.err;
+  }
+}
+
+TEST(CommandLine, AnOptionThatCannotActIsRefused) {
+  for (const auto* option : {"--model model.json", "--outside refuse", "--unit u1", "--axis x"}) {
+    const auto ran = gyrotherm_with(std::string("export run.db --out rows.csv ") + option);
+    EXPECT_EQ(ran.exit_code, 2) << option;
+    EXPECT_NE(ran.err.find("--compensated"), std::string::npos) << option << "\n" << ran.err;
+  }
+}
+
+TEST(CommandLine, ADashIsNoNameOfAFile) {
+  const Folder folder;
+  for (const auto* arguments :
+       {"export run.db --out -", "train run.db --out -", "export-model model.json --as libsvm --out -",
+        "import rows.csv --map map.toml --out -", "run day.toml --rig virtual --out -", "qualify --out -",
+        "reduce model.json run.db --keep 3 --out -", "type-prior run.db --out -", "report run.db --out -"}) {
+    const auto ran = shell("cd " + (folder / ".") + " && gyrotherm " + arguments);
+    EXPECT_EQ(ran.exit_code, 2) << arguments << ran.err;
+    EXPECT_NE(ran.err.find("\"-\" is no name of a file here"), std::string::npos) << arguments << "\n" << ran.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "-")) << arguments;
+  }
+}
+
+TEST(CommandLine, AFolderThatIsNotThereIsToldBeforeTheWork) {
+  const Folder folder;
+  for (const auto* arguments :
+       {"export run.db --out ", "train run.db --out ", "import rows.csv --map freeimu --out "}) {
+    const auto ran = gyrotherm_with(arguments + (folder / "none/file"));
+    EXPECT_EQ(ran.exit_code, 2) << arguments << ran.err;
+    EXPECT_NE(ran.err.find((folder / "none") + " is not there"), std::string::npos) << arguments << "\n" << ran.err;
+  }
+  const auto itself = gyrotherm_with("export run.db --force --out " + (folder / "."));
+  EXPECT_NE(itself.err.find("is a folder"), std::string::npos) << itself.err;
+}
+
+TEST(CommandLine, ADescriptorThatTheCallerClosedIsNobodyElses) {
+  const Folder folder;
+  make_small_model(folder);
+  const auto nothing_read = shell("gyrotherm compensate " + (folder / "model.json") + " <&-");
+  EXPECT_EQ(nothing_read.exit_code, 4) << "stdin is at its end: there is no header\n" << nothing_read.err;
+  const auto unheard = shell("gyrotherm check --rig virtual >&-");
+  EXPECT_EQ(unheard.exit_code, 4) << unheard.err;
+  EXPECT_NE(unheard.err.find("stdout: cannot be written"), std::string::npos) << unheard.err;
+  const auto mute = shell("gyrotherm export " + (folder / "record.db") + " --out " + (folder / "rows.csv") +
+                          " <&- >&- 2>&- && head -c 4 " + (folder / "rows.csv"));
+  EXPECT_EQ(mute.exit_code, 0);
+  EXPECT_EQ(mute.out.find("gyrotherm"), std::string::npos) << "a message is not written into the table";
 }
 
 TEST(CommandLine, HelpOfEachCommandOpensWithAnExample) {
@@ -146,6 +230,46 @@ TEST(Run, ARecordIsNeverOverwritten) {
                                   (folder / "run.db"));
   EXPECT_EQ(ran.exit_code, 4) << ran.err;
   EXPECT_EQ(shell("cat " + (folder / "run.db")).out, "precious");
+}
+
+/// A record and its model, of which no command makes anything else.
+class Force : public testing::Test {
+ protected:
+  void SetUp() override { make_small_model(folder_); }
+  void expect_refused(const std::string& command, const std::string& out) const {
+    const auto before = read_text_file(folder_ / "record.db", kLargestTable);
+    ASSERT_TRUE(before);
+    const auto ran = shell("cd " + (folder_ / ".") + " && gyrotherm " + command + " --force " + out);
+    EXPECT_EQ(ran.exit_code, 2) << command << " " << out << "\n" << ran.err;
+    EXPECT_NE(ran.err.find("a record is never overwritten"), std::string::npos) << command << " " << out << ran.err;
+    const auto after = read_text_file(folder_ / "record.db", kLargestTable);
+    EXPECT_TRUE(after && *after == *before) << command << " " << out;
+  }
+  const Folder folder_;
+};
+
+TEST_F(Force, NeverWritesOverARecord) {
+  for (const auto* command :
+       {"export record.db", "export record.db --as netcdf", "export record.db --compensated --model model.json",
+        "train record.db --inputs A --method linear", "reduce model.json record.db --keep 3", "type-prior record.db",
+        "export-model model.json --as libsvm", "export-model model.json --as libsvm --data record.db",
+        "fuse record.db --models ."})
+    expect_refused(command, "--out record.db");
+  expect_refused("fuse record.db --models .", "--export-c record.db");
+}
+
+TEST_F(Force, NeverWritesOverWhatBelongsToARecord) {
+  ASSERT_EQ(shell("cd " + (folder_ / ".") +
+                  " && cp record.db record.2.db && ln -s record.db link.csv && touch record.db-wal record.db.status"
+                  " run.csv.socket soak.csv.safe-state && ln -s record.live.db.1 record.live.db")
+                .exit_code,
+            0);
+  for (const auto* out :
+       {"record.2.db", "link.csv", "record.db-wal", "record.db.status", "run.csv", "soak.csv", "record.live.db"})
+    expect_refused("export record.db", std::string("--out ") + out);
+  const auto other = gyrotherm_with("export-model " + (folder_ / "model.json") + " --as libsvm --force --out " +
+                                    (folder_ / "map.toml"));
+  EXPECT_EQ(other.exit_code, 0) << "what is no record is written over: " << other.err;
 }
 
 }  // namespace

@@ -127,6 +127,12 @@ TEST_F(Fuse, TakesTheModelOfAnAxisByName) {
   const auto named = fuse(all + " --healthy " + in("rate.db"));
   EXPECT_EQ(named.exit_code, 0) << named.err;
   EXPECT_EQ(fuse("--model tetrad.a").exit_code, 2);
+  const auto nobody = fuse(models() + " --model tetrad.e=" + model);
+  EXPECT_EQ(nobody.exit_code, 2) << nobody.out;
+  EXPECT_NE(nobody.err.find("\"tetrad.e\" is none of the axes"), std::string::npos) << nobody.err;
+  const auto twice = fuse(models() + " --model tetrad.a=" + model + " --model tetrad.a=" + model);
+  EXPECT_EQ(twice.exit_code, 2) << twice.out;
+  EXPECT_NE(twice.err.find("tetrad.a has two models"), std::string::npos) << twice.err;
   EXPECT_EQ(fuse("").exit_code, 2) << "no models";
 }
 

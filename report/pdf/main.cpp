@@ -13,6 +13,7 @@
 #include <string>
 
 #include "core/file.hpp"
+#include "core/program_start.hpp"
 #include "core/sha256.hpp"
 #include "core/text.hpp"
 #include "report/calibration.hpp"
@@ -100,6 +101,7 @@ int run(int argc, char** argv) {
   app.add_option("--width", arguments.width_px, "of the PNG, in pixels")->check(CLI::Range(16, 20000));
   app.add_option("--out", arguments.out, "the file")->required();
   app.add_flag("--force", arguments.force, "replace the file if it is there");
+  refuse_wrong_values(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -120,4 +122,7 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace gyrotherm::report
 
-int main(int argc, char** argv) { return gyrotherm::report::run(argc, argv); }
+int main(int argc, char** argv) {
+  gyrotherm::open_standard_descriptors();
+  return gyrotherm::report::run(argc, argv);
+}

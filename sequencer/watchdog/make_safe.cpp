@@ -13,6 +13,7 @@
 #include <string>
 #include <thread>
 
+#include "core/program_start.hpp"
 #include "sequencer/watchdog/child_work.hpp"
 #include "sequencer/watchdog/guard.hpp"
 #include "sequencer/watchdog/safe_attempt.hpp"
@@ -202,4 +203,7 @@ MakeSafeExit run(int argc, char** argv) {
 }  // namespace
 }  // namespace gyrotherm::watchdog
 
-int main(int argc, char** argv) { return static_cast<int>(gyrotherm::watchdog::run(argc, argv)); }
+int main(int argc, char** argv) {
+  gyrotherm::open_standard_descriptors();
+  return static_cast<int>(gyrotherm::watchdog::run(argc, argv));
+}

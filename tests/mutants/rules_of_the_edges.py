@@ -48,7 +48,7 @@ MUTANTS = [
 
     # Lost channels.
     ("a lost channel is not told", "sequencer/interlocks/interlocks.cpp",
-     "return lost ? found(*lost) : Found{};", "return {};",
+     "return text ? found(*text) : Found{};", "return {};",
      "faults_test", shown_by("AThermometersLineCutThatTheAnalysisDoesNotNeed")),
     ("a channel that the analysis needs is lost without a word", "sequencer/interlocks/interlocks.cpp",
      "return lost ? found(*lost + \", which the analysis needs\") : Found{};", "return {};",

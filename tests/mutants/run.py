@@ -3,6 +3,7 @@
 """Breaks one rule of safety at a time and shows that a named test notices.
 
     tests/mutants/run.py BUILD [PART-OF-A-NAME]
+    tests/mutants/run.py --lines               whether what each of them edits is there, once
 
 BUILD is a folder built with Ninja, all tests in it. Each mutant is one edit of one source: it is compiled from a copy
 (together with its neighbours where the build compiles several as one), linked in the place of what the build has of it,
@@ -133,6 +134,9 @@ def verdict(bench, source, old, new, program, test):
 def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
+    if sys.argv[1] == "--lines":
+        gone = [name for name, source, old, *_ in MUTANTS if (ROOT / source).read_text().count(old) != 1]
+        sys.exit("\n".join(f"its line is not there once: {name}" for name in gone) or 0)
     bench = Bench(sys.argv[1])
     chosen = [m for m in MUTANTS if len(sys.argv) < 3 or sys.argv[2] in m[0]]
     if not chosen:

@@ -302,16 +302,20 @@ TEST(BrokenRig, ASoakCountsAtTheTemperatureAndNotAtTheReading) {
   EXPECT_NEAR(to_seconds(bench.progress().soaked), 302, 30) << "on its way from 29 to 31 °C";
 }
 
-/// … for `soak_dwell`, without leaving it while the run is suspended either.
-TEST(BrokenRig, ADwellBeginsAnewAfterTheDoorWasOpen) {
+/// … for `soak_dwell`, without leaving it while the clock stands either.
+TEST(BrokenRig, ADwellBeginsAnewIfTheAirLeftItsBandWhileTheRunWasHeld) {
   auto profile = kSoak;
   profile.insert(profile.find("soak_band = 1"), "soak_dwell = \"5 min\"\n");
   tests::Bench bench(profile);
   bench.seconds(900);
   ASSERT_GT(bench.progress().soaked, Duration{});
+  bench.run_controller().tell(OperatorCommand::pause, "Ada");
   bench.chamber().door_open = true;
   bench.seconds(200);
   bench.chamber().door_open = false;
+  bench.seconds(250);
+  ASSERT_NEAR(bench.chamber().air_c, 30, 1) << "it is back before the clock runs again";
+  bench.run_controller().tell(OperatorCommand::resume, "Ada");
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
   int inside = 0;
   Duration soaked{};

@@ -140,7 +140,8 @@ std::string metrics_text(const std::vector<FoundRun>& runs, const OwnFigures& ow
   const auto add = [&](const char* name, const char* help, auto value) {
     text += head_of(name, help) + fmt::format("{} {}\n", name, value);
   };
-  add("gyrotherm_runs_going_on", "Runs that a program carries out.", going_on.size());
+  add("gyrotherm_runs_going_on", "Runs that a program carries out.",
+      std::ranges::count_if(going_on, &FoundRun::is_running));
   add("gyrotherm_runs_found", "Records in the monitor's folders.", runs.size());
   add("gyrotherm_monitor_watchers", "Pages that watch a run.", own.watchers);
   add("gyrotherm_monitor_cache_bytes", "Memory that holds overviews of runs.", own.cache_bytes);

@@ -176,7 +176,11 @@ TEST(Metrics, AreInUtf8WhateverARecordIsCalled) {
   FoundRun run;
   run.name = "b\xff\"ü\n\\";
   run.status.being_written = true;
-  const auto text = metrics_text({run}, {.watchers = 0, .cache_bytes = 0});
+  FoundRun left;
+  left.name = "left";
+  ASSERT_TRUE(left.was_left());
+  const auto text = metrics_text({run, left}, {.watchers = 0, .cache_bytes = 0});
+  EXPECT_NE(text.find("gyrotherm_runs_going_on 1\n"), std::string::npos) << "nobody carries the other out";
   EXPECT_NE(text.find("{run=\"b\uFFFD\\\"ü\\n\\\\\",rig=\"\""), std::string::npos) << text.substr(0, 400);
 }
 

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "acquisition/exchange/exported_columns.hpp"
+#include "acquisition/exchange/grouping.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::exchange {
@@ -54,17 +54,6 @@ std::string plot_of(const std::vector<Curve>& curves, std::size_t first, std::st
   return text + "\n";
 }
 
-/// The usual number between neighbours; 0 where there are none.
-template <class T>
-T usual_step(const std::vector<T>& numbers) {
-  std::vector<T> steps;
-  for (std::size_t i = 1; i < numbers.size(); ++i) steps.push_back(numbers[i] - numbers[i - 1]);
-  if (steps.empty()) return {};
-  const auto middle = steps.begin() + std::ssize(steps) / 2;
-  std::ranges::nth_element(steps, middle);
-  return *middle;
-}
-
 /// Before which rows others are missing. Our own are one step apart, or as many more as are missing; what keeps its own
 /// times has a gap where the import tells one.
 class Gaps {
@@ -73,8 +62,7 @@ class Gaps {
       : record_(record), slots_(usual_step(record.slot)), seconds_(usual_step(record.time_s)) {}
   [[nodiscard]] bool before(std::size_t row) const {
     if (row == 0) return false;
-    constexpr double kSilence = 10;
-    if (record_.info.imported) return record_.time_s[row] - record_.time_s[row - 1] > kSilence * seconds_;
+    if (record_.info.imported) return record_.time_s[row] - record_.time_s[row - 1] > kUsualStepsOfASilence * seconds_;
     return slots_ > 0 && record_.slot[row] / slots_ - record_.slot[row - 1] / slots_ > 1;
   }
 

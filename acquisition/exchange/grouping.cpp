@@ -15,15 +15,6 @@ namespace {
 
 constexpr std::size_t kMostRowsHeldBack = 1 << 16, kMostNumbersHeldBack = 1 << 22;
 
-Duration median_spacing(const std::vector<Duration>& times) {
-  std::vector<Duration> spacings;
-  for (std::size_t i = 1; i < times.size(); ++i) spacings.push_back(times[i] - times[i - 1]);
-  if (spacings.empty()) return {};
-  const auto middle = spacings.begin() + std::ssize(spacings) / 2;
-  std::ranges::nth_element(spacings, middle);
-  return *middle;
-}
-
 /// Whether the row before may have had the time 23:59:60, which counts as 00:00:00: so far they were put in after
 /// 30 June and 31 December alone.
 bool may_follow_leap_second(std::optional<Duration> utc) {
@@ -78,7 +69,7 @@ Result<void> Spacing::hand_on(const ForeignRow& row, std::optional<Duration> sin
 
 Result<void> Spacing::finish() {
   if (times_.empty()) return {};
-  usual_ = median_spacing(times_);
+  usual_ = usual_step(times_);
   const std::size_t columns = numbers_.size() / times_.size();
   for (std::size_t i = 0; i < times_.size(); ++i) {
     const auto since_before = i > 0 ? std::optional(times_[i] - times_[i - 1]) : std::nullopt;

@@ -3,6 +3,7 @@
 /// the map says so, put together into one for each stretch.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -15,6 +16,20 @@
 #include "core/result.hpp"
 
 namespace gyrotherm::exchange {
+
+/// The usual step between neighbours, their median; 0 where there are none.
+template <class T>
+[[nodiscard]] T usual_step(const std::vector<T>& numbers) {
+  std::vector<T> steps;
+  for (std::size_t i = 1; i < numbers.size(); ++i) steps.push_back(numbers[i] - numbers[i - 1]);
+  if (steps.empty()) return {};
+  const auto middle = steps.begin() + std::ssize(steps) / 2;
+  std::ranges::nth_element(steps, middle);
+  return *middle;
+}
+
+/// A longer time without a row than so many usual steps is a gap, where a record keeps its own times.
+inline constexpr int kUsualStepsOfASilence = 10;
 
 /// A row as the record gets it.
 struct ImportedRow {

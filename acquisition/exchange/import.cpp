@@ -148,8 +148,7 @@ class Silences {
   explicit Silences(const ImportMap& map) : is_grouped_(map.every > Duration{}) {}
 
   void pass(std::int64_t slot, const ImportedRow& row) {
-    constexpr int kSilence = 10;  // times the usual spacing
-    limit_ = is_grouped_ ? row.usual : kSilence * row.usual;
+    limit_ = is_grouped_ ? row.usual : kUsualStepsOfASilence * row.usual;
     if (slot > 0 && row.time - before_ > limit_) {
       const Duration silence = row.time - before_;
       if (count_++ == 0) {

@@ -269,7 +269,7 @@ Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data:
   const double samples = clusters.samples.cast<double>().mean();
   constexpr double kNeighbours = 2.5;  // sample intervals from the first of three to the last: no gap lies between
   const auto span = (dataset.time_s.tail(inner) - dataset.time_s.head(inner)).array();
-  const Eigen::Array<bool, Eigen::Dynamic, 1> together = span <= kNeighbours * clusters.length_s / samples;
+  const Eigen::Array<bool, Eigen::Dynamic, 1> together = span <= kNeighbours * sample_interval_s(dataset);
   for (Eigen::Index j = 0; j < t.cols(); ++j) {
     Eigen::ArrayXd squares =
         (t.col(j).tail(inner) - 2 * t.col(j).segment(inner > 0 ? 1 : 0, inner) + t.col(j).head(inner)).array().square();

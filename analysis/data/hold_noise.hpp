@@ -37,6 +37,10 @@ struct NoiseFloor {
 [[nodiscard]] NoiseFloor noise_floor(const Clusters& clusters,
                                      const std::vector<record::RunInfo::SegmentInfo>& segments,
                                      double step_deg_per_h = 0);
+/// … of the clusters of this record.
+[[nodiscard]] inline NoiseFloor noise_floor(const Clusters& clusters, const Dataset& dataset) {
+  return noise_floor(clusters, dataset.segments, dataset.step_deg_per_h);
+}
 
 /// What a fit of `effective_parameters` p to n independent clusters leaves of noise alone: floor·√(1 − p/n). NaN where
 /// p is not known (0 or NaN) or not below n.

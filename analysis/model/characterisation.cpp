@@ -270,8 +270,7 @@ bool is_a_start(const Subject& subject, const StabilisedBias& hold) {
 }
 
 std::vector<WarmUp> warm_ups_of(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {
-  const data::NoiseFloor floor =
-      noise_floor(subject.clusters, subject.dataset.segments, subject.dataset.step_deg_per_h);
+  const data::NoiseFloor floor = noise_floor(subject.clusters, subject.dataset);
   if (!std::isfinite(floor.deg_per_h)) return {};
   std::vector<WarmUp> all;
   for (const StabilisedBias& hold : stabilised)

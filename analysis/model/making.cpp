@@ -57,7 +57,7 @@ Result<void> judge_in_sample(Model& model, const data::Clusters& clusters) {
 void warn_of_over_fit(Model& model, const std::vector<data::Dataset>& datasets,
                       const std::vector<data::Clusters>& records) {
   for (std::size_t i = 0; i < datasets.size(); ++i) {
-    const data::NoiseFloor floor = noise_floor(records[i], datasets[i].segments, datasets[i].step_deg_per_h);
+    const data::NoiseFloor floor = noise_floor(records[i], datasets[i]);
     if (const auto warning = over_fit_warning(model.in_sample, floor, model.effective_parameters)) {
       const std::string record = std::filesystem::path(datasets[i].path).filename().string();
       model.warnings.push_back(fmt::format("in-sample, against {}: {}", record, *warning));
@@ -69,7 +69,7 @@ std::optional<tracking::BiasNoise> wander_of(const Model& model, const std::vect
                                              const std::vector<data::Clusters>& records, const data::Clusters& all) {
   double floor_deg_per_h = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 0; i < datasets.size() && std::isnan(floor_deg_per_h); ++i)
-    floor_deg_per_h = noise_floor(records[i], datasets[i].segments, datasets[i].step_deg_per_h).deg_per_h;
+    floor_deg_per_h = noise_floor(records[i], datasets[i]).deg_per_h;
   const auto noise = tracking::noise_of_residual(model.leave_cycle_out_residual, all, floor_deg_per_h);
   return noise ? std::optional(*noise) : std::nullopt;
 }

@@ -54,7 +54,7 @@ data::NoiseFloor pooled_floor(const TrainedOn& on) {
   data::NoiseFloor all;
   double squares = 0, error_squares = 0;
   for (std::size_t i = 0; i < on.datasets.size(); ++i) {
-    const data::NoiseFloor floor = noise_floor(on.clusters[i], on.datasets[i].segments, on.datasets[i].step_deg_per_h);
+    const data::NoiseFloor floor = noise_floor(on.clusters[i], on.datasets[i]);
     if (floor.differences == 0 || !std::isfinite(floor.deg_per_h)) continue;
     all.differences += floor.differences;
     squares += floor.differences * std::pow(floor.deg_per_h, 2);

@@ -216,7 +216,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.holds = part(true);
   result.corners = figures_at(residual, clusters, rows_after(corners_of(dataset, stretches), clusters));
   result.to_truth = error_to_truth(dataset, clusters, residual);
-  result.floor = noise_floor(clusters, dataset.segments, dataset.step_deg_per_h);
+  result.floor = noise_floor(clusters, dataset);
   result.effective_parameters = model.effective_parameters > 0 ? model.effective_parameters : 0;
   result.expected_in_sample_std = expected_in_sample_std(
       result.floor, result.trained_on_this ? result.effective_parameters : 0, result.compensated.count);

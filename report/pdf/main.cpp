@@ -76,9 +76,18 @@ Result<FinishedFile> figure_png(const PdfProgram& program, const Arguments& argu
   return program.png_of(*svg, {.width_px = arguments.width_px});
 }
 
+/// A file that is there is replaced with --force alone, and only if it could be this program's: a record never is.
+Result<void> check_is_free(const std::string& path, bool force) {
+  if (std::error_code error; !std::filesystem::exists(path, error)) return {};
+  if (!force) return failure(FaultKind::usage, path, "is there already; --force replaces it");
+  const auto there = read_text_file(path, kLargestTable);
+  if (!there) return failure(there.error());
+  if (there->empty() || there->starts_with("%PDF-") || there->starts_with("\x89PNG")) return {};
+  return failure(FaultKind::usage, path, "is neither a PDF nor a PNG, and --force replaces nothing else");
+}
+
 Result<void> make(const Arguments& arguments) {
-  if (std::error_code error; !arguments.force && std::filesystem::exists(arguments.out, error))
-    return failure(FaultKind::usage, arguments.out, "is there already; --force replaces it");
+  if (auto free = check_is_free(arguments.out, arguments.force); !free) return free;
   const PdfProgram program;
   const auto made = arguments.figure.empty() ? report_pdf(program, arguments) : figure_png(program, arguments);
   if (!made) return failure(made.error());
@@ -100,7 +109,7 @@ int run(int argc, char** argv) {
       ->excludes(report);
   app.add_option("--width", arguments.width_px, "of the PNG, in pixels")->check(CLI::Range(16, 20000));
   app.add_option("--out", arguments.out, "the file")->required();
-  app.add_flag("--force", arguments.force, "replace the file if it is there");
+  app.add_flag("--force", arguments.force, "replace the file if it is there and a PDF or PNG");
   refuse_wrong_values(app);
   try {
     app.parse(argc, argv);

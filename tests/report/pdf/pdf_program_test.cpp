@@ -317,6 +317,18 @@ TEST(PdfProgram, MistakesAreOneSentenceAndAnExitCode) {
   EXPECT_FALSE(std::filesystem::exists(made / "no.pdf"));
 }
 
+TEST(PdfProgram, ReplacesNothingThatIsNotItsOwn) {
+  const auto& made = sample();
+  const auto record = made / "run.db";
+  const std::string bytes = "SQLite format 3 and a week of measurements";
+  std::ofstream(record) << bytes;
+  const auto ran = shell(kProgram + made.source() + " --force --out " + record);
+  EXPECT_EQ(ran.exit_code, 2) << ran.out;
+  EXPECT_EQ(content_of(record), bytes);
+  std::ofstream(record, std::ios::trunc).close();
+  EXPECT_EQ(shell(kProgram + made.source() + " --force --out " + record).exit_code, 0) << "an empty file";
+}
+
 TEST(PdfProgram, HelpOpensWithAnExample) {
   const auto help = shell(kProgram + "--help");
   EXPECT_EQ(help.exit_code, 0);

@@ -33,7 +33,7 @@ ImportMap chosen_map(std::uint8_t choice) {
   return map;
 }
 
-/// A row, then a line of the same over and over.
+/// A row, then a line of the same over and over; as much work as hundreds of other inputs.
 std::string drawn_out(const std::string& bytes) {
   constexpr std::size_t kTooLong = 70'000;
   std::string text = bytes + "\n";
@@ -57,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require_rows_or_a_fault(bytes, map);
   require_rows_or_a_fault(widened(bytes), map);
   require_rows_or_a_fault((map.header ? "a,b\n" : "") + bytes, map);
-  if (data[0] % 8 == 0) require_rows_or_a_fault(drawn_out(bytes), map);
+  if (data[0] % 8 == 0 && bytes.size() % 32 == 1) require_rows_or_a_fault(drawn_out(bytes), map);
   return 0;
 }
 

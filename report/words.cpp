@@ -115,6 +115,7 @@ constexpr Word kWords[] = {
   {"source.angle random walk", "Angle random walk", "Winkel-Random-Walk"},
   {"source.flicker", "Bias instability (flicker noise)", "Nullpunktinstabilität (Funkelrauschen)"},
   {"source.rate random walk", "Rate random walk", "Drehraten-Random-Walk"},
+  {"source.counting of pulses", "Counting of pulses", "Zählung der Impulse"},
   {"source.thermometer noise", "Noise of the thermometers", "Rauschen der Thermometer"},
   {"source.model form", "Form of the model", "Modellform"},
   {"source.coefficients", "Coefficients, of few hours and the type", "Koeffizienten, aus wenigen Stunden und Typ"},
@@ -128,6 +129,7 @@ constexpr Word kWords[] = {
   {"source.scale factor", "Scale factor", "Skalenfaktor"},
   {"distribution.normal", "normal", "normal"},
   {"distribution.rectangular", "rectangular", "rechteckig"},
+  {"distribution.triangular", "triangular", "dreieckig"},
   // What the bias is counted from
   {"earth rate removed", "Earth rate removed", "Erddrehrate abgezogen"},
   {"mean of the first hold removed", "Mean of the first hold removed", "Mittelwert der ersten Haltephase abgezogen"},

@@ -11,8 +11,8 @@
 namespace gyrotherm::model {
 namespace {
 
-/// How the standard uncertainty of a mean goes with the time τ of averaging: as 1, 1/√τ, or √τ.
-enum class WithTime { stays, falls, grows };
+/// How the standard uncertainty of a mean goes with the time τ of averaging: as 1, 1/√τ, 1/τ, or √τ.
+enum class WithTime { stays, falls, falls_fast, grows };
 
 struct SourceInfo {
   const char* name;
@@ -22,20 +22,22 @@ struct SourceInfo {
 };
 
 /// In the order of Source.
-constexpr std::array<SourceInfo, 14> kSources{{{"angle random walk", "°/h", Differs::within_a_run, WithTime::falls},
-                                               {"flicker", "°/h", Differs::within_a_run, WithTime::stays},
-                                               {"rate random walk", "°/h", Differs::within_a_run, WithTime::grows},
-                                               {"thermometer noise", "°/h", Differs::within_a_run, WithTime::falls},
-                                               {"model form", "°/h", Differs::within_a_run, WithTime::stays},
-                                               {"coefficients", "°/h", Differs::within_a_run, WithTime::stays},
-                                               {"hysteresis", "°/h", Differs::within_a_run, WithTime::stays},
-                                               {"turn-on", "°/h", Differs::between_runs, WithTime::stays},
-                                               {"thermometer drift", "K", Differs::between_runs, WithTime::stays},
-                                               {"thermometer calibration", "K", Differs::never, WithTime::stays},
-                                               {"latitude", "°", Differs::never, WithTime::stays},
-                                               {"azimuth", "°", Differs::never, WithTime::stays},
-                                               {"tilt", "°", Differs::never, WithTime::stays},
-                                               {"scale factor", "ppm", Differs::never, WithTime::stays}}};
+constexpr std::array<SourceInfo, 15> kSources{
+    {{"angle random walk", "°/h", Differs::within_a_run, WithTime::falls},
+     {"flicker", "°/h", Differs::within_a_run, WithTime::stays},
+     {"rate random walk", "°/h", Differs::within_a_run, WithTime::grows},
+     {"counting of pulses", "°/h", Differs::within_a_run, WithTime::falls_fast},
+     {"thermometer noise", "°/h", Differs::within_a_run, WithTime::falls},
+     {"model form", "°/h", Differs::within_a_run, WithTime::stays},
+     {"coefficients", "°/h", Differs::within_a_run, WithTime::stays},
+     {"hysteresis", "°/h", Differs::within_a_run, WithTime::stays},
+     {"turn-on", "°/h", Differs::between_runs, WithTime::stays},
+     {"thermometer drift", "K", Differs::between_runs, WithTime::stays},
+     {"thermometer calibration", "K", Differs::never, WithTime::stays},
+     {"latitude", "°", Differs::never, WithTime::stays},
+     {"azimuth", "°", Differs::never, WithTime::stays},
+     {"tilt", "°", Differs::never, WithTime::stays},
+     {"scale factor", "ppm", Differs::never, WithTime::stays}}};
 
 const SourceInfo& info_of(Source source) { return kSources[static_cast<std::size_t>(source)]; }
 
@@ -55,7 +57,8 @@ Differs differs(Source source) { return info_of(source).differs; }
 const char* name(Evaluation evaluation) { return evaluation == Evaluation::a ? "A" : "B"; }
 
 const char* name(ErrorDistribution distribution) {
-  return distribution == ErrorDistribution::normal ? "normal" : "rectangular";
+  constexpr std::array kNames = {"normal", "rectangular", "triangular"};
+  return kNames[static_cast<std::size_t>(distribution)];
 }
 
 double contribution_deg_per_h(const BudgetRow& row) { return std::abs(row.sensitivity) * row.standard_uncertainty; }
@@ -98,10 +101,12 @@ std::vector<BudgetRow> that_differ(const std::vector<BudgetRow>& rows) {
 }
 
 Budget at_averaging(Budget budget, double averaging_s) {
-  const double root = std::sqrt(averaging_s / budget.averaging_s);
+  const double ratio = averaging_s / budget.averaging_s, root = std::sqrt(ratio);
   for (BudgetRow& row : budget.rows) {
-    if (info_of(row.source).with_time == WithTime::falls) row.standard_uncertainty /= root;
-    if (info_of(row.source).with_time == WithTime::grows) row.standard_uncertainty *= root;
+    const WithTime with_time = info_of(row.source).with_time;
+    if (with_time == WithTime::falls) row.standard_uncertainty /= root;
+    if (with_time == WithTime::falls_fast) row.standard_uncertainty /= ratio;
+    if (with_time == WithTime::grows) row.standard_uncertainty *= root;
   }
   budget.averaging_s = averaging_s;
   return budget;

@@ -17,6 +17,7 @@ enum class Source {
   angle_random_walk,
   flicker,
   rate_random_walk,
+  counting,           ///< of pulses: a mean begins and ends somewhere between two of them
   thermometer_noise,  ///< what the compensation itself adds, √Σ(c_i n_i)²
   model_form,         ///< held-out residual that neither noise nor hysteresis explains
   coefficients,       ///< what a unit's own hours and its type leave open of them; of a model with a type prior
@@ -43,7 +44,7 @@ enum class Differs { within_a_run, between_runs, never };
 enum class Evaluation { a, b };
 [[nodiscard]] const char* name(Evaluation evaluation);
 
-enum class ErrorDistribution { normal, rectangular };
+enum class ErrorDistribution { normal, rectangular, triangular };
 [[nodiscard]] const char* name(ErrorDistribution distribution);
 
 struct BudgetRow {
@@ -88,7 +89,8 @@ inline constexpr double kCoverage = 0.95;  ///< share of errors within U
 /// The rows whose errors differ from run to run or within one: what a run that a model has not seen can show.
 [[nodiscard]] std::vector<BudgetRow> that_differ(const std::vector<BudgetRow>& rows);
 
-/// The budget of means over another time: white noise goes with 1/√τ, rate random walk with √τ, all else stays.
+/// The budget of means over another time: white noise goes with 1/√τ, the counting of pulses with 1/τ, rate random walk
+/// with √τ, all else stays.
 [[nodiscard]] Budget at_averaging(Budget budget, double averaging_s);
 
 /// ∂b/∂T of one thermometer, °/h per K, over the clusters of a record.
@@ -111,13 +113,14 @@ struct Uncertainty {
 
 void describe(auto& form, Like<BudgetRow> auto& row) {
   form("source",
-       one_of(row.source, {Source::angle_random_walk, Source::flicker, Source::rate_random_walk,
+       one_of(row.source, {Source::angle_random_walk, Source::flicker, Source::rate_random_walk, Source::counting,
                            Source::thermometer_noise, Source::model_form, Source::coefficients, Source::hysteresis,
                            Source::turn_on, Source::thermometer_drift, Source::thermometer_calibration,
                            Source::latitude, Source::azimuth, Source::tilt, Source::scale_factor}));
   form.if_there("of", !row.of.empty(), row.of);
   form("type", one_of(row.evaluation, {Evaluation::a, Evaluation::b}));
-  form("distribution", one_of(row.distribution, {ErrorDistribution::normal, ErrorDistribution::rectangular}));
+  form("distribution", one_of(row.distribution, {ErrorDistribution::normal, ErrorDistribution::rectangular,
+                                                 ErrorDistribution::triangular}));
   form("standard_uncertainty", not_negative(row.standard_uncertainty));
   form.derived("unit", unit_of(row.source));
   form("sensitivity_deg_per_h_per_unit", row.sensitivity);

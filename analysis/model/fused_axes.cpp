@@ -270,6 +270,7 @@ FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s)
     const Budget over_mean = at_averaging(budget, std::max(averaging_s, model.cluster_length_s));
     for (std::size_t row = 0; row < over.rows.size(); ++row) {
       const Source source = over.rows[row].source;
+      if (source == Source::counting) continue;  // that of this record's pulses comes below
       const double variance = std::pow(contribution_deg_per_h(over.rows[row]), 2);
       if (source == Source::angle_random_walk) result.noise(a) += variance;
       if (source == Source::thermometer_noise)

@@ -79,17 +79,31 @@ data::HoldNoise noise_of(const Model& model, const TrainedOn& on) {
   return most;
 }
 
+/// What the counting of pulses makes of a mean over that time, k = 1; 0 where a rate is read.
+double counting_deg_per_h(const data::Dataset& dataset, double averaging_s) {
+  constexpr double kTriangle = 6;  // half the width of a triangle is √6 of its standard deviation
+  return dataset.step_deg_per_h / averaging_s / std::sqrt(kTriangle);
+}
+
 void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedOn& on, const data::NoiseFloor& floor) {
+  const data::Dataset& first = on.datasets.front();
   const data::HoldNoise noise = noise_of(model, on);
   add_noise(rows, noise.fit, data::NoiseTerm::angle_random_walk, Source::angle_random_walk);
   if (rows.empty() && floor.differences > 0) {
+    const double length_s = on.clusters.front().length_s;
+    const double white = std::pow(floor.deg_per_h, 2) - std::pow(counting_deg_per_h(first, length_s), 2);
     rows.push_back({.source = Source::angle_random_walk,
                     .evaluation = Evaluation::a,
-                    .standard_uncertainty = floor.deg_per_h * std::sqrt(on.clusters.front().length_s / kSecondsPerHour),
+                    .standard_uncertainty = std::sqrt(std::max(0.0, white) * length_s / kSecondsPerHour),
                     .degrees_of_freedom = degrees_of_freedom_of(floor.deg_per_h, floor.error_deg_per_h)});
   }
   add_noise(rows, noise.fit, data::NoiseTerm::bias_instability, Source::flicker);
   add_noise(rows, noise.fit, data::NoiseTerm::rate_random_walk, Source::rate_random_walk);
+  if (first.step_deg_per_h > 0)
+    rows.push_back({.source = Source::counting,
+                    .evaluation = Evaluation::b,
+                    .distribution = ErrorDistribution::triangular,
+                    .standard_uncertainty = counting_deg_per_h(first, kSecondsPerHour)});
 }
 
 /// What a model leaves of clusters it has not seen, beyond noise, as a square; 0 unless it is twice its standard error:

@@ -47,7 +47,10 @@ struct TrainedOn {
 /// The budget of a mean over 1 h, and what it is made of. The sources:
 /// - angle random walk, flicker (its Allan deviation, 0.664 B) and rate random walk (K√(τ/3)) as the Allan fit of the
 ///   compensated holds sees them (of the record with most of them), their degrees of freedom ½(u/Δu)² (GUM G.3); where
-///   it sees no angle random walk, the noise floor as if it were white; nothing where there is no hold;
+///   it sees no angle random walk, the noise floor, less what counting makes of it, as if it were white; nothing where
+///   there is no hold;
+/// - counting, where the first record counts pulses of q: each end of a mean is off by up to half a pulse, evenly, so
+///   that the mean is off by up to q/τ, as a triangle: q/(√6 τ) (GUM 4.3.9);
 /// - noise of the thermometers, as above;
 /// - model form: the held-out RMSE² less noise floor² and hysteresis², if that is twice its standard error;
 /// - hysteresis as limits, ± a: a/√3;

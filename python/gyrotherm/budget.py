@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
 
-_FALLS = ("angle random walk", "thermometer noise")  # with 1/√τ
-_GROWS = ("rate random walk",)  # with √τ
+_EXPONENTS = {"angle random walk": -0.5, "thermometer noise": -0.5, "counting of pulses": -1.0,
+              "rate random walk": 0.5}  # of τ; all else stays
 
 
 @dataclass(frozen=True)
@@ -58,13 +58,14 @@ def coverage_factor(share: float, degrees_of_freedom: float) -> float:
 
 
 def of_mean_over(uncertainty: dict[str, Any], averaging_s: float) -> Uncertainty:
-    """What the `uncertainty` of a model file comes to for a mean over another time: white noise goes with 1/√τ, rate
-    random walk with √τ, all else stays; independent sources; Welch and Satterthwaite's degrees of freedom."""
-    root = math.sqrt(averaging_s / uncertainty["averaging_s"])
+    """What the `uncertainty` of a model file comes to for a mean over another time: white noise goes with 1/√τ, the
+    counting of pulses with 1/τ, rate random walk with √τ, all else stays; independent sources; Welch and
+    Satterthwaite's degrees of freedom."""
+    ratio = averaging_s / uncertainty["averaging_s"]
     contributions = []
     for row in uncertainty["budget"]:
         u = abs(row["sensitivity_deg_per_h_per_unit"]) * row["standard_uncertainty"]
-        u *= 1 / root if row["source"] in _FALLS else root if row["source"] in _GROWS else 1.0
+        u *= ratio ** _EXPONENTS.get(row["source"], 0.0)
         contributions.append((u, row.get("degrees_of_freedom", math.inf)))
     variance = sum(u**2 for u, _ in contributions)
     of_it = sum((u**2 / variance) ** 2 / freedom for u, freedom in contributions) if variance > 0 else 0.0

@@ -264,6 +264,8 @@ TEST(FusedRun, SaysWhereTheAxesAtRestContradictTheEarth) {
 TEST(UncertaintyOfMeans, StepsOfACounterGoWithTheTimeAndNoiseWithItsRoot) {
   FusedAxes axes = at_rest(fusion::triad_axes(1), 10, 1);
   axes.step_deg_per_h.assign(3, 0.1);
+  for (Model& model : axes.models)
+    model.uncertainty->budget.rows.push_back({.source = Source::counting, .standard_uncertainty = 1});
   const double noise = std::pow(kSecond_deg_per_h, 2), step = 0.01 / 6;
   EXPECT_NEAR(uncertainty_of_means(axes, 1).noise(0), noise + step, 1e-12);
   EXPECT_NEAR(uncertainty_of_means(axes, 100).noise(0), noise / 100 + step / 1e4, 1e-12);

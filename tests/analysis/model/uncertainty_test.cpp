@@ -58,12 +58,14 @@ TEST(Budget, OfALongerMeanHasLessOfWhatIsWhite) {
   const Budget hour{.averaging_s = 3600,
                     .rows = {{.source = Source::angle_random_walk, .standard_uncertainty = 2},
                              {.source = Source::rate_random_walk, .standard_uncertainty = 3},
-                             {.source = Source::tilt, .standard_uncertainty = 4}}};
+                             {.source = Source::tilt, .standard_uncertainty = 4},
+                             {.source = Source::counting, .standard_uncertainty = 8}}};
   const Budget four = at_averaging(hour, 4 * 3600);
   EXPECT_DOUBLE_EQ(four.rows[0].standard_uncertainty, 1);
   EXPECT_DOUBLE_EQ(four.rows[1].standard_uncertainty, 6);
   EXPECT_DOUBLE_EQ(four.rows[2].standard_uncertainty, 4);
-  EXPECT_EQ(that_differ(four.rows).size(), 2u) << "a tilt is the same in training and in use";
+  EXPECT_DOUBLE_EQ(four.rows[3].standard_uncertainty, 2) << "both ends, however long it is";
+  EXPECT_EQ(that_differ(four.rows).size(), 3u) << "a tilt is the same in training and in use";
 }
 
 TEST(EarthRate, GoesWithItsAnglesAsItsDifferencesSay) {
@@ -240,6 +242,30 @@ TEST_F(UncertaintyOfAModel, SaysWhatItWasToldAndWhatItAssumes) {
   EXPECT_EQ(row(model_, Source::thermometer_drift).standard_uncertainty, 0.05);
   EXPECT_EQ(row(model_, Source::thermometer_calibration).standard_uncertainty, 0.02);
   EXPECT_DOUBLE_EQ(row(model_, Source::turn_on).sensitivity, std::numbers::sqrt2) << "in training and in use";
+}
+
+TEST_F(UncertaintyOfAModel, OfCountedPulsesAMeanEndsBetweenTwo) {
+  EXPECT_TRUE(std::ranges::none_of(model_.uncertainty->budget.rows, [](const BudgetRow& row) {
+    return row.source == Source::counting;
+  })) << "a rate is read";
+  constexpr double kPulse_arcsec = 1.5;
+  std::vector<data::Dataset> datasets{dataset_};
+  datasets.front().step_deg_per_h = kPulse_arcsec;
+  const std::vector<data::Clusters> clusters{clusters_};
+  Model model = model_;
+  model.uncertainty = *uncertainty_of(model_, {datasets, clusters, model_.leave_cycle_out_residual});
+  const BudgetRow& counting = row(model, Source::counting);
+  EXPECT_EQ(counting.distribution, ErrorDistribution::triangular);
+
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> half_a_pulse(-kPulse_arcsec / 2, kPulse_arcsec / 2);
+  double squares = 0;
+  constexpr int kMeans = 20000;
+  for (int i = 0; i < kMeans; ++i)
+    squares += std::pow((half_a_pulse(random) - half_a_pulse(random)) / kSecondsPerHour, 2);
+  EXPECT_NEAR(counting.standard_uncertainty, std::sqrt(squares / kMeans), 0.02 * counting.standard_uncertainty);
+  const BudgetRow of_a_cluster = at_averaging({.averaging_s = 3600, .rows = {counting}}, 100).rows.front();
+  EXPECT_NEAR(of_a_cluster.standard_uncertainty, 0.0061, 5e-5) << "°/h: more than all else of a good gyro";
 }
 
 TEST_F(UncertaintyOfAModel, DriftGrowsWithTheRootOfTheDaysSinceTheCalibration) {

@@ -102,13 +102,15 @@ bool Invariants::stands(InjectedFaultKind first, InjectedFaultKind last) const {
 
 /// I1, I2, I3, I4: what the chamber was sent. A way back to the profile may begin at the air beyond its extremes, and
 /// where the air is beyond the limits too, at these. It leads inwards, also where a chamber that is broken keeps the
-/// air away, or stays: what was not read back is sent once more.
+/// air away or shows that it stays where it was, or stays: what was not read back is sent once more.
 void Invariants::judge_set_points(std::int64_t second, RunState state) {
   auto& port = plant_.chamber();
   const auto& limits = file_.chamber_limits;
   auto before = in_force_;
   sent_before_ = sent_;
-  is_kept_away_ = is_kept_away_ || stands(Kind::heater_weak, Kind::machinery_stuck);
+  const bool is_broken =
+      stands(Kind::heater_weak, Kind::machinery_stuck) || stands(Kind::air_sensor_frozen, Kind::air_sensor_frozen);
+  is_kept_away_ = is_kept_away_ || is_broken;
   for (const auto& sent : port.set_points_sent()) {
     const auto value = sent.value;
     const auto air = plant_.laboratory().air_as_measured();
@@ -118,7 +120,7 @@ void Invariants::judge_set_points(std::int64_t second, RunState state) {
     const bool inwards = value < lowest_ ? value >= before : value <= before;
     const bool in_profile = value >= lowest_ - kSame && value <= highest_ + kSame;
     const bool in_chamber = value >= limits.lowest - kSame && value <= limits.highest + kSame;
-    if (in_profile || near_air) is_kept_away_ = false;
+    if (in_profile || near_air) is_kept_away_ = is_broken;
     if (!in_chamber || !(in_profile || near_air || (is_kept_away_ && inwards)))
       broken("I1", second, fmt::format("set point {} outside {} … {}", value.value, lowest_.value, highest_.value));
     const bool safe = severity(state) >= severity(RunState::aborting) && abs(value - file_.safe_set_point) <= kSame;

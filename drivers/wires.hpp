@@ -44,6 +44,8 @@ class ByteStream {
   [[nodiscard]] virtual Result<std::size_t> read(std::span<std::byte> buffer, Duration within) = 0;
   /// Writes all. Fails with timeout or disconnected.
   [[nodiscard]] virtual Result<void> write(std::span<const std::byte> bytes, Duration within) = 0;
+  /// The next use is tried at once, also on a line that rests after failures: how Registers::insist() reaches it.
+  virtual void insist() {}
 };
 
 /// An HID device that is spoken to in reports; byte 0 of a report is its number. Opened at first use, found again by

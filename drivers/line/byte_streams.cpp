@@ -47,6 +47,8 @@ class DescriptorStream : public ByteStream {
     return {};
   }
 
+  void insist() override { backoff_.insist(); }
+
  protected:
   [[nodiscard]] Result<void> open() {
     if (line_.is_open()) return {};

@@ -55,7 +55,10 @@ class GuardedRegisters final : public Registers {
     return {};
   }
 
-  void insist() override { backoff_.insist(); }
+  void insist() override {
+    backoff_.insist();
+    line_->insist();
+  }
 
  private:
   using Words = std::vector<std::uint16_t>;

@@ -68,6 +68,8 @@ class ModbusLine {
   [[nodiscard]] virtual Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) = 0;
   /// Lets `time` pass, in which nothing may come; what does is never taken for an answer either.
   virtual void rest(Duration time) = 0;
+  /// The next try is made at once, also where the line below rests by itself after failures.
+  virtual void insist() {}
   /// "modbus 10.0.0.7:502"
   [[nodiscard]] virtual std::string place() const = 0;
 };

@@ -213,6 +213,8 @@ class ModbusRtu final : public ModbusLine {
     }
   }
 
+  void insist() override { stream_->insist(); }
+
   std::string place() const override { return place_; }
 
  private:

@@ -3,6 +3,7 @@
 
 #include "drivers/line/modbus_frame.hpp"
 #include "drivers/line/modbus_lines.hpp"
+#include "tests/drivers/line/loopback_server.hpp"
 #include "tests/support/hex_bytes.hpp"
 #include "tests/support/simulated_line.hpp"
 
@@ -293,6 +294,20 @@ TEST_F(ModbusRtu, RestsAfterTheSecondFailureInARow) {
   EXPECT_FALSE(registers->read(kHolding, 1, 1));
   clock.advance(milliseconds(500));
   EXPECT_TRUE(registers->read(kHolding, 1, 1));
+}
+
+TEST(ModbusRtuOverTcp, InsistingEndsTheRestOfTheSocketTooAndNotOfTheRegistersAlone) {
+  TcpLine nobody;
+  {
+    const LoopbackServer closed([](auto) { return Answer{}; });
+    nobody = closed.address();
+  }
+  const auto over_tcp = make_modbus(nobody, usual());
+  const auto why = [&] { return over_tcp->read(kHolding, 1, 1).error().what; };
+  EXPECT_EQ(why(), "Connection refused");
+  EXPECT_EQ(why(), "failed before, next try in 0.5 s");
+  over_tcp->insist();
+  EXPECT_EQ(why(), "Connection refused");
 }
 
 }  // namespace

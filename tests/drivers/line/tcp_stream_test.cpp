@@ -74,6 +74,9 @@ TEST(TcpStream, RestsAfterTheSecondFailureInARow) {
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused");
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused");
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "failed before, next try in 0.5 s");
+  stream->insist();
+  EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused") << "tried at once";
+  EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "failed before, next try in 0.5 s") << "once";
 }
 
 }  // namespace

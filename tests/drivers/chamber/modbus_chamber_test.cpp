@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "core/file.hpp"
 #include "tests/support/fakes.hpp"
 
 namespace gyrotherm::drivers {
@@ -170,6 +171,25 @@ TEST_F(ModbusChamber, ALateAcknowledgementIsAFaultAlthoughTheWriteWasCarriedOut)
   registers->answer_late();
   EXPECT_EQ(chamber->head_for({10}).error().kind, FaultKind::timeout);
   EXPECT_EQ(chamber->read().value().set_point, Celsius{10});
+}
+
+RegisterMap shipped(const std::string& name) {
+  const auto file = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/" + name + ".toml");
+  return parse_register_map(file.value(), name + ".toml").value();
+}
+
+TEST(Ezt570i, OneThatIsOfflineIsOffWhateverItsFrozenRegistersSay) {
+  auto made = std::make_unique<tests::FakeRegisters>();
+  auto& words = made->words;
+  for (std::uint16_t at = 0; at <= 61; ++at) words[at] = 0;
+  const auto chamber = make_modbus_chamber(shipped("csz_ezt570i"), std::move(made));
+  words[0] = 1;        // online
+  words[22] = 1;       // switched on
+  words[24] = 1 << 5;  // its program ramps
+  words[60] = words[61] = 236;
+  EXPECT_EQ(chamber->inspect().value().activity, ChamberActivity::ramping);
+  words[0] = 0;
+  EXPECT_EQ(chamber->inspect().value().activity, ChamberActivity::off);
 }
 
 }  // namespace

@@ -57,6 +57,8 @@ class ItemExchange {
 
   /// One number, its context read with it. Fails as Registers::read and decode() do.
   [[nodiscard]] Result<double> read(const RegisterItem& item);
+  /// The item with its scale and unit as the controller has them set, which are asked for. Fails as read() does.
+  [[nodiscard]] Result<RegisterItem> in_its_context(const RegisterItem& item);
   [[nodiscard]] Result<std::string> read_text(const RegisterItem& item);
   [[nodiscard]] Result<CivilTime> read_date(const RegisterItem& item);
 
@@ -83,7 +85,6 @@ class ItemExchange {
   [[nodiscard]] bool knows(const RegisterItem& item) const;
   [[nodiscard]] Result<double> context_value(const RegisterItem& item);
   [[nodiscard]] Result<double> read_in_known_context(const RegisterItem& item);
-  [[nodiscard]] Result<RegisterItem> in_its_context(const RegisterItem& item);
   [[nodiscard]] Result<std::vector<std::uint16_t>> read_words(const RegisterItem& item);
   [[nodiscard]] Result<std::vector<std::uint16_t>> words_for(const RegisterItem& item, double value);
   [[nodiscard]] Result<void> wait_until_seen(const RegisterItem& written, double value);

@@ -90,7 +90,10 @@ class ModbusChamber final : public Chamber {
   Result<std::string> identify() override {
     limits_.reset();
     turns_.begin_anew_at_once();
-    return items_.identify(air_);
+    auto who = items_.identify(air_);
+    if (!who) return who;
+    if (auto fits = check_step(); !fits) return failure(std::move(fits.error()));
+    return who;
   }
 
   /// What it was doing before a silence it may do no longer; alarms stand until it says otherwise.
@@ -336,6 +339,20 @@ class ModbusChamber final : public Chamber {
     if (!highest) return failure(highest.error());
     limits_ = SetPointRange{*lowest, *highest};
     return {};
+  }
+
+  /// A controller that rounds more than its map says would seem to have been given set points by somebody else.
+  [[nodiscard]] Result<void> check_step() {
+    if (set_point_.decimals.empty()) return {};
+    const auto as_set = items_.in_its_context(set_point_);
+    if (!as_set) return failure(as_set.error());
+    constexpr double kRounding = 1.001;
+    const double kept = finest_step(*as_set), expected = set_point_tolerance(map_).value;
+    if (kept <= kRounding * expected) return {};
+    return failure(FaultKind::mismatch, place(set_point_),
+                   fmt::format("the controller keeps steps of {:g} K, expected {:g} K: set it to more decimals, or its "
+                               "map to that resolution",
+                               kept, expected));
   }
 
   [[nodiscard]] Result<void> check_limits(Celsius target) {

@@ -19,6 +19,9 @@ namespace gyrotherm::drivers {
 /// out_of_range. State and alarms are asked for as often as the map says, and are then those of the last time; a
 /// register of theirs that the unit refuses is not asked for again.
 ///
+/// identify() fails with mismatch, too, if the controller is set to fewer decimals than set points need to keep within
+/// set_point_tolerance(): what it shows would pass for somebody else's.
+///
 /// head_for() fails with out_of_range, and writes nothing, if the register cannot hold the target or the map or the
 /// controller limits it. start(), stop() and perform() carry out the map's command of that name, which waits for the
 /// registers that show that it took effect. A map with neither commands nor [control] describes a chamber that

@@ -65,11 +65,13 @@ struct RegisterItem {
   double scale = 1;  ///< value = raw × scale + offset
   double offset = 0;
   std::optional<double> write_scale;  ///< where what is written is scaled otherwise than what is read
-  double resolution = 1;  ///< the finest step that the controller keeps; by default the scale, 0.001 for f32
-  bool fahrenheit{};      ///< the register speaks °F; values of this program are °C
-  bool step{};            ///< a difference: °F are converted without the 32
-  std::string decimals;   ///< item that says by which power of ten the raw value is divided
-  std::string unit;       ///< item whose codes "celsius" and "fahrenheit" say what the register speaks
+  /// The finest step that the controller keeps; by default the scale, a tenth of it where there are `decimals`, 0.001
+  /// for f32. In its context that of its decimals.
+  double resolution = 1;
+  bool fahrenheit{};     ///< the register speaks °F; values of this program are °C
+  bool step{};           ///< a difference: °F are converted without the 32
+  std::string decimals;  ///< item that says by which power of ten the raw value is divided
+  std::string unit;      ///< item whose codes "celsius" and "fahrenheit" say what the register speaks
   std::uint8_t first_bit = 0, bit_count = 1;  ///< of type bits
   TextForm text;
   DateForm date;

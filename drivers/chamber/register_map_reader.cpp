@@ -23,6 +23,7 @@ struct ItemDefaults {
 };
 
 constexpr double kFinestOfFloat = 0.001;
+constexpr double kUsualDecimal = 0.1;  ///< that a controller has, which says how many it has
 constexpr std::int64_t kMostOfOneKind = 256;
 
 constexpr auto kTypes = words_in_order<RegisterType::u16, RegisterType::date_time>("u16", "s16", "u32", "s32", "f32",
@@ -72,7 +73,8 @@ void read_scale(const TomlTable& table, RegisterItem& item) {
   item.scale = positive("scale", table.number("scale", 1));
   item.offset = table.number("offset", 0);
   if (table.has("write_scale")) item.write_scale = positive("write_scale", table.number("write_scale"));
-  const double finest = std::max(item.scale, item.write_scale.value_or(0));
+  double finest = std::max(item.scale, item.write_scale.value_or(0));
+  if (table.has("decimals")) finest *= kUsualDecimal;
   item.resolution =
       positive("resolution", table.number("resolution", item.type == RegisterType::f32 ? kFinestOfFloat : finest));
 }

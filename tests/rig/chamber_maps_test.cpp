@@ -43,8 +43,7 @@ TEST_P(EveryMap, RunsTheShortQualification) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/qualification-hour.toml");
   auto map = on_link(map_of(GetParam().map), GetParam().link);
   ASSERT_TRUE(map) << text(map.error());
-  const auto& set_point = *map->find("set_point");
-  const double step = set_point.decimals.empty() ? set_point.resolution : 0.1;
+  const double step = map->find("set_point")->resolution;
   // On RTU the first request waits for twice this: the line may still carry answers to somebody else.
   map->link.modbus.timeout = std::min<Duration>(map->link.modbus.timeout, std::chrono::milliseconds(400));
   map->limits.every = Duration{};

@@ -226,6 +226,19 @@ TEST_F(ChamberCommands, ASetPointIsWrittenAsTheControllerCountsNow) {
   EXPECT_NEAR(chamber->read().value().set_point.value, 40, 1e-9);
 }
 
+TEST_F(ChamberCommands, AControllerThatRoundsSetPointsToWholeDegreesIsNotTheOneOfTheMap) {
+  EXPECT_TRUE(chamber->identify());
+  unit->words[4] = 0;
+  const auto coarse = chamber->identify();
+  ASSERT_FALSE(coarse);
+  EXPECT_EQ(coarse.error().kind, FaultKind::mismatch);
+  EXPECT_NE(text(coarse.error()).find("(set_point): the controller keeps steps of 1 K, expected 0.1 K"),
+            std::string::npos)
+      << text(coarse.error());
+  EXPECT_TRUE(chamber->insist({23.4})) << "it is made safe all the same";
+  EXPECT_EQ(unit->words[3], 23);
+}
+
 TEST_F(ChamberCommands, ASetPointThatTakesItsTimeToShowIsWaitedFor) {
   bool slow = true;
   unit->obey = [&](auto address, auto) {

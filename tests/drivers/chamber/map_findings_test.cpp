@@ -65,6 +65,11 @@ TEST(MapConfidence, NamesWhatIsUsedAndNotVerifiedTheLeastSureFirst) {
   EXPECT_NE(confidence_in_words(shipped("csz_ezt570i")).find("from the manual"), std::string::npos);
 }
 
+TEST(SetPointTolerance, IsATenthWhereTheControllerSaysHowManyDecimalsItHas) {
+  for (const auto* name : {"watlow_f4", "watlow_f4t_map2", "watlow_f4t_map3", "watlow_f4t"})
+    EXPECT_DOUBLE_EQ(set_point_tolerance(shipped(name)).value, 0.1) << name;
+}
+
 TEST(ReadPlan, MergesOnlyWhereHolesMayBeRead) {
   const auto at = [](std::uint16_t address, RegisterType type = RegisterType::u16) {
     RegisterItem item;

@@ -74,6 +74,14 @@ TEST(RegisterForm, DecimalsAndUnitComeFromWhatTheControllerIsSetTo) {
   auto x = *good(item("type = \"s16\"\n")).find("x");
   EXPECT_DOUBLE_EQ(decode(in_context(x, {.decimals = 2, .fahrenheit = false}), Words{2345}).value(), 23.45);
   EXPECT_DOUBLE_EQ(in_context(x, {.decimals = 3, .fahrenheit = {}}).resolution, 0.001);
+  const auto resolution = [](const std::string& more) {
+    return good(item("type = \"s16\"\ndecimals = \"d\"\n" + more) +
+                "[[register]]\nname = \"d\"\naddress = 8\ntype = \"u16\"\n")
+        .find("x")
+        ->resolution;
+  };
+  EXPECT_DOUBLE_EQ(resolution(""), 0.1) << "what is usual, until the controller is asked";
+  EXPECT_DOUBLE_EQ(resolution("resolution = 1\n"), 1) << "what the map says of one that is set to whole degrees";
   EXPECT_NEAR(decode(in_context(x, {.decimals = 1, .fahrenheit = true}), Words{680}).value(), 20, 1e-9);
 }
 

@@ -82,6 +82,10 @@ constexpr Duration kLongestReading = std::chrono::milliseconds(900);
 /// On a line whose exchanges take so long, settings of the controller (unit, decimals) that were read in this second
 /// are not asked for again when a set point is sent in it.
 constexpr Duration kSlowExchange = std::chrono::milliseconds(50);
+/// More zeros in a row than a unit sends for nothing are a temperature.
+constexpr int kMostStrayZeros = 6;
+/// No chamber's air goes further in a few seconds.
+constexpr double kNearZeroK = 2;
 
 class ModbusChamber final : public Chamber {
  public:
@@ -113,7 +117,7 @@ class ModbusChamber final : public Chamber {
     unhurried_ = true;
     status_known_ = false;
     Result<ChamberState> state;
-    for (int i = 0; i < kTries && !(state && status_known_); ++i) {
+    for (int i = 0; i < kTries + zeros_ && !(state && status_known_); ++i) {
       turns_.begin_anew_at_once();
       state = look();
       status_known_ = status_known_ || turns_.pieces() == 0;
@@ -242,7 +246,7 @@ class ModbusChamber final : public Chamber {
           items_.value_in(*core, *identity_).and_then([&](double found) { return check_fingerprint(map_, found); });
       if (!same) return failure(same.error());
     }
-    const auto air = items_.value_in(*core, air_);
+    const auto air = air_in(*core);
     if (!air) return failure(air.error());
     const auto set_point = set_point_in(*core);
     if (!set_point) return failure(set_point.error());
@@ -265,6 +269,20 @@ class ModbusChamber final : public Chamber {
     }
     items_.know(exchange_ >= kSlowExchange ? core : Snapshot());
     return core;
+  }
+
+  /// A zero that is none is far from what was read before it; the 0 °C of a ramp or a soak is not.
+  [[nodiscard]] Result<double> air_in(const Snapshot& core) {
+    const auto air = items_.value_in(core, air_);
+    if (!air) return air;
+    const bool follows = std::abs(*air - last_air_c_) <= kNearZeroK;
+    if (air_.stray_zeros && *air == 0 && !follows && zeros_ < kMostStrayZeros) {
+      ++zeros_;
+      return failure(FaultKind::out_of_range, place(air_), "a zero, which this unit sends for nothing");
+    }
+    zeros_ = 0;
+    last_air_c_ = *air;
+    return air;
   }
 
   [[nodiscard]] Result<double> set_point_in(const Snapshot& core) {
@@ -400,6 +418,8 @@ class ModbusChamber final : public Chamber {
   bool program_runs_ = false;            ///< that was started from here
   bool to_be_seen_ = false;              ///< the set point that was sent shall show at the next reading
   double sent_c_ = std::numeric_limits<double>::quiet_NaN();  ///< the last set point that was acknowledged
+  double last_air_c_ = std::numeric_limits<double>::quiet_NaN();
+  int zeros_ = 0;  ///< in a row that were taken for nothing
 };
 
 ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registers, std::unique_ptr<Pauses> pauses)

@@ -93,6 +93,7 @@ struct RegisterItem {
   std::map<std::string, std::uint8_t> flags;               ///< meaning → its bit
   std::string otherwise;                                   ///< meaning of a code that is not listed; empty: unknown
   std::map<std::string, double> sentinels;                 ///< raw values that stand for the lack of one, and why
+  bool stray_zeros{};                                      ///< the instrument sends zeros for nothing
   std::optional<double> lowest, highest;                   ///< a value outside cannot be
   Confidence confidence = Confidence::unverified;
   std::string note;

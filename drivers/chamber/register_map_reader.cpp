@@ -146,6 +146,9 @@ void read_access(const TomlTable& table, RegisterItem& item) {
 void read_limits_of_value(const TomlTable& table, RegisterItem& item) {
   const auto sentinels = table.table("sentinels");
   for (const auto& why : sentinels.keys()) item.sentinels[why] = sentinels.number(why);
+  item.stray_zeros = table.boolean("stray_zeros", false);
+  if (item.stray_zeros && item.name != "air_temperature")
+    table.mistake("stray_zeros", "only the air temperature is compared with what was read before");
   if (table.has("lowest")) item.lowest = table.number("lowest");
   if (table.has("highest")) item.highest = table.number("highest");
   if (item.lowest && item.highest && *item.lowest > *item.highest)

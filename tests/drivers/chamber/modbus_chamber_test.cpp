@@ -192,5 +192,58 @@ TEST(Ezt570i, OneThatIsOfflineIsOffWhateverItsFrozenRegistersSay) {
   EXPECT_EQ(chamber->inspect().value().activity, ChamberActivity::off);
 }
 
+/// A chamber that sends zeros for nothing, whose registers hold what it shows.
+class SendsZeros {
+ public:
+  explicit SendsZeros(const std::string& map) : air_(*shipped(map).find("air_temperature")) {
+    auto made = std::make_unique<tests::FakeRegisters>();
+    registers_ = made.get();
+    for (std::uint16_t i = 0; i < 2; ++i) registers_->words[static_cast<std::uint16_t>(air_.address + i)] = 0;
+    chamber = make_modbus_chamber(shipped(map), std::move(made));
+  }
+  void show(double celsius) {
+    auto at = air_.address;
+    for (const auto word : encode_as_read(air_, celsius)) registers_->words[at++] = word;
+  }
+  [[nodiscard]] Result<ChamberState> read(double celsius) {
+    show(celsius);
+    return chamber->read();
+  }
+
+  std::unique_ptr<Chamber> chamber;
+
+ private:
+  RegisterItem air_;
+  tests::FakeRegisters* registers_;
+};
+
+TEST(StrayZeros, AreToldFromTheZeroDegreesOfARampByWhatWasReadBefore) {
+  for (const auto* map : {"tt5166", "umc1200", "yinhe"}) {
+    SendsZeros unit(map);
+    EXPECT_NEAR(unit.read(23.4).value().air.value, 23.4, 1e-5) << map;
+    const auto stray = unit.read(0);
+    ASSERT_FALSE(stray) << map;
+    EXPECT_EQ(stray.error().kind, FaultKind::out_of_range);
+    EXPECT_EQ(stray.error().what, "a zero, which this unit sends for nothing");
+    for (const double ramp : {23.5, 0.3, 0.0, -0.2, 0.0, 0.0}) EXPECT_TRUE(unit.read(ramp)) << map << " at " << ramp;
+  }
+}
+
+TEST(StrayZeros, MoreThanSixInARowAreATemperature) {
+  SendsZeros unit("umc1200");
+  ASSERT_TRUE(unit.read(-40));
+  for (int i = 0; i < 6; ++i) EXPECT_FALSE(unit.read(0)) << i;
+  EXPECT_EQ(unit.read(0).value().air, Celsius{0});
+  EXPECT_TRUE(unit.read(0));
+}
+
+TEST(StrayZeros, AtFirstNoneIsBelievedBeforeItIsAskedForAgain) {
+  SendsZeros unit("tt5166");
+  EXPECT_FALSE(unit.read(0));
+  SendsZeros at_zero("tt5166");
+  at_zero.show(0);
+  EXPECT_EQ(at_zero.chamber->inspect().value().air, Celsius{0});
+}
+
 }  // namespace
 }  // namespace gyrotherm::drivers

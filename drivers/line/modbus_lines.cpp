@@ -174,6 +174,7 @@ using std::chrono::milliseconds;
 constexpr int kFastestByCharacters = 19200;
 constexpr Duration kSilenceOfFastLines = std::chrono::microseconds(1750);
 constexpr std::size_t kRoom = kLongestRtuFrame + 4;
+constexpr int kLeastPieceGapInCharacters = 4;
 
 /// Whether `bytes`, three or more, are those that `sent` begins with.
 bool begins_with(std::span<const std::byte> bytes, std::span<const std::byte> sent) {
@@ -188,7 +189,7 @@ class ModbusRtu final : public ModbusLine {
         place_(std::move(place)),
         unit_(link.unit),
         timeout_(link.timeout),
-        piece_gap_(link.piece_gap),
+        piece_gap_(std::max(link.piece_gap, kLeastPieceGapInCharacters * character_time(link.serial))),
         silence_(silence_between_frames(link)),
         loop_back_(link.loop_back),
         clock_(clock),

@@ -87,6 +87,19 @@ TEST_F(ModbusRtu, TakesAReplyInPieces) {
   EXPECT_EQ(registers->read(kHolding, 60, 2).value(), (Words{60, 61}));
 }
 
+TEST_F(ModbusRtu, OnASlowLineAReplyIsNotOverBetweenTwoOfItsCharacters) {
+  auto link = usual();
+  link.serial.baud = 300;
+  link.timeout = std::chrono::seconds(1);
+  connect(link);
+  unit = [this](int, const ModbusRequest& request, const Bytes&) {
+    const auto reply = good(request);
+    for (std::size_t i = 0; i < reply.size(); ++i) line->arrive(kSoon + milliseconds(34 * i), {reply[i]});
+  };
+  EXPECT_EQ(registers->read(kHolding, 60, 2).value(), (Words{60, 61}));
+  EXPECT_EQ(requests(), 1u);
+}
+
 TEST_F(ModbusRtu, AReplyThatStopsHalfWayIsOverSoon) {
   unit = [this](int, const ModbusRequest& request, const Bytes&) {
     auto reply = good(request);

@@ -462,6 +462,7 @@ void read_settings(const TomlTable& link, ModbusLink& modbus) {
   limit("write_at_most", modbus.write_at_most, kMostWrittenAtOnce);
   modbus.answers_reads_by_either_function =
       link.boolean("answers_reads_by_either_function", modbus.answers_reads_by_either_function);
+  modbus.miscounts_write_replies = link.boolean("miscounts_write_replies", modbus.miscounts_write_replies);
   modbus.loop_back = link.boolean("loop_back", modbus.loop_back);
   read_serial(link, modbus.serial);
 }

@@ -134,7 +134,8 @@ class GuardedRegisters final : public Registers {
             .address = address,
             .count = 1,
             .words = {},
-            .either_read_function = link_.answers_reads_by_either_function};
+            .either_read_function = link_.answers_reads_by_either_function,
+            .miscounted_reply = link_.miscounts_write_replies};
   }
 
   std::unique_ptr<ModbusLine> line_;

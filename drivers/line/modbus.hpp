@@ -38,6 +38,7 @@ struct ModbusLink {
   std::uint16_t read_at_most = 125;               ///< registers in one exchange
   std::uint16_t write_at_most = 123;              ///< by WriteFunction::registers
   bool answers_reads_by_either_function = false;  ///< a read by 3 may be answered by 4, and the other way round
+  bool miscounts_write_replies = false;           ///< TCP: the length in the header of a reply to a write says nothing
   bool loop_back = false;  ///< RTU: the unit knows function 8, which then finds the beat again after a lost reply
 
   std::set<std::uint8_t> busy_exceptions{5, 6};           ///< asked again within the limit

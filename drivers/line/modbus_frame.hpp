@@ -37,6 +37,7 @@ struct ModbusRequest {
   std::uint16_t count{};               ///< registers or bits read or written
   std::vector<std::uint16_t> words{};  ///< written; one of a coil or a loop-back
   bool either_read_function{};         ///< not on the wire: a read by 3 may be answered by 4, and the other way round
+  bool miscounted_reply{};             ///< not on the wire: the length in the header of a write's reply says nothing
 };
 
 /// What a unit answers: words (a bit is a word that is 0 or 1; none for a write), or an exception.
@@ -58,7 +59,7 @@ struct ModbusAnswer {
 [[nodiscard]] std::vector<std::byte> encode_request(const ModbusRequest& request);
 
 /// Compares every field of a reply with its request (transaction, protocol 0, length, unit, function, byte count; for
-/// writes address and count or value). Fails with corrupted, naming the field.
+/// writes address and count or value, and the length unless it is miscounted). Fails with corrupted, naming the field.
 [[nodiscard]] Result<ModbusAnswer> decode_answer(const ModbusRequest& request, std::span<const std::byte> reply);
 
 /// The server's side: the length of the first whole frame in `bytes`; nothing if more bytes are needed; a fault

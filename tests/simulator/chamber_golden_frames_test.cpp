@@ -124,6 +124,7 @@ TEST(GoldenFrames, OfTheUmc1200WhoseSetPointsAreOneBlock) {
   EXPECT_NE(reply_behind_number(line, "00 00 00 09 00 10 00 2F 00 01 02 00 00"), "not sent");
   ASSERT_TRUE(line.chamber->read());
   EXPECT_NE(reply_behind_number(line, "00 00 00 06 00 03 00 00 00 02"), "not sent");
+  EXPECT_TRUE(line.map.link.modbus.miscounts_write_replies) << "the reply to a write that its source shows says 11";
 }
 
 }  // namespace

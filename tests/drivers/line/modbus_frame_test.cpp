@@ -92,6 +92,25 @@ TEST(ModbusFrame, AReplyOfAnyOtherLengthIsCorrupted) {
   }
 }
 
+// As the source of the UMC1200 shows it: the length is that of the request.
+TEST(ModbusFrame, AMiscountedReplyToAWriteIsComparedInAllElse) {
+  auto write = kWriteTwo;
+  const auto reply = hex("00 00 00 00 00 0B 01 10 06 CE 00 02");
+  EXPECT_EQ(decode_reply(write, reply).error().what, "length of the reply is 11, expected 6");
+  write.miscounted_reply = true;
+  EXPECT_TRUE(decode_reply(write, reply));
+  for (std::size_t at = 0; at < reply.size(); ++at) {
+    if (at == 4 || at == 5) continue;
+    auto falsified = reply;
+    falsified[at] ^= std::byte{1};
+    EXPECT_FALSE(decode_reply(write, falsified)) << "byte " << at;
+  }
+  auto read = kRead;
+  read.miscounted_reply = true;
+  EXPECT_EQ(decode_reply(read, hex("00 00 00 00 00 0B 01 03 04 41 B0 00 00")).error().what,
+            "length of the reply is 11, expected 7");
+}
+
 TEST(ModbusFrame, AnExceptionIsRefusedAndNamed) {
   const auto reply = encode_exception(encode_request(kRead), 2);
   EXPECT_EQ(reply, hex("00 00 00 00 00 03 01 83 02"));

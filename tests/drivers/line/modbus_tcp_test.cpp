@@ -170,6 +170,22 @@ TEST(ModbusTcp, ADrippingUnitCannotHoldTheLine) {
   EXPECT_FALSE(soon.over());
 }
 
+TEST(ModbusTcp, AMiscountedReplyToAWriteIsTakenFromAUnitThatIsKnownForIt) {
+  const LoopbackServer server([](std::span<const std::byte> frame) {
+    auto reply = good(decode_request(frame).value());
+    reply[5] = std::byte{11};
+    return Answer{reply};
+  });
+  ModbusLink link;
+  link.timeout = kTimeout;
+  const auto write = [&] {
+    return make_modbus(server.address(), link)->write(WriteFunction::registers, 43, Words{220, 0});
+  };
+  EXPECT_EQ(write().error().what, "length of the reply is 11, expected 6");
+  link.miscounts_write_replies = true;
+  EXPECT_TRUE(write());
+}
+
 TEST(ModbusTcp, AResetIsSurvivedByARead) {
   Unit unit([](int number, const auto& request, auto) {
     return number == 0 ? Answer{{}, true} : Answer{good(request)};

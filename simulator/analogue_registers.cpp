@@ -43,7 +43,7 @@ std::vector<std::uint16_t> AnalogueRegisters::words_of(const drivers::RegisterIt
     const auto& [unit, value, scale, offset] = source->second;
     return encode_as_read(item, (laboratory_->values(unit)[value].value - offset) / scale);
   }
-  const auto is_status = [&](const auto& input) { return input.status == item.name; };
+  const auto is_status = [&](const auto& input) { return std::ranges::count(input.statuses, item.name) > 0; };
   if (std::ranges::any_of(map_.inputs, is_status))
     return encode_as_read(item, drivers::code_of(item, drivers::kNormalStatus).value_or(0));
   const auto& print = map_.registers.identity;

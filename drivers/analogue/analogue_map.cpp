@@ -29,23 +29,38 @@ void check_number(const TomlTable& table, const char* key, const RegisterItem& i
     table.mistake(key, fmt::format("register \"{}\" is no number", item.name));
 }
 
+/// One name, or a list of them, or none.
+std::vector<std::string> names_at(const TomlTable& table, const char* key) {
+  if (!table.has(key)) return {};
+  if (table.is_list(key)) return table.texts(key);
+  return {table.text(key)};
+}
+
+/// The status registers of that name belong to the inputs from `first` on, one each.
+void add_status(const TomlTable& table, const std::string& status, std::size_t first, AnalogueMap& map) {
+  const auto states = items_named(map.registers, table, "status", status);
+  const auto inputs = map.inputs.size() - first;
+  if (!states.empty() && states.size() != inputs)
+    table.mistake("status", fmt::format("{} status registers for {} inputs", states.size(), inputs));
+  for (std::size_t i = 0; i < std::min(states.size(), inputs); ++i) {
+    const auto& state = *states[i];
+    check_number(table, "status", state);
+    if (!state.codes.contains(kNormalStatus))
+      table.mistake("status", fmt::format("register \"{}\" has no code named \"{}\"", state.name, kNormalStatus));
+    map.inputs[first + i].statuses.push_back(state.name);
+  }
+}
+
 void add_inputs(const TomlTable& table, AnalogueMap& map) {
   const auto values = items_named(map.registers, table, "register", table.text("register"));
   const auto unit = table.text("unit");
   if (unit.empty()) table.mistake("unit", "expected the unit of measure, such as \"mA\"");
-  const auto status = table.text("status", "");
-  std::vector<const RegisterItem*> states;
-  if (!status.empty()) states = items_named(map.registers, table, "status", status);
-  if (!states.empty() && states.size() != values.size())
-    table.mistake("status", fmt::format("{} status registers for {} inputs", states.size(), values.size()));
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    check_number(table, "register", *values[i]);
-    const auto* state = i < states.size() ? states[i] : nullptr;
-    if (state) check_number(table, "status", *state);
-    if (state && !state->codes.contains(kNormalStatus))
-      table.mistake("status", fmt::format("register \"{}\" has no code named \"{}\"", state->name, kNormalStatus));
-    map.inputs.push_back({values[i]->name, unit, state ? state->name : ""});
+  const auto first = map.inputs.size();
+  for (const auto* value : values) {
+    check_number(table, "register", *value);
+    map.inputs.push_back({.item = value->name, .unit = unit, .statuses = {}});
   }
+  for (const auto& status : names_at(table, "status")) add_status(table, status, first, map);
 }
 
 }  // namespace
@@ -73,13 +88,16 @@ Result<AnalogueMap> parse_analogue_map(std::string_view text, const std::string&
 std::string confidence_in_words(const AnalogueMap& map) {
   auto least_sure = Confidence::verified;
   std::vector<std::string> notes;
-  for (const auto& input : map.inputs)
-    for (const auto& name : {input.item, input.status}) {
-      const auto* item = map.registers.find(name);
-      if (!item) continue;
-      least_sure = std::max(least_sure, item->confidence);
-      if (!item->note.empty() && std::ranges::count(notes, item->note) == 0) notes.push_back(item->note);
-    }
+  const auto look_at = [&](const std::string& name) {
+    const auto* item = map.registers.find(name);
+    if (!item) return;
+    least_sure = std::max(least_sure, item->confidence);
+    if (!item->note.empty() && std::ranges::count(notes, item->note) == 0) notes.push_back(item->note);
+  };
+  for (const auto& input : map.inputs) {
+    look_at(input.item);
+    for (const auto& status : input.statuses) look_at(status);
+  }
   return fmt::format("{} inputs: {}{}{}", map.inputs.size(), name(least_sure), notes.empty() ? "" : "; ",
                      fmt::join(notes, "; "));
 }

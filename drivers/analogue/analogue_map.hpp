@@ -15,9 +15,10 @@ namespace gyrotherm::drivers {
 
 /// One input of the unit.
 struct AnalogueInput {
-  std::string item;    ///< the register that holds it
-  std::string unit;    ///< of measure, of the register's value: "mA", "V", "°C"
-  std::string status;  ///< the register whose code "normal" says that the value counts; empty: there is none
+  std::string item;  ///< the register that holds it
+  std::string unit;  ///< of measure, of the register's value: "mA", "V", "°C"
+  /// The registers whose codes "normal" say that the value counts: what it is doing, how it is set.
+  std::vector<std::string> statuses;
   bool operator==(const AnalogueInput&) const = default;
 };
 
@@ -32,9 +33,9 @@ inline constexpr const char* kNormalStatus = "normal";
 
 /// Reads schema gyrotherm-analogue-inputs/1: name, vendor, source, [link], [[register]] and [identity] are those of a
 /// chamber's map (docs/chamber-maps.md); each [[input]] names its `register`, which is a number that can be read, the
-/// `unit` of measure, and may name a `status` register, which has a code "normal". Where the registers were made by
-/// `count`, so are the inputs: register "current" is "current_1", "current_2", … Fails with bad_file, every mistake
-/// with its place. `word_order`: the user's override for a unit that was set up differently.
+/// `unit` of measure, and may name one or more `status` registers, which have a code "normal". Where the registers were
+/// made by `count`, so are the inputs: register "current" is "current_1", "current_2", … Fails with bad_file, every
+/// mistake with its place. `word_order`: the user's override for a unit that was set up differently.
 [[nodiscard]] Result<AnalogueMap> parse_analogue_map(std::string_view text, const std::string& file,
                                                      std::optional<WordOrder> word_order = {});
 

@@ -90,7 +90,7 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
   /// What an input is read from, with what is needed to understand it.
   [[nodiscard]] std::vector<const RegisterItem*> items_of(const AnalogueInput& input) const {
     std::vector<const RegisterItem*> items{&items_.item(input.item)};
-    if (!input.status.empty()) items.push_back(&items_.item(input.status));
+    for (const auto& status : input.statuses) items.push_back(&items_.item(status));
     const auto context = items_.needed_by(items);
     items.insert(items.end(), context.begin(), context.end());
     return items;
@@ -117,8 +117,8 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
     for (const auto* item : items_of(input))
       for (const auto& [span, fault] : lost)
         if (holds(span, *item)) return failure(fault);
-    if (!input.status.empty()) {
-      const auto& status = items_.item(input.status);
+    for (const auto& name : input.statuses) {
+      const auto& status = items_.item(name);
       const auto code = items_.value_in(found, status);
       if (!code) return failure(here(code.error()));
       if (const auto word = meaning(status, *code); word != kNormalStatus)

@@ -18,9 +18,9 @@ namespace gyrotherm::drivers {
 /// places in the map; at least one. Registers that follow each other are read by one exchange, as many as the link
 /// allows, and where the map says `holes`, with what lies between them; what holds no wanted input is not read.
 ///
-/// An input is out_of_range if its register holds a sentinel or what cannot be, if its status register does not say
-/// "normal", or if the unit has no value of it now; a line that is silent for one exchange is not asked for the next.
-/// `place` names the unit in its faults: "analogue input 1".
+/// An input is out_of_range if its register holds a sentinel or what cannot be, if a status register of its does not
+/// say "normal", or if the unit has no value of it now; a line that is silent for one exchange is not asked for the
+/// next. `place` names the unit in its faults: "analogue input 1".
 [[nodiscard]] std::unique_ptr<AnalogueInputs> make_modbus_analogue_inputs(
     AnalogueMap map, std::vector<std::size_t> wanted, std::string place, std::unique_ptr<Registers> registers,
     std::unique_ptr<Pauses> pauses = real_pauses());

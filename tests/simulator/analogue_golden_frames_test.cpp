@@ -61,14 +61,16 @@ class InputsOnALine {
 TEST(AnalogueGoldenFrames, OfTheIoLogikE1240) {
   InputsOnALine line;
   const auto readings = line.inputs->read();
-  ASSERT_EQ(line.heard, (std::vector<std::string>{"00 00 00 06 01 04 00 00 00 08", "00 00 00 06 01 04 00 3C 00 08"}));
-  EXPECT_TRUE(line.said[0].starts_with("00 00 00 13 01 04 10 ")) << line.said[0];
-  EXPECT_EQ(line.said[1], "00 00 00 13 01 04 10 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00");
+  ASSERT_EQ(line.heard, (std::vector<std::string>{"00 00 00 06 01 03 00 18 00 08", "00 00 00 06 01 04 00 00 00 08",
+                                                  "00 00 00 06 01 04 00 3C 00 08"}));
+  EXPECT_EQ(line.said[0], "00 00 00 13 01 03 10 00 01 00 01 00 01 00 01 00 01 00 01 00 01 00 01") << "4 … 20 mA";
+  EXPECT_TRUE(line.said[1].starts_with("00 00 00 13 01 04 10 ")) << line.said[1];
+  EXPECT_EQ(line.said[2], "00 00 00 13 01 04 10 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00");
   // 1 mA on a range from 4 mA on is as low as it goes; what is not wired is 4 mA too.
   EXPECT_DOUBLE_EQ(readings[0].value(), 4);
   EXPECT_DOUBLE_EQ(readings[1].value(), 4);
   EXPECT_NEAR(readings[2].value() * 0.125 - 0.5, line.current_ma(2), 0.125 * 16 / 65535 / 2 + 1e-12);
-  EXPECT_EQ(line.said[0].substr(21, 11), "00 00 00 00");
+  EXPECT_EQ(line.said[1].substr(21, 11), "00 00 00 00");
 }
 
 TEST(AnalogueRegisters, WhatTheWorldHasNotIsNotWired) {

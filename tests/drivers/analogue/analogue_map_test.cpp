@@ -56,10 +56,10 @@ unit = "V"
 )",
                                       "map.toml");
   ASSERT_TRUE(map) << text(map.error());
-  EXPECT_EQ(map->inputs, (std::vector<AnalogueInput>{{"voltage_1", "V", "state_1"},
-                                                     {"voltage_2", "V", "state_2"},
-                                                     {"voltage_3", "V", "state_3"},
-                                                     {"voltage_2", "V", ""}}));
+  EXPECT_EQ(map->inputs, (std::vector<AnalogueInput>{{"voltage_1", "V", {"state_1"}},
+                                                     {"voltage_2", "V", {"state_2"}},
+                                                     {"voltage_3", "V", {"state_3"}},
+                                                     {"voltage_2", "V", {}}}));
   EXPECT_EQ(map->registers.find("voltage_3")->address, 14);
   EXPECT_EQ(map->registers.name, "ai");
   EXPECT_EQ(confidence_in_words(*map), "4 inputs: unverified");
@@ -78,6 +78,7 @@ TEST(AnalogueMap, EveryMistakeIsToldWithItsPlace) {
   expect("register = \"command\"\nunit = \"V\"\n", "register \"command\" cannot be read");
   expect("register = \"voltage\"\nunit = \"V\"\nstatus = \"state_1\"\n", "1 status registers for 3 inputs");
   expect("register = \"voltage_1\"\nunit = \"V\"\nstatus = \"voltage_2\"\n", "no code named \"normal\"");
+  expect("register = \"voltage\"\nunit = \"V\"\nstatus = [\"state\", \"mode\"]\n", "no register is named \"mode\"");
   expect("register = \"voltage\"\nunits = \"V\"\n", "units");
 }
 

@@ -111,6 +111,29 @@ TEST(ModbusAnalogueInputs, AnInputThatDoesNotCountIsAFaultInItsPlaceAlone) {
   EXPECT_NE(text(readings[2].error()).find("analogue input 2 register 2 (current_3)"), std::string::npos);
 }
 
+TEST(ModbusAnalogueInputs, OneThatIsSetToAnotherRangeDoesNotCountEither) {
+  auto text_of = kUnit + R"([[register]]
+name = "mode"
+address = 24
+count = 4
+spacing = 1
+type = "u16"
+codes = { normal = [1, 4], "0 … 20 mA" = 2 }
+otherwise = "no current"
+)";
+  text_of.replace(text_of.find("status = \"state\""), 16, "status = [\"mode\", \"state\"]");
+  Unit unit({0, 1, 2, 3}, text_of);
+  for (const auto& [input, mode] : std::map<std::uint16_t, std::uint16_t>{{0, 1}, {1, 2}, {2, 4}, {3, 0}})
+    unit.registers->words[static_cast<std::uint16_t>(24 + input)] = mode;
+  const auto readings = unit.inputs->read();
+  EXPECT_DOUBLE_EQ(readings[0].value(), 1);
+  EXPECT_EQ(text(readings[1].error()), "analogue input 2 register 25 (mode_2): 0 … 20 mA");
+  EXPECT_DOUBLE_EQ(readings[2].value(), 3);
+  EXPECT_EQ(text(readings[3].error()), "analogue input 2 register 27 (mode_4): no current");
+  unit.registers->words[60] = 1;
+  EXPECT_EQ(text(unit.inputs->read()[0].error()), "analogue input 2 register 60 (state_1): burn_out");
+}
+
 TEST(ModbusAnalogueInputs, SilenceIsAFaultInEveryPlaceAfterOneExchange) {
   Unit unit({0, 1});
   unit.registers->fall_silent();

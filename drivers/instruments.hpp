@@ -115,10 +115,11 @@ class Gyro {
   /// Waits for a first frame, from which read() counts on. Once, before the first read. Fails like read(). A gyro that
   /// counts from the start has nothing to wait for.
   [[nodiscard]] virtual Result<void> take_origin() { return {}; }
-  /// What was counted since the last successful read, over the interval that the gyro's own clock measured. Waits until
-  /// `expected` of its time is covered or the driver's limit is over. Fails with timeout, disconnected or corrupted:
-  /// frames were lost, or the count begins anew here, after a silence or a broken line; what was counted meanwhile is
-  /// unknown, and the next read counts from here.
+  /// What was counted since the last successful read, over the interval that the gyro's own clock measured, or the
+  /// host's if it has none. Waits until `expected` of its time is covered, half of it by the host's, or the driver's
+  /// limit is over. Fails with timeout, disconnected or corrupted: frames were lost, or the count begins anew here,
+  /// after a silence or a broken line; what was counted meanwhile is unknown, and the next read counts from here. Fails
+  /// with mismatch if the gyro is not set as its description says.
   [[nodiscard]] virtual Result<GyroCount> read(Duration expected) = 0;
   /// Frames of all reads so far. A gyro without frames has none.
   [[nodiscard]] virtual FrameCount frames() const { return {}; }

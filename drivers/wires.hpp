@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,6 +43,9 @@ class ByteStream {
   virtual ~ByteStream() = default;
   /// Reads what has come, at least one byte. Fails with timeout (nothing came) or disconnected.
   [[nodiscard]] virtual Result<std::size_t> read(std::span<std::byte> buffer, Duration within) = 0;
+  /// When the newest of the bytes that the last read gave had come, on the steady clock; nothing if it gave them as
+  /// they came.
+  [[nodiscard]] virtual std::optional<Duration> came() const { return {}; }
   /// Writes all. Fails with timeout or disconnected.
   [[nodiscard]] virtual Result<void> write(std::span<const std::byte> bytes, Duration within) = 0;
   /// The next use is tried at once, also on a line that rests after failures: how Registers::insist() reaches it.

@@ -49,7 +49,7 @@ class AttendedWires final : public Wires {
   }
   Wire<drivers::HidReports> usb_temp(std::size_t index) override { return {.line = instruments_->usb_temp(index)}; }
   Wire<drivers::ByteStream> gyro(std::size_t index) override {
-    return {.line = instruments_->line(InstrumentKind::gyro, index)};
+    return {.line = instruments_->line(InstrumentKind::gyro, index), .clock = &clock_};
   }
   Wire<drivers::Registers> analogue_input(std::size_t index, const drivers::RegisterMap& map) override {
     return {.line = registers(InstrumentKind::analogue_input, index, map)};

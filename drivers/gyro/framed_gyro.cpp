@@ -20,6 +20,7 @@
 #include "core/toml_reader.hpp"
 #include "drivers/gyro/frame_means.hpp"
 #include "drivers/gyro/frame_sum.hpp"
+#include "drivers/gyro/host_time.hpp"
 
 namespace gyrotherm::drivers {
 
@@ -77,6 +78,8 @@ constexpr std::size_t kPumpedChunk = 16384, kMostWaiting = 1 << 20;
 /// How long the line is waited for at once: a write comes after that.
 constexpr Duration kTurn = std::chrono::milliseconds(20);
 
+[[nodiscard]] Duration steady_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
+
 /// What the reader's thread is asked to write, and what came of it.
 struct Errand {
   std::span<const std::byte> bytes;
@@ -96,6 +99,7 @@ class PumpedStream final : public ByteStream {
       const auto size = std::min(buffer.size(), waiting_.size());
       std::copy_n(waiting_.begin(), size, buffer.begin());
       waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(size));
+      came_ = newest_;
       return size;
     }
     if (!fault_) return failure(FaultKind::timeout, "", "nothing came");
@@ -114,6 +118,8 @@ class PumpedStream final : public ByteStream {
     changed_.wait(lock, [&] { return errand.done.has_value(); });
     return std::move(*errand.done);
   }
+
+  std::optional<Duration> came() const override { return came_; }
 
  private:
   /// The first use opens the line.
@@ -136,9 +142,10 @@ class PumpedStream final : public ByteStream {
       }
       lock.unlock();
       const auto size = line_->read(chunk, kTurn);
+      const auto came = steady_now();
       lock.lock();
       if (size)
-        keep(std::span(chunk).first(*size));
+        keep(std::span(chunk).first(*size), came);
       else if (size.error().kind != FaultKind::timeout)
         fault_ = size.error();
       if (size || fault_) changed_.notify_all();
@@ -154,20 +161,23 @@ class PumpedStream final : public ByteStream {
     changed_.notify_all();
   }
 
-  void keep(std::span<const std::byte> bytes) {
+  void keep(std::span<const std::byte> bytes, Duration came) {
     if (waiting_.size() + bytes.size() > kMostWaiting) {
       waiting_.clear();
       fault_ = Fault{FaultKind::corrupted, "", "what came was not read for so long that it was dropped"};
       return;
     }
     waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
+    newest_ = came;
   }
 
   std::unique_ptr<ByteStream> line_;  ///< the thread's own
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::vector<std::byte> waiting_;
-  std::optional<Fault> fault_;  ///< not told yet; the line rests until it is
+  Duration newest_{};             ///< when the last of them came
+  std::optional<Duration> came_;  ///< the reader's own
+  std::optional<Fault> fault_;    ///< not told yet; the line rests until it is
   Errand* errand_ = nullptr;
   std::jthread thread_;  ///< last: it uses the others
 };
@@ -196,7 +206,9 @@ class FramedGyro final : public Gyro {
         clock_(clock),
         decoder_(format_),
         sum_(format_),
-        means_(format_) {}
+        means_(format_),
+        arrivals_(format_.rate_hz > 0),
+        pace_(format_.rate_hz) {}
   ~FramedGyro() override;
   FramedGyro(const FramedGyro&) = delete;
   FramedGyro& operator=(const FramedGyro&) = delete;
@@ -267,14 +279,14 @@ class FramedGyro final : public Gyro {
     while (true) {
       const auto more = take_chunk(enough ? Duration::zero() : deadline.left(), tally);
       if (!more) {
-        if (more.error().kind == FaultKind::timeout && (enough || tally.rounds > 0)) return verdict(tally, expected);
+        if (more.error().kind == FaultKind::timeout && (enough || tally.rounds > 0)) return verdict(tally, first);
         start_afresh();
         return failure(more.error());
       }
       enough = first ? sum_.has_origin() : covers(tally, expected);
-      if (enough && !*more) return verdict(tally, expected);
+      if (enough && !*more) return verdict(tally, first);
       if (!deadline.over()) continue;
-      if (tally.rounds > 0) return verdict(tally, expected);
+      if (tally.rounds > 0) return verdict(tally, first);
       start_afresh();
       return failure(FaultKind::corrupted, place(), "bytes come, but no good frame");
     }
@@ -285,35 +297,63 @@ class FramedGyro final : public Gyro {
     std::array<std::byte, kChunk> chunk;
     const auto size = line_->read(chunk, within);
     if (!size) return failure(size.error());
+    const auto came = clock_ ? clock_->now().since_start : line_->came().value_or(steady_now());
     const auto rejected = decoder_.rejected_bytes();
     const bool first = !sum_.has_origin();
     const auto lost = tally.lost;
+    const auto rounds = tally.rounds;
     decoder_.feed(std::span(chunk).first(*size));
     while (const auto* frame = decoder_.take()) {
       if (sum_.has_origin()) means_.add(*frame);
       sum_.add(*frame, tally);
       ++frames_.seen;
     }
+    if (tally.rounds > rounds || (first && sum_.has_origin())) came_ = came;
     const auto false_bytes = decoder_.rejected_bytes() - rejected;
     if (!first && counts_false_bytes())
       tally.lost = std::max(tally.lost, lost + (false_bytes + format_.length - 1) / format_.length);
     return *size == kChunk;
   }
 
-  /// Half a frame is near enough: the frame that is due next would overshoot by as much.
+  /// Half a frame is near enough: the frame that is due next would overshoot by as much. By the host's clock half of
+  /// what is expected: a read that comes soon after a late one makes up for it, and no interval is so short that the
+  /// line's delays are most of it.
   [[nodiscard]] bool covers(const FrameTally& tally, Duration expected) const {
-    if (!sum_.has_clock()) return tally.rounds > 0;
-    return tally.rounds > 0 && tally.interval + tally.round / 2 >= expected;
+    if (tally.rounds == 0) return false;
+    if (sum_.has_clock()) return tally.interval + tally.round / 2 >= expected;
+    return arrivals_.passed(came_) >= expected / 2;
   }
 
-  [[nodiscard]] Result<MaybeCount> verdict(const FrameTally& tally, Duration expected) {
+  /// `first`: these frames are those from which it counts, and what came with them.
+  [[nodiscard]] Result<MaybeCount> verdict(const FrameTally& tally, bool first) {
     if (tally.lost > 0 || tally.bad > 0) sum_.drop_round();
+    if (first || tally.lost > 0 || tally.bad > 0) arrivals_.count_from(came_);
+    if (first || tally.lost > 0)
+      pace_.count_from(came_);
+    else
+      pace_.add(tally.interval, came_);
     if (tally.lost > 0) return failure(FaultKind::corrupted, place(), fmt::format("{} frames lost", tally.lost));
     if (tally.bad > 0)
       return failure(FaultKind::out_of_range, place(), fmt::format("{} frames are marked bad by the gyro", tally.bad));
+    if (const auto rate = pace_.other_rate(); rate && format_.clocked_by_sequence)
+      return failure(FaultKind::mismatch, place(),
+                     fmt::format("it sends {:.1f} frames a second, its description says {:g}", *rate, format_.rate_hz));
     if (tally.rounds == 0) return std::nullopt;
-    const auto interval = sum_.has_clock() ? tally.interval : expected;
-    return GyroCount{sum_.counts(tally, interval), interval, means_.values()};
+    if (sum_.has_clock()) return count_of(tally, tally.interval);
+    if (first) return std::nullopt;  // the host knows when the newest of its frames came, not when the oldest did
+    return by_the_host(tally);
+  }
+
+  [[nodiscard]] Result<MaybeCount> by_the_host(const FrameTally& tally) {
+    if (const auto interval = arrivals_.next(tally.rounds, came_)) return count_of(tally, *interval);
+    begin_anew();
+    return failure(
+        FaultKind::corrupted, place(),
+        fmt::format("{} frames do not fit the time in which they came: some were lost, or came late", tally.rounds));
+  }
+
+  [[nodiscard]] GyroCount count_of(const FrameTally& tally, Duration interval) const {
+    return {sum_.counts(tally, interval), interval, means_.values()};
   }
 
   /// Where neither a sequence nor the device's time tells of lost frames, or where so few counts do that a gap may
@@ -325,7 +365,13 @@ class FramedGyro final : public Gyro {
 
   void start_afresh() {
     decoder_ = FrameDecoder(format_);
+    begin_anew();
+  }
+
+  /// The next read waits for a frame to count from.
+  void begin_anew() {
     sum_ = FrameSum(format_);
+    arrivals_ = HostInterval(format_.rate_hz > 0);
   }
 
   [[nodiscard]] std::string place() const { return "gyro " + format_.name; }
@@ -339,6 +385,9 @@ class FramedGyro final : public Gyro {
   FrameDecoder decoder_;
   FrameSum sum_;
   FrameMeans means_;
+  Duration came_{};        ///< when the newest round did, by the host's clock
+  HostInterval arrivals_;  ///< of a gyro without a clock
+  FramePace pace_;         ///< of one whose clock are its frames
   FrameCount frames_;
 };
 

@@ -46,7 +46,7 @@ struct GyroStream {
 
 /// Reads and writes as `line` does, from the first use on, for one caller at a time. What is not read for so long that
 /// 1 MiB waits is dropped, and the next read fails with corrupted. A fault of the line is told by the first read that
-/// finds nothing before it; the line is tried again after that.
+/// finds nothing before it; the line is tried again after that. It knows when bytes came, however late they are read.
 [[nodiscard]] std::unique_ptr<ByteStream> make_pumped(std::unique_ptr<ByteStream> line);
 
 // A gyro that sends frames which a FrameFormat describes.
@@ -57,7 +57,7 @@ struct GyroCommands {
 };
 
 /// `within`: how long one read may wait. `clock`: of a line with a time of its own, which outlives the gyro; without
-/// one the steady clock counts.
+/// one the steady clock counts. That clock is the host's.
 ///
 /// The commands of `commands.start` are sent when the gyro is opened (by the first read, if not before), and again
 /// before the read that follows a silence or a broken line; each takes its wait, during which the line is read, or less
@@ -66,16 +66,20 @@ struct GyroCommands {
 ///
 /// Pulses, in the order of FrameFormat::axes, are counts of the axis's field; for a rate or a real number, 1e-6 arcsec
 /// each (arcsec_per_count in frame_sum.hpp). Where it takes several messages to bring every axis, they count in whole
-/// rounds of them. Interval: between the frame that ended the last read and the newest one, by the device's clock; by
-/// `expected` itself if the format has none. Values, in the order of housekeeping_of(), are of the frames of this read,
-/// of a first read of those behind its origin.
+/// rounds of them. Interval: between the frame that ended the last read and the newest one, by the device's clock; if
+/// the format has none, by the instants at which they came, smoothed where it has a nominal rate (HostInterval).
+/// Values, in the order of housekeeping_of(), are of the frames of this read, of a first read of those behind its
+/// origin.
 ///
 /// A read that saw less than `expected` returns what it saw with its exact interval; one that saw a single frame, and
-/// none before it to count from, fails with corrupted, but where that frame is what take_origin() waits for. Lost
-/// frames make the read fail with corrupted: a jump of the sequence; without one, of the device's time at the nominal
-/// rate; without both, or where a lock stands in for a sync, bytes that are no frame. Frames that the gyro marks as bad
-/// make it fail with out_of_range; the next read counts from the newest frame. After a timeout or a broken line there
-/// is no frame to count from.
+/// none before it to count from, fails with corrupted, but where that frame is what take_origin() waits for. So does,
+/// without a clock of the device's, one that saw several and none before them: when the first of them came is not
+/// known. Lost frames make the read fail with corrupted: a jump of the sequence; without one, of the device's time at
+/// the nominal rate; without both, or where a lock stands in for a sync, bytes that are no frame; without a clock of
+/// the device's, frames that do not fit the host's time, upon which the count begins anew. Frames that the gyro marks
+/// as bad make it fail with out_of_range; the next read counts from the newest frame. After a timeout or a broken line
+/// there is no frame to count from. Where time is frames counted, and they come at another rate than the nominal one
+/// (FramePace), each read fails with mismatch.
 [[nodiscard]] std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteStream> line,
                                                      Duration within, GyroCommands commands = {},
                                                      const Clock* clock = nullptr);

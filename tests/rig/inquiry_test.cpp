@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/file.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "rig/rig.hpp"
 #include "tests/support/fakes.hpp"
@@ -75,6 +76,20 @@ TEST(Inquiry, EveryInstrumentOfTheMixedRigSaysWhoItIsAndWhatItReads) {
   expect(2, "shell ");
   expect(3, "gyro: kvh-17xx-a frames, ");
   expect(3, "2 frames seen, 0 lost, 0 bad");
+}
+
+TEST(Inquiry, AGyroWithoutAClockIsReadByTheRigs) {
+  const std::string place = GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual-mixed.toml";
+  auto rig_text = read_text_file(place).value();
+  const std::string was = "kvh-17xx-a.toml";
+  rig_text.replace(rig_text.find(was), was.size(), "hg4930.toml");
+  const auto file = parse_rig(rig_text, place);
+  ASSERT_TRUE(file) << text(file.error());
+  const auto rig = Rig::assemble(*file, {.seed = {}, .already = {}, .replay = {}});
+  ASSERT_TRUE(rig) << text(rig.error());
+  const auto answers = (*rig)->ask();
+  ASSERT_TRUE(answers.at(3)) << text(answers.at(3).error());
+  EXPECT_NE(answers.at(3)->find(" counts in 2.000000 s"), std::string::npos) << *answers.at(3);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/clock.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
 #include "tests/support/fakes.hpp"
@@ -247,7 +248,8 @@ TEST(GyroStream, EveryShippedOneGivesItsAngleThroughTheDriver) {
     if (field.role == FieldRole::pulse_count) continue;
     auto made = std::make_unique<tests::FakeStream>();
     auto* line = made.get();
-    const auto gyro = make_framed_gyro(format, std::move(made), seconds(5));
+    VirtualClock clock;
+    const auto gyro = make_framed_gyro(format, std::move(made), seconds(5), {}, &clock);
     const auto* sequence = format.find(FieldRole::sequence);
     const auto* time = format.find(FieldRole::timestamp);
     const auto frames = static_cast<std::uint64_t>(format.rate_hz);
@@ -265,6 +267,7 @@ TEST(GyroStream, EveryShippedOneGivesItsAngleThroughTheDriver) {
     const double arcsec = value * *arcsec_per(field.unit, field.role);
     send(format.lock_frames + 1);
     ASSERT_TRUE(gyro->take_origin());
+    clock.advance(seconds(1));
     send(frames);
     const auto count = gyro->read(seconds(1));
     ASSERT_TRUE(count) << name << ": " << text(count.error());

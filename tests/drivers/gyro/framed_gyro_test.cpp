@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/clock.hpp"
 #include "tests/drivers/gyro/virtual_gyro_frame.hpp"
 #include "tests/support/fakes.hpp"
 
@@ -21,11 +22,12 @@ class OnFakeStream : public testing::Test {
  protected:
   OnFakeStream() { connect(virtual_gyro_frame()); }
 
-  void connect(const FrameFormat& description) {
+  /// `host`: the time of the line, if it has one.
+  void connect(const FrameFormat& description, const Clock* host = nullptr) {
     format = description;
     auto made = std::make_unique<tests::FakeStream>();
     line = made.get();
-    gyro = make_framed_gyro(format, std::move(made), milliseconds(100));
+    gyro = make_framed_gyro(format, std::move(made), milliseconds(100), {}, host);
   }
   void skip() { ++sequence, timestamp += 100'000, pulses += 7; }
   void send(int frames, bool good = true) {
@@ -42,6 +44,7 @@ class OnFakeStream : public testing::Test {
     EXPECT_EQ(count->interval, seconds(1));
   }
 
+  VirtualClock clock;
   FrameFormat format;
   tests::FakeStream* line{};
   std::unique_ptr<Gyro> gyro;
@@ -185,16 +188,17 @@ kind = "xor8"
 offset = 5
 )";
 
-TEST_F(FramedGyro, IncrementsAreSummedOverTheExpectedTime) {
-  connect(frame_format_of(kIncrementsOnly));
+TEST_F(FramedGyro, IncrementsAreSummedOverTheHostsTime) {
+  connect(frame_format_of(kIncrementsOnly), &clock);
   pulses = 1000;
   send(1);
   ASSERT_TRUE(gyro->take_origin());
+  clock.advance(milliseconds(2700));
   line->say(encode_frame(format, {.axes = {{.pulses = -5}}}));
   line->say(encode_frame(format, {.axes = {{.pulses = 12}}}));
   const auto count = gyro->read(seconds(1)).value();
   EXPECT_EQ(count.pulses.at(0), 7);
-  EXPECT_EQ(count.interval, seconds(1));
+  EXPECT_EQ(count.interval, milliseconds(2700));
 }
 
 TEST_F(FramedGyro, WithoutASequenceFalseBytesAreALoss) {
@@ -206,6 +210,122 @@ TEST_F(FramedGyro, WithoutASequenceFalseBytesAreALoss) {
   line->say(garbled);
   send(1);
   EXPECT_EQ(gyro->read(seconds(1)).error().what, "1 frames lost");
+}
+
+/// The same increments, 5 a frame and 100 frames a second, on a line with a time of its own.
+class FramedGyroByTheHost : public OnFakeStream {
+ protected:
+  FramedGyroByTheHost() {
+    auto even = frame_format_of(kIncrementsOnly);
+    even.rate_hz = 100;
+    connect(even, &clock);
+  }
+  void pass(Duration time, int frames) {
+    clock.advance(time);
+    for (int i = 0; i < frames; ++i) line->say(encode_frame(format, {.axes = {{.pulses = 5}}}));
+  }
+  void expect(int frames, Duration interval) {
+    const auto count = gyro->read(seconds(1));
+    ASSERT_TRUE(count) << text(count.error());
+    EXPECT_EQ(count->pulses.at(0), 5 * frames);
+    EXPECT_EQ(count->interval, interval);
+  }
+  /// Three good seconds.
+  void run_in() {
+    pass(seconds(1), 1);
+    ASSERT_TRUE(gyro->take_origin());
+    for (int second = 0; second < 3; ++second) {
+      pass(seconds(1), 100);
+      expect(100, seconds(1));
+    }
+  }
+};
+
+TEST_F(FramedGyroByTheHost, ALateSecondIsLongerAndTheNextShorter) {
+  run_in();
+  pass(milliseconds(3510), 351);
+  expect(351, milliseconds(3510));
+  pass(milliseconds(490), 49);
+  expect(49, milliseconds(490));
+  pass(seconds(1), 100);
+  expect(100, seconds(1));
+}
+
+/// When the oldest of the frames came that a line brings again, nobody knows.
+TEST_F(FramedGyroByTheHost, AfterASilenceItCountsFromTheNewestFrame) {
+  run_in();
+  clock.advance(seconds(3));
+  EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::timeout);
+  pass(seconds(1), 67);
+  EXPECT_EQ(gyro->read(seconds(1)).error().what, "its count begins anew; what it counted before is not known");
+  pass(seconds(1), 100);
+  expect(100, seconds(1));
+}
+
+TEST_F(FramedGyroByTheHost, FramesThatAreMissingWithoutATraceAreAFault) {
+  run_in();
+  pass(seconds(1), 40);
+  const auto lost = gyro->read(seconds(1));
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(lost.error().kind, FaultKind::corrupted);
+  EXPECT_EQ(lost.error().what, "40 frames do not fit the time in which they came: some were lost, or came late");
+  pass(seconds(1), 100);
+  EXPECT_EQ(gyro->read(seconds(1)).error().what, "its count begins anew; what it counted before is not known");
+  pass(seconds(1), 100);
+  expect(100, seconds(1));
+}
+
+constexpr const char* kCountedFrames = R"([frame]
+name = "counted"
+sync = [0xAA]
+length = 8
+rate_hz = 1000
+clock = "sequence"
+[[frame.field]]
+role = "sequence"
+type = "u16"
+offset = 1
+[[frame.field]]
+role = "increment"
+type = "i24"
+offset = 3
+[frame.check]
+kind = "xor8"
+offset = 7
+)";
+
+/// A gyro whose time is its frames, 1000 a second by its description.
+class FramedGyroByItsFrames : public OnFakeStream {
+ protected:
+  FramedGyroByItsFrames() {
+    connect(frame_format_of(kCountedFrames), &clock);
+    send(1);
+    EXPECT_TRUE(gyro->take_origin());
+  }
+  Result<GyroCount> read_after_a_second_of(int frames) {
+    clock.advance(seconds(1));
+    for (; frames > 0; --frames) line->say(encode_frame(format, {.axes = {{.pulses = 1}}, .sequence = sequence++}));
+    return gyro->read(seconds(1));
+  }
+};
+
+TEST_F(FramedGyroByItsFrames, AnotherRateThanDescribedIsAFaultInEveryRead) {
+  (void)read_after_a_second_of(100);
+  for (int second = 0; second < 60; ++second) {
+    const auto count = read_after_a_second_of(100);
+    ASSERT_FALSE(count) << second;
+    EXPECT_EQ(count.error().kind, FaultKind::mismatch);
+    EXPECT_EQ(count.error().what, "it sends 100.0 frames a second, its description says 1000");
+  }
+}
+
+TEST_F(FramedGyroByItsFrames, ALineThatHoldsFramesBackForAWhileIsNone) {
+  for (const int frames : {1000, 1000, 1000, 400, 1600, 1000, 1030, 1030, 1030, 970}) {
+    const auto count = read_after_a_second_of(frames);
+    ASSERT_TRUE(count) << text(count.error());
+    EXPECT_EQ(count->pulses.at(0), frames);
+    EXPECT_EQ(count->interval, milliseconds(frames));
+  }
 }
 
 TEST_F(FramedGyro, CountsItsFrames) {

@@ -89,6 +89,22 @@ TEST_F(PumpedStream, GivesWhatCameInItsOrder) {
   EXPECT_EQ(read(sent.size()), sent);
 }
 
+TEST_F(PumpedStream, KnowsWhenBytesCameHoweverLateTheyAreRead) {
+  const auto now = [] { return Duration(std::chrono::steady_clock::now().time_since_epoch()); };
+  begin();
+  const auto before = now();
+  say("ab");
+  EXPECT_EQ(read(1), "a");
+  const auto after = now();
+  const auto came = pumped->came();
+  ASSERT_TRUE(came);
+  EXPECT_GE(*came, before);
+  EXPECT_LE(*came, after);
+  while (now() < after + std::chrono::milliseconds(1)) continue;
+  EXPECT_EQ(read(1), "b");
+  EXPECT_EQ(pumped->came(), came);
+}
+
 TEST_F(PumpedStream, TakesWhatTheSystemWouldNotHold) {
   begin();
   const std::string second(92'160, 'x');  // of a line at 921600 baud

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "core/clock.hpp"
 #include "core/random.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
@@ -30,7 +31,7 @@ class BothEnds {
     auto made = std::make_unique<tests::FakeStream>();
     line_ = made.get();
     line_->say(writer_.lead_in());
-    gyro_ = make_framed_gyro(format, std::move(made), std::chrono::milliseconds(50));
+    gyro_ = make_framed_gyro(format, std::move(made), std::chrono::milliseconds(50), {}, &clock_);
     for (std::size_t i = 0; i + 2 < housekeeping_of(format).size(); ++i) values_.push_back(0);
   }
 
@@ -69,6 +70,7 @@ class BothEnds {
  private:
   void pass_second() {
     constexpr double kPulses[] = {106, 80, 40};
+    clock_.advance(kSecond);
     const auto from = pulses_;
     for (std::size_t axis = 0; axis < pulses_.size(); ++axis)
       pulses_[axis] += std::llround(kPulses[axis] + 3 * noise_.normal());
@@ -99,6 +101,7 @@ class BothEnds {
   StreamWriter writer_;
   RandomStream noise_{1, RandomPurpose::angle_noise};
   tests::FakeStream* line_{};
+  VirtualClock clock_;
   std::unique_ptr<drivers::Gyro> gyro_;
   std::vector<std::int64_t> pulses_;
   std::vector<double> values_;

@@ -85,7 +85,7 @@ std::uint32_t status_of(const RawValue& raw) { return static_cast<std::uint32_t>
 void judge_status(const FrameField& field, std::uint32_t status, GyroFrame& frame) {
   bool good = (status & field.mask) == field.good, flagged = !good;
   for (const auto& rule : field.rules) {
-    if ((status & rule.mask) == rule.good) continue;
+    if (keeps(rule, status)) continue;
     flagged = true;
     good = good && rule.verdict != StatusMeaning::invalid;
   }
@@ -146,7 +146,7 @@ bool is_refuted(const FrameFormat& format, const FrameView& view) {
     if (!raw && is_word(field.type)) return true;
     if (!raw || field.role != FieldRole::status) continue;
     for (const auto& rule : field.rules)
-      if (rule.verdict == StatusMeaning::reject && (status_of(*raw) & rule.mask) != rule.good) return true;
+      if (rule.verdict == StatusMeaning::reject && !keeps(rule, status_of(*raw))) return true;
   }
   return false;
 }
@@ -323,7 +323,7 @@ std::vector<std::string> FrameDecoder::complaints() const {
     const bool fits = *values_[i] >= 0 && *values_[i] < 4294967296.0;
     const auto status = fits ? static_cast<std::uint32_t>(*values_[i]) : 0xFFFFFFFF;
     for (const auto& rule : format_.fields[i].rules)
-      if ((status & rule.mask) != rule.good) found.push_back(rule.meaning);
+      if (!keeps(rule, status)) found.push_back(rule.meaning);
   }
   return found;
 }

@@ -72,6 +72,11 @@ bool is_housekeeping(const FrameField& field) {
   return field.role == FieldRole::temperature || (field.role == FieldRole::value && !field.unit.empty());
 }
 
+bool keeps(const StatusRule& rule, std::uint32_t status) {
+  const auto held = status & rule.mask;
+  return held == rule.good || std::find(rule.also_good.begin(), rule.also_good.end(), held) != rule.also_good.end();
+}
+
 bool is_counted(const FrameField& field) {
   return !is_real(field.type) && field.zero == 0 &&
          (field.role == FieldRole::pulse_count || field.role == FieldRole::increment);

@@ -65,6 +65,7 @@ struct StatusRule {
   std::uint32_t good{};
   StatusMeaning verdict{};
   std::string meaning{};
+  std::vector<std::uint32_t> also_good{};  ///< what else is, under the mask
 };
 
 struct FrameField {
@@ -112,6 +113,9 @@ struct RawValue {
 [[nodiscard]] bool is_gyro(FieldRole role);  ///< pulse_count, increment, rate, integrated_angle
 /// What a gyro tells of itself and the record keeps: a temperature, or a value with a unit.
 [[nodiscard]] bool is_housekeeping(const FrameField& field);
+
+/// What the status holds under the rule's mask is good.
+[[nodiscard]] bool keeps(const StatusRule& rule, std::uint32_t status);
 
 /// Counts are exact: an integer that wraps where its bits end.
 [[nodiscard]] bool is_counted(const FrameField& field);

@@ -178,11 +178,15 @@ void read_status(const TomlTable& table, FrameField& field) {
   for (const auto& each : table.tables("rule")) {
     StatusRule rule;
     rule.mask = word32(each, "mask", 0);
-    rule.good = word32(each, "good", 0);
+    auto good = read_whole_numbers(each, "one_of", 0xFFFFFFFF, "values of the status");
+    if (good.empty()) good = {word32(each, "good", 0)};
+    rule.good = good.front();
+    rule.also_good.assign(good.begin() + 1, good.end());
     rule.verdict = one_of(kMeanings, each, "verdict", "invalid");
     rule.meaning = each.text("meaning");
-    if (rule.mask == 0 || (rule.good & ~rule.mask) != 0)
-      each.mistake("mask", "the mask is empty, or does not hold what is good");
+    const bool fits =
+        std::all_of(good.begin(), good.end(), [&](std::uint32_t each_good) { return (each_good & ~rule.mask) == 0; });
+    if (rule.mask == 0 || !fits) each.mistake("mask", "the mask is empty, or does not hold what is good");
     field.rules.push_back(std::move(rule));
   }
   if ((field.good & ~field.mask) != 0)

@@ -132,7 +132,7 @@ TEST(GyroStream, WritesALineOfTheNovatelAsAReceiverDoes) {
   const auto bytes =
       encode_frame(format, {.axes = {{.pulses = -215194}}, .timestamp = 484620'664'389'000u, .values = {21}});
   const std::string line(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  EXPECT_EQ(line, "%RAWIMUSXA,0,0;0,0,0,484620.664389000,00001500,0,0,0,-215194,0,0*e94a3b79\r\n");
+  EXPECT_EQ(line, "%RAWIMUSXA,0,0;0,1,0,484620.664389000,00001500,0,0,0,-215194,0,0*8033301c\r\n");
 }
 
 TEST(GyroStream, TakesASemicolonBehindTheShortHeaderAlone) {
@@ -151,6 +151,25 @@ TEST(GyroStream, TakesASemicolonBehindTheShortHeaderAlone) {
     auto other = commas;
     other[comma] = ';';
     EXPECT_FALSE(taken(other)) << other;
+  }
+}
+
+/// The same message of another IMU has another scale.
+TEST(GyroStream, OfAReceiverTakesRingLaserGyrosAlone) {
+  const auto lines = tests::shipped_stream("hg1700-rawimusxa").frame;
+  const auto messages = tests::shipped_stream("hg1700-rawimusx").frame;
+  auto message = encode_frame(messages, {});
+  for (int type = 0; type < 256; ++type) {
+    const bool is_known = type == 1 || type == 4 || type == 11 || type == 12;
+    const auto line = fmt::format(
+        "%RAWIMUSXA,1692,484620.664;00,{},1692,484620.664389000,00801503,43110635,-817242,-202184,-215194,-41188,-9895",
+        type);
+    const auto check = check_value(lines.check, std::as_bytes(std::span(line)).subspan(1));
+    const tests::Fed line_fed(lines, tests::bytes_of(fmt::format("{}*{:08x}\r\n", line, check)));
+    EXPECT_EQ(line_fed.frames.size(), is_known ? 1u : 0u) << type;
+    message[13] = static_cast<std::byte>(type);
+    seal(messages.check, message);
+    EXPECT_EQ(tests::Fed(messages, message).frames.size(), is_known ? 1u : 0u) << type;
   }
 }
 

@@ -188,6 +188,7 @@ void describe(auto& form, Like<ResultTable> auto& table) {
 void describe(auto& form, Like<ReportedBudget> auto& budget) {
   form("axis", budget.axis);
   form("stage", one_of(budget.stage, {Stage::uncompensated, Stage::as_found, Stage::as_left}));
+  form.if_there("run", !budget.run.empty(), budget.run);
   form("averaging_s", positive(budget.budget.averaging_s));
   form.derived("combined", combined(budget.budget.rows));
   form("rows", budget.budget.rows);

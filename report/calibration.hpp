@@ -143,10 +143,11 @@ struct ResultTable {
   std::vector<Column> columns{};
 };
 
-/// The budget behind the results of one axis at one stage.
+/// The budget behind the compensated mean of one axis at one stage.
 struct ReportedBudget {
   std::string axis{};
   Stage stage{};
+  std::string run{};  ///< run id of the record whose mean it is of
   model::Budget budget{};
 };
 

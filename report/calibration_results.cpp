@@ -212,14 +212,19 @@ void add_behaviour(const Speaking& of, const model::Characterisation& found, con
   add_hysteresis(of, found.hysteresis);
 }
 
-/// What the unit is calibrated to: the mean of its compensated bias, as uncertain as its model's budget says.
-void add_compensated_mean(const Speaking& of, const data::Figures& figures, const model::Model& model) {
+/// What the unit is calibrated to: the mean of its compensated bias, as uncertain as its model's budget says in that
+/// run; on the record that it was trained on no thermometer has drifted on.
+void add_compensated_mean(const Speaking& of, const data::Figures& figures, const model::Model& model,
+                          const data::Dataset& dataset) {
   ReportedValue value = exact(figures.mean);
   if (model.uncertainty) {
-    const model::CombinedUncertainty all = combined(model.uncertainty->budget.rows);
+    model::Budget budget = model.uncertainty->budget;
+    if (!of.in_sample) budget.rows = in_the_run(dataset, std::move(budget.rows));
+    const model::CombinedUncertainty all = combined(budget.rows);
     value.standard_uncertainty = all.standard_deg_per_h;
     value.coverage_factor = all.coverage_factor;
     value.degrees_of_freedom = all.degrees_of_freedom;
+    of.report.budgets.push_back({.axis = of.axis, .stage = of.stage, .run = of.run, .budget = std::move(budget)});
   }
   add(of, Group::compensation, "compensated_mean", {column("compensated_bias", "°/h", {value})});
 }
@@ -346,7 +351,7 @@ std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, cons
     add_behaviour(of, found[one.stage], dataset);
     add_noise(of, one.noise);
     add_whole_run(of, one.verification.compensated);
-    add_compensated_mean(of, one.verification.compensated, *one.model);
+    add_compensated_mean(of, one.verification.compensated, *one.model, dataset);
     add_coverage(of, one.verification.coverage);
   }
   add_courses(report, axis, judged);
@@ -383,12 +388,6 @@ void add_turn_on(CalibrationReport& report, const std::string& axis, const std::
   }
 }
 
-void add_budgets(CalibrationReport& report, const CalibratedAxis& axis) {
-  for (const auto& [stage, model] : {std::pair{Stage::as_found, &axis.found}, {Stage::as_left, &axis.left}})
-    if (*model && (*model)->uncertainty)
-      report.budgets.push_back({.axis = axis.label, .stage = stage, .budget = (*model)->uncertainty->budget});
-}
-
 }  // namespace
 
 Result<void> add_results(CalibrationReport& report, const CalibratedAxis& axis) {
@@ -403,7 +402,6 @@ Result<void> add_results(CalibrationReport& report, const CalibratedAxis& axis) 
   const auto own = report.results.begin() + static_cast<std::ptrdiff_t>(first);
   std::stable_sort(own, report.results.end(),
                    [](const ResultTable& a, const ResultTable& b) { return a.group < b.group; });
-  add_budgets(report, axis);
   return {};
 }
 

@@ -27,7 +27,8 @@ struct CalibratedAxis {
 /// these are known) and, of whatever counts from the zero of the bias, the Earth's rate that was taken away and the
 /// scale factor (type B), which a model that was trained in the same mount has learnt and not got rid of. Temperatures
 /// have the calibration of the gradient thermometers and their drift until the run, as if all of them erred together.
-/// The compensated bias of the unit is the mean over the record with the model's own budget of a mean over 1 h.
+/// The compensated bias of the unit is the mean over the record with the model's own budget of a mean over 1 h, as it
+/// is in that run: the thermometers' drift until then is in it, but for a record that the model was trained on.
 ///
 /// Fails with usage if a record lacks a thermometer that a model needs, or a model refuses all of it.
 [[nodiscard]] Result<void> add_results(CalibrationReport& report, const CalibratedAxis& axis);

@@ -307,7 +307,7 @@ class MeasurementResults {
       if (budget.axis == axis)
         result("", "gyrotherm_uncertaintyBudget " + type_of_stage(budget.stage),
                joined({"Uncertainty budget", "Unsicherheitsbudget"}, ", ", words(name(budget.stage))),
-               words("say.budget"), table_of(budget));
+               description_of(budget), table_of(budget));
     if (const DccTable models = compared_on(axis); models.rows() > 0)
       result("", "gyrotherm_comparedModels", Texts{"Models on the same record", "Modelle auf derselben Aufzeichnung"},
              words(say_of_models(report_.compared)), models);
@@ -333,6 +333,11 @@ class MeasurementResults {
     return joined(run, run.empty() ? "" : "; ",
                   {"the model was fitted to this record: it is no verification",
                    "das Modell wurde an diese Aufzeichnung angepasst: kein Nachweis seiner Güte"});
+  }
+
+  static Texts description_of(const ReportedBudget& budget) {
+    const Texts run = in_no_language(run_of(budget.run));
+    return joined(run, run.empty() ? "" : "; ", words("say.budget"));
   }
 
   static DccTable table_of(const ResultTable& one) {

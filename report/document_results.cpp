@@ -264,8 +264,9 @@ std::vector<Cell> budget_sum(std::string text, std::string freedom, std::string 
 
 DocumentTable budget_table(const DocumentWriter& writer, const ReportedBudget& reported) {
   const Language language = writer.language;
-  DocumentTable table{.caption = writer.say("caption.budget", format_plain(language, reported.budget.averaging_s),
-                                            axis_and_stage(writer, reported.axis, reported.stage)),
+  std::string of = axis_and_stage(writer, reported.axis, reported.stage);
+  if (const std::string record = record_label(writer.report, reported.run); !record.empty()) of += ", " + record;
+  DocumentTable table{.caption = writer.say("caption.budget", format_plain(language, reported.budget.averaging_s), of),
                       .header = {},
                       .text_columns = 3};
   for (const char* key : {"column.source", "column.type", "column.distribution", "column.estimate", "column.u_i",

@@ -375,13 +375,23 @@ double drift_between_k(const BudgetRow& row, const data::Dataset& dataset) {
   return std::hypot(row.standard_uncertainty, in_a_year * std::sqrt(years.value_or(kYearsSinceCalibration)));
 }
 
+std::vector<BudgetRow> in_the_run(const data::Dataset& dataset, std::vector<BudgetRow> rows) {
+  for (BudgetRow& row : rows) {
+    if (row.source != Source::thermometer_drift) continue;
+    const record::ThermometerUncertainty said = said_of(dataset, row.of);
+    row.standard_uncertainty = drift_between_k(row, dataset);
+    row.assumed = row.assumed || !said.drift_in_a_year || !years_since_calibration(dataset, said);
+  }
+  return rows;
+}
+
 Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
                                              const data::Dataset& dataset, const data::Clusters& clusters) {
   const auto slopes = sensitivities(model, clusters);
   if (!slopes) return failure(slopes.error());
-  std::vector<BudgetRow> rows = that_differ(at_averaging(trained.budget, clusters.length_s).rows);
+  const auto rows = in_the_run(dataset, that_differ(at_averaging(trained.budget, clusters.length_s).rows));
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(slopes->rows());
-  for (BudgetRow& row : rows) {
+  for (const BudgetRow& row : rows) {
     if (row.source == Source::coefficients && model.variance) {
       const auto open = variance_of_function(model, clusters);
       if (!open) return failure(open.error());
@@ -392,7 +402,6 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
       variance.array() += std::pow(contribution_deg_per_h(row), 2);
       continue;
     }
-    row.standard_uncertainty = drift_between_k(row, dataset);
     const auto at = std::ranges::find(clusters.thermometers, row.of) - clusters.thermometers.begin();
     if (at == std::ssize(clusters.thermometers)) continue;
     variance.array() += (slopes->col(at).array() * row.standard_uncertainty).square();

@@ -92,6 +92,10 @@ struct ThermometersInUse {
 /// year.
 [[nodiscard]] double drift_between_k(const BudgetRow& row, const data::Dataset& dataset);
 
+/// The rows of a model's budget as they are in the run of a record that it has not seen: the thermometers have drifted
+/// by drift_between_k(), which is assumed if the record does not say how far they do, or since when.
+[[nodiscard]] std::vector<BudgetRow> in_the_run(const data::Dataset& dataset, std::vector<BudgetRow> rows);
+
 /// Half the width of the interval, °/h, that should hold each cluster's mean of compensated bias with kCoverage, on a
 /// run that the model has not seen: what differs within a run or between runs, at the cluster length, expanded as a
 /// budget is. What is the same in training and in use is not in it, for the model has learnt it. A thermometer counts

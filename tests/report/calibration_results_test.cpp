@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <limits>
 #include <random>
+#include <string>
 
 #include "tests/report/synthetic_experiment.hpp"
 
@@ -77,6 +80,61 @@ TEST(WholeRun, OfASingleMeanSaysNothingOfScatter) {
   EXPECT_EQ(run.column("std"), nullptr);
   EXPECT_EQ(run.value("mean").value, 0.1);
   for (const char* quantity : {"mean", "rmse"}) EXPECT_FALSE(run.value(quantity).expanded() > 0) << quantity;
+}
+
+/// A plane that goes with A alone, trained on that run, a year after A was calibrated.
+model::Model plane_in_a(const std::string& run_id) {
+  constexpr double kSlope_deg_per_h_per_k = 0.004;
+  model::Model model;
+  model.inputs = "A";
+  model.method = "linear";
+  model.terms = {data::temperature_term("A")};
+  model.scaling = {Eigen::RowVectorXd::Zero(1), Eigen::RowVectorXd::Ones(1)};
+  model.target_std_deg_per_h = 1;
+  model.function = methods::LinearModel{Eigen::VectorXd::Constant(1, kSlope_deg_per_h_per_k), 0};
+  model.input_min = Eigen::RowVectorXd::Constant(1, -100);
+  model.input_max = Eigen::RowVectorXd::Constant(1, 100);
+  model.trained_on.resize(1);
+  model.trained_on.front().run_id = run_id;
+  model.trained_on.front().to_s = std::numeric_limits<double>::infinity();
+  model.uncertainty = {.budget = {.averaging_s = 3600,
+                                  .rows = {{.source = model::Source::turn_on, .standard_uncertainty = 1e-4},
+                                           {.source = model::Source::thermometer_drift,
+                                            .of = "A",
+                                            .evaluation = model::Evaluation::b,
+                                            .standard_uncertainty = 0.05,
+                                            .sensitivity = kSlope_deg_per_h_per_k}}},
+                       .sensitivities = {},
+                       .added_noise_deg_per_h = 0};
+  return model;
+}
+
+/// Of the four years since its calibration a thermometer has drifted twice as far as in the first.
+TEST(CompensatedMean, KnowsThatThermometersHaveDriftedOnSinceTheTraining) {
+  SyntheticExperiment experiment;
+  data::RecordedRun &trained = experiment.rate, &later = experiment.random;
+  later.dataset.started_utc = std::chrono::days(4 * 365 + 1);
+  later.dataset.thermometer_uncertainty.assign(
+      8, {.drift_in_a_year = Kelvins{0.05}, .calibrated = std::chrono::sys_days{}});
+  CalibrationReport report;
+  const auto added =
+      add_results(report, {.label = "x", .runs = {trained, later}, .left = plane_in_a(trained.dataset.run_id)});
+  ASSERT_TRUE(added) << text(added.error());
+  ASSERT_EQ(report.budgets.size(), 2u) << "of each record its own";
+  const auto check = [&](const std::string& run, double drift_k) {
+    const auto budget = std::ranges::find(report.budgets, run, &ReportedBudget::run);
+    ASSERT_NE(budget, report.budgets.end());
+    EXPECT_NEAR(budget->budget.rows.back().standard_uncertainty, drift_k, 1e-12);
+    EXPECT_FALSE(budget->budget.rows.back().assumed);
+    const auto table = std::ranges::find_if(
+        report.results, [&](const ResultTable& one) { return one.key == "compensated_mean" && one.run == run; });
+    ASSERT_NE(table, report.results.end());
+    const ReportedValue& value = find_column(*table, "compensated_bias")->values.front();
+    EXPECT_NEAR(value.standard_uncertainty, std::hypot(1e-4, 0.004 * drift_k), 1e-12);
+    EXPECT_DOUBLE_EQ(value.expanded(), combined(budget->budget.rows).expanded_deg_per_h) << "the table adds up";
+  };
+  check(trained.dataset.run_id, 0.05);
+  check(later.dataset.run_id, std::hypot(0.05, 0.1));
 }
 
 TEST(Courses, AreNotDrawnAcrossWhatIsMissing) {

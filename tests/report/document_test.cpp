@@ -216,11 +216,13 @@ TEST(Document, ResultsOfSeveralRecordsNameThem) {
   ResultTable again = report.results.back();
   again.run = "second";
   report.results.push_back(again);
+  report.budgets.back().run = "second";
   const Document document = document_of(report, Language::english);
   const auto tables = all_of<DocumentTable>(document);
   EXPECT_TRUE(std::ranges::any_of(tables, [](const DocumentTable& table) {
     return table.header.size() > 1 && table.header[1] == "Record" && table.rows.back()[1].text == "R2";
   }));
+  EXPECT_TRUE(has(text_of(document), " s: u1.y, As left, R2")) << "its budget";
   EXPECT_TRUE(has(text_of(document), "chain of hashes was not verified of: random.db"));
 }
 

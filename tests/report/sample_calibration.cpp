@@ -70,6 +70,7 @@ void add_compensated_mean(std::vector<ResultTable>& results, const std::string& 
 ReportedBudget budget(const std::string& axis, Stage stage) {
   return {.axis = axis,
           .stage = stage,
+          .run = kRun,
           .budget = {.averaging_s = 3600,
                      .rows = {{.source = model::Source::angle_random_walk,
                                .evaluation = model::Evaluation::a,

@@ -42,6 +42,7 @@ void each_text(CalibrationReport& report, const std::function<void(std::string&)
   for (UsedFile& file : report.files)
     for (std::string* text : {&file.name, &file.id, &file.sha256, &file.program_version, &file.started_utc}) use(*text);
   for (std::string& key : report.missing) use(key);
+  for (ReportedBudget& budget : report.budgets) use(budget.run);
   for (ReportedBudget& budget : report.budgets)
     for (model::BudgetRow& row : budget.budget.rows) use(row.of);
   for (ComparedModel& one : report.compared) use(one.inputs), use(one.method);

@@ -287,6 +287,25 @@ TEST_F(UncertaintyOfAModel, DriftGrowsWithTheRootOfTheDaysSinceTheCalibration) {
   EXPECT_EQ(row(model, Source::thermometer_calibration).standard_uncertainty, 0.01);
 }
 
+TEST_F(UncertaintyOfAModel, HasDriftedOnInARunThatItHasNotSeen) {
+  const auto rows_in = [&](const data::Dataset& run) {
+    Model model = model_;
+    model.uncertainty->budget.rows = in_the_run(run, model.uncertainty->budget.rows);
+    return model;
+  };
+  EXPECT_EQ(row(rows_in(dataset_), Source::thermometer_drift).standard_uncertainty, 0.05) << "a year, and no more";
+  data::Dataset dated = dataset_;
+  dated.started_utc = std::chrono::days(4 * 365 + 1);
+  dated.thermometer_uncertainty.assign(8, {.drift_in_a_year = Kelvins{0.02}, .calibrated = std::chrono::sys_days{}});
+  Model said = rows_in(dated);
+  EXPECT_NEAR(row(said, Source::thermometer_drift).standard_uncertainty, std::hypot(0.05, 0.04), 1e-12);
+  EXPECT_TRUE(row(said, Source::thermometer_drift).assumed) << "what it was trained on said nothing";
+  for (BudgetRow& one : said.uncertainty->budget.rows) one.assumed = false;
+  said.uncertainty->budget.rows = in_the_run(dataset_, said.uncertainty->budget.rows);
+  EXPECT_TRUE(row(said, Source::thermometer_drift).assumed) << "nor does this run";
+  EXPECT_FALSE(row(said, Source::turn_on).assumed) << "which has no drift";
+}
+
 TEST_F(UncertaintyOfAModel, KnowsWhatAYearOfDriftAdds) {
   double squares = 0;
   for (const Sensitivity& one : model_.uncertainty->sensitivities) squares += std::pow(one.rms, 2);

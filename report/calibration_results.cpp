@@ -101,12 +101,14 @@ void add_stabilised(const Speaking& of, const std::vector<model::StabilisedBias>
   add(of, Group::bias, "stabilised_bias", {std::move(set_point), std::move(temperature), std::move(bias)});
 }
 
-void add_two_positions(const Speaking& of, const std::vector<model::TwoPosition>& found) {
+/// The Earth's rate goes with the scale factor; the bias between the positions is free of it.
+void add_two_positions(const Speaking& of, const std::vector<model::TwoPosition>& found, const data::Dataset& dataset) {
   Column set_point = column("set_point", "°C"), bias = column("bias", "°/h"), rate = column("earth_rate", "°/h");
   for (const model::TwoPosition& one : found) {
     set_point.values.push_back(exact(one.set_point_c));
     bias.values.push_back(measured(at_stage(of, one.bias)));
-    rate.values.push_back(measured(at_stage(of, one.earth_rate)));
+    const model::Measured& earth_rate = at_stage(of, one.earth_rate);
+    rate.values.push_back(measured(earth_rate, together({model::budget_of_scale_factor(dataset, earth_rate.value)})));
   }
   add(of, Group::bias, "two_position", {std::move(set_point), std::move(bias), std::move(rate)});
 }
@@ -206,7 +208,7 @@ void add_whole_run(const Speaking& of, const data::Figures& figures) {
 void add_behaviour(const Speaking& of, const model::Characterisation& found, const data::Dataset& dataset) {
   add_warm_ups(of, found.warm_ups);
   add_stabilised(of, found.stabilised, temperature_uncertainty_k(dataset));
-  add_two_positions(of, found.two_position);
+  add_two_positions(of, found.two_position, dataset);
   add_retraces(of, found.retrace);
   add_sensitivities(of, found);
   add_hysteresis(of, found.hysteresis);
@@ -219,7 +221,7 @@ void add_compensated_mean(const Speaking& of, const data::Figures& figures, cons
   ReportedValue value = exact(figures.mean);
   if (model.uncertainty) {
     model::Budget budget = model.uncertainty->budget;
-    if (!of.in_sample) budget.rows = in_the_run(dataset, std::move(budget.rows));
+    if (!of.in_sample) budget.rows = model::in_the_run(dataset, std::move(budget.rows));
     const model::CombinedUncertainty all = combined(budget.rows);
     value.standard_uncertainty = all.standard_deg_per_h;
     value.coverage_factor = all.coverage_factor;

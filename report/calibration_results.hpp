@@ -25,10 +25,11 @@ struct CalibratedAxis {
 ///
 /// What is stated as uncertain is the measurement: the record's own noise (type A, with its degrees of freedom where
 /// these are known) and, of whatever counts from the zero of the bias, the Earth's rate that was taken away and the
-/// scale factor (type B), which a model that was trained in the same mount has learnt and not got rid of. Temperatures
-/// have the calibration of the gradient thermometers and their drift until the run, as if all of them erred together.
-/// The compensated bias of the unit is the mean over the record with the model's own budget of a mean over 1 h, as it
-/// is in that run: the thermometers' drift until then is in it, but for a record that the model was trained on.
+/// scale factor (type B), which a model that was trained in the same mount has learnt and not got rid of; of the
+/// Earth's rate that two positions give, the scale factor. Temperatures have the calibration of the gradient
+/// thermometers and their drift until the run, as if all of them erred together. The compensated bias of the unit is
+/// the mean over the record with the model's own budget of a mean over 1 h, as it is in that run: the thermometers'
+/// drift until then is in it, but for a record that the model was trained on.
 ///
 /// Fails with usage if a record lacks a thermometer that a model needs, or a model refuses all of it.
 [[nodiscard]] Result<void> add_results(CalibrationReport& report, const CalibratedAxis& axis);

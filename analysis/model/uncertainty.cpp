@@ -227,6 +227,12 @@ std::vector<BudgetRow> budget_of_thermometer(const data::Dataset& dataset, const
   return {std::move(calibration), std::move(drift)};
 }
 
+BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_per_h) {
+  constexpr double kPerPpm = 1e-6;
+  return said_or_assumed(Source::scale_factor, dataset.gyro_uncertainty.scale_factor_uncertainty_ppm, kScaleFactor_ppm,
+                         rate_deg_per_h * kPerPpm);
+}
+
 std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset) {
   const record::GyroUncertainty& gyro = dataset.gyro_uncertainty;
   std::vector<BudgetRow> rows;
@@ -236,10 +242,7 @@ std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset) {
     rows.push_back(said_or_assumed(Source::azimuth, gyro.azimuth_uncertainty_deg, kAzimuth_deg, slopes.azimuth));
     rows.push_back(said_or_assumed(Source::tilt, gyro.tilt_uncertainty_deg, kTilt_deg, slopes.elevation));
   }
-  constexpr double kPerPpm = 1e-6;
-  if (dataset.earth_rate_deg_per_h)
-    rows.push_back(said_or_assumed(Source::scale_factor, gyro.scale_factor_uncertainty_ppm, kScaleFactor_ppm,
-                                   *dataset.earth_rate_deg_per_h * kPerPpm));
+  if (dataset.earth_rate_deg_per_h) rows.push_back(budget_of_scale_factor(dataset, *dataset.earth_rate_deg_per_h));
   return rows;
 }
 

@@ -64,6 +64,9 @@ struct TrainedOn {
 /// that the model needs.
 [[nodiscard]] Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on);
 
+/// The scale factor's row for a rate that was measured by it, °/h, as in a budget.
+[[nodiscard]] BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_per_h);
+
 /// What makes a bias uncertain from which the Earth's rate was taken away: latitude, azimuth and tilt by the slopes of
 /// that rate, where the record says the angles, and the scale factor by the rate itself, as in a budget. Empty where
 /// none was taken away.

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <random>
 #include <string>
 
@@ -135,6 +136,39 @@ TEST(CompensatedMean, KnowsThatThermometersHaveDriftedOnSinceTheTraining) {
   };
   check(trained.dataset.run_id, 0.05);
   check(later.dataset.run_id, std::hypot(0.05, 0.1));
+}
+
+/// r± = b ± Ω: b is half their sum, whatever the scale factor is, and Ω goes with it.
+TEST(TwoPositions, KnowTheEarthsRateAsWellAsTheScaleFactor) {
+  constexpr double kEarthRate_deg_per_h = 10, kBias_deg_per_h = 0.1;
+  data::RecordedRun run = SyntheticExperiment(9).rate;
+  auto& segments = run.dataset.segments;
+  const Celsius at = segments.front().target;
+  int holds = 0;
+  for (auto& segment : segments)
+    if (segment.hold && segment.target == at) segment.unit.turned = ++holds % 2 == 0;
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal(kBias_deg_per_h, 1e-4);
+  for (Eigen::Index k = 0; k < run.clusters.segment.size(); ++k) {
+    const bool turned = segments[static_cast<std::size_t>(run.clusters.segment(k))].unit.turned;
+    run.clusters.bias_deg_per_h(k) = normal(random) + (turned ? -kEarthRate_deg_per_h : kEarthRate_deg_per_h);
+  }
+  const auto reported = [&](const std::optional<double>& ppm, const char* quantity) {
+    run.dataset.gyro_uncertainty.scale_factor_uncertainty_ppm = ppm;
+    CalibrationReport report;
+    EXPECT_TRUE(add_results(report, {.label = "x", .runs = {run}}));
+    const auto table = std::ranges::find(report.results, "two_position", &ResultTable::key);
+    return table == report.results.end() ? ReportedValue{} : find_column(*table, quantity)->values.front();
+  };
+  const ReportedValue exact = reported(0, "earth_rate"), said = reported(50, "earth_rate");
+  EXPECT_NEAR(said.value, kEarthRate_deg_per_h, 1e-4);
+  EXPECT_GT(exact.standard_uncertainty, 0);
+  EXPECT_LT(exact.standard_uncertainty, 5e-5);
+  EXPECT_NEAR(said.standard_uncertainty, std::hypot(exact.standard_uncertainty, 50e-6 * said.value), 1e-12);
+  EXPECT_NEAR(reported(std::nullopt, "earth_rate").standard_uncertainty,
+              std::hypot(exact.standard_uncertainty, 10e-6 * said.value), 1e-12)
+      << "10 ppm are assumed";
+  EXPECT_EQ(reported(50, "bias").standard_uncertainty, reported(0, "bias").standard_uncertainty);
 }
 
 TEST(Courses, AreNotDrawnAcrossWhatIsMissing) {

@@ -10,6 +10,7 @@
 #include <cassert>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -78,12 +79,18 @@ Measured mean_at(const Subject& subject, const Eigen::VectorXd& values, const Ro
   return {figures.mean, mean_error(figures), std::max(1.0, figures.effective.of_mean - 1)};
 }
 
-/// The clusters of the last hour of a segment that lie wholly inside it.
-RowNumbers last_hour_of(const data::Clusters& clusters, int segment) {
+/// The clusters that lie wholly inside a segment.
+RowNumbers clusters_inside(const data::Clusters& clusters, int segment) {
   RowNumbers rows;
   for (Eigen::Index k = 0; k < clusters.start_s.size(); ++k) {
     if (clusters.segment(k) == segment && clusters.last_segment(k) == segment) rows.push_back(k);
   }
+  return rows;
+}
+
+/// Of these, the ones of its last hour.
+RowNumbers last_hour_of(const data::Clusters& clusters, int segment) {
+  RowNumbers rows = clusters_inside(clusters, segment);
   if (rows.empty()) return rows;
   const double from_s = clusters.start_s(rows.back()) + clusters.length_s - data::kQuietSeconds;
   std::erase_if(rows, [&](Eigen::Index k) { return clusters.start_s(k) < from_s - 0.5 * clusters.length_s; });
@@ -253,20 +260,29 @@ void find_settling(WarmUp& warm_up, const Subject& subject, const RowNumbers& ho
 }
 
 WarmUp warm_up_in(const Subject& subject, const StabilisedBias& start, double floor_deg_per_h) {
-  RowNumbers hold;
-  for (Eigen::Index k = 0; k < subject.clusters.start_s.size(); ++k)
-    if (subject.clusters.segment(k) == start.segment && subject.clusters.last_segment(k) == start.segment)
-      hold.push_back(k);
+  const RowNumbers hold = clusters_inside(subject.clusters, start.segment);
   WarmUp warm_up{.segment = start.segment, .set_point_c = start.set_point_c, .within = {}, .seconds = {}};
   find_settling(warm_up, subject, hold, start, floor_deg_per_h, &BeforeAfter::before, subject.before);
   find_settling(warm_up, subject, hold, start, floor_deg_per_h, &BeforeAfter::after, subject.after);
   return warm_up;
 }
 
-/// The record begins with this hold, or the unit was off before it.
+/// When the first bias of a segment was sampled, since the run started; NaN if there is none.
+double first_bias_s(const data::Dataset& dataset, int segment) {
+  for (Eigen::Index i = 0; i < dataset.segment.size(); ++i)
+    if (dataset.segment(i) == segment && std::isfinite(dataset.bias_deg_per_h(i))) return dataset.time_s(i);
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+/// The record begins with this hold, or the unit was off before it; and the clusters, which may be a part of the record
+/// that somebody has chosen, have the hold from its first bias on, but for what one mean of a warm-up does not see.
 bool is_a_start(const Subject& subject, const StabilisedBias& hold) {
-  if (hold.segment == subject.clusters.segment(0)) return true;
-  return hold.segment > 0 && subject.dataset.segments[static_cast<std::size_t>(hold.segment) - 1].unit.off;
+  const data::Dataset& dataset = subject.dataset;
+  const bool begins = dataset.segment.size() > 0 && dataset.segment(0) == hold.segment;
+  const bool was_off = hold.segment > 0 && dataset.segments[static_cast<std::size_t>(hold.segment) - 1].unit.off;
+  if (!begins && !was_off) return false;
+  const double from_s = subject.clusters.start_s(clusters_inside(subject.clusters, hold.segment).front());
+  return from_s - first_bias_s(dataset, hold.segment) < kWarmUpMeanSeconds;
 }
 
 std::vector<WarmUp> warm_ups_of(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {

@@ -161,7 +161,8 @@ struct Characterisation {
   std::vector<Retrace> retrace;
   std::vector<TwoPosition> two_position;  ///< a row for each set point at which there are both positions
   std::vector<WarmUp> warm_ups;           ///< of stabilised holds that the record begins with, or before which the unit
-                                          ///< was off; none if the record has no noise floor
+                                          ///< was off, if the clusters have them from their beginning; none if the
+                                          ///< record has no noise floor
 };
 
 void describe(auto& form, Like<Characterisation> auto& result) {

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
+#include <vector>
 
 #include "tests/analysis/synthetic_run.hpp"
 
@@ -73,6 +75,30 @@ TEST(Characterisation, OfAGyroThatIsStillWarmingUpSaysSo) {
   const Characterisation result = run.found(warm_up + noise_of(warm_up, 1));
   ASSERT_EQ(result.warm_ups.size(), 1u);
   EXPECT_TRUE(std::isnan(result.warm_ups[0].seconds.before.value));
+}
+
+/// A hold in the middle of a record is no start where a part of the record begins with it; nor is one that the part
+/// enters late, though enough of it is left to be stabilised.
+TEST(Characterisation, OfAPartOfARecordTakesNoHoldForAStart) {
+  MadeToOrder run;
+  const data::Clusters whole = run.clusters;
+  const auto starts_from = [&](Eigen::Index first) {
+    std::vector<Eigen::Index> rows(static_cast<std::size_t>(whole.start_s.size() - first));
+    std::iota(rows.begin(), rows.end(), first);
+    run.clusters = pick(whole, rows);
+    return run.found(noise_of(run.clusters.start_s, 7)).warm_ups.size();
+  };
+  EXPECT_EQ(starts_from(0), 1u);
+  EXPECT_EQ(starts_from(1), 1u) << "the first cluster of a record may lack a reading";
+  EXPECT_EQ(starts_from(12), 0u) << "20 min late";
+  constexpr int kSecondHold = 2;
+  Eigen::Index second = 0;
+  while (whole.segment(second) != kSecondHold) ++second;
+  EXPECT_EQ(starts_from(second), 0u);
+  run.dataset.segments[kSecondHold - 1].unit.off = true;
+  EXPECT_EQ(starts_from(second), 1u);
+  EXPECT_EQ(starts_from(second + 12), 0u) << "20 min after it was switched on";
+  EXPECT_EQ(starts_from(0), 2u);
 }
 
 TEST(Characterisation, OfThreeStartsKnowsHowTheyDiffer) {

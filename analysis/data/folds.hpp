@@ -27,9 +27,8 @@ inline constexpr std::size_t kFewestForRecords = 3;
 
 inline constexpr int kDefaultBlocks = 4;
 
-/// The guard around blocks where none is asked for. The slowest time constant of a ring laser gyro's block is 39–46
-/// min, and what a straight line in all temperatures leaves of the virtual rate run is uncorrelated after 42 min
-/// (docs/evaluation.md).
+/// The guard around blocks where none is asked for: the slowest time constant of the reference simulation's gyro is 46
+/// min, and what a straight line in all temperatures leaves of its rate run is uncorrelated after 42 min.
 inline constexpr double kDefaultGuardMinutes = 45;
 
 struct FoldOptions {

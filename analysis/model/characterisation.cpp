@@ -23,7 +23,8 @@ namespace {
 
 using RowNumbers = std::vector<Eigen::Index>;
 
-/// How long residuals of a thermal model may stay alike: about two time constants of 46 min.
+/// How long residuals of a thermal model may stay alike: two of the slowest time constants of the reference
+/// simulation's gyro, 46 min.
 constexpr double kMemorySeconds = 5400;
 constexpr double kSpanK = 10;
 constexpr double kMovingKPerMin = 0.1;

@@ -42,8 +42,8 @@ void describe(auto& form, Like<BeforeAfter> auto& figures) {
   form("after", figures.after);
 }
 
-/// A hold this long is stabilised in its last hour: about twice the slowest thermal time constant of a ring laser
-/// gyro's block (39–46 min).
+/// A hold this long counts as stabilised in its last hour: two of the slowest time constants of the reference
+/// simulation's gyro (46 min). One that is slower, as the default rig's (100 min), has not come to rest by then.
 inline constexpr double kStabilisedHoldSeconds = 5400;
 
 /// Mean bias over the last hour of a stabilised hold, °/h.

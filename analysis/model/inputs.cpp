@@ -104,7 +104,7 @@ Result<Terms> physics(const data::Dataset& dataset) {
   });
 }
 
-/// The fast time constant of the gyro's block and its slow one (docs/virtual-gyro.md: 39–46 min).
+/// A fast time constant of a gyro's block and a slow one; the slowest of the reference simulation's is 46 min.
 constexpr std::array kTimeConstantsS = {600, 2400};
 
 Result<Terms> thermal_history(const data::Dataset& dataset) {

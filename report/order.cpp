@@ -154,13 +154,19 @@ std::vector<std::string> results_with_limits() {
           "whole_run.std",
           "whole_run.rmse",
           "whole_run.largest",
-          "compensated_mean.compensated_bias",
-          "coverage.seen_share"};
+          "compensated_mean.compensated_bias"};
 }
+
+/// Of which the more is the better: a limit, which is a greatest value, would refuse what is good.
+constexpr std::string_view kShare = "coverage.seen_share";
 
 void check_is_result(const TomlTable& limit, const std::string& quantity) {
   const auto known = results_with_limits();
   if (quantity.empty() || std::ranges::find(known, quantity) != known.end()) return;
+  if (quantity == kShare) {
+    limit.mistake("quantity", fmt::format("\"{}\" is the better the more it is, and a limit says at most", kShare));
+    return;
+  }
   const std::string near = nearest(quantity, known);
   limit.mistake("quantity", fmt::format("no result is called \"{}\", {}", quantity,
                                         near.empty() ? "expected one like \"compensated_mean.compensated_bias\""

@@ -19,9 +19,17 @@ Result<Exit> rebuild(Console& console, const std::string& folder) {
   return Exit::done;
 }
 
+/// Whether models are taken from a folder: one that is named as theirs, or the one that all the rest is taken from.
+bool has_models_in_a_folder(const CalibrationArguments& options, bool is_folder) {
+  const bool are_there_too = is_folder && !options.out.empty() && options.left.empty();
+  return are_there_too || !options.left_folder.empty() || !options.found_folder.empty();
+}
+
 Result<Exit> report_on(Console& console, const CalibrationArguments& options) {
   if (options.runs.empty()) return failure(FaultKind::usage, "records", "name records, or a folder that qualify wrote");
   const bool is_folder = options.runs.size() == 1 && std::filesystem::is_directory(options.runs.front());
+  if (!options.inputs.empty() && !has_models_in_a_folder(options, is_folder))
+    return failure(FaultKind::usage, "--inputs", "names models in a folder; name that with --models or --found-models");
   if (is_folder && options.out.empty()) return rebuild(console, options.runs.front());
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "name the folder that the report is written to");
   if (!is_folder) return calibrate(console, options);

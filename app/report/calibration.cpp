@@ -132,6 +132,11 @@ bool is_for(const model::Model& model, const data::AxisChoice& axis) {
   return model.trained_on.empty() || !is_named(model.trained_on.front().of) || model.trained_on.front().of == axis;
 }
 
+/// The name of the models in folders.
+std::string inputs_of(const CalibrationArguments& options) {
+  return options.inputs.empty() ? "multi-point-t" : options.inputs;
+}
+
 /// Nothing where neither a file nor a folder was given.
 Result<std::optional<ModelOfAxis>> model_of(const ModelSource& source, const std::string& inputs,
                                             const data::AxisChoice& axis) {
@@ -180,7 +185,7 @@ Result<Given> load_all(Console& console, const CalibrationArguments& options) {
 /// The folder in which qualify left what it made of an axis: that of its model.
 std::string experiment_of(const CalibrationArguments& options, const data::AxisChoice& axis) {
   if (options.left_folder.empty()) return {};
-  return std::filesystem::path(model_path(options.left_folder, axis, options.inputs)).parent_path().string();
+  return std::filesystem::path(model_path(options.left_folder, axis, inputs_of(options))).parent_path().string();
 }
 
 bool is_plane(const std::string& method) {
@@ -248,9 +253,9 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
     report.cluster_length_s = clusters->length_s;
     axis.runs.push_back({std::move(dataset), std::move(*clusters)});
   }
-  auto found = model_of(given.found, options.inputs, choice);
+  auto found = model_of(given.found, inputs_of(options), choice);
   if (!found) return failure(found.error());
-  auto left = model_of(given.left, options.inputs, choice);
+  auto left = model_of(given.left, inputs_of(options), choice);
   if (!left) return failure(left.error());
   add_file(report, *found);
   add_file(report, *left);

@@ -15,7 +15,7 @@ struct CalibrationArguments {
   std::vector<std::string> runs;
   std::vector<std::string> left, found;   ///< files of models, each for the axis that it was trained on
   std::string left_folder, found_folder;  ///< … or folders as qualify leaves them
-  std::string inputs = "multi-point-t";   ///< name of the models in these
+  std::string inputs;                     ///< name of the models in these; empty: multi-point-t
   std::string unit;                       ///< empty: each unit of the records
   std::string laboratory, order;          ///< files; empty: a draft
   std::vector<std::string> languages{"en"};

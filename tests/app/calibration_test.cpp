@@ -189,6 +189,20 @@ TEST_F(CalibrationOfAUnit, WithoutAnOrderIsADraftThatSaysWhatIsMissing) {
   EXPECT_NE(refused.err.find("lacks"), std::string::npos) << refused.err;
 }
 
+TEST_F(CalibrationOfAUnit, NamesInputsOfModelsThatLieInAFolder) {
+  const auto report = [](const std::string& models) {
+    return gyrotherm_with("report " + in("random.db") + models + " --inputs gradients,A --out " + in("inputs"));
+  };
+  for (const std::string& models : {std::string(), " --model " + in("model.json")}) {
+    const auto refused = report(models);
+    EXPECT_EQ(refused.exit_code, 2) << models;
+    EXPECT_NE(refused.err.find("--inputs: names models in a folder"), std::string::npos) << refused.err;
+  }
+  const auto looked = report(" --models " + in("nowhere"));
+  EXPECT_NE(looked.err.find("model-gradients,A.json"), std::string::npos) << looked.err;
+  EXPECT_FALSE(std::filesystem::exists(in("inputs")));
+}
+
 TEST_F(CalibrationOfAUnit, AYearLaterIsComparedWithWhatItLeftWith) {
   std::string order = kOrder;
   order.replace(order.find("\"C-1\""), 5, "\"C-2\"");
@@ -303,10 +317,11 @@ TEST_F(CalibrationOfAUnit, IsHeldAgainstNoResultThatNobodyKnows) {
     EXPECT_NE(refused.err.find("did you mean \"whole_run.rmse\"?"), std::string::npos) << refused.err;
     EXPECT_FALSE(std::filesystem::exists(in("mistyped")));
   }
-  // What a report has may be held against a limit, but for what was set or counted.
+  // What a report has may be held against a limit, but for what was set or counted, and a share of which more is
+  // better.
   for (const report::ResultTable& table : filed("report").results) {
     for (const report::Column& column : table.columns) {
-      const auto given = {"set_point", "temperature", "starts", "within", "nominal_share"};
+      const auto given = {"set_point", "temperature", "starts", "within", "nominal_share", "seen_share"};
       if (std::ranges::find(given, column.quantity) != given.end()) continue;
       const std::string limit =
           fmt::format("[[limit]]\nquantity = \"{}.{}\"\nat_most = 1\n", table.key, column.quantity);

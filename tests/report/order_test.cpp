@@ -126,6 +126,8 @@ TEST(Order, NamesTheResultThatALimitMeans) {
   EXPECT_EQ(refused("stabilised_bias.bias"), "");
   EXPECT_EQ(refused("stabilised_bias.bais"),
             "order.toml:18:12: no result is called \"stabilised_bias.bais\", did you mean \"stabilised_bias.bias\"?");
+  EXPECT_EQ(refused("coverage.seen_share"),
+            "order.toml:18:12: \"coverage.seen_share\" is the better the more it is, and a limit says at most");
   for (const char* quantity : {"nothing", "stabilised_bias", "bias.rmse", "heading.results", "."})
     EXPECT_NE(refused(quantity).find("no result is called"), std::string::npos) << quantity;
 }

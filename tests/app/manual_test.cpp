@@ -35,6 +35,15 @@ std::set<std::string> options_in(const std::string& text) {
   return options;
 }
 
+/// What stands below "# NAME" of a page's prose, up to the next section.
+std::string section_of(const std::string& prose, const std::string& name) {
+  const auto heading = "# " + name + "\n";
+  const auto at = prose.find(heading);
+  if (at == std::string::npos) return "";
+  const auto begin = at + heading.size();
+  return prose.substr(begin, std::min(prose.find("\n# ", begin), prose.size()) - begin);
+}
+
 /// The page of a command as the build makes it.
 Ran page_of(const std::string& page, const std::string& arguments) {
   return gyrotherm_with("manual " + arguments + " --date 2026-11-21 --prose " + kDocuments + page + ".md");
@@ -88,11 +97,19 @@ TEST(Manual, PagesOfOtherProgramsHaveTheOptionsOfTheirHelp) {
     auto wanted = options_in(help);
     if (program == std::string("gyrotherm-monitor"))
       wanted.merge(options_in(shell(folder + "gyrotherm-monitor user add --help").out));
-    const auto shown = options_in(prose);
+    const auto explained = options_in(section_of(prose, "OPTIONS"));
     EXPECT_EQ(wanted.contains("--help") || program == std::string("gyrotherm-make-safe"), true);
-    for (const auto& option : wanted) EXPECT_TRUE(shown.contains(option)) << program << " " << option;
-    for (const auto& option : shown)
+    for (const auto& option : wanted) EXPECT_TRUE(explained.contains(option)) << program << " " << option;
+    for (const auto& option : options_in(prose))
       EXPECT_TRUE(wanted.contains(option) || option == "--help") << program << " has no " << option;
+  }
+}
+
+TEST(Manual, ASynopsisHasCommandLinesAlone) {
+  for (const auto& path : entries_of(kDocuments)) {
+    std::istringstream lines(section_of(read_text_file(path.string()).value(), "SYNOPSIS"));
+    for (std::string line; std::getline(lines, line);)
+      EXPECT_TRUE(line.empty() || line.starts_with("`gyrotherm")) << path << ": " << line;
   }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The gyrotherm-monitor program: the live page of the runs in some folders, and who may use it.
 #include <fmt/format.h>
+#include <pwd.h>
+#include <sys/stat.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -10,6 +12,7 @@
 #include <iostream>
 #include <string>
 
+#include "core/file.hpp"
 #include "core/program_start.hpp"
 #include "core/text.hpp"
 #include "monitor/monitor.hpp"
@@ -48,6 +51,16 @@ struct UserArguments {
   std::string role = "viewer";
 };
 
+/// What root writes into another user's folder that user could not read: the monitor would let nobody in.
+Result<void> check_writer(const std::string& folder) {
+  struct stat facts {};
+  if (::geteuid() != 0 || ::stat(folder.c_str(), &facts) != 0 || facts.st_uid == 0) return {};
+  const auto* owner = ::getpwuid(facts.st_uid);
+  const auto user = owner != nullptr ? std::string(owner->pw_name) : fmt::format("#{}", facts.st_uid);
+  return failure(FaultKind::bad_file, folder,
+                 fmt::format("belongs to {0}, as whom its users are changed: sudo -u {0} gyrotherm-monitor …", user));
+}
+
 Result<std::string> users_file(const UserArguments& options) {
   const auto folder = state_folder_or_usual(options.state);
   return make_state_folder(folder).map([&] { return folder + "/" + kUsersFile; });
@@ -58,6 +71,7 @@ template <class Change>
 Result<void> change_users(const UserArguments& options, Change change) {
   const auto file = users_file(options);
   if (!file) return failure(file.error());
+  if (auto good = check_writer(folder_of(*file)); !good) return good;
   auto list = read_users(*file);
   if (!list) return failure(list.error());
   if (auto changed = change(*list); !changed) return failure(changed.error());

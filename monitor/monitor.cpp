@@ -81,7 +81,13 @@ Result<Address> parse_address(const std::string& option, const std::string& text
   return address;
 }
 
-Result<void> check(const MonitorOptions& options, const Address& address, bool has_users) {
+/// How a user is added where this monitor looks, which under systemd is not the folder of whoever reads it.
+std::string adding_a_user(const std::string& state_folder, const char* role) {
+  return fmt::format("gyrotherm-monitor user add NAME --role {} --state {}", role, state_folder);
+}
+
+Result<void> check(const MonitorOptions& options, const Address& address, bool has_users,
+                   const std::string& state_folder) {
   const auto refuse = [](std::string where, std::string what) {
     return failure(FaultKind::usage, std::move(where), std::move(what));
   };
@@ -91,7 +97,7 @@ Result<void> check(const MonitorOptions& options, const Address& address, bool h
     if (!std::filesystem::is_directory(folder, error)) return refuse("--folder " + folder, "is no folder");
   if (options.certificate.empty() != options.key.empty()) return refuse("--certificate", "and --key come together");
   if (options.control && !has_users)
-    return refuse("--control", "wants users first: gyrotherm-monitor user add NAME --role operator");
+    return refuse("--control", "wants users first: " + adding_a_user(state_folder, "operator"));
   if (options.behind_proxy && !options.certificate.empty())
     return refuse("--behind-proxy", "the proxy has the certificate");
   if (options.behind_proxy && !address.is_own())
@@ -99,7 +105,7 @@ Result<void> check(const MonitorOptions& options, const Address& address, bool h
   if (address.is_own()) return {};
   if (!has_users)
     return refuse("--listen " + options.listen,
-                  "others than this machine are let in by users alone: gyrotherm-monitor user add NAME --role viewer");
+                  "others than this machine are let in by users alone: " + adding_a_user(state_folder, "viewer"));
   if (options.certificate.empty())
     return refuse(
         "--listen " + options.listen,
@@ -229,7 +235,7 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   if (auto loaded = sessions.load(); !loaded) return loaded;
   const auto address = parse_address("--listen", options.listen);
   if (!address) return failure(address.error());
-  if (auto good = check(options, *address, users.has_any()); !good) return good;
+  if (auto good = check(options, *address, users.has_any(), folder); !good) return good;
   std::optional<TlsServer> tls;
   if (!options.certificate.empty()) {
     auto loaded = TlsServer::load(options.certificate, options.key);

@@ -14,6 +14,7 @@ sys.dont_write_bytecode = True
 from markdown import DOCS, SOURCE, blocks_of, commands_of, prose_of  # noqa: E402
 
 PROGRAMS = Path(sys.argv.pop(1)).resolve()
+PARTS = {"gyrotherm-monitor": {"user", "token"}}  # a program's own commands, which have commands below them
 LANGUAGES = {"console", "sh", "text", "toml", "python", "ini", "c", "json"}
 FOLDERS = ("*.md", "docs/**/*.md", "bench/*.md", "profiles/**/*.md")
 PAGES = sorted(page for folder in FOLDERS for page in SOURCE.glob(folder))
@@ -92,10 +93,13 @@ class Documents(unittest.TestCase):
             shown += [command.text for session in sessions for command in commands_of(session)]
             whole = "\n".join(shown).replace("\\\n", " ")
             for line in re.split(r"\n|[|;&] |\bdo |#", whole):
-                called = re.match(r"(gyrotherm(?:-[a-z]+)*) +([a-z-]+)(.*)", line)
-                if not called or not (PROGRAMS / called[1]).exists() or called[2] not in commands():
+                called = re.match(r"(?:sudo -u [\w-]+ )?(gyrotherm(?:-[a-z]+)*) +([a-z-]+)(.*)", line)
+                known_by = PARTS.get(called[1], commands()) if called else set()
+                if not called or not (PROGRAMS / called[1]).exists() or called[2] not in known_by:
                     continue
                 words = [called[2]]
+                if called[1] in PARTS and (below := re.match(r" ([a-z-]+)", called[3])):
+                    words.append(below[1])
                 if called[2] == "site" and (below := re.match(r" ([a-z-]+)", called[3])):
                     words.append(below[1])
                 if called[2] == "report" and (below := re.match(r" (sign|verify|compare|authorise)\b", called[3])):

@@ -3,7 +3,9 @@
 server, the next address after a while, and nobody any more once it is acknowledged."""
 import http.client
 import json
+import os
 import pathlib
+import pwd
 import re
 import shutil
 import signal
@@ -214,6 +216,32 @@ class Starts(unittest.TestCase):
         code, said = self.starts("--folder", folder, "--site", __file__)
         self.assertEqual(code, 4, said)
         self.assertIn("control_test.py:", said)
+
+    def test_a_refusal_says_how_users_are_added_where_it_looks(self) -> None:
+        with Folder() as folder:
+            refused = monitor_command(folder, "--folder", str(folder), "--listen", "127.0.0.1:0", "--control")
+            self.assertEqual(refused.returncode, 2, refused.stderr)
+            words = re.search(r"gyrotherm-monitor (user add .*)", refused.stderr)[1].replace("NAME", "ada").split()
+            added = subprocess.run(
+                [MONITOR, *words], input=PASSWORD, capture_output=True, text=True, timeout=30, check=False
+            )
+            self.assertEqual(added.returncode, 0, added.stderr)
+            monitor = Monitor(folder, "--control")
+            Browser(monitor, "ada")
+            self.assertEqual(monitor.stop(), 0)
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root can write into another user's folder")
+    def test_root_adds_nobody_to_another_users_folder(self) -> None:
+        with Folder() as folder:
+            state, added = folder / "state", ("user", "add", "ada", "--role", "viewer")
+            state.mkdir(mode=0o700)
+            os.chown(state, 65534, 65534)
+            refused = monitor_command(folder, *added, password=PASSWORD)
+            self.assertEqual(refused.returncode, 4, refused.stderr)
+            self.assertIn(f"belongs to {pwd.getpwuid(65534).pw_name}", refused.stderr)
+            self.assertEqual(list(state.iterdir()), [])
+            os.chown(state, 0, 0)
+            self.assertEqual(monitor_command(folder, *added, password=PASSWORD).returncode, 0)
 
     def test_users_are_added_listed_and_removed(self) -> None:
         with Folder() as folder:

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """The page of keys, out of the readers themselves: which keys a file may have, what each is read as, and whether it may
-be left out, stand in the sources once, where they are read. What a key means is said by a comment of a shipped file.
+be left out, stand in the sources once, where they are read. What a key means is said by a comment of a shipped file,
+or of one in a page.
 
 Here stands only which table each reading function reads; a function that reads a key and is not listed is an error, so
 that no key can be forgotten. Called as a program it writes docs/reference/keys.md, which tests/docs/keys_test.py holds
@@ -11,7 +12,6 @@ from __future__ import annotations
 
 import re
 import textwrap
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,7 +55,8 @@ RIG = {
     },
     "sequencer/interlocks/limits.cpp": {
         "read_limits:root": [""], "read_limits": ["limits"], "read_times": ["limits"],
-        "read_own_limits": ["limits"], "read_air_thermometers": ["limits"], "read_policy": ["policy"],
+        "read_own_limits": ["limits"], "read_own_limits:its": ["limits.channel.NAME"],
+        "read_air_thermometers": ["limits"], "read_policy": ["policy"],
         "read_run_limits:root": [""], "read_run_limits": ["limits"], "read_run_limits:safe": ["safe"],
     },
 }  # fmt: skip
@@ -92,7 +93,37 @@ VIRTUAL = {
         "read_links:conduction": ["[virtual.network.conduction]"], "read_bias": [f"{_BIAS} reference"],
     },
 }  # fmt: skip
-# Reading function → what the value is. None: it reads no value.
+_ORDER = "report/order.cpp"  # a laboratory's file, and that of an order, in part by the same functions
+LABORATORY = {
+    _ORDER: {
+        "texts": [], "country": [""], "party": [""], "people:table": [""], "people": ["[person]"],
+        "equipment:table": [""], "equipment": ["[equipment]"], "logo": [""], "item": [], "units": [], "influences": [],
+        "limits": [], "replaced": [], "deviations": [], "parse_laboratory:one": ["[statement]"],
+        "parse_laboratory": [""], "parse_order": [],
+    },
+}  # fmt: skip
+ORDER = {
+    _ORDER: {
+        "texts": [], "country": ["customer"], "party": ["customer"], "people:table": [""], "people": ["[person]"],
+        "equipment": [], "logo": [], "item": ["[unit]"], "units:table": [""], "units": ["[unit]"],
+        "influences:table": [""], "influences": ["[influence]"], "limits:table": [""], "limits": ["[limit]"],
+        "replaced:table": [""], "replaced": ["replaces"], "deviations:table": [""], "deviations": ["[deviation]"],
+        "parse_laboratory": [], "parse_order": [""],
+    },
+}  # fmt: skip
+SITE = {
+    "site/site_file.cpp": {
+        "store_of": ["store"], "archive_of": ["archive"], "parse_site:store": ["store"], "parse_site": [""],
+    },
+    "monitor/site_file.cpp": {
+        "address_of": ["[notify.address]"], "rule_of": ["[notify.rule]"], "mail_of": ["notify.mail"],
+        "check_names": [], "parse_site:notify": ["notify"], "parse_site": [""],
+    },
+    "site/live/broker.cpp": {"broker_at": ["live"]},
+    "site/live/passfile.cpp": {"passfile_at": ["store", "live"]},
+}  # fmt: skip
+# Reading function → what the value is. None: it reads no value. "table NAME": a function that is given the table, and
+# has the name of a method of tables.
 _KINDS = {
     "text": "a text", "texts": "a list of texts", "number": "a number", "numbers": "a list of numbers",
     "number_rows": "rows of numbers", "integer": "a whole number", "whole": "a whole number",
@@ -108,20 +139,40 @@ _KINDS = {
     "read_channels_of": "names of channels", "read_choice": "names of channels", "read_range": "a temperature",
     "ignore": "a table", "positive": "a number above 0", "not_negative": "a number, not below 0",
     "time_constant_s": "s, at least 1", "within": "a number", "each": "a number, or one for each thermometer",
-    "each_or_none": "a number, or one for each thermometer",
+    "each_or_none": "a number, or one for each thermometer", "day": "a day", "name_at": "a text", "line_at": "a text",
+    "texts_at": "a list of texts", "table texts": "a text, or one for each of `en` and `de`",
+    "table numbers": "a list of numbers",
     "has": None, "mistake": None, "place": None, "is_list": None, "is_table": None, "bounded": None, "check": None,
     "check_safe_set_point": None, "expect_set_point": None, "format": None, "failure": None, "node_of": None,
+    "has_person": None,
 }  # fmt: skip
 _LEFT_OUT = {
     "read_side", "read_time_if_any", "read_temperature_if_any", "read_rate_if_any", "read_uncertainty",
-    "uncertainty_of", "above_zero", "read_day", "one_of_or_default", "read_either", "texts", "numbers", "rates",
-    "read_rates", "read_channels_of", "read_choice", "table", "tables", "read_range", "ignore", "each_or_none",
+    "uncertainty_of", "above_zero", "read_day", "day", "one_of_or_default", "read_either", "texts", "numbers", "rates",
+    "read_rates", "read_channels_of", "read_choice", "tables", "read_range", "ignore", "table texts",
+}  # fmt: skip
+_DEFAULTS = {"each_or_none": "0"}
+# What the line that reads a key does not show: another key has the say, or a check that follows wants it.
+_DEPENDS = {
+    "[thermometer]": {"line"}, "thermometer.sensor": {"a", "b", "c", "offset", "scale"},
+    "[gyro]": {"line", "latitude", "shares_line_with"}, "[gyro.axis]": {"latitude"},
+    "virtual": {"thermal", "network"}, "virtual.spread": {"capacity", "film"}, "[virtual.unit.axis]": {"name"},
+    "notify.mail": {"password_file"},
+}  # fmt: skip
+_NEEDED = {
+    "": {"thermometer", "gyro", "segment", "folders"}, "[segment] repeat": {"segment"}, "[thermometer]": {"channels"},
+    "[thermometer] process": {"command"}, "[analogue_input]": {"channel"}, "virtual.network": {"nodes"},
+    "[virtual.unit]": {"axis"}, "[virtual.bracket]": {"units"}, "[influence]": {"name"},
 }  # fmt: skip
 _FUNCTION = re.compile(r"^(?:  )?(?:static |\[\[nodiscard\]\] |constexpr )*[\w:<>,&* ]+?[ &*](\w+)\([^;]*$")
-_BOUNDS = {"within": 1, "each": 1, "each_or_none": 1, "numbers": 2}  # arguments after the key that are no default
+# Reading function → how many of the arguments after the key are no default.
+_BOUNDS = {
+    "choice": 1, "expect": 1, "within": 1, "each": 1, "each_or_none": 1, "table numbers": 2, "whole": 2,
+    "read_named": 3, "read_either": 2,
+}  # fmt: skip
 _STATEMENT = re.compile(r"\s*(if|for|while|return|switch|else|case)\b")
 _CALL = re.compile(
-    r'([\w:]+)(?:<[^()]*?>)?\((?:(?P<first>[\w:.]+), )?(?:(?P<table>[\w.\[\]*>-]+?), )?"(?P<key>[a-z_0-9]+)"'
+    r'([\w:]+)(?:<[^()]*?>)?\((?:(?P<first>[\w:.]+), )?(?:(?P<table>[\w.\[\]*>-]+?), )?"(?P<key>[a-z_0-9]*)"'
 )
 
 
@@ -141,16 +192,33 @@ def _words_of(constant: str) -> list[str]:
     if constant == "kThermometerDrivers":  # made of the table of kinds
         text = (SOURCE / "drivers/thermometer/thermometer_kinds.hpp").read_text(encoding="utf-8")
         return re.findall(r'\.name = "(\w+)"', text)
-    for path in [*SOURCE.glob("drivers/**/*.hpp"), *SOURCE.glob("rig/*.cpp"), *SOURCE.glob("simulator/*.cpp")]:
+    for path in [*SOURCE.glob("drivers/**/*.hpp"), *SOURCE.glob("rig/*.cpp"), *SOURCE.glob("simulator/*.cpp"),
+                 SOURCE / _ORDER, SOURCE / "monitor/site_file.cpp"]:  # fmt: skip
         text = path.read_text(encoding="utf-8")
         if found := re.search(rf"constexpr [^;=]*\b{constant}\b\s*[={{][^;]*;", text):
             return re.findall(r'"([^"]+)"', found[0])
     raise ValueError(f"{constant}: its definition is not found")
 
 
-def _default_of(rest: str) -> str:
-    second = re.match(r', ("[^"]*"|-?[\d.]+|true|false)\)', rest)
-    return second[1] if second and second[1] != '""' else ""
+def _arguments(rest: str) -> list[str]:
+    """Those that follow the key of a call, up to its closing bracket."""
+    found, depth, text = [], 0, ""
+    for mark in rest:
+        depth += (mark in "([{") - (mark in ")]}")
+        if depth < 0 or (mark == "," and depth == 0):
+            found.append(text.strip())
+            text = ""
+        else:
+            text += mark
+        if depth < 0:
+            break
+    return [argument for argument in found if argument]
+
+
+def _default_of(arguments: list[str]) -> str:
+    """The value that is taken where the key is left out, if it stands there."""
+    plain = arguments and re.fullmatch(r'"[^"]+"|-?[\d.]+|true|false', arguments[0])
+    return arguments[0] if plain else ""
 
 
 def _kind_of(function: str, constant: str, rest: str, place: str) -> str | None:
@@ -164,26 +232,42 @@ def _kind_of(function: str, constant: str, rest: str, place: str) -> str | None:
     else:
         braces = re.match(r", \{([^}]*)\}", rest)
         words = re.findall(r'"([^"]+)"', braces[1] if braces else rest.split(")")[0])
+    if not words:
+        return "a text"
     return "one of " + ", ".join(f"`{word}`" for word in words)
+
+
+def _is_guarded(key: str, before: str, function: str) -> bool:
+    """Whether the reading, of which `before` is the line so far, is one that may not come to pass: a condition stands
+    before it, or the function has asked for the key."""
+    return re.match(r"\s*(if|else|case)\b", before) is not None or _is_chosen(before) or f'has("{key}")' in function
+
+
+def _is_chosen(before: str) -> bool:
+    return "?" in re.split("[,;]", before)[-1]
 
 
 def keys_of(sources: dict[str, dict[str, list[str]]]) -> list[Key]:
     keys: dict[tuple[str, str], Key] = {}
     for source, functions in sources.items():
-        function = ""
+        function, above = "", ""
         text = (SOURCE / source).read_text(encoding="utf-8")
         lines = text.splitlines()
         for number, line in enumerate(lines, 1):
             begins = _FUNCTION.match(line)
             if begins and re.match(r" {0,2}\S", line) and not _STATEMENT.match(line):
-                function = begins[1]
+                function, above = begins[1], ""
             whole = line + " ".join(following.strip() for following in lines[number : number + 2])
             for call in _CALL.finditer(line):
                 place = f"{source}:{number}"
                 name = call[1].split("::")[-1].removeprefix("std::")
                 if call[1].startswith(("std::", "fmt::", "drivers::")) or name in ("words_in_order", "parse_day"):
                     continue
+                if not call["key"] and name != "read_range":
+                    continue
                 rest = whole[call.end("key") + 1 :]
+                is_given = call["table"] or call["first"]
+                name = f"table {name}" if is_given and f"table {name}" in _KINDS else name
                 kind = _kind_of(name, call["first"] or "", rest, place)
                 if kind is None:
                     continue
@@ -197,18 +281,29 @@ def keys_of(sources: dict[str, dict[str, list[str]]]) -> list[Key]:
                 if name == "read_range":
                     names = [call["key"] + end for end in ("lowest", "highest")]
                 for one in names:
-                    guarded = f'has("{one}")' in text or re.match(r"\s*(if|else)\b", line) or "?" in line
-                    plain = re.match(r"(, \{[^}]*\})?\)", rest) is not None or name in ("read_named", "expect")
-                    bounds = _BOUNDS.get(name, 0) if call["table"] else 0
-                    rest = re.sub(rf"^(?:, [^,()]+(?:\(\))?){{{bounds}}}", "", rest)
-                    plain = plain or bounds and rest.startswith(")")
-                    default = _default_of(re.sub(r"^, \{[^}]*\}", "", rest)) if name != "expect" else ""
-                    required = plain and not guarded and not default and (name not in _LEFT_OUT or bounds == 2)
+                    guarded = _is_guarded(one, before, above)
+                    arguments = _arguments(rest)[_BOUNDS.get(name, 0) :]
+                    default = _DEFAULTS.get(name, "" if _is_chosen(before) else _default_of(arguments))
+                    required = not (arguments or guarded or default or name in _LEFT_OUT)
                     for table in tables:
                         known = keys.get((table, one))
                         if known is None or _KINDS["ignore"] == known.kind:
                             keys[table, one] = Key(table, one, kind, required, default, place)
-    return list(keys.values())
+            above += line + "\n"
+    return _as_a_whole(list(keys.values()))
+
+
+def _as_a_whole(keys: list[Key]) -> list[Key]:
+    """What no line shows by itself; and a table that is read in any case may be left out if each of its keys may."""
+    for key in keys:
+        key.required = key.required or key.name in _NEEDED.get(key.table, ())
+        key.required = key.required and key.name not in _DEPENDS.get(key.table, ())
+    of_table = {table: [key for key in keys if key.table == table] for table in {key.table for key in keys}}
+    for key in sorted(keys, key=lambda k: -k.table.count(".")):
+        if key.kind == _KINDS["table"] and key.required:
+            below = f"{key.table}.{key.name}" if key.table else key.name
+            key.required = any(inner.required for inner in of_table.get(below, ()))
+    return keys
 
 
 def _comments_of(path: Path) -> dict[tuple[str, str], tuple[str, str]]:
@@ -217,6 +312,8 @@ def _comments_of(path: Path) -> dict[tuple[str, str], tuple[str, str]]:
     table = ""
     for line in path.read_text(encoding="utf-8").splitlines():
         stripped = line.strip()
+        if stripped.startswith("```"):  # a block of a page
+            table = ""
         if header := re.match(r"(\[\[?[\w.]+\]\]?)$", stripped.split("#")[0].strip()):
             table = header[1].replace("[[", "[").replace("]]", "]") if header[1].startswith("[[") else header[1][1:-1]
             table = re.sub(r"segment\.(segment\.)*segment", "segment", table)
@@ -228,7 +325,7 @@ def _comments_of(path: Path) -> dict[tuple[str, str], tuple[str, str]]:
 def _meanings(patterns: list[str]) -> dict[tuple[str, str], tuple[str, str]]:
     found: dict[tuple[str, str], tuple[str, str]] = {}
     for pattern in patterns:
-        for path in sorted((SOURCE / "profiles").glob(pattern)):
+        for path in sorted(SOURCE.glob(pattern)):
             for place, meaning in _comments_of(path).items():
                 found.setdefault(place, meaning)
     return found
@@ -260,27 +357,35 @@ def _chapter(title: str, sources: dict[str, dict[str, list[str]]], shipped: list
 
 def page() -> str:
     opening = (
-        "This page is made by `docs/site/keys.py` from the functions that read the files, so that it has every key "
-        "that is read and no other; what an example says is a comment of a shipped file. An empty third column: it depends "
-        "on other keys, or nothing is meant. [Files](../files.md) says what the keys are for, [Import](../importing.md) has "
-        "those of a map. An unknown key is a "
-        "mistake, and the program names the nearest one."
+        "This page is made by `docs/site/keys.py` from the functions that read the files, so that it has every key of "
+        "these files that is read and no other; what an example says is a comment of a shipped file, or of one in these "
+        "pages. \"A mistake\": of the key, where its table is there. An empty third column: it depends on other keys, or "
+        "nothing is meant. [Files](../files.md) says what the files are for, [Import](../importing.md) has the keys of a "
+        "map. An unknown key is a mistake, and the program names the nearest one."
     )
+    virtual = "profiles/rigs/virtual"
     lines = ["# Keys of the files that people write", "", textwrap.fill(opening, 120), ""]
-    lines += _chapter("Profile", PROFILE, ["*.toml"], "`[metadata]` has keys of your own, `[accept]` figures of the "
-                      "report and their limits.")  # fmt: skip
-    lines += _chapter("Rig", RIG, ["rigs/example-f4t*.toml", "rigs/example*.toml", "rigs/virtual.toml", "rigs/*.toml"],
-                      "Keys of `[gyro.frame]` are those of a gyro's stream, in `profiles/gyro-streams/README.md`. "
-                      "Defaults of `[limits]`, and what each interlock of `[policy]` does, are in "
-                      "[Interlocks](../interlocks.md).")  # fmt: skip
-    lines += _chapter("The virtual laboratory of a rig", VIRTUAL, ["rigs/virtual.toml", "rigs/virtual-hard.toml",
-                      "rigs/virtual-*.toml"], "Of a rig whose lines are `\"virtual\"`. What the terms mean is "
+    lines += _chapter("Profile", PROFILE, ["profiles/*.toml"], "`[metadata]` has keys of your own, `[accept]` figures of "
+                      "the report and their limits.")  # fmt: skip
+    lines += _chapter("Rig", RIG, ["profiles/rigs/example-f4t*.toml", "profiles/rigs/example*.toml", f"{virtual}.toml",
+                      "profiles/rigs/*.toml"], "Keys of `[gyro.frame]` are those of a gyro's stream, in "
+                      "`profiles/gyro-streams/README.md`. Defaults of `[limits]`, and what each interlock of `[policy]` "
+                      "does, are in [Interlocks](../interlocks.md).")  # fmt: skip
+    lines += _chapter("The virtual laboratory of a rig", VIRTUAL, [f"{virtual}.toml", f"{virtual}-hard.toml",
+                      f"{virtual}-*.toml"], "Of a rig whose lines are `\"virtual\"`. What the terms mean is "
                       "explained in [The virtual gyro](../virtual-gyro.md).")  # fmt: skip
+    report = ["docs/calibration-report.md"]
+    lines += _chapter("Laboratory", LABORATORY, report, "Of a [calibration report](../calibration-report.md). Without "
+                      "some of those that may be left out a report is a draft, and says which.")  # fmt: skip
+    lines += _chapter("Order", ORDER, report, "Of a [calibration report](../calibration-report.md), likewise.")
+    lines += _chapter("Site", SITE, ["docs/site.md", "docs/monitor.md"], "One file for `gyrotherm-publish`, which reads "
+                      "all but `[notify]`, and for `gyrotherm-monitor`, which reads `name`, `[live]` and `[notify]` and "
+                      "lets the rest be left out: [The site](../site.md), [The live page](../monitor.md).")  # fmt: skip
     return "\n".join(lines).rstrip() + "\n"
 
 
-def written_keys(path: Path) -> set[tuple[str, str]]:
-    """Every (table, key) of a TOML file; a segment's table is that of its kind."""
+def written_keys(file: dict) -> set[tuple[str, str]]:
+    """Every (table, key) of a TOML file that was read; a segment's table is that of its kind."""
     found: set[tuple[str, str]] = set()
 
     def walk(table: dict, name: str) -> None:
@@ -293,7 +398,7 @@ def written_keys(path: Path) -> set[tuple[str, str]]:
                 for one in value:
                     walk(one, "segment" if key == "segment" else below)
 
-    walk(tomllib.loads(path.read_text(encoding="utf-8")), "")
+    walk(file, "")
     return found
 
 

@@ -32,9 +32,11 @@ enum class Exit : int {
 inline constexpr std::pair<Exit, const char*> kExitMeanings[] = {
     {Exit::done, "done"},
     {Exit::outside_limits, "done, and a result is outside a limit of the profile's [accept] table"},
-    {Exit::usage, "the command line is wrong"},
-    {Exit::instrument, "an instrument or a connection failed"},
-    {Exit::file, "a file is wrong, or could not be written"},
+    {Exit::usage,
+     "the command line is wrong, or does not fit what is there: an output that exists, a run that has finished, nobody "
+     "to tell"},
+    {Exit::instrument, "an instrument or a connection failed, or a run refused what it was told"},
+    {Exit::file, "a file is wrong, or could not be written; of run, also a record that exists"},
     {Exit::interrupted, "interrupted; gyrotherm resume goes on"},
     {Exit::interlock,
      "an interlock ended the run, and the chamber was made safe or could not be: the message says which"}};

@@ -2,6 +2,7 @@
 /// The unit that is shipped: systemd understands it, and it is well shut in.
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <regex>
@@ -45,6 +46,32 @@ TEST(SystemdUnit, ItsTimesAddUpToTwentySeconds) {
   };
   EXPECT_LE(seconds("WatchdogSec") + seconds("TimeoutAbortSec") + 10, 20);
   EXPECT_GE(seconds("TimeoutStopSec"), 10) << "time for make-safe";
+}
+
+/// What the unit asks before it starts the run "rate" of this folder. 0: it is started; 1 to 254: it is not, which is
+/// no failure.
+int condition_in(const Folder& folder) {
+  const auto text = read_text_file(unit_in(folder)).value();
+  std::smatch line;
+  if (!std::regex_search(text, line, std::regex("\nExecCondition=(/bin/sh -c '[^'\n]*')\n"))) return -1;
+  const auto command = std::regex_replace(line[1].str(), std::regex("%i"), "rate");
+  return shell("cd '" + (folder / ".") + "' && " + command).exit_code;
+}
+
+TEST(SystemdUnit, ARunThatHasFinishedIsLeftAloneAndIsNoFailure) {
+  const Folder folder;
+  const auto record = folder / "rate.db";
+  EXPECT_EQ(condition_in(folder), 0) << "no record: the run begins";
+  Background run({"run", "profiles/random.toml", "--rig", "profiles/rigs/virtual.toml", "--out", record, "--json"},
+                 folder / "log");
+  ASSERT_TRUE(run.wait_for("acknowledged", 60));
+  run.signal(SIGINT);
+  ASSERT_EQ(run.wait(), 5) << run.output();
+  EXPECT_EQ(condition_in(folder), 0) << "one that was broken off goes on";
+  const auto resumed = gyrotherm_with("resume " + record);
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(gyrotherm_with("resume " + record).exit_code, 2) << "which would be a unit that failed";
+  EXPECT_EQ(condition_in(folder), 1);
 }
 
 }  // namespace

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <set>
 
+#include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/run_source.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
@@ -71,25 +73,37 @@ bool can_be_asked_for(const std::string& name) {
   return name.find('\\') == std::string::npos && percent_decoded(percent_encoded(name)) == name;
 }
 
-/// Name in the page → path, of what may be saved: the files of a closed record, and reports.
+/// The files of a closed record. Its status may be from a file that anybody wrote who may write beside the record: no
+/// path is taken from there, only which of the files that are called as parts are some.
+std::vector<std::string> record_files_of(const FoundRun& run) {
+  std::vector<std::string> files{run.path};
+  std::set<fs::path> named;
+  for (const auto& part : run.status.parts) named.insert(fs::path(part).filename());
+  for (int number = 2;; ++number) {
+    auto part = record::part_path(run.path, number);
+    if (!record::is_there(part)) return files;
+    if (named.contains(fs::path(part).filename())) files.push_back(std::move(part));
+  }
+}
+
+/// Name in the page → path, of what may be saved: the files of a closed record, and reports. No link is followed out
+/// of the record's folder.
 std::vector<std::pair<std::string, fs::path>> files_of(const FoundRun& run) {
   std::vector<std::pair<std::string, fs::path>> files;
   std::error_code error;
   const auto add = [&](const std::string& name, const fs::path& path) {
     if (can_be_asked_for(name) && fs::is_regular_file(fs::symlink_status(path, error))) files.emplace_back(name, path);
   };
-  const fs::path record(run.path);
-  if (!run.is_running()) {
-    std::vector<std::string> parts = run.status.parts;
-    parts.insert(parts.begin(), run.path);
-    for (const auto& part : parts) {
-      add(fs::path(part).filename().string(), part);
-      add(fs::path(part).filename().string() + ".sha256", part + ".sha256");
+  if (!run.is_running())
+    for (const auto& path : record_files_of(run)) {
+      add(fs::path(path).filename().string(), path);
+      add(fs::path(path).filename().string() + ".sha256", path + ".sha256");
     }
+  for (const auto* name : kReportFolders) {
+    const auto folder = fs::path(run.path).parent_path() / name;
+    if (*name != 0 && !fs::is_directory(fs::symlink_status(folder, error))) continue;
+    for (const auto* report : kReports) add(*name == 0 ? report : fmt::format("{}-{}", name, report), folder / report);
   }
-  for (const auto* folder : kReportFolders)
-    for (const auto* report : kReports)
-      add(*folder == 0 ? report : fmt::format("{}-{}", folder, report), record.parent_path() / folder / report);
   return files;
 }
 

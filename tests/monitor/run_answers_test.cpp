@@ -156,6 +156,38 @@ TEST(Files, AreSavedUnderTheirName) {
   EXPECT_EQ(answer.headers.front().second, R"(attachment; filename="a\"b _.db"; filename*=UTF-8''a%22b%20%C3%BC.db)");
 }
 
+/// The names of the files that may be saved.
+std::set<std::string> names_of(const FoundRun& run) {
+  std::set<std::string> names;
+  const auto told = Json::parse(files_answer(run).body);
+  for (const auto& file : told["files"]) names.insert(file["name"].get<std::string>());
+  return names;
+}
+
+TEST(Files, AreTheRecordsOwnWhateverItsStatusFileNames) {
+  const tests::TestFolder folder, other;
+  auto run = run_of(folder / "run.db", "a record");
+  for (const auto& path : {folder / "run.2.db", folder / "run.3.db", folder / "notes.txt", other / "users.json"})
+    std::ofstream(path) << "a text";
+  run.status.parts = {folder / "run.2.db", folder / "notes.txt", other / "users.json", "/etc/hostname"};
+  EXPECT_EQ(names_of(run), (std::set<std::string>{"run.db", "run.2.db"}));
+  EXPECT_EQ(file_answer(run, "users.json").status, 404);
+  EXPECT_EQ(file_answer(run, "hostname").status, 404);
+}
+
+TEST(Files, NoLinkLeadsOutOfTheRecordsFolder) {
+  const tests::TestFolder folder, other;
+  auto run = run_of(folder / "run.db", "a record");
+  for (const auto& path : {other / "users.json", other / "report.html"}) std::ofstream(path) << "a text";
+  std::filesystem::create_symlink(other / "users.json", folder / "run.2.db");
+  std::filesystem::create_symlink(other / "users.json", folder / "run.db.sha256");
+  std::filesystem::create_directory_symlink(other / "", folder / "report");
+  std::filesystem::create_directory(folder / "calibration");
+  std::ofstream(folder / "calibration/report.html") << "a report";
+  run.status.parts = {folder / "run.2.db"};
+  EXPECT_EQ(names_of(run), (std::set<std::string>{"run.db", "calibration-report.html"}));
+}
+
 TEST(Files, OneThatBecomesShorterIsNotSentWhole) {
   const tests::TestFolder folder;
   const auto run = run_of(folder / "run.db", std::string(1'000'000, 'x'));

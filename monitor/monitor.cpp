@@ -14,6 +14,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <list>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -274,7 +275,10 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   if (has_come(ends)) return {};
   const auto secop = open_secop(options, catalogue, users, clock);
   if (!secop) return failure(secop.error());
-  const Often looking(kLookEvery, [&] { catalogue.look([&] { return server.is_stopping(); }); });
+  std::list<Often> looking;
+  for (const auto& records : catalogue.folders())
+    looking.emplace_back(kLookEvery,
+                         [&, records] { catalogue.look_in(records, [&] { return server.is_stopping(); }); });
   const Often reading(kReadEvery, [&] { feed.read(); });
   const Often catching_up(kReadEvery, [&] { runs.catch_up(); });
   const Often telling(kTellEvery, [&] {

@@ -2,10 +2,8 @@
 #include "monitor/notifier.hpp"
 
 #include <fmt/format.h>
-#include <sys/statvfs.h>
 
 #include <algorithm>
-#include <filesystem>
 
 #include "core/text.hpp"
 #include "monitor/deliver.hpp"
@@ -16,12 +14,6 @@ namespace gyrotherm::monitor {
 namespace {
 
 constexpr Duration kAskEvery = std::chrono::seconds(20), kMonitorWithin = std::chrono::seconds(10);
-
-std::optional<std::uint64_t> free_bytes(const std::string& record) {
-  struct statvfs disk {};
-  if (::statvfs(std::filesystem::path(record).parent_path().c_str(), &disk) != 0) return std::nullopt;
-  return std::uint64_t{disk.f_bavail} * disk.f_frsize;
-}
 
 /// What fits into a request, cut between characters.
 std::string shortened(std::string note) {
@@ -46,7 +38,7 @@ RunSeen seen(const FoundRun& run) {
                          : run.status.ended_by.empty() ? (run.status.finished ? "complete" : state)
                                                        : run.status.ended_by,
               .alarms = {},
-              .free_bytes = over ? std::nullopt : free_bytes(run.path)};
+              .free_bytes = over ? std::nullopt : run.free_bytes};
   for (const auto& alarm : run.status.alarms) one.alarms.push_back({alarm.number, alarm.text});
   return one;
 }
@@ -85,7 +77,7 @@ Situation Notifier::situation() {
 }
 
 /// The record has it before the memory does: who is killed in between tells again, and the record says so. The record
-/// of a run that is over takes no more words.
+/// of a run that is over takes no more words; a silent one is not asked to, for its folder may hold whoever does.
 void Notifier::give_away(const DueMessage& message) {
   const auto address = std::ranges::find(site_.addresses, message.address, &NotifyAddress::name);
   if (address == site_.addresses.end()) return;
@@ -100,7 +92,8 @@ void Notifier::give_away(const DueMessage& message) {
   } else {
     memory_.told(message, utc);
   }
-  if (!message.record.empty()) {
+  const auto is_its_record = [&](const FoundRun& run) { return run.path == message.record && !run.is_silent(); };
+  if (std::ranges::any_of(catalogue_.runs(), is_its_record)) {
     const auto of_alarm = message.alarm ? fmt::format(" of alarm {}", *message.alarm) : std::string();
     auto note = fmt::format("{} {}{}, by rule \"{}\": {}", message.address,
                             delivered ? "was told" : "could not be told", of_alarm, message.rule, message.text);

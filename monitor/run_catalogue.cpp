@@ -2,6 +2,7 @@
 #include "monitor/run_catalogue.hpp"
 
 #include <fmt/format.h>
+#include <sys/statvfs.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -29,6 +30,26 @@ void drop_unused_texts(record::RunInfo& info) {
   }
 }
 
+std::optional<double> age_s_of(const FoundRun& run) {
+  const auto age = run.is_running() ? record::age_of(run.status) : std::nullopt;
+  return age ? std::optional(to_seconds(*age)) : std::nullopt;
+}
+
+std::optional<std::uint64_t> free_bytes_in(const std::string& folder) {
+  struct statvfs disk {};
+  if (::statvfs(folder.c_str(), &disk) != 0) return std::nullopt;
+  return std::uint64_t{disk.f_bavail} * disk.f_frsize;
+}
+
+/// Each once, however it is written: two threads are not to look at one record.
+std::vector<std::string> each_once(std::vector<std::string> folders) {
+  for (auto& folder : folders)
+    while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();
+  std::set<std::string> seen;
+  std::erase_if(folders, [&](const std::string& folder) { return !seen.insert(folder).second; });
+  return folders;
+}
+
 }  // namespace
 
 bool FoundRun::is_running() const { return status.being_written && !status.finished; }
@@ -40,7 +61,7 @@ bool FoundRun::was_left() const {
          status.standing.state < RunState::aborting;
 }
 
-RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(std::move(folders)) {}
+RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(each_once(std::move(folders))) {}
 
 RunCatalogue::Stamp RunCatalogue::stamp_of(const std::string& path) {
   return {.status = record::state_of(record::status_path(path)),
@@ -49,17 +70,19 @@ RunCatalogue::Stamp RunCatalogue::stamp_of(const std::string& path) {
           .live_copy = record::identity_of(record::live_copy_path(path))};
 }
 
-void RunCatalogue::look_at(const std::string& path) {
+void RunCatalogue::look_at(const std::string& path, const std::string& folder,
+                           std::optional<std::uint64_t> free_bytes) {
   const auto stamp = stamp_of(path);
   Entry entry;
   {
     const std::lock_guard lock(mutex_);
     if (const auto found = entries_.find(path); found != entries_.end()) entry = found->second;
   }
+  entry.folder = folder;
   auto& run = entry.run;
+  run.free_bytes = free_bytes;
   const bool was_silent = run.is_silent();
-  const auto age = record::age_of(run.status);
-  run.age_s = run.is_running() && age ? std::optional(to_seconds(*age)) : std::nullopt;
+  run.age_s = age_s_of(run);
   const bool must_read = entry.stamp != stamp || run.is_silent() != was_silent || run.key.empty() || run.is_silent();
   if (must_read) {
     const auto before = run;
@@ -70,7 +93,7 @@ void RunCatalogue::look_at(const std::string& path) {
     auto status = fresh ? Result<record::RunStatus>(std::move(*fresh)) : record::read_status(path);
     run.trouble = status ? std::string() : text(status.error());
     if (status) run.status = std::move(*status);
-    if (const auto now = record::age_of(run.status); run.is_running() && now) run.age_s = to_seconds(*now);
+    run.age_s = age_s_of(run);
     if (!run.trouble.empty() && before.key.empty()) run.status.path = path;
     if (entry.info_of != run.status.id || !entry.info) {
       const auto files = record::source_files(path, run.is_running());
@@ -90,22 +113,37 @@ void RunCatalogue::look_at(const std::string& path) {
   entries_.insert_or_assign(path, std::move(entry));
 }
 
-void RunCatalogue::look(const std::function<bool()>& is_stopping) {
-  std::set<std::string> there;
-  for (const auto& folder : folders_) there.merge(record::records_in(folder));
+void RunCatalogue::look_in(const std::string& folder, const std::function<bool()>& is_stopping) {
+  const auto there = record::records_in(folder);
+  const auto free_bytes = free_bytes_in(folder);
   for (const auto& path : there) {
     if (is_stopping()) return;
-    look_at(path);
+    look_at(path, folder, free_bytes);
   }
   const std::lock_guard lock(mutex_);
-  std::erase_if(entries_, [&](const auto& entry) { return !there.contains(entry.first); });
+  std::erase_if(entries_, [&](const auto& entry) {
+    const auto& [path, found] = entry;
+    return found.folder == folder && !there.contains(path);
+  });
+}
+
+void RunCatalogue::look(const std::function<bool()>& is_stopping) {
+  for (const auto& folder : folders_) look_in(folder, is_stopping);
+}
+
+/// A look makes the version grow by one; whether the run has fallen silent since is the last bit.
+FoundRun RunCatalogue::as_of_now(FoundRun run) {
+  const bool was_silent = run.is_silent();
+  run.age_s = age_s_of(run);
+  run.version = 2 * run.version + (run.is_silent() != was_silent ? 1 : 0);
+  return run;
 }
 
 std::vector<FoundRun> RunCatalogue::runs() const {
   std::vector<FoundRun> runs;
   {
     const std::lock_guard lock(mutex_);
-    for (const auto& [path, entry] : entries_) runs.push_back(entry.run);
+    for (const auto& [path, entry] : entries_) runs.push_back(as_of_now(entry.run));
   }
   const auto started = [](const FoundRun& run) { return run.info ? run.info->started_utc : Duration{}; };
   std::ranges::stable_sort(runs, [&](const FoundRun& a, const FoundRun& b) {
@@ -117,7 +155,7 @@ std::vector<FoundRun> RunCatalogue::runs() const {
 std::optional<FoundRun> RunCatalogue::find(const std::string& key) const {
   const std::lock_guard lock(mutex_);
   for (const auto& [path, entry] : entries_)
-    if (entry.run.key == key) return entry.run;
+    if (entry.run.key == key) return as_of_now(entry.run);
   return std::nullopt;
 }
 

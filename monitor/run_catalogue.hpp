@@ -26,8 +26,9 @@ struct FoundRun {
   std::string name;  ///< "soak" of "soak.db"
   record::RunStatus status;
   std::optional<double> age_s;                  ///< since the status was written; nothing where no program writes it
+  std::optional<std::uint64_t> free_bytes;      ///< on its disk when it was last looked at; nothing: unknown
   std::string trouble;                          ///< why its status cannot be told; empty: it can
-  std::int64_t version{};                       ///< grows when anything above but the age changes
+  std::int64_t version{};                       ///< grows when anything above but age and free bytes changes
   std::shared_ptr<const record::RunInfo> info;  ///< null where it could not be read; of its texts the profile's alone
 
   /// Whether a program carries it out, and says so.
@@ -38,15 +39,19 @@ struct FoundRun {
   [[nodiscard]] bool was_left() const;
 };
 
-/// Any thread may ask; one thread looks.
+/// Any thread may ask, and is answered from memory: a folder that does not answer holds only the thread that looks
+/// there. Of each folder that is one.
 class RunCatalogue {
  public:
   explicit RunCatalogue(std::vector<std::string> folders);
 
-  /// Looks for new records, and at those whose files have changed since; the rest of a look is left out once it
-  /// `is_stopping`.
+  /// Looks for new records in one of the folders(), and at those whose files have changed since; the rest of a look is
+  /// left out once it `is_stopping`.
+  void look_in(const std::string& folder, const std::function<bool()>& is_stopping);
+  /// … in all of them in turn.
   void look(const std::function<bool()>& is_stopping = [] { return false; });
 
+  /// As they were found by the last look, with the age of now: a run whose folder cannot be looked at falls silent.
   [[nodiscard]] std::vector<FoundRun> runs() const;  ///< running ones first, then by start, the newest first
   [[nodiscard]] std::optional<FoundRun> find(const std::string& key) const;
   [[nodiscard]] const std::vector<std::string>& folders() const { return folders_; }
@@ -62,9 +67,11 @@ class RunCatalogue {
     Stamp stamp;
     std::shared_ptr<const record::RunInfo> info;
     std::string info_of;  ///< the run's id
+    std::string folder;   ///< it lies there
   };
   [[nodiscard]] static Stamp stamp_of(const std::string& path);
-  void look_at(const std::string& path);
+  [[nodiscard]] static FoundRun as_of_now(FoundRun run);
+  void look_at(const std::string& path, const std::string& folder, std::optional<std::uint64_t> free_bytes);
 
   std::vector<std::string> folders_;
   mutable std::mutex mutex_;

@@ -12,6 +12,7 @@
 #include <set>
 #include <thread>
 
+#include "core/clock.hpp"
 #include "core/json.hpp"
 #include "monitor/metrics.hpp"
 #include "tests/monitor/small_run.hpp"
@@ -51,6 +52,52 @@ TEST(RunCatalogue, LeavesTheRestOfALookOnceItIsToStop) {
   EXPECT_EQ(catalogue.runs().size(), 2u);
   catalogue.look();
   EXPECT_EQ(catalogue.runs().size(), 3u);
+}
+
+/// The status file of a program that has written nothing since; the record is not there.
+void write_old_status(const std::string& record, Duration age) {
+  record::RunStatus status;
+  status.path = record;
+  status.id = small_run_info().id;
+  status.being_written = true;
+  status.written_utc = kVirtualEpoch;
+  status.written_since_boot = since_boot() - age;
+  status.written_in_boot = boot_id();
+  std::ofstream(record::status_path(record)) << record::to_json(status) << '\n';
+}
+
+TEST(RunCatalogue, ARunFallsSilentAlsoWhileItsFolderDoesNotAnswer) {
+  const tests::TestFolder folder;
+  RunCatalogue catalogue({folder / ""});
+  write_old_status(folder / "run.db", 3s);
+  catalogue.look();  // … and no more
+  ASSERT_EQ(catalogue.runs().size(), 1u);
+  const auto before = catalogue.runs().front();
+  ASSERT_TRUE(before.is_running());
+  EXPECT_FALSE(before.is_silent());
+  EXPECT_TRUE(before.free_bytes);
+  const auto is_silent = [&] { return catalogue.find(before.key)->is_silent(); };
+  for (int i = 0; i < 2000 && !is_silent(); ++i) std::this_thread::sleep_for(10ms);
+  EXPECT_TRUE(is_silent());
+  EXPECT_TRUE(catalogue.runs().front().is_silent());
+  EXPECT_NE(catalogue.find(before.key)->version, before.version) << "whoever watches it is told";
+}
+
+TEST(RunCatalogue, EachFolderIsLookedAtByItself) {
+  const tests::TestFolder one, other;
+  write_small_run(one / "a.db", 1);
+  write_small_run(other / "b.db", 1);
+  RunCatalogue catalogue({one / "", other / "", one / ""});
+  EXPECT_EQ(catalogue.folders().size(), 2u);
+  catalogue.look();
+  ASSERT_EQ(catalogue.runs().size(), 2u);
+  for (const auto& path : {one / "a.db", other / "b.db"})
+    for (const auto* end : {"", ".sha256", ".status"}) std::filesystem::remove(path + end);
+  catalogue.look_in(catalogue.folders().front(), [] { return false; });
+  ASSERT_EQ(catalogue.runs().size(), 1u);
+  EXPECT_EQ(catalogue.runs().front().name, "b");
+  catalogue.look_in(catalogue.folders().back(), [] { return false; });
+  EXPECT_TRUE(catalogue.runs().empty());
 }
 
 /// Writes a real run, as another program does: its first second comes, `late`, once `told` is readable, and it goes on

@@ -15,7 +15,9 @@ struct OwnFigures {
   int watchers{};
   std::size_t cache_bytes{};
 };
-/// Of runs that go on, or that are to go on and that no program carries out; others only count.
+/// Of runs that go on; of those whose program is silent, or that are to go on and have none, only that it is so, the
+/// last second and the alarms; and how the last run of a rig ended, if it was aborted or has alarms that nobody
+/// acknowledged, until the next one begins there. Others only count. `runs` are in the order of RunCatalogue::runs().
 [[nodiscard]] std::string metrics_text(const std::vector<FoundRun>& runs, const OwnFigures& own);
 
 }  // namespace gyrotherm::monitor

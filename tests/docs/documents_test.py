@@ -15,7 +15,7 @@ from markdown import DOCS, SOURCE, blocks_of, commands_of, prose_of  # noqa: E40
 
 PROGRAMS = Path(sys.argv.pop(1)).resolve()
 PARTS = {"gyrotherm-monitor": {"user", "token"}}  # a program's own commands, which have commands below them
-LANGUAGES = {"console", "sh", "text", "toml", "python", "ini", "c", "json"}
+LANGUAGES = {"console", "sh", "text", "toml", "python", "ini", "c", "json", "yaml"}
 FOLDERS = ("*.md", "docs/**/*.md", "bench/*.md", "profiles/**/*.md")
 PAGES = sorted(page for folder in FOLDERS for page in SOURCE.glob(folder))
 MANUAL = [page for page in PAGES if DOCS in page.parents]

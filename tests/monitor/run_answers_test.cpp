@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <sstream>
 #include <thread>
 
 #include "core/clock.hpp"
@@ -249,6 +250,87 @@ TEST(Files, OneThatBecomesShorterIsNotSentWhole) {
   EXPECT_LT(sent, 100'000u);
   const auto whole = file_answer(run, "run.db");
   EXPECT_TRUE(whole.stream([](std::string_view) { return true; }));
+}
+
+/// A run on a rig, as it is found while a program carries it out.
+FoundRun run_on(const std::string& rig, const std::string& name) {
+  auto info = small_run_info();
+  info.rig_name = rig;
+  FoundRun run;
+  run.name = name;
+  run.info = std::make_shared<const record::RunInfo>(info);
+  run.status.being_written = true;
+  run.status.set_point = run.status.chamber_air = Celsius{20};
+  run.status.thermometers = {{"A", Celsius{20}}};
+  run.age_s = 0.5;
+  run.free_bytes = 5'000'000'000;
+  return run;
+}
+
+/// … once it is over.
+FoundRun ended_on(const std::string& rig, const std::string& name, RunState state, std::size_t alarms) {
+  auto run = run_on(rig, name);
+  run.status.being_written = false;
+  run.status.finished = true;
+  run.status.standing.state = state;
+  run.status.alarms.resize(alarms);
+  run.age_s.reset();
+  return run;
+}
+
+std::string figures_of(const std::vector<FoundRun>& runs) { return metrics_text(runs, {}); }
+
+/// The names of the figures that a run has.
+std::set<std::string> figures_with(const std::string& text, const std::string& run) {
+  std::set<std::string> names;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    if (line.find("{run=\"" + run + "\"") != std::string::npos) names.insert(line.substr(0, line.find('{')));
+  return names;
+}
+
+const std::set<std::string> kEnd{"gyrotherm_run_alarms", "gyrotherm_run_state"};
+
+TEST(Metrics, TheLastRunOfARigIsToldOfIfItEndedBadly) {
+  const auto text = figures_of(
+      {run_on("three", "goes on"), ended_on("one", "aborted", RunState::aborted, 1),
+       ended_on("one", "before it", RunState::aborted, 1), ended_on("two", "alarmed", RunState::complete, 2),
+       ended_on("three", "before that", RunState::aborted, 1), ended_on("four", "well", RunState::complete, 0)});
+  EXPECT_EQ(figures_with(text, "aborted"), kEnd);
+  EXPECT_EQ(figures_with(text, "alarmed"), kEnd);
+  for (const auto* old : {"before it", "before that", "well"}) EXPECT_TRUE(figures_with(text, old).empty()) << old;
+  const auto has_line = [&](const std::string& name, const std::string& rest) {
+    return text.find(name + ",rig=\"one\",profile=\"a profile\",simulated=\"0\"" + rest + "\n") != std::string::npos;
+  };
+  EXPECT_TRUE(has_line("gyrotherm_run_alarms{run=\"aborted\"", "} 1")) << text;
+  EXPECT_TRUE(has_line("gyrotherm_run_state{run=\"aborted\"", ",state=\"aborted\"} 1")) << text;
+  EXPECT_NE(text.find("gyrotherm_runs_going_on 1\n"), std::string::npos);
+}
+
+TEST(Metrics, WhatASilentProgramSaidLastIsNoFigureOfNow) {
+  auto silent = run_on("one", "silent"), left = run_on("two", "left");
+  silent.age_s = 60;
+  left.status.being_written = false;
+  left.age_s.reset();
+  left.status.standing.state = RunState::held;
+  ASSERT_TRUE(silent.is_silent() && left.was_left());
+  const auto text = figures_of({run_on("three", "goes on"), silent, left});
+  const std::set<std::string> known{"gyrotherm_run_up", "gyrotherm_run_second", "gyrotherm_run_alarms"};
+  EXPECT_EQ(figures_with(text, "left"), known);
+  auto with_age = known;
+  with_age.insert("gyrotherm_run_status_age_seconds");
+  EXPECT_EQ(figures_with(text, "silent"), with_age);
+  const auto all = figures_with(text, "goes on");
+  for (const auto* name :
+       {"gyrotherm_run_state", "gyrotherm_run_set_point_celsius", "gyrotherm_run_chamber_air_celsius",
+        "gyrotherm_run_thermometer_celsius", "gyrotherm_disk_free_bytes"})
+    EXPECT_TRUE(all.contains(name)) << name;
+}
+
+TEST(Metrics, WhatIsCountedIsACounter) {
+  const auto text = figures_of({run_on("one", "goes on")});
+  EXPECT_NE(text.find("# TYPE gyrotherm_run_faults_total counter\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("# TYPE gyrotherm_run_faults_now gauge\n"), std::string::npos) << text;
 }
 
 TEST(Metrics, AreInUtf8WhateverARecordIsCalled) {

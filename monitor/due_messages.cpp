@@ -19,9 +19,16 @@ void describe(auto& form, Like<ToldMatter> auto& matter) {
   form("since_utc_ns", matter.since);
   form("failures", matter.failures);
 }
+void describe(auto& form, Like<RunGoingOn> auto& run) {
+  form("name", run.name);
+  form("record", run.record);
+  form("rig", run.rig);
+  form("simulated", run.simulated);
+}
 void describe(auto& form, Like<ToldMemory> auto& memory) {
   form.derived("schema", kToldSchema);
   form("running", memory.running_);
+  form.if_there("going_on", !memory.going_on_.empty(), by_name(memory.going_on_));  // an older file has none
   form("matters", by_name(memory.matters_));
 }
 
@@ -59,6 +66,42 @@ void ToldMemory::failed(const DueMessage& message, Duration now) {
   known.failures = 0;
 }
 
+void ToldMemory::see(const Situation& now) {
+  for (const auto& run : now.runs) {
+    if (run.running && std::ranges::find(running_, run.id) == running_.end()) running_.push_back(run.id);
+    std::erase_if(going_on_, [&](const auto& known) { return known.first == run.id; });
+    if (run.running)
+      going_on_.emplace_back(
+          run.id, RunGoingOn{.name = run.name, .record = run.record, .rig = run.rig, .simulated = run.simulated});
+  }
+}
+
+std::vector<RunSeen> ToldMemory::missing(const Situation& now) const {
+  std::vector<RunSeen> missing;
+  for (const auto& [id, run] : going_on_)
+    if (std::ranges::find(now.runs, id, &RunSeen::id) == now.runs.end())
+      missing.push_back({.id = id,
+                         .name = run.name,
+                         .record = run.record,
+                         .rig = run.rig,
+                         .simulated = run.simulated,
+                         .running = true,
+                         .silent = true,
+                         .outcome = {},
+                         .alarms = {},
+                         .free_bytes = {},
+                         .missing = true});
+  return missing;
+}
+
+void ToldMemory::let_nothing_be_later_than(Duration utc) {
+  for (auto& [key, told] : matters_) {
+    told.at = std::min(told.at, utc);
+    told.since = std::min(told.since, utc);
+  }
+  for (auto& [id, since] : gone_) since = std::min(since, utc);
+}
+
 /// A folder may be away for a moment, and a record unreadable: what was told of a run is forgotten only where the run
 /// itself shows that it is over.
 void ToldMemory::forget(const Situation& now, Duration utc, const std::set<std::string>& standing) {
@@ -73,7 +116,9 @@ void ToldMemory::forget(const Situation& now, Duration utc, const std::set<std::
     const auto gone = gone_.find(id);
     return gone != gone_.end() && utc - gone->second > kGoneForGood;
   });
-  std::erase_if(gone_, [&](const auto& gone) { return std::ranges::find(running_, gone.first) == running_.end(); });
+  const auto is_forgotten = [&](const auto& run) { return std::ranges::find(running_, run.first) == running_.end(); };
+  std::erase_if(gone_, is_forgotten);
+  std::erase_if(going_on_, is_forgotten);
   std::erase_if(matters_, [&](const auto& matter) {
     const auto is_of = [&](const auto& gone) { return matter.first.find("|" + gone.first + "|") != std::string::npos; };
     return !standing.contains(matter.first) && std::ranges::none_of(gone_, is_of);
@@ -134,7 +179,11 @@ void find_in_run(const Site& site, const NotifyRule& rule, const RunSeen& run, b
       if (rule.monitor.empty() && run.silent)
         found.push_back({.key = key("silent"),
                          .subject = "Silent: " + about(site, run),
-                         .text = fmt::format("the program that carries {} out does not answer", run.record),
+                         .text = run.missing
+                                     ? fmt::format("{} cannot be seen any more, and nobody saw the run end: its folder "
+                                                   "is away, or the record was taken away",
+                                                   run.record)
+                                     : fmt::format("the program that carries {} out does not answer", run.record),
                          .record = run.record,
                          .alarm = {},
                          .wait = rule.after});
@@ -143,10 +192,11 @@ void find_in_run(const Site& site, const NotifyRule& rule, const RunSeen& run, b
 }
 
 std::vector<Matter> find_matters(const Site& site, const NotifyRule& rule, const Situation& now,
-                                 const std::set<std::string>& known) {
+                                 const std::vector<RunSeen>& missing, const std::set<std::string>& known) {
   std::vector<Matter> found;
-  for (const auto& run : now.runs)
-    if (known.contains(run.id) && (rule.simulated || !run.simulated)) find_in_run(site, rule, run, true, found);
+  for (const auto* runs : {&now.runs, &missing})
+    for (const auto& run : *runs)
+      if (known.contains(run.id) && (rule.simulated || !run.simulated)) find_in_run(site, rule, run, true, found);
   const auto answers = now.monitors_answer.find(rule.monitor);
   if (rule.when == Occasion::silent && answers != now.monitors_answer.end() && !answers->second)
     found.push_back(
@@ -174,14 +224,14 @@ std::vector<std::string> whose_turn(const NotifyRule& rule, const Matter& matter
 }  // namespace
 
 std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Duration utc, ToldMemory& memory) {
-  for (const auto& run : now.runs)
-    if (run.running && std::ranges::find(memory.running_, run.id) == memory.running_.end())
-      memory.running_.push_back(run.id);
+  memory.let_nothing_be_later_than(utc);
+  memory.see(now);
+  const auto missing = memory.missing(now);
   const std::set<std::string> known(memory.running_.begin(), memory.running_.end());
   std::vector<DueMessage> due;
   std::set<std::string> standing;
   for (const auto& rule : site.rules)
-    for (const auto& found : find_matters(site, rule, now, known)) {
+    for (const auto& found : find_matters(site, rule, now, missing, known)) {
       standing.insert(found.key);
       for (const auto& address : whose_turn(rule, found, memory.matter(found.key, utc), utc))
         due.push_back({.key = found.key,

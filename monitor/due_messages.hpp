@@ -36,6 +36,7 @@ struct RunSeen {
   std::string outcome;  ///< of a run that is not running: "complete", "aborted: …"
   std::vector<AlarmSeen> alarms;
   std::optional<std::uint64_t> free_bytes;  ///< where it is recorded, as long as it runs; nothing: unknown now
+  bool missing{};                           ///< it ran when it was last seen, and cannot be seen any more
 };
 
 /// What is the case.
@@ -64,6 +65,15 @@ struct ToldMatter {
   bool operator==(const ToldMatter&) const = default;
 };
 
+/// A run that a program carried out when it was last seen: what is to be said of it once it cannot be.
+struct RunGoingOn {
+  std::string name;
+  std::string record;
+  std::string rig;
+  bool simulated{};
+  bool operator==(const RunGoingOn&) const = default;
+};
+
 class ToldMemory {
  public:
   [[nodiscard]] static Result<ToldMemory> parse(std::string_view text, const std::string& file);
@@ -79,9 +89,13 @@ class ToldMemory {
  private:
   friend void describe(auto& form, Like<ToldMemory> auto& memory);
   std::vector<std::pair<std::string, ToldMatter>> matters_;  ///< by key
-  std::vector<std::string> running_;      ///< ids of runs that were seen running and not seen to have ended
+  std::vector<std::string> running_;  ///< ids of runs that were seen running and not seen to have ended
+  std::vector<std::pair<std::string, RunGoingOn>> going_on_;  ///< … those of them that ran when last seen, by id
   std::map<std::string, Duration> gone_;  ///< since when those are not seen, UTC; not kept over a restart
 
+  void see(const Situation& now);
+  [[nodiscard]] std::vector<RunSeen> missing(const Situation& now) const;
+  void let_nothing_be_later_than(Duration utc);
   void forget(const Situation& now, Duration utc, const std::set<std::string>& standing);
 
   [[nodiscard]] ToldMatter& matter(const std::string& key, Duration now);
@@ -90,7 +104,8 @@ class ToldMemory {
 inline constexpr int kMostTries = 3;  ///< of one address; then it is the next one's turn
 
 /// What is to be told at `utc`. A run that was over when it was first seen is not told of, nor are its alarms. Matters
-/// that are over leave the memory; those of a run that cannot be seen do once it was not for a day.
+/// that are over leave the memory; those of a run that cannot be seen do once it was not for a day. A run that was
+/// going on and cannot be seen is silent. Where the clock was set back, what waits does so from now on.
 [[nodiscard]] std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Duration utc,
                                                    ToldMemory& memory);
 

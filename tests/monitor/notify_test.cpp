@@ -189,6 +189,61 @@ TEST_F(Told, ARunThatIsGoneForADayIsForgotten) {
   EXPECT_EQ(memory_, ToldMemory{});
 }
 
+TEST_F(Told, ARunThatCannotBeSeenAnyMoreIsSilentAlsoForAMonitorThatWasStartedAnew) {
+  site_.rules.push_back({.name = "a run is silent", .when = Occasion::silent, .tell = {"day"}, .after = 2min});
+  const auto run = now_.runs.front();
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.clear();
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 1min;
+  now_.runs = {run};
+  EXPECT_EQ(told(), Messages{}) << "it was away for a moment";
+  now_.runs.clear();
+  EXPECT_EQ(told(), Messages{});
+  auto read = ToldMemory::parse(memory_.to_text(), "told.json");
+  ASSERT_TRUE(read) << text(read.error());
+  memory_ = std::move(*read);
+  utc_ += 2min;
+  EXPECT_EQ(told(), Messages{"day: Silent: lab: soak on one"});
+  utc_ += 1h;
+  EXPECT_EQ(told(), Messages{}) << "once";
+  utc_ += 25h;
+  (void)told();
+  EXPECT_EQ(told(), Messages{});
+  EXPECT_EQ(memory_, ToldMemory{}) << "after a day it is forgotten";
+}
+
+TEST_F(Told, ARunThatWasSeenToEndMayBeTakenAway) {
+  site_.rules.push_back({.name = "a run is silent", .when = Occasion::silent, .tell = {"day"}, .after = 2min});
+  auto simulated = now_.runs.front();
+  simulated.id = "s";
+  simulated.simulated = true;
+  now_.runs.push_back(simulated);
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.front().running = false;
+  now_.runs.front().outcome = "complete";
+  EXPECT_EQ(told(), Messages{"day: Ended: lab: soak on one"});
+  now_.runs.clear();
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 1h;
+  EXPECT_EQ(told(), Messages{}) << "and of a virtual rig nobody wants to hear";
+}
+
+TEST_F(Told, AClockThatIsSetBackMakesNobodyWaitForItToCatchUp) {
+  now_.runs.front().alarms = {{7, "air above its limit"}};
+  const auto due = due_messages(site_, now_, utc_, memory_);
+  ASSERT_EQ(due.size(), 1u);
+  memory_.failed(due.front(), utc_);
+  utc_ -= 1h;
+  EXPECT_EQ(told(), Messages{}) << "tried a moment ago";
+  utc_ += 1min;
+  EXPECT_EQ(told(), Messages{"day: Alarm: lab: soak on one"});
+  utc_ -= 1h;
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 10min;
+  EXPECT_EQ(told(), Messages{"night: Alarm: lab: soak on one"});
+}
+
 TEST_F(Told, AMonitorThatFallsSilentIsToldAfterAWhile) {
   now_.monitors_answer["http://other:8321/"] = false;
   EXPECT_EQ(told(), Messages{});

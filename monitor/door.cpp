@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/json.hpp"
 #include "monitor/body.hpp"
 #include "monitor/request_head.hpp"
@@ -10,17 +12,31 @@
 namespace gyrotherm::monitor {
 namespace {
 
-constexpr const char* kCookie = "gyrotherm_session";
-
 // An address may ask 20 times a second, and 120 times at once, as a page with many charts does when it begins; it may
 // try to log in ten times, and once more every 20 s. A name may be tried much more often from all addresses together:
 // who guesses at it from a few is not to keep its owner out, who comes from another.
 constexpr double kRequests = 120, kRequestsPerSecond = 20, kLogins = 10, kLoginsPerSecond = 0.05, kOfName = 500,
                  kOfNamePerSecond = 1;
 
-std::string cookie_with(const std::string& secret, bool secure, std::int64_t seconds) {
-  return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict; Max-Age={}{}", kCookie, secret, seconds,
-                     secure ? "; Secure" : "");
+/// A browser sends a cookie to every port of a name: two monitors of one machine, or behind two tunnels to localhost,
+/// would take each other's away if they called it alike.
+std::string cookie_name(const WebRequest& request) {
+  const std::string name = "gyrotherm_session";
+  const auto host = request.head.header("host");
+  const auto colon = host.rfind(':');
+  const auto port = colon == std::string::npos ? std::string() : host.substr(colon + 1);
+  const bool is_one = !port.empty() && std::ranges::all_of(port, [](char c) { return c >= '0' && c <= '9'; });
+  return is_one ? name + "_" + port : name;
+}
+
+std::string cookie_with(const std::string& secret, const WebRequest& request, std::int64_t seconds) {
+  return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict; Max-Age={}{}", cookie_name(request), secret, seconds,
+                     request.secure ? "; Secure" : "");
+}
+
+/// The secret that the request shows; empty: none.
+std::string secret_of(const WebRequest& request) {
+  return cookie_in(request.head.header("cookie"), cookie_name(request));
 }
 
 /// Whether the browser says that the request is another site's. Following a link to the page itself is not.
@@ -66,7 +82,7 @@ std::variant<Guest, WebAnswer> Door::guest_of(const WebRequest& request) {
     if (!identity) return refusal(401, "the token is none");
     return Guest{.identity = identity};
   }
-  const auto session = sessions_.find(cookie_in(head.header("cookie"), kCookie));
+  const auto session = sessions_.find(secret_of(request));
   if (session)
     if (auto identity = user_of(*session)) return Guest{.identity = std::move(identity), .session = session};
   if (options_.open && !users_.has_any()) return Guest{};
@@ -102,18 +118,18 @@ WebAnswer Door::log_in(const WebRequest& request) {
   const auto secret = sessions_.open(identity->name, identity->known_by);
   const auto lasts = std::chrono::duration_cast<std::chrono::seconds>(Sessions::kLongest).count();
   WebAnswer answer{.body = "{}"};
-  answer.headers.emplace_back("Set-Cookie", cookie_with(secret, request.secure, lasts));
+  answer.headers.emplace_back("Set-Cookie", cookie_with(secret, request, lasts));
   return answer;
 }
 
 WebAnswer Door::log_out(const WebRequest& request) {
-  if (auto session = sessions_.find(cookie_in(request.head.header("cookie"), kCookie))) {
+  if (auto session = sessions_.find(secret_of(request))) {
     if (!says_where_from(request) || !equal_secrets(session->csrf, request.head.header("x-csrf-token")))
       return refusal(403, "the request does not come from the page");
     sessions_.close(session->id);
   }
   WebAnswer answer{.body = "{}"};
-  answer.headers.emplace_back("Set-Cookie", cookie_with("", request.secure, 0));
+  answer.headers.emplace_back("Set-Cookie", cookie_with("", request, 0));
   return answer;
 }
 

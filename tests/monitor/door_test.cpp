@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "monitor/request_head.hpp"
 #include "tests/support/folder.hpp"
 
@@ -97,6 +99,37 @@ TEST_F(AtTheDoor, WhoGuessesAtANameDoesNotKeepItsOwnerOut) {
   for (int i = 0; i < 600; ++i)
     tried += log_in("eve", too_long, fmt::format("10.1.{}.{}", i / 200, i % 200)).status == 401;
   EXPECT_EQ(tried, 500) << "and a name is not guessed at from everywhere without end";
+}
+
+TEST_F(AtTheDoor, TwoMonitorsOfOneNameDoNotTakeEachOthersCookieAway) {
+  put("ada", Role::viewer, kPassword);
+  Sessions others(folder_ / "others.json", clock_);
+  Door other({.control = true, .open = false}, users_, others, clock_);
+  std::map<std::string, std::string> kept;  // as a browser does, which looks at the name of the host alone
+  const auto calls = [&](Door& door, const std::string& host, const std::string& path) {
+    auto sent = request(path);
+    sent.head.headers["host"] = host;
+    sent.head.headers["origin"] = "http://" + host;
+    for (const auto& [name, secret] : kept) sent.head.headers["cookie"] += name + "=" + secret + "; ";
+    sent.body = fmt::format(R"({{"name":"ada","password":"{}"}})", kPassword);
+    if (path == "/") return std::holds_alternative<Guest>(door.guest_of(sent));
+    sent.head.method = "POST";
+    const auto answer = door.log_in(sent);
+    for (const auto& [header, value] : answer.headers)
+      if (header == "Set-Cookie") {
+        const auto equals = value.find('=');
+        kept[value.substr(0, equals)] = value.substr(equals + 1, value.find(';') - equals - 1);
+      }
+    return true;
+  };
+  calls(door_, "localhost:8321", "/api/v1/login");
+  calls(other, "localhost:8322", "/api/v1/login");
+  EXPECT_TRUE(calls(door_, "localhost:8321", "/"));
+  EXPECT_TRUE(calls(other, "localhost:8322", "/"));
+  EXPECT_FALSE(calls(other, "[::1]", "/")) << "no port is in there";
+  calls(other, "[::1]", "/api/v1/login");
+  EXPECT_TRUE(calls(other, "rig.example.org", "/"));
+  EXPECT_TRUE(calls(door_, "localhost:8321", "/"));
 }
 
 TEST_F(AtTheDoor, NamesOfHostsAreTheSameInCapitals) {

@@ -174,7 +174,7 @@ class Hostile(WatchedRun):
         ada, eve, monitor = self.ada, self.eve, self.monitor
         script = {"Authorization": "Bearer " + self.token}
         origin = {k: ada.headers[k] for k in ("Origin", "Sec-Fetch-Site")}
-        secret = ada.headers["Cookie"].split("=", 1)[1]
+        cookie, secret = ada.headers["Cookie"].split("=", 1)
         rows = [
             ("anonymous", monitor.ask(pause, {}), {401}),
             ("anonymous from the page", monitor.ask(pause, {}, origin), {401}),
@@ -196,10 +196,10 @@ class Hostile(WatchedRun):
             ),
             ("as a form", ada.ask(pause, {}, Content_Type="application/x-www-form-urlencoded"), {400}),
             ("as text", ada.ask(pause, {}, Content_Type="text/plain"), {400}),
-            ("a forged cookie", ada.ask(pause, {}, Cookie="gyrotherm_session=" + "A" * 43), {401}),
-            ("a cookie cut short", ada.ask(pause, {}, Cookie="gyrotherm_session=" + secret[:-1]), {401}),
-            ("a cookie with one letter more", ada.ask(pause, {}, Cookie=f"gyrotherm_session={secret}A"), {401}),
-            ("the secret in the query", monitor.ask(pause + "?gyrotherm_session=" + secret, {}, origin), {401}),
+            ("a forged cookie", ada.ask(pause, {}, Cookie=f"{cookie}=" + "A" * 43), {401}),
+            ("a cookie cut short", ada.ask(pause, {}, Cookie=f"{cookie}={secret[:-1]}"), {401}),
+            ("a cookie with one letter more", ada.ask(pause, {}, Cookie=f"{cookie}={secret}A"), {401}),
+            ("the secret in the query", monitor.ask(f"{pause}?{cookie}={secret}", {}, origin), {401}),
             ("a wrong token", monitor.ask(pause, {}, {"Authorization": "Bearer " + "A" * 43}), {401}),
             ("a token of another kind", monitor.ask(pause, {}, {"Authorization": "Basic YWRhOmFkYQ=="}), {401}),
             ("the token in the query", monitor.ask("/api/v1/runs?token=" + self.token), {401}),

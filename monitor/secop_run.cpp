@@ -77,7 +77,7 @@ SecopStatus code_of(const FoundRun& run) {
 }
 
 std::optional<Json> left_s(const FoundRun* run) {
-  if (run == nullptr || !run->is_running() || !run->status.standing.time_left) return std::nullopt;
+  if (run == nullptr || !run->status.standing.time_left) return std::nullopt;
   return Json(std::round(to_seconds(*run->status.standing.time_left)));
 }
 
@@ -91,18 +91,21 @@ SecopModule run_module(const RunMoment& moment, const std::string& name) {
                              .description = description,
                              .datainfo = std::move(datainfo),
                              .value = {},
-                             .trouble = value ? std::string() : "it is not known",
+                             .trouble = value    ? std::string()
+                                        : silent ? absent->why
+                                                 : "it is not known",
                              .t = moment.utc_s};
-    parameter.value = value ? ascii_of(*value) : "ReadFailed";
+    parameter.value = value ? ascii_of(*value) : silent ? absent->kind : "ReadFailed";
     return parameter;
   };
+  const auto of_now = [&](std::optional<Json> value) { return silent ? std::nullopt : std::move(value); };
   const auto of_run = [&](const auto& of) { return run != nullptr ? std::optional<Json>(of(*run)) : std::nullopt; };
   return {.name = name,
           .description = "The run that goes on, or the last one.",
           .group = {},
           .parameters = {
               told("value", "The state of the run, after PackML.", state_info(),
-                   of_run([](const FoundRun& r) { return static_cast<int>(r.status.standing.state); })),
+                   of_now(of_run([](const FoundRun& r) { return static_cast<int>(r.status.standing.state); }))),
               silent ? status_of(absent->status, absent->why, moment.utc_s)
                      : status_of(code_of(*run), state_in_words(*run), moment.utc_s),
               told("_record", "The name of its record.", text_info(), of_run([](const FoundRun& r) { return r.name; })),
@@ -110,7 +113,8 @@ SecopModule run_module(const RunMoment& moment, const std::string& name) {
                    of_run([](const FoundRun& r) { return r.info ? r.info->profile_name : std::string(); })),
               told("_simulated", "Whether its rig is a virtual one.", R"({"type":"bool"})",
                    of_run([](const FoundRun& r) { return r.status.simulated; })),
-              told("_left", "What is left if every soak counts from now on.", number_info("s", "%.0f"), left_s(run))}};
+              told("_left", "What is left if every soak counts from now on.", number_info("s", "%.0f"),
+                   of_now(left_s(run)))}};
 }
 
 std::string description_of(const SeriesChannel& channel) {

@@ -207,12 +207,28 @@ TEST(SecopRun, NeverShowsAnOldNumber) {
     EXPECT_TRUE(reply.starts_with("error_read A:value [\"" + kind + "\",")) << reply;
     EXPECT_TRUE(told(node, "read A:status").starts_with("reply A:status [[" + std::to_string(status) + ","));
   };
+  const auto expect_of_run = [&](const FoundRun* run, const std::string& kind) {
+    const auto node = secop_node_of({.run = run, .sample = sample, .utc_s = kNow});
+    for (const auto* name : {"value", "_left"}) {
+      const auto place = std::string("run:") + name;
+      EXPECT_TRUE(told(node, "read " + place).starts_with("error_read " + place + " [\"" + kind + "\",")) << name;
+    }
+    if (run != nullptr) {
+      EXPECT_TRUE(told(node, "read run:_record").starts_with("reply run:_record [\"soak\",")) << "which one it was";
+    }
+  };
   auto run = going_on();
+  run.status.standing.time_left = std::chrono::hours(1);
+  EXPECT_TRUE(told(secop_node_of({.run = &run, .sample = sample, .utc_s = kNow}), "read run:_left")
+                  .starts_with("reply run:_left [3600"));
   expect(run, true, "CommunicationFailed", 400);
   run.age_s = 60;
   expect(run, false, "CommunicationFailed", 400);
+  expect_of_run(&run, "CommunicationFailed");
   run.status.being_written = false;
   expect(run, false, "Disabled", 0);
+  expect_of_run(&run, "Disabled");
+  expect_of_run(nullptr, "Disabled");
   EXPECT_TRUE(told(secop_node_of({.utc_s = kNow}), "read run:status").starts_with("reply run:status [[0,"));
 }
 

@@ -263,6 +263,9 @@ class SecopWithUsers(WatchedRun):
             until(lambda: client.next()[0] == "error_update", 20)
             self.assertEqual(client.updates[-1][2][0], "Disabled")
             self.assertEqual(client.read("run:status")[1][0][0], 0)
+            for place in ("run:value", "run:_left"):
+                self.assertEqual(client.read(place)[1][0], "Disabled", place)
+            self.assertEqual(client.read("run:_record")[1][0], "run")
             monitor_command(self.folder, "user", "add", "ada", "--role", "viewer", password=PASSWORD)
             with self.assertRaises(OSError):
                 for _ in range(100):

@@ -87,10 +87,11 @@ std::string one_line(const std::string& text) {
   return line;
 }
 
-/// A header's text beyond ASCII, after RFC 2047, in words of at most 75 characters that split no character.
+/// A header's text beyond ASCII, after RFC 2047, in words that split no character and lines of at most 76, of which the
+/// first begins with the header's name, "Subject: ".
 std::string encoded(const std::string& text) {
   if (std::ranges::all_of(text, [](unsigned char c) { return c >= ' ' && c < 0x7F; })) return text;
-  constexpr std::size_t kMost = 60;
+  constexpr std::size_t kMost = 55;
   std::string all, word;
   const auto close = [&] {
     if (!word.empty()) all += (all.empty() ? "" : "\r\n ") + fmt::format("=?utf-8?Q?{}?=", word);

@@ -293,6 +293,19 @@ TEST(Mail, HasNoHeaderThatWasNotMeant) {
             std::string::npos);
 }
 
+TEST(Mail, NoLineOfASubjectIsLongerThanItMayBe) {
+  const MailServer server{.url = "smtp://x", .from = "rig@example.org", .user = {}, .password = {}};
+  for (int letters = 0; letters < 12; ++letters) {
+    std::string subject(static_cast<std::size_t>(letters), 'a');
+    for (int i = 0; i < 60; ++i) subject += "ü°漢";
+    const auto text = mail_text(server, {{"ada@example.org"}}, {.subject = subject, .text = ""}, 0s);
+    for (std::size_t begin = text.find("Subject: "), end = 0; end != text.find("\r\nAuto-Submitted"); begin = end + 2) {
+      end = text.find("\r\n", begin);
+      EXPECT_LE(end - begin, 76u) << text.substr(begin, end - begin);
+    }
+  }
+}
+
 TEST(RunProgram, GetsTheTextAndMustEnd) {
   const tests::TestFolder folder;
   ASSERT_TRUE(run_program({"sh", "-c", "cat > " + (folder / "told")}, "it is warm\n", 10s));

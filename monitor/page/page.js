@@ -9,12 +9,19 @@ const page = {
   run: null, // the run that is shown: {key, status, channels, sample, events, plan}
   view: null, // {name, refresh(), sample(), event(), tick(), end()}
   source: null,
+  shows: 0,
 };
 
 // The run that is shown, and its stream.
 
 function connection(text) {
   set_text(document.getElementById('connection'), text);
+}
+
+/// Said while nothing new comes; `since` when the last did, where that was told.
+function nothing_new(why, since) {
+  const what = since ? `Nothing new has come since ${moment(since)}` : 'Nothing new comes';
+  connection(`${what}: ${why}. Trying again; the runs themselves go on without the monitor.`);
 }
 
 function close_stream() {
@@ -36,7 +43,7 @@ function open_stream() {
   source.addEventListener('event', message => take_event(JSON.parse(message.data)));
   source.addEventListener('error', () => {
     if (page.source !== source) return;
-    connection('The monitor does not answer; trying again. The run itself goes on without it.');
+    nothing_new('the monitor does not answer');
     if (source.readyState === EventSource.CLOSED) page.reconnect = setTimeout(open_stream, 2000);
   });
 }
@@ -82,9 +89,10 @@ async function load_events(run) {
   }
 }
 
-async function load_run(key) {
+async function load_run(key, is_wanted) {
   const found = await ask('/api/v1/runs/' + key);
   if (!found.ok) return found.json.error;
+  if (!is_wanted()) return null;
   const run = (page.run = {
     key,
     status: found.json,
@@ -97,7 +105,7 @@ async function load_run(key) {
   });
   const [plan] = await Promise.all([ask(`/api/v1/runs/${key}/profile`), load_events(run)]);
   run.plan = plan.ok ? plan.json : null;
-  open_stream();
+  if (page.run === run) open_stream();
   return null;
 }
 
@@ -167,44 +175,54 @@ function where() {
 
 async function show() {
   const {key, view} = where(),
-    content = document.getElementById('content');
+    content = document.getElementById('content'),
+    mine = ++page.shows; // a later one takes this one's place
+  clearTimeout(page.again);
   if (page.view && page.view.end) page.view.end();
   page.view = {};
   if (!page.session.may_look) {
     close_stream();
+    connection('');
     page.run = null;
     show_frame();
     content.replaceChildren(control.login_view());
     return;
   }
-  if (page.has_site === undefined) page.has_site = Boolean((await ask('/api/v1/site')).json?.rigs);
-  if (key === null && page.run) {
+  if (page.has_site === undefined) {
+    const site = await ask('/api/v1/site');
+    if (mine !== page.shows) return;
+    if (site.ok) page.has_site = Boolean(site.json?.rigs);
+  }
+  if (page.run && page.run.key !== key) {
     close_stream();
     connection('');
     page.run = null;
   }
-  if (key !== null && (!page.run || page.run.key !== key)) {
+  if (key !== null && !page.run) {
     content.replaceChildren(make('p', {class: 'sheet note'}, 'Loading …'));
-    const trouble = await load_run(key);
-    if (where().key !== key || where().view !== view) return;
+    const trouble = await load_run(key, () => mine === page.shows);
+    if (mine !== page.shows) return;
     if (trouble) {
       page.run = null;
       show_frame();
       content.replaceChildren(make('p', {class: 'sheet error'}, trouble));
+      page.again = setTimeout(show, 5000);
       return;
     }
   }
   show_frame();
-  page.view = (await (views[view] || views.rigs)(content)) || {};
+  const shown = (await (views[view] || views.rigs)(content)) || {};
+  if (mine !== page.shows) return shown.end && shown.end();
+  page.view = shown;
   if (page.view.refresh) page.view.refresh();
 }
 
 // The beginning.
 
 async function begin() {
-  const session = await ask('/api/v1/session').catch(() => null);
-  if (!session) {
-    connection('The monitor does not answer; trying again.');
+  const session = await ask('/api/v1/session');
+  if (!session.ok) {
+    nothing_new(session.json.error);
     return setTimeout(begin, 2000);
   }
   connection('');

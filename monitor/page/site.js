@@ -98,9 +98,8 @@ views.site = content => {
     questions
   );
   return often(async () => {
-    const answer = await ask('/api/v1/site');
-    if (!answer.ok || !answer.json) return set_text(note, 'This monitor has no site.');
-    const site = answer.json;
+    const site = await ask_soon('/api/v1/site');
+    if (!site) return set_text(note, 'This monitor has no site.');
     set_text(document.getElementById('site-title'), site.name ? `Site: ${site.name}` : 'Site');
     set_text(
       note,

@@ -78,13 +78,18 @@ function announce(text) {
   document.getElementById('announce').textContent = text;
 }
 
+/// Where no answer comes, or none that can be read, the answer is one that is not ok and says so.
 async function ask(path, options) {
-  const answer = await fetch(path, Object.assign({credentials: 'same-origin', cache: 'no-store'}, options));
-  const json = await answer.json().catch(() => ({error: 'the monitor gave no answer that can be read'}));
+  const settings = Object.assign({credentials: 'same-origin', cache: 'no-store'}, options),
+    answer = await fetch(path, settings).catch(() => null);
+  if (answer === null) return {status: 0, ok: false, json: {error: 'the monitor does not answer'}};
+  const json = await answer.json().catch(() => undefined);
   if (answer.status === 401 && page.session.may_look) {
     page.session.may_look = false;
     show();
   }
+  if (json === undefined)
+    return {status: answer.status, ok: false, json: {error: 'the monitor gave no answer that can be read'}};
   return {status: answer.status, ok: answer.ok, json};
 }
 

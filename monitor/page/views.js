@@ -315,7 +315,9 @@ views.files = async content => {
             'The record belongs to the program that writes it until the run ends; it stands here then.'
           )
         : null,
-      list.length > 0 ? make('ul', {}, ...list) : make('p', {class: 'note'}, 'There is none to be saved now.')
+      list.length > 0
+        ? make('ul', {}, ...list)
+        : make('p', {class: 'note'}, files.ok ? 'There is none to be saved now.' : files.json.error)
     )
   );
   return {};
@@ -323,15 +325,64 @@ views.files = async content => {
 
 // Views of all runs.
 
-async function all_runs() {
-  const found = await ask('/api/v1/runs');
-  return found.ok ? found.json.runs : [];
+/// What is asked again and again: an answer that takes so long is none. Throws where there is none.
+async function ask_soon(path) {
+  const kLongest = 10000; // ms
+  const found = await ask(path, {signal: AbortSignal.timeout(kLongest)});
+  if (!found.ok) throw new Error(found.json.error);
+  return found.json;
 }
 
+async function all_runs() {
+  return (await ask_soon('/api/v1/runs')).runs;
+}
+
+/// Fills a view every two seconds. Where `fill` throws, what stands there is old, and the frame says of when.
 function often(fill) {
-  fill();
-  const timer = setInterval(fill, 2000);
-  return {end: () => clearInterval(timer)};
+  let filling = false,
+    ended = false,
+    came = null;
+  const again = async () => {
+    if (filling) return;
+    filling = true;
+    try {
+      await fill();
+      came = Date.now();
+      if (!ended) connection('');
+    } catch (trouble) {
+      if (!ended) nothing_new(trouble.message, came);
+    }
+    filling = false;
+  };
+  again();
+  const timer = setInterval(again, 2000);
+  return {
+    end: () => {
+      ended = true;
+      clearInterval(timer);
+      connection('');
+    },
+  };
+}
+
+/// Makes the children of `box` like those that are wanted, and leaves what is alike where it is.
+function become(box, wanted) {
+  wanted.forEach((node, i) => {
+    const old = box.childNodes[i];
+    if (!old) box.append(node);
+    else if (old.nodeType === Node.ELEMENT_NODE && old.cloneNode(false).isEqualNode(node.cloneNode(false)))
+      become(old, [...node.childNodes]);
+    else if (!old.isEqualNode(node)) old.replaceWith(node);
+  });
+  while (box.childNodes.length > wanted.length) box.lastChild.remove();
+}
+
+/// … and whoever stands on a link goes on standing on it, where it had to move, too.
+function redraw(box, wanted) {
+  const href = box.contains(document.activeElement) && document.activeElement.getAttribute('href');
+  become(box, wanted);
+  if (href && !box.contains(document.activeElement))
+    [...box.querySelectorAll('a')].find(link => link.getAttribute('href') === href)?.focus({preventScroll: true});
 }
 
 function outcome_of(status) {
@@ -358,12 +409,13 @@ views.runs = content => {
   let before = '';
   return often(async () => {
     const runs = await all_runs(),
-      now = JSON.stringify(runs.map(run => [run.key, run.slot, state_of(run), run.time_left_s]));
+      now = JSON.stringify(runs);
     set_text(none, runs.length === 0 ? 'No record lies in the monitor\u2019s folders.' : '');
-    if (now === before || body.contains(document.activeElement)) return;
+    if (now === before) return;
     before = now;
-    body.replaceChildren(
-      ...runs.map(run =>
+    redraw(
+      body,
+      runs.map(run =>
         make(
           'tr',
           {},
@@ -386,47 +438,43 @@ views.rigs = content => {
   let before = '';
   return often(async () => {
     const runs = await all_runs(),
+      now = JSON.stringify(runs),
       rigs = new Map();
+    if (now === before) return;
+    before = now;
     for (const run of runs) {
       const known = rigs.get(run.rig) || [];
       if (run.running || known.length === 0)
         rigs.set(run.rig, known.filter(one => one.running || !run.running).concat(run));
     }
-    const now = JSON.stringify(
-      [...rigs.values()].flat().map(run => [run.key, run.slot, state_of(run), run.alarms.length, run.chamber_air_c])
-    );
-    if (now === before || cards.contains(document.activeElement)) return;
-    before = now;
     const fact = (label, text) => make('div', {}, make('dt', {}, label), make('dd', {}, text));
-    cards.replaceChildren(
-      ...[...rigs].flatMap(([rig, of_rig]) =>
-        of_rig.map(run =>
-          make(
-            'section',
-            {class: 'sheet card', 'aria-label': `${rig || 'no rig'}, ${run.name}`},
-            make('h3', {}, rig || 'no rig'),
-            make(
-              'p',
-              {class: 'row'},
-              state_badge(run),
-              simulated_badge(run),
-              run.alarms.length > 0 ? make('span', {class: 'badge alarm'}, `${run.alarms.length} alarms`) : null
-            ),
-            make('p', {class: 'cause'}, cause_of(run)),
-            make(
-              'dl',
-              {class: 'facts'},
-              fact('Air', with_unit(run.chamber_air_c, '°C')),
-              fact('Set point', with_unit(run.set_point_c, '°C')),
-              fact('Left', run.running ? duration(run.time_left_s) : '–'),
-              fact('Ends', run.running ? moment(end_of(run, null), true) : '–')
-            ),
-            make('p', {}, make('a', {href: `#/run/${run.key}/now`}, `${run.name}: ${run.profile}`))
-          )
-        )
-      )
+    const card_of = (rig, run) =>
+      make(
+        'section',
+        {class: 'sheet card', 'aria-label': `${rig || 'no rig'}, ${run.name}`},
+        make('h3', {}, rig || 'no rig'),
+        make(
+          'p',
+          {class: 'row'},
+          state_badge(run),
+          simulated_badge(run),
+          run.alarms.length > 0 ? make('span', {class: 'badge alarm'}, `${run.alarms.length} alarms`) : null
+        ),
+        make('p', {class: 'cause'}, cause_of(run)),
+        make(
+          'dl',
+          {class: 'facts'},
+          fact('Air', with_unit(run.chamber_air_c, '°C')),
+          fact('Set point', with_unit(run.set_point_c, '°C')),
+          fact('Left', run.running ? duration(run.time_left_s) : '–'),
+          fact('Ends', run.running ? moment(end_of(run, null), true) : '–')
+        ),
+        make('p', {}, make('a', {href: `#/run/${run.key}/now`}, `${run.name}: ${run.profile}`))
+      );
+    const none = make('p', {class: 'sheet note'}, 'No record lies in the monitor\u2019s folders.');
+    redraw(
+      cards,
+      rigs.size === 0 ? [none] : [...rigs].flatMap(([rig, of_rig]) => of_rig.map(run => card_of(rig, run)))
     );
-    if (rigs.size === 0)
-      cards.replaceChildren(make('p', {class: 'sheet note'}, 'No record lies in the monitor\u2019s folders.'));
   });
 };

@@ -185,6 +185,7 @@ class Page(WatchedRun):
                         self.go(view)
                         self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, "main > *"), 10))
                         time.sleep(0.7)
+                        self.assertEqual(self.browser.find_element(By.ID, "connection").text, "")
                         self.assertLessEqual(
                             self.browser.execute_script("return document.documentElement.scrollWidth - innerWidth"), 0
                         )
@@ -218,6 +219,56 @@ class Page(WatchedRun):
             self.assertTrue(outline != "none" or focused.tag_name == "body", focused.get_attribute("outerHTML")[:80])
         for words in ("Skip to the content", "Trend", "Rigs", "Pause", "Stop …"):
             self.assertIn(words, reached)
+
+    def says(self, script: str):
+        """What the page's own functions make of it."""
+        return self.browser.execute_script(f"return {script}")
+
+    def connection(self) -> str:
+        return self.browser.find_element(By.ID, "connection").text
+
+    def put_in_place_of_runs(self, answer: str) -> None:
+        """Of each later question for all runs; `answer` is made of what the monitor said, `json`."""
+        self.browser.execute_script(f"""
+            window.own_fetch ??= window.fetch;
+            window.fetch = async (path, options) => {{
+              const got = await own_fetch(path, options);
+              if (path !== '/api/v1/runs') return got;
+              const json = await got.json();
+              return {answer};
+            }};
+            """)
+
+    def test_4_whoever_stands_on_a_link_sees_what_is_new(self) -> None:
+        for view, box in (("rigs", ".cards"), ("runs", "tbody")):
+            with self.subTest(view):
+                self.browser.get("about:blank")
+                self.go(view)
+                self.assertTrue(until(lambda: self.browser.find_elements(By.CSS_SELECTOR, box + " a"), 10))
+                self.browser.execute_script(f"document.querySelector('{box} a').focus()")
+                self.put_in_place_of_runs(
+                    "new Response(JSON.stringify({runs: json.runs.concat(json.runs.map(run => Object.assign({}, run,"
+                    " {key: 'another', name: 'another', rig: 'another', profile: 'quite another'}))).reverse()}))"
+                )
+                self.sees("quite another")
+                self.assertIn(f"/{self.key}/", self.says("document.activeElement.getAttribute('href')"))
+
+    def test_5_old_values_are_called_old(self) -> None:
+        for view in ("rigs", "runs"):
+            with self.subTest(view):
+                self.browser.get("about:blank")
+                self.go(view)
+                self.sees("soak")
+                self.put_in_place_of_runs("new Response('{\"error\": \"too many requests\"}', {status: 429})")
+                self.assertTrue(until(lambda: "too many requests" in self.connection(), 10))
+                self.assertNotIn("No record lies", self.text())
+                self.browser.execute_script("window.fetch = own_fetch")
+                self.assertTrue(until(lambda: not self.connection(), 10))
+                self.monitor.kill()
+                self.assertTrue(until(lambda: "the monitor does not answer" in self.connection(), 10))
+                self.assertIn("since", self.connection())
+                self.monitor.again()
+                self.assertTrue(until(lambda: not self.connection(), 10))
 
 
 if __name__ == "__main__":

@@ -124,10 +124,12 @@ std::string RunFeed::Watch::next(FeedPlace& place, Duration patience) {
   const auto is_new = [&] {
     const auto& run = feed_.runs_[key_];
     return feed_.stopped_ || run.slot > place.slot || run.event > place.event ||
-           run.status_version != place.status_version;
+           run.status_version != place.status_version || run.id != place.run;
   };
   if (!feed_.something_.wait_for(lock, patience, is_new) || feed_.stopped_) return text;
   const auto& run = feed_.runs_[key_];
+  if (run.id != place.run && !place.run.empty()) place = {};
+  place.run = run.id;
   if (run.status_version != place.status_version) {
     text += message("status", run.status, -1);
     place.status_version = run.status_version;
@@ -156,7 +158,7 @@ std::string RunFeed::Watch::next(FeedPlace& place, Duration patience) {
 std::string RunFeed::missed(const std::string& key, FeedPlace& place) const {
   std::string text;
   const auto found = catalogue_.find(key);
-  if (!found) return text;
+  if (!found || found->status.id != place.run) return text;
   if (const auto events = events_after(*found, place.event, kAtOnce))
     for (const auto& event : *events) {
       text += message("event", event.text, -1);
@@ -189,6 +191,9 @@ void RunFeed::read(const std::string& key) {
     const std::lock_guard lock(mutex_);
     const auto run = runs_.find(key);
     if (run == runs_.end()) return;
+    // Another run's record in its place begins at its own start, however far the one before had come.
+    const auto& id = found->status.id;
+    if (!id.empty() && id != run->second.id) run->second = Run{.watchers = run->second.watchers, .id = id};
     slot = run->second.slot;
     event = run->second.event;
     begun = run->second.begun;

@@ -24,6 +24,7 @@ struct FeedPlace {
   std::int64_t slot{-1};            ///< of the last sample that it has
   std::int64_t event{-1};           ///< the last event, by its number in the record
   std::int64_t status_version{-1};  ///< of the last status
+  std::string run{};                ///< its id; once another one's record lies there, this begins anew
 };
 
 /// The text of a sample, an event and a status as the page gets them: one line of JSON. The values of a sample stand in
@@ -68,12 +69,13 @@ class RunFeed {
  private:
   struct Run {
     int watchers{};
-    std::deque<FeedRow> samples;  ///< the last ones, without a hole
-    std::deque<FeedRow> events;
+    std::string id{};               ///< of the run whose rows these are
+    std::deque<FeedRow> samples{};  ///< the last ones, without a hole
+    std::deque<FeedRow> events{};
     std::int64_t slot{-1}, event{-1};  ///< the last that were read; −1: none yet
     bool begun{}, read_whole{};        ///< the latter of a run that is over
     std::int64_t status_version{-1};
-    std::string status;
+    std::string status{};
   };
   void read(const std::string& key);
   /// What a watcher that is behind reads itself.

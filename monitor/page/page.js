@@ -51,6 +51,12 @@ function open_stream() {
 function take_status(status) {
   const run = page.run;
   if (!run || run.key !== status.key) return;
+  if (run.status.id !== status.id) {
+    close_stream(); // another record lies there now: nothing of what is shown is true of it
+    page.run = null;
+    show();
+    return;
+  }
   const before = run.status;
   run.status = Object.assign({}, run.status, status);
   if (state_of(before) !== state_of(status))

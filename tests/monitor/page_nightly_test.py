@@ -270,6 +270,15 @@ class Page(WatchedRun):
                 self.monitor.again()
                 self.assertTrue(until(lambda: not self.connection(), 10))
 
+    def test_7_another_record_in_its_place_is_shown_anew(self) -> None:
+        self.go("now")
+        self.sees("Last sample")
+        self.browser.execute_script(
+            "window.before = page.run; take_status(Object.assign({}, page.run.status, {id: 'of another run'}))"
+        )
+        self.assertTrue(until(lambda: self.says("page.run !== null && page.run !== before"), 10))
+        self.sees("Last sample")
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=1)

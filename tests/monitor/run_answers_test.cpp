@@ -9,9 +9,12 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 #include <set>
 #include <sstream>
+#include <string_view>
 #include <thread>
+#include <vector>
 
 #include "core/clock.hpp"
 #include "core/json.hpp"
@@ -149,6 +152,16 @@ TEST(RunCatalogue, LearnsWhenARealRunStartedFromItsFirstSecond) {
   ::waitpid(writer, nullptr, 0);
 }
 
+/// What a watcher is told until nothing more comes.
+std::string told_to(RunFeed::Watch& watch, RunFeed& feed, FeedPlace& place) {
+  std::string told;
+  for (int i = 0; i < 20; ++i) {
+    feed.read();
+    told += watch.next(place, 1ms);
+  }
+  return told;
+}
+
 TEST(RunFeed, TellsEveryEventOfARunThatIsOver) {
   const tests::TestFolder folder;
   constexpr int kEvents = 1000;
@@ -163,11 +176,7 @@ TEST(RunFeed, TellsEveryEventOfARunThatIsOver) {
   RunFeed feed(catalogue);
   RunFeed::Watch watch(feed, catalogue.runs().front().key);
   FeedPlace place;
-  std::string told;
-  for (int i = 0; i < 20; ++i) {
-    feed.read();
-    told += watch.next(place, 1ms);
-  }
+  const auto told = told_to(watch, feed, place);
   std::multiset<std::string> numbers;
   for (std::size_t at = 0; (at = told.find("\"number\":", at)) != std::string::npos; ++at)
     numbers.insert(told.substr(at, told.find(',', at) - at));
@@ -176,6 +185,54 @@ TEST(RunFeed, TellsEveryEventOfARunThatIsOver) {
   ASSERT_TRUE(all);
   EXPECT_GE(all->size(), std::size_t{kEvents});
   EXPECT_EQ(numbers.size(), all->size());
+}
+
+std::vector<int> slots_in(const std::string& told) {
+  constexpr std::string_view kBefore = "event: sample\nid: ";
+  std::vector<int> slots;
+  for (std::size_t at = 0; (at = told.find(kBefore, at)) != std::string::npos; ++at)
+    slots.push_back(std::stoi(told.substr(at + kBefore.size(), 10)));
+  return slots;
+}
+
+void write_noted_run(const std::string& path, const std::string& id, int seconds) {
+  auto info = small_run_info();
+  info.id = id;
+  auto store = record::Store::create(path, info);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE((*store)->append_event({.at = {}, .kind = EventKind::note, .text = "of " + id}));
+  for (int slot = 0; slot < seconds; ++slot) ASSERT_TRUE((*store)->append(small_sample(slot, false), {}));
+  ASSERT_TRUE((*store)->finish());
+}
+
+TEST(RunFeed, BeginsAnewWhereAnotherRunsRecordLies) {
+  const std::string first(32, 'a'), second(32, 'b');
+  for (const bool nothing_was_seen_there : {false, true}) {
+    const tests::TestFolder folder, elsewhere;
+    write_noted_run(folder / "run.db", first, 200);
+    write_noted_run(elsewhere / "run.db", second, 100);
+    RunCatalogue catalogue({folder / ""});
+    catalogue.look();
+    RunFeed feed(catalogue);
+    RunFeed::Watch watch(feed, catalogue.runs().front().key);
+    FeedPlace place;
+    EXPECT_EQ(slots_in(told_to(watch, feed, place)).size(), 200u);
+    if (nothing_was_seen_there) {
+      std::filesystem::remove(folder / "run.db");
+      std::filesystem::remove(folder / "run.db.status");
+      catalogue.look();
+      ASSERT_TRUE(catalogue.runs().empty());
+      EXPECT_EQ(told_to(watch, feed, place), "");
+    }
+    std::filesystem::rename(elsewhere / "run.db", folder / "run.db");
+    catalogue.look();
+    const auto told = told_to(watch, feed, place);
+    EXPECT_NE(told.find(R"("id":")" + second), std::string::npos) << "its status";
+    EXPECT_NE(told.find("of " + second), std::string::npos) << "its event";
+    std::vector<int> all(100);
+    std::iota(all.begin(), all.end(), 0);
+    EXPECT_EQ(slots_in(told), all);
+  }
 }
 
 /// A run that is over, whose record has this text.

@@ -137,7 +137,7 @@ const control = (() => {
   function refresh_bar(run) {
     const bar = document.getElementById('control');
     if (!bar) return;
-    const held = run.status.state === 'held',
+    const held = run.status.running && run.status.state === 'held',
       over = !run.status.running || ['aborting', 'aborted', 'stopped', 'complete'].includes(run.status.state);
     document.getElementById('ask-pause').disabled = held || over;
     document.getElementById('ask-resume').disabled = !held;

@@ -100,8 +100,8 @@ function state_of(status) {
   if (status.silent) return 'silent';
   if (status.imported) return 'imported';
   if (status.running) return status.state;
-  if (status.finished) return ['aborted', 'stopped'].includes(status.state) ? status.state : 'complete';
-  return status.state === 'execute' || status.state === undefined ? 'interrupted' : status.state;
+  if (['aborted', 'stopped'].includes(status.state)) return status.state;
+  return status.finished ? 'complete' : 'interrupted'; // whatever it was doing, no program does it any more
 }
 
 const kStates = {
@@ -129,7 +129,9 @@ function simulated_badge(status) {
 function cause_of(status) {
   if (status.trouble) return status.trouble;
   if (status.silent) return 'the program that carries the run out, or its disk, is silent; this is how it stood then';
-  return status.cause || status.ended_by || status.storage_trouble || '';
+  const last = status.cause || status.ended_by || status.storage_trouble || '';
+  if (state_of(status) !== 'interrupted') return last;
+  return 'no program carries the run out' + (last ? `; the last that it said: ${last}` : '');
 }
 
 /// When the run ends by the clock that its samples have: of a virtual run the virtual one.

@@ -270,6 +270,22 @@ class Page(WatchedRun):
                 self.monitor.again()
                 self.assertTrue(until(lambda: not self.connection(), 10))
 
+    def test_6_a_run_is_said_to_be_as_it_is(self) -> None:
+        self.go("now")
+        self.sees("Last sample")
+        for state, finished, said in (
+            ("execute", False, "interrupted"),
+            ("suspended", False, "interrupted"),
+            ("held", False, "interrupted"),
+            ("aborting", False, "interrupted"),
+            ("aborted", False, "aborted"),
+            ("stopped", True, "stopped"),
+            ("execute", True, "complete"),
+        ):
+            status = f"{{state: '{state}', finished: {str(finished).lower()}, running: false}}"
+            self.assertEqual(self.says(f"state_of({status})"), said, status)
+        self.assertIn("no program carries the run out", self.says("cause_of({state: 'held', ended_by: 'held'})"))
+
     def test_7_another_record_in_its_place_is_shown_anew(self) -> None:
         self.go("now")
         self.sees("Last sample")

@@ -41,10 +41,14 @@ function open_stream() {
   source.addEventListener('status', message => take_status(JSON.parse(message.data)));
   source.addEventListener('sample', message => take_sample(JSON.parse(message.data)));
   source.addEventListener('event', message => take_event(JSON.parse(message.data)));
-  source.addEventListener('error', () => {
+  source.addEventListener('error', async () => {
     if (page.source !== source) return;
-    nothing_new('the monitor does not answer');
-    if (source.readyState === EventSource.CLOSED) page.reconnect = setTimeout(open_stream, 2000);
+    if (source.readyState !== EventSource.CLOSED) return nothing_new('the monitor does not answer'); // it comes again
+    const found = await ask('/api/v1/runs/' + run.key); // shows the login where the session is over
+    if (page.source !== source) return;
+    nothing_new(found.ok ? 'the monitor takes no more watchers' : found.json.error);
+    close_stream();
+    page.reconnect = setTimeout(open_stream, 2000);
   });
 }
 

@@ -85,7 +85,7 @@ async function ask(path, options) {
   if (answer === null) return {status: 0, ok: false, json: {error: 'the monitor does not answer'}};
   const json = await answer.json().catch(() => undefined);
   if (answer.status === 401 && page.session.may_look) {
-    page.session.may_look = false;
+    page.session = {may_look: false, may_control: false, name: null};
     show();
   }
   if (json === undefined)

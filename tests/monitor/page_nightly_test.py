@@ -295,6 +295,14 @@ class Page(WatchedRun):
         self.assertTrue(until(lambda: self.says("page.run !== null && page.run !== before"), 10))
         self.sees("Last sample")
 
+    def test_8_who_may_not_look_any_more_is_asked_to_log_in(self) -> None:
+        self.go("now")
+        self.sees("Last sample")
+        monitor_command(self.folder, "user", "add", "eve", "--role", "viewer", password=PASSWORD)
+        monitor_command(self.folder, "user", "remove", "ada")
+        self.sees("Log in", 20)
+        self.assertNotIn("ada", self.browser.find_element(By.ID, "who").text)
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=1)

@@ -198,7 +198,7 @@ void RunFeed::read(const std::string& key) {
     event = run->second.event;
     begun = run->second.begun;
     read_whole = run->second.read_whole;
-    if (run->second.status_version != found->version) {
+    if (run->second.status_version != found->version || found->is_silent()) {  // whose age alone changes
       run->second.status_version = found->version;
       run->second.status = status_text(*found);
       something_.notify_all();

@@ -63,6 +63,7 @@ function take_status(status) {
   }
   const before = run.status;
   run.status = Object.assign({}, run.status, status);
+  run.status_came = performance.now();
   if (state_of(before) !== state_of(status))
     announce(`${status.name}: ${kStates[state_of(status)]}. ${cause_of(status)}`);
   const known = new Set(before.alarms.map(alarm => alarm.number));
@@ -106,6 +107,7 @@ async function load_run(key, is_wanted) {
   const run = (page.run = {
     key,
     status: found.json,
+    status_came: performance.now(),
     channels: found.json.channels,
     sample: null,
     recent: [], // samples that may have come while a chart was being asked for

@@ -134,6 +134,15 @@ function cause_of(status) {
   return 'no program carries the run out' + (last ? `; the last that it said: ${last}` : '');
 }
 
+/// Seconds since the last sample that can be seen here; null where nobody can tell. One that has just come may be old:
+/// its status says since when nothing was written.
+function sample_age(run, now) {
+  const {running, age_s} = run.status;
+  if (!running || age_s === null || age_s === undefined) return null;
+  const of_status = age_s + (now - run.status_came) / 1000;
+  return run.sample ? Math.max(of_status, (now - run.sample_came) / 1000) : of_status;
+}
+
 /// When the run ends by the clock that its samples have: of a virtual run the virtual one.
 function end_of(status, sample) {
   if (!status.running || status.time_left_s === null || status.time_left_s === undefined) return null;

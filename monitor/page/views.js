@@ -66,8 +66,7 @@ views.now = content => {
   });
   const drawn = drawing.profile(parts.drawing, run, 220);
   const tick = () => {
-    if (!run.status.running) return set_text(parts.age, '–');
-    const age = run.sample ? (performance.now() - run.sample_came) / 1000 : run.status.age_s;
+    const age = sample_age(run, performance.now());
     set_text(parts.age, age === null ? '–' : age < 10 ? `${age.toFixed(0)} s ago` : duration(age) + ' ago');
     parts.age.className = age > 5 ? 'fault' : '';
   };

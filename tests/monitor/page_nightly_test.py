@@ -285,6 +285,9 @@ class Page(WatchedRun):
             status = f"{{state: '{state}', finished: {str(finished).lower()}, running: false}}"
             self.assertEqual(self.says(f"state_of({status})"), said, status)
         self.assertIn("no program carries the run out", self.says("cause_of({state: 'held', ended_by: 'held'})"))
+        silent = "status: {running: true, age_s: 7200}, status_came: 1000, sample: {}, sample_came: 2000"
+        self.assertEqual(self.says(f"sample_age({{{silent}}}, 3000)"), 7202)
+        self.assertEqual(self.says(f"sample_age({{{silent.replace('7200', '0')}}}, 9000)"), 8)
 
     def test_7_another_record_in_its_place_is_shown_anew(self) -> None:
         self.go("now")

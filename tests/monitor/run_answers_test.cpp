@@ -235,6 +235,47 @@ TEST(RunFeed, BeginsAnewWhereAnotherRunsRecordLies) {
   }
 }
 
+/// A status file as a program that fell silent so long ago has left it, beside no record that could tell more.
+void leave_status(const std::string& path, Duration ago) {
+  record::RunStatus status;
+  status.path = path;
+  status.id = std::string(32, 'a');
+  status.written_utc = kVirtualEpoch;
+  status.written_since_boot = since_boot() - ago;
+  status.written_in_boot = boot_id();
+  std::ofstream(record::status_path(path)) << record::to_json(status) << "\n";
+}
+
+TEST(RunFeed, TellsWhoComesLaterForHowLongARunIsSilentNow) {
+  const tests::TestFolder folder;
+  RunCatalogue catalogue({folder / ""});
+  const auto comes_to = [&](bool (FoundRun::*state)() const) {
+    catalogue.look();
+    const auto runs = catalogue.runs();
+    return !runs.empty() && (runs.front().*state)();
+  };
+  for (int i = 0; i < 100 && !comes_to(&FoundRun::is_running); ++i) leave_status(folder / "run.db", 4800ms);
+  for (int i = 0; i < 200 && !comes_to(&FoundRun::is_silent); ++i) std::this_thread::sleep_for(10ms);
+  ASSERT_TRUE(comes_to(&FoundRun::is_silent));
+  RunFeed feed(catalogue);
+  const auto key = catalogue.runs().front().key;
+  const auto age_told = [&] {
+    RunFeed::Watch watch(feed, key);
+    FeedPlace place;
+    const auto told = told_to(watch, feed, place);
+    const std::string before = R"("age_s":)";
+    const auto at = told.find(before);
+    EXPECT_NE(at, std::string::npos) << told;
+    return at == std::string::npos ? -1 : std::stod(told.substr(at + before.size()));
+  };
+  RunFeed::Watch stays(feed, key);
+  const auto then = age_told();
+  EXPECT_GT(then, 5);
+  std::this_thread::sleep_for(50ms);
+  catalogue.look();
+  EXPECT_GE(age_told(), then + 0.05);
+}
+
 /// A run that is over, whose record has this text.
 FoundRun run_of(const std::string& path, const std::string& text) {
   std::ofstream(path) << text;

@@ -18,6 +18,13 @@ const chart = (() => {
 
   const shown = {rows: []};
 
+  /// The library's ticks, with as many digits as tell each from the next.
+  function ticks_of(low, high, pixels, options, graph, values) {
+    const ticks = Dygraph.numericTicks(low, high, pixels, options, graph, values),
+      digits = digits_for(ticks.length > 1 ? ticks[1].v - ticks[0].v : high - low);
+    return ticks.map(tick => Object.assign(tick, {label: number(tick.v, digits)}));
+  }
+
   function colour(i) {
     return getComputedStyle(document.documentElement)
       .getPropertyValue(`--c${(i % 8) + 1}`)
@@ -220,8 +227,10 @@ const chart = (() => {
       if (graph) graph.updateOptions({valueRange: value_range()});
     };
     pinned.addEventListener('change', () => {
-      if (pinned.checked && graph && low.value === '')
-        [low.value, high.value] = graph.yAxisRange(0).map(value => value.toFixed(2));
+      if (pinned.checked && graph && low.value === '') {
+        const [first, last] = graph.yAxisRange(0);
+        [low.value, high.value] = [first, last].map(value => value.toFixed(digits_for((last - first) / 100)));
+      }
       rescale();
     });
     low.addEventListener('input', rescale);
@@ -272,7 +281,7 @@ const chart = (() => {
         rightGap: 12,
         dateWindow: null,
         axes: {
-          y: {axisLabelWidth: 56, axisLabelFormatter: value => number(value, Math.abs(value) < 10 ? 2 : 1)},
+          y: {axisLabelWidth: 64, ticker: ticks_of},
           x: {pixelsPerLabel: 80},
         },
         zoomCallback: (first, second) => {

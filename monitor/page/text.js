@@ -20,9 +20,20 @@ function set_text(element, text) {
 }
 
 function number(value, digits) {
-  return value === null || value === undefined || !Number.isFinite(value)
-    ? '–'
-    : value.toFixed(digits).replace('-', '\u2212');
+  if (value === null || value === undefined || !Number.isFinite(value)) return '–';
+  const rounded = Number(value.toFixed(digits)); // -0.001 is 0.00
+  return rounded.toFixed(digits).replace('-', '\u2212');
+}
+
+/// A difference, with its sign.
+function signed(value, digits) {
+  const text = number(value, digits);
+  return /^\d/.test(text) ? '+' + text : text;
+}
+
+/// How many digits tell a number from the next one that is so far away.
+function digits_for(distance) {
+  return Math.min(10, Math.max(0, -Math.floor(Math.log10(Math.abs(distance)) + 1e-6)));
 }
 
 const kLabels = {set_point_c: 'set point', chamber_air_c: 'air', chamber_set_point_c: 'set point of the chamber'};

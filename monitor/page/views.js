@@ -89,9 +89,7 @@ views.now = content => {
     set_text(parts.set, with_unit(set, '°C'));
     set_text(
       parts.deviation,
-      air === null || set === null
-        ? '–'
-        : (air >= set ? '+' : '') + with_unit(air - set, 'K').replace(/(\.\d\d)\d+/, '$1')
+      air === null || set === null ? '–' : signed(air - set, digits_of('°C')) + '\u00a0K'
     );
     const slot = sample ? sample.slot : status.slot;
     set_text(parts.elapsed, duration(Math.max(0, slot)));

@@ -130,6 +130,7 @@ class Page(WatchedRun):
         self.expect_no_hole()
         self.press("//button[.='Zoom in']")
         self.sees("every second")
+        self.expect_labels_apart()
         self.assertIn("chart", self.browser.find_element(By.CSS_SELECTOR, ".chart").get_attribute("class"))
         kinds = [kind for kind, _ in self.events()]
         self.assertGreaterEqual(kinds.count("command"), 2)
@@ -143,6 +144,21 @@ class Page(WatchedRun):
             time.sleep(2.5)
             holes = self.browser.execute_script("return chart.holes()")
             self.assertEqual(holes, 0)
+
+    def expect_labels_apart(self) -> None:
+        """Each tick of a narrow scale reads as itself."""
+        labels = self.browser.execute_script("""
+            const put = (id, value) => {
+              document.getElementById(id).value = value;
+              document.getElementById(id).dispatchEvent(new Event('input'));
+            };
+            put('scale-low', '19.97');
+            put('scale-high', '20.05');
+            document.getElementById('scale-pinned').click();
+            return [...document.querySelectorAll('.dygraph-axis-label-y')].map(label => label.textContent);
+            """)
+        self.assertGreaterEqual(len(labels), 3)
+        self.assertEqual(len(set(labels)), len(labels), labels)
 
     def events(self) -> list[tuple[str, str]]:
         found = Browser(self.monitor, "ada").ask(f"/api/v1/runs/{self.key}/events").json["events"]
@@ -288,6 +304,9 @@ class Page(WatchedRun):
         silent = "status: {running: true, age_s: 7200}, status_came: 1000, sample: {}, sample_came: 2000"
         self.assertEqual(self.says(f"sample_age({{{silent}}}, 3000)"), 7202)
         self.assertEqual(self.says(f"sample_age({{{silent.replace('7200', '0')}}}, 9000)"), 8)
+        self.assertEqual(self.says("signed(20.23 - 20.0333, 2)"), "+0.20")
+        self.assertEqual(self.says("signed(-0.001, 2)"), "+0.00")
+        self.assertEqual(self.says("[1, 0.5, 0.02, 0.3 - 0.2, 0.001].map(digits_for)"), [0, 1, 2, 1, 3])
 
     def test_7_another_record_in_its_place_is_shown_anew(self) -> None:
         self.go("now")

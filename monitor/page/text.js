@@ -140,9 +140,18 @@ function simulated_badge(status) {
 function cause_of(status) {
   if (status.trouble) return status.trouble;
   if (status.silent) return 'the program that carries the run out, or its disk, is silent; this is how it stood then';
-  const last = status.cause || status.ended_by || status.storage_trouble || '';
+  const last = status.cause || status.ended_by || '';
   if (state_of(status) !== 'interrupted') return last;
   return 'no program carries the run out' + (last ? `; the last that it said: ${last}` : '');
+}
+
+/// What is wrong with how the run is kept, whatever it does itself.
+function troubles_of(status) {
+  return [
+    status.storage_trouble && `the disk takes no rows: ${status.storage_trouble}`,
+    status.record_damage && `the record is damaged: ${status.record_damage}`,
+    status.live_copy_trouble && `the live copy does not follow the run: ${status.live_copy_trouble}`,
+  ].filter(Boolean);
 }
 
 /// Seconds since the last sample that can be seen here; null where nobody can tell. One that has just come may be old:

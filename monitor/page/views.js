@@ -16,6 +16,7 @@ views.now = content => {
   parts.cause = make('p', {class: 'cause'});
   parts.drawing = make('div', {});
   parts.alarms = make('p', {class: 'error'});
+  parts.troubles = make('div', {});
   content.replaceChildren(
     ...[
       make(
@@ -25,6 +26,7 @@ views.now = content => {
         parts.state,
         parts.cause,
         parts.alarms,
+        parts.troubles,
         make('dl', {class: 'big'}, box('air', 'Air'), box('set', 'Set point'), box('deviation', 'Deviation'))
       ),
       make(
@@ -83,6 +85,7 @@ views.now = content => {
         ? `${status.alarms.length} not acknowledged: ${status.alarms[status.alarms.length - 1].text}`
         : ''
     );
+    become(parts.troubles, troubles_of(status).map(text => make('p', {class: 'error'}, text)));
     const air = sample ? sample.values[1] : status.chamber_air_c,
       set = sample ? sample.values[0] : status.set_point_c;
     set_text(parts.air, with_unit(air, '°C'));
@@ -458,6 +461,7 @@ views.rigs = content => {
           run.alarms.length > 0 ? make('span', {class: 'badge alarm'}, `${run.alarms.length} alarms`) : null
         ),
         make('p', {class: 'cause'}, cause_of(run)),
+        troubles_of(run).map(text => make('p', {class: 'error'}, text)),
         make(
           'dl',
           {class: 'facts'},

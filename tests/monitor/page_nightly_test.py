@@ -307,6 +307,12 @@ class Page(WatchedRun):
         self.assertEqual(self.says("signed(20.23 - 20.0333, 2)"), "+0.20")
         self.assertEqual(self.says("signed(-0.001, 2)"), "+0.00")
         self.assertEqual(self.says("[1, 0.5, 0.02, 0.3 - 0.2, 0.001].map(digits_for)"), [0, 1, 2, 1, 3])
+        text = self.says(
+            "(take_status(Object.assign({}, page.run.status, {record_damage: 'it was cut', live_copy_trouble:"
+            " 'its disk is full'})), document.body.innerText)"
+        )
+        self.assertIn("it was cut", text)
+        self.assertIn("its disk is full", text)
 
     def test_7_another_record_in_its_place_is_shown_anew(self) -> None:
         self.go("now")

@@ -10,5 +10,6 @@ namespace gyrotherm::site {
 [[nodiscard]] std::string_view store_schema();
 [[nodiscard]] std::string_view fleet_questions();
 [[nodiscard]] std::string_view document_owners();
+[[nodiscard]] std::string_view simulated_apart();
 
 }  // namespace gyrotherm::site

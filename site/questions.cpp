@@ -18,12 +18,13 @@ namespace {
 constexpr std::array kQuestions{
     Question{"drift", "v1_drift",
              "serial_number, axis, stage, quantity, condition, calibrated, value, expanded_uncertainty AS \"U\", unit, "
-             "change, e_n, change_per_year",
-             "e_n IS NOT NULL", "abs(e_n) DESC NULLS LAST, serial_number, quantity, calibrated",
+             "change, e_n, change_per_year, simulated",
+             "NOT simulated AND e_n IS NOT NULL", "abs(e_n) DESC NULLS LAST, serial_number, quantity, calibrated",
              "How units changed from one calibration to the next, with U and E_n; the largest first."},
     Question{"outliers", "v1_outlier",
-             "serial_number, model, axis, stage, quantity, condition, value, unit, median, robust_z, units", "",
-             "abs(robust_z) DESC, serial_number", "Units that are not like the others of their model."},
+             "serial_number, model, axis, stage, quantity, condition, value, unit, median, robust_z, units, simulated",
+             "NOT simulated", "abs(robust_z) DESC, serial_number",
+             "Units that are not like the others of their model."},
     Question{"thermometers", "v1_thermometer", "rig, name, instrument, certificate, due, days_left, last_used",
              "days_left <= 90 OR due IS NULL", "due NULLS FIRST, rig, name",
              "Thermometers whose calibration ends within 90 days, or is not known."},
@@ -31,8 +32,8 @@ constexpr std::array kQuestions{
              "NOT simulated", "week DESC, rig", "Hours that each rig ran, by week."},
     Question{"attention", "v1_attention", "rig, started, profile, what, detail, run", "NOT simulated",
              "started DESC, what", "Runs that somebody should look at: aborted, with alarms, with gaps, silent."},
-    Question{"rigs", "v1_rig", "rig, state, profile, started, last_row, units, runs, simulated", "", "rig",
-             "Rigs, and what is on them now."}};
+    Question{"rigs", "v1_rig", "rig, state, profile, started, last_row, units, runs, simulated",
+             "simulated IS NOT TRUE", "rig", "Rigs, and what is on them now."}};
 
 /// PostgreSQL's numbers of its types: bool; int8, int2, int4, float4, float8, numeric.
 constexpr unsigned kBoolType = 16;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What a site asks of its store, and the answers as a table for people or as JSON. The views are in
-/// site/migrations/0002-questions.sql; a question is a row of the table in questions.cpp.
+/// site/migrations; a question is a row of the table in questions.cpp.
 #pragma once
 
 #include <cstddef>

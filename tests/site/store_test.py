@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import datetime
 import hashlib
 import json
 import pathlib
@@ -278,7 +279,7 @@ class Store(unittest.TestCase):
         )
         self.assertEqual(table.returncode, 4, "a rig reads no view")
         table = subprocess.run(
-            [GYROTHERM, "site", "rigs", "--store", self.store.address("ada")],
+            [GYROTHERM, "site", "rigs", "--all", "--store", self.store.address("ada")],
             capture_output=True,
             text=True,
             check=True,
@@ -344,6 +345,124 @@ class Replacing(unittest.TestCase):
             self.assertEqual(current(), [["rig-1"], ["rig-2"]])
             add(1, state="superseded", issued="2026-01-11")
             self.assertEqual(current(), [["rig-2"]])
+
+
+class Simulated(unittest.TestCase):
+    """A virtual run's clock may be a year ahead, and its unit may have the number of a real one: what it sends is kept,
+    and stands apart. What stood together before the migration is put right by it."""
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.holder = cluster()
+        cls.store = cls.holder.__enter__()
+        cls.store.migrate(3)
+        cls.store.add_people()
+        cls.add_run("chamber-3", "2026-11-20", certificate="K-2026-0117", due="2027-01-17")
+        cls.add_run("chamber-3", "2027-01-01", simulated=True)
+        cls.add_calibration("0042", "2026-01-05", 0.05, simulated=True, state="draft")
+        cls.add_calibration("0042", "2026-10-01", 0.001)
+        cls.before = cls.thermometer(), cls.changes(False)
+        cls.store.migrate()
+
+    @classmethod
+    def tearDownClass(cls) -> None:
+        cls.holder.__exit__(None, None, None)
+
+    @classmethod
+    def add_run(cls, rig: str, day: str, certificate: str = "", due: str = "", simulated: bool = False) -> str:
+        run = str(uuid.uuid4())
+        began = int(datetime.datetime.fromisoformat(f"{day}T12:00:00+00:00").timestamp()) * 10**9
+        calibration = {"instrument": "virtual" if simulated else "F200", "certificate": certificate,
+                       "calibrated": "2026-01-17", "due": due}
+        channel = {"name": "A", "unit": "°C", "measures": "temperature", "unit_under_test": "",
+                   "calibration": calibration}
+        info = {"started_ns": began, "profile": day, "simulated": simulated, "imported": False, "units": [],
+                "channels": [channel]}
+        cls.store.sql(f"SELECT gyrotherm.add_run('{run}', '{rig}', '{json.dumps(info)}')", "rig_1")
+        return run
+
+    @classmethod
+    def add_calibration(cls, unit: str, day: str, bias: float, model: str = "RLG-1", **more: object) -> None:
+        column = {"quantity": "bias", "unit": "°/h", "values": [{"value": bias, "u": 0.001, "k": 2, "U": 0.002}]}
+        result = CALIBRATION["results"][0] | {"columns": [column]}
+        text = json.dumps(CALIBRATION | {"number": f"C-{unit}-{day}", "ended": day, "results": [result],
+                                         "item": {"serial_number": unit, "model": model}} | more)
+        cls.store.sql(f"SELECT gyrotherm.add_document('chamber-3', 'calibration', 'c', $c${text}$c$)", "rig_1")
+
+    @classmethod
+    def thermometer(cls) -> list[str]:
+        return cls.store.sql("SELECT instrument, certificate, due FROM gyrotherm.v1_thermometer"
+                             " WHERE rig = 'chamber-3'", "ada")[0]
+
+    @classmethod
+    def changes(cls, simulated: bool) -> list[float]:
+        return [float(change) for change, in cls.store.sql(
+            "SELECT change FROM gyrotherm.v1_drift WHERE serial_number = '0042' AND change IS NOT NULL"
+            f" AND simulated = {simulated} ORDER BY calibrated", "ada")]
+
+    def ask(self, question: str, *words: str) -> list[dict]:
+        asked = [SITE, question, "--store", self.store.address("ada"), "--json", *words]
+        return json.loads(subprocess.run(asked, capture_output=True, text=True, check=True).stdout)
+
+    def test_a_thermometer_keeps_its_certificate(self) -> None:
+        self.assertEqual(self.before[0], ["virtual", "", ""])
+        self.assertEqual(self.thermometer(), ["F200", "K-2026-0117", "2027-01-17"])
+        self.add_run("chamber-3", "2027-02-01", simulated=True)
+        self.assertEqual(self.thermometer(), ["F200", "K-2026-0117", "2027-01-17"])
+        self.add_run("chamber-3", "2026-11-21", certificate="K-2026-0200", due="2027-11-20")
+        self.assertEqual(self.thermometer(), ["F200", "K-2026-0200", "2027-11-20"])
+
+    def test_no_unit_drifts_from_what_was_simulated(self) -> None:
+        self.assertEqual([round(change, 6) for change in self.before[1]], [-0.049])
+        self.assertEqual(self.changes(False), [])
+        self.add_calibration("0042", "2026-11-01", 0.003)
+        self.add_calibration("0042", "2026-11-01", 0.2, simulated=True, state="draft")
+        self.assertEqual([round(change, 6) for change in self.changes(False)], [0.002])
+        self.assertEqual([round(change, 6) for change in self.changes(True)], [0.15])
+        self.assertEqual([row["simulated"] for row in self.ask("drift", "--unit", "0042")], [False])
+        self.assertEqual(len(self.ask("drift", "--unit", "0042", "--all")), 4, "each of the four results")
+
+    def test_a_model_is_judged_by_real_units(self) -> None:
+        for i in range(5):
+            self.add_calibration(f"R{i}", "2026-03-01", 5.0 if i == 4 else 0.01 + 0.001 * i, "lot")
+            self.add_calibration(f"S{i}", "2026-03-01", 5.0 if i else 0.01, "lot", simulated=True)
+        self.assertEqual([(row["serial_number"], row["units"]) for row in self.ask("outliers")], [("R4", 5)])
+
+    def test_a_draft_of_a_dry_run_hides_no_draft_of_the_same_day(self) -> None:
+        for simulated in (False, True):
+            self.add_calibration("0043", "2026-04-01", 0.01, simulated=simulated, state="draft")
+        self.assertEqual(self.store.sql("SELECT count(*) FROM gyrotherm.current_calibration"
+                                        " WHERE serial_number = '0043'"), [["2"]])
+
+    def test_on_a_rig_is_the_run_that_began_last(self) -> None:
+        self.add_run("chamber-4", "2026-05-01")  # and nobody has heard of it since
+        last = self.add_run("chamber-4", "2026-06-01")
+        self.store.sql(f"UPDATE gyrotherm.run SET finished = true, state = 'complete' WHERE id = '{last}'")
+        self.add_run("chamber-4", "2027-05-01", simulated=True)
+        self.add_run("chamber-5", "2026-05-01", simulated=True)
+        self.store.sql("SELECT gyrotherm.add_document('chamber-6', 'model', 'm',"
+                       " '{\"schema\": \"gyrotherm-model/1\"}')", "rig_1")
+        told = {row["rig"]: (row["state"], row["profile"]) for row in self.ask("rigs")}
+        self.assertEqual(told["chamber-4"], ("idle", "2026-06-01"))
+        self.assertEqual(told["chamber-6"], (None, None), "a rig without a run")
+        self.assertNotIn("chamber-5", told)
+        self.assertIn("chamber-5", [row["rig"] for row in self.ask("rigs", "--all")])
+
+    def test_a_warning_is_an_alarm_and_an_aborted_run_is_not_silent(self) -> None:
+        run = self.add_run("chamber-7", "2026-07-01")
+        alarm = {"slot": 5, "utc_ns": 1, "segment": 0, "channel": None, "interlock": None, "reaction": None}
+        events = [
+            alarm | {"number": 1, "kind": "fault", "interlock": "stuck", "reaction": "warn", "text": "A stands"},
+            alarm | {"number": 2, "kind": "fault", "channel": "A", "text": "A does not answer"},
+            alarm | {"number": 3, "kind": "interlock", "interlock": "air_limit", "reaction": "abort", "text": "too hot"},
+            alarm | {"number": 4, "kind": "fault", "interlock": "storage", "reaction": "warn", "text": "disk"},
+            alarm | {"number": 5, "kind": "acknowledged", "interlock": "storage", "reaction": "warn",
+                     "text": "alarm 4 acknowledged by ada (uid 1000): seen"},
+        ]
+        self.store.sql(f"SELECT gyrotherm.add_events('{run}', 0, '{json.dumps(events)}')", "rig_1")
+        self.store.sql(f"SELECT gyrotherm.say_state('{run}', 'aborted', 'too hot')", "rig_1")
+        told = [(row["what"], row["detail"]) for row in self.ask("attention") if row["rig"] == "chamber-7"]
+        self.assertEqual(sorted(told), [("aborted", "too hot"), ("alarm", "A stands"), ("alarm", "too hot")])
 
 
 class Entrance(unittest.TestCase):

@@ -34,6 +34,28 @@ bool is_of_store(const Fault& fault) { return fault.where == kStore; }
 /// The record is being written, and there is no live copy, or not yet.
 bool has_to_wait(const Fault& fault) { return record::is_locked(fault) || fault.what == record::kBeingWritten; }
 
+/// What tells whether the files are still those whose id was read: of one that grows which one it is, of another also
+/// how it is.
+std::vector<record::FileState> states_of(const std::vector<record::SourceFile>& files) {
+  std::vector<record::FileState> states;
+  for (const auto& file : files)
+    states.push_back(file.live ? record::identity_of(file.path) : record::state_of(file.path));
+  return states;
+}
+
+/// Fails as a record does that is being written: it is looked at again in the next round.
+Result<void> check_unchanged(const std::vector<record::SourceFile>& files,
+                             const std::vector<record::FileState>& states) {
+  if (states_of(files) == states) return {};
+  return failure(FaultKind::storage, files.front().path, record::kBeingWritten);
+}
+
+Result<std::string> id_in(const std::vector<record::SourceFile>& files) {
+  return record::open_source(files.back()).and_then([](record::Database database) {
+    return database.ask("SELECT value FROM meta WHERE key = 'id'");
+  });
+}
+
 /// Events before the first second belong to a run's first file, too.
 Result<std::vector<record::SourceFile>> files_from_the_beginning(const std::string& path, bool running) {
   return record::source_files(path, running).map([](std::vector<record::SourceFile> files) {
@@ -113,6 +135,7 @@ Result<Publisher::Sent> Publisher::send_rows(const std::vector<record::SourceFil
   auto batch = next_rows(files, run.channels, run.position->slot);
   for (int sent = 0; batch && batch->rows > 0; ++sent) {
     if (sent == kBatchesInTurn) return Sent::something;
+    if (auto same = check_unchanged(files, run.states); !same) return failure(same.error());
     if (auto went = store_->send_rows(run.info.id, *batch); !went) return failure(went.error());
     // The server works on this one while the next is read.
     const bool was_whole = batch->rows == static_cast<std::size_t>(kBatchRows);
@@ -131,6 +154,7 @@ Result<void> Publisher::send_events_and_gaps(const std::vector<record::SourceFil
     const auto events = next_events(files, run.position->event);
     if (!events) return failure(events.error());
     if (events->rows == 0) break;
+    if (auto same = check_unchanged(files, run.states); !same) return same;
     if (auto sent = store_->add_events(run.info.id, run.position->event, events->text); !sent) return sent;
     run.position->event = events->last;
   }
@@ -138,6 +162,7 @@ Result<void> Publisher::send_events_and_gaps(const std::vector<record::SourceFil
     const auto gaps = next_gaps(files, run.position->gap);
     if (!gaps) return failure(gaps.error());
     if (gaps->rows == 0) return {};
+    if (auto same = check_unchanged(files, run.states); !same) return same;
     if (auto sent = store_->add_gaps(run.info.id, run.position->gap, gaps->text); !sent) return sent;
     run.position->gap = gaps->last;
   }
@@ -146,6 +171,7 @@ Result<void> Publisher::send_events_and_gaps(const std::vector<record::SourceFil
 Result<void> Publisher::end_run(const std::string& path, const std::vector<record::SourceFile>& files, Run& run) {
   const auto end = end_of(run.info, files);
   if (!end) return failure(end.error());
+  if (auto same = check_unchanged(files, run.states); !same) return same;
   if (!end->finished) return store_->say_state(run.info.id, end->state, end->cause);
   std::vector<RunFileDigest> digests;
   for (const auto& file : files) {
@@ -154,6 +180,7 @@ Result<void> Publisher::end_run(const std::string& path, const std::vector<recor
     if (auto kept = archive(settings_.archive, *digest, patience_.stop); !kept) return kept;
     digests.push_back(std::move(*digest));
   }
+  if (auto same = check_unchanged(files, run.states); !same) return same;
   if (auto finished = store_->finish_run(run.info.id, end_as_json(*end, digests)); !finished) return finished;
   run.position->finished = true;
   say_(fmt::format("{}: {} rows are in the store", path, end->rows));
@@ -180,7 +207,10 @@ Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& wa
   const auto files = files_from_the_beginning(path, status.has_value());
   if (!files) return failure(files.error());
   const auto identity = record::identity_of(path);
-  if (!watched.run || watched.run->file != identity) {
+  auto states = states_of(*files);
+  const auto id = id_in(*files);  // a record that replaced another one may have its number in the file system
+  if (!id) return failure(id.error());
+  if (!watched.run || watched.run->file != identity || watched.run->info.id != *id) {
     const auto begun = record::has_begun(*files);
     if (!begun) return failure(begun.error());
     if (status && !*begun) return Sent::everything;  // it does not know yet when it started
@@ -190,11 +220,12 @@ Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& wa
     run.channels = stored_channels(run.info);
   }
   auto& run = *watched.run;
+  run.states = std::move(states);
   const auto sent = send_from(*files, watched);
   if (!sent || *sent != Sent::everything) return sent;
   const bool is_live = files->front().live;
   if (is_live) {
-    if (!status) return Sent::everything;
+    if (!status || status->id != run.info.id) return Sent::everything;
     const auto* state = name(status->standing.state);
     const auto& cause = status->standing.cause;
     if (run.position->state == state && run.position->cause == cause) return Sent::everything;

@@ -58,6 +58,7 @@ class Publisher {
   struct Run {
     record::FileState file;  ///< which one the rest was read from
     record::RunInfo info;
+    std::vector<record::FileState> states{};  ///< of its files, when they were last seen to be this run's
     std::vector<StoredChannel> channels{};
     std::optional<RunPosition> position{};  ///< as the store says; asked anew over a new connection
   };

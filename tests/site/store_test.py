@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import datetime
 import hashlib
 import json
 import pathlib
 import shutil
+import sqlite3
 import subprocess
 import sys
 import unittest
@@ -345,6 +347,47 @@ class Replacing(unittest.TestCase):
             self.assertEqual(current(), [["rig-1"], ["rig-2"]])
             add(1, state="superseded", issued="2026-01-11")
             self.assertEqual(current(), [["rig-2"]])
+
+
+class Renewed(unittest.TestCase):
+    """Under the path of a record there is another one, in the file of the same number: what `cp` leaves."""
+
+    def publish_one_after_another(self, end_it: bool) -> None:
+        with cluster() as store:
+            store.migrate()
+            store.add_people()
+            rig = Rig(store, store.folder / "rig-1")
+            kept = store.folder / "kept"
+            kept.mkdir()
+            one, two = (record(kept / f"{seed}.db", "tests/profiles/ten-seconds.toml", seed) for seed in (1, 2))
+            if not end_it:
+                with contextlib.closing(sqlite3.connect(one)) as database, database:
+                    database.execute("DELETE FROM meta WHERE key = 'outcome'")
+                    database.execute("DELETE FROM sample WHERE slot > 3")
+            path = rig.records / "run.db"
+            shutil.copyfile(one, path)
+            number = path.stat().st_ino
+            rig.start()
+            try:
+                rows = len(rows_of(one))
+                sent = lambda: store.sql(
+                    f"SELECT rows, finished FROM gyrotherm.run WHERE id = '{run_of(one)}'"
+                ) == [[str(rows), "t" if end_it else "f"]]  # noqa: E731
+                self.assertTrue(until(sent), rig.log.read_text())
+                shutil.copyfile(two, path)
+                self.assertEqual(path.stat().st_ino, number)
+                self.assertTrue(until(lambda: finished(store, run_of(two))), rig.log.read_text())
+                for source in (one, two):
+                    self.assertEqual(stored_rows(store, run_of(source)), rows_of(source))
+                self.assertEqual([(run["lag_s"], run["finished_in_store"]) for run in rig.status()], [(0, True)])
+            finally:
+                self.assertEqual(rig.stop(), 0)
+
+    def test_a_finished_run_is_replaced(self) -> None:
+        self.publish_one_after_another(end_it=True)
+
+    def test_an_unfinished_run_is_replaced(self) -> None:
+        self.publish_one_after_another(end_it=False)
 
 
 class Simulated(unittest.TestCase):

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <optional>
@@ -60,17 +61,44 @@ Result<pid_t> spawn(const std::vector<std::string>& command, const FileActions& 
   return child;
 }
 
-/// Nothing if the end does not come in time.
-std::optional<std::string> read_to_its_end(int number, const Deadline& deadline) {
-  std::string text;
+/// What a program says at its two outputs.
+struct Said {
+  std::string output, complaint;
+};
+
+/// False at the end of the line.
+bool take_piece(int number, std::string& text) {
   std::array<char, 4096> piece;
-  while (ready(number, POLLIN, deadline)) {
-    const auto got = ::read(number, piece.data(), piece.size());
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return text;
-    text.append(piece.data(), static_cast<std::size_t>(got));
+  const auto got = ::read(number, piece.data(), piece.size());
+  if (got < 0) return errno == EINTR;
+  text.append(piece.data(), static_cast<std::size_t>(got));
+  return got > 0;
+}
+
+/// Nothing if the ends of both do not come in time.
+std::optional<Said> read_to_their_ends(int output, int complaint, const Deadline& deadline) {
+  Said said;
+  std::array lines{pollfd{output, POLLIN, 0}, pollfd{complaint, POLLIN, 0}};  // poll() passes over one below 0
+  const std::array texts{&said.output, &said.complaint};
+  while (lines[0].fd >= 0 || lines[1].fd >= 0) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline.left()).count();
+    const int found = ::poll(lines.data(), lines.size(), static_cast<int>(left));
+    if (found < 0 && errno == EINTR) continue;
+    if (found <= 0) return std::nullopt;
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      if (lines[i].revents != 0 && !take_piece(lines[i].fd, *texts[i])) lines[i].fd = kNoDescriptor;
   }
-  return std::nullopt;
+  return said;
+}
+
+struct Pipe {
+  Descriptor reading, writing;
+};
+
+Result<Pipe> open_pipe(const std::string& for_whom) {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return failure(FaultKind::refused, for_whom, std::strerror(errno));
+  return Pipe{.reading = Descriptor(ends[0]), .writing = Descriptor(ends[1])};
 }
 
 }  // namespace
@@ -100,25 +128,27 @@ Result<int> run_to_its_end(const std::vector<std::string>& command, const Surrou
 }
 
 Result<std::string> printed_by(const std::vector<std::string>& command, Duration within) {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return failure(FaultKind::refused, command.front(), std::strerror(errno));
-  const Descriptor reading(ends[0]);
-  Descriptor writing(ends[1]);
+  auto output = open_pipe(command.front());
+  if (!output) return failure(output.error());
+  auto complaint = open_pipe(command.front());
+  if (!complaint) return failure(complaint.error());
   FileActions files;
   files.open(STDIN_FILENO, "/dev/null", O_RDONLY);
-  files.copy(writing.number(), STDOUT_FILENO);
-  files.copy(writing.number(), STDERR_FILENO);
+  files.copy(output->writing.number(), STDOUT_FILENO);
+  files.copy(complaint->writing.number(), STDERR_FILENO);
   const auto child = spawn(command, files);
   if (!child) return failure(child.error());
-  writing = Descriptor();
-  auto text = read_to_its_end(reading.number(), Deadline(within));
-  if (!text) ::kill(*child, SIGKILL);
+  output->writing.close();
+  complaint->writing.close();
+  auto said = read_to_their_ends(output->reading.number(), complaint->reading.number(), Deadline(within));
+  if (!said) ::kill(*child, SIGKILL);
   const int code = wait_for(*child);
-  if (!text) return failure(FaultKind::timeout, command.front(), "did not end in time");
+  if (!said) return failure(FaultKind::timeout, command.front(), "did not end in time");
   if (code != 0)
     return failure(FaultKind::refused, fmt::format("{}", fmt::join(command, " ")),
-                   fmt::format("ended with {}: {}", code, trimmed(*text, " \n")));
-  return std::move(*text);
+                   fmt::format("ended with {}: {}", code,
+                               trimmed(said->complaint.empty() ? said->output : said->complaint, " \n")));
+  return std::move(said->output);
 }
 
 }  // namespace gyrotherm

@@ -29,8 +29,8 @@ struct Surroundings {
 /// Both; the exit code.
 [[nodiscard]] Result<int> run_to_its_end(const std::vector<std::string>& command, const Surroundings& in = {});
 
-/// What a program prints, if it ends with 0. Fails with refused, with what it complained about, or with timeout: it is
-/// killed then.
+/// What a program prints at its stdout, if it ends with 0. Fails with refused and with what it said at its stderr – at
+/// its stdout, if that was nothing – or with timeout: it is killed then.
 [[nodiscard]] Result<std::string> printed_by(const std::vector<std::string>& command, Duration within);
 
 }  // namespace gyrotherm

@@ -14,6 +14,9 @@ namespace gyrotherm::monitor {
 namespace {
 
 constexpr std::array kQuestions{"rigs", "attention", "drift", "outliers", "thermometers", "utilisation"};
+/// As many as rigs that a SiteView has. The page says that there may be more where an answer has so many: kMostRows in
+/// page/site.js.
+constexpr const char* kMostRows = "5000";
 constexpr Duration kFresh = std::chrono::seconds(30), kPatienceWithStore = std::chrono::seconds(20);
 
 Json json_of_rig(const site::HeardRig& rig) {
@@ -74,7 +77,8 @@ WebAnswer SiteOverview::question(const std::string& name) {
   if (!lock.owns_lock()) return before ? before->answer : being_asked();
   if (before = known(name); is_fresh(before)) return before->answer;
   auto json =
-      printed_by({program_beside_this_one("gyrotherm-site"), name, "--json", "--site", site_file_}, kPatienceWithStore);
+      printed_by({program_beside_this_one("gyrotherm-site"), name, "--json", "--most", kMostRows, "--site", site_file_},
+                 kPatienceWithStore);
   auto answer =
       json ? WebAnswer{.body = std::move(*json)} : refusal(503, "the store does not answer: " + json.error().what);
   const std::lock_guard knowing(knowing_);

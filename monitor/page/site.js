@@ -11,6 +11,8 @@ const kQuestions = {
   utilisation: 'Utilisation',
 };
 
+const kMostRows = 5000; // that the monitor asks the store for
+
 function in_scroll(label, table) {
   return make('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label}, table);
 }
@@ -60,6 +62,11 @@ function answer_table(label, rows) {
   );
 }
 
+function more_note(name, rows) {
+  if (rows.length < kMostRows) return null;
+  return make('p', {class: 'note'}, `There may be more: gyrotherm site ${name} --most 0 shows all.`);
+}
+
 /// Asked when somebody opens it.
 function question(name) {
   const body = make('div', {}, make('p', {class: 'note'}, 'Loading …'));
@@ -73,7 +80,7 @@ function question(name) {
     }
     body.replaceChildren(
       answer.ok
-        ? answer_table(kQuestions[name] || name, answer.json)
+        ? make('div', {}, more_note(name, answer.json), answer_table(kQuestions[name] || name, answer.json))
         : make('p', {class: 'error'}, (answer.json && answer.json.error) || 'The store does not answer.')
     );
   });

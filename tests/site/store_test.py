@@ -17,6 +17,7 @@ import uuid
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "monitor"))
 from cluster import (
     BIN,
     GYROTHERM,
@@ -35,6 +36,7 @@ from cluster import (
     stored_rows,
     until,
 )
+from programs import Monitor  # noqa: E402
 
 CALIBRATION = {
     "schema": "gyrotherm-calibration/1",
@@ -675,6 +677,32 @@ class Entrance(unittest.TestCase):
             self.assertTrue(until(lambda: finished(self.store, run_of(two))), rig.log.read_text())
         finally:
             self.assertEqual(rig.stop(), 0)
+
+
+class ManyRigs(unittest.TestCase):
+    def test_the_live_page_has_every_one(self) -> None:
+        with cluster() as store:
+            store.migrate()
+            store.add_people()
+            info = {"started_ns": 1900000000000000000, "profile": "p", "simulated": False, "imported": False,
+                    "channels": [], "units": []}
+            store.sql(f"SELECT gyrotherm.add_run(gen_random_uuid(), 'rig-' || i, '{json.dumps(info)}')"
+                      " FROM generate_series(1, 122) i", "rig_1")
+            (store.folder / "runs").mkdir()
+            site = store.folder / "monitor.toml"
+            site.write_text('schema = "gyrotherm-site/1"\nname = "hall 4"\nrig = "none"\nfolders = ["runs"]\n\n'
+                            f'[store]\naddress = "{store.address("ada")}"\n')
+            monitor = Monitor(store.folder, "--site", str(site), runs=store.folder / "runs")
+            try:
+                answer = monitor.ask("/api/v1/site/rigs")
+                self.assertEqual(answer.status, 200, answer.body)
+                self.assertEqual(len(answer.json), 122)
+            finally:
+                self.assertEqual(monitor.stop(), 0)
+            asked = [SITE, "rigs", "--store", store.address("ada"), "--json"]
+            some = subprocess.run(asked, capture_output=True, text=True, check=True)
+            self.assertEqual(len(json.loads(some.stdout)), 100)
+            self.assertIn("There may be more", some.stderr)
 
 
 class Retention(unittest.TestCase):

@@ -18,6 +18,7 @@
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm::site {
 
@@ -38,6 +39,15 @@ std::vector<std::string> lines_of(const std::string& text) {
   std::istringstream all(text);
   for (std::string line; all >> line;) lines.push_back(line);
   return lines;
+}
+
+/// The number of an array in what `sbatch --parsable` says: NUMBER, or NUMBER;CLUSTER.
+Result<std::string> number_of_array(const std::string& said) {
+  auto number = said.substr(0, said.find_first_of(";\n"));
+  const bool is_one = !number.empty() && std::ranges::all_of(number, [](char c) { return c >= '0' && c <= '9'; });
+  if (is_one) return number;
+  return failure(FaultKind::refused, "sbatch",
+                 fmt::format("expected the number of a job, found \"{}\"", trimmed(said, " \n")));
 }
 
 /// A file as Slurm reads its name.
@@ -100,9 +110,9 @@ class Slurm : public Workers {
                                        "--output=" + as_pattern(folder_ + "/slurm.log")};
       command.insert(command.end(), words_.begin(), words_.end());
       command.insert(command.end(), {script, std::to_string(from)});
-      const auto number = printed_by(command, kPatience);
+      const auto number = printed_by(command, kPatience).and_then(number_of_array);
       if (!number) return failure(number.error());
-      ids_.push_back(number->substr(0, number->find_first_of(";\n")));
+      ids_.push_back(*number);
       if (auto kept = replace_text_file(ids_file(), fmt::format("{}\n", fmt::join(ids_, "\n"))); !kept) return kept;
     }
     return {};

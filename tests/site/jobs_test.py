@@ -140,9 +140,9 @@ class WithoutSlurm(Spread):
         self.told, self.queue = self.folder / "told", self.folder / "queue"
         programs = self.folder / "programs"
         programs.mkdir()
-        for name, does in (("sbatch", f'echo "$*" >> {self.told}; echo $((100 + $(wc -l < {self.told})))'),
+        for name, does in (("sbatch", f'echo "$*" >> {self.told}; echo "$((100 + $(wc -l < {self.told})));lab"'),
                            ("squeue", f'echo "$*" > {self.queue}.asked; cat {self.queue}')):
-            (programs / name).write_text(f"#!/bin/sh\n{does}\n")
+            (programs / name).write_text(f"#!/bin/sh\necho '{name}: warning: a word to people' >&2\n{does}\n")
             (programs / name).chmod(0o755)
         self.environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
         self.queue.write_text("")
@@ -166,6 +166,16 @@ class WithoutSlurm(Spread):
         self.queue.write_text("1012\n")  # another one, whose number begins like this one's
         self.assertIn("have died 3 times", waiting.communicate(timeout=60)[1])
         self.assertEqual(len(self.arrays()), 3, "what has ended nowhere is handed out again")
+
+    def test_an_sbatch_that_says_no_number_is_an_error_at_once(self) -> None:
+        self.run_in("spread", GYROTHERM, "run", str(PROFILES / "short-rate.toml"), "--rig", "virtual", "--out",
+                    "rate.db", "--quiet")
+        sbatch = self.folder / "programs/sbatch"
+        sbatch.write_text(sbatch.read_text().replace("echo \"$((", "echo \"Submitted $(("))
+        failed = self.run_in("spread", SITE, "seeds", "rate.db", "--last", "2", "--out", "seeds", "--by", "slurm",
+                             expect=4)
+        self.assertIn('sbatch: expected the number of a job, found "Submitted 101;lab"', failed.stderr)
+        self.assertEqual(len(self.arrays()), 1)
 
 
 @unittest.skipIf(missing(), f"not installed: {', '.join(missing())}")

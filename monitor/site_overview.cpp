@@ -20,7 +20,11 @@ constexpr const char* kMostRows = "5000";
 constexpr Duration kFresh = std::chrono::seconds(30), kPatienceWithStore = std::chrono::seconds(20);
 
 Json json_of_rig(const site::HeardRig& rig) {
-  return {{"rig", rig.name}, {"online", rig.online}, {"age_s", to_seconds(rig.age)}, {"run", Json::parse(rig.run)}};
+  return {{"rig", rig.name},
+          {"online", rig.online},
+          {"age_s", to_seconds(rig.age)},
+          {"run", Json::parse(rig.run)},
+          {"left", Json::parse(rig.left)}};
 }
 
 WebAnswer being_asked() {

@@ -17,19 +17,24 @@ function in_scroll(label, table) {
   return make('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label}, table);
 }
 
+/// Of a run that was left.
+function left_state(run) {
+  return run.finished || ['aborting', 'aborted', 'stopped'].includes(run.state) ? run.state : 'silent';
+}
+
 function rig_row(rig) {
-  const run = rig.run || {};
-  const state = rig.online ? (rig.run ? run.state : 'idle') : 'gone';
+  const run = rig.run || rig.left || {};
+  const state = !rig.online ? 'gone' : rig.run ? run.state : rig.left ? left_state(run) : 'idle';
   const word = {idle: 'Idle', gone: 'Off'}[state] || kStates[state] || state;
   return make(
     'tr',
     {},
     make('td', {}, rig.rig),
-    make('td', {}, make('span', {class: 'badge ' + state}, word), ' ', rig.run ? simulated_badge(run) : null),
-    make('td', {}, rig.run && rig.online ? run.segment : ''),
+    make('td', {}, make('span', {class: 'badge ' + state}, word), ' ', simulated_badge(run)),
+    make('td', {}, run.id && rig.online ? run.segment : ''),
     make('td', {class: 'number'}, rig.run && rig.online ? with_unit(run.chamber_air_c, '°C') : '–'),
     make('td', {class: 'number'}, rig.run && rig.online ? with_unit(run.set_point_c, '°C') : '–'),
-    make('td', {class: 'number'}, rig.run && rig.online ? String((run.alarms || []).length) : '–'),
+    make('td', {class: 'number'}, run.id && rig.online ? String((run.alarms || []).length) : '–'),
     make('td', {class: 'number'}, duration(rig.age_s))
   );
 }

@@ -27,14 +27,41 @@ Json message(const LiveRig::Name& name, std::uint64_t number) {
           {"utc", civil_time(SteadyClock().now().utc)}};
 }
 
-/// The run that goes on; of several the one that was heard of last.
-std::optional<record::RunStatus> status_of(const std::vector<std::string>& records) {
-  std::optional<record::RunStatus> newest;
+/// What is on the rig. Of several runs it is the one that was heard of last, of its own before virtual ones.
+struct RunsOfRig {
+  std::optional<record::RunStatus> now{};   ///< goes on
+  std::optional<record::RunStatus> left{};  ///< where none does: the last one, if it is not done with
+};
+
+bool comes_before(const record::RunStatus& a, const std::optional<record::RunStatus>& b) {
+  return !b || std::pair(!a.simulated, a.written_utc) > std::pair(!b->simulated, b->written_utc);
+}
+
+/// A run whose program died, hangs or has aborted it is left, and so is one that ended with alarms: nobody can
+/// acknowledge them any more, and the next run takes its place.
+RunsOfRig runs_of(const std::vector<std::string>& records) {
+  RunsOfRig runs;
   for (const auto& path : records) {
-    auto status = record::fresh_status(path);
-    if (status && (!newest || status->written_utc > newest->written_utc)) newest = std::move(status);
+    auto status = record::told_status(path);
+    if (!status) continue;
+    status->being_written = record::is_fresh(*status);
+    auto& place = status->being_written ? runs.now : runs.left;
+    if (comes_before(*status, place)) place = std::move(status);
   }
-  return newest;
+  const auto& left = runs.left;
+  if (left && (runs.now || (left->finished && left->alarms.empty()))) runs.left.reset();
+  return runs;
+}
+
+/// What of a status does not change each second.
+std::string stable_of(const std::optional<record::RunStatus>& status) {
+  if (!status) return "none";
+  return fmt::format("{} {} {} {} {}", status->id, name(status->standing.state), status->standing.cause,
+                     status->segment_index, status->alarms.size());
+}
+
+std::string json_of_run(const std::optional<record::RunStatus>& status) {
+  return status ? record::to_json(*status) : "null";
 }
 
 Json json_of_cell(const record::Cell& cell) {
@@ -73,22 +100,21 @@ LiveRig::~LiveRig() {
 void LiveRig::look(const std::vector<std::string>& records) {
   if (!broker_->is_connected()) return;
   if (is_new_.exchange(false)) said_.clear();
-  const auto status = status_of(records);
-  say_status(status ? &*status : nullptr);
-  if (status) say_rows(*status);
+  const auto runs = runs_of(records);
+  const auto stable = stable_of(runs.now) + " " + stable_of(runs.left);
+  if (stable != said_ || repeat_.over()) {
+    said_ = stable;
+    repeat_ = Deadline(kRepeat);
+    say_status(json_of_run(runs.now), json_of_run(runs.left));
+  }
+  if (runs.now) say_rows(*runs.now);
 }
 
-void LiveRig::say_status(const record::RunStatus* status) {
-  const auto stable = status == nullptr
-                          ? std::string("off")
-                          : fmt::format("{} {} {} {} {}", status->id, name(status->standing.state),
-                                        status->standing.cause, status->segment_index, status->alarms.size());
-  if (stable == said_ && !repeat_.over()) return;
-  said_ = stable;
-  repeat_ = Deadline(kRepeat);
+void LiveRig::say_status(const std::string& run, const std::string& left) {
   auto told = message(name_, ++number_);
   told["online"] = true;
-  told["run"] = status != nullptr ? Json::parse(record::to_json(*status)) : Json(nullptr);
+  told["run"] = Json::parse(run);
+  told["left"] = Json::parse(left);
   broker_->say(topic_ + "/status", text_of(told), Broker::Kept::yes);
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What a rig says of itself over MQTT, once a second, from status files and live copies: whether it is on, which run
-/// is on it, the second that it measured last, what happened. Topics are gyrotherm/v1/SITE/RIG/{status,sample,event};
-/// the status is kept for those who come later, and is the broker's to change once the rig is gone (last will). Each
-/// message is JSON with UTC and a number that counts on. One thread.
+/// is on it, or which one was left there, the second that it measured last, what happened. Topics are
+/// gyrotherm/v1/SITE/RIG/{status,sample,event}; the status is kept for those who come later, and is the broker's to
+/// change once the rig is gone (last will). Each message is JSON with UTC and a number that counts on. One thread.
 #pragma once
 
 #include <atomic>
@@ -44,7 +44,8 @@ class LiveRig {
 
  private:
   explicit LiveRig(Name name) : name_(std::move(name)), topic_(rig_topic(name_.site, name_.rig)) {}
-  void say_status(const record::RunStatus* status);
+  /// Each as record::to_json() has it; "null": there is none.
+  void say_status(const std::string& run, const std::string& left);
   void say_rows(const record::RunStatus& status);
   [[nodiscard]] Result<void> say_sample(record::Database& copy);
   [[nodiscard]] Result<void> say_events(record::Database& copy);

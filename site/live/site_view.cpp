@@ -17,13 +17,16 @@ std::optional<HeardRig> read_status_message(const std::string& text) {
   if (text.size() > kLongestMessage) return std::nullopt;
   const auto place = JsonPlace::parse(text, "message");
   if (!place) return std::nullopt;
-  HeardRig rig{.name = (*place)["rig"].text(), .online = (*place)["online"].boolean(), .run = "null"};
+  HeardRig rig{.name = (*place)["rig"].text(), .online = (*place)["online"].boolean(), .run = "null", .left = "null"};
   const bool fits = (*place)["schema"].text() == kLiveSchema && !rig.name.empty() && place->verdict();
   if (!fits) return std::nullopt;
   const auto json = Json::parse(text);
-  if (!json.contains("run") || json["run"].is_null()) return rig;
-  rig.run = text_of(json["run"]);
-  return record::parse_status(rig.run, "message") ? std::optional(rig) : std::nullopt;
+  const auto take = [&](const char* key, std::string& status) {
+    if (!json.contains(key) || json[key].is_null()) return true;
+    status = text_of(json[key]);
+    return record::parse_status(status, "message").has_value();
+  };
+  return take("run", rig.run) && take("left", rig.left) ? std::optional(rig) : std::nullopt;
 }
 
 }  // namespace

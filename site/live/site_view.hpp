@@ -18,9 +18,10 @@ namespace gyrotherm::site {
 /// One rig, as it was heard of last.
 struct HeardRig {
   std::string name;
-  bool online{};    ///< it said so, and neither it nor the broker has said otherwise since
-  Duration age{};   ///< since anything was heard
-  std::string run;  ///< its run's status as JSON (record::to_json()), "null" where there is none
+  bool online{};     ///< it said so, and neither it nor the broker has said otherwise since
+  Duration age{};    ///< since anything was heard
+  std::string run;   ///< its run's status as JSON (record::to_json()), "null" where there is none
+  std::string left;  ///< … of the last one where none goes on, if that did not end, or with alarms
 };
 
 class SiteView {

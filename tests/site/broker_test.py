@@ -91,7 +91,7 @@ class Live(unittest.TestCase):
         publisher = self.publish()
         first = self.status()
         self.assertEqual((first["schema"], first["site"], first["rig"]), ("gyrotherm-live/1", "lab/1", "rig 1"))
-        self.assertIsNone(first["run"])
+        self.assertEqual((first["run"], first["left"]), (None, None))
         run = RealTimeRun(self.folder / "records")
         self.addCleanup(run.end)
         self.assertTrue(until(lambda: self.status()["run"] is not None, 30))
@@ -111,6 +111,13 @@ class Live(unittest.TestCase):
         self.assertTrue(any("/event" in line and "somebody was here" in line for line in listening.stdout))
         listening.kill()
         listening.communicate()
+
+        going_on = self.status()
+        self.assertIsNone(going_on["left"])
+        run.run.kill()  # and its guard makes the chamber safe
+        self.assertTrue(until(lambda: self.status()["run"] is None, 20))
+        left = self.status()["left"]
+        self.assertEqual((left["id"], left["finished"], left["being_written"]), (going_on["run"]["id"], False, False))
 
         publisher.send_signal(signal.SIGKILL)
         publisher.wait()

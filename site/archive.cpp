@@ -10,10 +10,12 @@
 
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 
 #include "acquisition/record/chain.hpp"
 #include "core/command.hpp"
@@ -25,6 +27,8 @@ namespace gyrotherm::site {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::string_view kPart = ".part";
 
 tl::unexpected<Fault> cannot(const std::string& path) {
   return failure(FaultKind::storage, path, std::strerror(errno));
@@ -63,13 +67,30 @@ Result<void> sync_folder(const std::string& folder) {
   return {};
 }
 
+/// Removes what a publisher that was killed has left of a copy: PATH.PID.part, where no process has that number any
+/// more. In a folder that other machines share it may be one of theirs that is still at it; that tries again, and finds
+/// the file there.
+void remove_left_copies(const std::string& path) {
+  const auto begins = fs::path(path).filename().string() + ".";
+  for (const auto& entry : entries_of(fs::path(path).parent_path())) {
+    const auto name = entry.filename().string();
+    if (!name.starts_with(begins) || !name.ends_with(kPart)) continue;
+    const auto number = std::string_view(name).substr(begins.size());
+    int pid{};
+    const auto read = std::from_chars(number.data(), number.data() + number.size(), pid);
+    const bool is_a_copy = read.ec == std::errc() && std::string_view(read.ptr) == kPart && pid > 0;
+    if (is_a_copy && ::kill(pid, 0) != 0 && errno == ESRCH) ::unlink(entry.c_str());
+  }
+}
+
 Result<void> copy_into(const std::string& folder, const RunFileDigest& file) {
   const auto target = (fs::path(folder) / (file.sha256 + ".db")).string();
+  remove_left_copies(target);
   struct stat facts {};
   if (::stat(target.c_str(), &facts) == 0 && static_cast<std::uint64_t>(facts.st_size) == file.bytes) return {};
   const auto source = open_regular_file(file.path);
   if (!source) return failure(source.error());
-  const auto unfinished = fmt::format("{}.{}.part", target, ::getpid());
+  const auto unfinished = fmt::format("{}.{}{}", target, ::getpid(), kPart);
   Descriptor made(::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0640));
   if (!made.is_open()) return cannot(unfinished);
   auto copied = copy_bytes(*source, made.number(), unfinished);

@@ -15,9 +15,10 @@ namespace gyrotherm::site {
 [[nodiscard]] Result<RunFileDigest> digest_of(const std::string& path);
 
 /// Copies the file to FOLDER/<sha256>.db, unless it is there already: under another name first, synced, read back by
-/// its digest as it is written, then renamed; so what has the name has the bytes. Or runs the command, without a shell,
-/// and waits for it until `stop` is readable or its time is over; then it is ended. With neither nothing is done. Fails
-/// with storage (no space, no folder, the file changed meanwhile), refused or timeout (the command), interrupted.
+/// its digest as it is written, then renamed; so what has the name has the bytes, and what a killed program left of a
+/// copy is removed. Or runs the command, without a shell, and waits for it until `stop` is readable or its time is
+/// over; then it is ended. With neither nothing is done. Fails with storage (no space, no folder, the file changed
+/// meanwhile), refused or timeout (the command), interrupted.
 [[nodiscard]] Result<void> archive(const ArchiveSettings& settings, const RunFileDigest& file, int stop);
 
 /// The command as it is run for a file.

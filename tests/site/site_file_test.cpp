@@ -2,7 +2,9 @@
 /// What needs no server: site files, addresses, waits, the texts that rows become, answers as they are shown.
 #include "site/site_file.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -129,6 +131,19 @@ TEST_F(ArchiveFolder, TakesNoFileThatHasChanged) {
   ASSERT_FALSE(kept);
   EXPECT_EQ(kept.error().what, "changed while it was copied");
   EXPECT_TRUE(entries_of(folder_ / "kept").empty()) << "nothing half is left";
+}
+
+TEST_F(ArchiveFolder, KeepsNothingOfACopyWhoseProgramWasKilled) {
+  const auto digest = digest_of(write("run.db", "bytes")).value();
+  const auto target = "kept/" + digest.sha256 + ".db";
+  constexpr int kNobody = 2'000'000'000;  // no process has such a number
+  write(fmt::format("{}.{}.part", target, kNobody), "by");
+  write(fmt::format("{}.{}.part", target, ::getppid()), "byt");
+  write(fmt::format("{}.{}.part.old", target, kNobody), "b");
+  ASSERT_TRUE(archive({.folder = (folder_ / "kept").string()}, digest, kNoDescriptor));
+  EXPECT_EQ(read_text_file((folder_ / target).string()).value(), "bytes");
+  EXPECT_EQ(entries_of(folder_ / "kept").size(), 3U) << "beside it what goes on, and what is none of ours";
+  EXPECT_FALSE(fs::exists(folder_ / fmt::format("{}.{}.part", target, kNobody)));
 }
 
 using DocumentFile = InAFolder;

@@ -91,10 +91,17 @@ Result<std::string> file_digest(const std::string& path, std::uint64_t most) {
 std::string manifest_path(const std::string& record_path) { return record_path + ".sha256"; }
 
 Result<void> write_manifest(const std::string& record_path, int last_part) {
+  std::vector<std::string> files{record_path};
+  if (last_part > 1) {
+    const auto found = files_of_record(record_path);
+    if (!found) return failure(FaultKind::storage, found.error().where, found.error().what);
+    files.clear();
+    for (const auto& part : found->parts) files.push_back(part.path);
+  }
   std::string text;
-  for (int part = 1; part <= last_part; ++part)
+  for (const auto& file : files)
     for (const char* suffix : {"", "-wal"}) {
-      const auto path = part_path(record_path, part) + suffix;
+      const auto path = file + suffix;
       if (!is_there(path)) continue;
       const auto hash = file_digest(path);
       if (!hash) return failure(FaultKind::storage, hash.error().where, hash.error().what);
@@ -320,7 +327,7 @@ Result<Verified> verify_files(const std::string& path) {
   if (!files) return failure(files.error());
   if (files->lost)
     return failure(FaultKind::bad_file, files->lost->where,
-                   fmt::format("{}; the run goes on in {}", files->lost->what, files->parts.front().path));
+                   fmt::format("{}; the run goes on in {}", files->lost->what, files->follows_lost));
   Verified all;
   for (const auto& part : files->parts) {
     const auto more = verify_file(part.path);

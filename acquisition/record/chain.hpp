@@ -61,8 +61,8 @@ class RowChain {
 /// "RUN.db" → "RUN.db.sha256".
 [[nodiscard]] std::string manifest_path(const std::string& record_path);
 
-/// Of the record's file and of every part after it, up to number `last_part`, with logs that were left beside them. No
-/// connection to any of them may be open in this process. Fails with storage.
+/// Of the record's file and, where the run went on in part `last_part`, of every part of it, with logs that were left
+/// beside them. No connection to any of them may be open in this process. Fails with storage.
 [[nodiscard]] Result<void> write_manifest(const std::string& record_path, int last_part);
 
 /// Files by name, each with its digest.
@@ -99,8 +99,8 @@ struct Verified {
   std::string digest{};  ///< then: of the record's first file
 };
 
-/// All files of a record: their chains, then their bytes against the manifest, if the run was closed with one. Fails
-/// with bad_file naming what is not as it was written; also if the record is not readable.
+/// All files of a record: whether one is missing, their chains, then their bytes against the manifest, if the run was
+/// closed with one. Fails with bad_file naming what is not as it was written; also if the record is not readable.
 [[nodiscard]] Result<Verified> verify_files(const std::string& path);
 
 /// Also, of a run that was not closed, whether it holds all that its status file says was acknowledged. Fails likewise.

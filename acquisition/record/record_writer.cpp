@@ -88,7 +88,7 @@ std::int64_t RecordWriter::first_to_account_for() {
 }
 
 Result<void> RecordWriter::begin_part(std::span<const EntryPointer> entries, const FrameCount& frames) {
-  const Continuation continuation{.part = next_part(path_),
+  const Continuation continuation{.part = next_part(path_, options_.part),
                                   .before = std::filesystem::path(part_path(path_, options_.part)).filename().string(),
                                   .from = first_to_account_for(),
                                   .cause = failed_};

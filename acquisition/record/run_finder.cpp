@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/record/run_finder.hpp"
 
-#include <algorithm>
 #include <filesystem>
 #include <string_view>
 
@@ -16,14 +15,10 @@ namespace fs = std::filesystem;
 
 bool names_a_record(const fs::path& path) {
   if (path.extension() != ".db") return false;
-  const auto stem = path.stem();
-  const auto inner = stem.extension().string();
-  if (inner.empty()) return true;
-  const bool part =
-      inner.size() > 1 && std::all_of(inner.begin() + 1, inner.end(), [](char c) { return c >= '0' && c <= '9'; });
-  if (inner != ".live" && !part) return true;
-  const auto whole = path.parent_path() / (stem.stem().string() + ".db");
-  return part && !is_there(whole.string()) && !is_there(whole.string() + ".status");
+  if (path.stem().extension() == ".live") return false;
+  const auto part = part_name(path.string());
+  const auto is_told_of = [](const std::string& record) { return is_there(status_path(record)); };
+  return !part || is_told_of(path.string()) || (!is_there(part->record) && !is_told_of(part->record));
 }
 
 }  // namespace

@@ -11,7 +11,8 @@
 namespace gyrotherm::record {
 
 /// The paths of the records that lie in a folder, also of those that nothing but a status file tells of: "soak.db" is
-/// one; "soak.live.db" and "soak.2.db", which belong to it, are not, unless there is no such record.
+/// one; "soak.live.db" and "soak.2.db", which belong to it, are not, unless there is no such record, or the latter has
+/// a status file of its own, as no part has.
 [[nodiscard]] std::set<std::string> records_in(const std::string& folder);
 
 /// What the status file of a record says, whoever wrote it and when; nothing if there is none.

@@ -3,10 +3,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <charconv>
 #include <filesystem>
+#include <map>
+#include <set>
+#include <string_view>
+#include <utility>
 
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/run_info.hpp"
+#include "acquisition/record/schema.hpp"
+#include "acquisition/record/status.hpp"
+#include "core/file.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::record {
@@ -17,24 +26,91 @@ struct Found {
   std::string run_id;
 };
 
-/// Nothing if the file is no part of a run.
-Result<std::optional<Found>> part_at(const std::string& path, int number) {
+std::string name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
+/// Fails with bad_file if the file is no part of a run.
+Result<Found> part_at(const std::string& path, int number) {
   auto database = open_record(path);
-  if (!database && database.error().kind == FaultKind::bad_file) return std::nullopt;
   if (!database) return failure(database.error());
   auto id = meta(*database, "id");
   if (!id) return failure(id.error());
   auto continuation = read_continuation(*database);
   if (!continuation) return failure(continuation.error());
-  if (!*continuation || (*continuation)->part != number) return std::nullopt;
+  if (!*continuation || (*continuation)->part != number)
+    return failure(FaultKind::bad_file, path, "is no part of the record");
   const auto events = database->ask_integer("SELECT count(*) FROM event", 0);
   if (!events) return failure(events.error());
-  if (*events == 0) return std::nullopt;  // its writer died before it could put in what it was begun for
+  if (*events == 0)
+    return failure(FaultKind::bad_file, path, "is empty: its writer died before it could put in what it was begun for");
   return Found{.part = {.path = path, .continuation = std::move(**continuation)}, .run_id = std::move(*id)};
 }
 
 Result<std::string> run_id_of(const std::string& path) {
   return open_record(path).and_then([](Database database) { return meta(database, "id"); });
+}
+
+/// The run that the status file beside a record is of; empty: there is none.
+std::string run_told_of(const std::string& path) {
+  const auto where = status_path(path);
+  const auto text = read_text_file_if_any(where, kLargestText, Links::refused);
+  if (!text || !*text) return {};
+  const auto status = parse_status(**text, where);
+  return status ? status->id : std::string();
+}
+
+/// Whether a file that cannot be looked at is a record of its own: no part has a status file.
+bool is_of_another_run(const std::string& path, const std::string& run_id) {
+  const auto its_run = run_told_of(path);
+  return !its_run.empty() && its_run != run_id;
+}
+
+/// A part's number in a file's name, ".2": 1 to 6 digits, for 8 are a date, and no zero before them.
+std::optional<int> number_in(std::string_view ending) {
+  constexpr std::size_t kMostDigits = 6;
+  if (!ending.starts_with('.') || ending.size() > 1 + kMostDigits || ending.substr(1, 1) == "0") return {};
+  ending.remove_prefix(1);
+  int number{};
+  const auto read = std::from_chars(ending.data(), ending.data() + ending.size(), number);
+  const bool is_number = read.ec == std::errc() && read.ptr == ending.data() + ending.size();
+  return is_number && number > 1 ? std::optional(number) : std::nullopt;
+}
+
+/// The numbers of all files beside a record that have the name of a part of it. In a folder that cannot be listed they
+/// are found as far as none is missing.
+std::set<int> numbers_beside(const std::string& record_path) {
+  std::set<int> numbers;
+  for (const auto& entry : entries_of(folder_of(record_path)))
+    if (const auto name = part_name(entry.filename().string()); name && name->record == name_of(record_path))
+      numbers.insert(name->part);
+  for (int number = 2; is_there(part_path(record_path, number)); ++number) numbers.insert(number);
+  return numbers;
+}
+
+/// The number of the file that a part goes on from. Where all files were renamed together, it is that of the old name,
+/// which could be that of a record only if it has the part's own number or a higher one.
+int number_before(const Continuation& continuation, const std::string& record_path) {
+  if (continuation.before == name_of(record_path)) return 1;
+  const auto name = part_name(continuation.before);
+  if (!name) return 1;
+  return name->record == name_of(record_path) || name->part < continuation.part ? name->part : 1;
+}
+
+/// Finds the first part that says it goes on from a file which is none of those before it.
+void look_for_lost(RecordFiles& files, const std::string& record_path, const std::map<int, Fault>& no_parts) {
+  std::set<int> before;
+  for (const auto& [path, continuation] : files.parts) {
+    const int wanted = number_before(continuation, record_path);
+    if (continuation.part > 1 && !before.contains(wanted)) {
+      const auto lost = part_path(record_path, wanted);
+      const auto known = no_parts.find(wanted);
+      const auto* why = is_there(lost) ? "is another file than the one of that name that was gone on from"
+                                       : "no such file, expected a part of the record";
+      files.lost = known != no_parts.end() ? known->second : Fault{FaultKind::bad_file, lost, why};
+      files.follows_lost = path;
+      return;
+    }
+    before.insert(continuation.part);
+  }
 }
 
 }  // namespace
@@ -62,6 +138,17 @@ std::string part_path(const std::string& record_path, int part) {
   return fmt::format("{}.{}{}", path.string(), part, extension);
 }
 
+std::optional<PartName> part_name(const std::string& path) {
+  const std::filesystem::path whole(path);
+  const auto stem = whole.stem(), extension = whole.extension();
+  // "RUN.2.db", and "RUN.2" of a record whose name has no ending.
+  for (const auto& [ending, own] :
+       {std::pair(stem.extension(), stem.stem().string() + extension.string()), std::pair(extension, stem.string())})
+    if (const auto number = number_in(ending.string()); number && part_path(own, *number) == whole.filename().string())
+      return PartName{.record = (whole.parent_path() / own).string(), .part = *number};
+  return std::nullopt;
+}
+
 Result<void> write_continuation(Database& database, const Continuation& continuation) {
   auto insert = database.prepare("INSERT INTO meta(key, value) VALUES(?, ?)");
   if (!insert) return failure(insert.error());
@@ -77,6 +164,8 @@ Result<std::optional<Continuation>> read_continuation(Database& database) {
       " (SELECT value FROM meta WHERE key = 'continues_from'), (SELECT value FROM meta WHERE key = 'continues_cause')");
   if (!row) return failure(row.error());
   if (!*row || (*row)->null(0)) return std::nullopt;
+  if (const auto from = (*row)->integer(2); from < 0 || from > kMostSlots + 1)
+    return failure(FaultKind::bad_file, database.path(), "a part of a record goes on from no second of a run");
   return Continuation{.part = static_cast<int>((*row)->integer(0)),
                       .before = std::string((*row)->text(1)),
                       .from = (*row)->integer(2),
@@ -85,25 +174,42 @@ Result<std::optional<Continuation>> read_continuation(Database& database) {
 
 Result<RecordFiles> files_of_record(const std::string& record_path) {
   RecordFiles files;
-  std::optional<Fault> damaged;  // the last of them, so far
-  auto run_id = run_id_of(record_path);
-  if (run_id)
+  std::map<int, Fault> no_parts;  // why a file is none, by its number
+  std::optional<Fault> damaged;   // the last of them, so far
+  auto own = run_id_of(record_path);
+  if (own)
     files.parts.push_back({.path = record_path, .continuation = {.part = 1, .before = {}, .cause = {}}});
-  else if (is_locked(run_id.error()))
-    return failure(run_id.error());
+  else if (is_locked(own.error()))
+    return failure(own.error());
   else
-    files.lost = run_id.error();
-  for (int number = 2; is_there(part_path(record_path, number)); ++number) {
-    auto found = part_at(part_path(record_path, number), number);
-    if (!found && is_locked(found.error())) return failure(found.error());
-    if (!found) damaged = found.error();
-    if (!found || !*found) continue;
-    damaged.reset();                                     // the run went on from there
-    if (files.parts.empty()) run_id = (*found)->run_id;  // whose own file is lost
-    if ((*found)->run_id == *run_id) files.parts.push_back(std::move((*found)->part));
+    files.lost = own.error();
+  auto run_id = own ? *own : run_told_of(record_path);
+  for (const int number : numbers_beside(record_path)) {
+    const auto path = part_path(record_path, number);
+    auto found = part_at(path, number);
+    if (!found) {
+      no_parts.emplace(number, found.error());
+      if (found.error().kind == FaultKind::bad_file || is_of_another_run(path, run_id)) continue;
+      if (is_locked(found.error())) return failure(found.error());
+      damaged = found.error();
+      continue;
+    }
+    if (files.parts.empty()) run_id = found->run_id;  // whose own file is lost
+    if (found->run_id != run_id) {
+      no_parts.emplace(number, Fault{FaultKind::bad_file, path, "is of another run"});
+      continue;
+    }
+    damaged.reset();  // the run went on from there
+    files.parts.push_back(std::move(found->part));
   }
   if (damaged) return failure(*damaged);
   if (files.parts.empty()) return failure(*files.lost);
+  // Numbers do not tell where one was given anew to a file that came later, as was done once.
+  std::ranges::stable_sort(files.parts, {}, [](const Part& part) { return part.continuation.from; });
+  if (files.lost)
+    files.follows_lost = files.parts.front().path;
+  else
+    look_for_lost(files, record_path, no_parts);
   return files;
 }
 
@@ -113,9 +219,14 @@ Result<int> last_part(const std::string& record_path) {
   });
 }
 
-int next_part(const std::string& record_path) {
-  int number = 2;
-  while (is_there(part_path(record_path, number))) ++number;
+int next_part(const std::string& record_path, int present) {
+  const auto is_taken = [](const std::string& path) {
+    std::error_code error;
+    // A status file that somebody's record of that name has left would speak for the part.
+    return std::filesystem::exists(std::filesystem::symlink_status(path, error)) || is_there(status_path(path));
+  };
+  int number = present + 1;
+  while (is_taken(part_path(record_path, number))) ++number;
   return number;
 }
 

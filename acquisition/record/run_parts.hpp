@@ -30,9 +30,18 @@ struct Continuation {
 /// "RUN.db" → "RUN.2.db"; part 1 is the record itself.
 [[nodiscard]] std::string part_path(const std::string& record_path, int part);
 
+/// What the name of a file says of it.
+struct PartName {
+  std::string record;  ///< the path of the record
+  int part{};          ///< 2 to 999999
+};
+/// The way back, by the name alone: "RUN.2.db" → "RUN.db" and 2; nothing of a name that no part has. "RUN.20261127.db"
+/// is the name of a record of its own.
+[[nodiscard]] std::optional<PartName> part_name(const std::string& path);
+
 /// Inside the caller's transaction, into fresh tables.
 [[nodiscard]] Result<void> write_continuation(Database& database, const Continuation& continuation);
-/// Nothing for a record's first file.
+/// Nothing for a record's first file. Fails with bad_file if it says what none can say.
 [[nodiscard]] Result<std::optional<Continuation>> read_continuation(Database& database);
 
 struct Part {
@@ -42,17 +51,21 @@ struct Part {
 
 /// The files that a record consists of.
 struct RecordFiles {
-  std::vector<Part> parts;    ///< in order, at least one; the first is the record's own file, which continues nothing
-  std::optional<Fault> lost;  ///< why the record's own file is not among them, which others go on from
+  std::vector<Part> parts;    ///< in the order of the run, at least one; the record's own file continues nothing
+  std::optional<Fault> lost;  ///< why a file is not among them that another goes on from; of the first such file
+  std::string follows_lost;   ///< then the file that goes on from it
 };
-/// A file of such a name that is not of this run is no part of it, nor is one that was begun and not filled. Fails with
-/// bad_file if there is no record, with storage if a file is being written, or the last part is damaged.
+/// Looks at every file beside the record that has the name of a part, whatever numbers are missing in between. A file
+/// of such a name that is not of this run is no part of it, nor is one that was begun and not filled. Fails with
+/// bad_file if there is no record, with storage if a file is being written (but by another run, whose status file lies
+/// beside it), or the last part is damaged.
 [[nodiscard]] Result<RecordFiles> files_of_record(const std::string& record_path);
 
 /// The number of the file that the run goes on in: 1 if no other follows. Fails like files_of_record().
 [[nodiscard]] Result<int> last_part(const std::string& record_path);
 
-/// The first name that no file has yet.
-[[nodiscard]] int next_part(const std::string& record_path);
+/// The first number above that of the present part whose name no file and no link has, nor a status file's: numbers
+/// rise in the order of the run, also where somebody has taken a file away.
+[[nodiscard]] int next_part(const std::string& record_path, int present);
 
 }  // namespace gyrotherm::record

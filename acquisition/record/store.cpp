@@ -256,6 +256,7 @@ struct SharedState {
         backlog(static_cast<std::size_t>(options.most_rows)),
         status(std::move(run_status)),
         acknowledged(status.acknowledged),
+        parts(record_writer.part()),
         copy(std::move(live_copy)),
         writer(std::move(record_writer)) {}
 
@@ -277,8 +278,9 @@ struct SharedState {
   std::int64_t acknowledged;
   std::string trouble;
   std::string damage;
-  int parts{1};
-  std::unique_ptr<LiveCopy> copy;  ///< null: there is none
+  int parts{};                         ///< the number of the last one
+  std::vector<std::string> new_parts;  ///< that the run went on in here
+  std::unique_ptr<LiveCopy> copy;      ///< null: there is none
   RecordWriter writer;
 };
 
@@ -309,7 +311,7 @@ RunStatus told_of(const SharedState& desk) {
   status.storage_trouble = trouble_of(desk);
   status.record_damage = desk.damage;
   status.live_copy_trouble = desk.copy ? desk.copy->trouble() : "";
-  for (int part = 2; part <= desk.parts; ++part) status.parts.push_back(part_path(status.path, part));
+  status.parts.insert(status.parts.end(), desk.new_parts.begin(), desk.new_parts.end());
   return status;
 }
 
@@ -332,7 +334,8 @@ void write_once(SharedState& desk, std::unique_lock<std::mutex>& lock) {
   }
   desk.trouble = written ? "" : text(written.error());
   desk.acknowledged = desk.writer.acknowledged();
-  desk.parts = desk.writer.part();
+  if (const int part = desk.writer.part(); part != std::exchange(desk.parts, part))
+    desk.new_parts.push_back(part_path(desk.status.path, part));
   desk.damage = desk.writer.damage();
   desk.wanted = desk.wanted || (written && batch.size() == most);
   desk.busy_since.reset();
@@ -556,20 +559,24 @@ Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunI
 }
 
 Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const StoreOptions& options) {
-  const auto part = last_part(path);
-  if (!part) return failure(part.error());
+  const auto files = files_of_record(path);
+  if (!files) return failure(files.error());
   auto alarms = alarms_of(path);  // before the record is written again
   if (!alarms) return failure(alarms.error());
   std::unique_ptr<LiveCopy> copy;
   if (options.live_copy)
     if (const auto info = read_info(path); info) copy = LiveCopy::of_record(path, *info, *options.live_copy);
-  auto file = RunFile::reopen(part_path(path, *part));
+  const auto& last = files->parts.back();
+  auto file = RunFile::reopen(last.path);
   if (!file) return failure(file.error());
   auto status = stored_status(file->database(), path);
   if (!status) return failure(status.error());
   status->alarms = alarms->standing();
+  for (const auto& part : files->parts)
+    if (part.path != path) status->parts.push_back(part.path);
   if (auto proved = file->prove(); !proved) return failure(proved.error());
-  return opened(std::move(*file), std::move(*status), std::move(*alarms), std::move(copy), options, *part);
+  return opened(std::move(*file), std::move(*status), std::move(*alarms), std::move(copy), options,
+                last.continuation.part);
 }
 
 void remove_record(const std::string& path) {

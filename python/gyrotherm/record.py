@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import itertools
+import json
+import re
 import sqlite3
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -168,11 +170,35 @@ def _join(record: Record, part: Record, continuation: Continuation) -> None:
     record.finished = part.finished
 
 
+def _numbers_beside(path: Path) -> list[int]:
+    """The numbers of all files that have the name of a part of the record, whatever is missing in between; one of more
+    than 6 digits is a date, in the name of a record of its own."""
+    numbers = set()
+    try:
+        names = [entry.name for entry in path.parent.iterdir()]
+    except OSError:  # a folder that cannot be listed
+        names = []
+    for name in names:
+        if name.startswith(f"{path.stem}.") and name.endswith(path.suffix):
+            number = name[len(path.stem) + 1:len(name) - len(path.suffix)]
+            if re.fullmatch("[1-9][0-9]{0,5}", number) and number != "1" and (path.parent / name).exists():
+                numbers.add(int(number))
+    numbers.update(itertools.takewhile(lambda number: part_path(path, number).exists(), itertools.count(2)))
+    return sorted(numbers)
+
+
+def _run_told_of(path: Path) -> str:
+    """The run that the status file beside a record is of; empty: there is none."""
+    try:
+        return str(json.loads(Path(f"{path}.status").read_text(encoding="utf-8"))["id"])
+    except (OSError, ValueError, LookupError, TypeError):
+        return ""
+
+
 def _parts(path: Path) -> tuple[list[tuple[Path, Continuation | None]], RecordError | None]:
     """The files that a record consists of, in order, and why its own file is not among them."""
     parts: list[tuple[Path, Continuation | None]] = []
     lost = damaged = None
-    run_id = ""
     try:
         with opened(path) as database:
             run_id = read_info(database).id
@@ -181,30 +207,32 @@ def _parts(path: Path) -> tuple[list[tuple[Path, Continuation | None]], RecordEr
         raise
     except RecordError as error:
         lost = error
-    for number in itertools.count(2):
+        run_id = _run_told_of(path)
+    for number in _numbers_beside(path):
         name = part_path(path, number)
-        if not name.exists():
-            break
         try:
             with opened(name) as database:
                 continuation = _continuation(database)
                 events = database.execute("SELECT count(*) FROM event").fetchone()[0]
                 its_run = read_info(database).id
-        except BeingWritten:
-            raise
         except NoRecord:  # somebody's file, or one whose writer died before it was a record
             continue
         except RecordError as error:
+            if _run_told_of(name) not in ("", run_id):  # a record of its own: no part has a status file
+                continue
+            if isinstance(error, BeingWritten):
+                raise
             damaged = error
             continue
         if continuation is None or continuation.part != number or events == 0:
             continue
-        damaged = None  # the run went on from there
         run_id = its_run if not parts else run_id
         if its_run == run_id:
+            damaged = None  # the run went on from there
             parts.append((name, continuation))
     if damaged is not None:
         raise damaged
+    parts.sort(key=lambda part: part[1].first if part[1] is not None else 0)
     return parts, lost
 
 

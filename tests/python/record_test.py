@@ -288,6 +288,28 @@ class Parts(InAFolder):
         self.assertTrue(run.to_pandas()["A"].iloc[:4900].isna().all())
         self.assertEqual(len(run.to_pandas()), 9600)
 
+    def test_one_that_is_missing_in_the_middle_is_a_gap(self):
+        first = self.in_two_files(record(self.folder / "long.db"), "hole")
+        third = (self.folder / "hole.2.db").rename(self.folder / "hole.3.db")
+        database = sqlite3.connect(third)
+        database.executemany("UPDATE meta SET value = ? WHERE key = ?",
+                             [(3, "part"), ("hole.2.db", "continues"), (6000, "continues_from")])
+        database.execute("DELETE FROM sample WHERE slot < 6000")
+        database.execute("DELETE FROM event WHERE slot < 6000")
+        database.commit()
+        database.close()
+        self.assertEqual(module.open(first).gaps.to_numpy().tolist(), [[5000, 5999, "lost with hole.2.db: tested"]])
+        self.assertEqual(len(exported(first, self.folder / "hole.csv")), 9600 - 1000)
+
+    def test_a_record_of_its_own_that_has_the_name_of_one_is_none(self):
+        path = record(self.folder / "soak.db")
+        other = record(self.folder / "soak.2.db")
+        Path(f"{other}.status").write_text('{"id": "another"}', encoding="utf-8")
+        writer = sqlite3.connect(other, isolation_level=None)
+        writer.execute("BEGIN EXCLUSIVE")
+        self.assertEqual(len(module.open(path).to_pandas()), 9600)
+        writer.close()
+
 
 if __name__ == "__main__":
     assert SOURCE.exists()

@@ -197,13 +197,15 @@ TEST(FileAttack, ANameThatIsTakenTwiceLosesNothing) {
   hundred();
   fs::remove(path + "-wal");  // the main file stays, with what was folded into it
   hundred();
-  for (int i = 0; i < 2; ++i) {
-    fs::remove(part_path(path, 2));
+  for (const int part : {2, 3}) {
+    fs::remove(part_path(path, part));
     hundred();
   }
   EXPECT_FALSE(store->finish());
   store.reset();
-  const auto record = read_record(part_path(path, 2));
+  EXPECT_EQ(last_part(path).value(), 4) << "a number is not given anew";
+  EXPECT_FALSE(verify_record(path)) << "the fourth says that it goes on from the third";
+  const auto record = read_record(part_path(path, 4));
   ASSERT_TRUE(record) << text(record.error());
   EXPECT_EQ(record->slot.front(), 50) << "the first that was in memory when the log was lost";
   EXPECT_EQ(record->slot.size(), 350u);

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Which files a record consists of, whatever lies beside it and whatever somebody has taken away.
+#include "acquisition/record/run_parts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/run_file.hpp"
+#include "acquisition/record/run_finder.hpp"
+#include "acquisition/record/status.hpp"
+#include "core/file.hpp"
+#include "tests/acquisition/record/runs.hpp"
+
+namespace gyrotherm::record {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr StoreOptions kInBackground{.background = true, .retry = std::chrono::milliseconds(20)};
+
+template <class T>
+std::string trouble(const Result<T>& result) {
+  return result ? "" : text(result.error());
+}
+
+/// The file `part`, in which a run went on after file `before`: it has the slots from `from` to before `end`.
+void add_part(const std::string& record, int part, int before, std::int64_t from, std::int64_t end) {
+  const auto info = two_thermometers();
+  const Continuation continuation{.part = part,
+                                  .before = fs::path(part_path(record, before)).filename().string(),
+                                  .from = from,
+                                  .cause = "an I/O error"};
+  auto file = RunFile::create(part_path(record, part), info, continuation).value();
+  auto done = file.begin().and_then([&] {
+    return file.insert_event(from - 1, {sample_at(from).at, EventKind::fault, "the record goes on"});
+  });
+  for (auto slot = from; done && slot < end; ++slot) done = file.insert(entry_of(sample_at(slot), {}, info));
+  done = done.and_then([&] { return file.replace_frames({}); }).and_then([&] { return file.commit(); });
+  ASSERT_EQ(trouble(done), "");
+}
+
+/// Ten seconds in each.
+void make_three_files(const std::string& path) {
+  store_with(path, 10).reset();
+  add_part(path, 2, 1, 10, 20);
+  add_part(path, 3, 2, 20, 30);
+}
+
+TEST(RunParts, AreKnownByTheirNames) {
+  EXPECT_EQ(part_path("/a/run.db", 2), "/a/run.2.db");
+  for (const auto& [path, record] : {std::pair("/a/run.12.db", "/a/run.db"), std::pair("run.12.db", "run.db"),
+                                     std::pair("run.12", "run"), std::pair("run.2.12.db", "run.2.db")}) {
+    const auto name = part_name(path);
+    ASSERT_TRUE(name) << path;
+    EXPECT_EQ(name->record, record);
+    EXPECT_EQ(name->part, 12);
+  }
+  for (const char* path : {"run.db", "run.1.db", "run.0.db", "run.02.db", "run.-2.db", "run.2x.db", "run..db",
+                           "run.db.2", "run.live.db.7", "run.20261127.db", "run.2.db/", ""})
+    EXPECT_FALSE(part_name(path)) << path;
+}
+
+/// Whoever joined what is left would take a record with a hole for a whole one, and write on before the hole.
+TEST(RunParts, OneThatIsMissingOrDestroyedInTheMiddleIsTold) {
+  for (const bool destroyed : {false, true}) {
+    const Folder folder;
+    const auto path = folder / "run.db", second = part_path(path, 2), third = part_path(path, 3);
+    make_three_files(path);
+    ASSERT_EQ(trouble(verify_record(path)), "");
+    fs::remove(second);
+    if (destroyed) std::ofstream(second) << std::string(4096, 'x');
+
+    const auto record = read_record(path).value();
+    EXPECT_EQ(record.slot.size(), 20u);
+    EXPECT_EQ(record.slot.back(), 29);
+    ASSERT_EQ(record.gaps.size(), 1u);
+    EXPECT_EQ(record.gaps[0].first, 10);
+    EXPECT_EQ(record.gaps[0].last, 19);
+    EXPECT_EQ(record.gaps[0].cause, "lost with run.2.db: an I/O error");
+
+    const std::string why = destroyed ? "not a gyrotherm record" : "no such file, expected a part of the record";
+    const auto told = trouble(verify_record(path));
+    EXPECT_NE(told.find("run.2.db: " + why), std::string::npos) << told;
+    EXPECT_NE(told.find("; the run goes on in " + third), std::string::npos) << told;
+    EXPECT_NE(read_status(path).value().record_damage.find("run.2.db: " + why), std::string::npos);
+
+    auto store = Store::reopen(path).value();
+    ASSERT_TRUE(store->append(sample_at(30), {})) << "the run goes on where it ended";
+    EXPECT_NE(trouble(store->finish()).find("run.2.db: " + why), std::string::npos);
+    store.reset();
+    EXPECT_FALSE(is_there(manifest_path(path)));
+    EXPECT_EQ(last_part(path).value(), 3);
+    EXPECT_EQ(read_record(path).value().slot.back(), 30);
+  }
+}
+
+TEST(RunParts, ANewOneIsNamedBehindAllThatTheRunHas) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  store_with(path, 10).reset();
+  add_part(path, 3, 2, 10, 20);  // after one that somebody has taken away
+  auto store = Store::reopen(path, kInBackground).value();
+  ASSERT_TRUE(store->append(sample_at(20), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  fs::remove(part_path(path, 3) + "-wal");
+  ASSERT_TRUE(store->append(sample_at(21), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  store.reset();
+  EXPECT_FALSE(is_there(part_path(path, 2)));
+  EXPECT_EQ(last_part(path).value(), 4);
+  const auto record = read_record(path).value();
+  EXPECT_EQ(record.slot.size(), 22u);
+  EXPECT_EQ(record.slot.back(), 21);
+}
+
+TEST(RunParts, ANewOneTakesNoNameThatALinkOrAStatusFileHas) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  EXPECT_EQ(next_part(path, 1), 2);
+  fs::create_symlink("nowhere", part_path(path, 2));
+  std::ofstream(status_path(part_path(path, 3))) << "{}";
+  EXPECT_EQ(next_part(path, 1), 4);
+  EXPECT_EQ(next_part(path, 6), 7);
+}
+
+/// So an earlier version named the file that came after the third one, where the second had been taken away.
+TEST(RunParts, AreInTheOrderOfTheRunAlsoWhereALowNumberWasGivenAnew) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  store_with(path, 10).reset();
+  add_part(path, 3, 2, 10, 20);
+  add_part(path, 2, 3, 20, 30);
+  const auto record = read_record(path).value();
+  EXPECT_EQ(record.slot.size(), 30u);
+  EXPECT_TRUE(record.gaps.empty());
+  EXPECT_EQ(last_part(path).value(), 2);
+  EXPECT_NE(trouble(verify_record(path)), "") << "the second one of old is not there";
+}
+
+/// What a disk that failed did not let its writer take away again.
+TEST(RunParts, OneThatNoneGoesOnFromIsNoneThatIsMissed) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  store_with(path, 10).reset();
+  add_part(path, 2, 1, 5, 8);
+  add_part(path, 3, 1, 8, 20);
+  EXPECT_EQ(trouble(verify_record(path)), "");
+  EXPECT_EQ(read_record(path).value().slot.size(), 20u);
+}
+
+TEST(RunParts, AreThoseOfTheRunAlsoWhenAllWereRenamed) {
+  const Folder folder;
+  const auto old = folder / "run.db", path = folder / "kept.db";
+  make_three_files(old);
+  for (int part = 1; part <= 3; ++part) fs::rename(part_path(old, part), part_path(path, part));
+  EXPECT_EQ(trouble(verify_record(path)), "");
+  EXPECT_EQ(read_record(path).value().slot.size(), 30u);
+  fs::remove(part_path(path, 2));
+  EXPECT_NE(trouble(verify_record(path)).find("kept.2.db: no such file"), std::string::npos);
+}
+
+TEST(RunParts, ARecordOfAnotherRunThatHasTheNameOfOneIsNoneAlsoWhileItIsWritten) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  store_with(path, 10).reset();
+  RunInfo other = two_thermometers();
+  other.id[0] = 'f';
+  const auto theirs = Store::create(part_path(path, 2), other).value();
+  EXPECT_EQ(trouble(verify_record(path)), "");
+  EXPECT_EQ(read_record(path).value().slot.size(), 10u);
+  EXPECT_FALSE(read_status(path).value().being_written);
+
+  auto store = Store::reopen(path, kInBackground).value();
+  ASSERT_TRUE(store->append(sample_at(10), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  fs::remove(path + "-wal");
+  ASSERT_TRUE(store->append(sample_at(11), {}));
+  ASSERT_EQ(trouble(store->finish()), "");
+  store.reset();
+  const auto told = parse_status(read_text_file(status_path(path)).value(), "status").value();
+  EXPECT_EQ(told.parts, std::vector<std::string>{part_path(path, 3)});
+  EXPECT_EQ(trouble(verify_record(path)), "");
+  const auto manifest = check_manifest(path).value().value();
+  EXPECT_TRUE(manifest.contains("run.db") && manifest.contains("run.3.db"));
+  EXPECT_FALSE(manifest.contains("run.2.db"));
+}
+
+TEST(RunParts, OfARunThatIsTakenUpAgainAreToldInItsStatusFile) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  make_three_files(path);
+  const auto store = Store::reopen(path, kInBackground).value();
+  ASSERT_TRUE(store->settle(kLong));
+  EXPECT_EQ(store->health().parts, 3);
+  const auto told = parse_status(read_text_file(status_path(path)).value(), "status").value();
+  EXPECT_EQ(told.parts, (std::vector<std::string>{part_path(path, 2), part_path(path, 3)}));
+}
+
+TEST(RunParts, ThatGoOnFromNoSecondOfARunAreNone) {
+  for (const char* from : {"-1", "9223372036854775807"}) {
+    const Folder folder;
+    const auto path = folder / "run.db";
+    store_with(path, 10).reset();
+    add_part(path, 2, 1, 10, 20);
+    {
+      auto database = Database::open(part_path(path, 2), Access::read_write, 0).value();
+      ASSERT_TRUE(database.execute(std::string("UPDATE meta SET value = ") + from + " WHERE key = 'continues_from'"));
+    }
+    EXPECT_EQ(last_part(path).value(), 1) << from;
+    EXPECT_EQ(read_record(path).value().slot.size(), 10u) << from;
+  }
+}
+
+TEST(RunFinder, HidesPartsAndNoRecordThatHasANameLikeOne) {
+  const Folder folder;
+  for (const char* name : {"soak.db", "soak.2.db", "soak.3.db", "soak.3.db.status", "soak.20261127.db", "soak.live.db",
+                           "gone.2.db", "told.db.status", "told.2.db"})
+    std::ofstream(folder / name) << "";
+  EXPECT_EQ(records_in(folder / "."),
+            (std::set<std::string>{folder / "./soak.db", folder / "./soak.3.db", folder / "./soak.20261127.db",
+                                   folder / "./gone.2.db", folder / "./told.db"}));
+}
+
+}  // namespace
+}  // namespace gyrotherm::record

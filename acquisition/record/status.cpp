@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/run_parts.hpp"
@@ -58,12 +60,27 @@ Result<RunStatus> status_of_file(const std::string& path) {
   return open_record(path).and_then([&](Database database) { return stored_status(database, path); });
 }
 
-/// Of its last file, which goes on from the others.
+/// Takes over where the run stood, of a file that has a sample of it.
+void stand_as(RunStatus& status, const RunStatus& before) {
+  status.slot = before.slot;
+  status.segment = before.segment;
+  status.segment_index = before.segment_index;
+  status.phase = before.phase;
+  status.set_point = before.set_point;
+  status.chamber_air = before.chamber_air;
+  status.thermometers = before.thermometers;
+  status.standing = before.standing;
+  if (status.finished && status.standing.state == RunState::execute) status.standing.state = RunState::complete;
+}
+
+/// Of its last file, which goes on from the others; that may have been begun, and have no sample yet.
 Result<RunStatus> status_of_record(const std::string& path) {
   const auto files = files_of_record(path);
   if (!files) return failure(files.error());
   auto status = status_of_file(files->parts.back().path);
   if (!status) return status;
+  for (auto part = files->parts.rbegin() + 1; status->slot < 0 && part != files->parts.rend(); ++part)
+    if (const auto before = status_of_file(part->path); before && before->slot >= 0) stand_as(*status, *before);
   status->path = path;
   if (files->lost) status->record_damage = text(*files->lost);
   for (const auto& part : files->parts)
@@ -190,6 +207,7 @@ Result<RunStatus> stored_status(Database& database, const std::string& path) {
   const auto info = read_run_info(database);
   if (!info) return failure(info.error());
   RunStatus status = first_status(path, *info);
+  std::optional<Continuation> continuation;
   std::optional<SampleRow> row;
   const auto read =
       into(status.finished, is_finished(database))
@@ -197,8 +215,10 @@ Result<RunStatus> stored_status(Database& database, const std::string& path) {
           .and_then([&] { return into(status.frames, stored_frames(database)); })
           .and_then([&] { return into(status.acknowledged, last_slot(database)); })
           .and_then([&] { return into(status.ended_by, last_word(database)); })
+          .and_then([&] { return into(continuation, read_continuation(database)); })
           .and_then([&] { return into(row, last_row(database, *info)); });
   if (!read) return failure(read.error());
+  if (continuation) status.acknowledged = std::max(status.acknowledged, continuation->from - 1);
   if (!row) return status;
   status.slot = row->slot;
   show_progress(status, *info, row->progress.value_or(ProfilePosition{.set_point = Celsius{kMissing}}));

@@ -95,7 +95,8 @@ struct LostEnd {
 /// Puts a sample's place in the profile into the status.
 void show_progress(RunStatus& status, const RunInfo& info, const ProfilePosition& progress);
 
-/// Of an open record: its last sample and its counts.
+/// Of one open file of a record: its last sample and its counts; the slots before those that it goes on with count as
+/// acknowledged.
 [[nodiscard]] Result<RunStatus> stored_status(Database& database, const std::string& path);
 
 }  // namespace gyrotherm::record

@@ -198,6 +198,25 @@ TEST(RunParts, OfARunThatIsTakenUpAgainAreToldInItsStatusFile) {
   EXPECT_EQ(told.parts, (std::vector<std::string>{part_path(path, 2), part_path(path, 3)}));
 }
 
+/// Its writer died when it had just been begun.
+TEST(RunParts, OneWithoutASampleGoesOnWhereTheOneBeforeItEnded) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  store_with(path, 10).reset();  // its status file says that second 9 was acknowledged
+  add_part(path, 2, 1, 10, 10);
+  EXPECT_EQ(trouble(verify_record(path)), "");
+  const auto status = read_status(path).value();
+  EXPECT_EQ(status.acknowledged, 9);
+  EXPECT_EQ(status.slot, 9);
+  EXPECT_EQ(status.segment, "hold");
+  EXPECT_EQ(status.chamber_air, sample_at(9).chamber.value->air);
+  auto store = Store::reopen(path).value();
+  ASSERT_EQ(trouble(store->append(sample_at(10), {})), "");
+  ASSERT_EQ(trouble(store->finish()), "");
+  store.reset();
+  EXPECT_EQ(read_record(path).value().slot.size(), 11u);
+}
+
 TEST(RunParts, ThatGoOnFromNoSecondOfARunAreNone) {
   for (const char* from : {"-1", "9223372036854775807"}) {
     const Folder folder;

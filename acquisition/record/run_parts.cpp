@@ -219,6 +219,21 @@ Result<int> last_part(const std::string& record_path) {
   });
 }
 
+Result<void> check_name_of_new_record(const std::string& path) {
+  const auto refuse = [&](const std::string& why) { return failure(FaultKind::storage, path, why); };
+  if (is_there(path)) return refuse("exists already, and a record is never overwritten");
+  const auto files = files_of_record(path);
+  if (files)
+    return refuse(
+        fmt::format("its run went on in {}, and a record is never overwritten; \"gyrotherm resume {}\" goes on",
+                    files->parts.front().path, path));
+  if (files.error().kind != FaultKind::bad_file) return failure(files.error());
+  const auto name = part_name(path);
+  const auto whole = name ? files_of_record(name->record) : files;
+  if (!whole && whole.error().kind == FaultKind::bad_file) return {};
+  return refuse(fmt::format("is the name of a file that {} would go on in, expected one of its own", name->record));
+}
+
 int next_part(const std::string& record_path, int present) {
   const auto is_taken = [](const std::string& path) {
     std::error_code error;

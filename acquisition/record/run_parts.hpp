@@ -61,6 +61,10 @@ struct RecordFiles {
 /// beside it), or the last part is damaged.
 [[nodiscard]] Result<RecordFiles> files_of_record(const std::string& record_path);
 
+/// Fails with storage if a new record cannot have that name: a file has it, a run goes on in a file beside it though
+/// its own file is gone, or it is the name of a part of a record that is there.
+[[nodiscard]] Result<void> check_name_of_new_record(const std::string& path);
+
 /// The number of the file that the run goes on in: 1 if no other follows. Fails like files_of_record().
 [[nodiscard]] Result<int> last_part(const std::string& record_path);
 

@@ -9,6 +9,7 @@
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_info.hpp"
+#include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/status.hpp"
 #include "acquisition/record/store.hpp"
 #include "core/file.hpp"
@@ -211,9 +212,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
     return failure(FaultKind::usage, "--days-later", "this rig is real; only a virtual gyro grows older by command");
   const bool upload = options.upload;
   if (!file.simulated) console.never_wait();
-  if (std::error_code error;
-      std::filesystem::exists(path, error))  // before anything moves; Store::create would refuse too
-    return failure(FaultKind::storage, path, "exists already, and a record is never overwritten");
+  if (auto free = record::check_name_of_new_record(path); !free) return free;  // before anything moves
   auto ownership = run::ChamberOwnership::take(file, path, upload);
   if (!ownership) return failure(ownership.error());
   const auto first = begin(profile);

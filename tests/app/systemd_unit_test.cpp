@@ -7,6 +7,8 @@
 #include <fstream>
 #include <regex>
 
+#include "acquisition/record/run_file.hpp"
+#include "acquisition/record/run_parts.hpp"
 #include "core/file.hpp"
 #include "tests/app/program.hpp"
 
@@ -72,6 +74,51 @@ TEST(SystemdUnit, ARunThatHasFinishedIsLeftAloneAndIsNoFailure) {
   ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
   EXPECT_EQ(gyrotherm_with("resume " + record).exit_code, 2) << "which would be a unit that failed";
   EXPECT_EQ(condition_in(folder), 1);
+}
+
+/// A file that a run of its own went on in, when rate.db was taken from it.
+void leave_second_file(const Folder& folder) {
+  record::RunInfo info;
+  info.id = "0123456789abcdef0123456789abcdef";
+  info.simulated = true;
+  const record::Continuation continuation{.part = 2, .before = "rate.db", .from = 0, .cause = "rate.db was removed"};
+  auto file = record::RunFile::create(folder / "rate.2.db", info, continuation);
+  ASSERT_TRUE(file) << text(file.error());
+  ASSERT_TRUE(file->begin() && file->insert_event(-1, {{}, EventKind::fault, "goes on"}) && file->replace_frames({}) &&
+              file->commit());
+}
+
+/// Its command, for the run "rate". The program does nothing but tell what was asked of it, but for "status".
+std::string start_command_in(const Folder& folder) {
+  std::ofstream(folder / "gyrotherm") << "#!/bin/sh\n[ \"$1\" = status ] && exec " GYROTHERM_PROGRAM
+                                         " \"$@\"\necho \"$@\"\n";
+  std::filesystem::permissions(folder / "gyrotherm", std::filesystem::perms::owner_all);
+  auto text = read_text_file(GYROTHERM_SOURCE_DIR "/app/systemd/gyrotherm@.service.in").value();
+  std::smatch command;
+  EXPECT_TRUE(std::regex_search(text, command, std::regex("\nExecStart=(.*)\n")));
+  auto line = std::regex_replace(command[1].str(), std::regex("@GYROTHERM_BIN@"), folder / ".");
+  return "cd " + (folder / ".") + "; export PROFILE=day.toml RIG=lab.toml; " +
+         std::regex_replace(line, std::regex("%i"), "rate");
+}
+
+TEST(SystemdUnit, GoesOnWithARunThatIsThereAndBeginsNoneAnew) {
+  const Folder folder;
+  const auto command = start_command_in(folder);
+  const std::string begins = "run day.toml --rig lab.toml --out rate.db\n", goes_on = "resume rate.db\n";
+  EXPECT_EQ(shell(command).out, begins);
+  std::ofstream(folder / "rate.2.db") << "somebody's";
+  EXPECT_EQ(shell(command).out, begins) << "no part of a run";
+  std::filesystem::remove(folder / "rate.2.db");
+  leave_second_file(folder);
+  EXPECT_EQ(shell(command).out, goes_on);
+  const auto anew = gyrotherm_with("run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " +
+                                   (folder / "rate.db"));
+  EXPECT_EQ(anew.exit_code, 4) << anew.err;
+  EXPECT_NE(anew.err.find("its run went on in " + (folder / "rate.2.db")), std::string::npos) << anew.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "rate.db"));
+  std::filesystem::remove(folder / "rate.2.db");
+  std::ofstream(folder / "rate.db") << "damaged";
+  EXPECT_EQ(shell(command).out, goes_on) << "and resume says what is wrong with it";
 }
 
 }  // namespace

@@ -232,6 +232,24 @@ TEST(RunParts, ThatGoOnFromNoSecondOfARunAreNone) {
   }
 }
 
+TEST(RunParts, HaveNamesThatNoNewRecordGets) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  EXPECT_EQ(trouble(check_name_of_new_record(path)), "");
+  store_with(path, 10).reset();
+  EXPECT_NE(trouble(check_name_of_new_record(path)).find("exists already"), std::string::npos);
+  EXPECT_NE(trouble(check_name_of_new_record(part_path(path, 2))).find("is the name of a file that"),
+            std::string::npos);
+  for (const char* name : {"run.20261127.db", "another.2.db"})
+    EXPECT_EQ(trouble(check_name_of_new_record(folder / name)), "") << name;
+  add_part(path, 2, 1, 10, 20);
+  fs::remove(path);
+  const auto refused = trouble(check_name_of_new_record(path));
+  EXPECT_NE(refused.find("its run went on in " + part_path(path, 2)), std::string::npos) << refused;
+  fs::remove(part_path(path, 2));
+  EXPECT_EQ(trouble(check_name_of_new_record(path)), "");
+}
+
 TEST(RunFinder, HidesPartsAndNoRecordThatHasANameLikeOne) {
   const Folder folder;
   for (const char* name : {"soak.db", "soak.2.db", "soak.3.db", "soak.3.db.status", "soak.20261127.db", "soak.live.db",

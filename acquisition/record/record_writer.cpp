@@ -34,11 +34,15 @@ bool RecordWriter::will_pass(const Fault& fault) { return is_full(fault) || is_l
 void RecordWriter::give_up(const Fault& why) {
   failed_ = why.what;
   file_->leave_untouched();
-  if (const auto& found = file_->interference()) {
+  const auto found = file_->interference();
+  if (found) {
     damage_ = found->words;
     spoiled_ = spoiled_ || !found->of_log;
-    if (!found->of_log && found->kind == Interference::Kind::taken_away) nameless_ = std::move(file_);
   }
+  if (found && !found->of_log && found->kind == Interference::Kind::taken_away)
+    nameless_ = std::move(file_);
+  else
+    left_ = std::move(file_);
   file_.reset();
   locked_ = 0;
 }
@@ -107,6 +111,7 @@ Result<void> RecordWriter::begin_part(std::span<const EntryPointer> entries, con
     return filled;
   }
   nameless_.reset();
+  left_.reset();
   file_ = std::move(*file);
   options_.part = continuation.part;
   from_ = continuation.from;

@@ -68,6 +68,7 @@ class RecordWriter {
   std::optional<RunFile> file_;
   std::string failed_;               ///< why the part before was left
   std::optional<RunFile> nameless_;  ///< the part before, if its name was taken from it: it can still be read
+  std::optional<RunFile> left_;  ///< any other part before: until the next one is there it tells that a program writes
   std::string damage_;
   bool spoiled_ = false;
   std::deque<EntryPointer> kept_;  ///< acknowledged; begins with one that accounts for slots

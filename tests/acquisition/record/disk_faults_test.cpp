@@ -135,6 +135,26 @@ TEST(DiskFaults, AnErrorAtAnyOperationLosesNothing) { ride_out_all(tests::Failin
 
 TEST(DiskFaults, AFullDiskIsWaitedForInTheSameFile) { ride_out_all(tests::FailingVfs::Kind::full); }
 
+/// Whoever could open the file that failed would take the run for one that nobody carries out.
+TEST(DiskFaults, BetweenTwoFilesTheRecordIsStillBeingWritten) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  tests::FailingVfs vfs;
+  Diligent run(path);
+  ASSERT_TRUE(run.second());
+  vfs.fail(1, true, tests::FailingVfs::Kind::io_error);
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    EXPECT_FALSE(run.second());
+    const auto files = files_of_record(path);
+    ASSERT_FALSE(files) << attempt;
+    EXPECT_TRUE(is_locked(files.error())) << text(files.error());
+  }
+  vfs.heal();
+  ASSERT_TRUE(run.flush());
+  EXPECT_EQ(run.parts(), 2);
+  EXPECT_TRUE(open_record(path)) << "which the next one goes on from";
+}
+
 TEST(DiskFaults, PowerCutsLoseNothingAcknowledged) {
   const Folder folder;
   std::filesystem::create_directory(folder / "disk");

@@ -220,13 +220,15 @@ struct Seals {
   std::string start;
   std::string head;  ///< empty: no row was ever committed
   std::int64_t seen{}, lost{}, bad{};
-  std::string end;  ///< empty: not finished
+  std::string end;         ///< empty: not finished
+  bool is_single = false;  ///< no other row of frames stands beside them
 };
 
 Result<Seals> read_seals(Database& database) {
   const auto row = database.first_row(
       "SELECT (SELECT value FROM meta WHERE key = 'chain_start'), (SELECT value FROM meta WHERE key = 'chain_end'),"
-      " (SELECT head FROM frames), (SELECT seen FROM frames), (SELECT lost FROM frames), (SELECT bad FROM frames)");
+      " (SELECT head FROM frames), (SELECT seen FROM frames), (SELECT lost FROM frames), (SELECT bad FROM frames),"
+      " NOT EXISTS(SELECT 1 FROM frames WHERE id <> 1)");
   if (!row) return failure(row.error());
   assert(*row && "a query without a table has a row");
   return Seals{.start = std::string((*row)->text(0)),
@@ -234,7 +236,8 @@ Result<Seals> read_seals(Database& database) {
                .seen = (*row)->integer(3),
                .lost = (*row)->integer(4),
                .bad = (*row)->integer(5),
-               .end = std::string((*row)->text(1))};
+               .end = std::string((*row)->text(1)),
+               .is_single = (*row)->integer(6) != 0};
 }
 
 Result<void> each_cursor(Database& database, const RunInfo& info, const std::function<Result<void>(Cursor&)>& use) {
@@ -311,6 +314,7 @@ Result<CheckedChain> check_chain(Database& database, const std::string& path) {
   const auto start = description_hash(database);
   if (!start) return failure(start.error());
   if (hex(*start) != seals->start) return broken(path, "the description of the run is");
+  if (!seals->is_single) return broken(path, "the count of the frames is");
   auto checked = walk(database, path, *info, *start);
   if (!checked) return checked;
   const auto head = hex(checked->chain.head());

@@ -83,5 +83,7 @@ def is_as_written(database: sqlite3.Connection) -> bool:
     frames = database.execute("SELECT head, seen, lost, bad FROM frames").fetchone() or ("", 0, 0, 0)
     if head is None or head.hex() != (frames[0] or meta["chain_start"]):
         return False
+    if database.execute("SELECT EXISTS(SELECT 1 FROM frames WHERE id <> 1)").fetchone()[0]:
+        return False
     finished = meta.get("outcome") == "finished"
     return (link(head, "end", frames[1:]).hex() if finished else "") == (meta.get("chain_end") or "")

@@ -180,7 +180,8 @@ TEST(Chain, ShowsEachEditOfARowAndNamesTheFirst) {
       {"UPDATE segment SET rate_c_per_min = 6 WHERE position = 0", "the description of the run"},
       {"DELETE FROM list WHERE name = 'cycles'", "the description of the run"},
       {"DELETE FROM meta WHERE key = 'outcome'", "the outcome of the run"},
-      {"UPDATE frames SET lost = 1", "the outcome of the run"}};
+      {"UPDATE frames SET lost = 1", "the outcome of the run"},
+      {"INSERT INTO frames SELECT 2, seen, lost, bad, head FROM frames", "the count of the frames"}};
   for (const auto& [edit, place] : edits) {
     const auto path = folder / "edited.db";
     std::filesystem::copy_file(folder / "run.db", path, std::filesystem::copy_options::overwrite_existing);

@@ -110,26 +110,56 @@ Result<void> write_manifest(const std::string& record_path, int last_part) {
   return replace_own_file(manifest_path(record_path), text);
 }
 
+namespace {
+
+constexpr std::size_t kDigits = 64, kName = 66;  ///< of a line of a manifest: a digest, two blanks, a name
+
+/// The names and digests that a manifest says, in its order; nothing if it is none.
+std::optional<std::vector<std::pair<std::string, std::string>>> lines_of_manifest(const std::string& text) {
+  std::vector<std::pair<std::string, std::string>> files;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.size() <= kName) return std::nullopt;
+    files.emplace_back(name_of(line.substr(kName)), line.substr(0, kDigits));
+  }
+  return files;
+}
+
+/// The name that a file of the record `was` has now that it was renamed with all its files; its own where it is none.
+std::string renamed(const std::string& file, const std::string& was, const std::string& now) {
+  constexpr std::string_view kLog = "-wal";
+  if (file.ends_with(kLog)) return renamed(file.substr(0, file.size() - kLog.size()), was, now).append(kLog);
+  if (file == was) return now;
+  const auto name = part_name(file);
+  return name && name->record == was ? part_path(now, name->part) : file;
+}
+
+}  // namespace
+
 Result<std::optional<Manifest>> check_manifest(const std::string& record_path) {
   const auto refuse = [&](const char* why) { return failure(FaultKind::bad_file, manifest_path(record_path), why); };
   const auto text = read_text_file_if_any(manifest_path(record_path));
   if (!text) return failure(text.error());
   if (!*text) return std::nullopt;
+  auto lines = lines_of_manifest(**text);
+  if (!lines) return refuse("is no manifest");
   const auto folder = std::filesystem::path(record_path).parent_path();
-  std::istringstream lines(**text);
+  const auto own = name_of(record_path);
+  const auto is_named = [&] {
+    return std::ranges::any_of(*lines, [&](const auto& line) { return line.first == own; });
+  };
+  // The record's own file is the first, whatever it was called when the run was closed.
+  if (!lines->empty() && !is_named())
+    for (const auto was = lines->front().first; auto& [name, digest] : *lines) name = renamed(name, was, own);
+  if (!is_named()) return refuse("does not name the record");
   Manifest files;
-  for (std::string line; std::getline(lines, line);) {
-    constexpr std::size_t kName = 66;  // after 64 digits and two blanks
-    if (line.size() <= kName) return refuse("is no manifest");
-    const auto name = name_of(line.substr(kName));
+  for (const auto& [name, digest] : *lines) {
     const auto path = (folder / name).string();
     const auto hash = file_digest(path);
     if (!hash) return failure(hash.error());
-    if (*hash != line.substr(0, 64))
-      return failure(FaultKind::bad_file, path, "is not as it was when the run was closed");
+    if (*hash != digest) return failure(FaultKind::bad_file, path, "is not as it was when the run was closed");
     files.emplace(name, *hash);
   }
-  if (!files.contains(name_of(record_path))) return refuse("does not name the record");
   for (const auto& [name, digest] : files)
     if (const auto log = name + "-wal"; !files.contains(log) && is_there((folder / log).string()))
       return failure(FaultKind::bad_file, (folder / log).string(), "was not there when the run was closed");

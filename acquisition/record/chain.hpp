@@ -67,8 +67,9 @@ class RowChain {
 
 /// Files by name, each with its digest.
 using Manifest = std::map<std::string, std::string>;
-/// The files that agree with the manifest, which are all that it names; nothing if the record has none. Fails with
-/// bad_file naming the first file that differs, or a log that lies beside a file and is not named.
+/// The files that agree with the manifest, which are all that it names; nothing if the record has none. A record that
+/// was renamed, with all its files, is as it was: they have their new names here. Fails with bad_file naming the first
+/// file that differs, or a log that lies beside a file and is not named.
 [[nodiscard]] Result<std::optional<Manifest>> check_manifest(const std::string& record_path);
 
 // Whether a record is as it was written, by its own chain.

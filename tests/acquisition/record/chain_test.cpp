@@ -266,6 +266,32 @@ TEST(Manifest, IsWhatSha256sumChecks) {
   EXPECT_EQ(std::system(("cd '" + (folder / "") + "' && sha256sum -c --quiet run.db.sha256").c_str()), 0);
 }
 
+TEST(Manifest, OfARecordThatWasRenamedIsThatOfItsFiles) {
+  const Folder folder;
+  const auto old = folder / "run.db", path = folder / "kept.db";
+  auto store = Store::create(old, two_thermometers(), {.background = true}).value();
+  for (int slot = 0; slot < 10; ++slot) {
+    ASSERT_TRUE(store->append(sample_at(slot), {}));
+    ASSERT_TRUE(store->settle(kLong));
+    if (slot == 5) std::filesystem::remove(old + "-wal");
+  }
+  ASSERT_TRUE(store->finish());
+  store.reset();
+  for (const char* name : {".db", ".2.db", ".db.sha256"})
+    std::filesystem::rename(folder / "run" + name, folder / "kept" + name);
+  const auto verified = verify_record(path);
+  ASSERT_TRUE(verified) << text(verified.error());
+  EXPECT_TRUE(verified->manifest);
+  EXPECT_EQ(verified->files, 2);
+  const auto manifest = check_manifest(path).value().value();
+  EXPECT_TRUE(manifest.contains("kept.db") && manifest.contains("kept.2.db"));
+  EXPECT_EQ(verified->digest, manifest.at("kept.db"));
+  std::ofstream(path, std::ios::app) << "x";
+  EXPECT_EQ(text(check_manifest(path).error()), path + ": is not as it was when the run was closed");
+  std::ofstream(manifest_path(path)) << std::string(64, '0') << "  other.db-wal\n";
+  EXPECT_EQ(text(check_manifest(path).error()), manifest_path(path) + ": does not name the record");
+}
+
 TEST(Manifest, FindsEachOfTenThousandEditsOfOneByte) {
   const Folder folder;
   const auto path = folder / "run.db";

@@ -94,4 +94,18 @@ Result<Alarms> alarms_of(const std::string& record_path) {
   return alarms;
 }
 
+Result<std::int64_t> last_event_of(const std::string& record_path) {
+  const auto files = files_of_record(record_path);
+  if (!files) return failure(files.error());
+  std::int64_t highest = 0;
+  for (const auto& part : files->parts) {
+    const auto number = open_record(part.path).and_then(
+        [](Database database) { return database.ask_integer("SELECT max(id) FROM event", 0); });
+    const bool is_needed = &part == &files->parts.back();
+    if (!number && (is_needed || is_locked(number.error()))) return failure(number.error());
+    if (number) highest = std::max(highest, *number);
+  }
+  return highest;
+}
+
 }  // namespace gyrotherm::record

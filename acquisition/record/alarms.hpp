@@ -64,4 +64,7 @@ class Alarms {
 /// As the record has them, of all the files that it consists of. Fails like read_record().
 [[nodiscard]] Result<Alarms> alarms_of(const std::string& record_path);
 
+/// The highest number that an event has in any file of the record; 0: there is none. Fails like read_record().
+[[nodiscard]] Result<std::int64_t> last_event_of(const std::string& record_path);
+
 }  // namespace gyrotherm::record

@@ -76,10 +76,11 @@ Result<void> RecordWriter::fill_part(RunFile& file, const Continuation& continua
     const auto in_memory_from = kept.empty() ? acknowledged_ + 1 : kept.front()->first;
     if (auto copied = file.copy_rows(nameless_->database(), in_memory_from); !copied) return copied;
   }
-  const Event event{last_instant(entries, last_instant(kept, {})), EventKind::fault,
-                    fmt::format("the record goes on in {}, with the rows from slot {} on: {}",
-                                std::filesystem::path(part_path(path_, continuation.part)).filename().string(),
-                                continuation.from, continuation.cause)};
+  Event event{last_instant(entries, last_instant(kept, {})), EventKind::fault,
+              fmt::format("the record goes on in {}, with the rows from slot {} on: {}",
+                          std::filesystem::path(part_path(path_, continuation.part)).filename().string(),
+                          continuation.from, continuation.cause)};
+  event.number = last_event_ + 1;  // numbers rise over all files, also where none of the events before goes over
   return insert_all(file, kept).and_then([&] { return file.insert_event(acknowledged_, event); });
 }
 
@@ -113,6 +114,7 @@ Result<void> RecordWriter::begin_part(std::span<const EntryPointer> entries, con
   nameless_.reset();
   left_.reset();
   file_ = std::move(*file);
+  last_event_ = file_->last_event();
   options_.part = continuation.part;
   from_ = continuation.from;
   return {};
@@ -124,6 +126,7 @@ Result<void> RecordWriter::write(std::span<const EntryPointer> entries, const Fr
   if (auto done = put(entries, frames); !done) return judge(done.error());
   locked_ = 0;
   keep(entries);
+  last_event_ = std::max(last_event_, file_->last_event());
   if (!entries.empty()) acknowledged_ = entries.back()->last;
   // These are durable whatever the log does; but what fails now must not be tried again on this file.
   if (const auto folded = file_->fold_log(); !folded && !will_pass(folded.error())) give_up(folded.error());

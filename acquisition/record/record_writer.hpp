@@ -3,6 +3,7 @@
 /// a time.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -16,10 +17,11 @@
 namespace gyrotherm::record {
 
 struct RecordWriterOptions {
-  std::size_t most_rows{};   ///< acknowledged rows that stay in memory, for a file that is found to have lost them
-  int part{1};               ///< of the file handed in
-  int longest_locked{10};    ///< attempts on a file that another program holds
-  std::int64_t last_slot{};  ///< that the file accounts for
+  std::size_t most_rows{};     ///< acknowledged rows that stay in memory, for a file that is found to have lost them
+  int part{1};                 ///< of the file handed in
+  int longest_locked{10};      ///< attempts on a file that another program holds
+  std::int64_t last_slot{};    ///< that the file accounts for
+  std::int64_t last_event{0};  ///< the highest number of an event in the record's other files
 };
 
 class RecordWriter {
@@ -27,6 +29,7 @@ class RecordWriter {
   RecordWriter(RunFile file, std::string record_path, const RecordWriterOptions& options)
       : options_(options), path_(std::move(record_path)), info_(file.info()), file_(std::move(file)) {
     acknowledged_ = options.last_slot;
+    last_event_ = std::max(options.last_event, file_->last_event());
   }
 
   /// Once it returns without a fault, the entries are on the disk. Otherwise none of them counts, and the same ones are
@@ -47,6 +50,8 @@ class RecordWriter {
   [[nodiscard]] std::int64_t from() const { return from_; }
 
   [[nodiscard]] std::int64_t acknowledged() const { return acknowledged_; }
+  /// The highest number that an event has in any of the record's files.
+  [[nodiscard]] std::int64_t last_event() const { return last_event_; }
   [[nodiscard]] int part() const { return options_.part; }
   /// Between two parts there is none.
   [[nodiscard]] RunFile* file() { return file_ ? &*file_ : nullptr; }
@@ -74,7 +79,8 @@ class RecordWriter {
   std::deque<EntryPointer> kept_;  ///< acknowledged; begins with one that accounts for slots
   std::int64_t from_{};
   std::int64_t acknowledged_{-1};
-  int locked_{};  ///< attempts in a row
+  std::int64_t last_event_{};  ///< acknowledged, too
+  int locked_{};               ///< attempts in a row
 };
 
 }  // namespace gyrotherm::record

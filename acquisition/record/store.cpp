@@ -144,9 +144,9 @@ class OrderedStore : public Store {
 /// Writes inside its calls.
 class InlineStore final : public OrderedStore {
  public:
-  InlineStore(RunFile file, const RunStatus& status, Alarms alarms, std::unique_ptr<LiveCopy> copy,
+  InlineStore(RunFile file, const RunStatus& status, Counted counted, std::unique_ptr<LiveCopy> copy,
               Duration tells_every, int part)
-      : OrderedStore(file.info(), status, {.last_event = file.last_event(), .alarms = std::move(alarms)}),
+      : OrderedStore(file.info(), status, std::move(counted)),
         acknowledged_(status.acknowledged),
         tells_every_(tells_every),
         part_(part),
@@ -387,9 +387,7 @@ class BackgroundStore final : public OrderedStore {
   BackgroundStore(RecordWriter writer, RunInfo info, const RunStatus& status, Alarms alarms,
                   std::unique_ptr<LiveCopy> copy, const StoreOptions& options)
       : OrderedStore(std::move(info), status,
-                     {.last_event = writer.file() != nullptr ? writer.file()->last_event() : 0,
-                      .spare = 1,
-                      .alarms = std::move(alarms)}),
+                     {.last_event = writer.last_event(), .spare = 1, .alarms = std::move(alarms)}),
         desk_(std::make_shared<SharedState>(std::move(writer), status, std::move(copy), options)) {}
   ~BackgroundStore() override {
     if (stop()) desk_->copy.reset();
@@ -523,7 +521,7 @@ AttendedStore make_attended_store(RecordWriter writer, RunInfo info, RunStatus s
 
 namespace {
 
-Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Alarms alarms, std::unique_ptr<LiveCopy> copy,
+Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Counted counted, std::unique_ptr<LiveCopy> copy,
                                       const StoreOptions& options, int part) {
   status.pid = ::getpid();
   status.being_written = true;
@@ -531,13 +529,15 @@ Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Alarms ala
   if (!in_memory)
     if (auto told = write_status(status); !told && !options.background) return failure(told.error());
   if (in_memory || !options.background)
-    return std::make_unique<InlineStore>(std::move(file), status, std::move(alarms),
+    return std::make_unique<InlineStore>(std::move(file), status, std::move(counted),
                                          in_memory ? nullptr : std::move(copy), options.tells_every, part);
   RunInfo info = file.info();
-  RecordWriter writer(
-      std::move(file), status.path,
-      {.most_rows = static_cast<std::size_t>(options.most_rows), .part = part, .last_slot = status.acknowledged});
-  auto store = std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, std::move(alarms),
+  RecordWriter writer(std::move(file), status.path,
+                      {.most_rows = static_cast<std::size_t>(options.most_rows),
+                       .part = part,
+                       .last_slot = status.acknowledged,
+                       .last_event = counted.last_event});
+  auto store = std::make_unique<BackgroundStore>(std::move(writer), std::move(info), status, std::move(counted.alarms),
                                                  std::move(copy), options);
   store->start_workers();
   return store;
@@ -563,6 +563,8 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   if (!files) return failure(files.error());
   auto alarms = alarms_of(path);  // before the record is written again
   if (!alarms) return failure(alarms.error());
+  const auto last_event = last_event_of(path);
+  if (!last_event) return failure(last_event.error());
   std::unique_ptr<LiveCopy> copy;
   if (options.live_copy)
     if (const auto info = read_info(path); info) copy = LiveCopy::of_record(path, *info, *options.live_copy);
@@ -575,8 +577,8 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   for (const auto& part : files->parts)
     if (part.path != path) status->parts.push_back(part.path);
   if (auto proved = file->prove(); !proved) return failure(proved.error());
-  return opened(std::move(*file), std::move(*status), std::move(*alarms), std::move(copy), options,
-                last.continuation.part);
+  return opened(std::move(*file), std::move(*status), {.last_event = *last_event, .alarms = std::move(*alarms)},
+                std::move(copy), options, last.continuation.part);
 }
 
 void remove_record(const std::string& path) {

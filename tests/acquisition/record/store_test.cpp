@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "acquisition/record/alarms.hpp"
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/run_file.hpp"
 #include "acquisition/record/run_parts.hpp"
@@ -317,6 +318,41 @@ TEST(BackgroundStore, IsTakenUpAgainInItsLastPart) {
   EXPECT_EQ(record.slot.back(), 41);
   EXPECT_EQ(record.slot.size(), 12u);
   EXPECT_TRUE(record.finished);
+}
+
+/// A run of which each program but the first begins anew with nothing in memory.
+TEST(BackgroundStore, NumbersOfEventsRiseOverAllFiles) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  const std::vector<Event> three(3, Event{sample_at(0).at, EventKind::note, "a note"});
+  {
+    auto store = Store::create(path, two_thermometers(), in_background()).value();
+    ASSERT_TRUE(store->append(sample_at(0), three));
+    ASSERT_TRUE(store->settle(kLong));
+  }
+  const auto highest = last_event_of(path).value();
+  EXPECT_GE(highest, 3);
+  {
+    auto store = Store::reopen(path, in_background()).value();
+    ASSERT_TRUE(store->append(sample_at(1), {}));
+    ASSERT_TRUE(store->settle(kLong));
+    std::filesystem::remove(path + "-wal");
+    ASSERT_TRUE(store->append(sample_at(2), {}));
+    ASSERT_TRUE(store->settle(kLong));
+    EXPECT_EQ(store->health().parts, 2);
+  }
+  EXPECT_EQ(last_event_of(path).value(), highest + 1) << "that it goes on in another file";
+  for (const bool background : {true, false}) {
+    const auto before = last_event_of(path).value();
+    auto store = Store::reopen(path, {.background = background}).value();
+    const Event alarm{sample_at(0).at, EventKind::interlock, "door (suspend)", {.interlock = "door"}};
+    ASSERT_TRUE(store->append_event(alarm));
+    ASSERT_TRUE(store->settle(kLong));
+    const auto told = store->alarms().standing().back().number;
+    EXPECT_GT(told, before);
+    store.reset();
+    EXPECT_EQ(last_event_of(path).value(), told) << "as the record has it";
+  }
 }
 
 /// The writer died between the two: what the part was begun for is still where it was.

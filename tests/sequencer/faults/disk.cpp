@@ -44,11 +44,13 @@ Disk::~Disk() {
 }
 
 Result<std::unique_ptr<record::Store>> Disk::attended(record::RunFile file, record::RunStatus status,
-                                                      record::Alarms alarms, int part) {
+                                                      record::Alarms alarms, int part, std::int64_t last_event) {
   auto info = file.info();
-  record::RecordWriter writer(
-      std::move(file), path_,
-      {.most_rows = static_cast<std::size_t>(most_rows_), .part = part, .last_slot = status.acknowledged});
+  record::RecordWriter writer(std::move(file), path_,
+                              {.most_rows = static_cast<std::size_t>(most_rows_),
+                               .part = part,
+                               .last_slot = status.acknowledged,
+                               .last_event = last_event});
   record::StoreOptions options;
   options.most_rows = most_rows_;
   auto made = make_attended_store(std::move(writer), std::move(info), std::move(status), std::move(alarms), options);
@@ -60,7 +62,7 @@ Result<std::unique_ptr<record::Store>> Disk::create(const record::RunInfo& info)
   if (!vfs_) return record::Store::create(path_, info, kOfManySyncs);
   auto file = record::RunFile::create(path_, info);
   if (!file) return failure(file.error());
-  return attended(std::move(*file), first_status(path_, info), {}, 1);
+  return attended(std::move(*file), first_status(path_, info), {}, 1, 0);
 }
 
 Result<std::unique_ptr<record::Store>> Disk::reopen() {
@@ -69,11 +71,13 @@ Result<std::unique_ptr<record::Store>> Disk::reopen() {
   if (!part) return failure(part.error());
   auto alarms = record::alarms_of(path_);
   if (!alarms) return failure(alarms.error());
+  const auto last_event = record::last_event_of(path_);
+  if (!last_event) return failure(last_event.error());
   auto file = record::RunFile::reopen(record::part_path(path_, *part));
   if (!file) return failure(file.error());
   auto status = record::stored_status(file->database(), path_);
   if (!status) return failure(status.error());
-  return attended(std::move(*file), std::move(*status), std::move(*alarms), *part);
+  return attended(std::move(*file), std::move(*status), std::move(*alarms), *part, *last_event);
 }
 
 void Disk::inject(const std::vector<InjectedFault>& standing) {

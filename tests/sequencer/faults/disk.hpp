@@ -4,6 +4,7 @@
 /// store that writes inside its calls.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -51,7 +52,8 @@ class Disk {
 
  private:
   [[nodiscard]] Result<std::unique_ptr<record::Store>> attended(record::RunFile file, record::RunStatus status,
-                                                                record::Alarms alarms, int part);
+                                                                record::Alarms alarms, int part,
+                                                                std::int64_t last_event);
 
   std::string path_;
   std::int64_t most_rows_;

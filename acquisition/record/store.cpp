@@ -526,8 +526,7 @@ Result<std::unique_ptr<Store>> opened(RunFile file, RunStatus status, Counted co
   status.pid = ::getpid();
   status.being_written = true;
   const bool in_memory = status.path == kInMemory;
-  if (!in_memory)
-    if (auto told = write_status(status); !told && !options.background) return failure(told.error());
+  if (!in_memory) (void)write_status(status);  // a courtesy
   if (in_memory || !options.background)
     return std::make_unique<InlineStore>(std::move(file), status, std::move(counted),
                                          in_memory ? nullptr : std::move(copy), options.tells_every, part);
@@ -554,6 +553,7 @@ Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunI
     remove_record(path);
     return failure(proved.error());
   }
+  if (path != kInMemory) ::unlink(manifest_path(path).c_str());  // of an earlier record of that name
   auto copy = options.live_copy ? std::make_unique<LiveCopy>(path, info, *options.live_copy) : nullptr;
   return opened(std::move(*file), first_status(path, info), {}, std::move(copy), options, 1);
 }

@@ -55,7 +55,8 @@ struct StoreHealth {
 class Store {
  public:
   /// Makes a new file, and sees that what is written to it is read back. Fails with storage if it exists (a record is
-  /// never overwritten) or cannot be made durable; then there is none.
+  /// never overwritten) or cannot be made durable; then there is none. The manifest of an earlier record of that name
+  /// is removed.
   [[nodiscard]] static Result<std::unique_ptr<Store>> create(const std::string& path, const RunInfo& info,
                                                              const StoreOptions& options = {});
   /// Takes up an unfinished run, where it ended. Fails with bad_file (no record, other version, finished) or storage

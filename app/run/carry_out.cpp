@@ -115,6 +115,12 @@ void warn(Console& console, run::RunController& run_controller, const rig::Rig& 
   }
 }
 
+/// The trace that gyrotherm-make-safe left beside the record.
+void remove_trace(const std::string& path) {
+  std::error_code error;
+  std::filesystem::remove(watchdog::made_safe_path(path), error);
+}
+
 /// What gyrotherm-make-safe did while nobody else was there belongs into the record.
 Result<void> recall_guard(Console& console, record::Store& store, const Instant& now, const std::string& path) {
   const auto trace = watchdog::read_trace(path);
@@ -123,8 +129,7 @@ Result<void> recall_guard(Console& console, record::Store& store, const Instant&
   console.say(path + ": " + words);
   if (auto noted = store.append_event({now, EventKind::note, words}); !noted) return noted;
   if (!store.settle(kLongestLastWrite)) return {};  // the trace stays for the next time
-  std::error_code error;
-  std::filesystem::remove(watchdog::made_safe_path(path), error);
+  remove_trace(path);
   return {};
 }
 
@@ -237,6 +242,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
         run::run_info(GYROTHERM_VERSION, profile, file, options.seed, (*rig)->will_start_utc(), options.days_later),
         store_options(file.simulated));
     if (!store) return failure(store.error());
+    remove_trace(path);  // of an earlier record of that name
     const auto goal = command(profile, first), air = found.state.air;
     entry = run::entry_at(goal, air, upload || run::is_in_place(air, goal, {}), file.chamber_limits);
     return ownership->arm().map([&] { return entry.set_point; });

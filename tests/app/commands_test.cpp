@@ -223,6 +223,22 @@ TEST(Run, ARigThatIsNotThereIsAnInstrumentFault) {
   EXPECT_FALSE(std::filesystem::exists(folder / "run.db"));
 }
 
+TEST(Run, WhatWasLeftOfAnEarlierRecordOfItsNameIsNoneOfIts) {
+  const Folder folder;
+  const auto record = folder / "run.db";
+  std::ofstream(record + ".made-safe")
+      << "schema = \"gyrotherm-made-safe/1\"\nat = \"2026-03-01T00:00:00Z\"\nutc_ns = 1772323200000000000\n"
+         "because = \"the program that drove it has ended\"\nset_point_c = 23\nconfirmed = false\n"
+         "details = \"no reply\"\n";
+  std::ofstream(record + ".sha256") << std::string(64, '0') << "  run.db\n";
+  const auto run = gyrotherm_with("run tests/profiles/ten-seconds.toml --rig virtual --out " + record);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_FALSE(std::filesystem::exists(record + ".made-safe"));
+  const auto status = gyrotherm_with("status --verify " + record);
+  EXPECT_EQ(status.exit_code, 0) << status.err;
+  EXPECT_EQ(status.out.find("by the guard"), std::string::npos) << status.out;
+}
+
 TEST(Run, ARecordIsNeverOverwritten) {
   const Folder folder;
   std::ofstream(folder / "run.db") << "precious";

@@ -24,6 +24,41 @@ TEST(Store, NeverOverwritesAFile) {
   EXPECT_EQ(std::filesystem::file_size(folder / "run.db"), 8u);
 }
 
+/// Its record was moved away.
+TEST(Store, AManifestOfAnEarlierRecordIsNotTakenForItsOwn) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  ASSERT_TRUE(store_with(path, 3)->finish());
+  ASSERT_TRUE(is_there(manifest_path(path)));
+  EXPECT_FALSE(Store::create(path, two_thermometers()));
+  EXPECT_TRUE(is_there(manifest_path(path))) << "that record is still there";
+  std::filesystem::rename(path, folder / "moved.db");
+  store_with(path, 5).reset();
+  EXPECT_FALSE(is_there(manifest_path(path)));
+  const auto verified = verify_record(path);
+  ASSERT_TRUE(verified) << text(verified.error());
+  EXPECT_FALSE(verified->manifest);
+  auto again = Store::reopen(path);
+  ASSERT_TRUE(again) << text(again.error());
+  ASSERT_TRUE((*again)->finish());
+  again->reset();
+  EXPECT_TRUE(verify_record(path)->manifest);
+}
+
+TEST(Store, GoesOnWithoutAStatusFile) {
+  for (const bool background : {false, true}) {
+    const Folder folder;
+    const auto path = folder / "run.db";
+    std::filesystem::create_directories(status_path(path));
+    auto store = Store::create(path, two_thermometers(), {.background = background});
+    ASSERT_TRUE(store) << text(store.error());
+    ASSERT_TRUE((*store)->append(sample_at(0), {}));
+    ASSERT_TRUE((*store)->finish());
+    store->reset();
+    EXPECT_TRUE(read_record(path)->finished);
+  }
+}
+
 TEST(Store, RefusesSlotsThatDoNotIncrease) {
   const Folder folder;
   const auto store = store_with(folder / "run.db", 3);

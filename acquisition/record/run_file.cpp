@@ -205,6 +205,7 @@ Result<RunFile> RunFile::create_unsynced(const std::string& path, const RunInfo&
 }
 
 Result<RunFile> RunFile::create_at_once(const std::string& path, const RunInfo& info) {
+  if (in_memory(path)) return failure(FaultKind::usage, "record", kNoNameOfAFile);
   if (auto good = check_new_channel_names(info); !good) return failure(good.error());
   auto file = create_unsynced(path, info, true);
   if (file) file->is_synced_ = false;
@@ -237,7 +238,8 @@ Result<void> RunFile::share() {
 
 Result<void> RunFile::copy_to(const std::string& path) {
   auto copy = database_.prepare("VACUUM INTO ?");
-  return copy ? copy->run(std::string_view(path)) : failure(copy.error());
+  const auto name = path.starts_with("file:") ? "./" + path : path;  // no URI
+  return copy ? copy->run(std::string_view(name)) : failure(copy.error());
 }
 
 Result<void> RunFile::refuse_if(std::optional<Interference> found) {

@@ -37,7 +37,8 @@ class RunFile {
   [[nodiscard]] static Result<RunFile> reopen(const std::string& path);
 
   /// Makes a new record whose rows are all at hand: claimed, but neither synced before finish(), which makes sure of
-  /// all of it, nor watched. What a machine that dies leaves of it is of no use. Fails like create().
+  /// all of it, nor watched. What a machine that dies leaves of it is of no use. Fails like create(), and with usage if
+  /// the path is kInMemory.
   [[nodiscard]] static Result<RunFile> create_at_once(const std::string& path, const RunInfo& info);
 
   /// Makes a new file with the same tables that is no record but a copy of one, for others to read while the record is

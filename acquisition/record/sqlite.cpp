@@ -16,6 +16,7 @@
 #include <mutex>
 #include <set>
 
+#include "acquisition/record/store.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm::record {
@@ -127,6 +128,17 @@ void Database::Close::operator()(sqlite3* connection) const {
   assert(code == SQLITE_OK && "a statement outlived its database");
 }
 
+namespace {
+
+/// As SQLite is given it: what begins like one of its URIs or like a name that it keeps for memory is a file's name
+/// too.
+std::string file_name(const std::string& path, Access access) {
+  if (path == kInMemory && access == Access::read_write) return path;
+  return path.starts_with("file:") || path.starts_with(':') ? "./" + path : path;
+}
+
+}  // namespace
+
 Result<Database> Database::open(const std::string& path, Access access, int patience_ms) {
   const bool reads = access != Access::read_write;
   const bool beside = access == Access::read_beside;
@@ -134,7 +146,8 @@ Result<Database> Database::open(const std::string& path, Access access, int pati
   sqlite3* connection = nullptr;
   // A connection to read is used by one thread, and its statements lock nothing.
   const int flags = SQLITE_OPEN_NOMUTEX | (reads ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE);
-  const int code = sqlite3_open_v2(path.c_str(), &connection, flags, reads && !beside ? reader_vfs() : nullptr);
+  const int code =
+      sqlite3_open_v2(file_name(path, access).c_str(), &connection, flags, reads && !beside ? reader_vfs() : nullptr);
   Database database(connection);
   if (code == SQLITE_BUSY) return failure(FaultKind::storage, path, kBeingWritten);
   if (code != SQLITE_OK) return failure(FaultKind::bad_file, path, why_not_opened(connection));

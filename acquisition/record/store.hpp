@@ -26,6 +26,8 @@ inline constexpr const char* kRunSchema = "gyrotherm-run/1";
 
 /// As a path: a record that lives in memory and ends with its store; it has no status file.
 inline constexpr const char* kInMemory = ":memory:";
+/// What whoever names the record of a run so is told.
+inline constexpr const char* kNoNameOfAFile = "\":memory:\" is no name of a file here; ./:memory: is one";
 
 struct StoreOptions {
   /// A worker of the store's own makes rows durable, and rides out a disk that is full, slow or failing: no call but

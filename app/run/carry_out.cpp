@@ -216,6 +216,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   if (!file.simulated && options.days_later > 0)
     return failure(FaultKind::usage, "--days-later", "this rig is real; only a virtual gyro grows older by command");
   const bool upload = options.upload;
+  if (path == record::kInMemory) return failure(FaultKind::usage, "record", record::kNoNameOfAFile);
   if (!file.simulated) console.never_wait();
   if (auto free = record::check_name_of_new_record(path); !free) return free;  // before anything moves
   auto ownership = run::ChamberOwnership::take(file, path, upload);

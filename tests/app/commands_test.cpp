@@ -82,6 +82,26 @@ TEST(CommandLine, ADashIsNoNameOfAFile) {
   }
 }
 
+/// SQLite keeps nothing that it writes there.
+TEST(CommandLine, NoRecordIsWrittenIntoMemory) {
+  const Folder folder;
+  std::ofstream(folder / "rows.csv") << small_rows(3);
+  std::ofstream(folder / "map.toml") << small_map();
+  std::ofstream(folder / "day.toml") << read_text_file(GYROTHERM_SOURCE_DIR "/tests/profiles/ten-seconds.toml").value();
+  for (const auto* arguments : {"import rows.csv --map map.toml --out ", "run day.toml --rig virtual --out "}) {
+    const auto inside = [&](const std::string& out) {
+      return shell("cd " + (folder / ".") + " && gyrotherm " + arguments + out);
+    };
+    const auto refused = inside(":memory:");
+    EXPECT_EQ(refused.exit_code, 2) << arguments << refused.err;
+    EXPECT_NE(refused.err.find("\":memory:\" is no name of a file here"), std::string::npos) << refused.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / ":memory:")) << arguments;
+    const auto made = inside("./:memory:");
+    EXPECT_EQ(made.exit_code, 0) << arguments << made.err;
+    EXPECT_TRUE(std::filesystem::remove(folder / ":memory:")) << arguments;
+  }
+}
+
 TEST(CommandLine, AFolderThatIsNotThereIsToldBeforeTheWork) {
   const Folder folder;
   for (const auto* arguments :

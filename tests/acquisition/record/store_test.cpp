@@ -210,6 +210,41 @@ TEST(Store, InMemoryGivesBackWhatWasAppended) {
   EXPECT_FALSE(std::filesystem::exists(status_path(kInMemory)));
 }
 
+/// The folder in which a test is, while it lives.
+class Inside {
+ public:
+  explicit Inside(const std::filesystem::path& folder) : before_(std::filesystem::current_path()) {
+    std::filesystem::current_path(folder);
+  }
+  ~Inside() { std::filesystem::current_path(before_); }
+  Inside(const Inside&) = delete;
+  Inside& operator=(const Inside&) = delete;
+
+ private:
+  std::filesystem::path before_;
+};
+
+TEST(Store, ANameThatMeansMoreToSqliteIsAFilesNameLikeOthers) {
+  const Folder folder;
+  const Inside inside(folder / "");
+  ASSERT_TRUE(store_with("run.db", 3)->finish());
+  for (const std::string name : {"file:run.db", "file:new.db?mode=memory", "./:memory:"}) {
+    {
+      auto store = Store::create(name, two_thermometers(), {.live_copy = LiveCopyOptions{}});
+      ASSERT_TRUE(store) << name << ": " << text(store.error());
+      for (int slot = 0; slot < 5; ++slot) ASSERT_TRUE((*store)->append(sample_at(slot), {}));
+      ASSERT_TRUE((*store)->finish()) << name;
+    }
+    EXPECT_EQ(read_record(name)->slot.size(), 5u) << name;
+    EXPECT_TRUE(verify_record(name)) << name;
+    EXPECT_GT(std::filesystem::file_size(name), 0u) << name;
+  }
+  EXPECT_EQ(read_record(kInMemory)->slot.size(), 5u) << "to be read it is a file's name as well";
+  EXPECT_EQ(read_record("run.db")->slot.size(), 3u);
+  EXPECT_TRUE(verify_record("run.db"));
+  EXPECT_FALSE(std::filesystem::exists("new.db"));
+}
+
 TEST(Store, LeavesAFileWhoseLogWasStolenAsItIs) {
   const Folder folder;
   auto store = store_with(folder / "run.db", 5);

@@ -371,6 +371,16 @@ bool keep_writers_out(int file) {
   return ::fcntl(file, F_OFD_SETLK, &range) == 0 || (errno != EAGAIN && errno != EACCES);
 }
 
+/// Whether somebody holds what would keep such a lock from the open file.
+bool is_held_against(short lock, int file) {
+  struct flock range {};
+  range.l_type = lock;
+  range.l_whence = SEEK_SET;
+  range.l_start = kFirstLockedByte;
+  range.l_len = kLockedBytes;
+  return ::fcntl(file, F_OFD_GETLK, &range) == 0 && range.l_type != F_UNLCK;
+}
+
 bool has_content(const std::string& path) {
   struct stat facts {};
   return ::stat(path.c_str(), &facts) == 0 && (!S_ISREG(facts.st_mode) || facts.st_size > 0);
@@ -434,6 +444,13 @@ const char* reader_vfs() {
   }();
   static const int registered = sqlite3_vfs_register(&vfs, 0);
   return registered == SQLITE_OK ? vfs.zName : nullptr;
+}
+
+bool is_being_read(const std::string& path) {
+  if (is_written_here(path)) return false;
+  const auto file = open_regular_file(path);
+  return file && is_held_against(F_WRLCK, file->descriptor.number()) &&
+         !is_held_against(F_RDLCK, file->descriptor.number());
 }
 
 namespace {

@@ -139,6 +139,9 @@ template <class Place, class Value>
 /// What a second program is told, also by itself in `Fault::what`.
 inline constexpr const char* kBeingWritten = "being written by another program";
 
+/// … and whoever wants to write what others read.
+inline constexpr const char* kBeingRead = "being read by another program";
+
 inline constexpr const char* kDiskFull = "the disk is full";
 
 /// Whether the fault says that there is no space: nothing is lost, and the same file goes on once there is.
@@ -146,6 +149,10 @@ inline constexpr const char* kDiskFull = "the disk is full";
 
 /// Whether the fault says that another program holds the file.
 [[nodiscard]] bool is_locked(const Fault& fault);
+
+/// Whether somebody holds the file who reads it, and nobody who writes it. Not to be asked where this process has it
+/// open to write it: that would lose its locks.
+[[nodiscard]] bool is_being_read(const std::string& path);
 
 // What makes SQLite keep its word: how a record's file is made, claimed and written so that a commit that has returned
 // is on the disk.

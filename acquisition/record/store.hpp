@@ -61,8 +61,8 @@ class Store {
   /// is removed.
   [[nodiscard]] static Result<std::unique_ptr<Store>> create(const std::string& path, const RunInfo& info,
                                                              const StoreOptions& options = {});
-  /// Takes up an unfinished run, where it ended. Fails with bad_file (no record, other version, finished) or storage
-  /// (damaged, locked by another).
+  /// Takes up an unfinished run, where it ended. Fails with bad_file (no record, other version, finished), storage
+  /// (damaged, written by another) or timeout (read by another, who ends by and by).
   [[nodiscard]] static Result<std::unique_ptr<Store>> reopen(const std::string& path, const StoreOptions& options = {});
   virtual ~Store() = default;
 

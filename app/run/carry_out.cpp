@@ -6,12 +6,17 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <thread>
+#include <utility>
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/sqlite.hpp"
 #include "acquisition/record/status.hpp"
 #include "acquisition/record/store.hpp"
+#include "app/interrupt.hpp"
+#include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/shipped.hpp"
@@ -25,6 +30,25 @@ namespace gyrotherm::app {
 namespace {
 
 constexpr Duration kLongestLastWrite = std::chrono::seconds(3);  ///< to the disk, of what must be there before going on
+
+constexpr Duration kLongestReading = std::chrono::seconds(60);
+constexpr Duration kLookForReaders = std::chrono::milliseconds(100);
+
+/// Whoever began to read the record when its program had died keeps the run from going on, but not for good: the fault
+/// after the longest wait is one that systemd tries again, and not so soon that it gives up.
+Result<void> await_readers(Console& console, const std::string& path) {
+  const auto part = record::last_part(path);
+  const auto file = part ? record::part_path(path, *part) : path;
+  bool told = false;
+  for (const Deadline limit(kLongestReading); record::is_being_read(file);
+       std::this_thread::sleep_for(kLookForReaders)) {
+    if (!std::exchange(told, true))
+      console.say(fmt::format("{}: {}; the run goes on once that has ended", path, record::kBeingRead));
+    if (interrupted()) return failure(FaultKind::interrupted, path, "stopped before it went on");
+    if (limit.over()) return failure(FaultKind::timeout, path, record::kBeingRead);
+  }
+  return {};
+}
 
 /// Ends a run as its outcome says.
 Result<void> conclude(const UnderWay& run, run::RunOutcome outcome) {
@@ -269,6 +293,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
 }
 
 Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
+  if (auto alone = await_readers(console, path); !alone) return alone;
   const auto record = record::read_record(path);
   if (!record) return failure(record.error());
   auto on = run::continuation_of(*record, path, record->info.simulated ? options.gap : time_since_last(*record),

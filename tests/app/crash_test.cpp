@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/row.hpp"
 #include "tests/app/program.hpp"
 
 namespace gyrotherm::app {
@@ -75,6 +76,22 @@ TEST(Crash, CtrlCStopsCleanlyAndResumeGoesOn) {
       << "an unfinished run is never mistaken for a finished one";
   EXPECT_EQ(gyrotherm_with("resume " + path + " --gap '10 min'").exit_code, 5) << "a long gap is for people to allow";
   EXPECT_EQ(gyrotherm_with("resume " + path + " --gap '10 min' --accept").exit_code, 0);
+}
+
+TEST(Crash, ResumeWaitsForWhoeverReadsTheRecord) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  Background run({"run", "profiles/random.toml", "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"},
+                 folder / "log");
+  ASSERT_TRUE(run.wait_for("acknowledged", 60));
+  run.signal(SIGKILL);
+  ASSERT_EQ(run.wait(), -SIGKILL);
+  auto reader = record::open_record(path);
+  ASSERT_TRUE(reader) << text(reader.error());
+  Background resumed({"resume", path}, folder / "resumed");
+  EXPECT_TRUE(resumed.wait_for("being read by another program", 60)) << resumed.output();
+  reader = failure(FaultKind::storage, path, "closed");
+  EXPECT_EQ(resumed.wait(), 0) << resumed.output();
 }
 
 /// A virtual run is replayed: from what the record holds, not from files that may have changed since.

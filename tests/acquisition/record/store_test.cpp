@@ -2,6 +2,8 @@
 #include "acquisition/record/store.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <fstream>
 
@@ -139,6 +141,43 @@ TEST(Store, GoesOnWithAnUnfinishedRun) {
   EXPECT_EQ(record.slot, (std::vector<std::int64_t>{0, 1, 2, 10}));
   ASSERT_EQ(record.gaps.size(), 1u);
   EXPECT_EQ(record.gaps[0].cause, "power cut");
+}
+
+TEST(Store, IsToldApartWhetherSomebodyReadsOrWritesItsRecord) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  store_with(path, 3).reset();
+  EXPECT_FALSE(is_being_read(path));
+  {
+    const auto one = open_record(path), other = open_record(path);
+    ASSERT_TRUE(one && other);
+    EXPECT_TRUE(is_being_read(path));
+    const auto store = Store::reopen(path);
+    ASSERT_FALSE(store);
+    EXPECT_EQ(store.error().kind, FaultKind::timeout);
+    EXPECT_EQ(store.error().what, "being read by another program");
+  }
+  EXPECT_FALSE(is_being_read(path));
+  int ready[2], done[2];
+  ASSERT_TRUE(::pipe(ready) == 0 && ::pipe(done) == 0);
+  const auto child = ::fork();
+  if (child == 0) {
+    const auto store = Store::reopen(path);
+    char byte = store ? 1 : 0;
+    (void)!::write(ready[1], &byte, 1);
+    (void)!::read(done[0], &byte, 1);
+    ::_exit(0);
+  }
+  char is_open = 0;
+  ASSERT_EQ(::read(ready[0], &is_open, 1), 1);
+  EXPECT_EQ(is_open, 1);
+  EXPECT_FALSE(is_being_read(path)) << "it is written";
+  const auto store = Store::reopen(path);
+  EXPECT_TRUE(!store && is_locked(store.error()));
+  EXPECT_EQ(::write(done[1], "!", 1), 1);
+  ::waitpid(child, nullptr, 0);
+  for (const int end : {ready[0], ready[1], done[0], done[1]}) ::close(end);
+  EXPECT_TRUE(Store::reopen(path));
 }
 
 TEST(Store, RefusesToGoOnWithAFinishedRun) {

@@ -56,14 +56,6 @@ Result<std::string> id_in(const std::vector<record::SourceFile>& files) {
   });
 }
 
-/// Events before the first second belong to a run's first file, too.
-Result<std::vector<record::SourceFile>> files_from_the_beginning(const std::string& path, bool running) {
-  return record::source_files(path, running).map([](std::vector<record::SourceFile> files) {
-    files.front().first = -1;
-    return files;
-  });
-}
-
 std::uint64_t seed_of_this_process() {
   return static_cast<std::uint64_t>(since_boot().count()) ^ static_cast<std::uint64_t>(::getpid());
 }
@@ -204,7 +196,7 @@ Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& wa
   if (watched.settled == stamp || (watched.rests && !watched.rests->over())) return Sent::everything;
   watched.rests.reset();
   const auto status = record::fresh_status(path);
-  const auto files = files_from_the_beginning(path, status.has_value());
+  const auto files = record::source_files(path, status.has_value());
   if (!files) return failure(files.error());
   const auto identity = record::identity_of(path);
   auto states = states_of(*files);

@@ -71,7 +71,7 @@ Result<std::vector<SourceFile>> record_files(const std::string& record_path) {
   std::vector<SourceFile> files;
   for (const auto& part : parts->parts) {
     if (!files.empty()) files.back().last = part.continuation.from - 1;
-    files.push_back({.path = part.path, .first = part.continuation.from});
+    files.push_back({.path = part.path, .first = part.continuation.from - 1});
   }
   return files;
 }

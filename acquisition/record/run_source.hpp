@@ -17,11 +17,12 @@ namespace gyrotherm::record {
 
 inline constexpr std::int64_t kNoEnd = std::numeric_limits<std::int64_t>::max();
 
-/// One of the files that a run is read from, and the slots that are taken from it.
+/// One of the files that a run is read from, and the slots that are taken from it: from the one before its own first
+/// on, to which the events belong that came before its first row.
 struct SourceFile {
   std::string path;
   bool live{};
-  std::int64_t first{}, last{kNoEnd};
+  std::int64_t first{-1}, last{kNoEnd};
 };
 
 /// Opens one file to read it. What is in it is looked at once (check_schema) and not again until the file changes.

@@ -276,6 +276,37 @@ TEST(RunFeed, TellsWhoComesLaterForHowLongARunIsSilentNow) {
   EXPECT_GE(age_told(), then + 0.05);
 }
 
+/// Before a run's first second, and where it goes on in another file before that has a row.
+TEST(RunFeed, TellsWhatCameBeforeTheFirstRowOfAFile) {
+  const tests::TestFolder folder;
+  const auto path = folder / "run.db";
+  const Event started{.at = {}, .kind = EventKind::started, .text = "a profile"};
+  const record::StoreOptions options{.background = true, .retry = 20ms};
+  {
+    auto store = record::Store::create(path, small_run_info(), options);
+    ASSERT_TRUE(store);
+    ASSERT_TRUE((*store)->append_event(started));
+    ASSERT_TRUE((*store)->append(small_sample(0, false), {}) && (*store)->settle(20s));
+  }
+  {
+    auto store = record::Store::reopen(path, options);
+    ASSERT_TRUE(store);
+    std::filesystem::remove(path + "-wal");
+    ASSERT_TRUE((*store)->append(small_sample(1, false), {}) && (*store)->finish());
+    EXPECT_EQ((*store)->health().parts, 2);
+  }
+  const auto run = found_in(folder / "");
+  const auto events = events_after(run, 0, 100);
+  ASSERT_TRUE(events) << text(events.error());
+  ASSERT_EQ(events->size(), 2u);
+  EXPECT_NE(events->front().text.find("a profile"), std::string::npos) << events->front().text;
+  EXPECT_NE(events->back().text.find("goes on in run.2.db"), std::string::npos) << events->back().text;
+  EXPECT_LT(events->front().number, events->back().number);
+  const auto rows = samples_after(run, -1, 100);
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->size(), 2u) << "each once";
+}
+
 /// A run that is over, whose record has this text.
 FoundRun run_of(const std::string& path, const std::string& text) {
   std::ofstream(path) << text;

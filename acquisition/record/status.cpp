@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/row.hpp"
@@ -73,6 +74,21 @@ void stand_as(RunStatus& status, const RunStatus& before) {
   if (status.finished && status.standing.state == RunState::execute) status.standing.state = RunState::complete;
 }
 
+/// In the files before the last, of what no later one tells again. A damaged one counts for nothing.
+Result<std::int64_t> faults_before_last(const RecordFiles& files) {
+  std::int64_t sum = 0;
+  auto end = files.parts.back().continuation.from;
+  for (auto part = std::next(files.parts.rbegin()); part != files.parts.rend(); ++part) {
+    const auto faults = open_record(part->path).and_then([end](Database database) {
+      return database.ask_integer(fmt::format("SELECT count(*) FROM fault WHERE slot < {}", end), 0);
+    });
+    if (!faults && is_locked(faults.error())) return failure(faults.error());
+    sum += faults.value_or(0);
+    end = std::min(end, part->continuation.from);
+  }
+  return sum;
+}
+
 /// Of its last file, which goes on from the others; that may have been begun, and have no sample yet.
 Result<RunStatus> status_of_record(const std::string& path) {
   const auto files = files_of_record(path);
@@ -81,6 +97,9 @@ Result<RunStatus> status_of_record(const std::string& path) {
   if (!status) return status;
   for (auto part = files->parts.rbegin() + 1; status->slot < 0 && part != files->parts.rend(); ++part)
     if (const auto before = status_of_file(part->path); before && before->slot >= 0) stand_as(*status, *before);
+  const auto faults = faults_before_last(*files);
+  if (!faults) return failure(faults.error());
+  status->faults += *faults;
   status->path = path;
   if (files->lost) status->record_damage = text(*files->lost);
   for (const auto& part : files->parts)

@@ -565,6 +565,7 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   if (!alarms) return failure(alarms.error());
   const auto last_event = last_event_of(path);
   if (!last_event) return failure(last_event.error());
+  const auto before = read_status(path);
   std::unique_ptr<LiveCopy> copy;
   if (options.live_copy)
     if (const auto info = read_info(path); info) copy = LiveCopy::of_record(path, *info, *options.live_copy);
@@ -576,6 +577,7 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   status->alarms = alarms->standing();
   for (const auto& part : files->parts)
     if (part.path != path) status->parts.push_back(part.path);
+  if (before) status->faults = before->faults;  // of all files
   if (auto proved = file->prove(); !proved) return failure(proved.error());
   return opened(std::move(*file), std::move(*status), {.last_event = *last_event, .alarms = std::move(*alarms)},
                 std::move(copy), options, last.continuation.part);

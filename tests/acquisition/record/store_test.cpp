@@ -464,6 +464,36 @@ TEST(BackgroundStore, NumbersOfEventsRiseOverAllFiles) {
   }
 }
 
+TEST(BackgroundStore, CountsTheFaultyReadingsOfAllFiles) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  const auto silent = [](int slot) {
+    Sample sample = sample_at(slot);
+    sample.thermometers[0].value = failure(FaultKind::timeout, "A", "silent");
+    return sample;
+  };
+  {
+    auto store = background_store(path, 2);
+    for (int slot = 2; slot < 5; ++slot) ASSERT_TRUE(store->append(silent(slot), {}));
+    ASSERT_TRUE(store->settle(kLong));
+  }
+  {
+    auto store = Store::reopen(path, in_background()).value();
+    ASSERT_TRUE(store->append(silent(5), {}));
+    ASSERT_TRUE(store->settle(kLong));
+    std::filesystem::remove(path + "-wal");
+    ASSERT_TRUE(store->append(silent(6), {}));
+    ASSERT_TRUE(store->settle(kLong));
+    EXPECT_EQ(store->health().parts, 2);
+    EXPECT_EQ(told_of(path).faults, 5);
+  }
+  EXPECT_EQ(read_status(path)->faults, 5) << "what both files have counts once";
+  auto store = Store::reopen(path, in_background()).value();
+  ASSERT_TRUE(store->append(silent(7), {}));
+  ASSERT_TRUE(store->settle(kLong));
+  EXPECT_EQ(told_of(path).faults, 6);
+}
+
 /// The writer died between the two: what the part was begun for is still where it was.
 TEST(BackgroundStore, APartThatWasBegunAndNotFilledHidesNothing) {
   const Folder folder;

@@ -390,7 +390,7 @@ class BackgroundStore final : public OrderedStore {
                      {.last_event = writer.last_event(), .spare = 1, .alarms = std::move(alarms)}),
         desk_(std::make_shared<SharedState>(std::move(writer), status, std::move(copy), options)) {}
   ~BackgroundStore() override {
-    if (stop()) desk_->copy.reset();
+    if (stop()) end_copy();
   }
   BackgroundStore(const BackgroundStore&) = delete;
   BackgroundStore& operator=(const BackgroundStore&) = delete;
@@ -431,12 +431,9 @@ class BackgroundStore final : public OrderedStore {
     if (!stop()) return failure(FaultKind::storage, status().path, "a write does not come back from the disk");
     finished_ = true;
     const auto done = desk_->writer.finish();
-    desk_->copy.reset();
+    end_copy();
     if (!done) return done;
-    auto told = told_of(*desk_);
-    told.finished = true;
-    told.being_written = false;
-    if (is_working) (void)write_status(told);
+    if (is_working && !telling_hangs_) tell_finished();
     const auto& writer = desk_->writer;
     if (!writer.is_spoiled()) return {};
     return failure(FaultKind::storage, status().path,
@@ -477,7 +474,21 @@ class BackgroundStore final : public OrderedStore {
     return {};
   }
 
-  /// Ends both workers; false if one hangs.
+  void end_copy() {
+    std::unique_ptr<LiveCopy> copy;  // whose end nobody waits for with the lock
+    const std::lock_guard lock(desk_->mutex);
+    copy = std::move(desk_->copy);
+  }
+
+  void tell_finished() const {
+    auto told = told_of(*desk_);
+    told.finished = true;
+    told.being_written = false;
+    (void)write_status(told);
+  }
+
+  /// Ends both workers; false if the one that writes the record hangs. The status file is a courtesy: a run is finished
+  /// without it.
   bool stop() {
     if (!worker_.joinable()) return true;
     {
@@ -487,8 +498,12 @@ class BackgroundStore final : public OrderedStore {
     desk_->work.notify_one();
     desk_->news.notify_one();
     const bool written = await(kLongestFarewell, &SharedState::writing_ended, worker_);
-    const bool told = await(kLongestTelling, &SharedState::telling_ended, status_writer_);
-    return written && told;
+    telling_hangs_ = !await(kLongestTelling, &SharedState::telling_ended, status_writer_);
+    if (telling_hangs_) {
+      const std::lock_guard lock(desk_->mutex);
+      desk_->untold = false;  // should it come back
+    }
+    return written;
   }
 
   /// A thread that hangs in the disk is left behind there; false then.
@@ -506,6 +521,7 @@ class BackgroundStore final : public OrderedStore {
 
   std::shared_ptr<SharedState> desk_;
   std::thread worker_, status_writer_;
+  bool telling_hangs_{};  ///< and is left behind
   bool finished_{};
 };
 

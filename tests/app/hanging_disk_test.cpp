@@ -96,5 +96,30 @@ TEST(HangingDisk, DelaysNoTickIsToldAndLosesNothing) {
   expect_every_second_up_to(well.acknowledged, record);
 }
 
+TEST(HangingDisk, ThatTakesNoStatusFileDoesNotKeepARunFromItsEnd) {
+  const Folder folder;
+  const RealLaboratory laboratory(folder / "");
+  ASSERT_TRUE(laboratory.serves());
+  const auto record = folder / "run.db", hangs = folder / "hangs";
+  std::optional<Background> run;
+  {
+    const Setting disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file("GYROTHERM_HANG_STATUS", hangs);
+    const Setting also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
+    run.emplace(std::vector<std::string>{"run", "tests/profiles/ten-seconds.toml", "--rig", laboratory.rig(), "--out",
+                                         record, "--json"},
+                folder / "log");
+  }
+  ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
+  std::ofstream(hangs) << "now";
+  EXPECT_EQ(run->wait(), 0) << run->output();
+  std::filesystem::remove(hangs);
+  const auto kept = record::read_record(record);
+  ASSERT_TRUE(kept) << text(kept.error());
+  EXPECT_TRUE(kept->finished);
+  const auto verified = record::verify_record(record);
+  ASSERT_TRUE(verified) << text(verified.error());
+  EXPECT_TRUE(verified->manifest);
+}
+
 }  // namespace
 }  // namespace gyrotherm::app

@@ -30,22 +30,27 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
+constexpr std::string_view kLive = ".live.db";
 constexpr auto kLongestGoodbye = std::chrono::seconds(2);
 constexpr auto kRetry = std::chrono::seconds(1);
+constexpr int kHighestNumber = 9999;                              ///< of a copy's file; then it begins again with 1
 constexpr std::uintmax_t kLeftFree = std::uintmax_t{256} << 20U;  ///< bytes of the disk, for the record
 constexpr int kPatienceBesideMs = 2000;
 constexpr std::int64_t kPage = 4096;
 
-/// A file of a copy, by its name: the number in "RUN.live.db.7", also of "RUN.live.db.7-wal"; nothing of another file.
+/// A file of a copy, by its name: the number in "RUN.live.db.7", also of "RUN.live.db.7-wal"; nothing of another file,
+/// as "RUN.live.db.20261127", which is somebody's.
 std::optional<int> copy_number(std::string_view name, std::string_view link) {
   if (!name.starts_with(link) || name.substr(link.size(), 1) != ".") return {};
   name.remove_prefix(link.size() + 1);
   int number{};
   const auto read = std::from_chars(name.data(), name.data() + name.size(), number);
-  if (read.ec != std::errc()) return {};
+  if (read.ec != std::errc() || name.front() == '0' || number < 1 || number > kHighestNumber) return {};
   const auto rest = name.substr(static_cast<std::size_t>(read.ptr - name.data()));
   return rest.empty() || rest == "-wal" || rest == "-shm" ? std::optional(number) : std::nullopt;
 }
+
+int number_after(int number) { return number % kHighestNumber + 1; }
 
 std::string last_name(const std::string& path) { return fs::path(path).filename().string(); }
 
@@ -99,12 +104,12 @@ std::string live_copy_path(const std::string& record_path) {
   constexpr std::string_view kEnding = ".db";
   const auto stem =
       record_path.ends_with(kEnding) ? record_path.substr(0, record_path.size() - kEnding.size()) : record_path;
-  return stem + ".live.db";
+  return stem + std::string(kLive);
 }
 
 bool is_live_copy(const std::string& path) {
   std::error_code none_there;
-  if (!path.ends_with(".live.db") || !fs::is_symlink(fs::symlink_status(path, none_there))) return false;
+  if (!path.ends_with(kLive) || !fs::is_symlink(fs::symlink_status(path, none_there))) return false;
   const auto target = fs::read_symlink(path, none_there).string();
   return copy_number(target, last_name(path)).has_value();
 }
@@ -128,6 +133,7 @@ struct LiveCopy::Worker {
   bool given_up{};  ///< more rows came than memory keeps
 
   std::optional<RunFile> file;
+  int left_behind{};                               ///< the highest number of those that a program that died left
   int number{};                                    ///< of the file
   steady_clock::time_point begun_at{};             ///< … when it was begun
   std::optional<steady_clock::time_point> locked;  ///< since when it could not be written
@@ -141,6 +147,7 @@ struct LiveCopy::Worker {
   }
   std::string path_of(int which) const { return fmt::format("{}.{}", link, which); }
   bool is_in_place() const;
+  void remove_left_behind();
   Result<void> begin();
   Result<void> begin_with_record();
   Result<void> open_to_readers(RunFile made, int its_number);
@@ -157,6 +164,12 @@ struct LiveCopy::Worker {
 bool LiveCopy::Worker::is_in_place() const {
   std::error_code none_there;
   return fs::read_symlink(link, none_there) == last_name(path_of(number));
+}
+
+/// Before the worker works, and long before there are rows: what lies there is of another run, or of less of this one.
+void LiveCopy::Worker::remove_left_behind() {
+  if (is_live_copy(link)) ::unlink(link.c_str());
+  left_behind = remove_files(link, 0);
 }
 
 /// From now on it is the copy, also where the link cannot be made, which is tried again.
@@ -177,14 +190,14 @@ Result<void> LiveCopy::Worker::open_to_readers(RunFile made, int its_number) {
 
 Result<void> LiveCopy::Worker::begin() {
   begun_at = steady_clock::now();
-  const int next = remove_files(link, 0) + 1;
+  const int next = number_after(std::max(left_behind, remove_files(link, 0)));
   auto made = RunFile::create_copy(path_of(next), info);
   return made ? open_to_readers(std::move(*made), next) : failure(made.error());
 }
 
 /// Before the worker works.
 Result<void> LiveCopy::Worker::begin_with_record() {
-  const int next = remove_files(link, 0) + 1;
+  const int next = number_after(std::max(left_behind, remove_files(link, 0)));
   auto made = RunFile::create_copy(path_of(next), info);
   if (!made) return failure(made.error());
   const auto filled =
@@ -201,7 +214,7 @@ Result<void> LiveCopy::Worker::begin_anew() {
   if (::statvfs(folder_of(link).c_str(), &disk) == 0 && !unknown &&
       disk.f_bavail * disk.f_frsize < 2 * size + kLeftFree)
     return failure(FaultKind::storage, link, "it must be begun anew, and there is no space for another file");
-  const int next = number + 1;
+  const int next = number_after(number);
   for (const char* suffix : {"", "-wal", "-shm"}) ::unlink((path_of(next) + suffix).c_str());
   if (auto made = make_new_file(path_of(next)); !made) return made;
   auto made = file->copy_to(path_of(next)).and_then([&] { return RunFile::open_copy(path_of(next)); });
@@ -283,12 +296,14 @@ void LiveCopy::Worker::leave() {
 
 LiveCopy::LiveCopy(const std::string& record_path, const RunInfo& info, const LiveCopyOptions& options)
     : worker_(std::make_shared<Worker>(record_path, info, options)) {
+  worker_->remove_left_behind();
   start();
 }
 
 std::unique_ptr<LiveCopy> LiveCopy::of_record(const std::string& record_path, const RunInfo& info,
                                               const LiveCopyOptions& options) {
   std::unique_ptr<LiveCopy> copy(new LiveCopy(std::make_shared<Worker>(record_path, info, options)));
+  copy->worker_->remove_left_behind();
   const auto begun = copy->worker_->begin_with_record();
   if (begun) copy->start();
   if (!begun) copy->worker_->give_up(text(begun.error()));

@@ -7,8 +7,8 @@
 /// holds a transaction open keeps that log from starting anew. Before it is too long, and also where somebody holds the
 /// copy's lock, has removed it or has spoiled it, the copy is begun anew as another file. So that no reader ever joins
 /// one file with another one's log, "RUN.live.db" is a link, and SQLite names the log after what it leads to:
-/// "RUN.live.db.1", then "RUN.live.db.2". The link is replaced by rename, the files before are removed, and who has one
-/// open still reads it to the end.
+/// "RUN.live.db.1", then "RUN.live.db.2", up to 9999. The link is replaced by rename, the files before are removed, and
+/// who has one open still reads it to the end.
 ///
 /// If its disk takes nothing the copy waits, for as long as memory keeps rows; the run and its record are not touched,
 /// and trouble() says so.
@@ -45,7 +45,7 @@ struct LiveCopyOptions {
 /// The writing end. It never fails: a run does not end because nobody can watch it.
 class LiveCopy {
  public:
-  /// Begins the copy of a new record, whose rows come by add(). What stood there before is replaced.
+  /// Begins the copy of a new record, whose rows come by add(). What a copy left there before is removed at once.
   LiveCopy(const std::string& record_path, const RunInfo& info, const LiveCopyOptions& options);
   /// … of a record that is taken up again: with the rows that all its files hold, which nobody writes now.
   [[nodiscard]] static std::unique_ptr<LiveCopy> of_record(const std::string& record_path, const RunInfo& info,

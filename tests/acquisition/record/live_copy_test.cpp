@@ -93,6 +93,12 @@ bool comes_to(const std::string& copy, std::int64_t slot, std::chrono::milliseco
   return false;
 }
 
+bool has_copy_files(const Folder& folder) {
+  for (const auto& entry : std::filesystem::directory_iterator(folder / ""))
+    if (entry.path().string().find(".live.") != std::string::npos) return true;
+  return false;
+}
+
 void append(Store& store, std::int64_t slot) {
   std::vector<Event> events;
   if (slot % 7 == 3) events.push_back({sample_at(slot).at, EventKind::note, fmt::format("at {}", slot)});
@@ -159,6 +165,39 @@ TEST(LiveCopy, AStaleOneIsReplacedByOneWithAllRowsOfTheRecord) {
     ASSERT_TRUE((*store)->finish());
     EXPECT_TRUE(rows_of(path) == seen);
   }
+}
+
+TEST(LiveCopy, WhatAnotherRunLeftGoesBeforeTheFirstRow) {
+  for (const bool background : {false, true}) {
+    const Folder folder;
+    const auto path = folder / "run.db", copy = live_copy_path(path);
+    std::ofstream(copy + ".3") << "of another run";
+    std::ofstream(copy + ".3-wal") << "its log";
+    std::filesystem::create_symlink("run.live.db.3", copy);
+    auto store = Store::create(path, two_thermometers(), watched(background));
+    ASSERT_TRUE(store) << text(store.error());
+    EXPECT_FALSE(has_copy_files(folder));
+    append(**store, 0);
+    EXPECT_TRUE(comes_to(copy, 0));
+    EXPECT_EQ(std::filesystem::read_symlink(copy), "run.live.db.4") << "which no reader takes for the one before";
+    ASSERT_TRUE((*store)->finish());
+  }
+}
+
+TEST(LiveCopy, FilesWhoseNumberIsNoneOfItsOwnStay) {
+  const Folder folder;
+  const auto path = folder / "run.db", copy = live_copy_path(path);
+  const std::vector<std::string> others{"20261127", "2147483647", "10000", "007", "0", "-3", "3-journal"};
+  for (const auto& other : others) std::ofstream(copy + "." + other) << "precious";
+  std::ofstream(copy + ".9999") << "what a program that died left";
+  auto store = Store::create(path, two_thermometers(), watched(false));
+  ASSERT_TRUE(store);
+  append(**store, 0);
+  EXPECT_TRUE(comes_to(copy, 0));
+  EXPECT_EQ(std::filesystem::read_symlink(copy), "run.live.db.1") << "after the last number comes the first";
+  ASSERT_TRUE((*store)->finish());
+  for (const auto& other : others) EXPECT_TRUE(std::filesystem::exists(copy + "." + other)) << other;
+  EXPECT_FALSE(std::filesystem::exists(copy + ".9999"));
 }
 
 TEST(LiveCopy, SomebodysFileOfThatNameStays) {

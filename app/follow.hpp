@@ -10,8 +10,9 @@
 namespace gyrotherm::app {
 
 /// Prints the rows that there are as `export` writes them, then each second's as it comes, until the run has ended or
-/// Ctrl-C is pressed. A run that has ended already is printed whole. Fails like read_record(), also where the record is
-/// being written and has no live copy.
+/// Ctrl-C is pressed; the path of the live copy will do. A run that has ended already is printed whole. Fails like
+/// read_record(), also where the record is being written and has no live copy of that run, and with bad_file if another
+/// run takes its place meanwhile.
 [[nodiscard]] Result<void> follow_record(Console& console, const std::string& path);
 
 }  // namespace gyrotherm::app

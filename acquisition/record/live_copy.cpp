@@ -114,6 +114,14 @@ bool is_live_copy(const std::string& path) {
   return copy_number(target, last_name(path)).has_value();
 }
 
+std::string record_of_copy(const std::string& path) {
+  if (!is_live_copy(path)) return path;
+  const auto stem = path.substr(0, path.size() - kLive.size());
+  const auto record = fmt::format("{}.db", stem);
+  std::error_code none_there;
+  return !is_there(record) && fs::is_regular_file(stem, none_there) ? stem : record;
+}
+
 /// What the copy and its worker share. Only the worker touches the file, once it works.
 struct LiveCopy::Worker {
   Worker(const std::string& record, RunInfo run_info, const LiveCopyOptions& how)

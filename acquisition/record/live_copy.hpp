@@ -31,6 +31,9 @@ namespace gyrotherm::record {
 [[nodiscard]] std::string live_copy_path(const std::string& record_path);
 /// Whether a file is a live copy, by its name and by what stands there.
 [[nodiscard]] bool is_live_copy(const std::string& path);
+/// The record that a live copy stands beside: "RUN.live.db" → "RUN.db", or "RUN" where that is the one that is there;
+/// another path as it is.
+[[nodiscard]] std::string record_of_copy(const std::string& path);
 
 struct LiveCopyOptions {
   Duration pause = std::chrono::milliseconds(500);     ///< between two transactions, at least

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "acquisition/record/chain.hpp"
+#include "acquisition/record/live_copy.hpp"
 #include "app/command.hpp"
 #include "app/interrupt.hpp"
 #include "app/value.hpp"
@@ -175,8 +176,9 @@ struct StatusArguments {
 
 Result<Exit> show_or_verify(Console& console, const StatusArguments& options) {
   if (options.watch && options.verify) return failure(FaultKind::usage, "--watch", "a closed run is verified once");
-  if (options.watch) return watch(console, options.run);
-  return options.verify ? verify(console, options.run) : show(console, options.run);
+  if (options.verify) return verify(console, options.run);
+  const auto record = record::record_of_copy(options.run);  // a copy does not know whether it is being written
+  return options.watch ? watch(console, record) : show(console, record);
 }
 
 }  // namespace

@@ -5,11 +5,13 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
 
 #include "tests/app/program.hpp"
+#include "tests/app/small_record.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -119,11 +121,70 @@ TEST_F(LiveRun, IsFoundByALinkToItsRecord) {
   EXPECT_TRUE(follower.wait_for("\n10,", 20)) << follower.output();
 }
 
+TEST_F(LiveRun, IsFoundByTheNameOfItsCopy) {
+  const auto copy = folder_ / "run.live.db";
+  const auto status = gyrotherm_with("status " + copy);
+  EXPECT_NE(status.out.find("run.db: running"), std::string::npos) << status.out << status.err;
+  Background follower({"export", copy, "--follow"}, folder_ / "followed");
+  ASSERT_TRUE(follower.wait_for("\n10,", 20)) << follower.output();
+  run_.signal(SIGSTOP);
+  std::this_thread::sleep_for(3000ms);
+  EXPECT_TRUE(follower.is_running()) << "the record is being written, although nobody writes the copy";
+  run_.signal(SIGCONT);
+  run_.signal(SIGINT);
+  EXPECT_EQ(run_.wait(), 5);
+  EXPECT_EQ(follower.wait(), 0) << follower.output();
+  ASSERT_EQ(gyrotherm_with("export " + path_ + " --out " + (folder_ / "whole.csv")).exit_code, 0);
+  EXPECT_EQ(follower.output(), shell("cat " + (folder_ / "whole.csv")).out);
+}
+
 TEST_F(LiveRun, RefusesToAcknowledgeWhatIsNoAlarm) {
   const auto unknown = gyrotherm_with("tell " + path_ + " acknowledge 9999 seen");
   EXPECT_EQ(unknown.exit_code, 3);
   EXPECT_NE(unknown.err.find("there is no alarm 9999"), std::string::npos) << unknown.err;
   EXPECT_EQ(gyrotherm_with("tell " + path_ + " acknowledge 9999").exit_code, 2) << "a comment is wanted";
+}
+
+/// The records of two runs, one.db and two.db. The live copy of the first stands there for run.db and for run.
+class CopyOfAnotherRun : public testing::Test {
+ protected:
+  CopyOfAnotherRun() {
+    std::ofstream(folder_ / "map.toml") << small_map();
+    for (const auto& [name, rows] : {std::pair("one", 40), std::pair("two", 90)}) {
+      const auto file = folder_ / name;
+      std::ofstream(file + ".csv") << small_rows(rows);
+      const auto imported =
+          gyrotherm_with("import " + file + ".csv --map " + (folder_ / "map.toml") + " --out " + file + ".db");
+      EXPECT_EQ(imported.exit_code, 0) << imported.err;
+    }
+    lead_to("one", 1);
+  }
+  void lead_to(const std::string& name, int number) {
+    const auto target = "run.live.db." + std::to_string(number);
+    std::filesystem::copy_file(folder_ / (name + ".db"), folder_ / target);
+    std::filesystem::create_symlink(target, folder_ / "run.live.db.new");
+    std::filesystem::rename(folder_ / "run.live.db.new", folder_ / "run.live.db");
+  }
+  Folder folder_;
+};
+
+TEST_F(CopyOfAnotherRun, IsNotFollowed) {
+  for (const auto* name : {"run.db", "run"}) {
+    const auto record = folder_ / name, table = record + ".csv";
+    std::filesystem::copy_file(folder_ / "two.db", record);
+    const auto followed = gyrotherm_with("export " + record + " --follow");
+    EXPECT_EQ(followed.exit_code, 0) << followed.err;
+    ASSERT_EQ(gyrotherm_with("export " + record + " --out " + table).exit_code, 0);
+    EXPECT_EQ(followed.out, shell("cat " + table).out) << name;
+  }
+}
+
+TEST_F(CopyOfAnotherRun, EndsWhatIsFollowed) {
+  Background follower({"export", folder_ / "run.db", "--follow"}, folder_ / "followed");
+  ASSERT_TRUE(follower.wait_for("\n39,", 20)) << follower.output();
+  lead_to("two", 2);
+  EXPECT_NE(follower.wait(), 0);
+  EXPECT_EQ(follower.output().find("\n40,"), std::string::npos) << follower.output();
 }
 
 }  // namespace

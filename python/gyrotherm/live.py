@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Callable
 
 from .database import live_path, opened, record_behind, record_of_copy
 from .errors import BeingWritten, RecordError
+from .info import read_info
 from .record import Record, read_record, record_of
 from .table import table_of, to_pandas
 
@@ -18,6 +20,28 @@ if TYPE_CHECKING:
     import pandas
 
 _PATIENCE_S = 10.0  # for the record to be closed once its live copy is gone
+
+
+class _AnotherRun(RecordError):
+    """What lies there is of another run, which was there before or has taken the place of this one."""
+
+
+def _run_at(record_path: Path) -> str:
+    """The run that a record is of: it says so itself, or its status file while it is being written. "": not known."""
+    try:
+        with opened(record_path) as database:
+            return read_info(database).id
+    except RecordError:
+        pass
+    try:
+        return str(json.loads(Path(f"{record_path}.status").read_text(encoding="utf-8")).get("id", ""))
+    except (OSError, ValueError, AttributeError):
+        return ""
+
+
+def _check_run(record: Record, run: str, path: Path) -> None:
+    if run not in ("", record.info.id):
+        raise _AnotherRun(f"{path}: is of another run")
 
 
 def _from_slot(record: Record, first: int) -> pandas.DataFrame:
@@ -49,22 +73,26 @@ def follow(path: str | os.PathLike[str], *, every_s: float = 1.0,
     """Yields the seconds of a run as they come, first all that there are: DataFrames like those of `to_pandas`. Ends
     when the run has ended and its last second has been yielded. Looks every `every_s` at the live copy, RUN.live.db;
     the record itself is only asked whether it is being written. Where the Earth's rate is not known nothing is removed
-    from the bias: the first hold may not be over. Raises `BeingWritten` if the run goes on and has no live copy."""
+    from the bias: the first hold may not be over. Raises `BeingWritten` if the run goes on and has no live copy of its
+    own, and `RecordError` if another run takes its place."""
     record_path = record_of_copy(record_behind(path))
     live = live_path(record_path)
-    first, waited = 0, 0.0
+    first, waited, run = 0, 0.0, ""
     while True:
         try:
             with opened(live) as database:
                 part = record_of(database, first)
-            waited = 0.0
-        except RecordError:
+            _check_run(part, run or _run_at(record_path), live)
+            run, waited = part.info.id, 0.0
+        except RecordError as trouble:
+            has_copy = live.exists() and not isinstance(trouble, _AnotherRun)
             try:
-                if live.exists():  # and may be begun anew just now
+                if has_copy:  # and may be begun anew just now
                     raise
                 whole = read_record(record_path)
+                _check_run(whole, run, record_path)
             except RecordError as error:
-                being_changed = live.exists() or isinstance(error, BeingWritten)  # begun, closed, or never copied
+                being_changed = has_copy or isinstance(error, BeingWritten)  # begun, closed, or never copied
                 if not being_changed or waited >= _PATIENCE_S:
                     raise
                 waited += every_s
@@ -77,6 +105,7 @@ def follow(path: str | os.PathLike[str], *, every_s: float = 1.0,
             yield to_pandas(table_of(part, own_zero=False, first=first))
             first = after
         elif (closed := _if_closed(record_path)) is not None:
+            _check_run(closed, run, record_path)
             if (rest := _from_slot(closed, first)).size:
                 yield rest
             return

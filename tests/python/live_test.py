@@ -17,6 +17,17 @@ from gyrotherm.database import live_path, opened
 from gyrotherm.errors import RecordError
 
 
+OF_ANOTHER = "f" * 32
+
+
+def be_of_another_run(path, connection=None):
+    """Makes a file that of another run, by the connection that writes it, or by one of its own."""
+    writer = connection or sqlite3.connect(path, isolation_level=None)
+    writer.execute("UPDATE meta SET value = ? WHERE key = 'id'", (OF_ANOTHER,))
+    if connection is None:
+        writer.close()
+
+
 class Follow(InAFolder):
     def setUp(self):
         whole = self.folder / "whole.db"
@@ -100,6 +111,37 @@ class Follow(InAFolder):
         steps = [lambda: self.advance(3000, 3099), self.close]
         pieces = list(module.follow(self.live, sleep=lambda seconds: steps.pop(0)()))
         self.assertEqual([len(piece) for piece in pieces], [3000, 100, 6500])
+
+    def test_a_copy_that_another_run_left_is_not_taken(self):
+        shutil.copy(self.folder / "whole.db", self.path)
+        be_of_another_run(self.path)
+        pieces = list(module.follow(self.path))
+        self.assertEqual([len(piece) for piece in pieces], [9600])
+
+    def test_a_copy_that_another_run_left_is_not_taken_while_its_record_is_being_written(self):
+        shutil.copy(self.folder / "whole.db", self.path)
+        (self.folder / "run.db.status").write_text('{"id": "%s"}' % OF_ANOTHER, encoding="utf-8")
+        writer = sqlite3.connect(self.path, isolation_level=None)
+        writer.execute("BEGIN EXCLUSIVE")
+        with self.assertRaises(module.BeingWritten):
+            list(module.follow(self.path, sleep=lambda seconds: None))
+        writer.close()
+
+    def test_ends_where_another_run_takes_its_place(self):
+        seconds = module.follow(self.path, sleep=lambda seconds: be_of_another_run(self.live, self.writer))
+        self.assertEqual(len(next(seconds)), 3000)
+        with self.assertRaises(RecordError):
+            next(seconds)
+
+    def test_ends_where_the_record_is_another_run_s(self):
+        def replace(seconds):
+            shutil.copy(self.folder / "whole.db", self.path)
+            be_of_another_run(self.path)
+
+        seconds = module.follow(self.path, sleep=replace)
+        self.assertEqual(len(next(seconds)), 3000)
+        with self.assertRaises(RecordError):
+            next(seconds)
 
     def test_goes_by_the_name_that_the_program_gives_it(self):
         for record_name, copy in (("a.db", "a.live.db"), ("a.sqlite", "a.sqlite.live.db"), ("a", "a.live.db")):

@@ -418,10 +418,13 @@ Result<void> RunFile::copy_row(std::string_view table, const record::Statement& 
     return write(samples_);
   }
   auto& statement = table == "fault" ? statements_->fault : table == "event" ? statements_->event : statements_->gap;
-  if (table == "fault") now_.faults = row.integer(0);
-  if (table == "event") now_.events = row.integer(0);
+  // Every part of a run counts its faults from 1, and an older one its events too.
+  if (table == "fault") ++now_.faults;
+  if (table == "event") now_.events = std::max(row.integer(0), now_.events + 1);
+  const bool is_numbered = table != "gap";
   Row copy(statement, now_.chain, table);
-  for (int column = 0; column + 1 < row.columns(); ++column) copy.put(row.cell(column));
+  if (is_numbered) copy.put(table == "fault" ? now_.faults : now_.events);
+  for (int column = is_numbered ? 1 : 0; column + 1 < row.columns(); ++column) copy.put(row.cell(column));
   return copy.run();
 }
 

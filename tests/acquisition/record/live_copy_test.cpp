@@ -16,7 +16,10 @@
 #include <fstream>
 #include <thread>
 
+#include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/run_file.hpp"
+#include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/status.hpp"
 #include "acquisition/record/store.hpp"
 #include "tests/acquisition/record/runs.hpp"
@@ -198,6 +201,36 @@ TEST(LiveCopy, FilesWhoseNumberIsNoneOfItsOwnStay) {
   ASSERT_TRUE((*store)->finish());
   for (const auto& other : others) EXPECT_TRUE(std::filesystem::exists(copy + "." + other)) << other;
   EXPECT_FALSE(std::filesystem::exists(copy + ".9999"));
+}
+
+TEST(LiveCopy, HasTheFaultsAndEventsOfAllParts) {
+  const Folder folder;
+  const auto path = folder / "run.db", copy = live_copy_path(path), whole = folder / "whole.db";
+  const auto fill = [](RunFile file, std::int64_t first, std::int64_t last) {
+    ASSERT_TRUE(file.begin());
+    for (auto slot = first; slot <= last; ++slot) {
+      auto sample = sample_at(slot);
+      sample.thermometers[1].value = failure(FaultKind::timeout, "an instrument", "no reply");
+      const std::vector<Event> events{{sample.at, EventKind::note, fmt::format("at {}", slot)}};
+      ASSERT_TRUE(file.insert(entry_of(sample, events, two_thermometers())));
+    }
+    ASSERT_TRUE(file.replace_frames({}) && file.commit());
+  };
+  const Continuation continuation{.part = 2, .before = "run.db", .from = 10, .cause = "a failure"};
+  fill(RunFile::create(path, two_thermometers()).value(), 0, 9);
+  fill(RunFile::create(part_path(path, 2), two_thermometers(), continuation).value(), 10, 19);
+  auto store = Store::reopen(path, watched(false));
+  ASSERT_TRUE(store) << text(store.error());
+  append(**store, 20);
+  EXPECT_TRUE(comes_to(copy, 20));
+  {
+    Reader reader(copy);
+    EXPECT_EQ(reader.table("SELECT count(*), count(DISTINCT slot) FROM fault"), "20|20|\n");
+    EXPECT_EQ(reader.table("SELECT count(*), count(DISTINCT slot) FROM event"), "20|20|\n");
+    ASSERT_TRUE(reader.run("VACUUM INTO '" + whole + "'"));
+  }
+  EXPECT_TRUE(verify_record(whole)) << "its chain is that of its rows";
+  ASSERT_TRUE((*store)->finish());
 }
 
 TEST(LiveCopy, SomebodysFileOfThatNameStays) {

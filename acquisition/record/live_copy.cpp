@@ -33,8 +33,8 @@ using std::chrono::steady_clock;
 constexpr std::string_view kLive = ".live.db";
 constexpr auto kLongestGoodbye = std::chrono::seconds(2);
 constexpr auto kRetry = std::chrono::seconds(1);
-constexpr int kHighestNumber = 9999;                              ///< of a copy's file; then it begins again with 1
-constexpr std::uintmax_t kLeftFree = std::uintmax_t{256} << 20U;  ///< bytes of the disk, for the record
+constexpr int kHighestNumber = 9999;   ///< of a copy's file; then it begins again with 1
+constexpr std::uintmax_t kScarce = 8;  ///< with an eighth of what is left for the record the copy is taken away
 constexpr int kPatienceBesideMs = 2000;
 constexpr std::int64_t kPage = 4096;
 
@@ -64,6 +64,13 @@ int remove_files(const std::string& link, int but) {
     ::unlink(entry.c_str());
   }
   return highest;
+}
+
+/// Bytes of the disk that a file may still take; nothing where that cannot be told.
+std::optional<std::uintmax_t> free_space(const std::string& path) {
+  struct statvfs disk {};
+  if (::statvfs(folder_of(path).c_str(), &disk) != 0) return {};
+  return std::uintmax_t{disk.f_bavail} * disk.f_frsize;
 }
 
 /// The link to the file of a copy; no other file is taken away for it.
@@ -138,13 +145,14 @@ struct LiveCopy::Worker {
   FrameCount frames;
   std::string trouble;
   bool stop{}, ended{};
-  bool given_up{};  ///< more rows came than memory keeps
+  bool given_up{};  ///< there is no copy any more
 
   std::optional<RunFile> file;
   int left_behind{};                               ///< the highest number of those that a program that died left
   int number{};                                    ///< of the file
   steady_clock::time_point begun_at{};             ///< … when it was begun
   std::optional<steady_clock::time_point> locked;  ///< since when it could not be written
+  bool is_lost{};                                  ///< it cannot go on, however often that is tried
   std::thread thread;
 
   /// With the lock, or before the worker works.
@@ -156,9 +164,11 @@ struct LiveCopy::Worker {
   std::string path_of(int which) const { return fmt::format("{}.{}", link, which); }
   bool is_in_place() const;
   void remove_left_behind();
+  Result<void> check_space(std::uintmax_t bytes);
   Result<void> begin();
   Result<void> begin_with_record();
   Result<void> open_to_readers(RunFile made, int its_number);
+  bool is_spoiled();
   Result<void> begin_anew();
   Result<void> put(std::span<const EntryPointer> entries, const FrameCount& count);
   Result<void> be_ready();
@@ -178,6 +188,17 @@ bool LiveCopy::Worker::is_in_place() const {
 void LiveCopy::Worker::remove_left_behind() {
   if (is_live_copy(link)) ::unlink(link.c_str());
   left_behind = remove_files(link, 0);
+}
+
+/// Fails where `bytes` more would be of those that are left for the record.
+Result<void> LiveCopy::Worker::check_space(std::uintmax_t bytes) {
+  const auto free = free_space(link);
+  if (!free || *free >= bytes + options.left_free) return {};
+  is_lost = *free < options.left_free / kScarce;
+  constexpr unsigned kMebi = 20;
+  return failure(
+      FaultKind::storage, link,
+      fmt::format("its disk has {} MiB, and the last {} are the record's", *free >> kMebi, options.left_free >> kMebi));
 }
 
 /// From now on it is the copy, also where the link cannot be made, which is tried again.
@@ -205,6 +226,9 @@ Result<void> LiveCopy::Worker::begin() {
 
 /// Before the worker works.
 Result<void> LiveCopy::Worker::begin_with_record() {
+  std::error_code unknown;
+  const auto size = fs::file_size(record_path, unknown);
+  if (auto space = check_space(unknown ? 0 : size); !space) return space;
   const int next = number_after(std::max(left_behind, remove_files(link, 0)));
   auto made = RunFile::create_copy(path_of(next), info);
   if (!made) return failure(made.error());
@@ -213,19 +237,26 @@ Result<void> LiveCopy::Worker::begin_with_record() {
   return filled ? open_to_readers(std::move(*made), next) : filled;
 }
 
+/// Whether the file is none any more that could be gone on from. The rows that it had are in the record, which its
+/// writer alone may open.
+bool LiveCopy::Worker::is_spoiled() {
+  const auto verdict = file->database().ask("PRAGMA quick_check(1)");
+  return verdict ? *verdict != "ok" : !is_locked(verdict.error()) && !is_full(verdict.error());
+}
+
 /// Readers of the file before have it as long as they like.
 Result<void> LiveCopy::Worker::begin_anew() {
   begun_at = steady_clock::now();
-  struct statvfs disk {};
   std::error_code unknown;
   const auto size = fs::file_size(path_of(number), unknown);
-  if (::statvfs(folder_of(link).c_str(), &disk) == 0 && !unknown &&
-      disk.f_bavail * disk.f_frsize < 2 * size + kLeftFree)
-    return failure(FaultKind::storage, link, "it must be begun anew, and there is no space for another file");
+  if (auto space = check_space(unknown ? 0 : 2 * size); !space)
+    return failure(FaultKind::storage, link, "it must be begun anew: " + space.error().what);
   const int next = number_after(number);
   for (const char* suffix : {"", "-wal", "-shm"}) ::unlink((path_of(next) + suffix).c_str());
   if (auto made = make_new_file(path_of(next)); !made) return made;
-  auto made = file->copy_to(path_of(next)).and_then([&] { return RunFile::open_copy(path_of(next)); });
+  auto copied = file->copy_to(path_of(next));
+  if (!copied) is_lost = is_spoiled();
+  auto made = copied.and_then([&] { return RunFile::open_copy(path_of(next)); });
   return made ? open_to_readers(std::move(*made), next) : failure(made.error());
 }
 
@@ -250,6 +281,7 @@ Result<void> LiveCopy::Worker::be_ready() {
 
 /// Afterwards all of the entries are in the copy, or none.
 Result<void> LiveCopy::Worker::write(std::span<const EntryPointer> entries, const FrameCount& count) {
+  if (auto space = check_space(0); !space) return space;
   if (auto ready = be_ready(); !ready) return ready;
   if (auto done = put(entries, count); !done) {
     (void)file->roll_back();
@@ -286,6 +318,7 @@ void LiveCopy::Worker::work() {
     lock.lock();
     if (written && !given_up) waiting.erase(waiting.begin(), waiting.begin() + std::ssize(batch));
     if (!given_up) trouble = written ? "" : text(written.error());
+    if (!given_up && is_lost) give_up("there is no copy any more: " + trouble);
     news.wait_for(lock, written ? options.pause : Duration(kRetry), [&] { return stop; });
   }
   lock.unlock();
@@ -295,11 +328,11 @@ void LiveCopy::Worker::work() {
   progress.notify_all();
 }
 
-/// Takes the copy away.
+/// Takes the copy away, with what could not become one.
 void LiveCopy::Worker::leave() {
   if (number > 0 && is_in_place()) ::unlink(link.c_str());
   file.reset();
-  if (number > 0) remove_files(link, 0);
+  remove_files(link, 0);
 }
 
 LiveCopy::LiveCopy(const std::string& record_path, const RunInfo& info, const LiveCopyOptions& options)
@@ -313,8 +346,12 @@ std::unique_ptr<LiveCopy> LiveCopy::of_record(const std::string& record_path, co
   std::unique_ptr<LiveCopy> copy(new LiveCopy(std::make_shared<Worker>(record_path, info, options)));
   copy->worker_->remove_left_behind();
   const auto begun = copy->worker_->begin_with_record();
-  if (begun) copy->start();
-  if (!begun) copy->worker_->give_up(text(begun.error()));
+  if (begun) {
+    copy->start();
+  } else {
+    copy->worker_->leave();
+    copy->worker_->give_up(text(begun.error()));
+  }
   return copy;
 }
 

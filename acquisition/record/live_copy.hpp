@@ -5,13 +5,14 @@
 /// Its readers may do what they like, for nothing of the run waits for them. A worker of the copy's own writes it, from
 /// rows that are acknowledged already, and into a write-ahead log, which no reader can keep shut. Only a reader that
 /// holds a transaction open keeps that log from starting anew. Before it is too long, and also where somebody holds the
-/// copy's lock, has removed it or has spoiled it, the copy is begun anew as another file. So that no reader ever joins
-/// one file with another one's log, "RUN.live.db" is a link, and SQLite names the log after what it leads to:
-/// "RUN.live.db.1", then "RUN.live.db.2", up to 9999. The link is replaced by rename, the files before are removed, and
-/// who has one open still reads it to the end.
+/// copy's lock or has removed it, the copy is begun anew as another file. So that no reader ever joins one file with
+/// another one's log, "RUN.live.db" is a link, and SQLite names the log after what it leads to: "RUN.live.db.1", then
+/// "RUN.live.db.2", up to 9999. The link is replaced by rename, the files before are removed, and who has one open
+/// still reads it to the end.
 ///
-/// If its disk takes nothing the copy waits, for as long as memory keeps rows; the run and its record are not touched,
-/// and trouble() says so.
+/// If its disk takes nothing, or has only what is left for the record, the copy waits, for as long as memory keeps
+/// rows; with an eighth of that space it is taken away, and so is one that somebody has spoiled. The run and its record
+/// are not touched, and trouble() says so.
 #pragma once
 
 #include <cstdint>
@@ -36,13 +37,14 @@ namespace gyrotherm::record {
 [[nodiscard]] std::string record_of_copy(const std::string& path);
 
 struct LiveCopyOptions {
-  Duration pause = std::chrono::milliseconds(500);     ///< between two transactions, at least
-  Duration begins_after{};                             ///< how old a run is before it gets one
-  std::int64_t longest_log = std::int64_t{48} << 20U;  ///< bytes; after that the copy is begun anew
-  Duration longest_locked = std::chrono::seconds(3);   ///< … and after so long in which it could not be written
-  Duration rest = std::chrono::seconds(10);            ///< between two files, at least
-  std::size_t most_rows = 50'000;                      ///< that wait in memory; of more there is no copy any more
-  int most_pages{};                                    ///< of its file, as if its disk were full then; 0: any
+  Duration pause = std::chrono::milliseconds(500);        ///< between two transactions, at least
+  Duration begins_after{};                                ///< how old a run is before it gets one
+  std::int64_t longest_log = std::int64_t{48} << 20U;     ///< bytes; after that the copy is begun anew
+  Duration longest_locked = std::chrono::seconds(3);      ///< … and after so long in which it could not be written
+  Duration rest = std::chrono::seconds(10);               ///< between two files, at least
+  std::size_t most_rows = 50'000;                         ///< that wait in memory; of more there is no copy any more
+  int most_pages{};                                       ///< of its file, as if its disk were full then; 0: any
+  std::uintmax_t left_free = std::uintmax_t{256} << 20U;  ///< bytes of its disk, for the record
 };
 
 /// The writing end. It never fails: a run does not end because nobody can watch it.

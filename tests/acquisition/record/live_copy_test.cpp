@@ -96,9 +96,26 @@ bool comes_to(const std::string& copy, std::int64_t slot, std::chrono::milliseco
   return false;
 }
 
+/// Why the copy does not follow, once it does not; "" if it always does.
+std::string trouble_of(Store& store, const std::string& path) {
+  std::string trouble;
+  for (int i = 0; i < 2000 && trouble.empty(); ++i) {
+    std::this_thread::sleep_for(5ms);
+    EXPECT_TRUE(store.sync());
+    if (const auto status = status_beside(path)) trouble = status->live_copy_trouble;
+  }
+  return trouble;
+}
+
 bool has_copy_files(const Folder& folder) {
   for (const auto& entry : std::filesystem::directory_iterator(folder / ""))
     if (entry.path().string().find(".live.") != std::string::npos) return true;
+  return false;
+}
+
+bool loses_its_copy_files(const Folder& folder) {
+  for (const auto end = steady_clock::now() + 10s; steady_clock::now() < end; std::this_thread::sleep_for(5ms))
+    if (!has_copy_files(folder)) return true;
   return false;
 }
 
@@ -272,6 +289,57 @@ TEST(LiveCopy, ItsFullDiskStopsTheCopyAlone) {
     EXPECT_EQ(record->slot.size(), 600u);
     EXPECT_FALSE(std::filesystem::exists(live_copy_path(path)));
   }
+}
+
+/// A copy that has only begun to take what is left for the record waits; one that takes the last of it goes.
+TEST(LiveCopy, TheLastOfItsDiskIsLeftForTheRecord) {
+  for (const bool goes : {false, true}) {
+    const Folder folder;
+    const auto path = folder / "run.db";
+    const auto free = std::filesystem::space(folder / "").available;
+    const LiveCopyOptions options{.pause = 2ms, .left_free = goes ? 100 * free : 2 * free};
+    auto store = Store::create(path, two_thermometers(), watched(false, options));
+    ASSERT_TRUE(store);
+    for (std::int64_t slot = 0; slot < 5; ++slot) append(**store, slot);
+    const auto trouble = trouble_of(**store, path);
+    EXPECT_NE(trouble.find("are the record's"), std::string::npos) << trouble;
+    EXPECT_EQ(trouble.find("there is no copy any more") != std::string::npos, goes) << trouble;
+    EXPECT_FALSE(has_copy_files(folder));
+    EXPECT_EQ((*store)->health().trouble, "");
+    store->reset();
+    store = Store::reopen(path, watched(false, options));
+    ASSERT_TRUE(store) << text(store.error());
+    EXPECT_NE(trouble_of(**store, path).find("are the record's"), std::string::npos);
+    EXPECT_FALSE(has_copy_files(folder));
+    append(**store, 5);
+    ASSERT_TRUE((*store)->finish());
+    EXPECT_EQ(read_record(path)->slot.size(), 6u);
+  }
+}
+
+TEST(LiveCopy, OneThatSomebodySpoiledIsTakenAway) {
+  const Folder folder;
+  const auto path = folder / "run.db", copy = live_copy_path(path);
+  constexpr std::int64_t kRows = 30'000;  // more than SQLite keeps of a file in memory
+  constexpr auto kPatience = 60s;
+  auto store = Store::create(path, two_thermometers(), watched(false, {.pause = 1ms, .longest_log = 0}));
+  ASSERT_TRUE(store);
+  for (std::int64_t slot = 0; slot < kRows; ++slot) ASSERT_TRUE((*store)->append(sample_at(slot), {}));
+  ASSERT_TRUE((*store)->sync());
+  ASSERT_TRUE(comes_to(copy, kRows - 1, kPatience));
+  append(**store, kRows);
+  ASSERT_TRUE(comes_to(copy, kRows, kPatience)) << "it is begun anew with each transaction";
+  const auto file = std::filesystem::canonical(copy);
+  constexpr std::uintmax_t kPage = 4096;
+  const auto size = std::filesystem::file_size(file);
+  ASSERT_GT(size, 2'500'000u);
+  std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(kPage) << std::string(size - kPage, '\0');
+  append(**store, kRows + 1);
+  const auto trouble = trouble_of(**store, path);
+  EXPECT_NE(trouble.find("there is no copy any more"), std::string::npos) << trouble;
+  EXPECT_TRUE(loses_its_copy_files(folder));
+  ASSERT_TRUE((*store)->finish());
+  EXPECT_EQ(read_record(path)->slot.size(), static_cast<std::size_t>(kRows + 2));
 }
 
 /// A process that reads the copy again and again, and is killed while it does.

@@ -65,12 +65,6 @@ std::int64_t RowChain::end() {
   return beginning;
 }
 
-namespace {
-
-std::string name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
-
-}  // namespace
-
 Result<std::string> file_digest(const std::string& path, std::uint64_t most) {
   const auto file = open_regular_file(path);
   if (!file) return failure(file.error());
@@ -105,7 +99,7 @@ Result<void> write_manifest(const std::string& record_path, int last_part) {
       if (!is_there(path)) continue;
       const auto hash = file_digest(path);
       if (!hash) return failure(FaultKind::storage, hash.error().where, hash.error().what);
-      text += fmt::format("{}  {}\n", *hash, name_of(path));
+      text += fmt::format("{}  {}\n", *hash, name_in_folder(path));
     }
   return replace_own_file(manifest_path(record_path), text);
 }
@@ -120,7 +114,7 @@ std::optional<std::vector<std::pair<std::string, std::string>>> lines_of_manifes
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
     if (line.size() <= kName) return std::nullopt;
-    files.emplace_back(name_of(line.substr(kName)), line.substr(0, kDigits));
+    files.emplace_back(name_in_folder(line.substr(kName)), line.substr(0, kDigits));
   }
   return files;
 }
@@ -144,7 +138,7 @@ Result<std::optional<Manifest>> check_manifest(const std::string& record_path) {
   auto lines = lines_of_manifest(**text);
   if (!lines) return refuse("is no manifest");
   const auto folder = std::filesystem::path(record_path).parent_path();
-  const auto own = name_of(record_path);
+  const auto own = name_in_folder(record_path);
   const auto is_named = [&] {
     return std::ranges::any_of(*lines, [&](const auto& line) { return line.first == own; });
   };
@@ -371,9 +365,9 @@ Result<Verified> verify_files(const std::string& path) {
   const auto manifest = check_manifest(path);
   if (!manifest) return failure(manifest.error());
   all.manifest = manifest->has_value();
-  if (all.manifest) all.digest = (*manifest)->at(name_of(path));
+  if (all.manifest) all.digest = (*manifest)->at(name_in_folder(path));
   for (const auto& part : files->parts)
-    if (all.manifest && !(*manifest)->contains(name_of(part.path)))
+    if (all.manifest && !(*manifest)->contains(name_in_folder(part.path)))
       return failure(FaultKind::bad_file, part.path, "was not there when the run was closed");
   return all;
 }

@@ -26,8 +26,6 @@ struct Found {
   std::string run_id;
 };
 
-std::string name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
-
 /// Fails with bad_file if the file is no part of a run.
 Result<Found> part_at(const std::string& path, int number) {
   auto database = open_record(path);
@@ -65,7 +63,7 @@ bool is_of_another_run(const std::string& path, const std::string& run_id) {
 }
 
 /// A part's number in a file's name, ".2": 1 to 6 digits, for 8 are a date, and no zero before them.
-std::optional<int> number_in(std::string_view ending) {
+std::optional<int> part_number_in(std::string_view ending) {
   constexpr std::size_t kMostDigits = 6;
   if (!ending.starts_with('.') || ending.size() > 1 + kMostDigits || ending.substr(1, 1) == "0") return {};
   ending.remove_prefix(1);
@@ -80,7 +78,7 @@ std::optional<int> number_in(std::string_view ending) {
 std::set<int> numbers_beside(const std::string& record_path) {
   std::set<int> numbers;
   for (const auto& entry : entries_of(folder_of(record_path)))
-    if (const auto name = part_name(entry.filename().string()); name && name->record == name_of(record_path))
+    if (const auto name = part_name(entry.filename().string()); name && name->record == name_in_folder(record_path))
       numbers.insert(name->part);
   for (int number = 2; is_there(part_path(record_path, number)); ++number) numbers.insert(number);
   return numbers;
@@ -89,10 +87,10 @@ std::set<int> numbers_beside(const std::string& record_path) {
 /// The number of the file that a part goes on from. Where all files were renamed together, it is that of the old name,
 /// which could be that of a record only if it has the part's own number or a higher one.
 int number_before(const Continuation& continuation, const std::string& record_path) {
-  if (continuation.before == name_of(record_path)) return 1;
+  if (continuation.before == name_in_folder(record_path)) return 1;
   const auto name = part_name(continuation.before);
   if (!name) return 1;
-  return name->record == name_of(record_path) || name->part < continuation.part ? name->part : 1;
+  return name->record == name_in_folder(record_path) || name->part < continuation.part ? name->part : 1;
 }
 
 /// Finds the first part that says it goes on from a file which is none of those before it.
@@ -127,8 +125,10 @@ Result<void> check_no_journal(const std::string& where, const std::string& file)
   return failure(FaultKind::bad_file, where,
                  fmt::format("a journal lies beside it ({}): another program broke off while it changed the record, "
                              "and it is not played back here",
-                             std::filesystem::path(journal).filename().string()));
+                             name_in_folder(journal)));
 }
+
+std::string name_in_folder(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 
 std::string part_path(const std::string& record_path, int part) {
   if (part == 1) return record_path;
@@ -144,7 +144,8 @@ std::optional<PartName> part_name(const std::string& path) {
   // "RUN.2.db", and "RUN.2" of a record whose name has no ending.
   for (const auto& [ending, own] :
        {std::pair(stem.extension(), stem.stem().string() + extension.string()), std::pair(extension, stem.string())})
-    if (const auto number = number_in(ending.string()); number && part_path(own, *number) == whole.filename().string())
+    if (const auto number = part_number_in(ending.string());
+        number && part_path(own, *number) == whole.filename().string())
       return PartName{.record = (whole.parent_path() / own).string(), .part = *number};
   return std::nullopt;
 }

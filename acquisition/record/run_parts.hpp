@@ -27,6 +27,9 @@ struct Continuation {
 /// and do not play one back, for it overwrites the file and may name others. `where` names the file in the fault.
 [[nodiscard]] Result<void> check_no_journal(const std::string& where, const std::string& file);
 
+/// "/data/RUN.db" → "RUN.db".
+[[nodiscard]] std::string name_in_folder(const std::string& path);
+
 /// "RUN.db" → "RUN.2.db"; part 1 is the record itself.
 [[nodiscard]] std::string part_path(const std::string& record_path, int part);
 

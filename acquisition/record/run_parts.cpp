@@ -93,12 +93,20 @@ int number_before(const Continuation& continuation, const std::string& record_pa
   return name->record == name_in_folder(record_path) || name->part < continuation.part ? name->part : 1;
 }
 
-/// Finds the first part that says it goes on from a file which is none of those before it.
+/// The first slot of which a part and those that it goes on from have nothing; 0 where that cannot be known.
+std::int64_t end_of(const Part& part) {
+  const auto last = open_record(part.path).and_then([](Database database) { return last_slot(database); });
+  return std::max(part.continuation.from, last.value_or(-1) + 1);
+}
+
+/// Finds the first part that says it goes on from a file which is none of those before it, unless all that came before
+/// its first slot is there: it has taken over what stood in that file.
 void look_for_lost(RecordFiles& files, const std::string& record_path, const std::map<int, Fault>& no_parts) {
   std::set<int> before;
-  for (const auto& [path, continuation] : files.parts) {
+  for (std::size_t i = 0; i < files.parts.size(); ++i) {
+    const auto& [path, continuation] = files.parts[i];
     const int wanted = number_before(continuation, record_path);
-    if (continuation.part > 1 && !before.contains(wanted)) {
+    if (i > 0 && !before.contains(wanted) && end_of(files.parts[i - 1]) < continuation.from) {
       const auto lost = part_path(record_path, wanted);
       const auto known = no_parts.find(wanted);
       const auto* why = is_there(lost) ? "is another file than the one of that name that was gone on from"

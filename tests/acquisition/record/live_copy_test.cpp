@@ -320,26 +320,26 @@ TEST(LiveCopy, TheLastOfItsDiskIsLeftForTheRecord) {
 TEST(LiveCopy, OneThatSomebodySpoiledIsTakenAway) {
   const Folder folder;
   const auto path = folder / "run.db", copy = live_copy_path(path);
-  constexpr std::int64_t kSeconds = 30'000;  // more than SQLite keeps of a file in memory
+  constexpr std::int64_t kManySeconds = 30'000;  // more than SQLite keeps of a file in memory
   constexpr auto kPatience = 60s;
   auto store = Store::create(path, two_thermometers(), watched(false, {.pause = 1ms, .longest_log = 0}));
   ASSERT_TRUE(store);
-  for (std::int64_t slot = 0; slot < kSeconds; ++slot) ASSERT_TRUE((*store)->append(sample_at(slot), {}));
+  for (std::int64_t slot = 0; slot < kManySeconds; ++slot) ASSERT_TRUE((*store)->append(sample_at(slot), {}));
   ASSERT_TRUE((*store)->sync());
-  ASSERT_TRUE(comes_to(copy, kSeconds - 1, kPatience));
-  append(**store, kSeconds);
-  ASSERT_TRUE(comes_to(copy, kSeconds, kPatience)) << "it is begun anew with each transaction";
+  ASSERT_TRUE(comes_to(copy, kManySeconds - 1, kPatience));
+  append(**store, kManySeconds);
+  ASSERT_TRUE(comes_to(copy, kManySeconds, kPatience)) << "it is begun anew with each transaction";
   const auto file = std::filesystem::canonical(copy);
   constexpr std::uintmax_t kPage = 4096;
   const auto size = std::filesystem::file_size(file);
   ASSERT_GT(size, 2'500'000u);
   std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(kPage) << std::string(size - kPage, '\0');
-  append(**store, kSeconds + 1);
+  append(**store, kManySeconds + 1);
   const auto trouble = trouble_of(**store, path);
   EXPECT_NE(trouble.find("there is no copy any more"), std::string::npos) << trouble;
   EXPECT_TRUE(loses_its_copy_files(folder));
   ASSERT_TRUE((*store)->finish());
-  EXPECT_EQ(read_record(path)->slot.size(), static_cast<std::size_t>(kSeconds + 2));
+  EXPECT_EQ(read_record(path)->slot.size(), static_cast<std::size_t>(kManySeconds + 2));
 }
 
 /// A process that reads the copy again and again, and is killed while it does.

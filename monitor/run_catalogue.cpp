@@ -58,7 +58,7 @@ bool FoundRun::is_silent() const { return is_running() && (!age_s || *age_s > to
 
 bool FoundRun::was_left() const {
   return trouble.empty() && !is_running() && !status.finished && !(info && info->imported) &&
-         status.standing.state < RunState::aborting;
+         status.standing.state <= RunState::aborting;
 }
 
 RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(each_once(std::move(folders))) {}

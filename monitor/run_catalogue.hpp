@@ -35,7 +35,7 @@ struct FoundRun {
   [[nodiscard]] bool is_running() const;
   /// Whether a program has the record, and has been silent for longer than record::kSilentAfter.
   [[nodiscard]] bool is_silent() const;
-  /// Whether it is to go on and no program carries it out: the one that did died, or was interrupted.
+  /// Whether it has not come to its end and no program carries it out: the one that did died, or was interrupted.
   [[nodiscard]] bool was_left() const;
 };
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "acquisition/exchange/guess.hpp"
+#include "acquisition/record/run_parts.hpp"
 #include "app/command.hpp"
 #include "app/output_file.hpp"
 #include "app/value.hpp"
@@ -43,6 +44,7 @@ Result<Exit> import(Console& console, const ImportArguments& options) {
     return failure(FaultKind::usage, "--map", "which column is what? Name a map, or let --guess make a first one");
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "where to? Name the record");
   if (auto can_be = check_can_be_made(options.out); !can_be) return failure(can_be.error());
+  if (auto free = record::check_name_of_new_record(options.out); !free) return failure(free.error());
   const auto map = path_of(options.map, kShippedImportMap);
   if (!map) return failure(map.error());
   const auto summary = exchange::import_record(options.file, *map, options.out, GYROTHERM_VERSION);

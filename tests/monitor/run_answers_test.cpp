@@ -469,6 +469,10 @@ TEST(Metrics, AreInUtf8WhateverARecordIsCalled) {
   FoundRun left;
   left.name = "left";
   ASSERT_TRUE(left.was_left());
+  left.status.standing.state = RunState::aborted;
+  EXPECT_FALSE(left.was_left()) << "that was its end";
+  left.status.standing.state = RunState::aborting;
+  ASSERT_TRUE(left.was_left()) << "nobody knows whether the chamber was made safe";
   const auto text = metrics_text({run, left}, {.watchers = 0, .cache_bytes = 0});
   EXPECT_NE(text.find("gyrotherm_runs_going_on 1\n"), std::string::npos) << "nobody carries the other out";
   EXPECT_NE(text.find("{run=\"b\uFFFD\\\"ü\\n\\\\\",rig=\"\""), std::string::npos) << text.substr(0, 400);

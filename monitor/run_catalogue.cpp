@@ -5,6 +5,7 @@
 #include <sys/statvfs.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <set>
 
@@ -18,6 +19,9 @@ namespace gyrotherm::monitor {
 namespace fs = std::filesystem;
 
 namespace {
+
+/// A run is no silent one because the other records of its folder take a while to look at.
+constexpr auto kRunningSeenEvery = std::chrono::seconds(1);
 
 /// Files that the run was carried out with, half a megabyte in all: what is kept of each of many runs is to be small.
 void drop_unused_texts(record::RunInfo& info) {
@@ -113,12 +117,24 @@ void RunCatalogue::look_at(const std::string& path, const std::string& folder,
   entries_.insert_or_assign(path, std::move(entry));
 }
 
+std::vector<std::string> RunCatalogue::running_in(const std::string& folder) const {
+  std::vector<std::string> paths;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [path, entry] : entries_)
+    if (entry.folder == folder && entry.run.is_running()) paths.push_back(path);
+  return paths;
+}
+
 void RunCatalogue::look_in(const std::string& folder, const std::function<bool()>& is_stopping) {
   const auto there = record::records_in(folder);
   const auto free_bytes = free_bytes_in(folder);
+  auto running_seen = std::chrono::steady_clock::now();
   for (const auto& path : there) {
     if (is_stopping()) return;
     look_at(path, folder, free_bytes);
+    if (std::chrono::steady_clock::now() - running_seen < kRunningSeenEvery) continue;
+    for (const auto& running : running_in(folder)) look_at(running, folder, free_bytes);
+    running_seen = std::chrono::steady_clock::now();
   }
   const std::lock_guard lock(mutex_);
   std::erase_if(entries_, [&](const auto& entry) {

@@ -71,6 +71,7 @@ class RunCatalogue {
   };
   [[nodiscard]] static Stamp stamp_of(const std::string& path);
   [[nodiscard]] static FoundRun as_of_now(FoundRun run);
+  [[nodiscard]] std::vector<std::string> running_in(const std::string& folder) const;
   void look_at(const std::string& path, const std::string& folder, std::optional<std::uint64_t> free_bytes);
 
   std::vector<std::string> folders_;

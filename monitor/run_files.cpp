@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <set>
+#include <string>
+#include <vector>
 
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/run_source.hpp"
@@ -77,13 +78,14 @@ bool can_be_asked_for(const std::string& name) {
 /// path is taken from there, only which of the files that are called as parts are some.
 std::vector<std::string> record_files_of(const FoundRun& run) {
   std::vector<std::string> files{run.path};
-  std::set<fs::path> named;
-  for (const auto& part : run.status.parts) named.insert(fs::path(part).filename());
-  for (int number = 2;; ++number) {
-    auto part = record::part_path(run.path, number);
-    if (!record::is_there(part)) return files;
-    if (named.contains(fs::path(part).filename())) files.push_back(std::move(part));
+  const fs::path record(run.path);
+  for (const auto& said : run.status.parts) {
+    const auto part = record::part_name(fs::path(said).filename().string());
+    if (!part || part->record != record.filename()) continue;
+    auto path = record::part_path(run.path, part->part);
+    if (record::is_there(path) && std::ranges::count(files, path) == 0) files.push_back(std::move(path));
   }
+  return files;
 }
 
 /// Name in the page → path, of what may be saved: the files of a closed record, and reports. No link is followed out

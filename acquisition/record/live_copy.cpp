@@ -69,7 +69,7 @@ int remove_files(const std::string& link, int but) {
 /// Bytes of the disk that a file may still take; nothing where that cannot be told.
 std::optional<std::uintmax_t> free_space(const std::string& path) {
   struct statvfs disk {};
-  if (::statvfs(folder_of(path).c_str(), &disk) != 0) return {};
+  if (::statvfs(folder_of(path).c_str(), &disk) != 0 || disk.f_blocks == 0) return {};
   return std::uintmax_t{disk.f_bavail} * disk.f_frsize;
 }
 

@@ -114,7 +114,6 @@ Result<void> RecordWriter::begin_part(std::span<const EntryPointer> entries, con
   nameless_.reset();
   left_.reset();
   file_ = std::move(*file);
-  last_event_ = file_->last_event();
   options_.part = continuation.part;
   from_ = continuation.from;
   return {};

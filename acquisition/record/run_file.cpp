@@ -185,7 +185,7 @@ Result<RunFile> RunFile::reopen(const std::string& path) {
                           .and_then([&] { return make_durable(*database, path); });
   if (!usable) {
     database = failure(usable.error());  // with its own locks
-    if (is_locked(usable.error()) && is_being_read(path)) return failure(FaultKind::timeout, path, kBeingRead);
+    if (is_locked(usable.error()) && !is_being_written(path)) return failure(FaultKind::timeout, path, kBeingRead);
     return failure(usable.error());
   }
   // The log's index that somebody left who read the record in between; under the exclusive lock nobody uses it.

@@ -77,9 +77,11 @@ std::optional<int> part_number_in(std::string_view ending) {
 /// are found as far as none is missing.
 std::set<int> numbers_beside(const std::string& record_path) {
   std::set<int> numbers;
+  const auto beginning = std::filesystem::path(record_path).stem().string() + ".";
   for (const auto& entry : entries_of(folder_of(record_path)))
-    if (const auto name = part_name(entry.filename().string()); name && name->record == name_in_folder(record_path))
-      numbers.insert(name->part);
+    if (auto file = entry.filename().string(); file.starts_with(beginning))  // most have another one
+      if (const auto name = part_name(file); name && name->record == name_in_folder(record_path))
+        numbers.insert(name->part);
   for (int number = 2; is_there(part_path(record_path, number)); ++number) numbers.insert(number);
   return numbers;
 }

@@ -453,6 +453,12 @@ bool is_being_read(const std::string& path) {
          !is_held_against(F_RDLCK, file->descriptor.number());
 }
 
+bool is_being_written(const std::string& path) {
+  if (is_written_here(path)) return true;
+  const auto file = open_regular_file(path);
+  return file && is_held_against(F_RDLCK, file->descriptor.number());
+}
+
 namespace {
 
 using FileId = std::pair<dev_t, ino_t>;

@@ -153,6 +153,8 @@ inline constexpr const char* kDiskFull = "the disk is full";
 /// Whether somebody holds the file who reads it, and nobody who writes it. Not to be asked where this process has it
 /// open to write it: that would lose its locks.
 [[nodiscard]] bool is_being_read(const std::string& path);
+/// Whether somebody holds the file who writes it, as this process may.
+[[nodiscard]] bool is_being_written(const std::string& path);
 
 // What makes SQLite keep its word: how a record's file is made, claimed and written so that a commit that has returned
 // is on the disk.

@@ -40,6 +40,7 @@ Result<void> await_readers(Console& console, const std::string& path) {
   const auto part = record::last_part(path);
   const auto file = part ? record::part_path(path, *part) : path;
   bool told = false;
+  if (const auto status = record::read_status(path); status && status->finished) return {};  // it cannot go on anyway
   for (const Deadline limit(kLongestReading); record::is_being_read(file);
        std::this_thread::sleep_for(kLookForReaders)) {
     if (!std::exchange(told, true))

@@ -111,13 +111,14 @@ class ModbusChamber final : public Chamber {
     return state;
   }
 
-  /// A piece that is lost is asked for again, a few times.
+  /// A piece that is lost is asked for again, a few times; a stray zero each second, as in a run.
   Result<ChamberState> inspect() override {
     constexpr int kTries = 3;
     unhurried_ = true;
     status_known_ = false;
     Result<ChamberState> state;
     for (int i = 0; i < kTries + zeros_ && !(state && status_known_); ++i) {
+      if (zeros_ > 0) pauses_->rest(std::chrono::seconds(1));
       turns_.begin_anew_at_once();
       state = look();
       status_known_ = status_known_ || turns_.pieces() == 0;

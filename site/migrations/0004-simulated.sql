@@ -63,7 +63,8 @@ FROM gyrotherm.run r JOIN gyrotherm.channel c ON c.run = r.id
 WHERE NOT r.simulated AND c.measures = 'temperature' AND c.calibration IS NOT NULL
 ORDER BY r.rig, c.name, r.started DESC, r.id;
 
--- A report replaces only one of its own kind.
+-- A report replaces only one of its own kind. One that comes meanwhile waits here, before it counts anew.
+LOCK TABLE gyrotherm.calibration_result IN SHARE ROW EXCLUSIVE MODE;
 CREATE OR REPLACE VIEW gyrotherm.current_calibration AS
   SELECT c.* FROM gyrotherm.calibration c JOIN gyrotherm.document d USING (sha256)
   WHERE c.state <> 'superseded' AND NOT EXISTS (
@@ -103,7 +104,10 @@ BEGIN
 END
 $$;
 
-SELECT gyrotherm.make_drift(serial_number, model) FROM gyrotherm.unit ORDER BY serial_number, model;
+-- Only where there are both kinds does anything change.
+SELECT gyrotherm.make_drift(serial_number, model)
+FROM (SELECT DISTINCT serial_number, model FROM gyrotherm.calibration WHERE simulated
+      ORDER BY serial_number, model) simulated_once;
 
 CREATE OR REPLACE VIEW gyrotherm.v1_outlier AS
   WITH middle AS (

@@ -344,10 +344,12 @@ std::set<std::string> names_of(const FoundRun& run) {
 TEST(Files, AreTheRecordsOwnWhateverItsStatusFileNames) {
   const tests::TestFolder folder, other;
   auto run = run_of(folder / "run.db", "a record");
-  for (const auto& path : {folder / "run.2.db", folder / "run.3.db", folder / "notes.txt", other / "users.json"})
-    std::ofstream(path) << "a text";
-  run.status.parts = {folder / "run.2.db", folder / "notes.txt", other / "users.json", "/etc/hostname"};
-  EXPECT_EQ(names_of(run), (std::set<std::string>{"run.db", "run.2.db"}));
+  for (const auto* name : {"run.2.db", "run.3.db", "run.5.db", "other.2.db", "notes.txt"})
+    std::ofstream(folder / name) << "a text";
+  std::ofstream(other / "users.json") << "a text";
+  run.status.parts = {folder / "run.2.db",  folder / "run.5.db",  folder / "other.2.db",
+                      folder / "notes.txt", other / "users.json", "/etc/hostname"};
+  EXPECT_EQ(names_of(run), (std::set<std::string>{"run.db", "run.2.db", "run.5.db"}));
   EXPECT_EQ(file_answer(run, "users.json").status, 404);
   EXPECT_EQ(file_answer(run, "hostname").status, 404);
 }

@@ -172,6 +172,7 @@ TEST(Store, IsToldApartWhetherSomebodyReadsOrWritesItsRecord) {
   ASSERT_EQ(::read(ready[0], &is_open, 1), 1);
   EXPECT_EQ(is_open, 1);
   EXPECT_FALSE(is_being_read(path)) << "it is written";
+  EXPECT_TRUE(is_being_written(path));
   const auto store = Store::reopen(path);
   EXPECT_TRUE(!store && is_locked(store.error()));
   EXPECT_EQ(::write(done[1], "!", 1), 1);

@@ -242,8 +242,7 @@ Result<void> RunFile::share() {
 
 Result<void> RunFile::copy_to(const std::string& path) {
   auto copy = database_.prepare("VACUUM INTO ?");
-  const auto name = path.starts_with("file:") ? "./" + path : path;  // no URI
-  return copy ? copy->run(std::string_view(name)) : failure(copy.error());
+  return copy ? copy->run(std::string_view(name_for_sqlite(path))) : failure(copy.error());
 }
 
 Result<void> RunFile::refuse_if(std::optional<Interference> found) {

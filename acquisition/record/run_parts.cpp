@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "acquisition/record/row.hpp"
+#include "acquisition/record/run_finder.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/schema.hpp"
 #include "acquisition/record/status.hpp"
@@ -49,10 +50,7 @@ Result<std::string> run_id_of(const std::string& path) {
 
 /// The run that the status file beside a record is of; empty: there is none.
 std::string run_told_of(const std::string& path) {
-  const auto where = status_path(path);
-  const auto text = read_text_file_if_any(where, kLargestText, Links::refused);
-  if (!text || !*text) return {};
-  const auto status = parse_status(**text, where);
+  const auto status = told_status(path);
   return status ? status->id : std::string();
 }
 
@@ -77,11 +75,12 @@ std::optional<int> part_number_in(std::string_view ending) {
 /// are found as far as none is missing.
 std::set<int> numbers_beside(const std::string& record_path) {
   std::set<int> numbers;
-  const auto beginning = std::filesystem::path(record_path).stem().string() + ".";
-  for (const auto& entry : entries_of(folder_of(record_path)))
-    if (auto file = entry.filename().string(); file.starts_with(beginning))  // most have another one
-      if (const auto name = part_name(file); name && name->record == name_in_folder(record_path))
-        numbers.insert(name->part);
+  const auto own = name_in_folder(record_path), beginning = std::filesystem::path(own).stem().string() + ".";
+  for (const auto& entry : entries_of(folder_of(record_path))) {
+    const auto file = entry.filename().string();
+    if (!file.starts_with(beginning)) continue;  // as most files do not
+    if (const auto name = part_name(file); name && name->record == own) numbers.insert(name->part);
+  }
   for (int number = 2; is_there(part_path(record_path, number)); ++number) numbers.insert(number);
   return numbers;
 }

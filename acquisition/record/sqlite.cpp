@@ -128,16 +128,9 @@ void Database::Close::operator()(sqlite3* connection) const {
   assert(code == SQLITE_OK && "a statement outlived its database");
 }
 
-namespace {
-
-/// As SQLite is given it: what begins like one of its URIs or like a name that it keeps for memory is a file's name
-/// too.
-std::string file_name(const std::string& path, Access access) {
-  if (path == kInMemory && access == Access::read_write) return path;
+std::string name_for_sqlite(const std::string& path) {
   return path.starts_with("file:") || path.starts_with(':') ? "./" + path : path;
 }
-
-}  // namespace
 
 Result<Database> Database::open(const std::string& path, Access access, int patience_ms) {
   const bool reads = access != Access::read_write;
@@ -146,8 +139,8 @@ Result<Database> Database::open(const std::string& path, Access access, int pati
   sqlite3* connection = nullptr;
   // A connection to read is used by one thread, and its statements lock nothing.
   const int flags = SQLITE_OPEN_NOMUTEX | (reads ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE);
-  const int code =
-      sqlite3_open_v2(file_name(path, access).c_str(), &connection, flags, reads && !beside ? reader_vfs() : nullptr);
+  const auto name = path == kInMemory && !reads ? path : name_for_sqlite(path);
+  const int code = sqlite3_open_v2(name.c_str(), &connection, flags, reads && !beside ? reader_vfs() : nullptr);
   Database database(connection);
   if (code == SQLITE_BUSY) return failure(FaultKind::storage, path, kBeingWritten);
   if (code != SQLITE_OK) return failure(FaultKind::bad_file, path, why_not_opened(connection));
@@ -361,23 +354,25 @@ const sqlite3_io_methods kReading{1,         close_file,   read_bytes,   refuse_
                                   traits_of, nullptr,      nullptr,      nullptr,       nullptr,         nullptr,
                                   nullptr};
 
-/// False if a writer has the file. Where the file system knows no locks, nobody can hold one.
-bool keep_writers_out(int file) {
+/// What SQLite locks of a file.
+struct flock locked_range(short type) {
   struct flock range {};
-  range.l_type = F_RDLCK;
+  range.l_type = type;
   range.l_whence = SEEK_SET;
   range.l_start = kFirstLockedByte;
   range.l_len = kLockedBytes;
+  return range;
+}
+
+/// False if a writer has the file. Where the file system knows no locks, nobody can hold one.
+bool keep_writers_out(int file) {
+  auto range = locked_range(F_RDLCK);
   return ::fcntl(file, F_OFD_SETLK, &range) == 0 || (errno != EAGAIN && errno != EACCES);
 }
 
 /// Whether somebody holds what would keep such a lock from the open file.
 bool is_held_against(short lock, int file) {
-  struct flock range {};
-  range.l_type = lock;
-  range.l_whence = SEEK_SET;
-  range.l_start = kFirstLockedByte;
-  range.l_len = kLockedBytes;
+  auto range = locked_range(lock);
   return ::fcntl(file, F_OFD_GETLK, &range) == 0 && range.l_type != F_UNLCK;
 }
 

@@ -147,6 +147,10 @@ inline constexpr const char* kDiskFull = "the disk is full";
 /// Whether the fault says that there is no space: nothing is lost, and the same file goes on once there is.
 [[nodiscard]] bool is_full(const Fault& fault);
 
+/// A path as SQLite is given it: what begins like one of its URIs or like a name that it keeps for memory is a file's
+/// name too.
+[[nodiscard]] std::string name_for_sqlite(const std::string& path);
+
 /// Whether the fault says that another program holds the file.
 [[nodiscard]] bool is_locked(const Fault& fault);
 

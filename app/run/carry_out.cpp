@@ -37,10 +37,10 @@ constexpr Duration kLookForReaders = std::chrono::milliseconds(100);
 /// Whoever began to read the record when its program had died keeps the run from going on, but not for good: the fault
 /// after the longest wait is one that systemd tries again, and not so soon that it gives up.
 Result<void> await_readers(Console& console, const std::string& path) {
+  if (const auto status = record::read_status(path); status && status->finished) return {};  // it cannot go on anyway
   const auto part = record::last_part(path);
   const auto file = part ? record::part_path(path, *part) : path;
   bool told = false;
-  if (const auto status = record::read_status(path); status && status->finished) return {};  // it cannot go on anyway
   for (const Deadline limit(kLongestReading); record::is_being_read(file);
        std::this_thread::sleep_for(kLookForReaders)) {
     if (!std::exchange(told, true))

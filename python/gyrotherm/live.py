@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from collections.abc import Iterator
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Callable
 from .database import live_path, opened, record_behind, record_of_copy
 from .errors import BeingWritten, RecordError
 from .info import read_info
-from .record import Record, read_record, record_of
+from .record import Record, read_record, record_of, run_told_of
 from .table import table_of, to_pandas
 
 if TYPE_CHECKING:
@@ -32,11 +31,7 @@ def _run_at(record_path: Path) -> str:
         with opened(record_path) as database:
             return read_info(database).id
     except RecordError:
-        pass
-    try:
-        return str(json.loads(Path(f"{record_path}.status").read_text(encoding="utf-8")).get("id", ""))
-    except (OSError, ValueError, AttributeError):
-        return ""
+        return run_told_of(record_path)
 
 
 def _check_run(record: Record, run: str, path: Path) -> None:

@@ -187,7 +187,7 @@ def _numbers_beside(path: Path) -> list[int]:
     return sorted(numbers)
 
 
-def _run_told_of(path: Path) -> str:
+def run_told_of(path: Path) -> str:
     """The run that the status file beside a record is of; empty: there is none."""
     try:
         return str(json.loads(Path(f"{path}.status").read_text(encoding="utf-8"))["id"])
@@ -207,7 +207,7 @@ def _parts(path: Path) -> tuple[list[tuple[Path, Continuation | None]], RecordEr
         raise
     except RecordError as error:
         lost = error
-        run_id = _run_told_of(path)
+        run_id = run_told_of(path)
     for number in _numbers_beside(path):
         name = part_path(path, number)
         try:
@@ -218,7 +218,7 @@ def _parts(path: Path) -> tuple[list[tuple[Path, Continuation | None]], RecordEr
         except NoRecord:  # somebody's file, or one whose writer died before it was a record
             continue
         except RecordError as error:
-            if _run_told_of(name) not in ("", run_id):  # a record of its own: no part has a status file
+            if run_told_of(name) not in ("", run_id):  # a record of its own: no part has a status file
                 continue
             if isinstance(error, BeingWritten):
                 raise

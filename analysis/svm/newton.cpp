@@ -20,6 +20,9 @@ constexpr double kShort = 0.02;
 // β̃ and β(r) agree if they differ by less than this, in C: points that rounding moves to and fro between two pieces.
 constexpr double kAgreement = 1e-10;
 
+// At most, from the first that reached what was asked.
+constexpr int kFurtherCentres = 2;
+
 enum class Piece : signed char { at_lower, falling, zero, rising, at_upper };
 
 bool on_slope(Piece piece) { return piece == Piece::falling || piece == Piece::rising; }
@@ -246,7 +249,7 @@ NewtonResult Newton::run() {
   const auto reaches = [this](double gap) { return best_.relative_gap <= gap; };
   const double asked = options_.relative_gap;
   const double aim = reaches(asked) ? asked : std::min(options_.aim, asked);
-  for (int further = 1; !reaches(aim) && best_.steps < options_.max_steps;) {
+  for (int further = kFurtherCentres; !reaches(aim) && best_.steps < options_.max_steps;) {
     if (reaches(asked) && further-- == 0) break;
     const int before = best_.steps;
     if (!minimise()) {

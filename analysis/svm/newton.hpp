@@ -12,7 +12,7 @@ namespace gyrotherm::svm {
 /// How far the Newton method goes, and how it begins.
 struct NewtonOptions {
   double relative_gap{};
-  double aim{};  ///< a smaller gap, for which one centre is gone further if the start was not good enough
+  double aim{};  ///< a smaller gap, for which up to two centres are gone further if the start was not good enough
   int max_steps{};
   double first_weight{};  ///< σ/C of the first proximal step; large if the start is good
 };

@@ -159,7 +159,9 @@ void FaultInjector::stand_in_chamber(const InjectedFault& fault) {
     case Kind::cooler_weak: plant.cooling_share = fault.size; return;
     case Kind::machinery_stuck: plant.stuck_output = fault.size; return;
     case Kind::door_open: plant.door_open = true, plant_.write("condition", kDoorOpen); return;
-    case Kind::filter_dirty: plant_.write("condition", kFilterDirty); return;
+    case Kind::filter_dirty:  // one code at a time: the graver one
+      if (!plant.door_open) plant_.write("condition", kFilterDirty);
+      return;
     case Kind::air_sensor_error: plant.sensor_error_k = fault.size; return;
     case Kind::air_sensor_broken: plant.sensor_c = kBrokenC; return;
     default: return;

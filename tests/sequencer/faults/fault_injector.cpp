@@ -87,7 +87,6 @@ void FaultInjector::settle() {
   bool tripped = false;
   for (const auto& fault : schedule_)
     tripped = tripped || (fault.kind == Kind::limiter_trips && fault.at <= last_change_);
-  plant_.write("condition", tripped ? kLimiterTripped : 0);
   for (std::size_t i = 0; i < standing_.size(); ++i) stand(standing_[i]);
   for (std::size_t i = 0; i < standing_.size(); ++i) {
     const auto channel = static_cast<std::size_t>(standing_[i].target) % simulator::kThermalPlaces;
@@ -95,7 +94,12 @@ void FaultInjector::settle() {
     if (standing_[i].kind == Kind::air_sensor_frozen && !shown_c) shown_c = frozen_[i];  // one that is broken shows it
     if (standing_[i].kind == Kind::thermometer_stuck) plant_.faults.thermometers[channel].shown_c = frozen_[i];
   }
-  if (tripped) plant_.write("condition", kLimiterTripped);
+  double condition = 0;  // one code: the gravest
+  for (const auto& fault : standing_)
+    if (fault.kind == Kind::filter_dirty) condition = kFilterDirty;
+  if (plant_.faults.plant.door_open) condition = kDoorOpen;
+  if (tripped) condition = kLimiterTripped;
+  plant_.write("condition", condition);
   plant_.apply_faults();
 }
 
@@ -158,10 +162,7 @@ void FaultInjector::stand_in_chamber(const InjectedFault& fault) {
     case Kind::heater_weak: plant.heating_share = fault.size; return;
     case Kind::cooler_weak: plant.cooling_share = fault.size; return;
     case Kind::machinery_stuck: plant.stuck_output = fault.size; return;
-    case Kind::door_open: plant.door_open = true, plant_.write("condition", kDoorOpen); return;
-    case Kind::filter_dirty:  // one code at a time: the graver one
-      if (!plant.door_open) plant_.write("condition", kFilterDirty);
-      return;
+    case Kind::door_open: plant.door_open = true; return;
     case Kind::air_sensor_error: plant.sensor_error_k = fault.size; return;
     case Kind::air_sensor_broken: plant.sensor_c = kBrokenC; return;
     default: return;

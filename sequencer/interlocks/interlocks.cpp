@@ -541,6 +541,13 @@ InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, con
   return judged;
 }
 
+InterlockDemand demand_beside(const InterlockMemory& memory, InterlockId one) {
+  InterlockDemand most;
+  for (std::size_t i = 0; i < kInterlocks; ++i)
+    if (i != static_cast<std::size_t>(one)) demand(memory.watches[i], most);
+  return most;
+}
+
 std::vector<std::string> standing_faults(const InterlockMemory& memory) {
   std::vector<std::string> lines;
   for (const auto& watch : memory.watches)

@@ -91,6 +91,9 @@ struct InterlockResult {
 [[nodiscard]] InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample,
                                     Duration elapsed, const InterlockInputs& inputs = {});
 
+/// What the interlocks beside one of them demanded with the last sample that was judged.
+[[nodiscard]] InterlockDemand demand_beside(const InterlockMemory& memory, InterlockId one);
+
 /// One line for each alarm that stands.
 [[nodiscard]] std::vector<std::string> standing_faults(const InterlockMemory& memory);
 

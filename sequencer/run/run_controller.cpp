@@ -111,10 +111,20 @@ std::string RunController::objection(OperatorCommand command) const {
   const bool takes_over =
       command == OperatorCommand::resume && memory_.stands(interlocks::InterlockId::foreign_set_point);
   if (takes_over && run_state() == RunState::suspended) return requests_.objection(RunState::held, command);
-  if (command == OperatorCommand::resume && run_state() == RunState::held && !holds_.empty() && !takes_over)
-    return "what holds it still stands: " + holds_;
   if (auto why = requests_.objection(run_state(), command); !why.empty()) return why;
+  return standing_objection(command);
+}
+
+std::string RunController::standing_objection(OperatorCommand command) const {
+  if (command == OperatorCommand::resume && !holds_.empty()) return "what holds it still stands: " + holds_;
   return lead_->objection(command);
+}
+
+/// An operator lets a run go on that somebody else's set point holds, and nothing besides.
+std::string RunController::cause_of_hold(const interlocks::InterlockDemand& demand) const {
+  constexpr auto kForeign = interlocks::InterlockId::foreign_set_point;
+  const auto most = memory_.stands(kForeign) ? demand_beside(memory_, kForeign) : demand;
+  return most.reaction == interlocks::Reaction::hold ? most.cause : "";
 }
 
 void RunController::tell(OperatorCommand command, const std::string& who, const std::string& answer) {
@@ -289,9 +299,9 @@ std::string RunController::prompt_of(const Sample& sample) {
 }
 
 void RunController::step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed) {
-  holds_ = demand.reaction == interlocks::Reaction::hold ? demand.cause : "";
+  holds_ = cause_of_hold(demand);
   auto request = take_request();
-  if (const auto why = request ? lead_->objection(request->command) : std::string(); !why.empty()) {
+  if (const auto why = request ? standing_objection(request->command) : std::string(); !why.empty()) {
     note(EventKind::note, fmt::format("{} is not carried out: {}", name(request->command), why));
     request.reset();
   }

@@ -99,6 +99,9 @@ class RunController {
   [[nodiscard]] interlocks::InterlockDemand judge_second(const Sample& sample, Duration missed);
   /// What the lead sees of this second, at the profile's present state.
   [[nodiscard]] LeadSecond second(const Sample& sample, Duration missed) const;
+  [[nodiscard]] std::string cause_of_hold(const interlocks::InterlockDemand& demand) const;
+  /// What of the last second that was judged is against a command.
+  [[nodiscard]] std::string standing_objection(control::OperatorCommand command) const;
   [[nodiscard]] std::optional<OperatorRequest> take_request();
   [[nodiscard]] std::string prompt_of(const Sample& sample);
   void step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed);

@@ -174,6 +174,28 @@ TEST(BrokenRig, WhatAForeignSetPointHoldsTheOperatorLetsGoOnAtOnce) {
   EXPECT_NEAR(bench.chamber().air_c, 30, 2);
 }
 
+/// An operator who lets a paused run go on, with the set point from the panel, has not seen yet that the machine slept.
+TEST(BrokenRig, TakingTheChamberOverEndsNoOtherHold) {
+  tests::Bench bench(kSoak);
+  bench.seconds(500);
+  bench.chamber().set_point_c = 40;
+  bench.seconds(30);
+  ASSERT_EQ(bench.run_controller().run_state(), RunState::suspended);
+  bench.run_controller().tell(OperatorCommand::pause, "Ada");
+  bench.seconds(10);
+  ASSERT_EQ(bench.run_controller().objection(OperatorCommand::resume), "");
+  bench.late(200);
+  bench.run_controller().tell(OperatorCommand::resume, "Ada");
+  bench.seconds(1);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
+  EXPECT_EQ(bench.chamber().set_point_c, 40) << "nor is it taken over";
+  EXPECT_TRUE(bench.told(EventKind::note, "resume is not carried out: what holds it still stands: the machine stood"));
+  bench.seconds(1);
+  bench.run_controller().tell(OperatorCommand::resume, "Ada");
+  ASSERT_NE(bench.until(RunState::execute, 2000), -1);
+  EXPECT_EQ(bench.chamber().set_point_c, 30);
+}
+
 TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {
   tests::Bench bench(kSoak);
   bench.seconds(130);  // on the ramp

@@ -37,10 +37,10 @@ bool ChamberPort::shows_set_point(const drivers::ModbusRequest& request) const {
 /// A set point is read back by the next request that arrives; one that was not acknowledged may be tried again.
 void ChamberPort::note(const drivers::ModbusRequest& request) {
   const auto sent = reads(request.function) ? std::nullopt : set_point_in(request);
-  const bool tried_again = sent && to_be_read_back_ && abs(*sent - *to_be_read_back_) < Kelvins{1e-3};
-  if (to_be_read_back_ && !tried_again && !(reads(request.function) && shows_set_point(request))) ++not_read_back_;
+  const bool is_another = sent && to_be_read_back_ && abs(*sent - *to_be_read_back_) >= Kelvins{1e-3};
+  if (to_be_read_back_ && !sent && !(reads(request.function) && shows_set_point(request))) ++not_read_back_;
   to_be_read_back_ = sent;
-  if (sent) sent_.push_back({*sent, !trouble.ignores_writes && trouble.exception == 0});
+  if (sent) sent_.push_back({*sent, !trouble.ignores_writes && trouble.exception == 0, is_another});
 }
 
 void ChamberPort::clamp() {

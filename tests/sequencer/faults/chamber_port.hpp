@@ -29,6 +29,7 @@ struct ChamberTrouble {
 struct SetPointSent {
   Celsius value;
   bool applied{};
+  bool before_read_back{};  ///< of another one that had been sent
 };
 
 class ChamberPort {

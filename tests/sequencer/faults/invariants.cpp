@@ -131,6 +131,8 @@ void Invariants::judge_set_points(std::int64_t second, RunState state) {
       broken("I2", second, fmt::format("set point goes from {} to {} at once", before.value, value.value));
     if (severity(state) > severity(RunState::aborting) || state == RunState::aborted)
       broken("I3", second, fmt::format("set point {} sent in state {}", value.value, name(state)));
+    if (sent.before_read_back && !safe)
+      broken("I4", second, fmt::format("set point {} sent before another one was read back", value.value));
     if (sent.applied) before = value;
     sent_ = value;
   }

@@ -144,6 +144,13 @@ ProfileState stand(const Profile& profile, ProfileState state, const Observation
   return state;
 }
 
+ProfileState with_its_deadline_anew(ProfileState state) {
+  const auto* overdue = std::get_if<Overdue>(&state);
+  if (!overdue) return state;
+  // Its first second is over: a prompt that was answered is not asked again.
+  return Holding{overdue->segment, std::max(overdue->soaked, kSecond), overdue->soaked, {}};
+}
+
 Celsius command(const Profile& profile, const ProfileState& state) {
   return std::visit([&](const auto& s) { return set_point(profile, s); }, state);
 }

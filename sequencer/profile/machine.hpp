@@ -63,6 +63,10 @@ struct Observation {
 /// … in which the clock stood: a sensor that has left its band has to dwell in it anew.
 [[nodiscard]] ProfileState stand(const Profile& profile, ProfileState state, const Observation& observation);
 
+/// A segment that has passed its deadline has all of it before it once more, and what was soaked stays; any other state
+/// stays as it is.
+[[nodiscard]] ProfileState with_its_deadline_anew(ProfileState state);
+
 /// The set point that the state asks for: a function of the state alone.
 [[nodiscard]] Celsius command(const Profile& profile, const ProfileState& state);
 

@@ -121,12 +121,14 @@ std::optional<Celsius> last_soaked_on(const record::Record& record, const std::s
 }
 
 /// The state one second after the record's last; the profile's clock runs in Execute alone. A soak that asks for still
-/// air is not credited with that second: the slope was not recorded.
+/// air is not credited with that second: the slope was not recorded. Who lets a run go on that its deadline ended gives
+/// it that deadline anew, which would end it in its first second otherwise.
 Result<profile::ProfileState> state_after(const record::Record& record, const profile::Profile& profile,
                                           RunState stood) {
   if (record.slot.empty()) return begin(profile);
   const auto last = state_of(profile, record.progress.back());
-  if (!last || stood != RunState::execute) return last;
+  if (!last) return last;
+  if (stood != RunState::execute) return profile::with_its_deadline_anew(*last);
   return next(profile, *last, {.elapsed = kSecond, .air = last_soaked_on(record, soak_sensor(profile, *last))});
 }
 

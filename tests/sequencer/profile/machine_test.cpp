@@ -161,6 +161,16 @@ TEST(Soak, IsOverdueAfterItsDeadlineAndStaysSo) {
   EXPECT_EQ(command(profile, state), Celsius{25});
 }
 
+TEST(Soak, WithItsDeadlineAnewHasAllOfItAndKeepsWhatWasSoaked) {
+  const auto profile = soak_profile();
+  auto state = after(profile, at_soak(profile), 20, Celsius{25});
+  EXPECT_EQ(position_of(profile, with_its_deadline_anew(state)), position_of(profile, state)) << "it was not overdue";
+  state = with_its_deadline_anew(after(profile, state, 181, Celsius{20}));
+  EXPECT_EQ(position_of(profile, state).soaked, std::chrono::seconds(20));
+  EXPECT_FALSE(std::holds_alternative<Overdue>(after(profile, state, 180, Celsius{20})));
+  EXPECT_TRUE(std::holds_alternative<Overdue>(after(profile, state, 181, Celsius{20})));
+}
+
 TEST(Machine, CompleteStaysAtTheLastSetPoint) {
   const auto profile = soak_profile();
   const auto state = after(profile, at_soak(profile), 150, Celsius{25});

@@ -130,5 +130,25 @@ TEST(Resume, OfARunThatWasOnItsWayKnowsNoPlaceToGoOnFrom) {
   EXPECT_FALSE(is_in_place({19.8}, {-30}, air_after(0)));
 }
 
+/// With the deadline that has passed it would be aborted in its first second, whatever the operator says.
+TEST(Resume, OfARunThatADeadlineEndedGivesItThatDeadlineAnew) {
+  tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");
+  ASSERT_EQ(dry_run.run(600), RunOutcome::going_on);
+  auto record = record::read_record(dry_run.path()).value();
+  auto& last = record.progress.back();
+  ASSERT_EQ(last.segment, 2);
+  last.phase = Phase::overdue;
+  last.in_segment = std::chrono::hours(11);
+  last.soaked = std::chrono::minutes(2);
+  record.state.back() = RunState::aborted;
+  const auto on = continuation_of(record, dry_run.path(), kSecond, 0);
+  ASSERT_TRUE(on) << text(on.error());
+  EXPECT_TRUE(on->stood.aborted);
+  const auto stands = position_of(on->profile, on->state);
+  EXPECT_EQ(stands.phase, Phase::holding);
+  EXPECT_EQ(stands.soaked, last.soaked);
+  EXPECT_LT(stands.in_segment, std::chrono::hours(1));
+}
+
 }  // namespace
 }  // namespace gyrotherm::run

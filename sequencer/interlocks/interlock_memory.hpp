@@ -50,7 +50,7 @@ struct InterlockMemory {
     Duration unseen{};                    ///< since what shows it was last read
     Duration gone{};                      ///< how long it is not there, or not seen to be
     bool raised{};                        ///< its alarm
-    Reaction reaction{};                  ///< what it asked for when it was last seen
+    Reaction reaction{};                  ///< what it asks for, of what cannot be seen as it was last seen
     std::optional<std::size_t> column{};  ///< which thermometer showed it
     std::string text{};                   ///< as last seen
   };

@@ -466,8 +466,9 @@ void demand(const InterlockMemory::Watch& watch, InterlockDemand& most) {
 void wait_unread(const InterlockLimits& limits, InterlockId id, Duration elapsed, InterlockResult& judged) {
   auto& watch = judged.memory.watches[static_cast<std::size_t>(id)];
   watch.unseen += elapsed;
-  if (watch.unseen > limits.suspend_after) return clear_in_time(limits, id, elapsed, watch, judged.cleared);
-  demand(watch, judged.demand);
+  if (watch.unseen <= limits.suspend_after) return demand(watch, judged.demand);
+  watch.reaction = {};
+  clear_in_time(limits, id, elapsed, watch, judged.cleared);
 }
 
 /// How much longer a cause stands. In a time without ticks nobody saw it: that counts where the cause was there before,

@@ -113,6 +113,18 @@ TEST(Interlocks, WhatCannotBeSeenStandsUntilItsSilenceIsOne) {
   EXPECT_EQ(after_all(lost).demand.cause, "chamber silent for 19 s");
 }
 
+TEST(Interlocks, WhatCannotBeSeenAnyMoreDemandsNothingBesideAnother) {
+  interlocks::InterlockLimits limits;
+  limits.policy[static_cast<std::size_t>(interlocks::InterlockId::door)] = interlocks::Reaction::hold;
+  std::vector<Sample> samples(20, good_sample());
+  samples.front().chamber.value->activity = ChamberActivity::door_open;
+  for (std::size_t i = 1; i < samples.size(); ++i) samples[i].chamber.value = no_reply();
+  const auto result = after_all(samples, limits);
+  ASSERT_EQ(result.demand.reaction, interlocks::Reaction::suspend);
+  EXPECT_EQ(demand_beside(result.memory, interlocks::InterlockId::chamber_silent).reaction,
+            interlocks::Reaction::go_on);
+}
+
 TEST(Interlocks, TimeBetweenTwoReadingsCounts) {
   interlocks::InterlockLimits limits;
   limits.follow_time = std::chrono::seconds(30);

@@ -16,7 +16,8 @@ using control::OperatorCommand;
 /// One operator's command.
 struct OperatorRequest {
   OperatorCommand command{};
-  std::string who;  ///< as the control socket says: "ada (uid 1000)"
+  std::string who;    ///< as the control socket says: "ada (uid 1000)"
+  bool takes_over{};  ///< it ends what somebody else's set point holds, which stood already when it was made
 };
 
 /// The requests that wait for the next tick. The most severe of them is carried out, of equally severe ones the first;

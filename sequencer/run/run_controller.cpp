@@ -15,6 +15,7 @@ namespace gyrotherm::run {
 namespace {
 
 constexpr int kSafeTries = 3;
+constexpr auto kForeign = interlocks::InterlockId::foreign_set_point;
 
 /// What is read once a second, by name, and its fault or null.
 struct Channelled {
@@ -107,28 +108,29 @@ void RunController::note(EventKind kind, std::string text, EventSubject about) {
   events_.push_back({rig_.clock().now(), kind, std::move(text), std::move(about)});
 }
 
-std::string RunController::objection(OperatorCommand command) const {
-  const bool takes_over =
-      command == OperatorCommand::resume && memory_.stands(interlocks::InterlockId::foreign_set_point);
-  if (takes_over && run_state() == RunState::suspended) return requests_.objection(RunState::held, command);
-  if (auto why = requests_.objection(run_state(), command); !why.empty()) return why;
-  return standing_objection(command);
+bool RunController::takes_over(OperatorCommand command) const {
+  return command == OperatorCommand::resume && memory_.stands(kForeign);
 }
 
-std::string RunController::standing_objection(OperatorCommand command) const {
-  if (command == OperatorCommand::resume && !holds_.empty()) return "what holds it still stands: " + holds_;
-  return lead_->objection(command);
+std::string RunController::objection(OperatorCommand command) const {
+  if (takes_over(command) && run_state() == RunState::suspended) return requests_.objection(RunState::held, command);
+  if (auto why = requests_.objection(run_state(), command); !why.empty()) return why;
+  return standing_objection(command, takes_over(command));
+}
+
+std::string RunController::standing_objection(OperatorCommand command, bool takes_over) const {
+  const auto holds = command == OperatorCommand::resume ? cause_of_hold(takes_over) : "";
+  return holds.empty() ? lead_->objection(command) : "what holds it still stands: " + holds;
 }
 
 /// An operator lets a run go on that somebody else's set point holds, and nothing besides.
-std::string RunController::cause_of_hold(const interlocks::InterlockDemand& demand) const {
-  constexpr auto kForeign = interlocks::InterlockId::foreign_set_point;
-  const auto most = memory_.stands(kForeign) ? demand_beside(memory_, kForeign) : demand;
+std::string RunController::cause_of_hold(bool takes_over) const {
+  const auto most = takes_over ? demand_beside(memory_, kForeign) : demand_;
   return most.reaction == interlocks::Reaction::hold ? most.cause : "";
 }
 
 void RunController::tell(OperatorCommand command, const std::string& who, const std::string& answer) {
-  requests_.add({command, who});
+  requests_.add({command, who, takes_over(command)});
   note(EventKind::command, fmt::format("{} by {}{}{}", name(command), who, answer.empty() ? "" : ": ", answer));
 }
 
@@ -299,14 +301,13 @@ std::string RunController::prompt_of(const Sample& sample) {
 }
 
 void RunController::step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed) {
-  holds_ = cause_of_hold(demand);
+  demand_ = demand;
   auto request = take_request();
-  if (const auto why = request ? standing_objection(request->command) : std::string(); !why.empty()) {
+  if (const auto why = request ? standing_objection(request->command, request->takes_over) : ""; !why.empty()) {
     note(EventKind::note, fmt::format("{} is not carried out: {}", name(request->command), why));
     request.reset();
   }
-  const bool takes_over = request && request->command == OperatorCommand::resume &&
-                          memory_.stands(interlocks::InterlockId::foreign_set_point);
+  const bool takes_over = request && request->takes_over && memory_.stands(kForeign);
   if (takes_over) lead_->take_over();
   if (run_state() == RunState::aborting) safe_.see(sample.chamber);
   const RunInputs now{.elapsed = kSecond + missed,

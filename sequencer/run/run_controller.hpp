@@ -99,9 +99,12 @@ class RunController {
   [[nodiscard]] interlocks::InterlockDemand judge_second(const Sample& sample, Duration missed);
   /// What the lead sees of this second, at the profile's present state.
   [[nodiscard]] LeadSecond second(const Sample& sample, Duration missed) const;
-  [[nodiscard]] std::string cause_of_hold(const interlocks::InterlockDemand& demand) const;
+  /// Whether a command ends what somebody else's set point holds: of that its operator can know.
+  [[nodiscard]] bool takes_over(control::OperatorCommand command) const;
+  /// The cause, as of the last second, that lets no operator go on; empty: none.
+  [[nodiscard]] std::string cause_of_hold(bool takes_over) const;
   /// What of the last second that was judged is against a command.
-  [[nodiscard]] std::string standing_objection(control::OperatorCommand command) const;
+  [[nodiscard]] std::string standing_objection(control::OperatorCommand command, bool takes_over) const;
   [[nodiscard]] std::optional<OperatorRequest> take_request();
   [[nodiscard]] std::string prompt_of(const Sample& sample);
   void step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed);
@@ -125,7 +128,7 @@ class RunController {
   Duration planned_;            ///< the whole profile, if every soak counts at once
   std::optional<Celsius> air_;  ///< last known
   OperatorRequests requests_;
-  std::string holds_;  ///< the cause, as of the last second, that lets no operator go on; empty: none
+  interlocks::InterlockDemand demand_;  ///< of the last second that was judged
   int last_segment_ = -1;
   int answered_ = -1;                ///< the last segment that has had its prompt
   std::vector<bool> faulty_;         ///< per column: chamber, thermometers, units

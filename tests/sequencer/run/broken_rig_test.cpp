@@ -196,6 +196,37 @@ TEST(BrokenRig, TakingTheChamberOverEndsNoOtherHold) {
   EXPECT_EQ(bench.chamber().set_point_c, 30);
 }
 
+/// A run that is paused when the set point is changed at the panel, and let go on before anybody was told.
+void let_go_on_before_it_is_told(tests::Bench& bench) {
+  bench.seconds(500);
+  bench.run_controller().tell(OperatorCommand::pause, "Ada");
+  bench.seconds(10);
+  bench.chamber().set_point_c = 40;
+  bench.seconds(1);  // at the first poll it may be an error of reading
+  ASSERT_EQ(bench.run_controller().objection(OperatorCommand::resume), "");
+  bench.run_controller().tell(OperatorCommand::resume, "Ada");
+  bench.seconds(30);
+  EXPECT_EQ(bench.chamber().set_point_c, 40);
+}
+
+TEST(BrokenRig, WhoDoesNotKnowOfAForeignSetPointDoesNotTakeTheChamberOver) {
+  tests::Bench bench(kSoak);
+  let_go_on_before_it_is_told(bench);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::suspended);
+  tests::Bench holding(kSoak, [](rig::RigFile& file) {
+    file.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::foreign_set_point)] =
+        interlocks::Reaction::hold;
+  });
+  let_go_on_before_it_is_told(holding);
+  EXPECT_EQ(holding.run_controller().run_state(), RunState::held);
+  EXPECT_TRUE(holding.told(EventKind::note, "resume is not carried out: what holds it still stands: somebody else"));
+  for (auto* either : {&bench, &holding}) {
+    either->run_controller().tell(OperatorCommand::resume, "Ada");
+    ASSERT_NE(either->until(RunState::execute, 2000), -1);
+    EXPECT_EQ(either->chamber().set_point_c, 30);
+  }
+}
+
 TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {
   tests::Bench bench(kSoak);
   bench.seconds(130);  // on the ramp

@@ -185,12 +185,10 @@ interlocks::InterlockDemand ControllerLead::weigh(interlocks::InterlockDemand de
   return demand.reaction < interlocks::Reaction::abort ? interlocks::InterlockDemand{} : demand;
 }
 
-std::optional<std::string> ControllerLead::command(io::InstrumentIo& io, const LeadSecond& second, RunState state, bool,
-                                                   const interlocks::InterlockMemory&) {
-  if (state != RunState::stopped) return std::nullopt;
-  auto held = io.command(second.goal);
-  for (int tries = 1; !held && tries < kStopTries; ++tries) held = io.command(second.goal);
-  return held ? std::nullopt : std::optional(text(held.error()));
+Result<void> ControllerLead::leave(io::InstrumentIo& io, const LeadSecond& second) {
+  auto left = io.insist(second.goal);
+  for (int tries = 1; !left && tries < kStopTries; ++tries) left = io.insist(second.goal);
+  return left;
 }
 
 }  // namespace gyrotherm::run

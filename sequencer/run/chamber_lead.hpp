@@ -52,6 +52,9 @@ class ChamberLead {
   /// An operator lets the run go on over a set point that is not its own: the chamber is taken over with the next
   /// command.
   virtual void take_over() = 0;
+  /// A run that is stopped is to leave the chamber at the profile's present set point. Fails where it may not stay
+  /// there.
+  [[nodiscard]] virtual Result<void> leave(io::InstrumentIo& io, const LeadSecond& second) = 0;
 
   /// Commands the chamber in this second, in a run that stands in `state` (`returning`: on its way back to the
   /// profile). Returns what the record is to be told of a failure, or nothing.
@@ -82,6 +85,7 @@ class HostLead final : public ChamberLead {
   [[nodiscard]] bool is_in_place(const LeadSecond& second) const override;
   void arrived() override;
   void take_over() override { taking_over_ = true; }
+  [[nodiscard]] Result<void> leave(io::InstrumentIo&, const LeadSecond&) override { return {}; }
   /// A chamber that is silent, or has a set point that nobody understands, is sent nothing.
   [[nodiscard]] std::optional<std::string> command(io::InstrumentIo& io, const LeadSecond& second, RunState state,
                                                    bool returning, const interlocks::InterlockMemory& memory) override;
@@ -118,9 +122,12 @@ class ControllerLead final : public ChamberLead {
   [[nodiscard]] bool is_in_place(const LeadSecond&) const override { return true; }
   void arrived() override {}
   void take_over() override {}
-  /// A run that is stopped leaves the chamber at the profile's present set point.
-  [[nodiscard]] std::optional<std::string> command(io::InstrumentIo& io, const LeadSecond& second, RunState state,
-                                                   bool returning, const interlocks::InterlockMemory& memory) override;
+  /// The controller would go on with its program otherwise.
+  [[nodiscard]] Result<void> leave(io::InstrumentIo& io, const LeadSecond& second) override;
+  [[nodiscard]] std::optional<std::string> command(io::InstrumentIo&, const LeadSecond&, RunState, bool,
+                                                   const interlocks::InterlockMemory&) override {
+    return std::nullopt;
+  }
   [[nodiscard]] std::int64_t missed_set_points() const override { return 0; }
 
  private:

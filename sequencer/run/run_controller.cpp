@@ -309,6 +309,11 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   }
   const bool takes_over = request && request->takes_over && memory_.stands(kForeign);
   if (takes_over) lead_->take_over();
+  const bool leaves = request && request->command == OperatorCommand::stop &&
+                      rig_.file().run_limits.on_stop == interlocks::OnStop::hold;
+  const auto left = leaves ? lead_->leave(rig_.io(), second(sample, missed)) : Result<void>();
+  if (!left)
+    note(EventKind::fault, "the chamber cannot be left at its set point, and is made safe: " + text(left.error()));
   if (run_state() == RunState::aborting) safe_.see(sample.chamber);
   const RunInputs now{.elapsed = kSecond + missed,
                       .demand = demand,
@@ -317,7 +322,8 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
                       .in_place = lead_->is_in_place(second(sample, missed)),
                       .safe_confirmed = safe_.is_confirmed(),
                       .complete = false,
-                      .takes_over = takes_over};
+                      .takes_over = takes_over,
+                      .may_be_left = left.has_value()};
   auto machine = next(rig_.file().run_limits, machine_, now);
   const auto* held = std::get_if<Held>(&machine);
   if (held && !now.prompt.empty() && held->cause == now.prompt) answered_ = sample.progress.segment;

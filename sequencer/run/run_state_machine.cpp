@@ -31,7 +31,7 @@ std::optional<RunStateMachine> overruled(const interlocks::RunLimits& limits, co
   if (now.demand.reaction == interlocks::Reaction::abort) return Aborting{now.demand.cause, {}, false};
   if (asks_for(now, OperatorCommand::abort)) return Aborting{"aborted by " + now.request->who, {}, false};
   if (asks_for(now, OperatorCommand::stop)) {
-    if (limits.on_stop == interlocks::OnStop::hold) return Stopped{"stopped by " + now.request->who};
+    if (limits.on_stop == interlocks::OnStop::hold && now.may_be_left) return Stopped{"stopped by " + now.request->who};
     return Aborting{"stopped by " + now.request->who, {}, true};
   }
   if (held) return std::nullopt;

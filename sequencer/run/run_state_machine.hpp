@@ -68,6 +68,7 @@ struct RunInputs {
   bool safe_confirmed{};                   ///< the chamber has shown the safe set point after it was sent
   bool complete{};                         ///< the profile has come to its end
   bool takes_over{};                       ///< the request ends what holds the run: somebody else's set point
+  bool may_be_left = true;                 ///< a stop may leave the chamber at its set point, which it holds
 };
 
 /// The state one second later. The most severe of what happened wins: abort, then stop, then hold or pause, then

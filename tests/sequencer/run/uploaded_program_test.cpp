@@ -7,6 +7,7 @@
 
 #include "sequencer/run/chamber_lead.hpp"
 #include "tests/sequencer/profile/profiles.hpp"
+#include "tests/support/bench_rig.hpp"
 #include "tests/support/dry_run.hpp"
 
 namespace gyrotherm::run {
@@ -68,6 +69,35 @@ TEST_P(EachController, ThatSomebodyEndsEndsTheRun) {
 
 INSTANTIATE_TEST_SUITE_P(Controllers, EachController, testing::Values("watlow_f4t", "csz_ezt570i", "binder_mb2"),
                          [](const auto& one) { return std::string(one.param); });
+
+const std::string kHold30 = "[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"10 min\"\n";
+
+void is_held_on_stop(rig::RigFile& file) {
+  file.run_limits.on_stop = interlocks::OnStop::hold;
+  file.safe_set_point = {25};
+}
+
+/// The chamber's controller has the program.
+void upload_and_stop(tests::Bench& bench, bool silent) {
+  bench.run_controller().leave_to_the_controller();
+  bench.seconds(10);
+  bench.chamber().silent = silent;
+  bench.run_controller().tell(OperatorCommand::stop, "Ada");
+  bench.seconds(1);
+}
+
+TEST(UploadedProgram, OfAStoppedRunIsEndedOrTheChamberMadeSafe) {
+  tests::Bench answers(kHold30, is_held_on_stop), silent(kHold30, is_held_on_stop);
+  upload_and_stop(answers, false);
+  EXPECT_EQ(answers.run_controller().run_state(), RunState::stopped);
+  EXPECT_EQ(answers.chamber().set_point_c, 30);
+  upload_and_stop(silent, true);
+  ASSERT_EQ(silent.run_controller().run_state(), RunState::aborting) << "the controller goes on with its program";
+  EXPECT_TRUE(silent.told(EventKind::fault, "cannot be left at its set point"));
+  silent.chamber().silent = false;
+  EXPECT_EQ(silent.seconds(3), RunOutcome::stopped);
+  EXPECT_EQ(silent.chamber().set_point_c, 25);
+}
 
 TEST(UploadedProgram, IsTheProfileSegmentBySegment) {
   const auto program = program_of(profile::parse_profile(read_text_file(kHour).value(), kHour).value());

@@ -148,6 +148,17 @@ std::map<std::string, std::string> streams_of(const record::RunInfo& info) {
   return streams;
 }
 
+/// Somebody else's set point stood when the last program of the run ended.
+bool foreign_set_point_stood(const record::Record& record) {
+  bool stood = false;
+  for (const auto& [slot, event] : record.events) {
+    const bool is_of_it = event.about.interlock == name(interlocks::InterlockId::foreign_set_point);
+    if (event.kind == EventKind::resumed || (is_of_it && event.kind == EventKind::recovered)) stood = false;
+    if (is_of_it && (event.kind == EventKind::interlock || event.kind == EventKind::fault)) stood = true;
+  }
+  return stood;
+}
+
 /// How the run stood, and why it had ended.
 struct Ending {
   RunState state{};
@@ -178,6 +189,7 @@ Ending ending_of(const record::Record& record) {
 ReentryDecision judge_reentry(const InterruptedRun& stood, Celsius mild, Celsius air_now) {
   if (stood.aborted) return {Reentry::ask, "an interlock ended this run"};
   if (stood.held) return {Reentry::ask, "the run was held"};
+  if (stood.foreign) return {Reentry::ask, "somebody else had changed the chamber"};
   if (!stood.why_unknown.empty()) return {Reentry::ask, stood.why_unknown};
   if (stood.down > kLongestUnattended)
     return {Reentry::ask, fmt::format("down for {}, longer than {}", spoken(stood.down), spoken(kLongestUnattended))};
@@ -257,6 +269,7 @@ Result<RunContinuation> continuation_of(const record::Record& record, const std:
   if (!on.stood.why_unknown.empty()) on.stood.down = kSecond;
   on.stood.aborted = ending.state == RunState::aborting || ending.state == RunState::aborted;
   on.stood.held = ending.state == RunState::held;
+  on.stood.foreign = foreign_set_point_stood(record);
   on.why_stopped = std::move(ending.why);
   on.start.seed = {.gyro = info.seed, .run = run, .days_later = info.days_later};
   on.start.units_may_be_off = unit_may_be_off(on.profile, on.state);

@@ -45,6 +45,7 @@ struct InterruptedRun {
   std::string why_unknown{};   ///< why nobody knows how long it was down; empty: it is known
   bool aborted{};              ///< an interlock had ended it
   bool held{};                 ///< it was held: only an operator goes on
+  bool foreign{};              ///< somebody else had changed the chamber, and it was not put back
 };
 
 enum class Reentry {

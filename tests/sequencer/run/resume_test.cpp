@@ -130,6 +130,24 @@ TEST(Resume, OfARunThatWasOnItsWayKnowsNoPlaceToGoOnFrom) {
   EXPECT_FALSE(is_in_place({19.8}, {-30}, air_after(0)));
 }
 
+TEST(Resume, OfAChamberThatSomebodyElseHasIsForPeople) {
+  tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");
+  ASSERT_EQ(dry_run.run(50), RunOutcome::going_on);
+  auto record = record::read_record(dry_run.path()).value();
+  const auto way_after = [&](EventKind kind, const std::string& interlock) {
+    record.events.push_back(
+        {.slot = 49, .event = {.at = {}, .kind = kind, .text = {}, .about = {interlock, "suspend"}}});
+    return judge_reentry(continuation_of(record, dry_run.path(), kSecond, 0)->stood, kMild, {20}).way;
+  };
+  EXPECT_EQ(way_after(EventKind::interlock, "door"), Reentry::go_on);
+  EXPECT_EQ(way_after(EventKind::interlock, "foreign_set_point"), Reentry::ask);
+  EXPECT_EQ(way_after(EventKind::acknowledged, "foreign_set_point"), Reentry::ask);
+  EXPECT_EQ(way_after(EventKind::recovered, "door"), Reentry::ask);
+  EXPECT_EQ(way_after(EventKind::recovered, "foreign_set_point"), Reentry::go_on);
+  EXPECT_EQ(way_after(EventKind::fault, "foreign_set_point"), Reentry::ask) << "where it is a warning alone, too";
+  EXPECT_EQ(way_after(EventKind::resumed, ""), Reentry::go_on) << "somebody has looked since";
+}
+
 /// With the deadline that has passed it would be aborted in its first second, whatever the operator says.
 TEST(Resume, OfARunThatADeadlineEndedGivesItThatDeadlineAnew) {
   tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soak-on-block.toml");

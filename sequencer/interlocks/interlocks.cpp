@@ -416,7 +416,8 @@ constexpr std::array<Interlock, kInterlocks> kTable{{
      .check = not_taken, .unread = no_chamber},
     {.id = InterlockId::slept, .name = "slept", .usual = Reaction::hold, .check = slept},
     {.id = InterlockId::storage, .name = "storage", .usual = Reaction::warn, .limits = "backlog", .check = storage},
-    {.id = InterlockId::record_damaged, .name = "record_damaged", .usual = Reaction::warn, .check = record_damaged},
+    {.id = InterlockId::record_damaged, .name = "record_damaged", .usual = Reaction::warn, .is_never_over = true,
+     .check = record_damaged},
     {.id = InterlockId::unguarded, .name = "unguarded", .usual = Reaction::warn, .check = unguarded},
     {.id = InterlockId::channel_lost, .name = "channel_lost", .usual = Reaction::warn, .check = channel_lost},
     {.id = InterlockId::disagreement, .name = "disagreement", .usual = Reaction::warn,
@@ -494,9 +495,11 @@ void step(const InterlockLimits& limits, const Interlock& row, const Found& foun
   watch.standing += longer(watch, elapsed, inputs) + (unseen <= limits.suspend_after ? unseen : Duration{});
   ++watch.samples;
   watch.column = found->column;
+  const bool is_news = !watch.raised || watch.text != found->text;
   watch.text = found->text;
   if (!is_confirmed(limits, row.confirmation, watch)) return;
   watch.reaction = reaction_of(limits, row, *found, watch.standing);
+  if (row.is_never_over && !is_news) watch.reaction = std::min(watch.reaction, Reaction::warn);
   if (row.lost_after != nullptr) watch.text += " for " + spoken(watch.standing);
   if (!std::exchange(watch.raised, true)) judged.raised.push_back({row.id, watch.reaction, watch.text});
   demand(watch, judged.demand);

@@ -59,7 +59,8 @@ struct Interlock {
   bool choosable = true;  ///< [policy] may say otherwise: not for what would damage the unit under test
   Confirmation confirmation{};
   Duration InterlockLimits::*lost_after = nullptr;  ///< a silence of this length ends the run
-  std::string_view limits{};                        ///< the keys of [limits] that it heeds, between blanks
+  bool is_never_over = false;  ///< what is done stays done: more than a warning is asked for while it is news
+  std::string_view limits{};   ///< the keys of [limits] that it heeds, between blanks
   /// Looks for the cause in one second.
   std::optional<CheckResult> (*check)(const CheckInputs&) = nullptr;
   /// Whether what would show the cause, or that it has gone, was not read in this second; null: it always is.

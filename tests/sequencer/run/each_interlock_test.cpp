@@ -427,6 +427,18 @@ TEST(InterlockId, ARecordThatSomebodyDamagedAndAChamberThatNobodyGuardsAreAlarms
   EXPECT_EQ(bench.alarms, 2);
 }
 
+/// An operator whom it asked for would never be let go on.
+TEST(InterlockId, ADamagedRecordHoldsTheRunOnceForEachDamage) {
+  Bench bench;
+  bench.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::record_damaged)] = interlocks::Reaction::hold;
+  for (const auto* damage : {"run.db was removed", "run.2.db was removed"}) {
+    bench.around.record_damage = damage;
+    EXPECT_EQ(bench.second().reaction, interlocks::Reaction::hold) << damage;
+    EXPECT_EQ(bench.seconds(100).reaction, interlocks::Reaction::warn);
+  }
+  EXPECT_EQ(bench.alarms, 1) << "it is not over";
+}
+
 /// On a line that loses much, what the chamber does is known some seconds after its air.
 TEST(InterlockId, AChamberFoundOffAfterASilenceWasRestartedThoughItsStateIsKnownLater) {
   Bench bench;

@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kArcsecPerCount = 1e-6;  // of what is no integer
 constexpr double kFarthestCount = 9.2e18, kMostSeconds = 1e6;
+/// Of a sequence with so many values nobody loses half.
+constexpr std::uint64_t kWideSequence = 1 << 16;
 
 /// How far a counter of `range` values (0: 2^64) went from `before` to `now`.
 std::uint64_t forward(std::uint64_t before, std::uint64_t now, std::uint64_t range) {
@@ -56,17 +58,28 @@ FrameSum::FrameSum(const FrameFormat& format)
 void FrameSum::add(const GyroFrame& frame, FrameTally& tally) {
   tally.axes.resize(axes_.size());
   tally.bad += frame.good ? 0 : 1;
-  if (frame.sequence && sequence_ && sequence_format_)
-    tally.lost +=
-        forward(*sequence_ + sequence_format_->step, *frame.sequence, sequence_format_->range) / sequence_format_->step;
+  if (frame.sequence) follow(*frame.sequence, tally);
   if (frame.sequence) sequence_ = frame.sequence;
   if (frame.timestamp) timestamp_ = frame.timestamp;
+  timed_ = timed_ || frame.timestamp;
   bool whole = true;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     if (i < frame.axes.size()) add_reading(frame.axes[i], axes_[i]);
     whole = whole && axes_[i].share.frames > 0;
   }
   if (whole) end_round(tally);
+}
+
+/// How many frames a step back hides nobody can tell.
+void FrameSum::follow(std::uint32_t sequence, FrameTally& tally) const {
+  if (!sequence_ || !sequence_format_) return;
+  const auto [range, step] = *sequence_format_;
+  const auto way = forward(*sequence_, sequence, range);
+  const bool is_wide = range == 0 || range >= kWideSequence;
+  if (way == 0 || (is_wide && way > (range == 0 ? ~std::uint64_t{0} : range) / 2))
+    tally.disordered = true;
+  else
+    tally.lost += forward(*sequence_ + step, sequence, range) / step;
 }
 
 void FrameSum::add_reading(const AxisReading& reading, Axis& axis) {
@@ -105,12 +118,20 @@ Duration FrameSum::since_last_round() const {
   return Duration::zero();
 }
 
+/// Its time is what tells that frames are missing, and is finer than the time between two of them.
+bool FrameSum::tells_each_frame_by_time() const {
+  return rate_hz_ > 0 && !sequence_format_ && time_ && 2 * rate_hz_ * time_->unit_s < 1;
+}
+
 void FrameSum::end_round(FrameTally& tally) {
   const bool dropped = std::exchange(dropped_, false);
   const bool counts = std::exchange(origin_, true) && !dropped;
   tally.round = counts ? since_last_round() : Duration::zero();
   tally.interval += tally.round;
+  tally.longest = std::max(tally.longest, tally.round);
   tally.rounds += counts ? 1 : 0;
+  const bool stands = std::exchange(timed_, false) && round_timestamp_ && tally.round == Duration::zero();
+  if (counts && stands && tells_each_frame_by_time()) tally.disordered = true;
   if (rate_hz_ > 0 && !sequence_format_ && tally.round > Duration::zero())
     tally.lost +=
         static_cast<std::uint64_t>(std::max<std::int64_t>(0, std::llround(to_seconds(tally.round) * rate_hz_) - 1));

@@ -32,8 +32,10 @@ struct FrameTally {
   std::uint64_t lost{};    ///< frames, by a jump of the sequence; without one, by a jump of the device's time at the
                            ///< nominal rate
   std::uint64_t bad{};     ///< frames marked so by the gyro
+  bool disordered{};       ///< a frame came twice, or the sequence went back
   Duration interval{};     ///< by the device's clock (time or sequence); zero if the format has none
   Duration round{};        ///< between the last two rounds, likewise
+  Duration longest{};      ///< of all that lies between two rounds, likewise
   std::vector<AxisTally> axes{};  ///< in the order of FrameFormat::axes
 };
 
@@ -74,8 +76,10 @@ class FrameSum {
   };
 
   static void add_reading(const AxisReading& reading, Axis& axis);
+  void follow(std::uint32_t sequence, FrameTally& tally) const;
   void end_round(FrameTally& tally);
   [[nodiscard]] Duration since_last_round() const;
+  [[nodiscard]] bool tells_each_frame_by_time() const;
 
   std::vector<Axis> axes_;
   std::optional<Sequence> sequence_format_;
@@ -86,6 +90,7 @@ class FrameSum {
   bool dropped_{};                                 ///< the round that is not whole yet
   std::optional<std::uint32_t> sequence_{};        ///< of the newest frame
   std::optional<std::uint64_t> timestamp_{};       ///< the newest
+  bool timed_{};                                   ///< it came since the newest round
   std::optional<std::uint32_t> round_sequence_{};  ///< of the newest round
   std::optional<std::uint64_t> round_timestamp_{};
 };

@@ -191,6 +191,8 @@ std::unique_ptr<ByteStream> make_pumped(std::unique_ptr<ByteStream> line) {
 namespace {
 
 constexpr std::size_t kChunk = 4096;
+/// No two frames are further apart by the gyro's time than by the host's and so much.
+constexpr Duration kMostAhead = std::chrono::seconds(1);
 
 /// A command's first line, for people.
 std::string_view first_line(std::string_view text) { return text.substr(0, text.find_first_of("\r\n")); }
@@ -325,13 +327,21 @@ class FramedGyro final : public Gyro {
   }
 
   /// `first`: these frames are those from which it counts, and what came with them.
-  [[nodiscard]] Result<MaybeCount> verdict(const FrameTally& tally, bool first) {
-    if (tally.lost > 0 || tally.bad > 0) sum_.drop_round();
-    if (first || tally.lost > 0 || tally.bad > 0) arrivals_.count_from(came_);
-    if (first || tally.lost > 0)
+  [[nodiscard]] Result<MaybeCount> verdict(FrameTally& tally, bool first) {
+    const auto passed = came_ - std::exchange(told_, came_);
+    const bool time_jumped = !first && tally.longest > passed + kMostAhead;
+    if (time_jumped) tally.lost = 0;  // for as many as that nobody can tell
+    const bool breaks = tally.lost > 0 || tally.disordered || time_jumped;
+    if (breaks || tally.bad > 0) sum_.drop_round();
+    if (first || breaks || tally.bad > 0) arrivals_.count_from(came_);
+    if (first || breaks)
       pace_.count_from(came_);
     else
       pace_.add(tally.interval, came_);
+    if (tally.disordered)
+      return failure(FaultKind::corrupted, place(),
+                     "a frame came twice, or its count of frames began anew: how many are missing is not known");
+    if (time_jumped) return failure(FaultKind::corrupted, place(), "its time jumped: it was set, or began anew");
     if (tally.lost > 0) return failure(FaultKind::corrupted, place(), fmt::format("{} frames lost", tally.lost));
     if (tally.bad > 0)
       return failure(FaultKind::out_of_range, place(), fmt::format("{} frames are marked bad by the gyro", tally.bad));
@@ -386,6 +396,7 @@ class FramedGyro final : public Gyro {
   FrameSum sum_;
   FrameMeans means_;
   Duration came_{};        ///< when the newest round did, by the host's clock
+  Duration told_{};        ///< likewise of the last read
   HostInterval arrivals_;  ///< of a gyro without a clock
   FramePace pace_;         ///< of one whose clock are its frames
   FrameCount frames_;

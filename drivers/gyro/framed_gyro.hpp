@@ -76,10 +76,11 @@ struct GyroCommands {
 /// without a clock of the device's, one that saw several and none before them: when the first of them came is not
 /// known. Lost frames make the read fail with corrupted: a jump of the sequence; without one, of the device's time at
 /// the nominal rate; without both, or where a lock stands in for a sync, bytes that are no frame; without a clock of
-/// the device's, frames that do not fit the host's time, upon which the count begins anew. Frames that the gyro marks
-/// as bad make it fail with out_of_range; the next read counts from the newest frame. After a timeout or a broken line
-/// there is no frame to count from. Where time is frames counted, and they come at another rate than the nominal one
-/// (FramePace), each read fails with mismatch.
+/// the device's, frames that do not fit the host's time, upon which the count begins anew. A frame that comes twice, a
+/// sequence that goes back and a time of the device's that jumps (by more than a second beyond the host's) make it fail
+/// with corrupted too, and are no lost frames. Frames that the gyro marks as bad make it fail with out_of_range; the
+/// next read counts from the newest frame. After a timeout or a broken line there is no frame to count from. Where time
+/// is frames counted, and they come at another rate than the nominal one (FramePace), each read fails with mismatch.
 [[nodiscard]] std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteStream> line,
                                                      Duration within, GyroCommands commands = {},
                                                      const Clock* clock = nullptr);

@@ -97,6 +97,21 @@ TEST(FrameSum, ALostFrameOfAStampedStreamIsSeenByItsTime) {
   EXPECT_EQ(tally.lost, 2u);
 }
 
+TEST(FrameSum, AFrameOfAStampedStreamThatComesTwiceIsSeenByItsTime) {
+  auto format = format_with("role = \"increment\"\ntype = \"i32\"");
+  using Times = std::vector<std::optional<std::uint64_t>>;
+  const auto is_disordered = [&](double rate_hz, const Times& times) {
+    format.rate_hz = rate_hz;
+    FrameSum sum(format);
+    FrameTally tally;
+    for (const auto ms : times) sum.add({.axes = {{.pulses = 1}}, .timestamp = ms}, tally);
+    return tally.disordered;
+  };
+  EXPECT_TRUE(is_disordered(100, {0, 10, 10, 20}));
+  EXPECT_FALSE(is_disordered(1000, {0, 10, 10, 20})) << "two frames may have the same millisecond";
+  EXPECT_FALSE(is_disordered(100, {0, 10, std::nullopt, 20})) << "not each has one";
+}
+
 TEST(FrameSum, CountedFramesAreAClock) {
   const auto format = tests::shipped_stream("stim300").frame;  // 250 Hz, eight ticks of the counter a frame
   FrameSum sum(format);

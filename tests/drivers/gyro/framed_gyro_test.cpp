@@ -341,6 +341,52 @@ TEST_F(FramedGyro, CountsItsFrames) {
   EXPECT_EQ(gyro->frames(), all);
 }
 
+TEST_F(FramedGyro, AFrameThatComesTwiceIsAFaultAndNoLoss) {
+  send(1);
+  ASSERT_TRUE(gyro->take_origin());
+  send(5);
+  --sequence, timestamp -= 100'000, pulses -= 7;
+  send(5);
+  const auto twice = gyro->read(seconds(1));
+  ASSERT_FALSE(twice);
+  EXPECT_EQ(twice.error().kind, FaultKind::corrupted);
+  EXPECT_TRUE(twice.error().what.starts_with("a frame came twice")) << twice.error().what;
+  EXPECT_EQ(gyro->frames().lost, 0u);
+  send(10);
+  expect_second();
+}
+
+TEST_F(FramedGyro, ACountThatBeginsAnewIsAFaultAndNoLoss) {
+  sequence = 500, timestamp = 50'000'000, pulses = 3500;
+  send(1);
+  ASSERT_TRUE(gyro->take_origin());
+  send(5);
+  sequence = 0, timestamp = 0, pulses = 0;
+  send(5);
+  EXPECT_EQ(gyro->read(seconds(1)).error().kind, FaultKind::corrupted);
+  EXPECT_EQ(gyro->frames().lost, 0u);
+  send(10);
+  expect_second();
+}
+
+/// As that of a receiver which learns the time of day. The pulses of one second are not those of an hour.
+TEST_F(FramedGyro, ATimeThatJumpsIsNoInterval) {
+  send(1);
+  ASSERT_TRUE(gyro->take_origin());
+  for (const std::uint64_t jump : {2'000'000u, 1'000'000'000u, 0u - 1'000'000'000u}) {
+    send(5);
+    timestamp = (timestamp + jump) & 0xFFFFFFFF;
+    send(5);
+    const auto count = gyro->read(seconds(1));
+    ASSERT_FALSE(count) << jump << ": an interval of " << to_seconds(count->interval) << " s";
+    EXPECT_EQ(count.error().kind, FaultKind::corrupted);
+    EXPECT_EQ(count.error().what, "its time jumped: it was set, or began anew");
+    EXPECT_EQ(gyro->frames().lost, 0u);
+    send(10);
+    expect_second();
+  }
+}
+
 constexpr const char* kTriad = R"([frame]
 name = "triad"
 sync = [0xAA]

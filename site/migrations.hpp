@@ -11,5 +11,6 @@ namespace gyrotherm::site {
 [[nodiscard]] std::string_view fleet_questions();
 [[nodiscard]] std::string_view document_owners();
 [[nodiscard]] std::string_view simulated_apart();
+[[nodiscard]] std::string_view bounds_of_rigs();
 
 }  // namespace gyrotherm::site

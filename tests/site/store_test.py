@@ -705,6 +705,83 @@ class ManyRigs(unittest.TestCase):
             self.assertIn("There may be more", some.stderr)
 
 
+class Bounded(unittest.TestCase):
+    """Whatever a rig says, everybody else is answered."""
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.holder = cluster()
+        cls.store = cls.holder.__enter__()
+        cls.store.migrate()
+        cls.store.add_people()
+        cls.views = [view for view, in cls.store.sql("SELECT viewname FROM pg_views WHERE viewname LIKE 'v1%'")]
+        for unit, bias in enumerate((0.010, 0.011, 0.012, 0.013, 0.014)):
+            cls.store.sql(cls.calibration(f"R{unit}", bias), "rig_1")
+
+    @classmethod
+    def tearDownClass(cls) -> None:
+        cls.holder.__exit__(None, None, None)
+
+    @staticmethod
+    def calibration(unit: str, bias: object, rig: str = "rig-1", **more: object) -> str:
+        column = {"quantity": "bias", "unit": "°/h", "values": [{"value": bias, "u": 0.001, "k": 2, "U": 0.002}]}
+        text = json.dumps(CALIBRATION | {"number": f"C-{unit}-{rig}", "item": {"serial_number": unit, "model": "lot"},
+                                         "results": [CALIBRATION["results"][0] | {"columns": [column]}]} | more)
+        return f"SELECT gyrotherm.add_document('{rig}', 'calibration', 'c', $c${text}$c$);"
+
+    def say(self, *more: str, began_s: int = 1_900_000_000, **calibration: str) -> str:
+        """A run of rig-2's, and what it says of it."""
+        self.run_id = str(uuid.uuid4())
+        info = {"started_ns": began_s * 10**9, "profile": "p", "simulated": "due" not in calibration,
+                "imported": False, "units": [], "channels": [
+                    {"name": "state", "unit": "", "measures": "program", "unit_under_test": "",
+                     "words": ["execute"]},
+                    {"name": "A", "unit": "°C", "measures": "temperature", "unit_under_test": "",
+                     "calibration": {"instrument": "i", "certificate": "c", "calibrated": "", **calibration}}]}
+        said = [f"add_run('{self.run_id}', 'rig-2', '{json.dumps(info)}')", *more]
+        text = "".join(f"SELECT gyrotherm.{call.replace('RUN', self.run_id)};" for call in said)
+        return self.store.try_sql(f"BEGIN; {text} COMMIT;", "rig_2").stderr
+
+    def everybody_is_answered(self) -> None:
+        for view in self.views:
+            asked = self.store.try_sql(f"SELECT * FROM gyrotherm.{view}", "ada")
+            self.assertEqual(asked.returncode, 0, f"{view}: {asked.stderr}")
+
+    def test_by_numbers_beyond_their_place(self) -> None:
+        rows = """add_rows('RUN', -1, '{0,1,2}', '{0,1,2}', '{"{1e300,1e308}","{NaN,1e308}","{0,NaN}"}')"""
+        end = '{"state": "complete", "cause": "", "rows": 3, "events": 0, "gaps": 0, "files": []}'
+        self.assertEqual(self.say(rows, f"finish_run('RUN', '{end}')", began_s=1_800_000_000), "")
+        self.everybody_is_answered()
+        words = self.store.sql(f"SELECT word FROM gyrotherm.v1_sample WHERE run = '{self.run_id}' AND name = 'state'"
+                               " ORDER BY slot", "ada")
+        self.assertEqual(words, [[""], [""], ["execute"]])
+        self.assertEqual(self.store.sql("SELECT gyrotherm.drop_month('2027-01-01')", "gyrotherm_owner"), [["1"]])
+
+    def test_by_days_that_are_none(self) -> None:
+        for due in ("soon", "2026-99-99", "infinity"):
+            self.assertIn("ERROR", self.say(due=due), due)
+            self.everybody_is_answered()
+        self.assertEqual(self.say(due="2027-01-17"), "")
+
+    def test_by_gaps_and_files_of_no_size(self) -> None:
+        gaps = """add_gaps('RUN', -1, '[{"first": 0, "last": 2147483647, "cause": ""}]')"""
+        self.assertIn("gap_lies_in_a_run", self.say(gaps))
+        for size in ('"much"', "1e30", "-1"):
+            end = ('{"state": "complete", "cause": "", "rows": 0, "events": 0, "gaps": 0,'
+                   f' "files": [{{"bytes": {size}}}]}}')
+            self.assertIn("ERROR", self.say(f"finish_run('RUN', '{end}')"), size)
+        self.everybody_is_answered()
+
+    def test_by_results_that_are_no_number(self) -> None:
+        for bias in (1e308, -1e308, 1e-300, "NaN", "Infinity"):
+            said = self.store.try_sql(self.calibration("R0", bias, "rig-2", ended="2026-03-01"), "rig_2")
+            self.assertIn("result_is_a_number", said.stderr, bias)
+        said = self.store.try_sql(self.calibration("R0", 0.0, "rig-2", ended="infinity"), "rig_2")
+        self.assertIn("calibration_is_of_a_day", said.stderr)
+        self.everybody_is_answered()
+        self.store.sql(self.calibration("R0", 0.01, ended="2026-04-01"), "rig_1")
+
+
 class Retention(unittest.TestCase):
     def test_a_month_goes_and_no_rig_brings_it_back(self) -> None:
         with cluster() as store:

@@ -90,7 +90,7 @@ Trouble read_request_line(std::string_view line, RequestHead& head) {
   if (version != "HTTP/1.1" && version != "HTTP/1.0") return HeadRefusal{505, "only HTTP/1.1 is spoken here"};
   if (method != "GET" && method != "POST") return HeadRefusal{405, "only GET and POST are known here"};
   head.method = method;
-  head.keep_alive = version == "HTTP/1.1";
+  head.keep_alive = head.takes_chunks = version == "HTTP/1.1";
   return read_target(line.substr(first + 1, second - first - 1), head);
 }
 

@@ -21,6 +21,7 @@ struct RequestHead {
   std::map<std::string, std::string> headers;  ///< by name in small letters
   std::size_t body_size{};
   bool keep_alive{};
+  bool takes_chunks{};  ///< the client speaks HTTP/1.1: what has no known size may come in chunks
 
   /// Empty where there is none.
   [[nodiscard]] std::string header(const std::string& name) const {

@@ -153,8 +153,9 @@ std::string refusal_text(int status, std::string_view why, bool with_body) {
   return text + "\r\n" + (with_body ? answer.body : "");
 }
 
-/// What is sent piece by piece ends when the server does, however slowly it is taken.
-void put(const WebAnswer& answer, httplib::Response& response, const std::atomic<bool>& stopping) {
+/// What is sent piece by piece ends when the server does, however slowly it is taken; in chunks where the client knows
+/// them, and otherwise with the connection (RFC 9112, 6.1).
+void put(const WebAnswer& answer, bool in_chunks, httplib::Response& response, const std::atomic<bool>& stopping) {
   response.status = answer.status;
   for (const auto& [name, value] : usual_headers()) {
     const bool other = std::ranges::any_of(answer.headers, [&](const auto& own) { return own.first == name; });
@@ -173,12 +174,15 @@ void put(const WebAnswer& answer, httplib::Response& response, const std::atomic
   if (answer.stream_size > 0)
     response.set_content_provider(answer.stream_size, answer.type,
                                   [run](size_t, size_t, httplib::DataSink& sink) { return run(sink); });
-  else
-    response.set_chunked_content_provider(answer.type, [run](size_t, httplib::DataSink& sink) {
+  else {
+    const auto provide = [run](size_t, httplib::DataSink& sink) {
       const bool whole = run(sink);
       if (whole) sink.done();
       return whole;
-    });
+    };
+    in_chunks ? response.set_chunked_content_provider(answer.type, provide)
+              : response.set_content_provider(answer.type, provide);
+  }
 }
 
 }  // namespace
@@ -195,7 +199,7 @@ class WebServer::Guarded final : public httplib::Server {
     set_keep_alive_max_count(kMostRequests);
     set_keep_alive_timeout(std::chrono::seconds(kIdle).count());
     set_pre_routing_handler([this](const httplib::Request&, httplib::Response& response) {
-      put(answer_(*current), response, stopping);
+      put(answer_(*current), current->head.takes_chunks, response, stopping);
       return HandlerResponse::Handled;
     });
   }

@@ -42,7 +42,8 @@ class Served {
   [[nodiscard]] int port() const { return port_; }
   /// What comes for a request until the connection ends; nothing if it does not within 2 s.
   [[nodiscard]] std::optional<std::string> ask(const std::string& line, const std::string& host,
-                                               const std::string& headers = "Connection: close\r\n") const {
+                                               const std::string& headers = "Connection: close\r\n",
+                                               const std::string& version = "HTTP/1.1") const {
     const Descriptor socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
     sockaddr_in to{};
     to.sin_family = AF_INET;
@@ -51,7 +52,7 @@ class Served {
     const timeval patience{.tv_sec = 2, .tv_usec = 0};
     ::setsockopt(socket.number(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     if (::connect(socket.number(), reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) return std::nullopt;
-    const auto sent = fmt::format("{} HTTP/1.1\r\nHost: {}:{}\r\n{}\r\n", line, host, port_, headers);
+    const auto sent = fmt::format("{} {}\r\nHost: {}:{}\r\n{}\r\n", line, version, host, port_, headers);
     if (::send(socket.number(), sent.data(), sent.size(), MSG_NOSIGNAL) < 0) return std::nullopt;
     std::string all;
     std::array<char, 4096> some{};
@@ -116,6 +117,20 @@ TEST(WebServer, AnAnswerThatCannotBeWholeEndsItsConnection) {
   const auto unsized = page.ask("GET /unsized", "127.0.0.1", "");
   ASSERT_TRUE(unsized);
   EXPECT_EQ(unsized->find("\r\n0\r\n"), std::string::npos) << "it does not seem whole: " << *unsized;
+}
+
+TEST(WebServer, NoChunksAreSentToWhoDoesNotKnowThem) {
+  const Served page([](const WebRequest&) {
+    WebAnswer answer;
+    answer.stream = [](const Send& send) { return send("one piece ") && send("and another"); };
+    return answer;
+  });
+  const auto plain = page.ask("GET /", "127.0.0.1", "", "HTTP/1.0");
+  ASSERT_TRUE(plain) << "the end of the connection is the end of the answer";
+  EXPECT_EQ(plain->find("Transfer-Encoding"), std::string::npos) << *plain;
+  EXPECT_TRUE(plain->ends_with("\r\n\r\none piece and another")) << *plain;
+  const auto chunks = page.ask("GET /", "127.0.0.1").value_or("");
+  EXPECT_NE(chunks.find("\r\nTransfer-Encoding: chunked\r\n"), std::string::npos) << chunks;
 }
 
 TEST(WebServer, NamesOfThePageAreTheSameInCapitals) {

@@ -87,6 +87,15 @@ TEST_F(AtTheDoor, ANewPasswordEndsTheSessionsOfTheOldOneOverARestartToo) {
   EXPECT_EQ(let_in_by(again, cookie), "");
 }
 
+TEST_F(AtTheDoor, ABodyThatHasAKeyTwiceIsRefused) {
+  put("ada", Role::viewer, kPassword);
+  auto sent = request("/api/v1/login");
+  sent.head.method = "POST";
+  sent.body = fmt::format(R"({{"name":"eve","name":"ada","password":"{}"}})", kPassword);
+  EXPECT_EQ(door_.log_in(sent).status, 400);
+  EXPECT_EQ(log_in("ada", kPassword).status, 200);
+}
+
 TEST_F(AtTheDoor, WhoGuessesAtANameDoesNotKeepItsOwnerOut) {
   put("ada", Role::conductor, kPassword);
   int refused = 0;

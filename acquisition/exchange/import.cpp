@@ -304,14 +304,18 @@ Result<Notes> read_foreign_file(const std::string& path, const ImportMap& map, c
 }
 
 Result<ImportSummary> import_record(const std::string& path, const std::string& map_path,
-                                    const std::string& record_path, const std::string& program_version) {
+                                    const std::string& record_path, const std::string& program_version,
+                                    const std::function<bool()>& goes_on) {
   const auto map = load_import_map(map_path);
   if (!map) return failure(map.error());
   auto info = describe(*map, path, program_version);
   if (!info) return failure(info.error());
   ImportedRecord made(record_path, *map, std::move(*info));
   RowPipe writing([&](const ImportedRow& row) { return made.insert(row); });
-  auto notes = read_foreign_file(path, *map, [&](const ImportedRow& row) { return writing.push(row); });
+  auto notes = read_foreign_file(path, *map, [&](const ImportedRow& row) -> Result<void> {
+    if (!goes_on()) return failure(FaultKind::interrupted, path, "stopped; nothing is left of " + record_path);
+    return writing.push(row);
+  });
   if (auto written = writing.finish(); !written && notes) notes = failure(written.error());
   auto summary = notes ? made.finish(*notes) : Result<ImportSummary>(failure(notes.error()));
   if (!summary) made.remove();

@@ -34,9 +34,10 @@ struct ImportSummary {
 /// Makes a finished record at `record_path` of the file at `path`, as the map at `map_path` says: each row at its own
 /// time, its slot the row's number from 0, no segments and no cycles; in UTC where the file knows it. Missing stretches
 /// (spacings longer than 10 times the usual one; where rows are put together, stretches without any) and what was
-/// passed over are told in events of the last row. Fails with bad_file (`file:line:column: what, what was expected`) or
-/// storage (the record exists); then nothing is left.
-[[nodiscard]] Result<ImportSummary> import_record(const std::string& path, const std::string& map_path,
-                                                  const std::string& record_path, const std::string& program_version);
+/// passed over are told in events of the last row. `goes_on` is asked at each row. Fails with bad_file
+/// (`file:line:column: what, what was expected`), storage (the record exists) or interrupted; then nothing is left.
+[[nodiscard]] Result<ImportSummary> import_record(
+    const std::string& path, const std::string& map_path, const std::string& record_path,
+    const std::string& program_version, const std::function<bool()>& goes_on = [] { return true; });
 
 }  // namespace gyrotherm::exchange

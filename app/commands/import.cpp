@@ -8,6 +8,7 @@
 #include "acquisition/exchange/guess.hpp"
 #include "acquisition/record/run_parts.hpp"
 #include "app/command.hpp"
+#include "app/interrupt.hpp"
 #include "app/output_file.hpp"
 #include "app/value.hpp"
 #include "core/clock.hpp"
@@ -47,7 +48,9 @@ Result<Exit> import(Console& console, const ImportArguments& options) {
   if (auto free = record::check_name_of_new_record(options.out); !free) return failure(free.error());
   const auto map = path_of(options.map, kShippedImportMap);
   if (!map) return failure(map.error());
-  const auto summary = exchange::import_record(options.file, *map, options.out, GYROTHERM_VERSION);
+  watch_for_interrupts(SecondInterrupt::ends);
+  const auto summary =
+      exchange::import_record(options.file, *map, options.out, GYROTHERM_VERSION, [] { return !interrupted(); });
   if (!summary) return failure(summary.error());
   for (const std::string& note : summary->notes) console.say(fmt::format("{}: {}", options.file, note));
   if (console.json)

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <thread>
 
+#include "tests/app/listener.hpp"
 #include "tests/app/program.hpp"
 
 namespace gyrotherm::app {
@@ -48,16 +49,33 @@ scale = 1.0
 
 TEST(Interrupt, EndsACommandThatStopsForNothingAtOnce) {
   const Folder folder;
+  const Listener chamber;
+  ASSERT_EQ(shell("sed 's#tcp://[0-9.]*:502#tcp://127.0.0.1:" + std::to_string(chamber.port()) +
+                  "#' profiles/rigs/example-f4t-lakeshore-kvh.toml > '" + (folder / "rig.toml") + "'")
+                .exit_code,
+            0);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    Background check({"check", "--rig", folder / "rig.toml", "--connect"}, folder / "out");
+    std::this_thread::sleep_for(300ms);
+    ASSERT_TRUE(check.is_running()) << check.output();
+    check.signal(number);
+    EXPECT_EQ(end_of(check, 1s), -number);
+  }
+}
+
+TEST(Interrupt, LeavesNothingOfAnImport) {
+  const Folder folder;
   write_long_table(folder / "long.csv");
   std::ofstream(folder / "map.toml") << kMap;
+  std::filesystem::create_directory(folder / "records");
+  const auto record = folder / "records/r.db";
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
-    Background import({"import", folder / "long.csv", "--map", folder / "map.toml", "--out",
-                       folder / ("r" + std::to_string(number) + ".db")},
-                      folder / "out");
-    std::this_thread::sleep_for(300ms);
+    Background import({"import", folder / "long.csv", "--map", folder / "map.toml", "--out", record}, folder / "out");
+    while (import.is_running() && !std::filesystem::exists(record)) std::this_thread::sleep_for(5ms);
     ASSERT_TRUE(import.is_running()) << import.output();
     import.signal(number);
-    EXPECT_EQ(end_of(import, 1s), -number);
+    EXPECT_EQ(end_of(import, 3s), 5) << import.output();
+    EXPECT_TRUE(std::filesystem::is_empty(folder / "records")) << "after signal " << number;
   }
 }
 

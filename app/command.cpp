@@ -8,7 +8,6 @@
 
 #include <cerrno>
 #include <cstdint>
-#include <cstdio>
 #include <new>
 #include <optional>
 #include <system_error>
@@ -177,8 +176,7 @@ int run(Program& program, int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     program.outcome = failure(FaultKind::storage, "memory", "there is not enough for this");
   }
-  const bool lost = std::ferror(stdout) != 0 || program.console.data_was_lost();
-  if (program.outcome && lost && !reader_has_left())
+  if (program.outcome && program.console.data_was_lost() && !reader_has_left())
     program.outcome = failure(FaultKind::storage, "stdout", "cannot be written");
   if (program.outcome) return static_cast<int>(*program.outcome);
   program.console.complain(program.outcome.error());

@@ -7,7 +7,6 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <functional>
 #include <iterator>
@@ -188,7 +187,7 @@ Result<void> answer(Console& console, const Open& open, std::string_view head,
   };
   StandardInput input;
   record::LiveRows rows("stdin", choose);
-  for (bool more = true; more && std::ferror(stdout) == 0;) {
+  for (bool more = true; more && !console.data_was_lost();) {
     const auto piece = input.next();
     if (!piece) return failure(piece.error());
     more = !piece->empty();

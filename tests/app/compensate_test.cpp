@@ -51,6 +51,21 @@ TEST_F(Compensate, AnswersARowThatComesAloneAtOnce) {
   EXPECT_EQ(ran.exit_code, 0) << "7: a row was not answered while the input was open\n" << ran.err;
 }
 
+TEST_F(Compensate, EndsWhileRowsComeOnceItsAnswersGoNowhere) {
+  std::ofstream(folder_ / "rows") << small_rows(200);
+  // The writer, which would go on for a quarter of a minute, says how far it came.
+  const std::string rows = "cd " + (folder_ / ".") +
+                           " && { cat rows; row=$(tail -1 rows); i=0; while [ $i -lt 300 ] && echo \"$row\" "
+                           "2> /dev/null; do i=$((i+1)); sleep 0.05; done; echo $i rows >&2; } | ";
+  const auto left = shell(rows + "gyrotherm compensate $PWD/model.json | head -1");
+  EXPECT_EQ(left.out, "compensated_bias_deg_per_h\n");
+  EXPECT_EQ(left.err.find("300 rows"), std::string::npos) << left.err;
+  const auto full = shell(rows + "gyrotherm compensate $PWD/model.json > /dev/full");
+  EXPECT_EQ(full.exit_code, 4);
+  EXPECT_EQ(full.err.find("300 rows"), std::string::npos) << full.err;
+  EXPECT_NE(full.err.find("stdout: cannot be written"), std::string::npos) << full.err;
+}
+
 TEST_F(Compensate, AnswersTheSameHoweverItsInputComes) {
   const auto bulk = compensate(small_rows(700));
   const auto single =

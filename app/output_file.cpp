@@ -39,9 +39,8 @@ bool has_files_of_a_run(const std::string& path) {
 
 /// The record that a file stands beside by its name: "run.db" of "run.db-wal"; empty: there is no such name.
 std::string record_beside(const std::string& path) {
-  for (const std::string_view ending : {"-wal", "-shm", "-journal", ".status", ".socket", ".safe-state"})
-    if (path.ends_with(ending)) return path.substr(0, path.size() - ending.size());
-  return {};
+  const auto ending = record::ending_beside_a_record(path);
+  return ending.empty() ? std::string() : path.substr(0, path.size() - ending.size());
 }
 
 Result<void> check_is_no_record(const std::string& path) {

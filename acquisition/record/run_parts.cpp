@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <map>
 #include <set>
-#include <string_view>
 #include <utility>
 
 #include "acquisition/record/row.hpp"
@@ -229,9 +228,18 @@ Result<int> last_part(const std::string& record_path) {
   });
 }
 
+std::string_view ending_beside_a_record(std::string_view path) {
+  for (const std::string_view ending :
+       {"-wal", "-shm", "-journal", ".status", ".socket", ".safe-state", ".made-safe", ".sha256", ".live.db"})
+    if (path.ends_with(ending)) return ending;
+  return {};
+}
+
 Result<void> check_name_of_new_record(const std::string& path) {
   const auto refuse = [&](const std::string& why) { return failure(FaultKind::storage, path, why); };
   if (is_there(path)) return refuse("exists already, and a record is never overwritten");
+  if (const auto ending = ending_beside_a_record(path); !ending.empty())
+    return refuse(fmt::format("files that stand beside a record end with {}, expected another name", ending));
   const auto files = files_of_record(path);
   if (files)
     return refuse(

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "acquisition/record/sqlite.hpp"
@@ -64,8 +65,12 @@ struct RecordFiles {
 /// beside it), or the last part is damaged.
 [[nodiscard]] Result<RecordFiles> files_of_record(const std::string& record_path);
 
+/// How a name ends that a file beside a record has: ".status" of "RUN.db.status"; empty: none has such a name.
+[[nodiscard]] std::string_view ending_beside_a_record(std::string_view path);
+
 /// Fails with storage if a new record cannot have that name: a file has it, a run goes on in a file beside it though
-/// its own file is gone, or it is the name of a part of a record that is there.
+/// its own file is gone, it is the name of a part of a record that is there, or one that a file beside a record has,
+/// which would be written over, or taken for that.
 [[nodiscard]] Result<void> check_name_of_new_record(const std::string& path);
 
 /// The number of the file that the run goes on in: 1 if no other follows. Fails like files_of_record().

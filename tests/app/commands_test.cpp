@@ -296,12 +296,13 @@ TEST_F(Force, NeverWritesOverARecord) {
 
 TEST_F(Force, NeverWritesOverWhatBelongsToARecord) {
   ASSERT_EQ(shell("cd " + (folder_ / ".") +
-                  " && cp record.db record.2.db && ln -s record.db link.csv && touch record.db-wal record.db.status"
+                  " && cp record.db record.2.db && ln -s record.db link.csv"
+                  " && touch record.db-wal record.db.status record.db.sha256"
                   " run.csv.socket soak.csv.safe-state && ln -s record.live.db.1 record.live.db")
                 .exit_code,
             0);
-  for (const auto* out :
-       {"record.2.db", "link.csv", "record.db-wal", "record.db.status", "run.csv", "soak.csv", "record.live.db"})
+  for (const auto* out : {"record.2.db", "link.csv", "record.db-wal", "record.db.status", "record.db.sha256", "run.csv",
+                          "soak.csv", "record.live.db"})
     expect_refused("export record.db", std::string("--out ") + out);
   const auto other = gyrotherm_with("export-model " + (folder_ / "model.json") + " --as libsvm --force --out " +
                                     (folder_ / "map.toml"));

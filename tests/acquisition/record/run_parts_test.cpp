@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "acquisition/record/chain.hpp"
+#include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/run_file.hpp"
 #include "acquisition/record/run_finder.hpp"
 #include "acquisition/record/status.hpp"
@@ -262,6 +263,14 @@ TEST(RunParts, HaveNamesThatNoNewRecordGets) {
   EXPECT_NE(refused.find("its run went on in " + part_path(path, 2)), std::string::npos) << refused;
   fs::remove(part_path(path, 2));
   EXPECT_EQ(trouble(check_name_of_new_record(path)), "");
+  const auto fresh = folder / "fresh.db";
+  for (const char* ending : {".status", ".sha256", ".socket", ".safe-state", ".made-safe", "-wal", "-shm", "-journal"})
+    EXPECT_NE(trouble(check_name_of_new_record(fresh + ending)).find(std::string("end with ") + ending),
+              std::string::npos)
+        << ending;
+  EXPECT_NE(trouble(check_name_of_new_record(live_copy_path(fresh))).find("end with .live.db"), std::string::npos);
+  for (const char* name : {"status", "run-wal.db", "live.db", "sha256.db"})
+    EXPECT_EQ(trouble(check_name_of_new_record(folder / name)), "") << name;
 }
 
 TEST(RunFinder, HidesPartsAndNoRecordThatHasANameLikeOne) {

@@ -2,8 +2,10 @@
 #include "analysis/model/training.hpp"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -375,8 +377,8 @@ Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set, c
 
 Result<Model> train(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& clusters,
                     const TrainingOptions& options, const ProgressSink& progress) {
-  const int threads = options.tuning.swarm.threads;
-  oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
+  const int threads = options.tuning.swarm.threads, available = oneapi::tbb::info::default_concurrency();
+  oneapi::tbb::task_arena arena(threads == 0 ? available : std::min(threads, available));
   return arena.execute([&] { return train_here(datasets, clusters, options, progress); });
 }
 

@@ -284,6 +284,19 @@ class Force : public testing::Test {
   const Folder folder_;
 };
 
+TEST(Train, TakesNoMoreThreadsThanTheMachineHas) {
+  const Folder folder;
+  make_small_model(folder);
+  const auto train = "train " + (folder / "record.db") + " --inputs A --method linear --threads ";
+  const auto one = gyrotherm_with(train + "1 --out " + (folder / "one.json"));
+  for (const auto* threads : {"100", "2147483647"}) {
+    const auto many = gyrotherm_with(train + threads + " --force --out " + (folder / "many.json"));
+    EXPECT_EQ(many.exit_code, 0) << threads;
+    EXPECT_EQ(many.err, one.err) << threads;
+    EXPECT_EQ(read_text_file(folder / "many.json").value(), read_text_file(folder / "one.json").value()) << threads;
+  }
+}
+
 TEST_F(Force, NeverWritesOverARecord) {
   for (const auto* command :
        {"export record.db", "export record.db --as netcdf", "export record.db --compensated --model model.json",

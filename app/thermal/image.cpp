@@ -220,6 +220,12 @@ double used_film(const thermal::GyroModel& model, const ThermalArguments& option
   return model.mode == thermal::GyroMode::block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
 }
 
+/// Asked between the parts of the work: a mesh is solved in one piece.
+Result<void> go_on(Console& console, std::string_view stage, double fraction) {
+  if (keep_going(console.sink(), stage, fraction)) return {};
+  return failure(FaultKind::interrupted, "thermal", "stopped");
+}
+
 Result<Solved> solve(Console& console, thermal::GyroModel model, const ThermalArguments& options) {
   const auto began = std::chrono::steady_clock::now();
   const auto size = std::ranges::find(thermal::kMeshSizeNames, options.mesh) - thermal::kMeshSizeNames.begin();
@@ -234,7 +240,7 @@ Result<Solved> solve(Console& console, thermal::GyroModel model, const ThermalAr
       console.say(fmt::format("warning: no {} gives {:g} K; the model is left as it is",
                               thermal::kFitParameterNames[static_cast<std::size_t>(first.parameter)], *options.fit));
   }
-  if (!keep_going(console.sink(), "steady state", 0)) return failure(FaultKind::interrupted, "thermal", "stopped");
+  if (auto goes_on = go_on(console, "steady state", 0); !goes_on) return failure(goes_on.error());
   solved.film_w_per_m2_k = used_film(solved.model, options);
   solved.mesh = make_mesh(solved.model, static_cast<thermal::MeshSize>(size));
   auto state = steady_state(solved.model, solved.mesh,
@@ -320,17 +326,23 @@ Json json(const Solved& solved, const ThermalArguments& options) {
 }
 
 /// Makes a picture with scale, unit and mark of each SVG in the folder, by the program that has fonts. Where it cannot,
-/// the SVGs are what there is, and this is said.
-void draw_pictures(Console& console, const std::filesystem::path& folder, const std::vector<std::string>& views) {
-  for (const auto& view : views) {
+/// the SVGs are what there is, and this is said. Fails with interrupted.
+Result<void> draw_pictures(Console& console, const std::filesystem::path& folder,
+                           const std::vector<std::string>& views) {
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const auto& view = views[i];
     const auto program = program_beside_this_one("gyrotherm-pdf");
     const auto code =
         run_to_its_end({program, "--force", "--width", "1600", "--png", (folder / (view + ".svg")).string(), "--out",
                         (folder / (view + ".png")).string()});
+    const auto fraction = static_cast<double>(i + 1) / static_cast<double>(views.size());
+    if (auto goes_on = go_on(console, "pictures", fraction); !goes_on) return goes_on;  // Ctrl-C ends that program too
     if (code && *code == 0) continue;
     const auto why = code ? fmt::format("it ended with {}", *code) : code.error().what;
-    return console.say(fmt::format("no PNG of {}, but its SVG: {}: {}", view, program, why));
+    console.say(fmt::format("no PNG of {}, but its SVG: {}: {}", view, program, why));
+    break;
   }
+  return {};
 }
 
 Result<void> write_all(Console& console, const Solved& solved, const ThermalArguments& options) {
@@ -350,8 +362,7 @@ Result<void> write_all(Console& console, const Solved& solved, const ThermalArgu
   for (const auto& [name, content] : files) {
     if (auto written = replace_text_file((folder / name).string(), content); !written) return written;
   }
-  draw_pictures(console, folder, views);
-  return {};
+  return draw_pictures(console, folder, views);
 }
 
 Result<Exit> image(Console& console, const ThermalArguments& options) {
@@ -363,7 +374,8 @@ Result<Exit> image(Console& console, const ThermalArguments& options) {
   watch_for_interrupts(SecondInterrupt::ends);
   const auto solved = solve(console, std::move(*model), options);
   if (!solved) return failure(solved.error());
-  if (auto written = write_all(console, *solved, options); !written) return failure(written.error());
+  auto written = go_on(console, "pictures", 0).and_then([&] { return write_all(console, *solved, options); });
+  if (!written) return failure(written.error());
   if (!console.json) {
     console.data(describe(*solved, options));
     return Exit::done;

@@ -102,6 +102,15 @@ TEST(Interrupt, TheSecondEndsACommandThatDoesNotComeBack) {
   EXPECT_EQ(end_of(thermal, 1s), -SIGINT) << "two at once are one press; the one after it counts";
 }
 
+TEST(Interrupt, ThermalIsNotDoneOnceItWasToStop) {
+  const Folder folder;
+  Background thermal({"thermal", "--mesh", "coarse", "--out", folder / "image"}, folder / "out");
+  ASSERT_TRUE(thermal.wait_for("steady state", 20)) << thermal.output();
+  thermal.signal(SIGINT);
+  EXPECT_EQ(end_of(thermal, 60s), 5) << thermal.output();
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "image"));
+}
+
 TEST(Interrupt, AHangUpThatNohupHadIgnoredStaysIgnored) {
   const Folder folder;
   const std::string out = folder / "out";

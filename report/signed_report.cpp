@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/signed_report.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +11,7 @@
 #include "core/sha256.hpp"
 #include "report/dcc.hpp"
 #include "report/dcc_reader.hpp"
+#include "report/new_files.hpp"
 #include "report/other_program.hpp"
 
 namespace gyrotherm::report {
@@ -32,10 +31,6 @@ std::vector<std::string> issued_in(const std::string& folder) {
   std::ranges::sort(names);
   return names;
 }
-
-struct NewFile {
-  std::string name, bytes;
-};
 
 /// The PDFs of the folder, signed.
 Result<std::vector<NewFile>> signed_pdfs(const std::string& folder, const std::vector<std::string>& names,
@@ -63,28 +58,6 @@ Result<void> is_unsigned(const std::string& folder) {
   if (*dcc && (*dcc)->find("<ds:Signature") != std::string::npos)
     return failure(FaultKind::bad_file, path, "is signed already");
   return {};
-}
-
-/// Replaces files of a folder, the last one last. All are written under names of their own before any takes its place:
-/// a full disk changes nothing.
-Result<void> replace_all(const std::string& folder, const std::vector<NewFile>& files) {
-  const auto beside = [&](const NewFile& file) { return folder + "/" + file.name + ".signing"; };
-  Result<void> done;
-  std::vector<NewFile> written;
-  for (const NewFile& file : files) {
-    if (done = replace_text_file(beside(file), file.bytes); !done) break;
-    written.push_back(file);
-  }
-  for (const NewFile& file : written) {
-    std::error_code error;
-    const std::string path = folder + "/" + file.name;
-    if (done) std::filesystem::rename(beside(file), path, error);
-    if (error) done = failure(FaultKind::storage, path, "cannot be written: " + error.message());
-    if (!done) std::filesystem::remove(beside(file), error);
-  }
-  const Descriptor place(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (place.is_open()) ::fsync(place.number());
-  return done;
 }
 
 Result<CalibrationReport> report_to_sign(const std::string& json, const std::string& path) {

@@ -14,6 +14,7 @@
 #include "report/comparison_document.hpp"
 #include "report/dcc.hpp"
 #include "report/document.hpp"
+#include "report/new_files.hpp"
 #include "report/other_program.hpp"
 
 namespace gyrotherm::app {
@@ -38,14 +39,16 @@ Result<void> make_folder(const std::string& folder) {
 }
 
 /// A program of its own sets it: this one, which commands chambers, has no windows and no fonts.
-Result<void> write_pdf(const std::string& folder, const std::string& language) {
-  const std::string pdf = folder + "/" + name_in(language, "pdf");
+Result<std::string> pdf_of(const std::string& json, const std::string& language) {
+  const auto place = report::PrivateFolder::make();
+  if (!place) return failure(place.error());
+  const std::string source = *place / report::kCalibrationFile, pdf = *place / name_in(language, "pdf");
+  if (auto put = replace_own_file(source, json, Syncing::not_awaited); !put) return failure(put.error());
   const auto ran =
-      report::run_program(program_beside_this_one(kPdfProgram),
-                          {folder + "/" + report::kCalibrationFile, "--language", language, "--out", pdf, "--force"});
+      report::run_program(program_beside_this_one(kPdfProgram), {source, "--language", language, "--out", pdf});
   if (!ran) return failure(ran.error());
-  if (ran->exit_code != 0) return failure(FaultKind::storage, pdf, ran->out);
-  return {};
+  if (ran->exit_code != 0) return failure(FaultKind::storage, name_in(language, "pdf"), ran->out);
+  return read_text_file(pdf, kLargestTable);
 }
 
 Result<void> write_view(Console& console, const std::string& path, const std::string& text) {
@@ -54,14 +57,21 @@ Result<void> write_view(Console& console, const std::string& path, const std::st
   return {};
 }
 
-Result<void> write_in(Console& console, const report::CalibrationReport& report, const std::string& folder,
-                      const std::string& language) {
-  const auto document = document_of(report, language_of(language));
-  if (auto written = write_view(console, folder + "/" + name_in(language, "html"), html_of(document)); !written)
-    return written;
-  if (auto written = write_pdf(folder, language); !written) return written;
-  console.say(folder + "/" + name_in(language, "pdf"));
-  return {};
+/// All that is written of a report; last its source, which says in what state it is.
+Result<std::vector<report::NewFile>> files_of(const report::CalibrationReport& report,
+                                              const std::vector<std::string>& languages) {
+  const std::string json = to_json(report);
+  auto certificate = dcc_of(report, {.files = {{report::kCalibrationFile, sha256(json)}}});
+  if (!certificate) return failure(certificate.error());
+  std::vector<report::NewFile> files{{"calibration.csv", csv_of(report)}, {report::kDccFile, std::move(*certificate)}};
+  for (const std::string& language : languages) {
+    auto pdf = pdf_of(json, language);
+    if (!pdf) return failure(pdf.error());
+    files.push_back({name_in(language, "html"), html_of(document_of(report, language_of(language)))});
+    files.push_back({name_in(language, "pdf"), std::move(*pdf)});
+  }
+  files.push_back({report::kCalibrationFile, json});
+  return files;
 }
 
 }  // namespace
@@ -79,15 +89,11 @@ Result<FiledReport> load_calibration(const std::string& folder_or_file) {
 Result<void> write_calibration(Console& console, const report::CalibrationReport& report, const std::string& folder,
                                const std::vector<std::string>& languages) {
   if (auto made = make_folder(folder); !made) return made;
-  const std::string json = to_json(report);
-  const auto certificate = dcc_of(report, {.files = {{report::kCalibrationFile, sha256(json)}}});
-  if (!certificate) return failure(certificate.error());
-  for (const auto& [name, text] : {std::pair<const char*, std::string>{report::kCalibrationFile, json},
-                                   {"calibration.csv", csv_of(report)},
-                                   {report::kDccFile, *certificate}})
-    if (auto written = write_view(console, folder + "/" + name, text); !written) return written;
-  for (const std::string& language : languages)
-    if (auto written = write_in(console, report, folder, language); !written) return written;
+  const auto files = files_of(report, languages);
+  if (!files) return failure(files.error());
+  if (auto put = report::replace_all(folder, *files); !put) return put;
+  console.say(folder + "/" + report::kCalibrationFile);
+  for (std::size_t i = 0; i + 1 < files->size(); ++i) console.say(folder + "/" + (*files)[i].name);
   return {};
 }
 
@@ -107,12 +113,15 @@ Result<void> keep_as_signed(Console& console, const std::string& folder) {
   const auto certificate = read_text_file_if_any(folder + "/" + report::kDccFile, kLargestTable);
   if (!certificate) return failure(certificate.error());
   if (!*certificate || (*certificate)->find("<ds:Signature") == std::string::npos) return {};
-  const std::filesystem::path kept = std::filesystem::path(folder) / "as-signed";
+  const std::filesystem::path kept = std::filesystem::path(folder) / "as-signed", begun = kept.string() + ".new";
   std::error_code trouble;
-  std::filesystem::create_directory(kept, trouble);
+  if (std::filesystem::is_directory(kept, trouble)) return {};  // by one that failed behind this step
+  std::filesystem::remove_all(begun, trouble);
+  std::filesystem::create_directory(begun, trouble);
   for (const std::filesystem::path& path : entries_of(folder))
     if (!trouble && std::filesystem::is_regular_file(path))
-      std::filesystem::copy_file(path, kept / path.filename(), trouble);
+      std::filesystem::copy_file(path, begun / path.filename(), trouble);
+  if (!trouble) std::filesystem::rename(begun, kept, trouble);
   if (trouble) return failure(FaultKind::storage, kept.string(), trouble.message());
   console.say(kept.string());
   return {};

@@ -23,16 +23,17 @@ struct FiledReport {
 [[nodiscard]] Result<FiledReport> load_calibration(const std::string& folder_or_file);
 
 /// Writes calibration.json and its views in these languages ("en", "de"), making the folder if needed, and says where;
-/// each file appears whole or not at all. Fails with storage, or as a view does.
+/// each file appears whole or not at all, calibration.json behind all others: where a view cannot be made, the report
+/// is in the state in which it was. Fails with storage, or as a view does.
 [[nodiscard]] Result<void> write_calibration(Console& console, const report::CalibrationReport& report,
                                              const std::string& folder, const std::vector<std::string>& languages);
 
-/// Writes comparison.json and its pages likewise.
+/// Writes comparison.json and its pages, making the folder if needed, and says where. Fails with storage.
 [[nodiscard]] Result<void> write_comparison(Console& console, const report::Comparison& comparison,
                                             const std::string& folder, const std::vector<std::string>& languages);
 
 /// Copies a report that is signed into FOLDER/as-signed, before the folder says something else; does nothing where it
-/// is not signed. Fails with bad_file or storage.
+/// is not signed, or a copy is there. Fails with bad_file or storage.
 [[nodiscard]] Result<void> keep_as_signed(Console& console, const std::string& folder);
 
 /// The languages of the views that a folder has.

@@ -179,6 +179,20 @@ TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverWrittenOver) {
   EXPECT_NE(again.err.find("has a report that is authorised"), std::string::npos) << again.err;
 }
 
+/// As on a disk that is full when the last view is to be written: else a PDF that says draft could be signed.
+TEST_F(CalibrationOfAUnit, IsADraftUntilEachViewSaysThatItIsAuthorised) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("half"));
+  const std::string pdf = in("half/calibration.pdf");
+  std::filesystem::remove(pdf);
+  std::filesystem::create_directories(pdf + "/in-the-way");
+  EXPECT_EQ(gyrotherm_with("report authorise " + in("half") + " --by A").exit_code, 4);
+  EXPECT_EQ(filed("half").state, report::ReportState::draft);
+  std::filesystem::remove_all(pdf);
+  run("report authorise " + in("half") + " --by A");
+  EXPECT_EQ(filed("half").state, report::ReportState::authorised);
+  EXPECT_TRUE(std::filesystem::is_regular_file(pdf));
+}
+
 TEST_F(CalibrationOfAUnit, WithoutAnOrderIsADraftThatSaysWhatIsMissing) {
   run("report " + in("rate.db") + " --model " + in("model.json") + " --out " + in("draft"));
   const auto report = filed("draft");

@@ -443,13 +443,13 @@ TEST_F(Signed, WithAKeyThatIsNotRsaIsRefused) {
 /// As on a disk that is full when the last file is to be written.
 TEST_F(Signed, InPartIsNot) {
   const std::string before = bytes("report.pdf");
-  std::filesystem::create_directories(at("dcc.xml.signing/in-the-way"));
+  std::filesystem::create_directories(at("dcc.xml.new/in-the-way"));
   const auto refused = sign_report(folder_path(), keys_->key("lab"));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, FaultKind::storage);
   EXPECT_EQ(bytes("report.pdf"), before);
-  EXPECT_FALSE(std::filesystem::exists(at("report.pdf.signing")));
-  std::filesystem::remove_all(at("dcc.xml.signing"));
+  EXPECT_FALSE(std::filesystem::exists(at("report.pdf.new")));
+  std::filesystem::remove_all(at("dcc.xml.new"));
   sign();
   EXPECT_TRUE(failing().empty());
 }

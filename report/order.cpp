@@ -381,15 +381,33 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
   note_missing(report);
 }
 
-Result<void> check_unit(const OrderFile& order, const CalibratedItem& item, const std::string& from) {
-  const OrderedUnit* unit = unit_of(order, item.name);
-  if (unit == nullptr) return {};
-  for (const auto& [key, ordered, own] : {std::tuple("model", &unit->item.model, &item.model),
-                                          std::tuple("serial_number", &unit->item.serial_number, &item.serial_number)})
+namespace {
+
+Result<void> check_unit(const OrderedUnit& ordered_unit, const CalibratedItem& item, const std::string& from) {
+  const CalibratedItem& unit = ordered_unit.item;
+  for (const auto& [key, ordered, own] : {std::tuple("model", &unit.model, &item.model),
+                                          std::tuple("serial_number", &unit.serial_number, &item.serial_number)})
     if (!ordered->empty() && !own->empty() && *ordered != *own)
-      return failure(FaultKind::bad_file, unit->place,
+      return failure(FaultKind::bad_file, ordered_unit.place,
                      fmt::format("the unit's {} is \"{}\", but {} has \"{}\"; an order says only what is not there",
                                  key, *ordered, from, *own));
+  return {};
+}
+
+}  // namespace
+
+Result<void> check_units(const OrderFile& order, const std::vector<CalibratedItem>& items, const std::string& from) {
+  const auto unnamed = std::ranges::find(order.units, "", &OrderedUnit::name);
+  if (items.size() > 1 && unnamed != order.units.end()) {
+    std::vector<std::string> names;
+    for (const CalibratedItem& item : items) names.push_back(item.name);
+    return failure(
+        FaultKind::bad_file, unnamed->place,
+        fmt::format("the unit has no name, but {} has several, expected one of {}", from, fmt::join(names, ", ")));
+  }
+  for (const CalibratedItem& item : items)
+    if (const OrderedUnit* unit = unit_of(order, item.name))
+      if (auto same = check_unit(*unit, item, from); !same) return same;
   return {};
 }
 

@@ -57,8 +57,10 @@ struct OrderFile {
 [[nodiscard]] Result<OrderFile> parse_order(std::string_view toml, const std::string& file);
 
 /// Fails with bad_file if the order names another type or serial number of a unit than `from`, a record or a rig, has:
-/// it may only say what that does not.
-[[nodiscard]] Result<void> check_unit(const OrderFile& order, const CalibratedItem& item, const std::string& from);
+/// it may only say what that does not; and if it has a unit without a name where there are several to report on, for
+/// what it says of one would be said of each.
+[[nodiscard]] Result<void> check_units(const OrderFile& order, const std::vector<CalibratedItem>& items,
+                                       const std::string& from);
 
 /// Puts what people have written into a report of that unit, and notes what a report must have and they have not
 /// written: "laboratory.toml: name". Without a file all of its keys are missing. What the report says already of type

@@ -291,11 +291,10 @@ Result<report::CalibrationReport> report_of(const Given& given, const std::strin
 
 Result<void> check_units(const report::OrderFile& order, const std::vector<record::UnitInfo>& units,
                          const std::string& from) {
-  for (const record::UnitInfo& unit : units) {
-    const report::CalibratedItem item{.name = unit.name, .model = unit.model, .serial_number = unit.serial_number};
-    if (auto same = check_unit(order, item, from); !same) return same;
-  }
-  return {};
+  std::vector<report::CalibratedItem> items;
+  for (const record::UnitInfo& unit : units)
+    items.push_back({.name = unit.name, .model = unit.model, .serial_number = unit.serial_number});
+  return report::check_units(order, items, from);
 }
 
 /// Whether the order speaks of the units of the records, before a report of the first of them is made.

@@ -136,7 +136,8 @@ TEST(Order, SaysOfAUnitOnlyWhatTheRecordDoesNot) {
   const auto order = parse_order(kOrder, "order.toml");
   ASSERT_TRUE(order);
   const auto refused = [&](const std::string& model, const std::string& serial_number) {
-    const auto same = check_unit(*order, {.name = "gyro", .model = model, .serial_number = serial_number}, "rate.db");
+    const auto same =
+        check_units(*order, {{.name = "gyro", .model = model, .serial_number = serial_number}}, "rate.db");
     return same ? "" : text(same.error());
   };
   EXPECT_EQ(refused("", ""), "");
@@ -151,6 +152,18 @@ TEST(Order, SaysOfAUnitOnlyWhatTheRecordDoesNot) {
   add_order(report, std::nullopt, *order);
   EXPECT_EQ(report.item.model, "RLG-2");
   EXPECT_EQ(report.item.serial_number, "0042");
+}
+
+TEST(Order, NamesItsUnitsWhereSeveralAreReported) {
+  const auto order = parse_order(kOrder, "order.toml");
+  ASSERT_TRUE(order);
+  const auto refused = check_units(*order, {{.name = "u1"}, {.name = "u2"}}, "lot.db");
+  ASSERT_FALSE(refused) << "both would be the 0042";
+  EXPECT_EQ(text(refused.error()),
+            "order.toml:10:1: the unit has no name, but lot.db has several, expected one of u1, u2");
+  std::string named = kOrder;
+  named.insert(named.find("model = "), "name = \"u2\"\n");
+  EXPECT_TRUE(check_units(*parse_order(named, "order.toml"), {{.name = "u1"}, {.name = "u2"}}, "lot.db"));
 }
 
 TEST(Order, HoldsEachRowWithItsOwnUncertaintyAgainstALimit) {

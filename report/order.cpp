@@ -262,7 +262,10 @@ void add_laboratory(CalibrationReport& report, const LaboratoryFile& laboratory)
   report.method = laboratory.method;
   report.traceability = laboratory.traceability;
   report.statements = laboratory.statements;
-  append(report.equipment, laboratory.equipment);
+  for (Equipment one : laboratory.equipment) {
+    one.overdue = !one.due.empty() && one.due < report.ended;
+    report.equipment.push_back(std::move(one));
+  }
   append(report.people, laboratory.people);
 }
 

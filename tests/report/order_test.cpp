@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/order.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -209,6 +210,22 @@ TEST(Order, HasItsDaysInTheirOrder) {
             (std::vector<std::string>{"order.toml: received, on or before 2026-11-01 (UTC) when the calibration began",
                                       "order.toml: issued, on or after 2026-11-26 (UTC) when the calibration ended"}));
   EXPECT_TRUE(lacks("2026-01-01", "2026-12-31", true).empty()) << "of a virtual rig";
+}
+
+/// A certificate for machines says of each whether it is valid.
+TEST(Laboratory, HasEquipmentThatIsOverdueOnTheDayOfTheRun) {
+  std::string text = kLaboratory;
+  for (const char* due : {"2026-11-19", "2026-11-20"})
+    text += fmt::format("[[equipment]]\nname = \"until {0}\"\ncertificate = \"L-1\"\ndue = \"{0}\"\n", due);
+  const auto laboratory = parse_laboratory(text, "laboratory.toml");
+  ASSERT_TRUE(laboratory);
+  CalibrationReport report = of_a_record();
+  report.equipment.clear();
+  report.ended = "2026-11-20";
+  add_order(report, *laboratory, std::nullopt);
+  ASSERT_EQ(report.equipment.size(), 2u);
+  EXPECT_TRUE(report.equipment[0].overdue);
+  EXPECT_FALSE(report.equipment[1].overdue);
 }
 
 TEST(Laboratory, TakesALogoThatIsOneOnly) {

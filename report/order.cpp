@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <regex>
 #include <tuple>
 
 #include "analysis/data/dataset.hpp"
@@ -191,10 +192,20 @@ std::optional<OtherReport> replaced(const TomlTable& table) {
   return OtherReport{other.text("number"), other.text("sha256", ""), texts(other, "reason")};
 }
 
+/// As the report writes those of its records.
+bool is_instant(const std::string& text) {
+  constexpr std::size_t kDayLength = 10;
+  static const std::regex kTime("T([01][0-9]|2[0-3])(:[0-5][0-9]){2}Z");
+  return record::parse_day(text.substr(0, kDayLength)) && std::regex_match(text.substr(kDayLength), kTime);
+}
+
 std::vector<Deviation> deviations(const TomlTable& table) {
   std::vector<Deviation> all;
-  for (const TomlTable& one : table.tables("deviation"))
+  for (const TomlTable& one : table.tables("deviation")) {
     all.push_back({.utc = one.text("utc", ""), .kind = "other", .text = one.text("text")});
+    if (const std::string& utc = all.back().utc; !utc.empty() && !is_instant(utc))
+      one.mistake("utc", fmt::format("\"{}\", expected an instant of UTC like \"2026-11-25T14:03:00Z\"", utc));
+  }
   return all;
 }
 

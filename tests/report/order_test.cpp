@@ -91,12 +91,17 @@ TEST(Order, IsRefusedWithEachMistakeAndItsPlace) {
   std::string wrong = kOrder;
   wrong.replace(wrong.find("2026-11-02"), 10, "2026-13-02");
   wrong.replace(wrong.find("at_most = 0.01"), 14, "at_most = -1.0");
+  for (const char* utc : {"2026-11-20T10:00:00+01:00", "2026-11-20", "2026-02-30T10:00:00Z"})
+    wrong += fmt::format("[[deviation]]\nutc = \"{}\"\ntext = \"door opened\"\n", utc);
   const auto order = parse_order(wrong, "order.toml");
   ASSERT_FALSE(order);
   const std::string said = text(order.error());
   EXPECT_NE(said.find("order.toml:3:"), std::string::npos) << said;
   EXPECT_NE(said.find("is no day"), std::string::npos) << said;
   EXPECT_NE(said.find("above 0"), std::string::npos) << said;
+  for (const char* utc : {"order.toml:22:7: \"2026-11-20T10:00:00+01:00\"", "order.toml:25:7: \"2026-11-20\"",
+                          "order.toml:28:7: \"2026-02-30T10:00:00Z\""})
+    EXPECT_NE(said.find(fmt::format("{}, expected an instant of UTC", utc)), std::string::npos) << said;
 }
 
 TEST(Order, HoldsNothingAgainstALimitThatTheModelHasLearnt) {

@@ -358,6 +358,7 @@ void note_missing(CalibrationReport& report) {
   need(!report.item.model.empty(), kOrder, "unit.model");
   need(!report.item.serial_number.empty(), kOrder, "unit.serial_number");
   need(!report.item.condition.empty(), kOrder, "unit.condition");
+  need(!report.begun.empty(), "records", "days; a foreign one has them where its map says since when its times count");
   need(is_verified(report), "records", "one that the model has not seen");
   need(has_person(report, "operator"), kOrder, "person with role \"operator\"");
   need(has_person(report, "authorising"), kOrder, "person with role \"authorising\"");

@@ -261,6 +261,13 @@ void describe(auto& form, Like<OtherReport> auto& other) {
   form("reason", other.reason);
 }
 
+void describe(auto& form, Like<BiasZero> auto& of) {
+  form("axis", of.axis);
+  form("run", of.run);
+  form("zero", of.zero);
+  expect_word(form, "zero", of.zero);
+}
+
 void describe(auto& form, Like<CalibrationReport> auto& report) {
   form("number", report.number);
   form("state", one_of(report.state, {ReportState::draft, ReportState::authorised, ReportState::superseded}));
@@ -291,6 +298,7 @@ void describe(auto& form, Like<CalibrationReport> auto& report) {
   form("deviations", report.deviations);
   form("bias_zero", report.bias_zero);
   expect_word(form, "bias_zero", report.bias_zero, true);
+  form.if_there("bias_zeros", !report.bias_zeros.empty(), report.bias_zeros);
   form("cluster_length_s", positive(report.cluster_length_s));
   form.derived("coverage", model::kCoverage);
   form("results", report.results);

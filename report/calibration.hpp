@@ -231,6 +231,13 @@ struct OtherReport {
   Texts reason{};
 };
 
+/// What the bias of an axis is counted from in one record.
+struct BiasZero {
+  std::string axis{}, run{};
+  std::string zero{};  ///< "nothing removed"
+  bool operator==(const BiasZero&) const = default;
+};
+
 struct CalibrationReport {
   std::string number{};  ///< the order's; of a draft without one empty
   ReportState state{};
@@ -254,7 +261,8 @@ struct CalibrationReport {
   std::vector<Equipment> equipment{};
   std::vector<Deviation> deviations{};
 
-  std::string bias_zero{};  ///< what the bias is counted from: "earth rate removed"
+  std::string bias_zero{};             ///< what all biases are counted from: "earth rate removed"
+  std::vector<BiasZero> bias_zeros{};  ///< where they are not counted from the same: what each is
   double cluster_length_s{};
   std::vector<ResultTable> results{};
   std::vector<ReportedBudget> budgets{};

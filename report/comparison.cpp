@@ -105,12 +105,20 @@ ComparedResult compared(const ReportedValue& before, const ReportedValue& now, d
   return result;
 }
 
-/// A table of either report that speaks of the same.
+/// What the bias of a table is counted from.
+std::string zero_of(const CalibrationReport& report, const ResultTable& table) {
+  const auto own = std::ranges::find_if(
+      report.bias_zeros, [&](const BiasZero& one) { return one.axis == table.axis && one.run == table.run; });
+  return own == report.bias_zeros.end() ? report.bias_zero : own->zero;
+}
+
+/// A table of either report that speaks of the same, counted from the same zero.
 const ResultTable* partner_of(const ResultTable& table, const CalibrationReport& of, const CalibrationReport& in,
                               Stage stage) {
   for (const ResultTable& other : in.results)
     if (other.key == table.key && other.axis == table.axis && other.stage == stage && !other.in_sample &&
-        other.detail == table.detail && profile_of(in, other.run) == profile_of(of, table.run))
+        other.detail == table.detail && profile_of(in, other.run) == profile_of(of, table.run) &&
+        zero_of(in, other) == zero_of(of, table))
       return &other;
   return nullptr;
 }
@@ -181,7 +189,8 @@ Result<Comparison> compare(const CalibrationReport& before, const CalibrationRep
   comparing.compare(Stage::uncompensated, Stage::uncompensated);
   comparing.compare(Stage::as_left, Stage::as_found);
   if (comparison.results.empty())
-    return failure(FaultKind::usage, now.number, "has no result in common with the other report");
+    return failure(FaultKind::usage, now.number,
+                   "has no result in common with the other report, of the same program and zero of the bias");
   return comparison;
 }
 

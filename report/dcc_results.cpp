@@ -123,10 +123,7 @@ class MeasurementResults {
                       {{.value = report_.cluster_length_s}}, "dcc:usedMethodQuantity");
       });
     });
-    method("gyrotherm_biasZero", words("label.bias_zero"),
-           joined(report_.bias_zero.empty() ? words("label.not_given") : words_if_any(report_.bias_zero), ". ",
-                  words("say.bias")),
-           {});
+    method("gyrotherm_biasZero", words("label.bias_zero"), joined(bias_zero(), ". ", words("say.bias")), {});
     method("gyrotherm_stages", words("column.stage"), words("say.stages"), {});
     method("basic_methodMeasurementUncertainty", words("heading.uncertainty"), words("say.coverage"), "JCGM 100:2008");
     method("gyrotherm_decisionRule", words("label.rule"),
@@ -155,6 +152,16 @@ class MeasurementResults {
                       "dcc:usedMethodQuantity");
       });
     });
+  }
+
+  Texts bias_zero() const {
+    if (!report_.bias_zero.empty()) return words_if_any(report_.bias_zero);
+    Texts zeros;
+    for (const BiasZero& one : report_.bias_zeros) {
+      const Texts zero = joined(in_no_language(fmt::format("{}, {}", one.axis, one.run)), ": ", words_if_any(one.zero));
+      zeros = zeros.empty() ? zero : joined(zeros, "; ", zero);
+    }
+    return zeros.empty() ? words("label.not_given") : zeros;
   }
 
   void software() {

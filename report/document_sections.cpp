@@ -88,6 +88,18 @@ void add_report_itself(DocumentWriter& writer) {
   writer.add(std::move(lines).finish());
 }
 
+/// What the bias is counted from; where that differs, a line for each axis and record.
+std::string zeros_of(const DocumentWriter& writer) {
+  const CalibrationReport& report = writer.report;
+  std::string zeros = report.bias_zero.empty() ? "" : writer.word_of(report.bias_zero);
+  for (const BiasZero& one : report.bias_zeros) {
+    const std::string record = record_label(report, one.run);
+    zeros += fmt::format("{}{}{}{}: {}", zeros.empty() ? "" : "\n", one.axis, record.empty() ? "" : ", ", record,
+                         writer.word_of(one.zero));
+  }
+  return zeros;
+}
+
 DocumentTable influences_table(const DocumentWriter& writer) {
   DocumentTable table{
       .caption = writer.word_of("caption.influences"),
@@ -215,7 +227,7 @@ void add_method(DocumentWriter& writer) {
   writer.paragraph(in(writer.language, report.method));
   writer.paragraph(writer.word_of("say.bias"));
   DefinitionsWriter lines(writer);
-  if (!report.bias_zero.empty()) lines.line("label.bias_zero", writer.word_of(report.bias_zero));
+  lines.line("label.bias_zero", zeros_of(writer));
   if (report.cluster_length_s > 0)
     lines.line("label.cluster_length", format_plain(writer.language, report.cluster_length_s) + "\u00a0s");
   writer.add(std::move(lines).finish());

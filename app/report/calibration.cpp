@@ -249,7 +249,7 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
       const data::Dataset& first = axis.runs.front().dataset;
       if (auto one = check_one_gyro(dataset, first, first.path, ": a report is of one"); !one) return one;
     }
-    report.bias_zero = dataset.bias_zero;
+    report.bias_zeros.push_back({label, dataset.run_id, dataset.bias_zero});
     report.cluster_length_s = clusters->length_s;
     axis.runs.push_back({std::move(dataset), std::move(*clusters)});
   }
@@ -266,6 +266,14 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
   if (axis.left)
     if (auto added = add_experiment(report, experiment_of(options, choice), label, *axis.left); !added) return added;
   return add_results(report, axis);
+}
+
+/// Where all biases are counted from one zero, it stands once.
+void say_one_zero_once(report::CalibrationReport& report) {
+  const auto differs = [&](const report::BiasZero& one) { return one.zero != report.bias_zeros.front().zero; };
+  if (report.bias_zeros.empty() || std::ranges::any_of(report.bias_zeros, differs)) return;
+  report.bias_zero = report.bias_zeros.front().zero;
+  report.bias_zeros.clear();
 }
 
 Result<report::CalibrationReport> report_of(const Given& given, const std::string& unit,
@@ -285,6 +293,7 @@ Result<report::CalibrationReport> report_of(const Given& given, const std::strin
     if (auto added = add_axis(report, given, *records, choice, record::axis_label(info, a), options); !added)
       return failure(added.error());
   }
+  say_one_zero_once(report);
   add_order(report, given.laboratory, given.order);
   return report;
 }

@@ -169,6 +169,30 @@ TEST_F(CalibrationOfAUnit, IsOfOneGyro) {
   EXPECT_NE(std::ranges::find(missing, "models: one that was trained on this unit"), missing.end());
 }
 
+TEST_F(CalibrationOfAUnit, SaysOfEachRecordWhatItsBiasIsCountedFrom) {
+  std::ofstream table(in("table.csv"));
+  table << "s,T,g\n";
+  for (int second = 0; second < 300; ++second) table << second << ',' << 20 + second % 7 << ",10.6\n";
+  table.close();
+  for (const auto& [name, earth_rate] : {std::pair{"known", "earth_rate = 10.6"}, std::pair{"unknown", ""}}) {
+    std::ofstream(in(name) + ".toml") << "schema = \"gyrotherm-import/1\"\nname = \"" << name << "\"\n"
+                                      << "[time]\ncolumn = \"s\"\nunit = \"s\"\n"
+                                      << "[[thermometer]]\nname = \"T\"\ncolumn = \"T\"\n"
+                                      << "[gyro]\ncolumn = \"g\"\nkind = \"rate\"\nscale = 1\n"
+                                      << earth_rate << "\n";
+    run("import " + in("table.csv") + " --map " + in(name) + ".toml --out " + in(name) + ".db");
+  }
+  run("report " + in("known.db") + " " + in("unknown.db") + " --out " + in("zeros"));
+  const auto report = filed("zeros");
+  EXPECT_EQ(report.bias_zero, "");
+  ASSERT_EQ(report.bias_zeros.size(), 2u);
+  EXPECT_EQ(report.bias_zeros[0].zero, "earth rate removed");
+  EXPECT_EQ(report.bias_zeros[1].zero, "nothing removed");
+  run("report " + in("known.db") + " --out " + in("zero"));
+  EXPECT_EQ(filed("zero").bias_zero, "earth rate removed");
+  EXPECT_TRUE(filed("zero").bias_zeros.empty());
+}
+
 TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverWrittenOver) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("once"));
   run("report authorise " + in("once") + " --by 'A. Metrologist'");

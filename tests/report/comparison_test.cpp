@@ -76,6 +76,15 @@ TEST(Comparison, OfAnotherUnitIsRefused) {
   EXPECT_EQ(comparison.error().kind, FaultKind::usage);
 }
 
+/// The Earth's rate is none of the gyro's drift.
+TEST(Comparison, OfBiasesFromDifferentZerosIsRefused) {
+  CalibrationReport now = a_year_later();
+  now.bias_zero = "nothing removed";
+  const auto comparison = compare(sample_calibration(), now);
+  ASSERT_FALSE(comparison);
+  EXPECT_NE(comparison.error().what.find("zero of the bias"), std::string::npos) << comparison.error().what;
+}
+
 TEST(Comparison, SaysHowManyDoNotAgree) {
   const auto comparison = compare(sample_calibration(), a_year_later());
   ASSERT_TRUE(comparison);

@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <regex>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "report/dcc.hpp"
 #include "report/document_parts.hpp"
 #include "tests/report/sample_calibration.hpp"
 #include "tests/support/markup.hpp"
@@ -138,6 +140,19 @@ TEST(Document, OfADraftSaysWhatIsMissing) {
   EXPECT_EQ(first->style, Paragraph::Style::caution);
   EXPECT_TRUE(has(first->text, "order.toml: customer.name"));
   EXPECT_TRUE(has(text_of(document), "Not authorised"));
+}
+
+TEST(Document, SaysOfEachAxisAndRecordWhatItsBiasIsCountedFromWhereThatDiffers) {
+  CalibrationReport report = sample_calibration();
+  EXPECT_TRUE(has(text_of(report), "Earth rate removed"));
+  report.bias_zero.clear();
+  report.bias_zeros = {{"u1.x", report.files[0].id, "earth rate removed"},
+                       {"u1.y", report.files[0].id, "nothing removed"}};
+  for (const std::string& text : {text_of(report), *dcc_of(report, {})}) {
+    EXPECT_TRUE(std::regex_search(text, std::regex("u1.x[^:]*: Earth rate removed"))) << text;
+    EXPECT_TRUE(std::regex_search(text, std::regex("u1.y[^:]*: Nothing removed"))) << text;
+  }
+  EXPECT_EQ(calibration_from_json(to_json(report), "calibration.json")->bias_zeros, report.bias_zeros);
 }
 
 TEST(Document, OfAReplacedReportSaysByWhich) {

@@ -138,7 +138,8 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
   if (!scale || !earth_rate)
     return failure(FaultKind::bad_file, "stdin",
                    fmt::format("does not say the Earth's rate on {}, without which there is no bias", label));
-  table.rotation_ = Rotation{*scale, *earth_rate, unit_in(header[*rotation]).starts_with("pulses")};
+  const auto turned = find_if(header, [](const std::string& title) { return title == record::kTurnedTitle; });
+  table.rotation_ = Rotation{*scale, *earth_rate, unit_in(header[*rotation]).starts_with("pulses"), turned.has_value()};
   table.columns_.push_back(*rotation);
   if (table.rotation_->over_interval) {
     const std::string unit = is_named(axis) ? axis.unit : record::kOnlyUnit;
@@ -146,6 +147,7 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
     if (!interval) return failure(FaultKind::usage, "stdin", fmt::format("has no column \"{} interval\"", unit));
     table.columns_.push_back(*interval);
   }
+  if (turned) table.columns_.push_back(*turned);
   table.columns_.push_back(kSlotColumn);
   return table;
 }
@@ -165,7 +167,9 @@ Eigen::VectorXd CompensationTable::bias_deg_per_h(const Eigen::Ref<const data::S
   if (!rotation_) return bias;
   bias *= rotation_->scale;
   if (rotation_->over_interval) bias.array() /= rows.col(temperatures() + 1).array();
-  return bias.array() - rotation_->earth_rate_deg_per_h;
+  if (!rotation_->may_be_turned) return bias.array() - rotation_->earth_rate_deg_per_h;
+  const auto turned = rows.col(temperatures() + (rotation_->over_interval ? 2 : 1)).array();
+  return bias.array() - rotation_->earth_rate_deg_per_h * (1 - 2 * turned);
 }
 
 bool CompensationTable::at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const {

@@ -51,6 +51,7 @@ class CompensationTable {
   struct Rotation {
     double scale{}, earth_rate_deg_per_h{};
     bool over_interval{};  ///< pulses, with a column of the interval after them
+    bool may_be_turned{};  ///< with a column after these of how the unit was mounted, by which the Earth's rate counts
   };
   std::optional<Rotation> rotation_;  ///< nothing: the column is a bias
   bool says_rest_ = false;

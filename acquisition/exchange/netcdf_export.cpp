@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "acquisition/exchange/exported_columns.hpp"
+#include "acquisition/record/csv.hpp"
 #include "acquisition/record/views.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
@@ -347,6 +348,18 @@ class NetcdfExport {
     put_flags(own_name("cycle"), "cycle of the profile", info_.cycles, cycle);
     put_flags(own_name("phase"), "what the segment is doing", phases, phase);
     put_flags(own_name("state"), "state of the run", states, state);
+    if (record::is_handled(info_)) put_turned();
+  }
+
+  /// By which the Earth's rate has the one sign or the other.
+  void put_turned() {
+    std::vector<int> turned(rows_.row.size(), -1);
+    for (std::size_t i = 0; i < turned.size(); ++i) {
+      const auto row = rows_.row[i];
+      const double at = row < 0 ? kMissing : record::turned_at(record_, static_cast<std::size_t>(row));
+      if (!std::isnan(at)) turned[i] = static_cast<int>(at);
+    }
+    put_flags(own_name(record::kTurnedTitle), "how the unit is mounted", {"as_mounted", "turned"}, turned);
   }
 
   const Record& record_;

@@ -297,8 +297,12 @@ double number_of_channel(const Record& record, const ChannelColumn& column, std:
   return number_at(unit.interval_s, row);
 }
 
-/// Calls with each column of the text table, in order: one of every record, or one of its channels.
-void each_column(std::span<const ChannelColumn> channels, const auto& use) {
+/// The column that says where the unit was turned around.
+struct Turned {};
+
+/// Calls with each column of the text table, in order: one of every record, one of its channels, or Turned where people
+/// had the unit in hands.
+void each_column(const RunInfo& info, std::span<const ChannelColumn> channels, const auto& use) {
   const auto each_fixed = [&](std::span<const Column<SampleRow>> columns) {
     for (const auto& column : columns)
       if (column.exported.title != nullptr) use(column);
@@ -308,6 +312,7 @@ void each_column(std::span<const ChannelColumn> channels, const auto& use) {
   each_fixed(columns_before_channels());
   std::for_each(channels.begin(), truth, use);
   each_fixed(columns_after_channels());
+  if (is_handled(info)) use(Turned{});
   std::for_each(truth, channels.end(), use);
 }
 
@@ -316,6 +321,7 @@ struct TitleOf {
   const RunInfo& info;
   void operator()(const Column<SampleRow>& column) const { add_cell(out, std::string_view(column.exported.title)); }
   void operator()(const ChannelColumn& column) const { add_cell(out, title_of(column, info)); }
+  void operator()(Turned) const { add_cell(out, kTurnedTitle); }
 };
 
 struct CellOf {
@@ -324,6 +330,7 @@ struct CellOf {
   std::size_t row;
   void operator()(const Column<SampleRow>& column) const { add_cell(out, column.exported.cell(record, row)); }
   void operator()(const ChannelColumn& column) const { add_cell(out, number_of_channel(record, column, row)); }
+  void operator()(Turned) const { add_cell(out, turned_at(record, row)); }
 };
 
 }  // namespace
@@ -331,7 +338,7 @@ struct CellOf {
 void write_csv_head(const RunInfo& info, bool finished, const std::function<void(std::string_view)>& sink) {
   Buffer out;
   add_comments(out, info, finished);
-  each_column(channel_columns(info), TitleOf{out, info});
+  each_column(info, channel_columns(info), TitleOf{out, info});
   out.push_back('\n');
   sink(std::string_view(out.data(), out.size()));
 }
@@ -350,7 +357,7 @@ void write_csv_rows(const Record& record, std::int64_t after, const std::functio
   };
   for (std::size_t row = 0; row < record.slot.size(); ++row) {
     if (record.slot[row] <= after) continue;
-    each_column(channels, CellOf{out, record, row});
+    each_column(record.info, channels, CellOf{out, record, row});
     out.push_back('\n');
     if (out.size() > kPiece) flush();
   }

@@ -98,8 +98,11 @@ struct RunInfo;
 /// units, one row per sample; an empty field where there is no value. Comments also say what makes a bias of the
 /// numbers and a temperature of the readings: "axis u1.x: scale 0.1, earth rate 10.04" (arcsec per pulse, or °/h per
 /// unit of a rate; and °/h, where the record knows it), "thermometer A: offset 0.01" (K), "thermometer A: polynomial 0
-/// 1.001". Quoted as in RFC 4180, lines end with LF; numbers are the shortest that read back to the same value.
+/// 1.001". Where the profile puts the unit into people's hands, a column says how it was mounted (turned_at): turned
+/// around, the Earth's rate has the other sign. Quoted as in RFC 4180, lines end with LF; numbers are the shortest that
+/// read back to the same value.
 [[nodiscard]] std::string to_csv(const Record& record);
+inline constexpr std::string_view kTurnedTitle = "turned";  ///< of that column
 /// The same text, piece by piece: that of a record with many channels is larger than the record.
 void write_csv(const Record& record, const std::function<void(std::string_view)>& sink);
 /// … in two steps, of a record that grows: comments and header, then the rows behind second `after`.

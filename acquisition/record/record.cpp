@@ -177,6 +177,19 @@ const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row) {
   return index < record.info.segments.size() ? &record.info.segments[index] : nullptr;
 }
 
+bool is_handled(const RunInfo& info) {
+  return std::ranges::any_of(info.segments, [](const RunInfo::SegmentInfo& segment) {
+    return segment.unit.turned || !segment.prompt.empty();
+  });
+}
+
+double turned_at(const Record& record, std::size_t row) {
+  const auto* segment = segment_at(record, row);
+  if (segment == nullptr) return 0;
+  const bool is_in_hands = !segment->prompt.empty() && record.progress[row].in_segment == Duration{};
+  return is_in_hands ? kMissing : segment->unit.turned ? 1 : 0;
+}
+
 Result<Record> record_of(Database& database, const Wanted& wanted) {
   Record record;
   const auto read = into(record.info, read_run_info(database))

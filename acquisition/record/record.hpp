@@ -54,6 +54,12 @@ struct Record {
 /// The segment of a row, or null where none is known, as in an imported record.
 [[nodiscard]] const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row);
 
+/// Whether the profile puts the unit into people's hands: to turn it around, or for whatever else a prompt asks.
+[[nodiscard]] bool is_handled(const RunInfo& info);
+/// How the unit was mounted in a row: 1 where it was turned around, 0 where not; NaN while it was in people's hands, as
+/// it is until the clock of a segment with a prompt runs.
+[[nodiscard]] double turned_at(const Record& record, std::size_t row);
+
 /// Reads everything, of all the files that the record consists of (a file that failed is followed by RUN.2.db, …). One
 /// that others go on from, and that is gone or not as it was written, is passed over: slots that are in none of them
 /// are a gap, "lost with RUN.db: …". With the name of a unit only what was measured of the rig and of that unit is read

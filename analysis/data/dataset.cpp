@@ -113,13 +113,10 @@ void place_in_profile(Dataset& dataset, const record::Record& record) {
   }
 }
 
-/// Until the clock of a segment with a prompt runs, the unit is in people's hands.
+/// None while the unit was in people's hands.
 void drop_handling(Dataset& dataset, const record::Record& record) {
-  for (std::size_t i = 0; i < record.progress.size(); ++i) {
-    const auto* segment = segment_at(record, i);
-    if (segment == nullptr || segment->prompt.empty() || record.progress[i].in_segment != Duration{}) continue;
-    dataset.bias_deg_per_h(static_cast<Eigen::Index>(i)) = kMissing;
-  }
+  for (Eigen::Index row = 0; row < dataset.bias_deg_per_h.size(); ++row)
+    if (std::isnan(turned_at(record, static_cast<std::size_t>(row)))) dataset.bias_deg_per_h(row) = kMissing;
 }
 
 /// Of the first hold that has a bias; NaN if none has.
@@ -139,8 +136,7 @@ double mean_of_first_hold(const Dataset& dataset) {
 
 void remove_earth_rate(Dataset& dataset, const record::Record& record, DegreesPerHour earth_rate) {
   for (Eigen::Index row = 0; row < dataset.bias_deg_per_h.size(); ++row) {
-    const auto* segment = segment_at(record, static_cast<std::size_t>(row));
-    const bool turned = segment != nullptr && segment->unit.turned;
+    const bool turned = turned_at(record, static_cast<std::size_t>(row)) > 0;
     dataset.bias_deg_per_h(row) -= turned ? -earth_rate.value : earth_rate.value;
   }
 }

@@ -94,6 +94,24 @@ std::string exported_rows(const std::vector<int>& slots) {
   return text;
 }
 
+TEST_F(Compensate, OfAnExportTakesTheEarthsRateWithTheSignOfItsPosition) {
+  const auto rows = lines_of(small_rows(300));
+  std::string text = "# axis gyro: scale 1, earth rate 10\nslot,A [°C],B [°C],gyro [1 °/h],turned\n";
+  for (int row = 1; row <= 300; ++row) {
+    const auto comma = rows[row].rfind(',');
+    const char* turned = row <= 150 ? "0" : row <= 200 ? "" : "1";
+    const double rate = std::stod(rows[row].substr(comma + 1)) + (row <= 200 ? 10 : -10);
+    text += fmt::format("{},{},{},{}\n", row - 1, rows[row].substr(0, comma), rate, turned);
+  }
+  const auto known = lines_of(compensate(small_rows(300)).out), found = lines_of(compensate(text).out);
+  ASSERT_EQ(found.size(), 301u);
+  for (std::size_t row = 100; row <= 300; ++row)
+    if (row > 150 && row <= 200)
+      EXPECT_EQ(found[row], "") << "in people's hands";
+    else
+      EXPECT_NEAR(std::stod(found[row]), std::stod(known[row]), 2e-7) << row;
+}
+
 TEST_F(Compensate, OfAnExportHasNoValueAfterAGapUntilAWholeMeanHasCome) {
   std::vector<int> slots(400), with_gap(400);
   for (int row = 0; row < 400; ++row) {

@@ -119,6 +119,26 @@ class Netcdf(InAFolder):
         with netCDF4.Dataset(exported(path, self.folder / "cut.nc", "--every", "5 s")) as found:
             np.testing.assert_array_equal(found["time"][199:207] - found["time"][0], [995, 1000, 1005, 1013, 1015, 1020, 1025, 1030])
 
+    def test_says_where_the_unit_was_turned_around(self):
+        import pandas
+
+        profile = self.folder / "turned.toml"
+        turns = [("hold", ""), ("hold", 'axis = "turned"\n'), ("hold", 'axis = "as mounted"\n')]
+        profile.write_text('schema = "gyrotherm-profile/1"\nname = "turned"\n' + "".join(
+            f'[[segment]]\nkind = "{kind}"\nat = "20 °C"\ntime = "5 min"\n{axis}' for kind, axis in turns))
+        path = record(self.folder / "turned.db", profile=profile)
+        run = module.open(path)
+        bias, earth_rate = run.to_pandas()["bias_deg_per_h"].values, run.axes[0].earth_rate_deg_per_h
+        self.assertLess(np.nanmax(np.abs(bias)), 1)
+        with netCDF4.Dataset(exported(path, self.folder / "turned.nc")) as found:
+            turned = np.ma.filled(found["turned"][:].astype(float), np.nan)
+            np.testing.assert_allclose(found["rate_deg_per_h"][:] - earth_rate * (1 - 2 * turned), bias, rtol=1e-9)
+        gyrotherm("export", path, "--out", self.folder / "turned.csv")
+        table = pandas.read_csv(self.folder / "turned.csv", comment="#")
+        np.testing.assert_array_equal(table["turned"], turned)
+        self.assertEqual(set(turned[~np.isnan(turned)]), {0, 1})
+        self.assertNotIn("turned", netCDF4.Dataset(self.file).variables)
+
     def test_the_text_table_takes_the_same_choice(self):
         gyrotherm("export", self.path, "--out", self.folder / "part.csv", "--unverified", "--every", "1 min")
         import pandas

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -46,6 +47,23 @@ TEST(Export, SaysWhatEachColumnIsAndLeavesMissingValuesEmpty) {
             "gyro [pulses of 0.1 arcsec],gyro interval [s],segment,cycle,phase,true bias [°/h]\n"
             "0,0,22.5,20.1,21,19.5,,-1000,1,warm up,first,ramping,0.02\n"
             "3,3,22.5,,,-0.1,1e-09,,,\"hold, \"\"hot\"\"\",,holding,\n");
+}
+
+/// Else nobody could tell the sign of the Earth's rate; while people turn the unit there is none.
+TEST(Export, SaysWhereTheUnitWasTurnedAround) {
+  Record record = small_record();
+  EXPECT_EQ(to_csv(record).find("turned"), std::string::npos);
+  record.info.segments[1].prompt = "turn it around";
+  record.info.segments[1].unit.turned = true;
+  const auto rows_end_with = [&](const char* turned) {
+    const std::string table = to_csv(record);
+    EXPECT_NE(table.find(",phase,turned,true bias [°/h]\n"), std::string::npos) << table;
+    EXPECT_NE(table.find("ramping,0,0.02\n"), std::string::npos) << table;
+    return table.ends_with(fmt::format("holding,{},\n", turned));
+  };
+  EXPECT_TRUE(rows_end_with(""));
+  record.progress[1].in_segment = kSecond;
+  EXPECT_TRUE(rows_end_with("1"));
 }
 
 TEST(Export, OfARealUnfinishedRunSaysSo) {

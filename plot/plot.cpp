@@ -82,7 +82,7 @@ class Thinner {
 constexpr double kLeftMargin = 64;
 constexpr double kRightMargin = 16;
 constexpr double kRightAxisMargin = 64;
-constexpr double kHeadHeight = 34;  // of a panel: its title and legend
+constexpr double kHeadHeight = 34;  // of a panel whose legend has one row
 constexpr double kFootHeight = 46;  // below the last panel: tick labels and the x title
 constexpr double kPanelGap = 22;
 constexpr double kStretchHeight = 6;  // above the head of the first panel
@@ -91,6 +91,45 @@ constexpr int kXTicks = 8;
 constexpr double kAir = 0.02;  // of the data's height, kept free above and below them
 
 int y_ticks(const Panel& panel) { return std::max(3, static_cast<int>(panel.height_px / 42)); }
+
+constexpr double kKeyWidth = 20, kKeyGap = 5, kEntryGap = 14, kLegendSize = 11, kLegendRow = 16;
+
+struct LegendEntry {
+  const Curve* curve{};  ///< null: of a band
+  std::string name;
+  [[nodiscard]] double width() const { return kKeyWidth + kKeyGap + text_width(name, kLegendSize) + kEntryGap; }
+};
+
+struct LegendRow {
+  std::vector<LegendEntry> entries{};
+  [[nodiscard]] double width() const {
+    double sum = 0;
+    for (const LegendEntry& entry : entries) sum += entry.width();
+    return sum;
+  }
+};
+
+/// In the order of the curves, as many in a row as the plotting area is wide for.
+std::vector<LegendRow> legend_rows(const Panel& panel, double width_px) {
+  std::vector<LegendRow> rows;
+  const auto add = [&](LegendEntry entry) {
+    if (rows.empty() || rows.back().width() + entry.width() - kEntryGap > width_px) rows.emplace_back();
+    rows.back().entries.push_back(std::move(entry));
+  };
+  for (const Curve& curve : panel.curves)
+    if (!curve.name.empty()) add({&curve, curve.name});
+  for (const Band& band : panel.bands) add({nullptr, band.name});
+  return rows;
+}
+
+/// How far the last row of a legend lies above its usual place: beside a title there is room for one row alone.
+double above_title(const Panel& panel, std::size_t rows) { return rows > 1 && !panel.title.empty() ? kLegendRow : 0; }
+
+/// Of a panel: its title and legend.
+double head_height(const Panel& panel, double width_px) {
+  const auto rows = std::max<std::size_t>(1, legend_rows(panel, width_px).size());
+  return kHeadHeight + kLegendRow * static_cast<double>(rows - 1) + above_title(panel, rows);
+}
 
 /// Where a panel lies and how its values become pixels.
 struct Place {
@@ -285,32 +324,29 @@ void draw_curve(SvgWriter& svg, const Curve& curve, const Place& place, const st
   }
 }
 
-/// Entries run from the right edge leftwards, in the order of the curves, above the plotting area.
-void draw_legend(SvgWriter& svg, const Panel& panel, const Place& place) {
-  constexpr double kKeyWidth = 20, kKeyGap = 5, kEntryGap = 14, kSize = 11;
-  const auto width_of = [&](const std::string& name) {
-    return kKeyWidth + kKeyGap + text_width(name, kSize) + kEntryGap;
-  };
-  double width = 0;
-  for (const Curve& curve : panel.curves) width += curve.name.empty() ? 0 : width_of(curve.name);
-  for (const Band& band : panel.bands) width += width_of(band.name);
-  double x = place.right_px() - width + kEntryGap;
-  const double y = place.top_px - 13;
-  const auto name_it = [&](const std::string& name) {
-    svg.text(x + kKeyWidth + kKeyGap, y + 3.8, name, {.size_px = kSize});
-    x += width_of(name);
-  };
-  for (const Curve& curve : panel.curves) {
-    if (curve.name.empty()) continue;
-    if (curve.line) {
-      svg.line(x, y, x + kKeyWidth, y, {curve.colour, std::max(1.6, curve.width_px), curve.dashed ? "6 3" : ""});
-    }
-    draw_marker(svg, curve, x + kKeyWidth / 2, y);
-    name_it(curve.name);
-  }
-  for (const Band& band : panel.bands) {
+void draw_legend_entry(SvgWriter& svg, const LegendEntry& entry, double x, double y) {
+  if (entry.curve == nullptr) {
     svg.rectangle(x, y - 5, kKeyWidth, 10, colour::kFloor);
-    name_it(band.name);
+  } else {
+    const Curve& curve = *entry.curve;
+    if (curve.line)
+      svg.line(x, y, x + kKeyWidth, y, {curve.colour, std::max(1.6, curve.width_px), curve.dashed ? "6 3" : ""});
+    draw_marker(svg, curve, x + kKeyWidth / 2, y);
+  }
+  svg.text(x + kKeyWidth + kKeyGap, y + 3.8, entry.name, {.size_px = kLegendSize});
+}
+
+/// Rows end at the right edge, the last above the plotting area.
+void draw_legend(SvgWriter& svg, const Panel& panel, const Place& place) {
+  const auto rows = legend_rows(panel, place.width_px);
+  double y = place.top_px - 13 - kLegendRow * static_cast<double>(rows.size()) - above_title(panel, rows.size());
+  for (const LegendRow& row : rows) {
+    y += kLegendRow;
+    double x = place.right_px() - row.width() + kEntryGap;
+    for (const LegendEntry& entry : row.entries) {
+      draw_legend_entry(svg, entry, x, y);
+      x += entry.width();
+    }
   }
 }
 
@@ -330,7 +366,7 @@ void draw_stretches(SvgWriter& svg, const Plot& plot, const Place& place, bool n
     if (stretch.range.low > place.x.values.low)
       svg.line(from, place.top_px, from, place.bottom_px(), {"#8b95a1", 1, "1 2"});
     if (!named || to - from < text_width(stretch.name, 10)) continue;
-    svg.text((from + to) / 2, place.top_px - kHeadHeight + 6, stretch.name,
+    svg.text((from + to) / 2, place.top_px - head_height(plot.panels.front(), place.width_px) + 6, stretch.name,
              {.size_px = 10.5, .colour = colour::kFaintInk, .anchor = Anchor::middle});
   }
 }
@@ -351,8 +387,8 @@ void draw_panel(SvgWriter& svg, const Plot& plot, std::size_t index, const Place
   draw_legend(svg, panel, place);
 }
 
-Place place_of(const Plot& plot, const Panel& panel, double top_px, double right_margin) {
-  Place place{kLeftMargin, top_px, plot.width_px - kLeftMargin - right_margin, panel.height_px, {}, {}, {}};
+Place place_of(const Plot& plot, const Panel& panel, double top_px, double width_px) {
+  Place place{kLeftMargin, top_px, width_px, panel.height_px, {}, {}, {}};
   place.x = {x_range(plot), place.left_px, place.right_px(), plot.x.logarithmic};
   place.y = {y_range(panel, Side::left), place.bottom_px(), place.top_px, panel.left.logarithmic};
   if (panel.right) {
@@ -487,12 +523,14 @@ std::string svg_of(const Plot& plot) {
   const double right_margin = two_axes ? kRightAxisMargin : kRightMargin;
   const double first_top = plot.stretches.empty() ? 0 : kStretchHeight;
   double height = first_top + kFootHeight - kPanelGap;
-  for (const Panel& panel : plot.panels) height += kHeadHeight + panel.height_px + kPanelGap;
+  const double width = plot.width_px - kLeftMargin - right_margin;
+  for (const Panel& panel : plot.panels) height += head_height(panel, width) + panel.height_px + kPanelGap;
   SvgWriter svg(plot.width_px, height, plot.simulated ? plot.language.simulated + " – " + plot.title : plot.title);
   double top = first_top;
   for (std::size_t k = 0; k < plot.panels.size(); ++k) {
-    draw_panel(svg, plot, k, place_of(plot, plot.panels[k], top + kHeadHeight, right_margin));
-    top += kHeadHeight + plot.panels[k].height_px + kPanelGap;
+    top += head_height(plot.panels[k], width);
+    draw_panel(svg, plot, k, place_of(plot, plot.panels[k], top, width));
+    top += plot.panels[k].height_px + kPanelGap;
   }
   if (plot.simulated) draw_simulated_tag(svg, plot.width_px - right_margin, height - 8, plot.language.simulated);
   return std::move(svg).finish();

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <regex>
 
 #include "tests/support/markup.hpp"
 
@@ -64,6 +65,29 @@ TEST(Plot, APointAloneBetweenTwoBreaksIsADot) {
   const std::string svg = svg_of(plot);
   const auto path = svg.substr(svg.find("<path d=\""), 120);
   EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "h1.2"), 3) << path;
+}
+
+/// A curve whose name is out of the picture is nobody's.
+TEST(Plot, HasEachNameOfALongLegendInThePicture) {
+  Plot plot = long_plot(5);
+  const auto height_of = [&] {
+    const std::string svg = svg_of(plot);
+    const auto at = svg.find(" height=\"") + 9;
+    return std::stod(svg.substr(at));
+  };
+  const double before = height_of();
+  for (int k = 0; k < 14; ++k) plot.panels[0].curves.push_back(plot.panels[0].curves[0]);
+  for (std::size_t k = 0; k < 16; ++k)
+    plot.panels[0].curves[k].name = "thermometer " + std::string(1, static_cast<char>('A' + k)) + " on the plate";
+  const std::string svg = svg_of(plot);
+  EXPECT_GT(height_of(), before) << "it takes nothing of the plotting area";
+  const std::regex name("<text x=\"(-?[0-9.]+)\" y=\"(-?[0-9.]+)\"[^>]*>thermometer");
+  int names = 0;
+  for (std::sregex_iterator one(svg.begin(), svg.end(), name), end; one != end; ++one, ++names) {
+    EXPECT_GT(std::stod((*one)[1]), 0) << one->str();
+    EXPECT_GT(std::stod((*one)[2]), 0) << one->str();
+  }
+  EXPECT_EQ(names, 16);
 }
 
 TEST(HeatMap, ShowsZeroOnTheDiagonalAndThreeDecimals) {

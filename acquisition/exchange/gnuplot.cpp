@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -43,6 +44,13 @@ std::vector<Curve> rates(const record::Record& record) {
     for (std::size_t axis = 0; axis < record.info.units[unit].axes.size(); ++axis)
       curves.push_back({record::axis_label(record.info.units[unit], axis), rates_of(record, unit, axis)});
   return curves;
+}
+
+/// gnuplot ends a script at a plot without a point.
+bool has_point(const std::vector<Curve>& curves) {
+  return std::ranges::any_of(curves, [](const Curve& curve) {
+    return std::ranges::any_of(curve.values, [](double value) { return std::isfinite(value); });
+  });
 }
 
 /// A plot of the columns from `first` on.
@@ -101,9 +109,9 @@ std::string gnuplot_script(const record::Record& record) {
   text += fmt::format(
       "end_of_rows\nset termoption noenhanced\nset multiplot layout {},1 title {}\nset xlabel 'time [h]'\nset grid\n"
       "set key outside right\n",
-      above.empty() || below.empty() ? 1 : 2, quoted_for_gnuplot(title));
-  if (!above.empty()) text += plot_of(above, kFirst, "temperature [°C]");
-  if (!below.empty()) text += plot_of(below, kFirst + above.size(), "rate [°/h]");
+      has_point(above) && has_point(below) ? 2 : 1, quoted_for_gnuplot(title));
+  if (has_point(above)) text += plot_of(above, kFirst, "temperature [°C]");
+  if (has_point(below)) text += plot_of(below, kFirst + above.size(), "rate [°/h]");
   return text + "unset multiplot\n";
 }
 

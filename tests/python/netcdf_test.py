@@ -425,13 +425,24 @@ class Gnuplot(InAFolder):
         script = (self.folder / "run.gp").read_text()
         self.assertIn("title 'SIMULATED: ", script)
         self.assertEqual(script.count("with lines"), 2 + 9 + 1)
-        if shutil.which("gnuplot"):
-            import subprocess
+        self.assert_draws("run")
 
-            drawn = subprocess.run(["gnuplot", "-e", "set terminal svg; set output 'run.svg'", "run.gp"],
-                                   cwd=self.folder, capture_output=True, text=True)
-            self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
-            self.assertIn("<svg", (self.folder / "run.svg").read_text())
+    def test_of_a_gyro_that_was_silent_it_draws_the_temperatures(self):
+        path = record(self.folder / "silent.db")
+        with sqlite3.connect(path) as database:
+            database.execute("UPDATE sample SET pulses = NULL, interval_ns = NULL")
+        gyrotherm("export", path, "--as", "gnuplot", "--out", self.folder / "silent.gp", "--unverified")
+        self.assert_draws("silent")
+
+    def assert_draws(self, name):
+        if not shutil.which("gnuplot"):
+            return
+        import subprocess
+
+        drawn = subprocess.run(["gnuplot", "-e", f"set terminal svg; set output '{name}.svg'", f"{name}.gp"],
+                               cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual((drawn.returncode, drawn.stderr), (0, ""))
+        self.assertIn("</svg>", (self.folder / f"{name}.svg").read_text())
 
 
 if __name__ == "__main__":

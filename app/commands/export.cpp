@@ -76,6 +76,10 @@ Result<CompensatedRows> compensate(Console& console, const ExportArguments& opti
   return rows;
 }
 
+tl::unexpected<Fault> no_row_is_chosen(const std::string& run) {
+  return failure(FaultKind::usage, run, "no row of the record is among those chosen");
+}
+
 bool has_row_at(const exchange::ExportChoice& choice, double time_s) {
   return !(choice.from && time_s < to_seconds(*choice.from)) && !(choice.to && time_s > to_seconds(*choice.to));
 }
@@ -119,6 +123,7 @@ Result<std::size_t> write_compensated(Console& console, const ExportArguments& o
   if (!rows) return failure(rows.error());
   const auto written =
       std::ranges::count_if(rows->dataset.moment_s, [&](double time_s) { return has_row_at(choice, time_s); });
+  if (written == 0) return no_row_is_chosen(options.run);
   return replace_text_file(options.out, table_of(*rows, choice)).map([&] { return static_cast<std::size_t>(written); });
 }
 
@@ -148,7 +153,7 @@ Result<std::size_t> write_rows(const ExportArguments& options, const exchange::E
   auto whole = record::read_record(options.run);
   if (!whole) return failure(whole.error());
   const auto chosen = exchange::chosen_rows(std::move(*whole), choice);
-  if (chosen.slot.empty()) return failure(FaultKind::usage, options.run, "no row of the record is among those chosen");
+  if (chosen.slot.empty()) return no_row_is_chosen(options.run);
   const auto written =
       options.format == "netcdf"
           ? exchange::export_netcdf(chosen, choice, options.out)

@@ -396,6 +396,12 @@ TEST_F(CalibrationOfAUnit, CompensatedRowsHaveTheTimesOfOthers) {
     EXPECT_NE(compensated.find(fmt::format("\n{},", time)), std::string::npos) << compensated;
   }
   EXPECT_EQ(std::ranges::count(compensated, '\n') - std::ranges::count(compensated, '#'), 4);
+  for (const std::string& how : {std::string(), " --compensated --model " + in("model.json")}) {
+    const auto none = gyrotherm_with("export " + in("random.db") + " --from '900 h' --out " + in("none.csv") + how);
+    EXPECT_EQ(none.exit_code, 2) << how;
+    EXPECT_NE(none.err.find("no row of the record is among those chosen"), std::string::npos) << none.err;
+    EXPECT_FALSE(std::filesystem::exists(in("none.csv")));
+  }
 }
 
 TEST_F(CalibrationOfAUnit, NoMeanReachesAcrossAGap) {

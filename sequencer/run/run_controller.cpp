@@ -309,7 +309,8 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   }
   const bool takes_over = request && request->takes_over && memory_.stands(kForeign);
   if (takes_over) lead_->take_over();
-  const bool leaves = request && request->command == OperatorCommand::stop &&
+  const bool leaves = request && request->command == OperatorCommand::stop && run_state() != RunState::aborting &&
+                      demand.reaction < interlocks::Reaction::abort &&
                       rig_.file().run_limits.on_stop == interlocks::OnStop::hold;
   const auto left = leaves ? lead_->leave(rig_.io(), second(sample, missed)) : Result<void>();
   if (!left)

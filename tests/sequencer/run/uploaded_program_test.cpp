@@ -99,6 +99,18 @@ TEST(UploadedProgram, OfAStoppedRunIsEndedOrTheChamberMadeSafe) {
   EXPECT_EQ(silent.chamber().set_point_c, 25);
 }
 
+TEST(UploadedProgram, OfAStoppedRunIsNotHeldWhereAnInterlockAborts) {
+  tests::Bench bench(kHold30, is_held_on_stop);
+  bench.run_controller().leave_to_the_controller();
+  bench.seconds(10);
+  bench.chamber().sent_c.clear();
+  bench.chamber().must_stop = true;
+  bench.run_controller().tell(OperatorCommand::stop, "Ada");
+  bench.seconds(1);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::aborting);
+  EXPECT_EQ(bench.chamber().sent_c, std::vector<double>{25}) << "the safe set point alone";
+}
+
 TEST(UploadedProgram, IsTheProfileSegmentBySegment) {
   const auto program = program_of(profile::parse_profile(read_text_file(kHour).value(), kHour).value());
   ASSERT_TRUE(program);

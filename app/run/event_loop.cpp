@@ -193,7 +193,7 @@ class RealTime {
       tell_sample(run_);
       display_.show(run_.run_controller.last(), standing_of(run_), run_.store.alarms().standing());
       if (!outcome || *outcome != run::RunOutcome::going_on) return end(with_its_last_second(std::move(outcome)));
-      if (leaves_) return leave();
+      if (std::exchange(leaves_, false) && !must_stay(run_)) return leave();
     }
     arm();
   }

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "acquisition/record/record.hpp"
+#include "sequencer/control/control_socket.hpp"
 #include "tests/app/real_rig.hpp"
 
 namespace gyrotherm::app {
@@ -121,6 +122,25 @@ TEST_F(GuardedRun, WhoWasToldThatItIsHeldFindsItHeldThoughCtrlCComesInTheSameSec
   const auto resumed = gyrotherm_with("resume " + record);
   EXPECT_EQ(resumed.exit_code, 5) << resumed.err;
   EXPECT_NE(resumed.err.find("the run was held"), std::string::npos) << resumed.err;
+}
+
+/// The tick that Ctrl-C waited for begins to make the chamber safe: then it is not obeyed, as in any later second.
+TEST_F(GuardedRun, WhoWasToldThatItStopsFindsItStoppedThoughCtrlCComesInTheSameSecond) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  const auto told = [&](const std::string& word) {
+    const auto answer = control::tell(record, control::request_of(word, "").value(), std::chrono::seconds(5));
+    return answer && answer->done;
+  };
+  EXPECT_TRUE(told("pause"));
+  run.signal(SIGINT);
+  shell("sleep 0.2");  // it has been seen
+  EXPECT_TRUE(told("stop"));
+  EXPECT_EQ(run.wait(), 0) << run.output();
+  EXPECT_EQ(laboratory.set_point(), kSafe);
+  const auto kept = record::read_record(record);
+  ASSERT_TRUE(kept) << text(kept.error());
+  EXPECT_TRUE(kept->finished);
 }
 
 /// The socket that systemd would listen at; the environment names it while this lives.

@@ -140,6 +140,15 @@ void warn(Console& console, run::RunController& run_controller, const rig::Rig& 
   }
 }
 
+/// The rig's fastest rates are this program's to keep: a controller knows those of its profile alone.
+Fault begins_elsewhere(Celsius goal, Celsius air) {
+  return {
+      FaultKind::usage, "--upload",
+      fmt::format("the air is at {:.2f} °C, and a controller goes to the {:g} °C of the profile's beginning at once; "
+                  "\"gyrotherm go\" brings it there by a ramp",
+                  air.value, goal.value)};
+}
+
 /// The trace that gyrotherm-make-safe left beside the record.
 void remove_trace(const std::string& path) {
   std::error_code error;
@@ -263,14 +272,15 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
     missing = found.missing;
     if (auto good = check_controller(found.limits, profile, file); !good) return failure(good.error());
+    const auto goal = command(profile, first), air = found.state.air;
+    entry = run::entry_at(goal, air, run::is_in_place(air, goal, {}), file.chamber_limits);
+    if (upload && entry.away) return failure(begins_elsewhere(goal, air));
     store = record::Store::create(
         path,
         run::run_info(GYROTHERM_VERSION, profile, file, options.seed, (*rig)->will_start_utc(), options.days_later),
         store_options(file.simulated));
     if (!store) return failure(store.error());
     remove_trace(path);  // of an earlier record of that name
-    const auto goal = command(profile, first), air = found.state.air;
-    entry = run::entry_at(goal, air, upload || run::is_in_place(air, goal, {}), file.chamber_limits);
     return ownership->arm().map([&] { return entry.set_point; });
   };
   say_connecting(console, file);

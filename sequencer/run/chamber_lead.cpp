@@ -118,10 +118,13 @@ std::string capitals(const std::string& name) {
   return all.empty() ? "PROFILE" : all;
 }
 
-/// Why a controller cannot carry a segment out; empty: it can. Its guaranteed soak knows its own air and the seconds
-/// that this has spent in the band, all in all.
-std::string beyond_a_controller(const profile::Segment& segment) {
+/// Why a controller cannot carry a segment out that begins at `from`; empty: it can. Its guaranteed soak knows its own
+/// air and the seconds that this has spent in the band, all in all.
+std::string beyond_a_controller(const profile::Segment& segment, Celsius from) {
   if (!segment.prompt.empty()) return "a controller waits for nobody, and here people are asked for something";
+  if (segment.kind == profile::SegmentKind::hold && segment.target != from)
+    return fmt::format("a controller goes from {:g} °C to {:g} °C at once, expected a ramp before this hold",
+                       from.value, segment.target.value);
   if (!segment.guaranteed_soak) return {};
   if (segment.soak_sensor != "air")
     return fmt::format("a controller soaks by its own air, and here soak_sensor is \"{}\"", segment.soak_sensor);
@@ -144,7 +147,7 @@ Result<drivers::ChamberProgram> program_of(const profile::Profile& profile) {
   std::optional<Kelvins> band;
   for (std::size_t i = 0; i < profile.segments.size(); ++i) {
     const auto& segment = profile.segments[i];
-    if (auto why = beyond_a_controller(segment); !why.empty())
+    if (auto why = beyond_a_controller(segment, set_point_before(profile, i)); !why.empty())
       return failure(FaultKind::usage, segment.place, std::move(why));
     drivers::ProgramStep step{
         .kind = segment.kind == profile::SegmentKind::ramp ? drivers::StepKind::ramp : drivers::StepKind::soak,

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
+#include <regex>
 
 #include "acquisition/record/record.hpp"
+#include "core/file.hpp"
 #include "tests/app/program.hpp"
 
 namespace gyrotherm::app {
@@ -37,6 +40,27 @@ TEST(Go, GoesThroughTheLimitsOfTheRig) {
   const auto never = gyrotherm_with("go " + std::string(kVirtual) + " 25 --for soon");
   EXPECT_EQ(never.exit_code, 2);
   EXPECT_NE(never.err.find("--for"), std::string::npos) << never.err;
+}
+
+/// A controller knows nothing of how fast the rig may be heated: it is not left to go where the profile begins.
+TEST(Go, ComesBeforeAnUploadThatBeginsElsewhere) {
+  const Folder folder;
+  auto rig = read_text_file(kVirtual).value();
+  rig = std::regex_replace(rig, std::regex("\\.\\./chambers/virtual"), "../chambers/watlow_f4t");
+  rig = std::regex_replace(rig, std::regex("\"\\.\\./"), "\"" GYROTHERM_SOURCE_DIR "/profiles/");
+  std::ofstream(folder / "f4t.toml") << rig;
+  const auto upload = [&](const std::string& at) {
+    const auto profile = folder / (at + ".toml");
+    std::ofstream(profile) << "schema = \"gyrotherm-profile/1\"\nname = \"p\"\n"
+                           << "[[segment]]\nkind = \"hold\"\ntime = \"2 s\"\nat = " << at << "\n";
+    return gyrotherm_with("run " + profile + " --upload --rig " + (folder / "f4t.toml") + " --out " + (folder / at));
+  };
+  const auto refused = upload("60");
+  EXPECT_EQ(refused.exit_code, 2) << refused.err;
+  EXPECT_NE(refused.err.find("\"gyrotherm go\" brings it there"), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "60"));
+  const auto carried_out = upload("20");
+  EXPECT_EQ(carried_out.exit_code, 0) << carried_out.err;
 }
 
 TEST(Go, NamesItsRecordByTheTime) {

@@ -153,6 +153,11 @@ TEST(UploadedProgram, OfASoakThatTheControllerWouldEndAtAnotherTimeIsRefused) {
             "p.toml:4:1: a controller counts all of a soak's time in the band, and here soak_time is 99 s of 100 s");
 }
 
+TEST(UploadedProgram, OfAHoldThatWouldJumpIsRefused) {
+  EXPECT_EQ(objection_to_soak("[[segment]]\nkind = \"hold\"\nat = 60\ntime = \"1 h\"\nguaranteed_soak = true\n"),
+            "p.toml:9:1: a controller goes from 20 °C to 60 °C at once, expected a ramp before this hold");
+}
+
 TEST(UploadedProgram, SoaksByItsAirForAsLongAsTheProfile) {
   EXPECT_EQ(objection_to_soak("soak_sensor = \"air\"\nsoak_time = \"100 s\"\n"), "nothing");
   const auto longer = profile::parsed(profile::kHold20 + "guaranteed_soak = true\nsoak_time = \"150 s\"\n");

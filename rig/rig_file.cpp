@@ -156,12 +156,30 @@ void check_names(const TomlTable& root, const RigFile& rig, bool is_of_a_record)
                  fmt::format("{}: {}", trouble.what, trouble.why));
 }
 
-/// All lines virtual, or none.
-void settle_simulated(const TomlTable& root, RigFile& rig) {
+std::vector<std::string> lines_of(const RigFile& rig) {
   std::vector<std::string> lines{rig.chamber_line};
   for (const auto& gyro : rig.gyro_lines) lines.push_back(gyro.line);
   for (const auto& settings : rig.thermometers) lines.push_back(settings.line);
   for (const auto& settings : rig.analogue_inputs) lines.push_back(settings.line);
+  return lines;
+}
+
+/// A port, or a device on USB, is one instrument's. Behind an address on the network there may be several.
+void check_ports(const TomlTable& root, const RigFile& rig) {
+  std::set<std::string> taken;
+  for (const auto& text : lines_of(rig)) {
+    const auto line = drivers::parse_line(text);
+    if (!line) continue;
+    const auto* serial = std::get_if<drivers::SerialLine>(&*line);
+    const bool is_one = serial != nullptr || std::holds_alternative<drivers::HidLine>(*line);
+    if (is_one && !taken.insert(serial ? serial->device : text).second)
+      root.mistake("", fmt::format("\"{}\" is the line of two instruments, and would be opened by both", text));
+  }
+}
+
+/// All lines virtual, or none.
+void settle_simulated(const TomlTable& root, RigFile& rig) {
+  const auto lines = lines_of(rig);
   const auto count = std::count(lines.begin(), lines.end(), kVirtualLine);
   rig.simulated = count == static_cast<std::ptrdiff_t>(lines.size());
   if (count != 0 && !rig.simulated)
@@ -218,6 +236,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
     settle_simulated(*root, rig);
   else
     root->ignore("virtual");
+  check_ports(*root, rig);
   rig.chamber_word_order = one_of_or_default(drivers::kWordOrders, chamber, "word_order");
   auto map = read_map(chamber, rig, known.chamber_map);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());

@@ -77,6 +77,20 @@ TEST(RigFile, ALineMustBeAnAddress) {
   EXPECT_NE(mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"COM3\"")), "");
 }
 
+/// Who opens the port second would be told that another program has it.
+TEST(RigFile, APortIsOneInstruments) {
+  const auto text = read_text_file(kRigs + "example-f4t-lakeshore-kvh.toml").value();
+  const auto with_gyro_at = [&](const std::string& line) {
+    const auto was = "serial:/dev/serial/by-id/usb-Moxa_UPort_1150-if00-port0";
+    const auto rig = parse_rig(replaced(text, was, line), kRigs + "mine.toml");
+    return rig ? "" : rig.error().what;
+  };
+  EXPECT_NE(with_gyro_at("serial:/dev/serial/by-id/usb-FTDI_USB-RS232_Cable_FT123456-if00-port0")
+                .find("FT123456-if00-port0?9600,7O1\" is the line of two instruments"),
+            std::string::npos);
+  EXPECT_EQ(with_gyro_at("tcp://192.168.1.20:502"), "") << "behind an address there may be several";
+}
+
 TEST(RigFile, ThreePointNamesMustBeChannels) {
   EXPECT_NE(mistake_in(replaced(virtual_rig(), "\"D\", \"shell\"]", "\"D\", \"shall\"]")).find("shall"),
             std::string::npos);

@@ -10,7 +10,8 @@ namespace gyrotherm::site {
 
 namespace {
 
-constexpr std::size_t kLongestMessage = 64'000, kMostRigs = 5000;
+/// A status with as many alarms as may stand (record/alarms.hpp) and a kilobyte for each is none too long.
+constexpr std::size_t kLongestMessage = 256'000, kMostRigs = 5000;
 
 /// What a message says; nothing where it is not one of a rig.
 std::optional<HeardRig> read_status_message(const std::string& text) {

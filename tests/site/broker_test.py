@@ -19,8 +19,8 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "monitor"))
 
-from cluster import GYROTHERM, PUBLISH, SKIPPED, SOURCE, free_port, until
-from programs import RealTimeRun
+from cluster import GYROTHERM, PUBLISH, SKIPPED, SOURCE, free_port, record, until
+from programs import Monitor, RealTimeRun
 
 PASSWORD = "it is so"
 
@@ -51,9 +51,15 @@ class Broker:
         self.process.kill()
         self.process.wait()
 
+    def client(self, program: str, topic: str) -> list:
+        return [program, "-h", "localhost", "-p", str(self.port), "--cafile", self.folder / "cert.pem", "-u", "rig",
+                "-P", PASSWORD, "-t", topic]
+
     def listener(self, topic: str) -> list:
-        return ["mosquitto_sub", "-h", "localhost", "-p", str(self.port), "--cafile", self.folder / "cert.pem", "-u",
-                "rig", "-P", PASSWORD, "-t", topic]
+        return self.client("mosquitto_sub", topic)
+
+    def speaker(self, topic: str) -> list:
+        return [*self.client("mosquitto_pub", topic), "-q", "1", "-r", "-s"]
 
     def heard(self, topic: str, count: int = 1, seconds: int = 20) -> list[dict]:
         lines = subprocess.run([*self.listener(topic), "-C", str(count), "-W", str(seconds)], capture_output=True,
@@ -128,6 +134,24 @@ class Live(unittest.TestCase):
         self.assertEqual(publisher.wait(10), 0)
         self.assertFalse(self.status()["online"])
 
+    def test_a_rig_with_as_many_alarms_as_may_stand_is_heard(self) -> None:
+        status = json.loads(pathlib.Path(f"{record(self.folder / 'ten.db', 'tests/profiles/ten-seconds.toml')}.status")
+                            .read_text())
+        alarm = {"slot": 345678, "utc": "2026-11-27T12:40:02Z", "utc_ns": 1795783202000000000,
+                 "interlock": "not_taken", "reaction": "suspend",
+                 "text": "not_taken (suspend): " + "a long story; " * 8}
+        monitor = Monitor(self.folder, "--site", str(self.site), runs=self.folder / "records")
+        self.addCleanup(monitor.stop)
+        for count in (1, 256):
+            status["alarms"] = [alarm | {"number": 12000 + i} for i in range(count)]
+            told = {"schema": "gyrotherm-live/1", "site": "lab/1", "rig": "rig 2", "number": count, "online": True,
+                    "utc": "2026-11-27T12:40:03Z", "run": None, "left": status}
+            subprocess.run(self.broker.speaker("gyrotherm/v1/lab_1/rig 2/status"), input=json.dumps(told), check=True,
+                           text=True)
+            heard = lambda: [len(rig["left"]["alarms"]) for rig in monitor.ask("/api/v1/site").json["rigs"]
+                             if rig["rig"] == "rig 2"]
+            self.assertTrue(until(lambda: heard() == [count]), heard())
+
     def test_without_a_broker_it_ends_as_soon_as_it_is_told(self) -> None:
         text = self.site.read_text().replace(str(self.broker.port), str(free_port()))
         elsewhere = self.folder / "elsewhere.toml"
@@ -141,7 +165,7 @@ class Live(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    if missing := [program for program in ("mosquitto", "mosquitto_sub", "openssl")
+    if missing := [program for program in ("mosquitto", "mosquitto_pub", "mosquitto_sub", "openssl")
                    if not shutil.which(program, path=os.environ.get("PATH", "") + ":/usr/sbin")]:
         print(f"skipped: {', '.join(missing)} is not installed")
         sys.exit(SKIPPED)

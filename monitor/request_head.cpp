@@ -104,10 +104,14 @@ Trouble read_header(std::string_view line, RequestHead& head) {
                            [](char c) { return c == '\t' || (static_cast<unsigned char>(c) >= ' ' && c != 0x7F); }))
     return HeadRefusal{400, "a header has control characters"};
   if (head.headers.size() >= kMostHeaders) return HeadRefusal{431, "there are too many headers"};
-  if (head.headers.emplace(name, value).second) return std::nullopt;
-  constexpr std::array kLists{"accept", "accept-encoding", "accept-language", "cache-control", "via"};
-  if (std::ranges::find(kLists, name) != kLists.end()) return std::nullopt;
-  return HeadRefusal{400, "a header stands twice that may stand once"};
+  const auto [found, is_new] = head.headers.emplace(name, value);
+  if (is_new) return std::nullopt;
+  constexpr std::array kLists{"accept", "accept-encoding", "accept-language", "cache-control",
+                              "via",    "x-forwarded-for"};
+  if (std::ranges::find(kLists, name) == kLists.end())
+    return HeadRefusal{400, "a header stands twice that may stand once"};
+  found->second.append(", ").append(value);  // several lines of a list are one (RFC 9110, 5.3)
+  return std::nullopt;
 }
 
 Trouble read_body_size(RequestHead& head) {

@@ -30,6 +30,14 @@ TEST(RequestHead, HasPathQueryAndHeaders) {
   EXPECT_TRUE(head.keep_alive);
 }
 
+/// As of a proxy that adds a line of its own behind that of the proxy before it.
+TEST(RequestHead, TakesTheLinesOfAListForOne) {
+  const auto read =
+      read_head(head_with("GET / HTTP/1.1", "X-Forwarded-For: 192.0.2.7\r\nX-Forwarded-For: 198.51.100.3\r\n"));
+  ASSERT_TRUE(std::holds_alternative<RequestHead>(read));
+  EXPECT_EQ(std::get<RequestHead>(read).header("x-forwarded-for"), "192.0.2.7, 198.51.100.3");
+}
+
 TEST(RequestHead, SaysHowLongABodyIs) {
   const auto read = read_head(head_with("POST /x HTTP/1.1", "Content-Length: 12\r\nConnection: close\r\n"));
   ASSERT_TRUE(std::holds_alternative<RequestHead>(read));

@@ -2,7 +2,6 @@
 #include "app/command.hpp"
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -75,12 +74,6 @@ std::string cause_of(const CLI::ParseError& error, const CLI::App& cli, int argc
   if (auto unknown = unknown_command(cli, argc, argv); !unknown.empty()) return unknown;
   if (auto unknown = unknown_option(cli, argc, argv); !unknown.empty()) return unknown;
   return in_our_words(error);
-}
-
-/// Whether whoever read our data has had enough of it, as `head` has.
-bool reader_has_left() {
-  pollfd out{STDOUT_FILENO, POLLOUT, 0};
-  return ::poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0;
 }
 
 }  // namespace
@@ -170,8 +163,8 @@ int run(Program& program, int argc, char** argv) {
     program.cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.cli.exit(error);
-    fmt::print(stderr, "{}: {}\n", name, cause_of(error, program.cli, argc, argv));
-    fmt::print(stderr, "Run with --help for more information.\n");
+    write_to_stderr(
+        fmt::format("{}: {}\nRun with --help for more information.\n", name, cause_of(error, program.cli, argc, argv)));
     return static_cast<int>(Exit::usage);
   } catch (const std::bad_alloc&) {
     program.outcome = failure(FaultKind::storage, "memory", "there is not enough for this");

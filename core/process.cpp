@@ -15,8 +15,7 @@ namespace gyrotherm {
 
 void ensure(bool holds, const char* law) {
   if (holds) return;
-  fmt::print(stderr, "gyrotherm: a law of safety is broken, the program ends: {}\n", law);
-  std::fflush(stderr);
+  std::fprintf(stderr, "gyrotherm: a law of safety is broken, the program ends: %s\n", law);
   std::abort();
 }
 

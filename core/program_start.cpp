@@ -3,12 +3,14 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <system_error>
 
 #include "core/text.hpp"
@@ -38,6 +40,19 @@ void open_standard_descriptors() {
     const int opened = ::open("/dev/null", number == STDERR_FILENO ? O_WRONLY : O_RDONLY);  // the lowest that is free
     if (opened != number) ::close(opened);
   }
+}
+
+void write_to_stderr(std::string_view text) { std::fwrite(text.data(), 1, text.size(), stderr); }
+
+Result<void> write_to_stdout(std::string_view text) {
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+  if (written || reader_has_left()) return {};
+  return failure(FaultKind::storage, "stdout", "cannot be written");
+}
+
+bool reader_has_left() {
+  pollfd out{STDOUT_FILENO, POLLOUT, 0};
+  return ::poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0;
 }
 
 std::string objection_to(std::string_view value, std::string_view kind) {

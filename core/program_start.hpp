@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /// How a program begins: its standard descriptors are open, and each value on its command line is one that its option
-/// can mean.
+/// can mean. And how it speaks, where it has no console of its own: what nobody takes ends no program.
 #pragma once
 
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
 
 namespace gyrotherm {
 
@@ -13,6 +16,14 @@ namespace gyrotherm {
 /// such a number: stdin is at its end, what is written to stdout fails and is missed, and stderr goes nowhere. The
 /// first call of each main().
 void open_standard_descriptors();
+
+/// Says it to whoever reads stderr; where nobody does, as on a full disk, it is lost.
+void write_to_stderr(std::string_view text);
+/// Hands data to whoever reads stdout, at once. Fails with storage if they cannot be written; a reader who has had
+/// enough is no fault.
+[[nodiscard]] Result<void> write_to_stdout(std::string_view text);
+/// Whether whoever read stdout has had enough of it, as `head` has.
+[[nodiscard]] bool reader_has_left();
 
 /// What is wrong with the value of an option, or of a word after a command; empty: nothing. It must not be empty, and
 /// where `kind` is "INT", "UINT" or "FLOAT", as CLI11 calls its numbers, it is all a decimal number of 64 bits: no

@@ -8,7 +8,6 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
-#include <cstdio>
 #include <iostream>
 #include <string>
 
@@ -30,7 +29,7 @@ std::string read_password() {
   const bool terminal = ::isatty(STDIN_FILENO) == 1;
   termios before{};
   if (terminal) {
-    fmt::print(stderr, "Password: ");
+    write_to_stderr("Password: ");
     ::tcgetattr(STDIN_FILENO, &before);
     auto silent = before;
     silent.c_lflag &= ~static_cast<tcflag_t>(ECHO);
@@ -40,7 +39,7 @@ std::string read_password() {
   std::getline(std::cin, password);
   if (terminal) {
     ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &before);
-    fmt::print(stderr, "\n");
+    write_to_stderr("\n");
   }
   return password;
 }
@@ -84,16 +83,15 @@ Result<void> add_user(const UserArguments& options) {
   });
 }
 
+/// A secret that could not be shown is nobody's.
 Result<void> add_token(const UserArguments& options) {
-  std::string secret;
-  auto added = change_users(options, [&](UserList& list) -> Result<void> {
-    return put_token(list, options.name, *role_named(options.role)).map([&](std::string made) {
-      secret = std::move(made);
+  const auto add = [&](UserList& list) {
+    return put_token(list, options.name, *role_named(options.role)).and_then([](const std::string& secret) {
+      return write_to_stdout(secret + "\n");
     });
-  });
-  if (!added) return added;
-  fmt::print("{}\n", secret);
-  fmt::print(stderr, "Keep it: it cannot be shown again. A script sends it as \"Authorization: Bearer …\".\n");
+  };
+  if (auto added = change_users(options, add); !added) return added;
+  write_to_stderr("Keep it: it cannot be shown again. A script sends it as \"Authorization: Bearer …\".\n");
   return {};
 }
 
@@ -106,9 +104,10 @@ Result<void> list_users(const UserArguments& options) {
   if (!file) return failure(file.error());
   const auto list = read_users(*file);
   if (!list) return failure(list.error());
-  for (const auto& user : list->users) fmt::print("{:<14} {}\n", name(user.role), user.name);
-  for (const auto& token : list->tokens) fmt::print("{:<14} {} (token)\n", name(token.role), token.name);
-  return {};
+  std::string lines;
+  for (const auto& user : list->users) lines += fmt::format("{:<14} {}\n", name(user.role), user.name);
+  for (const auto& token : list->tokens) lines += fmt::format("{:<14} {} (token)\n", name(token.role), token.name);
+  return write_to_stdout(lines);
 }
 
 /// The commands below "user" and "token". What they do is put into `action`.
@@ -175,15 +174,14 @@ int run(int argc, char** argv) {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return cli.exit(error);
-    fmt::print(stderr, "gyrotherm-monitor: {}\nRun with --help for more information.\n", error.what());
+    write_to_stderr(fmt::format("gyrotherm-monitor: {}\nRun with --help for more information.\n", error.what()));
     return kUsageExit;
   }
   const auto say = [](const std::string& address) {
-    fmt::print("{}\n", address);
-    std::fflush(stdout);
+    [[maybe_unused]] const auto written = write_to_stdout(address + "\n");
   };
   const auto complain = [](const Fault& fault) {
-    fmt::print(stderr, "gyrotherm-monitor: {}\n", plain(text(fault), Blanks::kept));
+    write_to_stderr(fmt::format("gyrotherm-monitor: {}\n", plain(text(fault), Blanks::kept)));
   };
   const auto done = action != nullptr ? action(user) : serve(options, say, complain);
   if (done) return 0;

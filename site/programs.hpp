@@ -33,8 +33,8 @@ inline constexpr int kDoneExit = 0, kUsageExit = 2, kConnectionExit = 3, kFileEx
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return cli.exit(error);
-    fmt::print(stderr, "{}: {}\nRun with --help for more information.\n", cli.get_name(),
-               cause_of(error, cli, argc, argv));
+    write_to_stderr(fmt::format("{}: {}\nRun with --help for more information.\n", cli.get_name(),
+                                cause_of(error, cli, argc, argv)));
     return kUsageExit;
   }
   return std::nullopt;
@@ -43,7 +43,7 @@ inline constexpr int kDoneExit = 0, kUsageExit = 2, kConnectionExit = 3, kFileEx
 /// Says a fault, and the exit code that it has.
 [[nodiscard]] inline int exit_of(const std::string& program, const Fault& fault) {
   if (fault.kind == FaultKind::interrupted) return kInterruptedExit;
-  fmt::print(stderr, "{}: {}\n", program, plain(text(fault), Blanks::kept));
+  write_to_stderr(fmt::format("{}: {}\n", program, plain(text(fault), Blanks::kept)));
   switch (fault.kind) {
     case FaultKind::usage: return kUsageExit;
     case FaultKind::disconnected:

@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <string>
 #include <thread>
 #include <vector>
@@ -33,10 +32,7 @@ struct PublishOptions {
   bool json = false;
 };
 
-void say(const std::string& line) {
-  fmt::print(stderr, "{}\n", plain(line));
-  std::fflush(stderr);
-}
+void say(const std::string& line) { write_to_stderr(plain(line) + "\n"); }
 
 void complain(const Fault& fault) { say("gyrotherm-publish: " + text(fault)); }
 
@@ -92,8 +88,8 @@ Result<void> publish(const PublishOptions& options, int stop) {
   Publisher publisher(*settings, stop, say, complain);
   if (options.once) return publisher.once();
   if (!options.status) return serve(publisher, *settings);
-  return publisher.lags().map(
-      [&](const std::vector<RunLag>& lags) { fmt::print("{}", options.json ? in_json(lags) : in_lines(lags)); });
+  return publisher.lags().and_then(
+      [&](const std::vector<RunLag>& lags) { return write_to_stdout(options.json ? in_json(lags) : in_lines(lags)); });
 }
 
 int run_publish(int argc, char** argv) {

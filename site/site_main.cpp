@@ -42,20 +42,20 @@ Result<int> bring_up_to_date(const SiteOptions& options) {
   auto store = store_of(options);
   if (!store) return failure(store.error());
   bool any = false;
+  Result<void> told;
   const auto migrated = migrate(*store, options.to, [&](const Migration& step) {
     any = true;
-    fmt::print("migration {}: {}\n", step.number, step.name);
+    told = write_to_stdout(fmt::format("migration {}: {}\n", step.number, step.name));
   });
-  if (migrated && !any) fmt::print("nothing to do\n");
-  return migrated.map([] { return kDoneExit; });
+  if (migrated && !any) told = write_to_stdout("nothing to do\n");
+  return migrated.and_then([&] { return told; }).map([] { return kDoneExit; });
 }
 
 Result<int> show(const SiteOptions& options, const Answer& answer) {
-  fmt::print("{}", options.json ? as_json(answer) : as_table(answer));
-  if (answer.rows() == 0 && !options.json) fmt::print(stderr, "none\n");
+  if (answer.rows() == 0 && !options.json) write_to_stderr("none\n");
   if (options.asked.most > 0 && static_cast<std::size_t>(answer.rows()) == options.asked.most)
-    fmt::print(stderr, "There may be more: --most 0 shows all.\n");
-  return kDoneExit;
+    write_to_stderr("There may be more: --most 0 shows all.\n");
+  return write_to_stdout(options.json ? as_json(answer) : as_table(answer)).map([] { return kDoneExit; });
 }
 
 /// How much is in the store.

@@ -32,7 +32,7 @@ struct Arguments {
   bool force = false;
 };
 
-void say(std::string_view message) { fmt::print(stderr, "gyrotherm-pdf: {}\n", plain(message)); }
+void say(std::string_view message) { write_to_stderr(fmt::format("gyrotherm-pdf: {}\n", plain(message))); }
 
 /// The day "2026-11-20", its midnight in UTC.
 std::optional<std::int64_t> midnight_of(const std::string& day) {

@@ -15,6 +15,7 @@
 #include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
+#include "core/program_start.hpp"
 #include "site/job/job.hpp"
 #include "site/job/plans.hpp"
 #include "site/job/spread.hpp"
@@ -51,8 +52,8 @@ Result<Spreading> spreading_of(const JobOptions& options) {
 /// With when: "7 of 24 tasks are done, 1 failed".
 void say(const Progress& progress) {
   const std::string failed = progress.bad > 0 ? fmt::format(", {} failed", progress.bad) : "";
-  fmt::print(stderr, "{} {} of {} tasks are done{}\n", civil_time(SteadyClock().now().utc), progress.good, progress.all,
-             failed);
+  write_to_stderr(fmt::format("{} {} of {} tasks are done{}\n", civil_time(SteadyClock().now().utc), progress.good,
+                              progress.all, failed));
 }
 
 /// Says which tasks failed; the exit code of the first of them.
@@ -67,8 +68,8 @@ Result<int> complain(const Job& job, const std::string& folder) {
     failed.push_back(fmt::format("{} (exit code {})", task.name, (*end)->exit_code));
   }
   if (!failed.empty())
-    fmt::print(stderr, "{} of {} tasks failed: {}; {}/tasks/ has what each said\n", failed.size(), job.tasks.size(),
-               fmt::join(failed, ", "), folder);
+    write_to_stderr(fmt::format("{} of {} tasks failed: {}; {}/tasks/ has what each said\n", failed.size(),
+                                job.tasks.size(), fmt::join(failed, ", "), folder));
   return code;
 }
 
@@ -89,10 +90,10 @@ Result<int> hand_out(const Job& job, const std::string& folder, const JobOptions
   });
   pthread_sigmask(SIG_UNBLOCK, &ends, nullptr);
   if (!progress && progress.error().kind == FaultKind::interrupted && how->by == By::slurm)
-    fmt::print(stderr, "The tasks go on; gyrotherm site job {} --wait goes on with waiting.\n", folder);
+    write_to_stderr(fmt::format("The tasks go on; gyrotherm site job {} --wait goes on with waiting.\n", folder));
   if (!progress) return failure(progress.error());
   if (!how->waits) {
-    fmt::print(stderr, "handed out; gyrotherm site job {} says how far it is\n", folder);
+    write_to_stderr(fmt::format("handed out; gyrotherm site job {} says how far it is\n", folder));
     return 0;
   }
   int code = 0;
@@ -124,6 +125,7 @@ Result<int> train_lot(const JobOptions& options) {
 Result<int> go_on(const JobOptions& options) {
   const auto job = read_job(options.out);
   if (!job) return failure(job.error());
+  std::string lines;
   for (const Task& task : job->tasks) {
     const auto end = end_of(options.out, task);
     if (!end) return failure(end.error());
@@ -131,8 +133,9 @@ Result<int> go_on(const JobOptions& options) {
     const auto state = !*end ? "not done" : (*end)->is_good() ? "done" : "failed";
     const auto detail =
         *end ? fmt::format("{:8.1f} s on {}, exit code {}", (*end)->wall_s, (*end)->machine, (*end)->exit_code) : "";
-    fmt::print("{:<24} {:<9}{}\n", task.name, state, detail);
+    lines += fmt::format("{:<24} {:<9}{}\n", task.name, state, detail);
   }
+  if (auto written = write_to_stdout(lines); !written) return failure(written.error());
   if (options.again || options.wait) return hand_out(*job, options.out, options);
   return 0;
 }

@@ -129,6 +129,13 @@ TEST(Interrupt, AReaderThatHasHadEnoughIsNoFault) {
   EXPECT_EQ(full.err, "gyrotherm: stdout: cannot be written\n");
 }
 
+TEST(Interrupt, WhatNobodyHearsEndsNoProgram) {
+  const auto wrong = shell("gyrotherm check --conect 2> /dev/full");
+  EXPECT_EQ(wrong.exit_code, 2);
+  const auto none = shell("gyrotherm status nowhere.db 2> /dev/full");
+  EXPECT_EQ(none.exit_code, 4);
+}
+
 TEST(DefaultRecord, IsAPlainNameInTheWorkingFolder) {
   const Folder folder;
   std::filesystem::create_directories(folder / "in/here");

@@ -1,10 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/program_start.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <cstdio>
+
+#include "core/file.hpp"
 
 namespace gyrotherm {
 namespace {
+
+/// While it lives, what is written to a standard stream goes elsewhere.
+class Elsewhere {
+ public:
+  Elsewhere(std::FILE* stream, int to) : stream_(stream), before_(::dup(::fileno(stream))) {
+    std::fflush(stream_);
+    ::dup2(to, ::fileno(stream_));
+  }
+  ~Elsewhere() {
+    ::dup2(before_, ::fileno(stream_));
+    ::close(before_);
+    std::clearerr(stream_);
+  }
+  Elsewhere(const Elsewhere&) = delete;
+  Elsewhere& operator=(const Elsewhere&) = delete;
+
+ private:
+  std::FILE* stream_;
+  int before_;
+};
+
+TEST(StandardStreams, AreToldApartWhereNobodyTakesWhatIsWritten) {
+  const std::string much(100'000, '.');
+  const Descriptor full(::open("/dev/full", O_WRONLY | O_CLOEXEC));
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0);
+  ::close(ends[0]);
+  const Descriptor reader_has_gone(ends[1]);
+  const auto before = std::signal(SIGPIPE, SIG_IGN);
+  for (const auto* descriptor : {&full, &reader_has_gone}) {
+    const Elsewhere told(stderr, descriptor->number());
+    write_to_stderr(much);
+  }
+  for (const auto& text : {std::string("."), much}) {
+    Result<void> on_full, on_closed;
+    {
+      const Elsewhere out(stdout, full.number());
+      on_full = write_to_stdout(text);
+    }
+    {
+      const Elsewhere out(stdout, reader_has_gone.number());
+      on_closed = write_to_stdout(text);
+    }
+    ASSERT_FALSE(on_full) << text.size() << " bytes";
+    EXPECT_EQ(on_full.error().kind, FaultKind::storage);
+    EXPECT_TRUE(on_closed) << text.size() << " bytes";
+  }
+  std::signal(SIGPIPE, before);
+}
 
 TEST(ObjectionTo, WhatIsNoNumberOfItsKind) {
   for (const auto* good : {"0", "-3", "9223372036854775807"}) EXPECT_EQ(objection_to(good, "INT"), "") << good;

@@ -259,6 +259,10 @@ class Starts(unittest.TestCase):
             listed = monitor_command(folder, "user", "list").stdout
             self.assertIn("operator       ada", listed)
             self.assertIn("script (token)", listed)
+            with open("/dev/full", "w") as full:
+                words = [MONITOR, "token", "add", "lost", "--role", "viewer", "--state", folder / "state"]
+                self.assertEqual(subprocess.run(words, stdout=full, stderr=full, check=False).returncode, 4)
+            self.assertNotIn("lost", monitor_command(folder, "user", "list").stdout)
             (folder / "runs").mkdir()
             monitor = Monitor(folder, runs=folder / "runs")
             self.assertEqual(monitor.ask("/api/v1/runs").status, 401)

@@ -109,6 +109,9 @@ class ByParallel(Spread):
         self.expect_the_same()
         again = self.run_in("spread", *command)
         self.assertNotIn("tasks are done", again.stderr, "there is nothing to do")
+        full = subprocess.run(f"'{SITE}' job lot/job > /dev/full", shell=True, cwd=self.folder / "spread",
+                              capture_output=True, text=True)
+        self.assertEqual((full.returncode, full.stderr), (4, "gyrotherm-site: stdout: cannot be written\n"))
         told = self.run_in("spread", SITE, "job", "lot/job").stdout.splitlines()
         self.assertEqual([line.split()[:2] for line in told], [[axis, "done"] for axis in "xyz"])
 

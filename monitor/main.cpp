@@ -24,21 +24,30 @@ constexpr int kUsageExit = 2, kFileExit = 4;
 
 int exit_for(const Fault& fault) { return fault.kind == FaultKind::usage ? kUsageExit : kFileExit; }
 
+termios shown{};  ///< the terminal, as it was before the password was asked for
+
+/// Whoever ends the program at the prompt sees again what is typed.
+void show_and_end(int number) {
+  ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &shown);
+  std::signal(number, SIG_DFL);
+  std::raise(number);  // taken when this handler returns
+}
+
 /// One line of stdin; on a terminal it is asked for, and not shown.
 std::string read_password() {
   const bool terminal = ::isatty(STDIN_FILENO) == 1;
-  termios before{};
   if (terminal) {
     write_to_stderr("Password: ");
-    ::tcgetattr(STDIN_FILENO, &before);
-    auto silent = before;
+    ::tcgetattr(STDIN_FILENO, &shown);
+    for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGTERM}) std::signal(number, show_and_end);
+    auto silent = shown;
     silent.c_lflag &= ~static_cast<tcflag_t>(ECHO);
     ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &silent);
   }
   std::string password;
   std::getline(std::cin, password);
   if (terminal) {
-    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &before);
+    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &shown);
     write_to_stderr("\n");
   }
   return password;

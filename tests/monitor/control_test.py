@@ -5,6 +5,7 @@ import http.client
 import json
 import os
 import pathlib
+import pty
 import pwd
 import re
 import shutil
@@ -12,6 +13,7 @@ import signal
 import socket
 import ssl
 import subprocess
+import termios
 import threading
 import time
 import unittest
@@ -242,6 +244,24 @@ class Starts(unittest.TestCase):
             self.assertEqual(list(state.iterdir()), [])
             os.chown(state, 0, 0)
             self.assertEqual(monitor_command(folder, *added, password=PASSWORD).returncode, 0)
+
+    def test_a_terminal_shows_again_what_is_typed_whatever_ends_the_prompt(self) -> None:
+        def is_shown() -> bool:
+            return termios.tcgetattr(terminal)[3] & termios.ECHO != 0
+
+        for key in (b"\x03", b"\x1c", PASSWORD.encode() + b"\n"):
+            with Folder() as folder:
+                screen, terminal = pty.openpty()
+                words = [MONITOR, "user", "add", "ada", "--role", "viewer", "--state", folder / "state"]
+                asked = subprocess.Popen(
+                    ["setsid", "--ctty", "--wait", *words], stdin=terminal, stdout=terminal, stderr=terminal
+                )
+                until(lambda: not is_shown(), 10)
+                os.write(screen, key)
+                asked.wait(10)
+                self.assertTrue(is_shown(), f"after {key!r}")
+                os.close(screen)
+                os.close(terminal)
 
     def test_users_are_added_listed_and_removed(self) -> None:
         with Folder() as folder:

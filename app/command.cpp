@@ -156,7 +156,7 @@ Result<Exit> become_program(const std::string& name, std::vector<std::string> wo
 }
 
 int run(Program& program, int argc, char** argv) {
-  ignore_closed_pipes();
+  let_writes_fail();
   const std::string name = program.cli.get_name();
   refuse_wrong_values(program.cli);
   try {

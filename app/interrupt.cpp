@@ -59,7 +59,9 @@ void watch_for_interrupts(SecondInterrupt second) {
   if (!is_ignored(SIGHUP)) ::sigaction(SIGHUP, &action, nullptr);
 }
 
-void ignore_closed_pipes() { std::signal(SIGPIPE, SIG_IGN); }
+void let_writes_fail() {
+  for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);
+}
 
 bool interrupted() { return interrupts() > 0; }
 

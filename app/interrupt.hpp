@@ -15,8 +15,9 @@ enum class SecondInterrupt {
 /// a command that looks at interrupted() again and again, from where it begins to. Again: `second` anew.
 void watch_for_interrupts(SecondInterrupt second);
 
-/// A reader that has gone is found by the write that fails, not by SIGPIPE. Once, at the start of the program.
-void ignore_closed_pipes();
+/// A reader that has gone, and a bound on the size of files, are found by the write that fails, not by SIGPIPE and
+/// SIGXFSZ. Once, at the start of the program.
+void let_writes_fail();
 
 /// True from the first such signal on, forgiven ones aside.
 [[nodiscard]] bool interrupted();

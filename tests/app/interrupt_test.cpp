@@ -129,6 +129,22 @@ TEST(Interrupt, AReaderThatHasHadEnoughIsNoFault) {
   EXPECT_EQ(full.err, "gyrotherm: stdout: cannot be written\n");
 }
 
+TEST(Interrupt, ABoundOnTheSizeOfFilesIsAFault) {
+  const Folder folder;
+  const auto bounded = [&](const std::string& command) {
+    return shell("( ulimit -f 1500; gyrotherm " + command + " )");  // blocks of half a kilobyte
+  };
+  const auto ran = bounded("run tests/profiles/short-rate.toml --rig virtual --quiet --out " + (folder / "bounded.db"));
+  EXPECT_EQ(ran.exit_code, 4) << ran.err;
+  EXPECT_NE(ran.err.find("the chamber was sent to"), std::string::npos) << ran.err;
+  const auto whole = shell("gyrotherm run tests/profiles/short-rate.toml --rig virtual --out " + (folder / "whole.db"));
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  const auto table = bounded("export " + (folder / "whole.db") + " --out " + (folder / "whole.csv"));
+  EXPECT_EQ(table.exit_code, 4);
+  EXPECT_EQ(table.err, "gyrotherm: " + (folder / "whole.csv") + ": cannot be written: File too large\n");
+  EXPECT_EQ(shell("ls '" + (folder / "") + "' | grep -c part").out, "0\n");
+}
+
 TEST(Interrupt, WhatNobodyHearsEndsNoProgram) {
   const auto wrong = shell("gyrotherm check --conect 2> /dev/full");
   EXPECT_EQ(wrong.exit_code, 2);

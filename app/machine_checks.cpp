@@ -184,7 +184,10 @@ std::vector<Finding> check_disk(const std::string& folder) {
     return {{"disk", FindingState::fault, fmt::format("{}: {}", folder, std::generic_category().message(errno)),
              fmt::format("mkdir -p {}", folder), FaultKind::storage}};
   std::vector<Finding> findings;
-  if ((space.f_flag & ST_RDONLY) != 0)
+  if (std::error_code error; !std::filesystem::is_directory(folder, error))
+    findings.push_back(
+        {"folder", FindingState::fault, folder + " is no folder", "name one: --folder FOLDER", FaultKind::storage});
+  else if ((space.f_flag & ST_RDONLY) != 0)
     findings.push_back({"folder", FindingState::fault, folder + " is on a disk that is mounted to be read alone",
                         "record in another folder, or mount it with rw", FaultKind::storage});
   else if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0)

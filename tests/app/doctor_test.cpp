@@ -60,6 +60,9 @@ TEST(Doctor, FindsDisksThatARecordShouldNotBeOn) {
   const auto nowhere = gyrotherm_with("doctor --json --folder /nowhere");
   EXPECT_EQ(findings_of(nowhere).at("disk").at("state"), "fault");
   EXPECT_EQ(nowhere.exit_code, 4);
+  const auto file = gyrotherm_with("doctor --json --folder README.md");
+  EXPECT_EQ(findings_of(file).at("folder").at("found"), "README.md is no folder");
+  EXPECT_EQ(file.exit_code, 4);
   const auto kernel = gyrotherm_with("doctor --json --folder /proc/self");
   EXPECT_EQ(kernel.exit_code, 4) << kernel.out;
   expect_fixes(findings_of(kernel));

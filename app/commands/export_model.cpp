@@ -9,6 +9,7 @@
 #include "app/recorded_run.hpp"
 #include "app/value.hpp"
 #include "core/file.hpp"
+#include "core/json.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -21,9 +22,13 @@ struct ExportModelArguments {
 };
 
 Result<void> put(Console& console, const std::string& path, const std::string& text) {
-  if (!path.empty()) return replace_text_file(path, text);
-  console.data(text);
-  return {};
+  if (path.empty()) {
+    console.data(text);
+    return {};
+  }
+  return replace_text_file(path, text).map([&] {
+    if (console.json) console.data(text_of(Json{{"file", path}}) + "\n");
+  });
 }
 
 Result<void> export_data(Console& console, const ExportModelArguments& options, const model::Model& model) {
@@ -51,8 +56,13 @@ Result<void> export_c(Console& console, const ExportModelArguments& options, con
   if (auto free = check_is_free(header.string(), options.force); !free) return free;
   if (auto written = replace_text_file(header.string(), program->header); !written) return written;
   if (auto written = replace_text_file(source.string(), program->source); !written) return written;
-  console.say(fmt::format("wrote {} and {}: it agrees with this program to {:.2g} °/h, and its self-test checks that",
-                          source.string(), header.string(), c_tolerance_deg_per_h(model)));
+  const double within = c_tolerance_deg_per_h(model);
+  if (console.json)
+    console.data(
+        text_of(Json{{"file", source.string()}, {"header", header.string()}, {"agrees_to_deg_per_h", within}}) + "\n");
+  else
+    console.say(fmt::format("wrote {} and {}: it agrees with this program to {:.2g} °/h, and its self-test checks that",
+                            source.string(), header.string(), within));
   return {};
 }
 
@@ -71,6 +81,8 @@ Result<Exit> export_model(Console& console, const ExportModelArguments& options)
   if (options.as != "c" && (options.tracking.track || !options.tracking.noise.empty())) {
     return failure(FaultKind::usage, "--track", "is for --as c");
   }
+  if (console.json && options.as != "c" && options.out.empty())
+    return failure(FaultKind::usage, "--json", "the model itself goes to stdout; name a file for it with --out");
   if (!options.out.empty())
     if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto model = load_model(options.model);

@@ -59,6 +59,21 @@ TEST_F(ExportModel, AsCNeedsAFileThatEndsInC) {
   EXPECT_EQ(gyrotherm_with("export-model " + (folder_ / "model.json") + " --as fortran").exit_code, 2);
 }
 
+TEST_F(ExportModel, SaysAsJsonWhatItWrote) {
+  const auto command = "export-model " + (folder_ / "model.json") + " --json --as ";
+  const auto as_c = gyrotherm_with(command + "c --out " + (folder_ / "unit-7.c"));
+  ASSERT_EQ(as_c.exit_code, 0) << as_c.err;
+  const auto facts = nlohmann::json::parse(as_c.out);
+  EXPECT_EQ(facts["file"], folder_ / "unit-7.c");
+  EXPECT_EQ(facts["header"], folder_ / "unit_7.h");
+  EXPECT_LT(facts["agrees_to_deg_per_h"], 1e-9);
+  const auto as_libsvm = gyrotherm_with(command + "libsvm --out " + (folder_ / "model.libsvm"));
+  EXPECT_EQ(nlohmann::json::parse(as_libsvm.out)["file"], folder_ / "model.libsvm") << as_libsvm.err;
+  const auto to_stdout = gyrotherm_with(command + "libsvm");
+  EXPECT_EQ(to_stdout.exit_code, 2) << "the model is no JSON";
+  EXPECT_EQ(to_stdout.out, "");
+}
+
 TEST_F(ExportModel, MadeSmallerItSaysWhatThatChanges) {
   const std::string command = "reduce " + (folder_ / "model.json") + " " + (folder_ / "record.db") + " --out ";
   const auto ran = gyrotherm_with(command + (folder_ / "small.json") + " --keep 5");

@@ -188,7 +188,7 @@ std::string zsh_specification(const OptionInfo& option, const std::string& funct
   const auto text = zsh_text(option.description);
   const auto value =
       option.value.empty() ? "" : fmt::format(":{}:{}", zsh_text(option.value), zsh_action(option, function));
-  const auto rest = fmt::format("[{}]{}", text, value);
+  const auto rest = fmt::format("{}[{}]{}", value.empty() ? "" : "=", text, value);
   const std::string again = option.repeats ? "*" : "";
   if (option.names.size() == 1) return quoted(again + option.names.front() + rest);
   const auto others = option.repeats ? "'*'" : quoted("(" + joined(option.names) + ")");
@@ -289,8 +289,9 @@ end
 
 # Folders, and files with these endings.
 function FUNCTION_files
-    for file in (complete -C "FUNCTION_none "(commandline -ct))
-        string match -rq '(/|\\.('(string join '|' $argv)'))$' -- (string split -f 1 \t $file); and echo $file
+    set -l begun (string replace -r -- '^--[^=]*=' '' (commandline -ct))
+    for file in (complete -C "FUNCTION_none "$begun)
+        string match -rq '(/|\\.('(string join '|' $argv)'))$' -- (string split -f 1 -- \t $file); and echo $file
     end
 end
 

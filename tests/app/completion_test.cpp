@@ -117,6 +117,19 @@ TEST_P(Completion, OfAWordThatIsOneOfAFew) {
   EXPECT_TRUE(offered("gyrotherm train r.db --method ri").contains("ridge-u"));
 }
 
+TEST_P(Completion, OfAValueBehindAnEqualsSign) {
+  const auto offered_for = [&](const std::string& command, const std::string& option, const std::string& begun) {
+    // bash takes the sign as a word; fish offers the whole of the word
+    return offered(command + option + (GetParam() == "bash" ? " = " : "=") + begun);
+  };
+  const auto has = [&](const std::set<std::string>& offers, const std::string& option, const std::string& value) {
+    return offers.contains(GetParam() == "fish" ? option + "=" + value : value);
+  };
+  EXPECT_TRUE(has(offered_for("gyrotherm run random ", "--rig", "virtual-lo"), "--rig", "virtual-lot"));
+  EXPECT_TRUE(has(offered_for("gyrotherm train r.db ", "--method", "ri"), "--method", "ridge-u"));
+  EXPECT_TRUE(has(offered_for("gyrotherm run random ", "--out", "mi"), "--out", "mine.db"));
+}
+
 INSTANTIATE_TEST_SUITE_P(In, Completion, ::testing::Values("bash", "zsh", "fish"),
                          [](const auto& shell) { return shell.param; });
 

@@ -72,7 +72,11 @@ Result<Job> plan_lot(const std::string& rig, const std::string& lot, const PlanO
   return job;
 }
 
-Job plan_seeds(const Seeds& seeds, const std::string& out, const PlanOptions& options) {
+Result<Job> plan_seeds(const Seeds& seeds, const std::string& out, const PlanOptions& options) {
+  constexpr std::uint64_t kMost = 100'000;
+  if (seeds.last < seeds.first || seeds.last - seeds.first >= kMost)
+    return failure(FaultKind::usage, "--first, --last",
+                   fmt::format("{} to {}, expected 1 to {} seeds", seeds.first, seeds.last, kMost));
   auto job = empty_job(fmt::format("seeds {} to {}", seeds.first, seeds.last), options);
   for (auto seed = seeds.first; seed <= seeds.last; ++seed) {
     const auto name = fmt::format("seed-{}", seed);

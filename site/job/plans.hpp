@@ -25,12 +25,13 @@ struct PlanOptions {
 /// What makes the records ready for that, on this machine.
 [[nodiscard]] Step records_of_lot(const std::string& rig, const std::string& lot, const PlanOptions& options);
 
-/// One model a seed, each verified on the same records, into OUT/seed-N/.
+/// One model a seed, each verified on the same records, into OUT/seed-N/. Fails with usage if there is no seed, or more
+/// than any queue takes.
 struct Seeds {
   std::vector<std::string> records, verify;
   std::uint64_t first = 1, last = 20;
 };
-[[nodiscard]] Job plan_seeds(const Seeds& seeds, const std::string& out, const PlanOptions& options);
+[[nodiscard]] Result<Job> plan_seeds(const Seeds& seeds, const std::string& out, const PlanOptions& options);
 
 /// Each of these records of different units left out of the prior of their type, which then helps a model of its own
 /// first hours, which is verified on all the others: into OUT/NAME/, where NAME is the record's. Fails with usage if

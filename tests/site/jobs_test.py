@@ -94,6 +94,13 @@ class ByParallel(Spread):
         ran = self.run_in("here", SITE, "rigs", "--store", "host=none", "--most", "0x10", expect=2)
         self.assertIn('--most: "0x10" is no number that it can take', ran.stderr)
 
+    def test_no_seed_and_too_many_are_refused(self) -> None:
+        for first, last in (("5", "2"), ("0", "100000"), ("1", str(2**64 - 1))):
+            ran = self.run_in("here", SITE, "seeds", "none.db", "--out", "seeds", "--first", first, "--last", last,
+                              expect=2)
+            self.assertIn(f"{first} to {last}, expected 1 to 100000 seeds", ran.stderr)
+        self.assertFalse((self.folder / "here/seeds").exists())
+
     def test_a_lot_is_the_same_whatever_died(self) -> None:
         self.alone("virtual-triad", SMALL)
         command = [SITE, "train", "--rig", "virtual-triad", "--lot", "lot", "--by", "parallel", "--", *SMALL]

@@ -14,69 +14,8 @@
 #include "app/interrupt.hpp"
 #include "core/process.hpp"
 #include "core/program_start.hpp"
-#include "core/text.hpp"
 
 namespace gyrotherm::app {
-namespace {
-
-/// What to say of a first word that is no command, or "" if it is one or there is none.
-std::string unknown_command(const CLI::App& cli, int argc, char** argv) {
-  std::vector<std::string> known;
-  for (const auto* command : cli.get_subcommands([](const CLI::App* each) { return !each->get_group().empty(); }))
-    known.push_back(command->get_name());
-  return argc < 2 ? "" : objection_to_command(argv[1], known);
-}
-
-/// The command that the words name, of a command that has some of its own the innermost.
-const CLI::App* command_in(const CLI::App& cli, int argc, char** argv) {
-  const CLI::App* found = &cli;
-  for (int i = 1; i < argc; ++i) {
-    const auto named = found->get_subcommands([&](const CLI::App* each) { return each->get_name() == argv[i]; });
-    if (!named.empty()) found = named.front();
-  }
-  return found;
-}
-
-bool is_option_of(const CLI::App* command, const std::string& word) {
-  for (; command != nullptr; command = command->get_parent())
-    if (command->get_option_no_throw(word) != nullptr) return true;
-  return false;
-}
-
-/// What to say of the first word that looks like an option and is none; "" if there is none.
-std::string unknown_option(const CLI::App& cli, int argc, char** argv) {
-  const auto* command = command_in(cli, argc, argv);
-  for (int i = 1; i < argc && std::string_view(argv[i]) != "--"; ++i) {
-    const std::string whole = argv[i], word = whole.substr(0, whole.find('='));
-    if (!word.starts_with("--") || is_option_of(command, word)) continue;
-    std::vector<std::string> known;
-    for (const auto* option : command->get_options())
-      for (const auto& name : option->get_lnames()) known.push_back("--" + name);
-    const auto near = nearest(word, known);
-    return fmt::format("{} is no option of {}{}", word, command->get_name(),
-                       near.empty() ? "" : fmt::format(". Did you mean {}?", near));
-  }
-  return {};
-}
-
-/// What CLI11 says, its own words for a number that is none made ours.
-std::string in_our_words(const CLI::ParseError& error) {
-  constexpr std::string_view kStart = "Could not convert: ", kIs = " = ";
-  const std::string text = error.what();
-  const auto is = text.find(kIs);
-  if (!text.starts_with(kStart) || is == std::string::npos) return text;
-  return fmt::format("{}: \"{}\" is no number that it can take", text.substr(kStart.size(), is - kStart.size()),
-                     text.substr(is + kIs.size()));
-}
-
-/// The cause of a command line that cannot be carried out, without what follows from it.
-std::string cause_of(const CLI::ParseError& error, const CLI::App& cli, int argc, char** argv) {
-  if (auto unknown = unknown_command(cli, argc, argv); !unknown.empty()) return unknown;
-  if (auto unknown = unknown_option(cli, argc, argv); !unknown.empty()) return unknown;
-  return in_our_words(error);
-}
-
-}  // namespace
 
 Exit exit_for(const Fault& fault) {
   switch (fault.kind) {
@@ -163,8 +102,8 @@ int run(Program& program, int argc, char** argv) {
     program.cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.cli.exit(error);
-    write_to_stderr(
-        fmt::format("{}: {}\nRun with --help for more information.\n", name, cause_of(error, program.cli, argc, argv)));
+    const auto cause = cause_of(error.what(), program.cli, std::span(argv, static_cast<std::size_t>(argc)));
+    write_to_stderr(fmt::format("{}: {}\nRun with --help for more information.\n", name, cause));
     return static_cast<int>(Exit::usage);
   } catch (const std::bad_alloc&) {
     program.outcome = failure(FaultKind::storage, "memory", "there is not enough for this");

@@ -68,4 +68,18 @@ std::string objection_to_command(std::string_view word, std::span<const std::str
                       : fmt::format("\"{}\" is no command. Did you mean \"{}\"?", word, near);
 }
 
+std::string objection_to_option(std::string_view word, const std::string& command, std::span<const std::string> known) {
+  const auto near = nearest(word, known);
+  return fmt::format("{} is no option of {}{}", word, command,
+                     near.empty() ? "" : fmt::format(". Did you mean {}?", near));
+}
+
+std::string in_our_words(const std::string& refusal) {
+  constexpr std::string_view kStart = "Could not convert: ", kIs = " = ";
+  const auto is = refusal.find(kIs);
+  if (!refusal.starts_with(kStart) || is == std::string::npos) return refusal;
+  return fmt::format("{}: \"{}\" is no number that it can take", refusal.substr(kStart.size(), is - kStart.size()),
+                     refusal.substr(is + kIs.size()));
+}
+
 }  // namespace gyrotherm

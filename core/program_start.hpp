@@ -33,6 +33,47 @@ void write_to_stderr(std::string_view text);
 /// What is wrong with a first word, of a program with these commands; empty: nothing, or it is an option.
 [[nodiscard]] std::string objection_to_command(std::string_view word, std::span<const std::string> known);
 
+/// What is wrong with an option that is none, of a command of that name with these.
+[[nodiscard]] std::string objection_to_option(std::string_view word, const std::string& command,
+                                              std::span<const std::string> known);
+
+/// What CLI11 says, its own words for a number that is none made ours.
+[[nodiscard]] std::string in_our_words(const std::string& refusal);
+
+/// The cause of a command line that CLI11 refuses with these words, before what follows from it: the first word that is
+/// no command, or no option.
+template <class App>
+std::string cause_of(const std::string& refusal, const App& program, std::span<char* const> words) {
+  std::string objection;
+  const auto look_behind = [&](const App& command, std::size_t next) {
+    std::vector<std::string> known;
+    for (const auto* below : command.get_subcommands([](const App* each) { return !each->get_group().empty(); }))
+      known.push_back(below->get_name());
+    const bool takes_words = !command.get_options([](const auto* option) { return option->get_positional(); }).empty();
+    if (objection.empty() && next < words.size() && !known.empty() && !takes_words)
+      objection = objection_to_command(words[next], known);
+  };
+  const auto* command = &program;  // the innermost that is named
+  look_behind(program, 1);
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    const auto named = command->get_subcommands([&](const App* each) { return each->get_name() == words[i]; });
+    if (named.empty()) continue;
+    command = named.front();
+    look_behind(*command, i + 1);
+  }
+  std::vector<std::string> options;
+  for (const auto* option : command->get_options())
+    for (const auto& name : option->get_lnames()) options.push_back("--" + name);
+  for (std::size_t i = 1; i < words.size() && std::string_view(words[i]) != "--" && objection.empty(); ++i) {
+    const std::string word = std::string(words[i]).substr(0, std::string_view(words[i]).find('='));
+    bool is_known = !word.starts_with("--");
+    for (const auto* of = command; of != nullptr; of = of->get_parent())
+      is_known = is_known || of->get_option_no_throw(word) != nullptr;
+    if (!is_known) objection = objection_to_option(word, command->get_name(), options);
+  }
+  return objection.empty() ? in_our_words(refusal) : objection;
+}
+
 /// Has every option of the program and of its commands refuse what objection_to() objects to. CLI11 by itself takes ""
 /// for 0, "0x10" for 16, and a number that is too large for the largest. Called once, when all options are there.
 template <class App>

@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <iostream>
+#include <span>
 #include <string>
 
 #include "core/file.hpp"
@@ -183,7 +184,8 @@ int run(int argc, char** argv) {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return cli.exit(error);
-    write_to_stderr(fmt::format("gyrotherm-monitor: {}\nRun with --help for more information.\n", error.what()));
+    const auto cause = cause_of(error.what(), cli, std::span(argv, static_cast<std::size_t>(argc)));
+    write_to_stderr(fmt::format("gyrotherm-monitor: {}\nRun with --help for more information.\n", cause));
     return kUsageExit;
   }
   const auto say = [](const std::string& address) {

@@ -6,8 +6,8 @@
 
 #include <CLI/CLI.hpp>
 #include <optional>
+#include <span>
 #include <string>
-#include <vector>
 
 #include "core/program_start.hpp"
 #include "core/result.hpp"
@@ -17,15 +17,6 @@ namespace gyrotherm::site {
 
 inline constexpr int kDoneExit = 0, kUsageExit = 2, kConnectionExit = 3, kFileExit = 4, kInterruptedExit = 5;
 
-/// The cause of a command line that cannot be carried out.
-[[nodiscard]] inline std::string cause_of(const CLI::ParseError& error, const CLI::App& cli, int argc, char** argv) {
-  std::vector<std::string> known;
-  for (const auto* command : cli.get_subcommands([](const CLI::App*) { return true; }))
-    known.push_back(command->get_name());
-  const auto unknown = argc < 2 || known.empty() ? std::string() : objection_to_command(argv[1], known);
-  return unknown.empty() ? error.what() : unknown;
-}
-
 /// The exit code with which the program is to end now; nothing: it goes on.
 [[nodiscard]] inline std::optional<int> parsed(CLI::App& cli, int argc, char** argv) {
   refuse_wrong_values(cli);
@@ -33,8 +24,8 @@ inline constexpr int kDoneExit = 0, kUsageExit = 2, kConnectionExit = 3, kFileEx
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return cli.exit(error);
-    write_to_stderr(fmt::format("{}: {}\nRun with --help for more information.\n", cli.get_name(),
-                                cause_of(error, cli, argc, argv)));
+    const auto cause = cause_of(error.what(), cli, std::span(argv, static_cast<std::size_t>(argc)));
+    write_to_stderr(fmt::format("{}: {}\nRun with --help for more information.\n", cli.get_name(), cause));
     return kUsageExit;
   }
   return std::nullopt;

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "core/file.hpp"
@@ -115,7 +116,7 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    say(error.what());
+    say(cause_of(error.what(), app, std::span(argv, static_cast<std::size_t>(argc))));
     return static_cast<int>(PdfExit::usage);
   }
   if (arguments.report.empty() && arguments.figure.empty()) {

@@ -245,6 +245,16 @@ class Starts(unittest.TestCase):
             os.chown(state, 0, 0)
             self.assertEqual(monitor_command(folder, *added, password=PASSWORD).returncode, 0)
 
+    def test_the_cause_of_a_wrong_command_line_is_said(self) -> None:
+        for words, said in (
+            (("--foldr", "runs"), "--foldr is no option of gyrotherm-monitor. Did you mean --folder?"),
+            (("usr", "add", "ada", "--role", "viewer"), '"usr" is no command. Did you mean "user"?'),
+            (("user", "ad", "ada", "--role", "viewer"), '"ad" is no command. Did you mean "add"?'),
+        ):
+            refused = subprocess.run([MONITOR, *words], capture_output=True, text=True, timeout=30, check=False)
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn(said, refused.stderr)
+
     def test_a_terminal_shows_again_what_is_typed_whatever_ends_the_prompt(self) -> None:
         def is_shown() -> bool:
             return termios.tcgetattr(terminal)[3] & termios.ECHO != 0

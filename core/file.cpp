@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <system_error>
@@ -147,6 +148,22 @@ void sync_folder(const Place& place) {
   if (folder.is_open()) ::fsync(folder.number());
 }
 
+/// While it lives, a signal that would end the program waits.
+class SignalsWait {
+ public:
+  SignalsWait() {
+    sigset_t all;
+    sigfillset(&all);
+    pthread_sigmask(SIG_BLOCK, &all, &before_);
+  }
+  ~SignalsWait() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  SignalsWait(const SignalsWait&) = delete;
+  SignalsWait& operator=(const SignalsWait&) = delete;
+
+ private:
+  sigset_t before_{};
+};
+
 struct Manner {
   mode_t mode{};
   bool whatever_the_umask{};
@@ -155,6 +172,7 @@ struct Manner {
 
 /// False with errno set; then nothing is left of it.
 bool replace_in(const Place& place, std::string_view text, const Manner& manner) {
+  const SignalsWait until_it_is_whole;
   std::string name;
   const auto file = make_new(place, name, manner.mode);
   if (!file.is_open()) return false;

@@ -79,8 +79,8 @@ struct RegularFile {
                                                                        Links links = Links::followed);
 
 /// Replaces a file that the user named, as a whole: the text is written under a new name in the same folder, synced and
-/// renamed. A link's target is replaced, the link stays. The mode is 0644, less what the umask takes. Fails with
-/// storage, also where the path is a device, a pipe or a folder.
+/// renamed; signals to this thread wait for that. A link's target is replaced, the link stays. The mode is 0644, less
+/// what the umask takes. Fails with storage, also where the path is a device, a pipe or a folder.
 [[nodiscard]] Result<void> replace_text_file(const std::string& path, std::string_view text);
 
 enum class Syncing { awaited, not_awaited };

@@ -4,10 +4,12 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -172,6 +174,21 @@ TEST_F(OwnFile, IsForOwnerAndGroupWhateverTheUmask) {
     EXPECT_EQ(mode_of(in("own")), 0640u) << mask;
     EXPECT_EQ(mode_of(in("named")), 0644u & ~mask) << mask;
   }
+}
+
+TEST_F(Files, LeaveNoHalfOfThemselvesWhereASignalEndsTheProgram) {
+  const std::string text(100'000'000, '.');
+  const auto writer = ::fork();
+  ASSERT_GE(writer, 0);
+  if (writer == 0) {
+    [[maybe_unused]] const auto written = replace_text_file(in("table.csv"), text);
+    ::_exit(0);
+  }
+  while (names().empty() && ::waitpid(writer, nullptr, WNOHANG) == 0) ::usleep(1000);
+  ::kill(writer, SIGTERM);
+  ::waitpid(writer, nullptr, 0);
+  EXPECT_EQ(names(), std::set<std::string>{"table.csv"});
+  EXPECT_EQ(fs::file_size(in("table.csv")), text.size());
 }
 
 TEST(EntriesOf, AFolderAreWhatLiesInIt) {

@@ -119,14 +119,21 @@ std::string RunController::objection(OperatorCommand command) const {
 }
 
 std::string RunController::standing_objection(OperatorCommand command, bool takes_over) const {
-  const auto holds = command == OperatorCommand::resume ? cause_of_hold(takes_over) : "";
+  const auto holds = command == OperatorCommand::resume ? standing_cause(interlocks::Reaction::hold, takes_over) : "";
   return holds.empty() ? lead_->objection(command) : "what holds it still stands: " + holds;
 }
 
 /// An operator lets a run go on that somebody else's set point holds, and nothing besides.
-std::string RunController::cause_of_hold(bool takes_over) const {
+std::string RunController::standing_cause(interlocks::Reaction reaction, bool takes_over) const {
   const auto most = takes_over ? demand_beside(memory_, kForeign) : demand_;
-  return most.reaction == interlocks::Reaction::hold ? most.cause : "";
+  return most.reaction == reaction ? most.cause : "";
+}
+
+std::string RunController::answer_to(OperatorCommand command) const {
+  const auto suspends = command == OperatorCommand::resume
+                            ? standing_cause(interlocks::Reaction::suspend, takes_over(command))
+                            : std::string();
+  return suspends.empty() ? promise(command) : "goes on once this is over: " + suspends;
 }
 
 void RunController::tell(OperatorCommand command, const std::string& who, const std::string& answer) {
@@ -188,7 +195,7 @@ control::ControlAnswer RunController::carry_out(const control::ControlRequest& r
     return {.done = false, .text = std::move(why)};
   }
   tell(*request.command, who, request.note);
-  return {.done = true, .text = promise(*request.command)};
+  return {.done = true, .text = answer_to(*request.command)};
 }
 
 std::optional<OperatorRequest> RunController::take_request() {

@@ -101,8 +101,10 @@ class RunController {
   [[nodiscard]] LeadSecond second(const Sample& sample, Duration missed) const;
   /// Whether a command ends what somebody else's set point holds: of that its operator can know.
   [[nodiscard]] bool takes_over(control::OperatorCommand command) const;
-  /// The cause, as of the last second, that lets no operator go on; empty: none.
-  [[nodiscard]] std::string cause_of_hold(bool takes_over) const;
+  /// The cause, as of the last second, for which no more than this is demanded; empty: none, or more.
+  [[nodiscard]] std::string standing_cause(interlocks::Reaction reaction, bool takes_over) const;
+  /// What an operator is told who asks for it without an objection.
+  [[nodiscard]] std::string answer_to(control::OperatorCommand command) const;
   /// What of the last second that was judged is against a command.
   [[nodiscard]] std::string standing_objection(control::OperatorCommand command, bool takes_over) const;
   [[nodiscard]] std::optional<OperatorRequest> take_request();

@@ -227,6 +227,24 @@ TEST(BrokenRig, WhoDoesNotKnowOfAForeignSetPointDoesNotTakeTheChamberOver) {
   }
 }
 
+TEST(BrokenRig, WhoLetsARunGoOnIsToldWhatStillSuspendsIt) {
+  tests::Bench bench(kSoak);
+  bench.seconds(500);
+  const auto answer_to = [&](const std::string& word) {
+    return bench.run_controller().carry_out(control::request_of(word, "").value(), "Ada").text;
+  };
+  (void)answer_to("pause");
+  bench.chamber().set_point_c = 40;
+  bench.chamber().door_open = true;
+  bench.seconds(10);
+  EXPECT_EQ(answer_to("resume"), "goes on once this is over: the chamber's door is open");
+  bench.seconds(1);
+  EXPECT_EQ(answer_to("pause"), "held: the profile's clock stands and the set point stays, until resume");
+  bench.chamber().door_open = false;
+  bench.seconds(10);
+  EXPECT_EQ(answer_to("resume"), "goes on");
+}
+
 TEST(BrokenRig, ASetPointAcknowledgedAndNotAppliedSuspendsWithinThreeSeconds) {
   tests::Bench bench(kSoak);
   bench.seconds(130);  // on the ramp

@@ -187,7 +187,7 @@ Ending ending_of(const record::Record& record) {
 }  // namespace
 
 ReentryDecision judge_reentry(const InterruptedRun& stood, Celsius mild, Celsius air_now) {
-  if (stood.aborted) return {Reentry::ask, "an interlock ended this run"};
+  if (stood.aborted) return {Reentry::ask, "the run was aborted"};
   if (stood.held) return {Reentry::ask, "the run was held"};
   if (stood.foreign) return {Reentry::ask, "somebody else had changed the chamber"};
   if (!stood.why_unknown.empty()) return {Reentry::ask, stood.why_unknown};

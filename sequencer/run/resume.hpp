@@ -43,7 +43,7 @@ struct InterruptedRun {
   std::optional<Celsius> air;  ///< last known; nothing: never seen
   Duration down{};             ///< since its last second; one second where nobody knows
   std::string why_unknown{};   ///< why nobody knows how long it was down; empty: it is known
-  bool aborted{};              ///< an interlock had ended it
+  bool aborted{};              ///< an interlock, or an operator, had ended it and made the chamber safe
   bool held{};                 ///< it was held: only an operator goes on
   bool foreign{};              ///< somebody else had changed the chamber, and it was not put back
 };

@@ -75,6 +75,7 @@ TEST(ResumeRule, AsksWhatAnInterlockEndedOrAnOperatorHeld) {
   auto stood = hot();
   stood.aborted = true;
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);
+  EXPECT_EQ(judge_reentry(stood, kMild, {59.8}).why, "the run was aborted") << "by whomever";
   stood = hot();
   stood.held = true;
   EXPECT_EQ(way(stood, 59.8), Reentry::ask);

@@ -207,11 +207,13 @@ std::optional<OperatorRequest> RunController::take_request() {
   return taken.carried_out;
 }
 
+/// A controller that goes on by itself soaks meanwhile, by an air that nobody saw: it is taken to follow.
 Result<void> RunController::record_gap(std::int64_t slot) {
   if (slot <= next_slot_) return {};
   const auto missed = slot - next_slot_;
   note(EventKind::fault, fmt::format("{} s without a tick: the program was late", missed));
-  if (lead_->goes_on_by_itself()) state_ = next(profile_, state_, {.elapsed = kSecond * missed, .air = air_});
+  for (auto left = lead_->goes_on_by_itself() ? missed : 0; left > 0; --left)
+    state_ = next(profile_, state_, {.elapsed = kSecond, .air = command(profile_, state_)});
   return store_.append_gap(std::exchange(next_slot_, slot), slot - 1, "the program was late");
 }
 

@@ -33,6 +33,23 @@ RunOutcome upload_and_run(tests::DryRun& dry_run, const std::string& map, std::s
   });
 }
 
+/// The controller has gone through a soak meanwhile, and does not come back to it.
+TEST(UploadedProgram, IsFollowedWhileTheMachineSleeps) {
+  tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/soaks.toml");
+  dry_run.file().chamber_map = shipped_map("watlow_f4t");
+  const auto program = program_of(dry_run.profile());
+  ASSERT_TRUE(program) << text(program.error());
+  const auto outcome = dry_run.run({}, &*program, [](tests::RunHarness& harness, rig::Rig&) {
+    harness.seconds(400);
+    ASSERT_EQ(harness.progress().segment, 1) << "on its way to 5 °C";
+    harness.without_tick(1200);
+    harness.seconds(1);
+    EXPECT_EQ(harness.progress().segment, 3) << "on its way to 35 °C";
+    harness.seconds(3 * 3600);
+  });
+  EXPECT_EQ(outcome, RunOutcome::complete);
+}
+
 class EachController : public testing::TestWithParam<const char*> {};
 
 TEST_P(EachController, IsCarriedOutByTheController) {

@@ -29,10 +29,15 @@ bool is_of(const record::Channel& channel, const std::string& unit) {
   return channel.unit_under_test.empty() || channel.unit_under_test == unit;
 }
 
+bool same_number(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+/// What was calibrated anew between two records is there with either calibration.
 void add_once(std::vector<report::Equipment>& all, report::Equipment one) {
   const auto same = [&](const report::Equipment& other) {
     return other.role == one.role && other.channel == one.channel && other.name == one.name &&
-           other.certificate == one.certificate;
+           other.certificate == one.certificate && other.calibrated == one.calibrated && other.due == one.due &&
+           same_number(other.standard_uncertainty_k, one.standard_uncertainty_k) &&
+           same_number(other.drift_k_in_a_year, one.drift_k_in_a_year);
   };
   const auto there = std::ranges::find_if(all, same);
   if (there == all.end()) return all.push_back(std::move(one));

@@ -18,9 +18,9 @@ struct SourceRecord {
 };
 
 /// Adds what is the same for all axes of one unit: the unit as the rig file names it, its instruments and the chamber
-/// with certificates (each once), the span of the chamber's air, days of the runs, files, and deviations: gaps, pauses,
-/// interlocks, faults of a channel (one line a channel and record, with their number), notes, units dropped. Of other
-/// units nothing is said.
+/// with certificates (each once, and with each of its calibrations), the span of the chamber's air, days of the runs,
+/// files, and deviations: gaps, pauses, interlocks, faults of a channel (one line a channel and record, with their
+/// number), notes, units dropped. Of other units nothing is said.
 void add_record(report::CalibrationReport& report, const SourceRecord& source, const std::string& unit);
 
 }  // namespace gyrotherm::app

@@ -193,6 +193,19 @@ TEST_F(CalibrationOfAUnit, SaysOfEachRecordWhatItsBiasIsCountedFrom) {
   EXPECT_TRUE(filed("zero").bias_zeros.empty());
 }
 
+TEST_F(CalibrationOfAUnit, HasEachCalibrationOfAThermometer) {
+  std::filesystem::copy_file(in("random.db"), in("anew.db"));
+  {
+    auto record = record::Database::open(in("anew.db"), record::Access::read_write, 0).value();
+    ASSERT_TRUE(record.execute("UPDATE channel SET calibrated = '2025-12-30', calibration_uncertainty_k = 0.1"));
+  }
+  run("report " + in("rate.db") + " " + in("anew.db") + " --unverified --out " + in("anew"));
+  std::vector<double> of_a;
+  for (const report::Equipment& one : filed("anew").equipment)
+    if (one.channel == "A") of_a.push_back(one.standard_uncertainty_k);
+  EXPECT_EQ(of_a, (std::vector<double>{0.02, 0.1})) << "as the budgets of the two records take it";
+}
+
 TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverWrittenOver) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("once"));
   run("report authorise " + in("once") + " --by 'A. Metrologist'");

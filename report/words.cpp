@@ -97,6 +97,7 @@ constexpr Word kWords[] = {
   {"other", "Other", "Sonstiges"},
   // Files
   {"record", "Record", "Aufzeichnung"},
+  {"record_part", "Further file of the record", "Weitere Datei der Aufzeichnung"},
   {"model_found", "Compensation model as found", "Kompensationsmodell vor Justierung"},
   {"model_left", "Compensation model as left", "Kompensationsmodell nach Justierung"},
   {"profile", "Temperature profile", "Temperaturprofil"},

@@ -6,6 +6,7 @@
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/run_parts.hpp"
 #include "app/commands/report_commands.hpp"
 #include "app/qualify/axis_experiment.hpp"
 #include "app/value.hpp"
@@ -34,27 +35,38 @@ std::string found_beside(const std::string& folder, const std::string& name) {
   return {};
 }
 
-/// A record is known by its bytes, or by its rows as `export` writes them.
-bool is_it(const report::UsedFile& file, const std::string& path) {
-  if (const auto digest = record::file_digest(path); digest && *digest == file.sha256) return true;
-  if (file.role != "record") return false;
-  const auto record = record::read_record(path);
-  return record && digest_of(*record) == file.sha256;
+/// How many files the report says that a record has.
+int files_named(const report::CalibrationReport& report, const std::string& record) {
+  return 1 + static_cast<int>(std::ranges::count_if(report.files, [&](const report::UsedFile& file) {
+           const auto part = record::part_name(file.name);
+           return file.role == "record_part" && part && part->record == record;
+         }));
 }
 
-/// A file that the report rests on: a record by its own chain too.
-Check check_used(const std::string& folder, const report::UsedFile& file) {
+/// Whether a record has the rows that a report names by the digest of what `export` writes of them.
+bool has_rows(const std::string& path, const std::string& sha256) {
+  const auto record = record::read_record(path);
+  return record && digest_of(*record) == sha256;
+}
+
+/// A file that the report rests on: a record by its own chain too, known by the bytes of all its files, or by its rows.
+Check check_used(const std::string& folder, const report::CalibrationReport& report, const report::UsedFile& file) {
   using enum Check::Outcome;
   const std::string path = found_beside(folder, file.name);
   if (path.empty()) return {file.name, not_there, "is not beside the report; nothing is said of it"};
-  std::string rows;
-  if (file.role == "record") {
-    const auto verified = record::verify_record(path);
-    if (!verified) return {file.name, fails, text(verified.error())};
-    rows = fmt::format(", and all its {} rows are as they were written", verified->rows);
-  }
-  if (!is_it(file, path)) return {file.name, fails, "is not the file that the report rests on"};
-  return {file.name, holds, "is the file that the report rests on" + rows};
+  const auto digest = record::file_digest(path);
+  const bool has_bytes = digest && *digest == file.sha256;
+  const Check another{file.name, fails, "is not the file that the report rests on"};
+  if (file.role != "record")
+    return has_bytes ? Check{file.name, holds, "is the file that the report rests on"} : another;
+  const auto verified = record::verify_record(path);
+  if (!verified) return {file.name, fails, text(verified.error())};
+  if (!has_bytes && !has_rows(path, file.sha256)) return another;
+  if (const int named = files_named(report, file.name); has_bytes && verified->files != named)
+    return {file.name, fails, fmt::format("the number of its files is {}, expected {}", verified->files, named)};
+  return {file.name, holds,
+          fmt::format("is the file that the report rests on, and all its {} rows are as they were written",
+                      verified->rows)};
 }
 
 const char* word_of(Check::Outcome outcome) {
@@ -92,7 +104,8 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
   auto found = report::verify_report(options.folder, trust);
   if (!found) return failure(found.error());
   if (found->report)
-    for (const report::UsedFile& file : found->report->files) found->checks.push_back(check_used(options.folder, file));
+    for (const report::UsedFile& file : found->report->files)
+      found->checks.push_back(check_used(options.folder, *found->report, file));
   const auto failing = std::ranges::count(found->checks, Check::Outcome::fails, &Check::outcome);
   console.data(console.json ? json_of_checks(*found, failing == 0) : lines_of_checks(*found));
   if (failing > 0)

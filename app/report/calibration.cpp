@@ -12,6 +12,7 @@
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/run_parts.hpp"
 #include "analysis/data/clusters.hpp"
 #include "app/recorded_run.hpp"
 #include "app/report/calibration_folder.hpp"
@@ -36,7 +37,21 @@ struct CheckedRecord {
   std::string path, sha256;
   bool chain_verified{};
   record::RunInfo info;
+  std::vector<report::UsedFile> parts;  ///< that it goes on in
 };
+
+Result<std::vector<report::UsedFile>> parts_of(const std::string& path) {
+  const auto files = record::files_of_record(path);
+  if (!files) return failure(files.error());
+  std::vector<report::UsedFile> parts;
+  for (const record::Part& part : files->parts) {
+    if (part.continuation.part < 2) continue;
+    const auto digest = record::file_digest(part.path, kLargestRecord);
+    if (!digest) return failure(digest.error());
+    parts.push_back({.role = "record_part", .name = record::name_in_folder(part.path), .sha256 = *digest});
+  }
+  return parts;
+}
 
 Result<CheckedRecord> check(Console& console, const std::string& path, bool unverified) {
   const auto checked = check_recorded_run(console, path, unverified);
@@ -45,7 +60,9 @@ Result<CheckedRecord> check(Console& console, const std::string& path, bool unve
   if (!info) return failure(info.error());
   auto digest = checked->manifest ? checked->digest : record::file_digest(path, kLargestRecord);
   if (!digest) return failure(digest.error());
-  return CheckedRecord{path, std::move(*digest), !unverified, std::move(*info)};
+  auto parts = parts_of(path);
+  if (!parts) return failure(parts.error());
+  return CheckedRecord{path, std::move(*digest), !unverified, std::move(*info), std::move(*parts)};
 }
 
 Result<std::vector<CheckedRecord>> check_records(Console& console, const CalibrationArguments& options) {
@@ -283,9 +300,10 @@ Result<report::CalibrationReport> report_of(const Given& given, const std::strin
   report::CalibrationReport report{.program_version = GYROTHERM_VERSION};
   for (std::size_t i = 0; i < records->size(); ++i) {
     const CheckedRecord& one = given.records[i];
-    add_record(report,
-               {(*records)[i], std::filesystem::path(one.path).filename().string(), one.sha256, one.chain_verified},
-               unit);
+    add_record(
+        report,
+        {(*records)[i], std::filesystem::path(one.path).filename().string(), one.sha256, one.chain_verified, one.parts},
+        unit);
   }
   const record::UnitInfo& info = *find_unit(given.records.front().info, unit);
   for (std::size_t a = 0; a < info.axes.size(); ++a) {

@@ -191,6 +191,7 @@ void add_files(report::CalibrationReport& report, const SourceRecord& source) {
                           .profile = info.profile_name,
                           .started_utc = civil(info.started_utc),
                           .chain_verified = source.chain_verified});
+  report.files.insert(report.files.end(), source.parts.begin(), source.parts.end());
   const auto add_text = [&](const char* role, const std::string& name, const std::string& text) {
     const std::string digest = sha256(text);
     if (text.empty() || std::ranges::find(report.files, digest, &report::UsedFile::sha256) != report.files.end())

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "acquisition/record/record.hpp"
 #include "report/calibration.hpp"
@@ -15,6 +16,7 @@ struct SourceRecord {
   std::string name{};    ///< of the file, without its folder
   std::string sha256{};  ///< of the file
   bool chain_verified{};
+  std::vector<report::UsedFile> parts{};  ///< the files that it goes on in, by name and SHA-256
 };
 
 /// Adds what is the same for all axes of one unit: the unit as the rig file names it, its instruments and the chamber

@@ -6,6 +6,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/run_file.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "report/calibration.hpp"
@@ -103,6 +105,26 @@ TEST_F(Signing, OfWhatWasChangedDoesNotHold) {
         << ran.out;
   }
   EXPECT_EQ(verified("").exit_code, 0);
+}
+
+/// Else a file that goes on from the record would bring rows that nobody has signed.
+TEST_F(Signing, OfARecordIsOfAllItsFiles) {
+  const std::string manifest = *folder_ / "record.db.sha256", bytes = *read_text_file(manifest);
+  std::filesystem::remove(manifest);
+  {
+    const auto info = record::read_info(*folder_ / "record.db").value();
+    const record::Continuation continuation{.part = 2, .before = "record.db", .from = 100, .cause = "tested"};
+    auto part = record::RunFile::create(*folder_ / "record.2.db", info, continuation);
+    ASSERT_TRUE(part) << text(part.error());
+    ASSERT_TRUE(part->begin() && part->insert_event(-1, {{}, EventKind::fault, "goes on"}) &&
+                part->replace_frames({}) && part->commit());
+  }
+  const auto ran = verified("");
+  std::filesystem::remove(*folder_ / "record.2.db");
+  std::ofstream(manifest) << bytes;
+  EXPECT_EQ(ran.exit_code, 4);
+  EXPECT_NE(ran.out.find("FAILS      record.db: the number of its files is 2, expected 1"), std::string::npos)
+      << ran.out;
 }
 
 TEST_F(Signing, ByAnotherIsNotTrusted) {

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A record in pandas and xarray has what the program says that it has."""
 
+import hashlib
+import json
 import os
 import shutil
 import sqlite3
@@ -244,6 +246,14 @@ class Parts(InAFolder):
         database.commit()
         database.close()
         return first
+
+    def test_a_report_names_each_of_its_files(self):
+        path = self.in_two_files(record(self.folder / "whole.db"), "reported")
+        gyrotherm("report", path, "--unverified", "--out", self.folder / "report")
+        files = json.loads((self.folder / "report" / "calibration.json").read_text())["files"]
+        self.assertEqual([(file["role"], file["name"], file["sha256"]) for file in files[:2]],
+                         [(role, name, hashlib.sha256((self.folder / name).read_bytes()).hexdigest())
+                          for role, name in (("record", "reported.db"), ("record_part", "reported.2.db"))])
 
     @staticmethod
     def chain_anew(database):

@@ -56,6 +56,8 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
     return failure(FaultKind::usage, filed->path,
                    fmt::format("is superseded already, by {}", report.replaced_by->number));
   if (auto may = may_replace(*by, report); !may) return failure(may.error());
+  if (report.state == report::ReportState::draft)
+    return failure(FaultKind::usage, filed->path, "is a draft, which was never valid; only a report is superseded");
   if (auto kept = keep_as_signed(console, options.folder); !kept) return failure(kept.error());
   report.state = report::ReportState::superseded;
   report.replaced_by =

@@ -291,7 +291,9 @@ TEST_F(CalibrationOfAUnit, IsSupersededByAnAuthorisedReportOfTheSameUnit) {
   reported("second", {{"\"C-1\"", "\"C-2\""}});
   reported("stranger", {{"\"C-1\"", "\"C-3\""}, {"\"0042\"", "\"0043\""}});
   EXPECT_NE(refused("second").find("is draft"), std::string::npos);
-  for (const char* name : {"first", "second", "stranger"}) run("report authorise " + in(name) + " --by A");
+  for (const char* name : {"second", "stranger"}) run("report authorise " + in(name) + " --by A");
+  EXPECT_NE(refused("second").find("is a draft, which was never valid"), std::string::npos);
+  run("report authorise " + in("first") + " --by A");
   EXPECT_NE(refused("stranger").find("is of another unit, RLG-1 0043, than RLG-1 0042"), std::string::npos);
   run("report supersede " + in("first") + " --by " + in("second") + " --reason 'a year'");
   EXPECT_EQ(filed("first").replaced_by->number, "C-2");

@@ -20,6 +20,7 @@
 #include "app/recorded_run.hpp"
 #include "app/value.hpp"
 #include "core/file.hpp"
+#include "core/json.hpp"
 #include "report/fusion_view.hpp"
 
 namespace gyrotherm::app {
@@ -258,7 +259,8 @@ Result<void> fuse_one(Console& console, const std::string& path,
   }
   if (!options.export_c.empty())
     if (auto written = write_c(console, *run, options); !written) return written;
-  const std::string summary = console.json ? to_json(run->summary) : describe(run->summary, path);
+  std::string summary = console.json ? to_json(run->summary) : describe(run->summary, path);
+  if (console.json && options.runs.size() > 1) summary = text_of(Json::parse(summary)) + "\n";  // a record a line
   if (options.out == "-") {
     console.say(summary);
   } else {

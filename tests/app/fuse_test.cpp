@@ -56,6 +56,15 @@ class Fuse : public testing::Test {
   }
 };
 
+TEST_F(Fuse, SaysOfSeveralRecordsALineEach) {
+  const auto ran = gyrotherm_with("fuse " + in("random.db") + " " + in("rate.db") + " " + models() + " --json");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  std::istringstream lines(ran.out);
+  std::vector<std::string> profiles;
+  for (std::string line; std::getline(lines, line);) profiles.push_back(nlohmann::json::parse(line)["profile"]);
+  EXPECT_EQ(profiles, (std::vector<std::string>{"short-random", "short-rate"}));
+}
+
 TEST_F(Fuse, FindsTheEarthAndNorthOnAVirtualRig) {
   const auto ran = fuse(models() + " --json");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;

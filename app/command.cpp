@@ -111,7 +111,7 @@ int run(Program& program, int argc, char** argv) {
   if (program.outcome && program.console.data_was_lost() && !reader_has_left())
     program.outcome = failure(FaultKind::storage, "stdout", "cannot be written");
   if (program.outcome) return static_cast<int>(*program.outcome);
-  program.console.complain(program.outcome.error());
+  program.console.complain(name, program.outcome.error());
   return static_cast<int>(exit_for(program.outcome.error()));
 }
 

@@ -81,7 +81,9 @@ void Console::fact(const std::function<std::string(std::size_t missed)>& text) {
   out_.say(text);
 }
 
-void Console::complain(const Fault& fault) { put_message(fmt::format("gyrotherm: {}\n", text(fault))); }
+void Console::complain(std::string_view program, const Fault& fault) {
+  put_message(fmt::format("{}: {}\n", program, text(fault)));
+}
 
 void Console::progress(std::string_view stage, double fraction) {
   if (quiet) return;

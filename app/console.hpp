@@ -35,8 +35,8 @@ class Console {
   void data(std::string_view text);
   /// One line of data; `text` is told how many such lines before it were dropped since the last one was not.
   void fact(const std::function<std::string(std::size_t missed)>& text);
-  /// A fault, on stderr, whole even with --quiet.
-  void complain(const Fault& fault);
+  /// A fault of the program of that name, on stderr, whole even with --quiet.
+  void complain(std::string_view program, const Fault& fault);
 
   /// Shows a stage, its percentage and the time left: on a terminal one moving line, elsewhere a plain line now and
   /// then.

@@ -53,7 +53,7 @@ void add_thermal_reduce(Program& program) {
                   "Reduces the finite-element model of a gyro file to the few states that the virtual rig "
                   "steps: GYRO.reduced.toml beside GYRO.toml. For whoever has changed a gyro file.",
                   "gyrotherm-thermal reduce profiles/gyros/calibrated.toml", reduce_and_write);
-  command.add_option("GYRO", options.gyro, "gyro file")->type_name(value::kGyro)->required();
+  command.add_option("GYRO", options.gyro, "gyro file")->type_name(value::kToml)->required();
   command.add_option("--mesh", options.mesh, "coarse, medium or fine")
       ->check(CLI::IsMember({"coarse", "medium", "fine"}));
   command.add_option("--states", options.reduction.states, "at most")->check(CLI::Range(8.0, 200.0));

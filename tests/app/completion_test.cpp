@@ -141,6 +141,11 @@ TEST(CompletionOfBash, TakesAnEqualsSignAsAWordOfItsOwn) {
   EXPECT_EQ(ran.out, "virtual-lot\n") << ran.err;
 }
 
+TEST(CompletionOfBash, OffersNoNameWhereAFileIsWanted) {
+  const auto ran = shell(kBuild + "/gyrotherm-thermal completion bash | grep -F \"'reduce/1'\"");
+  EXPECT_EQ(ran.out, "    'reduce/1') offer='files toml' ;;\n") << "it leaves its result beside the file";
+}
+
 TEST(CompletionCommand, IsTheOnlyWayToTheScripts) {
   EXPECT_EQ(gyrotherm_with("completion").exit_code, 2);
   EXPECT_EQ(gyrotherm_with("completion tcsh").exit_code, 2);

@@ -52,7 +52,7 @@ TEST(Thermal, NamesWhatItCannotUse) {
   EXPECT_EQ(gyrotherm_with("thermal --film 0 --out " + (folder / "a")).exit_code, 2);
   const auto missing = gyrotherm_with("thermal --gyro nowhere.toml --out " + (folder / "a"));
   EXPECT_EQ(missing.exit_code, 4);
-  EXPECT_NE(missing.err.find("nowhere.toml"), std::string::npos);
+  EXPECT_TRUE(missing.err.starts_with("gyrotherm-thermal: nowhere.toml: ")) << missing.err;
   const auto rig = gyrotherm_with("thermal --gyro profiles/rigs/virtual.toml --out " + (folder / "a"));
   EXPECT_EQ(rig.exit_code, 4) << rig.err;
 }

@@ -99,6 +99,14 @@ Eigen::VectorXd rotation_deg_per_h(const record::Record& record, const Place& at
   return at.axis.scale * number.array() / column(at.columns.interval_s, rows_of(record)).array();
 }
 
+/// What one pulse in a second is; 0 where none is counted: a rate was read, or an angle that is no whole number.
+double step_deg_per_h(const record::Record& record, const Place& at) {
+  if (at.axis.kind != record::GyroKind::pulse_count) return 0;
+  const auto is_count = [](double number) { return !std::isfinite(number) || std::floor(number) == number; };
+  const Eigen::VectorXd numbers = column(at.columns.rotation[at.index], rows_of(record));
+  return std::ranges::all_of(numbers, is_count) ? std::abs(at.axis.scale) : 0;
+}
+
 void place_in_profile(Dataset& dataset, const record::Record& record) {
   const Eigen::Index rows = rows_of(record);
   dataset.segment = Eigen::VectorXi::Constant(rows, -1);
@@ -205,7 +213,7 @@ Dataset make_dataset(const record::Record& record, const std::string& path, cons
   dataset.started_utc = info.started_utc;
   dataset.gyro_uncertainty = at.axis.uncertainty;
   dataset.direction = at.axis.direction;
-  if (at.axis.kind == record::GyroKind::pulse_count) dataset.step_deg_per_h = at.axis.scale;
+  dataset.step_deg_per_h = step_deg_per_h(record, at);
   if (at.axis.earth_rate) dataset.earth_rate_deg_per_h = at.axis.earth_rate->value;
   add_inputs(dataset, record, at);
   name_three_points(dataset, at.unit);

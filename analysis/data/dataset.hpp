@@ -82,7 +82,7 @@ struct Dataset {
   record::GyroUncertainty gyro_uncertainty;
   std::optional<double> earth_rate_deg_per_h;      ///< as removed
   std::optional<std::array<double, 3>> direction;  ///< of the input axis in the fixture; of length 1
-  double step_deg_per_h{};                         ///< what one pulse in a second is; 0 where a rate was read
+  double step_deg_per_h{};                         ///< what one pulse in a second is; 0 where none is counted
 };
 
 /// Makes matrices of a record. The bias is arcsec per pulse × pulses / interval (1 arcsec/s is 1 °/h exactly) where

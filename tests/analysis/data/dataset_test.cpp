@@ -56,6 +56,19 @@ TEST(Dataset, ReadsPulsesOverTheirExactIntervalLessTheEarthRate) {
   EXPECT_DOUBLE_EQ(dataset.bias_deg_per_h(3), 0.5 * 20 / 0.5 - 4);
 }
 
+TEST(Dataset, CountsPulsesWhereNumbersAreWhole) {
+  record::Record record = four_seconds();
+  EXPECT_EQ(dataset_of(record).step_deg_per_h, 0.5);
+  record.info.units[0].axes[0].scale = -0.5;
+  record.units[0].rotation[0][1] = std::nan("");
+  EXPECT_EQ(dataset_of(record).step_deg_per_h, 0.5) << "mounted upside down, and one second is missing";
+  record.units[0].rotation[0][1] = 11.5;
+  EXPECT_EQ(dataset_of(record).step_deg_per_h, 0) << "an angle, as an imported increment in degrees";
+  record.info.units[0].axes[0].kind = record::GyroKind::rate;
+  record.units[0].rotation[0][1] = 12;
+  EXPECT_EQ(dataset_of(record).step_deg_per_h, 0) << "a rate";
+}
+
 TEST(Dataset, RemovesTheMeanOfTheFirstHoldWhereTheEarthRateIsUnknown) {
   const Dataset dataset = dataset_of(four_seconds());
   EXPECT_EQ(dataset.bias_zero, "mean of the first hold removed");

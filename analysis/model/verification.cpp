@@ -207,6 +207,8 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.run_id = dataset.run_id;
   result.simulated = dataset.simulated;
   result.trained_on_this = trained_on(model, dataset, clusters);
+  result.bias_zero = dataset.bias_zero;
+  result.zero_is_its_own = dataset.zero_is_its_own;
   result.raw = figures_of(clusters.bias_deg_per_h, clusters);
   result.compensated = figures_where([](Eigen::Index) { return true; });
   if (result.compensated.count == 0) {
@@ -233,11 +235,14 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
 }
 
 std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications) {
-  std::set<std::string> seen;
+  std::set<std::string> seen, zeros;
   std::vector<double> means;
-  for (const Verification& one : verifications)
-    if (!one.trained_on_this && seen.insert(one.run_id).second) means.push_back(one.compensated.mean);
-  if (means.size() < 2) return std::nullopt;
+  for (const Verification& one : verifications) {
+    if (one.trained_on_this || one.zero_is_its_own || !seen.insert(one.run_id).second) continue;
+    means.push_back(one.compensated.mean);
+    zeros.insert(one.bias_zero);
+  }
+  if (means.size() < 2 || zeros.size() > 1) return std::nullopt;
   const data::Figures figures =
       data::figures_of(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())));
   const int freedom = figures.count - 1;

@@ -79,6 +79,8 @@ struct Verification {
   std::string run_id;
   bool simulated{};
   bool trained_on_this{};  ///< the record is among those the model was fitted to: in-sample, and said so
+  std::string bias_zero;   ///< what its bias is counted from, in words
+  bool zero_is_its_own{};  ///< that is a mean of this record
   data::Figures raw;
   data::Figures compensated;
   data::Figures ramps, holds;            ///< of the compensated bias, apart (count 0 if none)
@@ -117,7 +119,9 @@ void describe(auto& form, Like<BetweenRuns> auto& between) {
   form("U_deg_per_h", between.expanded_deg_per_h);
 }
 
-/// Of those runs that the model was not trained on, each counted once; nothing if they are fewer than two.
+/// Of those runs that the model was not trained on, each counted once; nothing if they are fewer than two. A run whose
+/// zero is its own does not count: how it differs from others is what was removed. Nothing if two count their bias from
+/// different zeros.
 [[nodiscard]] std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications);
 
 }  // namespace gyrotherm::model

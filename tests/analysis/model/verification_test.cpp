@@ -313,3 +313,21 @@ TEST(BetweenRuns, AreTheMeansOfRunsThatTheModelHasNotSeen) {
 
 }  // namespace
 }  // namespace gyrotherm::model
+TEST(BetweenRuns, CountTheirBiasFromOneZeroThatIsNoMeanOfTheirs) {
+  const auto run = [](const char* id, double mean, const char* zero, bool own) {
+    Verification one;
+    one.run_id = id;
+    one.compensated.mean = mean;
+    one.bias_zero = zero;
+    one.zero_is_its_own = own;
+    return one;
+  };
+  const auto a = run("a", 0.001, "earth rate removed", false), b = run("b", 0.004, "earth rate removed", false);
+  const auto own = run("c", 0, "mean of the first hold removed", true), also_own = run("d", 0, "of it", true);
+  const auto between = between_runs({a, own, b, also_own});
+  ASSERT_TRUE(between);
+  EXPECT_EQ(between->runs, 2);
+  EXPECT_FALSE(between_runs({own, also_own})) << "what differs between them was removed";
+  EXPECT_FALSE(between_runs({a, b, run("e", 10.6, "nothing removed", false)})) << "one has the Earth's rate in it";
+}
+

@@ -35,7 +35,8 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
                                 static_cast<int>(count), records[i].start_s(0),
                                 records[i].start_s(count - 1) + records[i].length_s, dataset.of, dataset.identity,
                                 dataset.bias_zero});
-    if (dataset.three_point_stand_in && model.inputs == "three-point") {
+    const bool of_three_points = model.inputs.find("three-point") != std::string::npos;
+    if (dataset.three_point_stand_in && of_three_points) {
       model.warnings.push_back(
           fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));
     }

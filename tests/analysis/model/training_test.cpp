@@ -117,7 +117,15 @@ TEST(Training, OfThreePointsSaysThatAStandInWasUsed) {
   ASSERT_TRUE(model);
   EXPECT_EQ(model->terms, (std::vector<data::Term>{data::gradient_term("A", "D"), data::gradient_term("A", "G"),
                                                    data::gradient_term("D", "G")}));
-  EXPECT_TRUE(std::ranges::any_of(model->warnings, [](const std::string& w) { return w.find("stands in") != w.npos; }));
+  const auto says_it = [](const Model& trained) {
+    return std::ranges::any_of(trained.warnings, [](const std::string& w) { return w.find("stands in") != w.npos; });
+  };
+  EXPECT_TRUE(says_it(*model));
+  for (const char* also : {"three-point-t", "A,three-point"}) {
+    const auto with_temperature = train_on(data::make_synthetic_run({}), linear(also));
+    ASSERT_TRUE(with_temperature) << also;
+    EXPECT_TRUE(says_it(*with_temperature)) << also;
+  }
 }
 
 TEST(Training, AddsTheTemperatureThatGradientsCannotSee) {

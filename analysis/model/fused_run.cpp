@@ -291,15 +291,21 @@ Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::Thermom
   const ClusterMeans rates = means_of(rates_inside(axes)), temperatures = means_of(axes.temperature_c);
   Fusing fusing(axes, thermometers, options, run);
   Eigen::Index cluster = 0;
-  for (Eigen::Index row = 0; row < axes.time_s.size(); ++row) {
-    // A cluster is watched once its last second has been fused.
-    for (; cluster < rates.end_s.size() && rates.end_s(cluster) <= axes.time_s(row); ++cluster) {
+  // A cluster is watched once its last second has been fused.
+  const auto watch_until = [&](double now_s) -> Result<void> {
+    for (; cluster < rates.end_s.size() && rates.end_s(cluster) <= now_s; ++cluster) {
       const auto watched =
           fusing.cluster(rates.mean.row(cluster).transpose(), temperatures.mean.row(cluster), rates.end_s(cluster));
-      if (!watched) return failure(watched.error());
+      if (!watched) return watched;
     }
+    return {};
+  };
+  for (Eigen::Index row = 0; row < axes.time_s.size(); ++row) {
+    if (const auto watched = watch_until(axes.time_s(row)); !watched) return failure(watched.error());
     if (const auto fused = fusing.second(row); !fused) return failure(fused.error());
   }
+  constexpr double kAll = std::numeric_limits<double>::infinity();
+  if (const auto watched = watch_until(kAll); !watched) return failure(watched.error());
   run.summary.seconds = axes.time_s.size();
   run.summary.fused = std::ranges::count_if(run.used, [](AxisSet used) { return used != 0; });
   summarise_axes(axes, run);

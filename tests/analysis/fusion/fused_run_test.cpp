@@ -115,6 +115,16 @@ TEST(FusedRun, LosesAnAxisInTheSecondInWhichItIsWrong) {
   EXPECT_NEAR(run.summary.alarms[0].size, 0.5, 0.1);
 }
 
+TEST(FusedRun, WatchesTheMeanThatEndsWithTheRecord) {
+  FusedAxes axes = at_rest(regular_tetrad(), 2000, 1);
+  axes.rate_deg_per_h.col(1).tail(100).array() += 0.05;
+  const FusedRun run = fused_run(axes);
+  EXPECT_EQ(run.summary.contradictions, 0) << "no single second shows it";
+  EXPECT_TRUE(std::ranges::any_of(run.summary.alarms, [](const Alarm& alarm) {
+    return alarm.kind == AlarmKind::rest_hop && alarm.who == "b" && alarm.at_s == 2000;
+  }));
+}
+
 TEST(FusedRun, OfFourAxesNamesAHopAtRestAndGoesOnWithoutIt) {
   int named = 0, wrongly = 0;
   for (int seed = 1; seed <= fusion::kSeeds; ++seed) {

@@ -156,8 +156,7 @@ void set_zero(Dataset& dataset, const record::Record& record, const std::optiona
     dataset.bias_zero = "earth rate removed";
     return;
   }
-  const auto turned = [](const record::RunInfo::SegmentInfo& segment) { return segment.unit.turned; };
-  if (dataset.imported || std::ranges::any_of(dataset.segments, turned)) return;
+  if (dataset.imported || jumps_by_turning(dataset)) return;
   if (const double mean = mean_of_first_hold(dataset); !std::isnan(mean)) {
     dataset.bias_deg_per_h.array() -= mean;
     dataset.bias_zero = "mean of the first hold removed";
@@ -261,6 +260,11 @@ Result<Dataset> load_dataset(const std::string& path, const AxisChoice& wanted) 
   return choose_axis(record->info, wanted, path).map([&](const AxisChoice& of) {
     return make_dataset(*record, path, of);
   });
+}
+
+bool jumps_by_turning(const Dataset& dataset) {
+  const auto turned = [](const record::RunInfo::SegmentInfo& segment) { return segment.unit.turned; };
+  return !dataset.earth_rate_deg_per_h && std::ranges::any_of(dataset.segments, turned);
 }
 
 std::vector<std::string> programs_of(const std::vector<Dataset>& datasets) {

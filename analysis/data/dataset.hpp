@@ -111,6 +111,9 @@ inline constexpr std::string_view kSelf = "self", kAux = "aux:";
 /// run has not finished (an unfinished run is never mistaken for a finished one).
 [[nodiscard]] Result<Dataset> load_dataset(const std::string& path, const AxisChoice& wanted = {});
 
+/// Whether the unit is turned around and the Earth's rate is not known: twice that lies between its two positions.
+[[nodiscard]] bool jumps_by_turning(const Dataset& dataset);
+
 /// The profile of each.
 [[nodiscard]] std::vector<std::string> programs_of(const std::vector<Dataset>& datasets);
 

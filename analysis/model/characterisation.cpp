@@ -37,6 +37,7 @@ struct Subject {
   const data::Dataset& dataset;
   const data::Clusters& clusters;
   Eigen::VectorXd temperature_c, rate_k_per_min;  ///< means of the gradient thermometers
+  Eigen::VectorXd turned;                         ///< 1 where the unit's input axis points the other way, else 0
   Eigen::VectorXd before, after;
 };
 
@@ -152,20 +153,23 @@ Eigen::VectorXi places_of(const data::Clusters& clusters, const RowNumbers& rows
 
 int reach_of(const Subject& subject) { return static_cast<int>(kMemorySeconds / subject.clusters.length_s); }
 
-/// The coefficient of `input` beside a constant and the temperature; not known where it does not vary by itself.
+/// The coefficient of `input` beside the temperature and a constant, one for each position of the unit, for between the
+/// two lies what is left of the Earth's rate; not known where it does not vary by itself.
 Measured coefficient_of(const Subject& subject, const Eigen::VectorXd& input, const Eigen::VectorXd& bias) {
-  Eigen::MatrixXd all(bias.size(), 4);
-  all << Eigen::VectorXd::Ones(bias.size()), subject.temperature_c, input, bias;
+  Eigen::MatrixXd all(bias.size(), 5);
+  all << Eigen::VectorXd::Ones(bias.size()), subject.temperature_c, input, subject.turned, bias;
   const RowNumbers rows = data::finite_rows(all);
-  constexpr Eigen::Index kColumns = 3;
-  if (static_cast<Eigen::Index>(rows.size()) <= 2 * kColumns) return {};
-  const Eigen::MatrixXd x = all(rows, Eigen::seqN(0, kColumns));
+  constexpr Eigen::Index kInput = 2, kTurned = 3, kBias = 4;
+  const auto both = [&] { return all(rows, kTurned).minCoeff() < all(rows, kTurned).maxCoeff(); };
+  const Eigen::Index columns = !rows.empty() && both() ? kBias : kTurned;
+  if (static_cast<Eigen::Index>(rows.size()) <= 2 * columns) return {};
+  const Eigen::MatrixXd x = all(rows, Eigen::seqN(0, columns));
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(x);
   constexpr double kRelative = 1e-9;
   qr.setThreshold(kRelative);
-  if (qr.rank() < kColumns) return {};
-  const RobustFit fit = fit_robustly(x, all(rows, kColumns), places_of(subject.clusters, rows), reach_of(subject));
-  return {fit.coefficients(kColumns - 1), fit.u(kColumns - 1)};
+  if (qr.rank() < columns) return {};
+  const RobustFit fit = fit_robustly(x, all(rows, kBias), places_of(subject.clusters, rows), reach_of(subject));
+  return {fit.coefficients(kInput), fit.u(kInput)};
 }
 
 /// The pair of thermometers whose difference goes most with the raw bias.
@@ -395,10 +399,14 @@ Characterisation characterise(const data::Dataset& dataset, const data::Clusters
                   .clusters = clusters,
                   .temperature_c = {},
                   .rate_k_per_min = {},
+                  .turned = {},
                   .before = clusters.bias_deg_per_h,
                   .after = residual_deg_per_h};
   subject.temperature_c = mean_of_gradient_thermometers(subject, clusters.temperature_c);
   subject.rate_k_per_min = mean_of_gradient_thermometers(subject, clusters.rate_c_per_min);
+  subject.turned = clusters.segment.cast<double>().unaryExpr([&](double segment) {
+    return segment >= 0 && dataset.segments[static_cast<std::size_t>(segment)].unit.turned ? 1.0 : 0.0;
+  });
   const auto beside_temperature = [&](const Eigen::VectorXd& input) {
     return before_and_after(subject, [&](const auto& bias) { return coefficient_of(subject, input, bias); });
   };

@@ -14,6 +14,10 @@ namespace gyrotherm::model {
 
 Result<void> check_records(const std::vector<data::Dataset>& datasets) {
   for (std::size_t i = 0; i < datasets.size(); ++i) {
+    if (jumps_by_turning(datasets[i]))
+      return failure(
+          FaultKind::usage, datasets[i].path,
+          "the unit is turned around in it, and the Earth's rate is not known: its bias jumps by twice that");
     for (std::size_t j = 0; j < i; ++j) {
       const data::Dataset &one = datasets[i], &other = datasets[j];
       if (one.run_id == other.run_id)

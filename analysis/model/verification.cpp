@@ -152,6 +152,11 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
                     std::back_inserter(warnings));
   const double explained_by = result.trained_on_this ? result.effective_parameters : 0;
   if (auto warning = over_fit_warning(result.compensated, result.floor, explained_by)) warnings.push_back(*warning);
+  if (jumps_by_turning(dataset)) {
+    warnings.push_back(
+        "the unit is turned around and the Earth's rate is not known: twice that lies between its two positions, and "
+        "is in every figure of both together");
+  }
   if (const OutsideTheRange& outside = result.outside; outside.clusters > 0) {
     warnings.push_back(
         fmt::format("{} of {} clusters have an input outside the trained range (farthest: {}, by {:.2g} % of its "

@@ -242,6 +242,7 @@ TEST(Characterisation, WhatIsLeftOfTheEarthRateIsNoSlope) {
   const Characterisation result = run.found(bias);
   EXPECT_NEAR(result.temperature.before.value, 1e-4, 1e-9);
   EXPECT_EQ(result.temperature.before.degrees_of_freedom, static_cast<double>(result.stabilised.size()) - 3);
+  EXPECT_NEAR(run.found(bias + 2e-3 * known_rate(run)).ramp.before.value, 2e-3, 1e-8);
 }
 
 TEST(Characterisation, GivesTheBiasAtEachStabilisedTemperature) {

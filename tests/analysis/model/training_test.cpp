@@ -275,6 +275,14 @@ TEST(Training, NamesWhatIsWrong) {
   EXPECT_EQ(of_two_zeros.error().kind, FaultKind::usage);
   EXPECT_NE(of_two_zeros.error().what.find("from another zero (nothing removed)"), std::string::npos)
       << of_two_zeros.error().what;
+  data::Dataset turned = dataset;
+  turned.earth_rate_deg_per_h.reset();
+  turned.segments.back().unit.turned = true;
+  const auto of_two_positions = train_on(turned, linear("A,A-B"));
+  ASSERT_FALSE(of_two_positions);
+  EXPECT_NE(of_two_positions.error().what.find("its bias jumps by twice that"), std::string::npos);
+  turned.earth_rate_deg_per_h = 10;
+  EXPECT_TRUE(train_on(turned, linear("A,A-B"))) << "it is removed with the sign of each position";
   data::Dataset without = dataset;
   without.run_id = "synthetic-3";
   data::Clusters without_a = clusters;

@@ -115,6 +115,18 @@ TEST_F(VerificationOfALinearModel, SaysWhenItsBiasIsCountedFromAnotherZero) {
 }
 
 TEST_F(VerificationOfALinearModel, SaysWhenItIsOfAnotherAxisOfTheUnit) {
+TEST_F(VerificationOfALinearModel, SaysWhenItsBiasJumpsByTurningTheUnitAround) {
+  data::Dataset unseen = unseen_run();
+  const data::Clusters clusters = *make_clusters(unseen);
+  const char* jumps = "twice that lies between its two positions";
+  unseen.earth_rate_deg_per_h.reset();
+  EXPECT_FALSE(says(*verify(model_, unseen, clusters), jumps));
+  unseen.segments.back().unit.turned = true;
+  EXPECT_TRUE(says(*verify(model_, unseen, clusters), jumps));
+  unseen.earth_rate_deg_per_h = 10;
+  EXPECT_FALSE(says(*verify(model_, unseen, clusters), jumps)) << "it is removed with the sign of each position";
+}
+
   data::Dataset unseen = unseen_run();
   const data::Clusters clusters = *make_clusters(unseen);
   Model model = model_;

@@ -138,6 +138,13 @@ bool trained_on(const Model& model, const data::Dataset& dataset, const data::Cl
   });
 }
 
+/// How many of its effective parameters the model spent on so many of the clusters that it was fitted to.
+double parameters_spent(const Model& model, int clusters) {
+  int all = 0;
+  for (const TrainingRecord& record : model.trained_on) all += record.clusters;
+  return all > 0 && model.effective_parameters > 0 ? model.effective_parameters * clusters / all : 0;
+}
+
 std::vector<std::string> warnings_of(const Verification& result, const Model& model, const data::Dataset& dataset,
                                      const data::Clusters& clusters) {
   std::vector<std::string> warnings;
@@ -145,18 +152,18 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
     warnings.push_back("the zero of the bias is fitted to this very record, " + dataset.bias_zero +
                        ": its mean, RMSE and maximum hide what is constant; its STD does not depend on the zero");
   }
-  if (result.trained_on_this) {
-    warnings.push_back("the model was trained on this record: these figures are in-sample and verify nothing");
-  }
-  std::ranges::move(warnings_of_origin(model, dataset.of, dataset.identity, dataset.bias_zero),
-                    std::back_inserter(warnings));
-  const double explained_by = result.trained_on_this ? result.effective_parameters : 0;
-  if (auto warning = over_fit_warning(result.compensated, result.floor, explained_by)) warnings.push_back(*warning);
   if (jumps_by_turning(dataset)) {
     warnings.push_back(
         "the unit is turned around and the Earth's rate is not known: twice that lies between its two positions, and "
         "is in every figure of both together");
   }
+  if (result.trained_on_this) {
+    warnings.push_back("the model was trained on this record: these figures are in-sample and verify nothing");
+  }
+  std::ranges::move(warnings_of_origin(model, dataset.of, dataset.identity, dataset.bias_zero),
+                    std::back_inserter(warnings));
+  const double explained_by = result.trained_on_this ? parameters_spent(model, result.compensated.count) : 0;
+  if (auto warning = over_fit_warning(result.compensated, result.floor, explained_by)) warnings.push_back(*warning);
   if (const OutsideTheRange& outside = result.outside; outside.clusters > 0) {
     warnings.push_back(
         fmt::format("{} of {} clusters have an input outside the trained range (farthest: {}, by {:.2g} % of its "
@@ -226,7 +233,8 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.floor = noise_floor(clusters, dataset);
   result.effective_parameters = model.effective_parameters > 0 ? model.effective_parameters : 0;
   result.expected_in_sample_std = expected_in_sample_std(
-      result.floor, result.trained_on_this ? result.effective_parameters : 0, result.compensated.count);
+      result.floor, result.trained_on_this ? parameters_spent(model, result.compensated.count) : 0,
+      result.compensated.count);
   result.residual_deg_per_h = residual;
   result.segments = segment_figures(dataset, clusters, residual, stretches);
   result.outside = outside_the_range(model, ranged, outside);

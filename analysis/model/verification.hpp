@@ -88,8 +88,9 @@ struct Verification {
   std::optional<ErrorToTruth> to_truth;  ///< a virtual rig's; of the same clusters as `compensated`
   data::NoiseFloor floor;                ///< of the raw bias
   double effective_parameters{};         ///< of the model; 0 if not known
-  double expected_in_sample_std{};  ///< floor·√(1 − p/n), °/h: what they leave of noise alone; NaN if the record was
-                                    ///< not trained on or p is not known
+  double expected_in_sample_std{};  ///< floor·√(1 − p/n), °/h, n the clusters that it was fitted to, here or elsewhere:
+                                    ///< what they leave of noise alone; NaN if the record was not trained on or p is
+                                    ///< not known
   Eigen::VectorXd residual_deg_per_h;  ///< per cluster; NaN where the model refuses
   std::vector<SegmentFigures> segments;
   OutsideTheRange outside;

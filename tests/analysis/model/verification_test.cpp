@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 
 #include "analysis/model/training.hpp"
 #include "tests/analysis/synthetic_run.hpp"
@@ -114,7 +115,6 @@ TEST_F(VerificationOfALinearModel, SaysWhenItsBiasIsCountedFromAnotherZero) {
                    "another zero (earth rate removed) than this record's (nothing removed)"));
 }
 
-TEST_F(VerificationOfALinearModel, SaysWhenItIsOfAnotherAxisOfTheUnit) {
 TEST_F(VerificationOfALinearModel, SaysWhenItsBiasJumpsByTurningTheUnitAround) {
   data::Dataset unseen = unseen_run();
   const data::Clusters clusters = *make_clusters(unseen);
@@ -127,6 +127,7 @@ TEST_F(VerificationOfALinearModel, SaysWhenItsBiasJumpsByTurningTheUnitAround) {
   EXPECT_FALSE(says(*verify(model_, unseen, clusters), jumps)) << "it is removed with the sign of each position";
 }
 
+TEST_F(VerificationOfALinearModel, SaysWhenItIsOfAnotherAxisOfTheUnit) {
   data::Dataset unseen = unseen_run();
   const data::Clusters clusters = *make_clusters(unseen);
   Model model = model_;
@@ -222,6 +223,15 @@ TEST_F(VerificationOfALinearModel, ExpectsInSampleWhatItsParametersLeave) {
   const double part = 1 - 8.0 / in_sample.compensated.count;
   EXPECT_DOUBLE_EQ(in_sample.expected_in_sample_std, in_sample.floor.deg_per_h * std::sqrt(part));
   EXPECT_TRUE(std::isnan(verified(unseen_run()).expected_in_sample_std));
+
+  const data::Dataset dataset = data::make_synthetic_run({});
+  const data::Clusters clusters = *make_clusters(dataset);
+  std::vector<Eigen::Index> quarter(static_cast<std::size_t>(clusters.start_s.size() / 4));
+  std::iota(quarter.begin(), quarter.end(), 0);
+  const auto of_a_part = verify(model_, dataset, pick(clusters, quarter));
+  ASSERT_TRUE(of_a_part);
+  EXPECT_DOUBLE_EQ(of_a_part->expected_in_sample_std, of_a_part->floor.deg_per_h * std::sqrt(part))
+      << "the parameters were spent on all clusters, and a quarter of them on these";
 }
 
 TEST_F(VerificationOfALinearModel, SaysWhereTheZeroIsFittedToTheRecord) {
@@ -323,8 +333,6 @@ TEST(BetweenRuns, AreTheMeansOfRunsThatTheModelHasNotSeen) {
   EXPECT_FALSE(between_runs({run("a", 1, false), run("b", 2, true)}));
 }
 
-}  // namespace
-}  // namespace gyrotherm::model
 TEST(BetweenRuns, CountTheirBiasFromOneZeroThatIsNoMeanOfTheirs) {
   const auto run = [](const char* id, double mean, const char* zero, bool own) {
     Verification one;
@@ -343,3 +351,5 @@ TEST(BetweenRuns, CountTheirBiasFromOneZeroThatIsNoMeanOfTheirs) {
   EXPECT_FALSE(between_runs({a, b, run("e", 10.6, "nothing removed", false)})) << "one has the Earth's rate in it";
 }
 
+}  // namespace
+}  // namespace gyrotherm::model

@@ -52,9 +52,15 @@ namespace {
 constexpr double kDaysInAYear = 365.25;
 constexpr std::string_view kCondition = "temperature";  // of a hold: the chamber's doing, and no result of the unit
 
+/// The profile of a run; where several records are of one, each after the first has its number: "random, 2".
 std::string profile_of(const CalibrationReport& report, const std::string& run) {
   const auto file = std::ranges::find(report.files, run, &UsedFile::id);
-  return run.empty() || file == report.files.end() ? std::string() : file->profile;
+  if (run.empty() || file == report.files.end()) return {};
+  const auto is_alike = [&](const UsedFile& other) {
+    return other.role == file->role && other.profile == file->profile;
+  };
+  const auto before = std::count_if(report.files.begin(), file, is_alike);
+  return before > 0 ? fmt::format("{}, {}", file->profile, before + 1) : file->profile;
 }
 
 /// Whether each model that the unit came with is one that it had left with.
@@ -229,11 +235,11 @@ std::string describe(const Comparison& comparison) {
   if (!comparison.same_model) text += "the model that the unit came with is not one that it had left with\n";
   text += fmt::format("  {:>6}  {:>9}  {:>9}  {:>9}  {:>9}\n", "E_n", "before", "now", "change", "U");
   for (const ComparedResult* one : all)
-    text += fmt::format("  {:>6.2f}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{} {}, {} → {}\n", one->normalised_error,
+    text += fmt::format("  {:>6.2f}  {:>9}  {:>9}  {:>9}  {:>9}  {} {}.{}{}{} {}, {} → {}{}{}\n", one->normalised_error,
                         plot::significant(one->before.value), plot::significant(one->now.value),
                         plot::significant(one->change), plot::significant(one->expanded), one->axis, one->key,
                         one->quantity, one->condition.empty() ? "" : " at ", one->condition, one->unit,
-                        name(one->before_at), name(one->now_at));
+                        name(one->before_at), name(one->now_at), one->profile.empty() ? "" : ", ", one->profile);
   return text + fmt::format("{} of {} results differ by more than both are uncertain (|E_n| > 1)\n",
                             count_beyond(comparison), all.size());
 }

@@ -17,7 +17,7 @@ inline constexpr const char* kComparisonSchema = "gyrotherm-comparison/1";
 struct ComparedResult {
   std::string key{}, quantity{}, unit{};  ///< as in the reports
   std::string axis{};
-  std::string profile{};        ///< of both records
+  std::string profile{};        ///< of both records; "random, 2": each report's second of that profile
   Stage before_at{}, now_at{};  ///< as left and as found, where it is the same model
   std::string condition{};      ///< which row: "set_point 20, 2": the second of that set point; empty of a single one
   ReportedValue before{}, now{};
@@ -40,9 +40,10 @@ struct Comparison {
   std::vector<ComparedResult> results{};
 };
 
-/// Compares row by row what both have in records of the same profile: uncompensated with uncompensated, and as left
-/// with as found, which is the drift of the compensated unit; nothing that a model says of a record that it was fitted
-/// to. Fails with usage if they are not of one unit (serial number and model) or have no result in common.
+/// Compares row by row what both have in records of the same profile, the first with the first, the second with the
+/// second: uncompensated with uncompensated, and as left with as found, which is the drift of the compensated unit;
+/// nothing that a model says of a record that it was fitted to. Fails with usage if they are not of one unit (serial
+/// number and model) or have no result in common.
 [[nodiscard]] Result<Comparison> compare(const CalibrationReport& before, const CalibrationReport& now);
 
 /// The change with its U.

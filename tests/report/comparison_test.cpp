@@ -61,6 +61,48 @@ TEST(Comparison, HoldsWhatItLeftWithAgainstWhatItWasFoundWith) {
   EXPECT_NEAR(one->change, 0.0131 - 0.002, 1e-12);
 }
 
+/// The record once more, as the second of its profile; all that was measured in it is greater by `shift`.
+void add_second_record(CalibrationReport& report, double shift) {
+  const auto first = std::ranges::find(report.files, "record", &UsedFile::role);
+  UsedFile second = *first;
+  const std::string run = first->id;
+  second.id = run + " again";
+  report.files.push_back(second);
+  const std::vector<ResultTable> tables = report.results;
+  for (ResultTable table : tables) {
+    if (table.run != run) continue;
+    table.run = second.id;
+    for (Column& column : table.columns)
+      for (ReportedValue& value : column.values)
+        if (std::isfinite(value.standard_uncertainty)) value.value += shift;
+    report.results.push_back(std::move(table));
+  }
+}
+
+TEST(Comparison, OfSeveralRecordsOfAProfileHoldsEachAgainstItsLike) {
+  CalibrationReport before = sample_calibration(), now = a_year_later();
+  for (CalibrationReport* one : {&before, &now}) one->files.front().profile = "random";
+  const auto once = compare(before, now);
+  ASSERT_TRUE(once);
+  add_second_record(before, 0.1);
+  EXPECT_EQ(compare(before, now)->results.size(), once->results.size()) << "the second has no like";
+  add_second_record(now, 0.1);
+  const auto twice = compare(before, now);
+  ASSERT_TRUE(twice);
+  ASSERT_EQ(twice->results.size(), 2 * once->results.size());
+  for (const ComparedResult& one : once->results)
+    EXPECT_EQ(std::ranges::count_if(twice->results,
+                                    [&](const ComparedResult& other) {
+                                      return other.profile == "random, 2" && other.axis == one.axis &&
+                                             other.key == one.key && other.quantity == one.quantity &&
+                                             other.condition == one.condition && other.before_at == one.before_at &&
+                                             std::abs(other.change - one.change) < 1e-9;
+                                    }),
+              1)
+        << one.key;
+  EXPECT_NE(describe(*twice).find(", random, 2\n"), std::string::npos);
+}
+
 TEST(Comparison, TakesNoConditionForAResult) {
   const auto comparison = compare(sample_calibration(), a_year_later());
   ASSERT_TRUE(comparison);

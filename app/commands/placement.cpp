@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "analysis/model/making.hpp"
 #include "analysis/model/training.hpp"
 #include "analysis/model/verification.hpp"
 #include "app/command.hpp"
@@ -144,6 +145,20 @@ std::string json(const RecordedRuns& records, const model::Placement& placement,
   return text_of(json) + "\n";
 }
 
+/// What decides is of one gyro, of one zero and no run twice; what is reported on besides is of that gyro, and unseen.
+Result<void> check(const RecordedRuns& records, const RecordedRuns& unseen) {
+  for (const RecordedRuns* runs : {&records, &unseen})
+    if (auto sound = model::check_records(runs->datasets); !sound) return sound;
+  for (const data::Dataset& one : unseen.datasets)
+    for (const data::Dataset& other : records.datasets) {
+      if (one.run_id == other.run_id)
+        return failure(FaultKind::usage, one.path,
+                       fmt::format("--verify wants a run that decides nothing, {} does", other.path));
+      if (auto one_gyro = check_one_gyro(one, other, other.path); !one_gyro) return one_gyro;
+    }
+  return {};
+}
+
 Result<Exit> study(Console& console, const PlacementArguments& given) {
   PlacementArguments options = given;
   const auto folds = data::parse_folds(options.folds);
@@ -156,6 +171,7 @@ Result<Exit> study(Console& console, const PlacementArguments& given) {
   const auto unseen =
       load_recorded_runs(console, options.unseen, {.unverified = options.unverified, .axis = options.axis});
   if (!unseen) return failure(unseen.error());
+  if (auto sound = check(*records, *unseen); !sound) return failure(sound.error());
   watch_for_interrupts(SecondInterrupt::ends);
   const auto placement =
       model::study_placement(records->clusters, unseen->clusters, options.training.folds, console.sink());

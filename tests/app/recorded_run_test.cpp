@@ -37,6 +37,18 @@ TEST(RecordedRun, ThatWasChangedIsRefusedWithItsPlaceUnlessItIsTakenUnverified) 
   EXPECT_TRUE(std::filesystem::exists(folder / "x.csv")) << "unverified";
 }
 
+TEST(RecordedRun, ThatDecidesWhereThermometersGoIsGivenOnceAndVerifiesNothing) {
+  const Folder folder;
+  make_small_model(folder);
+  const auto record = folder / "record.db";
+  const auto twice = gyrotherm_with("placement " + record + " " + record + " --folds blocks");
+  EXPECT_EQ(twice.exit_code, 2) << "it would be held out and learnt from at once";
+  EXPECT_NE(twice.err.find("is the same run as " + record), std::string::npos) << twice.err;
+  const auto seen = gyrotherm_with("placement " + record + " --folds blocks --verify " + record);
+  EXPECT_EQ(seen.exit_code, 2);
+  EXPECT_NE(seen.err.find("--verify wants a run that decides nothing"), std::string::npos) << seen.err;
+}
+
 /// A byte that no row shows.
 TEST(RecordedRun, OfWhichAByteWasChangedIsRefusedByItsManifest) {
   const Folder folder;

@@ -50,11 +50,11 @@ std::optional<report::Report> report_left(const LotExperiment& experiment, const
   const bool same_later = std::ranges::equal(report->later, experiment.later, [](const auto& told, const LotRun& run) {
     return told.record_sha256 == run.sha256;
   });
-  const bool compared = report->methods.size() > 3;
+  const bool compared = report->methods.size() > 3, nested = report->nested_leave_cycle_out.multi_point.has_value();
   const bool same = report->rate.record_sha256 == experiment.rate.sha256 &&
                     report->random.record_sha256 == experiment.random.sha256 && same_later &&
                     report->program_version == training.program_version && report->seed == training.seed &&
-                    report->quick == training.quick && compared == experiment.compare;
+                    report->quick == training.quick && nested == training.nested && compared == experiment.compare;
   return same ? std::optional(std::move(*report)) : std::nullopt;
 }
 

@@ -65,6 +65,19 @@ TEST(Qualify, OneAxisOfALotByItselfLeavesTheOthersAlone) {
   EXPECT_FALSE(std::filesystem::exists(out + "/lot.json")) << "a part of a lot is none";
 }
 
+TEST(Qualify, AnAxisOfALotIsTrainedAnewWhereItWasTrainedInAnotherWay) {
+  const Folder folder;
+  const auto out = folder / "out";
+  const auto command = "qualify --rig virtual-triad --only z --out " + out + kSmall;
+  const auto is_nested = [&] { return !report_in(out + "/z")["methods"][0]["nested_leave_cycle_out"].is_null(); };
+  const auto plain = gyrotherm_with(command);
+  ASSERT_EQ(plain.exit_code, 0) << plain.err;
+  EXPECT_FALSE(is_nested());
+  const auto nested = gyrotherm_with(command + " --nested");
+  ASSERT_EQ(nested.exit_code, 0) << nested.err;
+  EXPECT_TRUE(is_nested()) << "the report that was left has no such figures";
+}
+
 /// A digest that was kept is believed of the very files that it was made of.
 TEST(Qualify, ARecordThatWasChangedAfterwardsIsRefused) {
   const Folder folder;

@@ -20,6 +20,9 @@ using std::chrono::milliseconds;
 constexpr Duration kWholeTcpExchange = milliseconds(1000), kWholeRtuExchange = milliseconds(1500);
 constexpr int kMostTries = 3;
 constexpr Duration kFirstRestOfABusyUnit = milliseconds(20);
+/// The second packet of a reply may wait for the first to be acknowledged (RFC 896), which systems put off by 40 to
+/// 200 ms.
+constexpr Duration kPieceGapOverTcp = milliseconds(250);
 
 /// On RTU a try may have to wait twice the timeout for the answer to an older request first.
 Duration whole_exchange(const ModbusLink& link) {
@@ -171,7 +174,10 @@ std::unique_ptr<Registers> make_modbus(const Line& line, const ModbusLink& link)
         make_modbus_tcp(make_modbus_connection(tcp), fmt::format("modbus {}:{}", tcp.host, tcp.port), link), link);
   }
   auto timed = link;
-  if (const auto* serial = std::get_if<SerialLine>(&at)) timed.serial = serial->format.value_or(link.serial);
+  if (const auto* serial = std::get_if<SerialLine>(&at))
+    timed.serial = serial->format.value_or(link.serial);
+  else
+    timed.piece_gap = std::max(link.piece_gap, kPieceGapOverTcp);
   auto stream = make_stream(at, {.port = link.port, .serial = timed.serial}, link.timeout);
   return make_guarded_registers(make_modbus_rtu(std::move(stream), fmt::format("modbus rtu {}", text(at)), timed),
                                 timed);

@@ -32,7 +32,8 @@ struct ModbusLink {
   Duration after_write{};     ///< from the end of a write to the next request
   Duration gap{};             ///< RTU: silence before a request; 0: 3.5 characters
   /// RTU: a reply whose bytes stop for this long is over. Operating systems and gateways deliver in pieces, so this is
-  /// longer than the 1.5 characters of the standard; on a slow line it is four characters, if that is more.
+  /// longer than the 1.5 characters of the standard; on a slow line it is four characters, over TCP 250 ms, if that is
+  /// more.
   Duration piece_gap = std::chrono::milliseconds(30);
 
   std::uint16_t read_at_most = 125;               ///< registers in one exchange

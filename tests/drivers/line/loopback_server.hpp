@@ -10,6 +10,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <span>
@@ -23,8 +24,9 @@
 namespace gyrotherm::drivers {
 
 struct Answer {
-  std::vector<std::byte> bytes;  ///< none: silence
-  bool then_reset = false;       ///< the connection is broken off
+  std::vector<std::byte> bytes;   ///< none: silence
+  bool then_reset = false;        ///< the connection is broken off
+  std::vector<std::byte> rest{};  ///< comes a tenth of a second later
 };
 
 class LoopbackServer {
@@ -78,6 +80,10 @@ class LoopbackServer {
     ++requests_;
     const auto answer = handler_(std::span(buffer).first(static_cast<std::size_t>(size)));
     if (!answer.bytes.empty()) (void)!send(connection, answer.bytes.data(), answer.bytes.size(), MSG_NOSIGNAL);
+    if (!answer.rest.empty()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      (void)!send(connection, answer.rest.data(), answer.rest.size(), MSG_NOSIGNAL);
+    }
     if (!answer.then_reset) return true;
     const linger at_once{1, 0};
     setsockopt(connection, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);

@@ -323,5 +323,17 @@ TEST(ModbusRtuOverTcp, InsistingEndsTheRestOfTheSocketTooAndNotOfTheRegistersAlo
   EXPECT_EQ(why(), "Connection refused");
 }
 
+/// A gateway whose second packet waits for the first to be acknowledged, as TCP makes it wait.
+TEST(ModbusRtuOverTcp, TakesAReplyWhoseRestComesLater) {
+  const LoopbackServer gateway([](auto request) {
+    const Bytes reply = good(decode_rtu_request(request).value());
+    return Answer{{reply.begin(), reply.begin() + 3}, false, {reply.begin() + 3, reply.end()}};
+  });
+  const auto words = make_modbus(gateway.address(), usual())->read(kHolding, 40, 2);
+  ASSERT_TRUE(words) << text(words.error());
+  EXPECT_EQ(*words, (Words{40, 41}));
+  EXPECT_EQ(gateway.requests(), 1);
+}
+
 }  // namespace
 }  // namespace gyrotherm::drivers

@@ -345,13 +345,24 @@ class FramedGyro final : public Gyro {
     if (tally.lost > 0) return failure(FaultKind::corrupted, place(), fmt::format("{} frames lost", tally.lost));
     if (tally.bad > 0)
       return failure(FaultKind::out_of_range, place(), fmt::format("{} frames are marked bad by the gyro", tally.bad));
-    if (const auto rate = pace_.other_rate(); rate && format_.clocked_by_sequence)
-      return failure(FaultKind::mismatch, place(),
-                     fmt::format("it sends {:.1f} frames a second, its description says {:g}", *rate, format_.rate_hz));
+    if (const auto why = other_time(); !why.empty()) return failure(FaultKind::mismatch, place(), why);
     if (tally.rounds == 0) return std::nullopt;
     if (sum_.has_clock()) return count_of(tally, tally.interval);
     if (first) return std::nullopt;  // the host knows when the newest of its frames came, not when the oldest did
     return by_the_host(tally);
+  }
+
+  /// How the gyro's time differs from the host's; empty if it does not. Units differ by ten times and more, and what
+  /// only pretends to be a gyro may stamp its frames as if each had been in time.
+  [[nodiscard]] std::string other_time() const {
+    constexpr double kOtherUnit = 2;
+    const auto pace = pace_.other_pace();
+    if (!pace || !sum_.has_clock()) return {};
+    if (format_.clocked_by_sequence)
+      return fmt::format("it sends {:.1f} frames a second, its description says {:g}", *pace * format_.rate_hz,
+                         format_.rate_hz);
+    if (*pace<kOtherUnit&& * pace> 1 / kOtherUnit) return {};
+    return fmt::format("{:.3g} s of its time stamps pass in a second: its description has another unit", *pace);
   }
 
   [[nodiscard]] Result<MaybeCount> by_the_host(const FrameTally& tally) {
@@ -398,7 +409,7 @@ class FramedGyro final : public Gyro {
   Duration came_{};        ///< when the newest round did, by the host's clock
   Duration told_{};        ///< likewise of the last read
   HostInterval arrivals_;  ///< of a gyro without a clock
-  FramePace pace_;         ///< of one whose clock are its frames
+  FramePace pace_;         ///< of one with a clock
   FrameCount frames_;
 };
 

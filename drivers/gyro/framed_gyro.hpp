@@ -80,7 +80,8 @@ struct GyroCommands {
 /// sequence that goes back and a time of the device's that jumps (by more than a second beyond the host's) make it fail
 /// with corrupted too, and are no lost frames. Frames that the gyro marks as bad make it fail with out_of_range; the
 /// next read counts from the newest frame. After a timeout or a broken line there is no frame to count from. Where time
-/// is frames counted, and they come at another rate than the nominal one (FramePace), each read fails with mismatch.
+/// is frames counted, and they come at another rate than the nominal one (FramePace), or the device's time passes twice
+/// as fast as the host's, or half as fast, each read fails with mismatch.
 [[nodiscard]] std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteStream> line,
                                                      Duration within, GyroCommands commands = {},
                                                      const Clock* clock = nullptr);

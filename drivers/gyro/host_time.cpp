@@ -52,15 +52,15 @@ void FramePace::add(Duration counted, Duration came) {
   host_s_ = host_s_ * kept + host_s;
   counted_s_ = counted_s_ * kept + to_seconds(counted);
   const double off_s = std::abs(host_s_ - counted_s_);
-  const bool fits = off_s <= kMostOff * host_s_ + kMostOff_s + 1 / rate_hz_;
+  const bool fits = off_s <= kMostOff * host_s_ + kMostOff_s + frame_s_;
   const bool is_far = off_s > host_s_ / 2;
   wrong_ = fits ? 0 : std::min(wrong_ + (is_far ? kWrongAtLeast : 1), kWrongAtLeast);
 }
 
-std::optional<double> FramePace::other_rate() const {
+std::optional<double> FramePace::other_pace() const {
   constexpr double kLeast_s = 1e-3;
   if (wrong_ < kWrongAtLeast) return std::nullopt;
-  return rate_hz_ * counted_s_ / std::max(host_s_, kLeast_s);
+  return counted_s_ / std::max(host_s_, kLeast_s);
 }
 
 }  // namespace gyrotherm::drivers

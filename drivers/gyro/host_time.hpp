@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What the host's clock says of the time that a gyro's frames cover: that time itself where the gyro has no clock, and
-/// whether they come at the described rate where frames are the clock. An instant is when bytes came, on any clock that
-/// runs evenly.
+/// whether the gyro's own, its stamps or its frames at the described rate, passes as fast. An instant is when bytes
+/// came, on any clock that runs evenly.
 #pragma once
 
 #include <cstdint>
@@ -39,22 +39,24 @@ class HostInterval {
   double round_ns_{};
 };
 
-/// Whether frames that are a gyro's clock come as often as its description says.
+/// Whether a gyro's time passes as fast as the host's: a description with another unit, or another rate, makes every
+/// rate of rotation wrong by as much.
 class FramePace {
  public:
-  explicit FramePace(double rate_hz) : rate_hz_(rate_hz) {}
+  /// `rate_hz`: how many frames come in a second; 0 where nobody knows, which is one at least.
+  explicit FramePace(double rate_hz) : frame_s_(rate_hz > 0 ? 1 / rate_hz : 1) {}
   /// Forgets what was before the frame that came at `came`. What comes next is not judged: a line may have held back
   /// much of it.
   void count_from(Duration came);
   /// The frames since the last call say that `counted` has passed; the newest came at `came`.
   void add(Duration counted, Duration came);
-  /// How many come in a second of the host's. Nothing while that is the described rate: over the last half a minute
-  /// both times agree within 5 % and 0.3 s and a frame, or did so one call before and are not half as far apart as
-  /// the host's is long.
-  [[nodiscard]] std::optional<double> other_rate() const;
+  /// How much of the gyro's time passes in a second of the host's, s. Nothing while that is a second: over the last
+  /// half a minute both times agree within 5 % and 0.3 s and a frame, or did so one call before and are not half as far
+  /// apart as the host's is long.
+  [[nodiscard]] std::optional<double> other_pace() const;
 
  private:
-  double rate_hz_;
+  double frame_s_;
   Duration newest_{};
   bool judges_{};
   double host_s_{}, counted_s_{};  ///< sums that fade

@@ -20,7 +20,7 @@ using std::chrono::seconds;
 /// A gyro of ten frames a second and 7 pulses a frame, on a line in memory.
 class OnFakeStream : public testing::Test {
  protected:
-  OnFakeStream() { connect(virtual_gyro_frame()); }
+  OnFakeStream() { connect(virtual_gyro_frame(), &clock); }
 
   /// `host`: the time of the line, if it has one.
   void connect(const FrameFormat& description, const Clock* host = nullptr) {
@@ -29,7 +29,10 @@ class OnFakeStream : public testing::Test {
     line = made.get();
     gyro = make_framed_gyro(format, std::move(made), milliseconds(100), {}, host);
   }
-  void skip() { ++sequence, timestamp += 100'000, pulses += 7; }
+  void skip() {
+    ++sequence, timestamp += 100'000, pulses += 7;
+    clock.advance(milliseconds(100));
+  }
   void send(int frames, bool good = true) {
     for (int i = 0; i < frames; ++i) {
       line->say(encode_frame(
@@ -387,6 +390,30 @@ TEST_F(FramedGyro, ATimeThatJumpsIsNoInterval) {
   }
 }
 
+/// Milliseconds that are described as microseconds would make each rate a thousand times as large.
+TEST_F(FramedGyro, AnotherUnitOfItsTimeIsAFaultInEveryRead) {
+  const auto second_of = [&](std::uint64_t stamp) {
+    for (int i = 0; i < 10; ++i) {
+      send(1);
+      timestamp += stamp - 100'000;
+    }
+    return gyro->read(seconds(1));
+  };
+  send(1);
+  ASSERT_TRUE(gyro->take_origin());
+  for (int second = 0; second < 60; ++second) ASSERT_TRUE(second_of(90'000)) << "a clock that is slow is believed";
+  connect(format, &clock);
+  send(1);
+  ASSERT_TRUE(gyro->take_origin());
+  for (int second = 0; second < 2; ++second) (void)second_of(100);
+  for (int second = 0; second < 60; ++second) {
+    const auto count = second_of(100);
+    ASSERT_FALSE(count) << second;
+    EXPECT_EQ(count.error().kind, FaultKind::mismatch);
+    EXPECT_EQ(count.error().what, "0.001 s of its time stamps pass in a second: its description has another unit");
+  }
+}
+
 constexpr const char* kTriad = R"([frame]
 name = "triad"
 sync = [0xAA]
@@ -570,7 +597,7 @@ class FramedMultiplex : public OnFakeStream {
     const auto file = TomlTable::parse(kTwoMessages, "two.toml");
     auto both = read_frame_format(file->table("frame"), {"x", "y"});
     if (const auto verdict = file->verdict(); !verdict) throw std::runtime_error(text(verdict.error()));
-    connect(both);
+    connect(both, &clock);
     for (const auto* axis : {"x", "y"}) {
       const auto again = TomlTable::parse(kTwoMessages, "two.toml");
       alone.push_back(read_frame_format(again->table("frame"), {axis}));
@@ -583,6 +610,7 @@ class FramedMultiplex : public OnFakeStream {
                                            .sequence = number % 256,
                                            .timestamp = number % 65536,
                                            .values = {25}}));
+      clock.advance(milliseconds(1));
     }
   }
   std::vector<FrameFormat> alone;

@@ -94,7 +94,7 @@ TEST(HostInterval, IsNoneWhereFramesAreMissing) {
   EXPECT_FALSE(intervals.next(10, seconds(11)));
 }
 
-/// Whether the seconds, of so many frames each, are told from those of 1000; the rate that it tells.
+/// Whether the seconds, of so many frames each, are told from those of 1000; how much of their time passes in one.
 std::vector<std::optional<double>> told(double frames_a_second, int seconds_long) {
   FramePace pace(1000);
   pace.count_from(seconds(0));
@@ -102,7 +102,7 @@ std::vector<std::optional<double>> told(double frames_a_second, int seconds_long
   for (int second = 1; second <= seconds_long; ++second) {
     const auto jitter = milliseconds(7 * second % 17);
     pace.add(from_seconds(frames_a_second / 1000), seconds(second) + jitter);
-    all.push_back(pace.other_rate());
+    all.push_back(pace.other_pace());
   }
   return all;
 }
@@ -113,7 +113,7 @@ TEST(FramePace, AnotherRateIsTold) {
     EXPECT_FALSE(all.front()) << "what a line has held back is not judged";
     for (std::size_t i = 15; i < all.size(); ++i) {
       ASSERT_TRUE(all[i]) << rate << " after " << i << " s";
-      EXPECT_NEAR(*all[i], rate, 0.02 * rate) << "after " << i << " s";
+      EXPECT_NEAR(*all[i], rate / 1000, 0.02 * rate / 1000) << "after " << i << " s";
     }
     if (rate <= 100 || rate >= 2000) {
       EXPECT_TRUE(all[2]) << rate << ": nothing of it is good";
@@ -132,7 +132,7 @@ TEST(FramePace, OneLateReadIsNone) {
   for (int second = 1; second < 100; ++second) {
     const auto late = second == 50 ? milliseconds(700) : second == 51 ? milliseconds(-700) : milliseconds(0);
     pace.add(seconds(1) - late, seconds(second));
-    EXPECT_FALSE(pace.other_rate()) << second;
+    EXPECT_FALSE(pace.other_pace()) << second;
   }
 }
 
@@ -140,7 +140,7 @@ TEST(FramePace, ARateThatWasSetRightIsBelievedAgain) {
   FramePace pace(1000);
   pace.count_from(seconds(0));
   for (int second = 1; second <= 60; ++second) pace.add(second < 10 ? milliseconds(100) : seconds(1), seconds(second));
-  EXPECT_FALSE(pace.other_rate());
+  EXPECT_FALSE(pace.other_pace());
 }
 
 }  // namespace

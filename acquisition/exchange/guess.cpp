@@ -18,6 +18,7 @@
 #include "acquisition/exchange/text_lines.hpp"
 #include "acquisition/exchange/ulog.hpp"
 #include "acquisition/record/csv.hpp"
+#include "acquisition/record/schema.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::exchange {
@@ -336,7 +337,8 @@ std::string celsius_lines(const std::string& name, std::string_view usual) {
 std::string thermometer_sections(const std::vector<std::string>& names, const std::vector<std::size_t>& columns,
                                  std::string_view usual_unit) {
   std::string text;
-  std::set<std::string> taken{"slot", "segment", "cycle", "phase", "state", "chain", "pulses", "interval_ns"};
+  auto taken = record::names_of_every_record();
+  taken.insert({"pulses", "interval_ns"});  // of a gyro without a name
   for (const std::size_t column : columns) {
     std::string name = channel_name_of(names[column]);
     while (name.empty() || !taken.insert(in_lower_case(name)).second) name += "T";

@@ -153,10 +153,17 @@ std::vector<NameTrouble> name_troubles(const RunInfo& info) {
   return troubles;
 }
 
+std::set<std::string> names_of_every_record() {
+  auto names = common_titles();
+  names.insert({"chain", "time", "time_s", "utc", "bias", "self", "at_rest"});
+  for (const auto& column : columns_before_channels()) names.insert(column.name);
+  for (const auto& column : columns_after_channels()) names.insert(column.name);
+  return names;
+}
+
 std::vector<NameTrouble> new_name_troubles(const RunInfo& info) {
   auto troubles = name_troubles(info);
-  auto taken = common_titles();
-  taken.insert({"time", "time_s", "utc", "bias", "self", "at_rest"});
+  auto taken = names_of_every_record();
   for (const auto& column : channel_columns(info)) {
     if (column.measures == Measures::temperature) continue;
     taken.insert(lower(calibrated_name(column)));

@@ -21,6 +21,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -46,6 +47,9 @@ struct NameTrouble {
 [[nodiscard]] std::vector<NameTrouble> name_troubles(const RunInfo& info);
 /// Fails with bad_file naming the first.
 [[nodiscard]] Result<void> check_channel_names(const RunInfo& info);
+
+/// What no thermometer of a new record is called, whatever the rest of it is, in lower case.
+[[nodiscard]] std::set<std::string> names_of_every_record();
 
 /// Of what a record is made with: also thermometers with the name of a column that views, exports, Python or a model's
 /// inputs put beside it. Records of before this was looked at are read all the same.

@@ -58,6 +58,13 @@ TEST(Guess, ATableOfASpreadsheetIsReadAtOnce) {
   EXPECT_EQ(map.every, Duration{}) << "a row a second stays one";
 }
 
+TEST(Guess, AThermometerHasNoNameThatEveryRecordHas) {
+  const ImportMap map = guessed(
+      "slot,time [s],set point [°C],chamber air [°C],A [°C],self temp [°C],gyro [°/h]\n"
+      "0,1,20,20.5,21,22,0.1\n1,2,20,20.5,21,22,0.1\n2,3,20,20.5,21,22,0.1\n");
+  EXPECT_EQ(map.thermometers, (std::vector<std::string>{"set pointT", "chamber airT", "A", "self temp"}));
+}
+
 TEST(Guess, FastRowsArePutTogether) {
   std::string table = "timestamp,temp,gx,gy,gz\n";
   for (int i = 0; i < 100; ++i) table += std::to_string(i * 10) + ",20,1,2,3\n";

@@ -14,6 +14,7 @@ namespace gyrotherm::record {
 namespace {
 
 constexpr std::string_view kAlarm = "alarm ", kAcknowledged = " acknowledged by ";
+constexpr std::string_view kMildest = "warn";  ///< of the reactions
 
 bool is_alarm(const Event& event) {
   return (event.kind == EventKind::interlock || event.kind == EventKind::fault) && !event.about.interlock.empty();
@@ -50,8 +51,10 @@ void Alarms::see(const RecordedEvent& recorded) {
   if (is_alarm(event)) {
     standing_.push_back({event.number, slot, event.at.utc, event.about.interlock, event.about.reaction, event.text});
     if (standing_.size() <= kMost) return;
-    acknowledged_.push_back(standing_.front().number);
-    standing_.erase(standing_.begin());
+    const auto mild = std::ranges::find(standing_, kMildest, &Alarm::reaction);
+    const auto least = mild != standing_.end() ? mild : standing_.begin();
+    crowded_out_.push_back(least->number);
+    standing_.erase(least);
   }
   if (event.kind != EventKind::acknowledged) return;
   const auto number = acknowledged_in(event.text);
@@ -67,6 +70,8 @@ std::string Alarms::objection(std::int64_t number) const {
   if (std::ranges::find(standing_, number, &Alarm::number) != standing_.end()) return {};
   if (std::ranges::find(acknowledged_, number) != acknowledged_.end())
     return fmt::format("alarm {} is acknowledged already", number);
+  if (std::ranges::find(crowded_out_, number) != crowded_out_.end())
+    return fmt::format("alarm {} stands no more: {} others do", number, kMost);
   return fmt::format("there is no alarm {}; \"gyrotherm status\" shows those that stand", number);
 }
 

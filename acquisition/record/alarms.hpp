@@ -38,7 +38,7 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
 
 class Alarms {
  public:
-  /// So many stand at most; of more the oldest leave the list, as if somebody had acknowledged them.
+  /// So many stand at most; of more the oldest that only warn leave the list, and where none does the oldest of all.
   static constexpr std::size_t kMost = 256;
 
   /// Takes the next event of the run; one that neither is an alarm nor acknowledges one changes nothing.
@@ -53,7 +53,7 @@ class Alarms {
 
  private:
   std::vector<Alarm> standing_;
-  std::vector<std::int64_t> acknowledged_;  ///< numbers
+  std::vector<std::int64_t> acknowledged_, crowded_out_;  ///< numbers
 };
 
 /// The event that acknowledges an alarm: its text begins with the number, which see() reads, "alarm 12 acknowledged by

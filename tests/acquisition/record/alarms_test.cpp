@@ -63,6 +63,18 @@ TEST(Alarms, AreBounded) {
   EXPECT_EQ(alarms.standing().back().number, 300);
 }
 
+/// A thermometer that comes and goes warns a hundred times in a night.
+TEST(Alarms, ThoseThatOnlyWarnCrowdNoGraverOneOut) {
+  Alarms alarms;
+  alarms.see(numbered(1, interlock("door", "door (suspend): open")));
+  const Event warning{sample_at(0).at, EventKind::fault, "lost (warn)", {.interlock = "lost", .reaction = "warn"}};
+  for (int i = 2; i <= 300; ++i) alarms.see(numbered(i, warning));
+  ASSERT_EQ(alarms.standing().size(), Alarms::kMost);
+  EXPECT_EQ(alarms.standing().front().number, 1);
+  EXPECT_EQ(alarms.standing().back().number, 300);
+  EXPECT_EQ(alarms.objection(2), "alarm 2 stands no more: 256 others do") << "nobody has acknowledged it";
+}
+
 TEST(Alarms, OutliveTheProgramThatSawThem) {
   for (const bool background : {false, true}) {
     const Folder folder;

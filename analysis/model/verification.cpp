@@ -217,6 +217,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   };
   Verification result;
   result.run_id = dataset.run_id;
+  result.identity = dataset.identity;
   result.simulated = dataset.simulated;
   result.trained_on_this = trained_on(model, dataset, clusters);
   result.bias_zero = dataset.bias_zero;
@@ -248,14 +249,15 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
 }
 
 std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications) {
-  std::set<std::string> seen, zeros;
+  std::set<std::string> seen, zeros, gyros;
   std::vector<double> means;
   for (const Verification& one : verifications) {
     if (one.trained_on_this || one.zero_is_its_own || !seen.insert(one.run_id).second) continue;
     means.push_back(one.compensated.mean);
     zeros.insert(one.bias_zero);
+    if (!one.identity.empty()) gyros.insert(one.identity);
   }
-  if (means.size() < 2 || zeros.size() > 1) return std::nullopt;
+  if (means.size() < 2 || zeros.size() > 1 || gyros.size() > 1) return std::nullopt;
   const data::Figures figures =
       data::figures_of(Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())));
   const int freedom = figures.count - 1;

@@ -77,6 +77,7 @@ void describe(auto& form, Like<Coverage> auto& coverage) {
 /// What a model leaves of a record's bias, as a whole and in parts; figures in °/h.
 struct Verification {
   std::string run_id;
+  std::string identity;  ///< which gyro it is of, as far as the record says
   bool simulated{};
   bool trained_on_this{};  ///< the record is among those the model was fitted to: in-sample, and said so
   std::string bias_zero;   ///< what its bias is counted from, in words
@@ -122,7 +123,7 @@ void describe(auto& form, Like<BetweenRuns> auto& between) {
 
 /// Of those runs that the model was not trained on, each counted once; nothing if they are fewer than two. A run whose
 /// zero is its own does not count: how it differs from others is what was removed. Nothing if two count their bias from
-/// different zeros.
+/// different zeros, or are of different gyros.
 [[nodiscard]] std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications);
 
 }  // namespace gyrotherm::model

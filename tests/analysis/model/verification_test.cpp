@@ -333,6 +333,15 @@ TEST(BetweenRuns, AreTheMeansOfRunsThatTheModelHasNotSeen) {
   EXPECT_FALSE(between_runs({run("a", 1, false), run("b", 2, true)}));
 }
 
+TEST(BetweenRuns, AreOfOneGyro) {
+  Verification a, b;
+  a.run_id = a.identity = "a";
+  b.run_id = b.identity = "b";
+  EXPECT_FALSE(between_runs({a, b})) << "how two gyros differ is no repeatability";
+  b.identity.clear();
+  EXPECT_TRUE(between_runs({a, b})) << "one of which nobody knows may be the same";
+}
+
 TEST(BetweenRuns, CountTheirBiasFromOneZeroThatIsNoMeanOfTheirs) {
   const auto run = [](const char* id, double mean, const char* zero, bool own) {
     Verification one;

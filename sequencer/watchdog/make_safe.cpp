@@ -49,7 +49,8 @@ constexpr const char* kHelp =
     "  gyrotherm-make-safe --insist RUN.db as --kill, and goes on until the chamber has confirmed it: for a service\n"
     "                                      manager\n"
     "  gyrotherm-make-safe --guard RUN.db  started by a run: watches it over standard input, and acts at its end or\n"
-    "                                      after 8 s without a byte, until the chamber has confirmed it\n\n"
+    "                                      after 8 s without a byte, until the chamber has confirmed it\n"
+    "  gyrotherm-make-safe --version       its version\n\n"
     "Exit codes: 0 safe, or nothing to do; 2 command line; 3 not confirmed by the chamber; 4 safe-state file is "
     "wrong,\n"
     "or no such record; 5 a program that lives drives the chamber.\n";
@@ -182,6 +183,8 @@ MakeSafeExit run(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   if (first == "--help" || first == "-h")
     return std::fputs(kHelp, stdout) < 0 ? MakeSafeExit::usage : MakeSafeExit::safe;
+  if (first == "--version")
+    return std::puts("gyrotherm-make-safe " GYROTHERM_VERSION) < 0 ? MakeSafeExit::usage : MakeSafeExit::safe;
   std::signal(SIGPIPE, SIG_IGN);
   if (first == "--guard") {
     ::close_range(STDERR_FILENO + 1, ~0U, 0);  // no lock and no line of the program that is watched

@@ -105,6 +105,15 @@ TEST(Manual, PagesOfOtherProgramsHaveTheOptionsOfTheirHelp) {
   }
 }
 
+TEST(Manual, EachProgramSaysItsVersion) {
+  const auto folder = fs::path(GYROTHERM_PROGRAM).parent_path().string() + "/";
+  const auto version = gyrotherm_with("--version").out.substr(std::string("gyrotherm").size());
+  for (const std::string program : {"make-safe", "monitor", "pdf", "publish", "site", "thermal"})
+    if (fs::exists(folder + "gyrotherm-" + program)) {  // a part of the build
+      EXPECT_EQ(shell(folder + "gyrotherm-" + program + " --version").out, "gyrotherm-" + program + version);
+    }
+}
+
 TEST(Manual, ASynopsisHasCommandLinesAlone) {
   for (const auto& path : entries_of(kDocuments)) {
     std::istringstream lines(section_of(read_text_file(path.string()).value(), "SYNOPSIS"));

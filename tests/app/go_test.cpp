@@ -45,7 +45,7 @@ TEST(Go, GoesThroughTheLimitsOfTheRig) {
 /// A controller knows nothing of how fast the rig may be heated: it is not left to go where the profile begins.
 TEST(Go, ComesBeforeAnUploadThatBeginsElsewhere) {
   const Folder folder;
-  auto rig = read_text_file(kVirtual).value();
+  auto rig = read_text_file(std::string(GYROTHERM_SOURCE_DIR "/") + kVirtual).value();
   rig = std::regex_replace(rig, std::regex("\\.\\./chambers/virtual"), "../chambers/watlow_f4t");
   rig = std::regex_replace(rig, std::regex("\"\\.\\./"), "\"" GYROTHERM_SOURCE_DIR "/profiles/");
   std::ofstream(folder / "f4t.toml") << rig;

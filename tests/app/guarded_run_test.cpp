@@ -126,21 +126,28 @@ TEST_F(GuardedRun, WhoWasToldThatItIsHeldFindsItHeldThoughCtrlCComesInTheSameSec
 
 /// The tick that Ctrl-C waited for begins to make the chamber safe: then it is not obeyed, as in any later second.
 TEST_F(GuardedRun, WhoWasToldThatItStopsFindsItStoppedThoughCtrlCComesInTheSameSecond) {
-  Background run(warm_run(record), folder / "log");
-  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
-  const auto told = [&](const std::string& word) {
-    const auto answer = control::tell(record, control::request_of(word, "").value(), std::chrono::seconds(5));
-    return answer && answer->done;
-  };
-  EXPECT_TRUE(told("pause"));
-  run.signal(SIGINT);
-  shell("sleep 0.2");  // it has been seen
-  EXPECT_TRUE(told("stop"));
-  EXPECT_EQ(run.wait(), 0) << run.output();
-  EXPECT_EQ(laboratory.set_point(), kSafe);
-  const auto kept = record::read_record(record);
-  ASSERT_TRUE(kept) << text(kept.error());
-  EXPECT_TRUE(kept->finished);
+  for (int tries = 0; tries < 6; ++tries) {
+    const auto path = folder / ("run" + std::to_string(tries) + ".db");
+    Background run(warm_run(path), folder / "log");
+    ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+    const auto told = [&](const std::string& word) {
+      const auto answer = control::tell(path, control::request_of(word, "").value(), std::chrono::seconds(5));
+      return answer && answer->done;
+    };
+    EXPECT_TRUE(told("pause"));
+    run.signal(SIGINT);
+    shell("sleep 0.1");  // it has been seen
+    const bool is_told = told("stop");
+    const int ended = run.wait();
+    if (!is_told) continue;  // the second was over
+    EXPECT_EQ(ended, 0) << run.output();
+    EXPECT_EQ(laboratory.set_point(), kSafe);
+    const auto kept = record::read_record(path);
+    ASSERT_TRUE(kept) << text(kept.error());
+    EXPECT_TRUE(kept->finished);
+    return;
+  }
+  FAIL() << "the second was always over";
 }
 
 /// The socket that systemd would listen at; the environment names it while this lives.

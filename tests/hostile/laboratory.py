@@ -3,6 +3,7 @@
 import hashlib
 import os
 import random
+import re
 import shutil
 import stat
 import subprocess
@@ -231,7 +232,7 @@ class Input:
             self.complain("expected %s: %s" % (" or ".join(map(str, codes)), told))
         if memory_mb and not self.laboratory.sanitized and ran.memory_mb > memory_mb:
             self.complain("more than %d MB: %s" % (memory_mb, told))
-        if ran.code == WRONG_FILE and b"gyrotherm: " not in ran.err:
+        if ran.code == WRONG_FILE and not re.search(rb"gyrotherm(-[a-z]+)?: ", ran.err):
             self.complain("refused without a message: " + told)
         for stream in (ran.out, ran.err):
             if any((byte < 32 and byte not in b"\n\t") or byte == 127 for byte in stream):

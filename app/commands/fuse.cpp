@@ -277,6 +277,10 @@ Result<Exit> fuse_all(Console& console, const FuseArguments& options) {
   for (const std::string& file : {options.out, options.export_c})
     if (!file.empty() && file != "-")
       if (auto free = check_is_free(file, options.force); !free) return failure(free.error());
+  std::error_code error;
+  if (!options.report.empty() && std::filesystem::is_directory(options.report, error))
+    for (const char* file : {"fusion.html", "fusion.json"})
+      if (auto free = check_is_free(options.report + "/" + file, options.force); !free) return failure(free.error());
   const auto thermometers = thermometers_of(console, options);
   if (!thermometers) return failure(thermometers.error());
   for (const std::string& path : options.runs)

@@ -203,7 +203,10 @@ struct ThermalArguments {
   std::string gyro = kCalibrated, mesh = "medium", out;
   double ambient_c = 20;
   std::optional<double> film, fit;
+  bool force = false;
 };
+
+constexpr const char* kFacts = "thermal.json";  ///< of the files of an image
 
 /// A steady state and what it took.
 struct Solved {
@@ -348,7 +351,7 @@ Result<void> draw_pictures(Console& console, const std::filesystem::path& folder
 Result<void> write_all(Console& console, const Solved& solved, const ThermalArguments& options) {
   const std::filesystem::path folder = options.out;
   std::vector<std::string> views;
-  std::vector<std::pair<std::string, std::string>> files{{"thermal.json", json(solved, options).dump(2) + "\n"}};
+  std::vector<std::pair<std::string, std::string>> files{{kFacts, json(solved, options).dump(2) + "\n"}};
   for (const auto& view : thermal_views(solved.model, solved.mesh, solved.state)) {
     files.emplace_back(view.file + ".svg", svg_of(view.image));
     views.push_back(view.file);
@@ -366,9 +369,12 @@ Result<void> write_all(Console& console, const Solved& solved, const ThermalArgu
 }
 
 Result<Exit> image(Console& console, const ThermalArguments& options) {
+  std::error_code error;
+  const auto facts_file = (std::filesystem::path(options.out) / kFacts).string();
+  if (!options.force && std::filesystem::exists(facts_file, error))
+    return failure(FaultKind::usage, facts_file, "is there already; --force writes over it and what is beside it");
   auto model = read_gyro(options.gyro);
   if (!model) return failure(model.error());
-  std::error_code error;
   std::filesystem::create_directories(options.out, error);
   if (error) return failure(FaultKind::storage, options.out, error.message());
   watch_for_interrupts(SecondInterrupt::ends);
@@ -419,6 +425,7 @@ void add_thermal_image(Program& program) {
       ->check(not_a_dash())
       ->type_name(value::kFolder)
       ->required();
+  command.add_flag("--force", options.force, "write over an image that is there already");
 }
 
 }  // namespace gyrotherm::app

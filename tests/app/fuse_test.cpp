@@ -113,6 +113,9 @@ TEST_F(Fuse, WritesAPageThatStandsAlone) {
   EXPECT_EQ(html.find("<script"), std::string::npos);
   EXPECT_EQ(html.find("<link"), std::string::npos);
   EXPECT_EQ(nlohmann::json::parse(whole(in("page/fusion.json")))["schema"], "gyrotherm-fusion/1");
+  const auto again = fuse(models() + " --report " + in("page"));
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_NE(again.err.find("fusion.html: is there already; --force"), std::string::npos) << again.err;
 }
 
 TEST_F(Fuse, OfThreeAxesHasNoParity) {

@@ -36,6 +36,9 @@ TEST(Thermal, LeavesTheImageOfAWorkingGyro) {
   }
   EXPECT_EQ(text_in(folder / "image/gyro.vtu").rfind("<?xml", 0), 0U);
   EXPECT_NE(text_in(folder / "image/gyro.inp").find("*HEAT TRANSFER"), std::string::npos);
+  const auto again = gyrotherm_with("thermal --mesh coarse --out " + (folder / "image"));
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_NE(again.err.find("thermal.json: is there already; --force writes over it"), std::string::npos) << again.err;
 }
 
 TEST(Thermal, SaysForPeopleWhatItIsAndWhereItIsHot) {

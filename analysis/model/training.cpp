@@ -229,10 +229,6 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
                     context.without_input, context.without_input + context.training_set.clusters.start_s.size()));
   }
   model.warnings.insert(model.warnings.end(), of_choice.begin(), of_choice.end());
-  for (const Sensitivity& one : model.uncertainty->sensitivities)
-    if (!data::is_temperature(one.thermometer))
-      model.warnings.push_back(fmt::format(
-          "{}: how far what measures it drifts is not known, and in no row of the budget", one.thermometer));
   warn_of_over_fit(model, datasets, records);
 }
 

@@ -343,10 +343,8 @@ Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
        .evaluation = Evaluation::a,
        .standard_uncertainty = result.added_noise_deg_per_h * std::sqrt(clusters->length_s / kSecondsPerHour)});
   add_model(rows, *clusters, on.held_out_residual_deg_per_h, floor);
-  for (const Sensitivity& one : result.sensitivities) {
-    if (!data::is_temperature(one.thermometer)) continue;
+  for (const Sensitivity& one : result.sensitivities)
     for (BudgetRow& row : budget_of_thermometer(on.datasets.front(), one)) rows.push_back(std::move(row));
-  }
   add_gyro(rows, on.datasets);
   return result;
 }
@@ -366,7 +364,6 @@ double drift_in_a_year_deg_per_h(const Model& model, const data::Dataset& datase
   if (!model.uncertainty) return 0;
   double squares = 0;
   for (const Sensitivity& one : model.uncertainty->sensitivities) {
-    if (!data::is_temperature(one.thermometer)) continue;
     const double drift_k = value_of(said_of(dataset, one.thermometer).drift_in_a_year).value_or(kDriftInAYear_k);
     squares += std::pow(one.rms * drift_k, 2);
   }

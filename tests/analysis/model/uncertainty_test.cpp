@@ -234,21 +234,6 @@ TEST_F(UncertaintyOfAModel, HysteresisIsOfThermometersAndNotOfWhatAGyroTellsOfIt
   EXPECT_EQ(hysteresis_deg_per_h(residual, alone), 0);
 }
 
-TEST_F(UncertaintyOfAModel, HasNoKelvinsOfWhatIsNoTemperature) {
-  data::Dataset dataset = dataset_;
-  std::ranges::replace(dataset.thermometers, std::string("H"), std::string("aux:current"));
-  TrainingOptions options;
-  options.inputs = "A,aux:current";
-  options.method = "linear";
-  const auto model = train({dataset}, {*make_clusters(dataset)}, options);
-  ASSERT_TRUE(model) << text(model.error());
-  EXPECT_EQ(model->uncertainty->sensitivities.size(), 2u);
-  EXPECT_EQ(std::ranges::count(model->uncertainty->budget.rows, "aux:current", &BudgetRow::of), 0);
-  EXPECT_EQ(std::ranges::count(model->uncertainty->budget.rows, "A", &BudgetRow::of), 2);
-  const auto is_of_it = [](const std::string& warning) { return warning.starts_with("aux:current: how far"); };
-  EXPECT_TRUE(std::ranges::any_of(model->warnings, is_of_it)) << "and says so";
-}
-
 TEST_F(UncertaintyOfAModel, SaysWhatItWasToldAndWhatItAssumes) {
   EXPECT_FALSE(row(model_, Source::latitude).assumed);
   EXPECT_EQ(row(model_, Source::latitude).standard_uncertainty, 0.001);

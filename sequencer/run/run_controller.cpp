@@ -207,13 +207,16 @@ std::optional<OperatorRequest> RunController::take_request() {
   return taken.carried_out;
 }
 
-/// A controller that goes on by itself soaks meanwhile, by an air that nobody saw: it is taken to follow.
+/// A controller that goes on by itself soaks meanwhile, by an air that nobody saw: in a sleep of the machine it is
+/// taken to follow, in less than that to be where it was. One that is made safe does not go on.
 Result<void> RunController::record_gap(std::int64_t slot) {
   if (slot <= next_slot_) return {};
   const auto missed = slot - next_slot_;
   note(EventKind::fault, fmt::format("{} s without a tick: the program was late", missed));
-  for (auto left = lead_->goes_on_by_itself() ? missed : 0; left > 0; --left)
-    state_ = next(profile_, state_, {.elapsed = kSecond, .air = command(profile_, state_)});
+  const bool slept = kSecond * missed > kLongestUnattended;
+  const bool goes_on = lead_->goes_on_by_itself() && run_state() != RunState::aborting;
+  for (auto left = goes_on ? missed : 0; left > 0; --left)
+    state_ = next(profile_, state_, {.elapsed = kSecond, .air = slept ? command(profile_, state_) : air_});
   return store_.append_gap(std::exchange(next_slot_, slot), slot - 1, "the program was late");
 }
 

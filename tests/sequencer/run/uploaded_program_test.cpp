@@ -50,6 +50,20 @@ TEST(UploadedProgram, IsFollowedWhileTheMachineSleeps) {
   EXPECT_EQ(outcome, RunOutcome::complete);
 }
 
+/// The air is at 20 °C before and after, and not at the 30 °C of the soak.
+TEST(UploadedProgram, SoaksInNoLateSecondInWhichTheAirIsElsewhere) {
+  tests::Bench bench(
+      "[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"10 min\"\nguaranteed_soak = true\nsoak_band = \"1 K\"\n");
+  bench.run_controller().leave_to_the_controller();
+  bench.seconds(10);
+  bench.late(100);
+  bench.seconds(1);
+  EXPECT_EQ(bench.record().samples.back().progress.soaked, Duration{});
+  bench.late(200);
+  bench.seconds(1);
+  EXPECT_GE(bench.record().samples.back().progress.soaked, std::chrono::seconds(200)) << "a sleep: nobody knows";
+}
+
 class EachController : public testing::TestWithParam<const char*> {};
 
 TEST_P(EachController, IsCarriedOutByTheController) {

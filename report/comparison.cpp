@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -52,15 +53,27 @@ namespace {
 constexpr double kDaysInAYear = 365.25;
 constexpr std::string_view kCondition = "temperature";  // of a hold: the chamber's doing, and no result of the unit
 
-/// The profile of a run; where several records are of one, each after the first has its number: "random, 2".
+/// The profile of a run.
 std::string profile_of(const CalibrationReport& report, const std::string& run) {
   const auto file = std::ranges::find(report.files, run, &UsedFile::id);
-  if (run.empty() || file == report.files.end()) return {};
-  const auto is_alike = [&](const UsedFile& other) {
-    return other.role == file->role && other.profile == file->profile;
-  };
-  const auto before = std::count_if(report.files.begin(), file, is_alike);
-  return before > 0 ? fmt::format("{}, {}", file->profile, before + 1) : file->profile;
+  return run.empty() || file == report.files.end() ? std::string() : file->profile;
+}
+
+/// How many tables of a report that can be compared speak of the same before this one, in earlier records of one
+/// profile.
+std::ptrdiff_t number_of(const CalibrationReport& report, const ResultTable& table) {
+  const std::string profile = profile_of(report, table.run);
+  return std::count_if(report.results.data(), &table, [&](const ResultTable& one) {
+    return one.key == table.key && one.axis == table.axis && one.stage == table.stage && !one.in_sample &&
+           one.detail == table.detail && profile_of(report, one.run) == profile;
+  });
+}
+
+/// The profile of a table's run, of each after the first with its number: "random, 2".
+std::string numbered_profile_of(const CalibrationReport& report, const ResultTable& table) {
+  const std::string profile = profile_of(report, table.run);
+  const auto number = number_of(report, table);
+  return number > 0 && !profile.empty() ? fmt::format("{}, {}", profile, number + 1) : profile;
 }
 
 /// Whether each model that the unit came with is one that it had left with.
@@ -118,13 +131,19 @@ std::string zero_of(const CalibrationReport& report, const ResultTable& table) {
   return own == report.bias_zeros.end() ? report.bias_zero : own->zero;
 }
 
-/// A table of either report that speaks of the same, counted from the same zero.
+/// Whether it depends on what the bias is counted from.
+bool is_counted_from_a_zero(const std::string& quantity) {
+  constexpr std::array kQuantities{"bias", "mean", "rmse", "largest", "compensated_bias"};
+  return std::ranges::find(kQuantities, quantity) != kQuantities.end();
+}
+
+/// A table of either report that speaks of the same.
 const ResultTable* partner_of(const ResultTable& table, const CalibrationReport& of, const CalibrationReport& in,
                               Stage stage) {
   for (const ResultTable& other : in.results)
     if (other.key == table.key && other.axis == table.axis && other.stage == stage && !other.in_sample &&
         other.detail == table.detail && profile_of(in, other.run) == profile_of(of, table.run) &&
-        zero_of(in, other) == zero_of(of, table))
+        number_of(in, other) == number_of(of, table))
       return &other;
   return nullptr;
 }
@@ -139,7 +158,9 @@ class Comparing {
       if (table.stage != before_at || table.in_sample) continue;
       const ResultTable* other = partner_of(table, before_, now_, now_at);
       if (other == nullptr) continue;
+      const bool have_one_zero = zero_of(before_, table) == zero_of(now_, *other);
       for (const Column& column : table.columns) {
+        if (!have_one_zero && is_counted_from_a_zero(column.quantity)) continue;
         const Column* theirs = column.quantity == kCondition ? nullptr : find_column(*other, column.quantity);
         if (theirs != nullptr) compare(table, column, *other, *theirs);
       }
@@ -158,7 +179,7 @@ class Comparing {
       result.quantity = column.quantity;
       result.unit = column.unit;
       result.axis = table.axis;
-      result.profile = profile_of(before_, table.run);
+      result.profile = numbered_profile_of(before_, table);
       result.before_at = table.stage;
       result.now_at = other.stage;
       result.condition = row.condition;

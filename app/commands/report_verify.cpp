@@ -63,7 +63,8 @@ Check check_used(const std::string& folder, const report::CalibrationReport& rep
   if (!verified) return {file.name, fails, text(verified.error())};
   if (!has_bytes && !has_rows(path, file.sha256)) return another;
   if (const int named = files_named(report, file.name); has_bytes && verified->files != named)
-    return {file.name, fails, fmt::format("the number of its files is {}, expected {}", verified->files, named)};
+    return {file.name, fails,
+            fmt::format("the number of its files is {}, the report names {}", verified->files, named)};
   return {file.name, holds,
           fmt::format("is the file that the report rests on, and all its {} rows are as they were written",
                       verified->rows)};

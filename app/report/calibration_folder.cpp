@@ -109,13 +109,23 @@ Result<void> write_comparison(Console& console, const report::Comparison& compar
   return {};
 }
 
+/// That a copy has each file, and the signed one as it is, before the original is written over.
+Result<void> check_copy(const std::filesystem::path& folder, const std::filesystem::path& copy,
+                        const std::string& certificate) {
+  bool is_whole = read_text_file((copy / report::kDccFile).string(), kLargestTable) == certificate;
+  for (const std::filesystem::path& path : entries_of(folder.string()))
+    if (std::filesystem::is_regular_file(path)) is_whole = is_whole && std::filesystem::exists(copy / path.filename());
+  if (is_whole) return {};
+  return failure(FaultKind::storage, copy.string(), "is no whole copy of what is signed here; move it away");
+}
+
 Result<void> keep_as_signed(Console& console, const std::string& folder) {
   const auto certificate = read_text_file_if_any(folder + "/" + report::kDccFile, kLargestTable);
   if (!certificate) return failure(certificate.error());
   if (!*certificate || (*certificate)->find("<ds:Signature") == std::string::npos) return {};
   const std::filesystem::path kept = std::filesystem::path(folder) / "as-signed", begun = kept.string() + ".new";
   std::error_code trouble;
-  if (std::filesystem::is_directory(kept, trouble)) return {};  // by one that failed behind this step
+  if (std::filesystem::exists(kept, trouble)) return check_copy(folder, kept, **certificate);
   std::filesystem::remove_all(begun, trouble);
   std::filesystem::create_directory(begun, trouble);
   for (const std::filesystem::path& path : entries_of(folder))

@@ -295,7 +295,13 @@ TEST_F(CalibrationOfAUnit, IsSupersededByAnAuthorisedReportOfTheSameUnit) {
   EXPECT_NE(refused("second").find("is a draft, which was never valid"), std::string::npos);
   run("report authorise " + in("first") + " --by A");
   EXPECT_NE(refused("stranger").find("is of another unit, RLG-1 0043, than RLG-1 0042"), std::string::npos);
+  std::ofstream(in("first/dcc.xml"), std::ios::app) << "<!-- <ds:Signature -->\n";
+  std::filesystem::create_directory(in("first/as-signed"));
+  const auto bad = gyrotherm_with("report supersede " + in("first") + " --by " + in("second"));
+  EXPECT_NE(bad.err.find("as-signed: is no whole copy of what is signed here"), std::string::npos) << bad.err;
+  std::filesystem::remove(in("first/as-signed"));
   run("report supersede " + in("first") + " --by " + in("second") + " --reason 'a year'");
+  EXPECT_TRUE(std::filesystem::exists(in("first/as-signed/dcc.xml")));
   EXPECT_EQ(filed("first").replaced_by->number, "C-2");
 }
 

@@ -8,6 +8,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "core/quantity.hpp"
 
@@ -220,6 +221,17 @@ Result<Clusters> concatenate(const std::vector<Clusters>& parts) {
   }
   join_histories(all, parts);
   return all;
+}
+
+bool jumps_by_turning(const Dataset& dataset, const Clusters& clusters) {
+  if (!jumps_by_turning(dataset)) return false;
+  std::set<bool> positions;
+  const auto count = static_cast<int>(dataset.segments.size());
+  for (const Eigen::VectorXi* segments : {&clusters.segment, &clusters.last_segment})
+    for (const int segment : *segments)
+      if (segment >= 0 && segment < count)
+        positions.insert(dataset.segments[static_cast<std::size_t>(segment)].unit.turned);
+  return positions.size() > 1;
 }
 
 }  // namespace gyrotherm::data

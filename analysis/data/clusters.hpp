@@ -42,6 +42,10 @@ struct Clusters {
 /// missing reading or no row at all drops the cluster. Fails with usage if no whole cluster remains.
 [[nodiscard]] Result<Clusters> make_clusters(const Dataset& dataset, double length_s = 100);
 
+/// Whether twice the Earth's rate lies between some of the clusters and others: it is not known, and the unit is turned
+/// around between them.
+[[nodiscard]] bool jumps_by_turning(const Dataset& dataset, const Clusters& clusters);
+
 /// A record's samples and their means.
 struct RecordedRun {
   Dataset dataset;

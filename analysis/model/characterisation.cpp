@@ -172,9 +172,22 @@ Measured coefficient_of(const Subject& subject, const Eigen::VectorXd& input, co
   return {fit.coefficients(kInput), fit.u(kInput)};
 }
 
+/// The raw bias of each position less its mean, for between the two lies what is left of the Earth's rate.
+Eigen::VectorXd bias_within_positions(const Subject& subject) {
+  Eigen::VectorXd bias = subject.clusters.bias_deg_per_h;
+  for (const double position : {0.0, 1.0}) {
+    RowNumbers rows;
+    for (const Eigen::Index k : data::finite_rows(bias))
+      if (subject.turned(k) == position) rows.push_back(k);
+    if (!rows.empty()) bias(rows).array() -= bias(rows).mean();
+  }
+  return bias;
+}
+
 /// The pair of thermometers whose difference goes most with the raw bias.
 std::pair<std::string, Eigen::VectorXd> greatest_gradient(const Subject& subject) {
-  const data::Clusters& clusters = subject.clusters;
+  data::Clusters clusters = subject.clusters;
+  clusters.bias_deg_per_h = bias_within_positions(subject);
   const data::Correlation correlation = correlate(clusters, subject.dataset.gradients);
   Eigen::Index i = 0, j = 0;
   if (correlation.gradient.size() == 0 || !(correlation.gradient.cwiseAbs().maxCoeff(&i, &j) > 0)) return {};
@@ -209,18 +222,18 @@ Measured width_of(const Subject& subject, const Eigen::VectorXd& bias, const Row
 }
 
 std::vector<HysteresisPoint> loop_of(const Subject& subject) {
-  std::map<int, std::pair<RowNumbers, RowNumbers>> spans;  // heating and cooling
+  std::map<std::pair<int, bool>, std::pair<RowNumbers, RowNumbers>> spans;  // by position: heating and cooling
   for (Eigen::Index k = 0; k < subject.temperature_c.size(); ++k) {
     const double rate = subject.rate_k_per_min(k);
     if (!(std::abs(rate) > kMovingKPerMin) || !std::isfinite(subject.temperature_c(k))) continue;
-    auto& span = spans[static_cast<int>(std::lround(subject.temperature_c(k) / kSpanK))];
+    auto& span = spans[{static_cast<int>(std::lround(subject.temperature_c(k) / kSpanK)), subject.turned(k) > 0}];
     (rate > 0 ? span.first : span.second).push_back(k);
   }
   std::vector<HysteresisPoint> loop;
-  for (const auto& [number, span] : spans) {
+  for (const auto& [at, span] : spans) {
     const RowNumbers &heating = span.first, &cooling = span.second;
     if (std::min(heating.size(), cooling.size()) < static_cast<std::size_t>(kFewestClusters)) continue;
-    loop.push_back({.temperature_c = number * kSpanK,
+    loop.push_back({.temperature_c = at.first * kSpanK,
                     .heating = static_cast<int>(heating.size()),
                     .cooling = static_cast<int>(cooling.size()),
                     .width = before_and_after(

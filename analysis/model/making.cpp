@@ -12,9 +12,9 @@
 
 namespace gyrotherm::model {
 
-Result<void> check_records(const std::vector<data::Dataset>& datasets) {
+Result<void> check_records(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& records) {
   for (std::size_t i = 0; i < datasets.size(); ++i) {
-    if (jumps_by_turning(datasets[i]))
+    if (jumps_by_turning(datasets[i], records[i]))
       return failure(
           FaultKind::usage, datasets[i].path,
           "the unit is turned around in it, and the Earth's rate is not known: its bias jumps by twice that");

@@ -18,7 +18,8 @@ namespace gyrotherm::model {
 /// Fails with usage if a run is given twice, which would be held out and learnt from at once, if records say that they
 /// are of different gyros, if their biases are counted from different zeros, or if one jumps by turning the unit
 /// around.
-[[nodiscard]] Result<void> check_records(const std::vector<data::Dataset>& datasets);
+[[nodiscard]] Result<void> check_records(const std::vector<data::Dataset>& datasets,
+                                         const std::vector<data::Clusters>& records);
 
 /// Writes down each record with those of its clusters that were learnt from; a record without any is left out. A
 /// three-point model of a record without a shell thermometer gets a warning.

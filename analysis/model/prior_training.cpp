@@ -243,7 +243,7 @@ Result<Model> train_with_prior(const shared::TypePrior& prior, const std::vector
                                const std::vector<data::Clusters>& clusters, const PriorTrainingOptions& options) {
   if (datasets.empty() || datasets.size() != clusters.size())
     return failure(FaultKind::usage, "training", "needs at least one record");
-  if (const auto sound = check_records(datasets); !sound) return failure(sound.error());
+  if (const auto sound = check_records(datasets, clusters); !sound) return failure(sound.error());
   if (const auto sound = check_zero(prior, datasets.front()); !sound) return failure(sound.error());
   const auto own = own_clusters(prior, datasets, clusters);
   if (!own) return failure(own.error());

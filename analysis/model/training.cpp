@@ -256,7 +256,7 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
                          const TrainingOptions& options, const ProgressSink& progress) {
   const auto method = methods::find_method(options.method);
   if (!method) return failure(method.error());
-  if (const auto sound = check_records(datasets); !sound) return failure(sound.error());
+  if (const auto sound = check_records(datasets, clusters); !sound) return failure(sound.error());
   if (const auto fits = check_choice(options, **method); !fits) return failure(fits.error());
   const auto context = set_up(datasets, clusters, options, **method, progress);
   if (!context) return failure(context.error());

@@ -152,7 +152,7 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
     warnings.push_back("the zero of the bias is fitted to this very record, " + dataset.bias_zero +
                        ": its mean, RMSE and maximum hide what is constant; its STD does not depend on the zero");
   }
-  if (jumps_by_turning(dataset)) {
+  if (jumps_by_turning(dataset, clusters)) {
     warnings.push_back(
         "the unit is turned around and the Earth's rate is not known: twice that lies between its two positions, and "
         "is in every figure of both together");

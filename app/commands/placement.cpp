@@ -148,7 +148,7 @@ std::string json(const RecordedRuns& records, const model::Placement& placement,
 /// What decides is of one gyro, of one zero and no run twice; what is reported on besides is of that gyro, and unseen.
 Result<void> check(const RecordedRuns& records, const RecordedRuns& unseen) {
   for (const RecordedRuns* runs : {&records, &unseen})
-    if (auto sound = model::check_records(runs->datasets); !sound) return sound;
+    if (auto sound = model::check_records(runs->datasets, runs->clusters); !sound) return sound;
   for (const data::Dataset& one : unseen.datasets)
     for (const data::Dataset& other : records.datasets) {
       if (one.run_id == other.run_id)

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/model/characterisation.hpp"
@@ -205,6 +206,7 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   if (!noise) return failure(noise.error());
   std::vector<model::Verification> verifications;
   std::vector<model::Characterisation> starts;
+  std::set<std::string> gyros;
   for (const auto& run : options.runs) {
     const auto recorded =
         load_recorded_run(console, run, {options.clusters, options.unverified, axis_for(*model, options.axis)});
@@ -222,11 +224,13 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     }
     console.data(console.json ? json(run, *verification, behaviour, tracked)
                               : describe(run, *verification, behaviour, tracked));
+    if (!verification->identity.empty()) gyros.insert(verification->identity);
     verifications.push_back(std::move(*verification));
     starts.push_back(behaviour.characterisation);
   }
   if (const auto between = between_runs(verifications))
     console.data(console.json ? text_of(Json{{"between_runs", json_of(*between)}}) + "\n" : describe(*between));
+  if (gyros.size() > 1) return Exit::done;  // how two differ is no repeatability
   for (const model::TurnOn& turn_on : model::turn_on_of(starts))
     console.data(console.json ? text_of(Json{{"turn_on", json_of(turn_on)}}) + "\n" : describe(turn_on));
   return Exit::done;

@@ -54,7 +54,7 @@ std::optional<report::Report> report_left(const LotExperiment& experiment, const
   const bool same = report->rate.record_sha256 == experiment.rate.sha256 &&
                     report->random.record_sha256 == experiment.random.sha256 && same_later &&
                     report->program_version == training.program_version && report->seed == training.seed &&
-                    report->quick == training.quick && nested == training.nested && compared == experiment.compare;
+                    report->quick == training.quick && (nested || !training.nested) && compared == experiment.compare;
   return same ? std::optional(std::move(*report)) : std::nullopt;
 }
 

@@ -281,6 +281,10 @@ TEST(Training, NamesWhatIsWrong) {
   const auto of_two_positions = train_on(turned, linear("A,A-B"));
   ASSERT_FALSE(of_two_positions);
   EXPECT_NE(of_two_positions.error().what.find("its bias jumps by twice that"), std::string::npos);
+  std::vector<Eigen::Index> as_mounted;
+  for (Eigen::Index k = 0; k < clusters.segment.size(); ++k)
+    if (clusters.last_segment(k) + 1 < std::ssize(turned.segments)) as_mounted.push_back(k);
+  EXPECT_TRUE(train({turned}, {pick(clusters, as_mounted)}, linear("A,A-B"))) << "of one position alone";
   turned.earth_rate_deg_per_h = 10;
   EXPECT_TRUE(train_on(turned, linear("A,A-B"))) << "it is removed with the sign of each position";
   data::Dataset without = dataset;

@@ -117,6 +117,14 @@ class Choosing {
     return column;
   }
 
+  /// A mean over both positions of a unit is of neither, nor is one over the seconds in people's hands.
+  bool is_in_one_position(const Stretch& stretch) const {
+    const double first = record::turned_at(record_, stretch.first);
+    for (std::size_t row = stretch.first; row < stretch.end; ++row)
+      if (record::turned_at(record_, row) != first) return stretch.end == stretch.first + 1;
+    return true;
+  }
+
   std::vector<double> means(const std::vector<double>& column) const {
     if (column.empty()) return {};
     return each([&](const Stretch& stretch) { return mean(part_of(column, stretch)); });
@@ -137,10 +145,11 @@ class Choosing {
     for (std::size_t axis = 0; axis < columns.rotation.size(); ++axis) {
       const auto& rotation = columns.rotation[axis];
       const bool counts = axes[axis].kind == GyroKind::pulse_count;
-      unit.rotation.push_back(counts ? each([&](const Stretch& stretch) {
-        return sum_of_pulses(part_of(rotation, stretch), part_of(columns.interval_s, stretch));
-      })
-                                     : means(rotation));
+      unit.rotation.push_back(each([&](const Stretch& stretch) {
+        if (!is_in_one_position(stretch)) return kMissing;
+        const auto part = part_of(rotation, stretch);
+        return counts ? sum_of_pulses(part, part_of(columns.interval_s, stretch)) : mean(part);
+      }));
     }
     unit.interval_s = each([&](const Stretch& stretch) { return sum_of(part_of(columns.interval_s, stretch)); });
     for (const auto& column : columns.values) unit.values.push_back(means(column));

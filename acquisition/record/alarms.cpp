@@ -71,7 +71,7 @@ std::string Alarms::objection(std::int64_t number) const {
   if (std::ranges::find(acknowledged_, number) != acknowledged_.end())
     return fmt::format("alarm {} is acknowledged already", number);
   if (std::ranges::find(crowded_out_, number) != crowded_out_.end())
-    return fmt::format("alarm {} stands no more: {} others do", number, kMost);
+    return fmt::format("alarm {} left the list, which holds {}, for later ones", number, kMost);
   return fmt::format("there is no alarm {}; \"gyrotherm status\" shows those that stand", number);
 }
 

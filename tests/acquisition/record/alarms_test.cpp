@@ -72,7 +72,8 @@ TEST(Alarms, ThoseThatOnlyWarnCrowdNoGraverOneOut) {
   ASSERT_EQ(alarms.standing().size(), Alarms::kMost);
   EXPECT_EQ(alarms.standing().front().number, 1);
   EXPECT_EQ(alarms.standing().back().number, 300);
-  EXPECT_EQ(alarms.objection(2), "alarm 2 stands no more: 256 others do") << "nobody has acknowledged it";
+  EXPECT_EQ(alarms.objection(2), "alarm 2 left the list, which holds 256, for later ones")
+      << "nobody has acknowledged it";
 }
 
 TEST(Alarms, OutliveTheProgramThatSawThem) {

@@ -167,14 +167,20 @@ std::vector<std::string> lines_of(const RigFile& rig) {
 /// A port, or a device on USB, is one instrument's. Behind an address on the network there may be several.
 void check_ports(const TomlTable& root, const RigFile& rig) {
   std::set<std::string> taken;
+  int hids = 0;
+  bool any_hid = false;
   for (const auto& text : lines_of(rig)) {
     const auto line = drivers::parse_line(text);
     if (!line) continue;
     const auto* serial = std::get_if<drivers::SerialLine>(&*line);
-    const bool is_one = serial != nullptr || std::holds_alternative<drivers::HidLine>(*line);
+    const auto* hid = std::get_if<drivers::HidLine>(&*line);
+    hids += hid != nullptr ? 1 : 0;
+    any_hid = any_hid || (hid != nullptr && hid->serial.empty());
+    const bool is_one = serial != nullptr || hid != nullptr;
     if (is_one && !taken.insert(serial ? serial->device : text).second)
       root.mistake("", fmt::format("\"{}\" is the line of two instruments, and would be opened by both", text));
   }
+  if (any_hid && hids > 1) root.mistake("", "\"hid:\" is for a rig with one device on USB, expected serial numbers");
 }
 
 /// All lines virtual, or none.

@@ -52,7 +52,8 @@ FrameSum::FrameSum(const FrameFormat& format)
                      .wraps_at = field->wraps_at,
                      .arcsec_per_unit = arcsec_per(field->unit, field->role).value_or(0)});
   if (const auto* field = format.find(FieldRole::sequence)) sequence_format_ = {field->range, field->step};
-  if (const auto* field = format.find(FieldRole::timestamp)) time_ = {field->range, field->unit_s};
+  if (const auto* field = format.find(FieldRole::timestamp))
+    time_ = {field->range, field->unit_s, is_real(field->type)};
 }
 
 void FrameSum::add(const GyroFrame& frame, FrameTally& tally) {
@@ -120,7 +121,7 @@ Duration FrameSum::since_last_round() const {
 
 /// Its time is what tells that frames are missing, and is finer than the time between two of them.
 bool FrameSum::tells_each_frame_by_time() const {
-  return rate_hz_ > 0 && !sequence_format_ && time_ && 2 * rate_hz_ * time_->unit_s < 1;
+  return rate_hz_ > 0 && !sequence_format_ && time_ && !time_->is_real && 2 * rate_hz_ * time_->unit_s < 1;
 }
 
 void FrameSum::end_round(FrameTally& tally) {

@@ -73,6 +73,7 @@ class FrameSum {
   struct Time {
     std::uint64_t range{};
     double unit_s{};
+    bool is_real{};  ///< its resolution is not known
   };
 
   static void add_reading(const AxisReading& reading, Axis& axis);

@@ -78,7 +78,8 @@ constexpr std::size_t kPumpedChunk = 16384, kMostWaiting = 1 << 20;
 /// How long the line is waited for at once: a write comes after that.
 constexpr Duration kTurn = std::chrono::milliseconds(20);
 
-[[nodiscard]] Duration steady_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
+/// A sleep of the machine counts, for the gyro's time goes on.
+[[nodiscard]] Duration steady_now() { return since_boot(); }
 
 /// What the reader's thread is asked to write, and what came of it.
 struct Errand {
@@ -330,7 +331,7 @@ class FramedGyro final : public Gyro {
   [[nodiscard]] Result<MaybeCount> verdict(FrameTally& tally, bool first) {
     const auto passed = came_ - std::exchange(told_, came_);
     const bool time_jumped = !first && tally.longest > passed + kMostAhead;
-    if (time_jumped) tally.lost = 0;  // for as many as that nobody can tell
+    if (time_jumped && !format_.find(FieldRole::sequence)) tally.lost = 0;  // for as many as that nobody can tell
     const bool breaks = tally.lost > 0 || tally.disordered || time_jumped;
     if (breaks || tally.bad > 0) sum_.drop_round();
     if (first || breaks || tally.bad > 0) arrivals_.count_from(came_);

@@ -110,6 +110,11 @@ TEST(FrameSum, AFrameOfAStampedStreamThatComesTwiceIsSeenByItsTime) {
   EXPECT_TRUE(is_disordered(100, {0, 10, 10, 20}));
   EXPECT_FALSE(is_disordered(1000, {0, 10, 10, 20})) << "two frames may have the same millisecond";
   EXPECT_FALSE(is_disordered(100, {0, 10, std::nullopt, 20})) << "not each has one";
+  format = frame_format_of(
+      "[frame]\nname = \"f\"\nsync = [1]\nlength = 24\n[[frame.field]]\nrole = \"increment\"\ntype = \"i32\"\noffset = "
+      "16\n"
+      "[[frame.field]]\nrole = \"timestamp\"\ntype = \"f64\"\noffset = 8\nunit = \"s\"\n");
+  EXPECT_FALSE(is_disordered(100, {0, 10'000'000, 10'000'000, 20'000'000})) << "how fine a real time is nobody says";
 }
 
 TEST(FrameSum, CountedFramesAreAClock) {

@@ -97,7 +97,9 @@ Result<void> add_user(const UserArguments& options) {
 Result<void> add_token(const UserArguments& options) {
   const auto add = [&](UserList& list) {
     return put_token(list, options.name, *role_named(options.role)).and_then([](const std::string& secret) {
-      return write_to_stdout(secret + "\n");
+      auto said = write_to_stdout(secret + "\n");
+      return said && reader_has_left() ? failure(FaultKind::storage, "stdout", "nobody reads it: no token is made")
+                                       : said;
     });
   };
   if (auto added = change_users(options, add); !added) return added;

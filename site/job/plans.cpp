@@ -78,7 +78,8 @@ Result<Job> plan_seeds(const Seeds& seeds, const std::string& out, const PlanOpt
     return failure(FaultKind::usage, "--first, --last",
                    fmt::format("{} to {}, expected 1 to {} seeds", seeds.first, seeds.last, kMost));
   auto job = empty_job(fmt::format("seeds {} to {}", seeds.first, seeds.last), options);
-  for (auto seed = seeds.first; seed <= seeds.last; ++seed) {
+  for (std::uint64_t i = 0; i <= seeds.last - seeds.first; ++i) {
+    const auto seed = seeds.first + i;
     const auto name = fmt::format("seed-{}", seed);
     const auto model = fmt::format("{}/{}/model.json", out, name);
     Task task{.name = name, .steps = {}};

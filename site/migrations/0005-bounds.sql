@@ -5,6 +5,9 @@
 
 -- What is there already stays; what comes is refused. The tables are taken in the order in which the functions for rigs
 -- take them, so that a rig that sends meanwhile waits for this, and this for no rig that waits for it.
+-- A size that is none is nobody's: a view fails on it, and each change of its row would be refused.
+UPDATE gyrotherm.run SET files = files #- '{0,bytes}'
+  WHERE files->0 ? 'bytes' AND NOT coalesce(files->0->>'bytes' ~ '^[0-9]{1,18}$', false);
 ALTER TABLE gyrotherm.run ADD CONSTRAINT run_file_has_a_size CHECK ((files->0->>'bytes')::bigint >= 0) NOT VALID;
 ALTER TABLE gyrotherm.channel ADD CONSTRAINT channel_due_is_a_day
   CHECK (isfinite(nullif(calibration->>'due', '')::date)) NOT VALID;

@@ -206,7 +206,7 @@ struct ThermalArguments {
   bool force = false;
 };
 
-constexpr const char* kFacts = "thermal.json";  ///< of the files of an image
+constexpr const char* kFacts = "thermal.json";  ///< of the files of an image the last: with it the image is whole
 
 /// A steady state and what it took.
 struct Solved {
@@ -351,7 +351,7 @@ Result<void> draw_pictures(Console& console, const std::filesystem::path& folder
 Result<void> write_all(Console& console, const Solved& solved, const ThermalArguments& options) {
   const std::filesystem::path folder = options.out;
   std::vector<std::string> views;
-  std::vector<std::pair<std::string, std::string>> files{{kFacts, json(solved, options).dump(2) + "\n"}};
+  std::vector<std::pair<std::string, std::string>> files;
   for (const auto& view : thermal_views(solved.model, solved.mesh, solved.state)) {
     files.emplace_back(view.file + ".svg", svg_of(view.image));
     views.push_back(view.file);
@@ -365,7 +365,8 @@ Result<void> write_all(Console& console, const Solved& solved, const ThermalArgu
   for (const auto& [name, content] : files) {
     if (auto written = replace_text_file((folder / name).string(), content); !written) return written;
   }
-  return draw_pictures(console, folder, views);
+  if (auto drawn = draw_pictures(console, folder, views); !drawn) return drawn;
+  return replace_text_file((folder / kFacts).string(), json(solved, options).dump(2) + "\n");
 }
 
 Result<Exit> image(Console& console, const ThermalArguments& options) {

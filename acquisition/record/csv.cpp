@@ -300,9 +300,9 @@ double number_of_channel(const Record& record, const ChannelColumn& column, std:
 /// The column that says where the unit was turned around.
 struct Turned {};
 
-/// Calls with each column of the text table, in order: one of every record, one of its channels, or Turned where people
-/// had the unit in hands.
-void each_column(const RunInfo& info, std::span<const ChannelColumn> channels, const auto& use) {
+/// Calls with each column of the text table, in order: one of every record, one of its channels, or Turned of a record
+/// that `is_handled`.
+void each_column(std::span<const ChannelColumn> channels, bool is_handled, const auto& use) {
   const auto each_fixed = [&](std::span<const Column<SampleRow>> columns) {
     for (const auto& column : columns)
       if (column.exported.title != nullptr) use(column);
@@ -312,7 +312,7 @@ void each_column(const RunInfo& info, std::span<const ChannelColumn> channels, c
   each_fixed(columns_before_channels());
   std::for_each(channels.begin(), truth, use);
   each_fixed(columns_after_channels());
-  if (is_handled(info)) use(Turned{});
+  if (is_handled) use(Turned{});
   std::for_each(truth, channels.end(), use);
 }
 
@@ -338,7 +338,7 @@ struct CellOf {
 void write_csv_head(const RunInfo& info, bool finished, const std::function<void(std::string_view)>& sink) {
   Buffer out;
   add_comments(out, info, finished);
-  each_column(info, channel_columns(info), TitleOf{out, info});
+  each_column(channel_columns(info), is_handled(info), TitleOf{out, info});
   out.push_back('\n');
   sink(std::string_view(out.data(), out.size()));
 }
@@ -355,9 +355,10 @@ void write_csv_rows(const Record& record, std::int64_t after, const std::functio
     out.push_back('\n');
     begun = 1;
   };
+  const bool handled = is_handled(record.info);
   for (std::size_t row = 0; row < record.slot.size(); ++row) {
     if (record.slot[row] <= after) continue;
-    each_column(record.info, channels, CellOf{out, record, row});
+    each_column(channels, handled, CellOf{out, record, row});
     out.push_back('\n');
     if (out.size() > kPiece) flush();
   }

@@ -138,11 +138,13 @@ bool trained_on(const Model& model, const data::Dataset& dataset, const data::Cl
   });
 }
 
-/// How many of its effective parameters the model spent on so many of the clusters that it was fitted to.
-double parameters_spent(const Model& model, int clusters) {
+/// How many of its effective parameters the model spent on the clusters that are verified; 0 if it was not fitted to
+/// them.
+double parameters_spent(const Model& model, const Verification& result) {
+  if (!result.trained_on_this) return 0;
   int all = 0;
   for (const TrainingRecord& record : model.trained_on) all += record.clusters;
-  return all > 0 && model.effective_parameters > 0 ? model.effective_parameters * clusters / all : 0;
+  return all > 0 && model.effective_parameters > 0 ? model.effective_parameters * result.compensated.count / all : 0;
 }
 
 std::vector<std::string> warnings_of(const Verification& result, const Model& model, const data::Dataset& dataset,
@@ -162,8 +164,8 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
   }
   std::ranges::move(warnings_of_origin(model, dataset.of, dataset.identity, dataset.bias_zero),
                     std::back_inserter(warnings));
-  const double explained_by = result.trained_on_this ? parameters_spent(model, result.compensated.count) : 0;
-  if (auto warning = over_fit_warning(result.compensated, result.floor, explained_by)) warnings.push_back(*warning);
+  if (auto warning = over_fit_warning(result.compensated, result.floor, parameters_spent(model, result)))
+    warnings.push_back(*warning);
   if (const OutsideTheRange& outside = result.outside; outside.clusters > 0) {
     warnings.push_back(
         fmt::format("{} of {} clusters have an input outside the trained range (farthest: {}, by {:.2g} % of its "
@@ -233,9 +235,8 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.to_truth = error_to_truth(dataset, clusters, residual);
   result.floor = noise_floor(clusters, dataset);
   result.effective_parameters = model.effective_parameters > 0 ? model.effective_parameters : 0;
-  result.expected_in_sample_std = expected_in_sample_std(
-      result.floor, result.trained_on_this ? parameters_spent(model, result.compensated.count) : 0,
-      result.compensated.count);
+  result.expected_in_sample_std =
+      expected_in_sample_std(result.floor, parameters_spent(model, result), result.compensated.count);
   result.residual_deg_per_h = residual;
   result.segments = segment_figures(dataset, clusters, residual, stretches);
   result.outside = outside_the_range(model, ranged, outside);

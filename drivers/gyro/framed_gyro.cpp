@@ -362,7 +362,7 @@ class FramedGyro final : public Gyro {
     if (format_.clocked_by_sequence)
       return fmt::format("it sends {:.1f} frames a second, its description says {:g}", *pace * format_.rate_hz,
                          format_.rate_hz);
-    if (*pace<kOtherUnit&& * pace> 1 / kOtherUnit) return {};
+    if (std::max(*pace, 1 / *pace) < kOtherUnit) return {};
     return fmt::format("{:.3g} s of its time stamps pass in a second: its description has another unit", *pace);
   }
 

@@ -95,18 +95,13 @@ class Faults(unittest.TestCase):
     @classmethod
     def setUpClass(cls) -> None:
         must_have_postgresql()
-        cls.holder = cluster()
-        cls.store = cls.holder.__enter__()
+        cls.store = cls.enterClassContext(cluster())
         cls.store.migrate()
         cls.store.add_people()
         cls.kept = cls.store.folder / "kept"
         cls.kept.mkdir()
         cls.day = record(cls.kept / "day.db")
         cls.rows, cls.events, cls.run_id = rows_of(cls.day), events_of(cls.day), run_of(cls.day)
-
-    @classmethod
-    def tearDownClass(cls) -> None:
-        cls.holder.__exit__(None, None, None)
 
     def setUp(self) -> None:
         self.chance = random.Random(SEED)

@@ -77,8 +77,7 @@ class Store(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls) -> None:
-        cls.holder = cluster()
-        cls.store = cls.holder.__enter__()
+        cls.store = cls.enterClassContext(cluster())
         cls.store.migrate()
         cls.store.add_people()
         cls.rig = Rig(cls.store, cls.store.folder / "rig-1")
@@ -92,10 +91,6 @@ class Store(unittest.TestCase):
         cls.archive.mkdir()
         cls.rig.file.write_text(cls.rig.file.read_text() + '[archive]\nfolder = "archive"\n')
         cls.sent = cls.rig.once()
-
-    @classmethod
-    def tearDownClass(cls) -> None:
-        cls.holder.__exit__(None, None, None)
 
     def refused(self, text: str, user: str, why: str) -> None:
         done = self.store.try_sql(text, user)
@@ -398,8 +393,7 @@ class Simulated(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls) -> None:
-        cls.holder = cluster()
-        cls.store = cls.holder.__enter__()
+        cls.store = cls.enterClassContext(cluster())
         cls.store.migrate(3)
         cls.store.add_people()
         cls.add_run("chamber-3", "2026-11-20", certificate="K-2026-0117", due="2027-01-17")
@@ -408,10 +402,6 @@ class Simulated(unittest.TestCase):
         cls.add_calibration("0042", "2026-10-01", 0.001)
         cls.before = cls.thermometer(), cls.changes(False)
         cls.store.migrate()
-
-    @classmethod
-    def tearDownClass(cls) -> None:
-        cls.holder.__exit__(None, None, None)
 
     @classmethod
     def add_run(cls, rig: str, day: str, certificate: str = "", due: str = "", simulated: bool = False) -> str:
@@ -515,8 +505,7 @@ class Entrance(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls) -> None:
-        cls.holder = cluster()
-        cls.store = cls.holder.__enter__()
+        cls.store = cls.enterClassContext(cluster())
         folder = cls.store.folder
         run = lambda *words: subprocess.run(
             [*map(str, words)], check=True, capture_output=True, cwd=folder
@@ -589,10 +578,6 @@ class Entrance(unittest.TestCase):
         cls.store.start()
         cls.store.migrate(1)
         cls.store.add_people()
-
-    @classmethod
-    def tearDownClass(cls) -> None:
-        cls.holder.__exit__(None, None, None)
 
     def rig(self, name: str, host: str = "localhost", root: str = "root.crt", **more: str) -> Rig:
         folder = self.store.folder
@@ -710,17 +695,12 @@ class Bounded(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls) -> None:
-        cls.holder = cluster()
-        cls.store = cls.holder.__enter__()
+        cls.store = cls.enterClassContext(cluster())
         cls.store.migrate()
         cls.store.add_people()
         cls.views = [view for view, in cls.store.sql("SELECT viewname FROM pg_views WHERE viewname LIKE 'v1%'")]
         for unit, bias in enumerate((0.010, 0.011, 0.012, 0.013, 0.014)):
             cls.store.sql(cls.calibration(f"R{unit}", bias), "rig_1")
-
-    @classmethod
-    def tearDownClass(cls) -> None:
-        cls.holder.__exit__(None, None, None)
 
     @staticmethod
     def calibration(unit: str, bias: object, rig: str = "rig-1", **more: object) -> str:

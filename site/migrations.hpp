@@ -12,5 +12,6 @@ namespace gyrotherm::site {
 [[nodiscard]] std::string_view document_owners();
 [[nodiscard]] std::string_view simulated_apart();
 [[nodiscard]] std::string_view bounds_of_rigs();
+[[nodiscard]] std::string_view rigs_apart();
 
 }  // namespace gyrotherm::site

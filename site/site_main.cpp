@@ -38,6 +38,27 @@ Result<Postgres> store_of(const SiteOptions& options) {
   });
 }
 
+/// Warns on standard error about rights that keep one rig from holding up the others (docs/site.md).
+Result<void> warn_of_unbounded_roles(Postgres& store) {
+  const auto able = store.ask(
+      "SELECT pg_has_role(current_user, 'pg_signal_backend', 'MEMBER')"
+      " AND pg_has_role(current_user, 'pg_read_all_stats', 'MEMBER')");
+  if (!able) return failure(able.error());
+  if (!able->boolean(0, 0))
+    write_to_stderr(
+        "warning: the owner cannot end sessions of rigs that keep locks; "
+        "GRANT pg_signal_backend, pg_read_all_stats TO it\n");
+  const auto unbounded = store.ask(
+      "SELECT string_agg(rolname, ', ' ORDER BY rolname) FROM pg_roles"
+      " WHERE rolcanlogin AND NOT rolsuper AND rolconnlimit < 0 AND pg_has_role(oid, 'gyrotherm_rig', 'MEMBER')");
+  if (!unbounded) return failure(unbounded.error());
+  if (!unbounded->null(0, 0))
+    write_to_stderr(
+        fmt::format("warning: these roles have no connection limit: {}; ALTER ROLE … CONNECTION LIMIT 8\n",
+                    unbounded->text(0, 0)));
+  return {};
+}
+
 Result<int> bring_up_to_date(const SiteOptions& options) {
   auto store = store_of(options);
   if (!store) return failure(store.error());
@@ -48,7 +69,7 @@ Result<int> bring_up_to_date(const SiteOptions& options) {
     told = write_to_stdout(fmt::format("migration {}: {}\n", step.number, step.name));
   });
   if (migrated && !any) told = write_to_stdout("nothing to do\n");
-  return migrated.and_then([&] { return told; }).map([] { return kDoneExit; });
+  return migrated.and_then([&] { return warn_of_unbounded_roles(*store); }).and_then([&] { return told; }).map([] { return kDoneExit; });
 }
 
 Result<int> show(const SiteOptions& options, const Answer& answer) {

@@ -22,19 +22,23 @@ function left_state(run) {
   return run.finished || ['aborting', 'aborted', 'stopped'].includes(run.state) ? run.state : 'silent';
 }
 
+// A rig repeats its status every 10 s. One that was kept by the broker may be of any age.
+const kHeardWithinS = 60;
+
 function rig_row(rig) {
+  const is_heard = rig.online && rig.age_s <= kHeardWithinS;
   const run = rig.run || rig.left || {};
-  const state = !rig.online ? 'gone' : rig.run ? run.state : rig.left ? left_state(run) : 'idle';
+  const state = !rig.online ? 'gone' : !is_heard ? 'silent' : rig.run ? run.state : rig.left ? left_state(run) : 'idle';
   const word = {idle: 'Idle', gone: 'Off'}[state] || kStates[state] || state;
   return make(
     'tr',
     {},
     make('td', {}, rig.rig),
     make('td', {}, make('span', {class: 'badge ' + state}, word), ' ', simulated_badge(run)),
-    make('td', {}, run.id && rig.online ? run.segment : ''),
-    make('td', {class: 'number'}, rig.run && rig.online ? with_unit(run.chamber_air_c, '°C') : '–'),
-    make('td', {class: 'number'}, rig.run && rig.online ? with_unit(run.set_point_c, '°C') : '–'),
-    make('td', {class: 'number'}, run.id && rig.online ? String((run.alarms || []).length) : '–'),
+    make('td', {}, run.id && is_heard ? run.segment : ''),
+    make('td', {class: 'number'}, rig.run && is_heard ? with_unit(run.chamber_air_c, '°C') : '–'),
+    make('td', {class: 'number'}, rig.run && is_heard ? with_unit(run.set_point_c, '°C') : '–'),
+    make('td', {class: 'number'}, run.id && is_heard ? String((run.alarms || []).length) : '–'),
     make('td', {class: 'number'}, duration(rig.age_s))
   );
 }

@@ -107,7 +107,9 @@ Result<void> Broker::set_up(const BrokerAddress& address, const Will& will) {
   mosquitto_message_callback_set(client, [](mosquitto*, void* broker, const mosquitto_message* message) {
     const auto& took = static_cast<Broker*>(broker)->listeners_.took;
     if (took)
-      took(message->topic, {static_cast<const char*>(message->payload), static_cast<std::size_t>(message->payloadlen)});
+      took({message->topic,
+            {static_cast<const char*>(message->payload), static_cast<std::size_t>(message->payloadlen)},
+            message->retain});
   });
   if (!will.topic.empty())
     mosquitto_will_set(client, will.topic.c_str(), static_cast<int>(will.text.size()), will.text.data(), kAtLeastOnce,

@@ -49,11 +49,15 @@ class Broker {
   struct Will {
     std::string topic, text;
   };
-  /// `came` is told whenever the connection stands again, `took` each message of a subscribed topic, `complain` why
-  /// there is no connection, once each time; all three on the thread of this.
+  struct Message {
+    std::string topic, text;
+    bool kept{};  ///< sent before this subscribed
+  };
+  /// `came` is called when the connection is made again, `took` with each message of a subscribed topic, `complain`
+  /// with the reason why there is no connection, once for each loss. All three run on the thread of the broker.
   struct Listeners {
     std::function<void()> came{};
-    std::function<void(const std::string& topic, const std::string& text)> took{};
+    std::function<void(const Message& message)> took{};
     std::function<void(const Fault&)> complain{};
   };
 

@@ -15,11 +15,13 @@
 
 namespace gyrotherm::site {
 
-/// One rig, as it was heard of last.
+/// The last status that a rig published.
 struct HeardRig {
   std::string name;
-  bool online{};     ///< it said so, and neither it nor the broker has said otherwise since
-  Duration age{};    ///< since anything was heard
+  /// Set by the rig itself; cleared by the rig or by the broker in its place.
+  bool online{};
+  /// Time since the status was published. For a status that the broker had kept it is judged by the UTC in the message.
+  Duration age{};
   std::string run;   ///< its run's status as JSON (record::to_json()), "null" where there is none
   std::string left;  ///< … of the last one where none goes on, if that did not end, or with alarms
 };
@@ -31,16 +33,17 @@ class SiteView {
                                                                  std::function<void(const Fault&)> complain);
 
   [[nodiscard]] bool is_connected() const { return broker_->is_connected(); }
-  /// By name. A rig is passed over whose message makes no sense.
+  /// Sorted by topic. A message is ignored if it cannot be read or names another rig than its topic.
   [[nodiscard]] std::vector<HeardRig> rigs() const;
 
  private:
   SiteView() = default;
-  void take(const std::string& topic, const std::string& text);
+  void take(const std::string& site, const Broker::Message& message);
 
   struct Heard {
     HeardRig rig;
     Duration at{};  ///< since this machine was started
+    Duration age_then{};
   };
   mutable std::mutex mutex_;
   std::map<std::string, Heard> heard_;  ///< by topic

@@ -13,6 +13,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 sys.dont_write_bytecode = True
@@ -151,6 +152,42 @@ class Live(unittest.TestCase):
             heard = lambda: [len(rig["left"]["alarms"]) for rig in monitor.ask("/api/v1/site").json["rigs"]
                              if rig["rig"] == "rig 2"]
             self.assertTrue(until(lambda: heard() == [count]), heard())
+
+    def test_a_rig_speaks_for_its_own_topic_only(self) -> None:
+        monitor = Monitor(self.folder, "--site", str(self.site), runs=self.folder / "records")
+        self.addCleanup(monitor.stop)
+
+        def say(topic: str, rig: str, utc: str) -> None:
+            told = {"schema": "gyrotherm-live/1", "site": "lab/1", "rig": rig, "number": 1, "online": True, "utc": utc,
+                    "run": None, "left": None}
+            subprocess.run(self.broker.speaker(f"gyrotherm/v1/lab_1/{topic}/status"), input=json.dumps(told),
+                           check=True, text=True)
+
+        def heard() -> dict[str, float]:
+            return {rig["rig"]: rig["age_s"] for rig in monitor.ask("/api/v1/site").json["rigs"]}
+
+        now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+        for topic, rig in (("rig 3", "rig 1"), ("rig 3", "rig 31"), ("rig_3", "rig 3/"), ("rig 4", "Rig 4")):
+            say(topic, rig, now)
+        say("rig_5", "rig/5", now)
+        say("rig 6", "rig 6", now)
+        self.assertTrue(until(lambda: {"rig/5", "rig 6"} <= heard().keys()), heard())
+        self.assertFalse({"rig 31", "rig 3/", "Rig 4"} & heard().keys(), heard())
+
+    def test_a_kept_status_is_as_old_as_its_utc(self) -> None:
+        old = {"schema": "gyrotherm-live/1", "site": "lab/1", "number": 1, "online": True, "run": None, "left": None}
+        ages = {"kept 1": 3600.0, "kept 2": 30 * 86400.0, "kept 3": 0.0, "kept 4": -3600.0}
+        for rig, age in ages.items():
+            utc = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(time.time() - age))
+            subprocess.run(self.broker.speaker(f"gyrotherm/v1/lab_1/{rig}/status"), check=True, text=True,
+                           input=json.dumps(old | {"rig": rig, "utc": utc}))
+        monitor = Monitor(self.folder, "--site", str(self.site), runs=self.folder / "records")  # subscribes after that
+        self.addCleanup(monitor.stop)
+        heard = lambda: {rig["rig"]: rig["age_s"] for rig in monitor.ask("/api/v1/site").json["rigs"]}
+        self.assertTrue(until(lambda: ages.keys() <= heard().keys()), heard())
+        for rig, age in heard().items():
+            if rig in ages:
+                self.assertLess(abs(age - max(ages[rig], 0)), 60, rig)
 
     def test_without_a_broker_it_ends_as_soon_as_it_is_told(self) -> None:
         text = self.site.read_text().replace(str(self.broker.port), str(free_port()))

@@ -12,6 +12,7 @@ import shutil
 import sqlite3
 import subprocess
 import sys
+import time
 import unittest
 import uuid
 
@@ -760,6 +761,96 @@ class Bounded(unittest.TestCase):
         self.assertIn("calibration_is_of_a_day", said.stderr)
         self.everybody_is_answered()
         self.store.sql(self.calibration("R0", 0.01, ended="2026-04-01"), "rig_1")
+
+
+class Isolated(unittest.TestCase):
+    """A rig that keeps a transaction open holds up no other rig for longer than a minute."""
+
+    INFO = {"started_ns": 1_900_000_000 * 10**9, "profile": "p", "simulated": False, "imported": False, "channels": [],
+            "units": [{"label": "u", "serial_number": "S1", "model": "m"}]}
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.store = cls.enterClassContext(cluster())
+        cls.store.migrate()
+        cls.store.add_people()
+        cls.store.sql("CREATE ROLE rig_3 LOGIN IN ROLE gyrotherm_rig")
+        cls.store.sql("GRANT pg_signal_backend, pg_read_all_stats TO gyrotherm_owner")
+
+    def add_run(self, rig: str, **changes: object) -> str:
+        return f"SELECT gyrotherm.add_run('{uuid.uuid4()}', '{rig}', '{json.dumps(self.INFO | changes)}');"
+
+    @staticmethod
+    def calibration(rig: str, **changes: object) -> str:
+        text = json.dumps(CALIBRATION | changes)
+        return f"SELECT gyrotherm.add_document('{rig}', 'calibration', 'c', $c${text}$c$);"
+
+    @contextlib.contextmanager
+    def open_transaction(self, statements: str):
+        """A session of rig_2 that has executed the statements and stays."""
+        psql = subprocess.Popen([BIN / "psql", "-X", "-q", self.store.address("rig_2")], stdin=subprocess.PIPE,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        try:
+            psql.stdin.write(f"SET idle_in_transaction_session_timeout = 0;\nBEGIN;\n{statements}\n\\echo ready\n")
+            psql.stdin.flush()
+            lines = []
+            while not lines or "ready" not in lines[-1]:
+                lines.append(psql.stdout.readline())
+                self.assertNotIn("ERROR", lines[-1])
+            yield
+        finally:
+            psql.kill()
+            psql.communicate()
+
+    def test_no_rig_waits_for_an_open_transaction_of_another(self) -> None:
+        self.store.sql(self.add_run("rig-1", units=[]) + self.add_run("rig-1"), "rig_1")  # the month is there
+        for held in (self.add_run("rig-2", units=[{"label": "u", "serial_number": "S2", "model": "m"}]),
+                     self.add_run("rig-2", simulated=True),
+                     "SELECT pg_advisory_lock(hashtext('gyrotherm.make_month'));"
+                     "SELECT pg_advisory_lock(hashtext('gyrotherm.make_drift'), hashtext('S1 m'));"):
+            with self.open_transaction(held):
+                begun = time.monotonic()
+                self.store.sql(self.add_run("rig-1", units=[{"label": "u", "serial_number": "S2", "model": "m"}])
+                               + self.add_run("rig-1", started_ns=(2_000_000_000 + 3_000_000 * len(held)) * 10**9)
+                               + self.calibration("rig-1", number=f"C{len(held)}"), "rig_1")
+                self.assertLess(time.monotonic() - begun, 9)
+
+    def test_an_old_transaction_ends_and_others_go_on(self) -> None:
+        for number, held in enumerate((self.add_run("rig-2", started_ns=1_700_000_000 * 10**9),
+                                       self.add_run("rig-new", started_ns=1_900_000_000 * 10**9),
+                                       self.calibration("rig-2", number="held"))):
+            wanted = held.replace("rig-2", "rig-1").replace("1700000000", "1701000000")
+            with self.open_transaction(held):
+                self.assertIn("lock timeout", self.store.try_sql(wanted, "rig_1").stderr, number)
+                # As if the transaction were old already: the store's limit, which is one minute, made short.
+                shown = self.store.sql("SELECT pg_get_functiondef('gyrotherm.end_stale'::regproc)")
+                text = "\n".join(line[0] for line in shown)
+                self.store.sql(text.replace("1 minute", "1 second"), "gyrotherm_owner")
+                answer = self.store.try_sql(wanted, "rig_1")
+                self.store.sql(text, "gyrotherm_owner")
+                self.assertEqual(answer.returncode, 0, answer.stderr)
+
+    def test_a_rig_opens_24_months_a_day(self) -> None:
+        months = [1_300_000_000 + 2_679_000 * i for i in range(30)]
+        said = [self.store.try_sql(self.add_run("rig-many", started_ns=s * 10**9), "rig_3").stderr for s in months]
+        self.assertEqual([("24 months" in one) for one in said].count(False), 24)
+        self.assertIn("24 months", said[-1])
+        self.store.sql(self.add_run("rig-1", started_ns=1_299_000_000 * 10**9), "rig_1")
+
+    def test_a_document_belongs_to_each_sender(self) -> None:
+        text = json.dumps(CALIBRATION | {"number": "C-victim", "item": {"serial_number": "V", "model": "m"}})
+        digest = hashlib.sha256(text.encode()).hexdigest()
+        for rig, role in (("rig-evil", "rig_2"), ("rig-1", "rig_1")):
+            self.assertEqual(self.store.sql(f"SELECT gyrotherm.has_document('{digest}')", role), [["f"]])
+            self.store.sql(f"SELECT gyrotherm.add_document('{rig}', 'calibration', 'c', $c${text}$c$)", role)
+        there = "SELECT count(*) > 0 FROM gyrotherm.v1_drift WHERE serial_number = 'V'"
+        for changes in ({"state": "superseded"}, {"issued": "2020-01-01"}, {"state": "superseded", "issued": "x"[:0]}):
+            evil = json.dumps(json.loads(text) | changes)
+            self.store.try_sql(f"SELECT gyrotherm.add_document('rig-evil', 'calibration', 'c', $c${evil}$c$)", "rig_2")
+            self.assertEqual(self.store.sql(there), [["t"]], changes)
+        own = json.dumps(json.loads(text) | {"state": "superseded", "issued": "2026-03-03"})
+        self.store.sql(f"SELECT gyrotherm.add_document('rig-1', 'calibration', 'c', $c${own}$c$)", "rig_1")
+        self.assertEqual(self.store.sql(there), [["f"]], "its own sender may")
 
 
 class Retention(unittest.TestCase):

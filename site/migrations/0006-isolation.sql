@@ -35,7 +35,7 @@ ALTER TABLE gyrotherm.sample DROP CONSTRAINT sample_run_started_fkey;
 CREATE TABLE gyrotherm.month_made (
   partition text PRIMARY KEY,
   owner name NOT NULL,
-  made timestamptz NOT NULL DEFAULT now()
+  made timestamptz NOT NULL -- by the server's clock: a bound, not a key
 );
 
 -- Makes the partition of a month if it does not exist. A role may open 24 months a day: each month slows every
@@ -61,7 +61,7 @@ BEGIN
                  'CHECK (started >= %L AND started < %L))', partition, first, following);
   EXECUTE format('ALTER TABLE gyrotherm.sample ATTACH PARTITION gyrotherm.%I FOR VALUES FROM (%L) TO (%L)',
                  partition, first, following);
-  INSERT INTO gyrotherm.month_made(partition, owner) VALUES (partition, session_user)
+  INSERT INTO gyrotherm.month_made(partition, owner, made) VALUES (partition, session_user, now())
   ON CONFLICT ON CONSTRAINT month_made_pkey DO UPDATE SET owner = EXCLUDED.owner, made = EXCLUDED.made;
 END
 $$;

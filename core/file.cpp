@@ -170,13 +170,20 @@ struct Manner {
   Syncing syncing{};
 };
 
+/// Gives a new file of our own its mode whatever the umask is, but leaves the group out where the umask does.
+bool set_mode(int file, mode_t mode) {
+  struct stat made {};
+  if (::fstat(file, &made) != 0) return false;
+  return ::fchmod(file, (made.st_mode & S_IRGRP) != 0 ? mode : mode & S_IRWXU) == 0;
+}
+
 /// False with errno set; then nothing is left of it.
 bool replace_in(const Place& place, std::string_view text, const Manner& manner) {
   const SignalsWait until_it_is_whole;
   std::string name;
   const auto file = make_new(place, name, manner.mode);
   if (!file.is_open()) return false;
-  const bool done = (!manner.whatever_the_umask || ::fchmod(file.number(), manner.mode) == 0) &&
+  const bool done = (!manner.whatever_the_umask || set_mode(file.number(), manner.mode)) &&
                     write_all(file.number(), text) &&
                     (manner.syncing == Syncing::not_awaited || ::fsync(file.number()) == 0) &&
                     ::renameat(place.folder.number(), name.c_str(), place.folder.number(), place.name.c_str()) == 0;

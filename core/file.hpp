@@ -88,9 +88,9 @@ enum class Syncing { awaited, not_awaited };
 enum class Readers { owner_and_group, owner };
 
 /// Replaces a file of our own, as one that stands beside a record: likewise as a whole, but what stands under the name
-/// itself is replaced, a link as well, and never followed. The mode is 0640, or for the owner alone 0600. `syncing`
-/// says whether file and folder are synced before this returns; what need not outlive the machine need not wait for it.
-/// Fails with storage.
+/// itself is replaced, a link as well, and never followed. The mode is 0640, or 0600 for the owner alone and where the
+/// umask excludes the group (077); nothing else of the umask counts. `syncing` selects whether file and folder are
+/// synced before this returns. Fails with storage.
 [[nodiscard]] Result<void> replace_own_file(const std::string& path, std::string_view text,
                                             Syncing syncing = Syncing::awaited,
                                             Readers readers = Readers::owner_and_group);

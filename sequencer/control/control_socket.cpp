@@ -14,6 +14,8 @@
 #include <utility>
 
 #include "core/deadline.hpp"
+#include "core/file.hpp"
+#include "core/json_reader.hpp"
 #include "core/process.hpp"
 
 namespace gyrotherm::control {
@@ -21,7 +23,8 @@ namespace {
 
 constexpr std::size_t kMostSpeakers = 8;
 constexpr int kMostNewSpeakers = 64;  ///< heard at once; the others wait for the next time
-constexpr mode_t kOwnerAndGroup = 0660;
+constexpr mode_t kOwnerAndGroup = 0660, kOwner = 0600;
+constexpr const char* kStatusEnding = ".status";  ///< "RUN.db.status" names the writer of RUN.db
 
 /// The address of a socket in a folder, however long the folder's path is: through the open folder.
 struct Address {
@@ -57,13 +60,15 @@ std::string who_is(int speaker, const std::string& for_user) {
   return fmt::format("{} (through {}, uid {})", for_user, user_name(credentials.uid), credentials.uid);
 }
 
-/// Gives the socket at that path its mode: what stands there now, if it is a socket of this user's, and no link.
+/// Sets the mode of the socket at that path, if it is a socket of this user's and no link. Excludes the group where the
+/// umask does, as replace_own_file() does.
 bool open_to_owner_and_group(const Address& address, const std::string& name) {
   const Descriptor made(::openat(address.folder.number(), name.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
   struct stat found {};
   if (!made.is_open() || ::fstat(made.number(), &found) != 0) return false;
   if (!S_ISSOCK(found.st_mode) || found.st_uid != ::geteuid()) return false;
-  return ::chmod(fmt::format("/proc/self/fd/{}", made.number()).c_str(), kOwnerAndGroup) == 0;
+  const mode_t mode = (found.st_mode & S_IRGRP) != 0 ? kOwnerAndGroup : kOwner;
+  return ::chmod(fmt::format("/proc/self/fd/{}", made.number()).c_str(), mode) == 0;
 }
 
 ControlAnswer answer_to(std::string_view message, int speaker, const Listener& listener) {
@@ -139,6 +144,60 @@ Result<Descriptor> connected(const std::string& record, const Deadline& deadline
   return socket;
 }
 
+/// A process and its user.
+struct Writer {
+  std::int64_t pid{};
+  uid_t uid{};
+};
+
+std::string in_words(const Writer& writer) {
+  return fmt::format("process {} of {}", writer.pid, user_in_words(writer.uid));
+}
+
+/// Returns the process that the status file beside the record names, with the owner of that file as its user.
+Result<Writer> writer_of(const std::string& record) {
+  const auto path = record + kStatusEnding;
+  const auto unknown = [&](const std::string& why) {
+    return failure(FaultKind::refused, path, fmt::format("does not tell which process carries the run out: {}", why));
+  };
+  const auto file = open_regular_file(path, Links::refused);
+  if (!file) return unknown(file.error().what);
+  struct stat found {};
+  if (::fstat(file->descriptor.number(), &found) != 0) return unknown(std::strerror(errno));
+  const auto status =
+      read_whole(*file, path).and_then([&](const std::string& text) { return JsonPlace::parse(text, path); });
+  if (!status) return unknown(status.error().what);
+  const Writer writer{.pid = (*status)["pid"].long_integer(), .uid = found.st_uid};
+  if (const auto verdict = status->verdict(); !verdict) return unknown(verdict.error().what);
+  return writer;
+}
+
+/// Returns true for this user, root, and the owners of the record and of its folder.
+bool may_carry_out(uid_t uid, const std::string& record) {
+  if (uid == ::geteuid() || uid == 0) return true;
+  struct stat found {};
+  for (const auto& path : {record, folder_of(record)})
+    if (::stat(path.c_str(), &found) == 0 && found.st_uid == uid) return true;
+  return false;
+}
+
+/// Fails with refused if the process that listens is not the one that the status file names. The kernel reports the
+/// process that called listen().
+Result<void> check_listener(const Descriptor& socket, const std::string& record) {
+  const auto path = control_socket_path(record);
+  ucred credentials{};
+  socklen_t size = sizeof credentials;
+  if (::getsockopt(socket.number(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
+    return failure(FaultKind::refused, path, fmt::format("who listens is unknown: {}", std::strerror(errno)));
+  const auto expected = writer_of(record);
+  if (!expected) return failure(expected.error());
+  const Writer found{.pid = credentials.pid, .uid = credentials.uid};
+  if (found.pid == expected->pid && found.uid == expected->uid && may_carry_out(found.uid, record)) return {};
+  return failure(FaultKind::refused, path,
+                 fmt::format("{} listens there, but {} writes the record; nothing was sent to it", in_words(found),
+                             in_words(*expected)));
+}
+
 }  // namespace
 
 Result<ControlAnswer> tell(const std::string& record, const ControlRequest& request, Duration within) {
@@ -146,6 +205,7 @@ Result<ControlAnswer> tell(const std::string& record, const ControlRequest& requ
   const Deadline deadline(within);
   const auto socket = connected(record, deadline);
   if (!socket) return failure(socket.error());
+  if (const auto known = check_listener(*socket, record); !known) return failure(known.error());
   const auto message = to_message(request);
   if (::send(socket->number(), message.data(), message.size(), MSG_NOSIGNAL) < 0)
     return failure(FaultKind::disconnected, path, std::strerror(errno));

@@ -22,8 +22,8 @@ namespace gyrotherm::control {
 /// both: "anna (through ada, uid 1000)".
 using Listener = std::function<ControlAnswer(const ControlRequest&, const std::string& who)>;
 
-/// The end of the program that listens. Whoever may write to the socket (mode 0660) may speak; the kernel says who it
-/// is.
+/// The listening end. Everyone who may write to the socket may speak: mode 0660, or 0600 if the umask excludes the
+/// group. The kernel reports the speaker.
 class ControlSocket {
  public:
   /// A socket that a dead program left is replaced. Fails with storage.
@@ -45,8 +45,10 @@ class ControlSocket {
   std::vector<Descriptor> speakers_;
 };
 
-/// Speaks to the program that carries the run of `record` out, and waits at most `within` for its answer. Fails with
-/// usage if no program listens there, refused if this user may not speak to it, timeout or corrupted.
+/// Sends a request to the program that carries the run of `record` out, and waits at most `within` for its answer.
+/// Nothing is sent unless the process that listens (SO_PEERCRED) is the one that RUN.db.status names, and its user owns
+/// that file and is this user, root, or the owner of the record or its folder. Fails with usage if no program listens
+/// there, refused if this user may not speak to it or another process listens, timeout or corrupted.
 [[nodiscard]] Result<ControlAnswer> tell(const std::string& record, const ControlRequest& request, Duration within);
 
 }  // namespace gyrotherm::control

@@ -7,8 +7,10 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -22,6 +24,17 @@ namespace {
 
 using std::chrono_literals::operator""ms;
 using std::chrono_literals::operator""s;
+
+/// The status file as the program that carries `record` out writes it.
+void write_status_of(const std::string& record, std::int64_t pid = ::getpid()) {
+  std::ofstream(record + ".status") << fmt::format(R"({{"schema":"gyrotherm-status/1","pid":{}}})", pid);
+}
+
+/// A socket beside the record and the status file of its program.
+Result<ControlSocket> open_with_status(const std::string& record) {
+  write_status_of(record);
+  return ControlSocket::open(record);
+}
 
 /// Listens in a thread of its own until it goes, and keeps what it heard.
 class Listening {
@@ -47,7 +60,7 @@ class Listening {
 
 TEST(ControlSocket, AnswersWithWhatWasDone) {
   const tests::TestFolder folder;
-  auto socket = ControlSocket::open(folder / "run.db");
+  auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket) << text(socket.error());
   Listening listening(*socket, {.done = true, .text = "paused"});
   const auto answer = tell(folder / "run.db", *request_of("pause", ""), 5s);
@@ -60,7 +73,7 @@ TEST(ControlSocket, AnswersWithWhatWasDone) {
 
 TEST(ControlSocket, TheKernelSaysWhoSpeaks) {
   const tests::TestFolder folder;
-  auto socket = ControlSocket::open(folder / "run.db");
+  auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket);
   Listening listening(*socket, {.done = true, .text = "noted"});
   ASSERT_TRUE(tell(folder / "run.db", *request_of("note", "from somebody else (uid 0)"), 5s));
@@ -70,7 +83,7 @@ TEST(ControlSocket, TheKernelSaysWhoSpeaks) {
 
 TEST(ControlSocket, WhomAMonitorAsksForIsNamedBesideWhoTheKernelSaysItIs) {
   const tests::TestFolder folder;
-  auto socket = ControlSocket::open(folder / "run.db");
+  auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket);
   Listening listening(*socket, {.done = true, .text = "noted"});
   auto request = *request_of("note", "the door was open");
@@ -88,7 +101,7 @@ TEST(ControlSocket, NobodyThereIsAMistakeAndASilentOneATimeout) {
   const auto nobody = tell(folder / "run.db", *request_of("pause", ""), 1s);
   ASSERT_FALSE(nobody);
   EXPECT_EQ(nobody.error().kind, FaultKind::usage);
-  auto socket = ControlSocket::open(folder / "run.db");
+  auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket);
   const auto silent = tell(folder / "run.db", *request_of("pause", ""), 50ms);
   ASSERT_FALSE(silent);
@@ -121,11 +134,115 @@ TEST(ControlSocket, IsForOwnerAndGroup) {
   EXPECT_EQ(found.st_mode & 0777, 0660u);
 }
 
+TEST(ControlSocket, IsForOwnerAloneWhenUmaskExcludesGroup) {
+  for (const auto& [mask, mode] : {std::pair{0000u, 0660u}, {0022u, 0660u}, {0027u, 0660u}, {0077u, 0600u}}) {
+    const tests::TestFolder folder;
+    const auto before = ::umask(mask);
+    const auto socket = ControlSocket::open(folder / "run.db");
+    ::umask(before);
+    ASSERT_TRUE(socket);
+    struct stat found {};
+    ASSERT_EQ(::stat(control_socket_path(folder / "run.db").c_str(), &found), 0);
+    EXPECT_EQ(found.st_mode & 0777, mode) << mask;
+  }
+}
+
+/// Another process that has put its socket in the place of the run's and answers everything with "done".
+class Impostor {
+ public:
+  explicit Impostor(const std::string& record, uid_t uid = ::geteuid()) {
+    int ready[2];
+    EXPECT_EQ(::pipe(ready), 0);
+    pid_ = ::fork();
+    if (pid_ == 0) {
+      const bool is_other = uid == ::geteuid() || ::setuid(uid) == 0;
+      auto socket = ControlSocket::open(record);
+      [[maybe_unused]] const auto told = ::write(ready[1], is_other && socket ? "y" : "n", 1);
+      for (;; ::poll(nullptr, 0, 2)) {
+        if (!socket) continue;
+        socket->listen([](const ControlRequest&, const std::string&) {
+          return ControlAnswer{.done = true, .text = "aborts: the chamber is made safe"};
+        });
+      }
+    }
+    char answer = 0;
+    EXPECT_EQ(::read(ready[0], &answer, 1), 1);
+    EXPECT_EQ(answer, 'y');
+    ::close(ready[0]), ::close(ready[1]);
+  }
+  ~Impostor() {
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+  }
+  Impostor(const Impostor&) = delete;
+  Impostor& operator=(const Impostor&) = delete;
+  [[nodiscard]] pid_t pid() const { return pid_; }
+
+ private:
+  pid_t pid_ = -1;
+};
+
+void expect_refused(const std::string& record, const char* word) {
+  const auto text = std::string(word) == "note" ? "looked" : "";
+  const auto answer = tell(record, *request_of(word, text), 5s);
+  ASSERT_FALSE(answer) << word << ": " << answer->text;
+  EXPECT_EQ(answer.error().kind, FaultKind::refused) << text << answer.error().what;
+}
+
+TEST(ControlSocket, RefusesListenerThatStatusFileDoesNotName) {
+  const tests::TestFolder folder;
+  const auto record = folder / "run.db";
+  const auto own = open_with_status(record);
+  ASSERT_TRUE(own);
+  std::filesystem::rename(control_socket_path(record), folder / "away");
+  const Impostor impostor(record);
+  for (const auto* word : {"abort", "stop", "pause", "note"}) expect_refused(record, word);
+  const auto answer = tell(record, *request_of("abort", ""), 5s);
+  EXPECT_NE(answer.error().what.find(fmt::format("process {} of", impostor.pid())), std::string::npos)
+      << answer.error().what;
+}
+
+TEST(ControlSocket, RefusesListenerWhenStatusFileIsUnusable) {
+  const tests::TestFolder folder;
+  const auto record = folder / "run.db", status = record + ".status";
+  auto socket = ControlSocket::open(record);
+  ASSERT_TRUE(socket);
+  Listening listening(*socket, {.done = true, .text = "done"});
+  expect_refused(record, "abort");  // no status file
+  for (const auto* text : {"", "{}", R"({"pid":"1"})", R"({"pid":0})", "[", "gone"}) {
+    std::ofstream(status) << text;
+    expect_refused(record, "abort");
+  }
+  std::filesystem::remove(status);
+  write_status_of(folder / "other.db");
+  std::filesystem::create_symlink(folder / "other.db.status", status);
+  expect_refused(record, "abort");
+  listening.end();
+  EXPECT_TRUE(listening.heard.empty());
+}
+
+TEST(ControlSocket, RefusesListenerOfAnotherUser) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
+  constexpr uid_t kStranger = 65534;
+  const tests::TestFolder folder;
+  const auto record = folder / "run.db";
+  std::filesystem::permissions(folder / "", std::filesystem::perms::all);
+  std::ofstream(record) << "record";
+  const Impostor impostor(record, kStranger);
+  write_status_of(record, impostor.pid());
+  expect_refused(record, "abort");  // the status file is root's
+  ASSERT_EQ(::chown((record + ".status").c_str(), kStranger, kStranger), 0);
+  expect_refused(record, "abort");  // the record is root's
+  ASSERT_EQ(::chown(record.c_str(), kStranger, kStranger), 0);
+  const auto answer = tell(record, *request_of("abort", ""), 5s);
+  EXPECT_TRUE(answer) << "the run of that user";
+}
+
 TEST(ControlSocket, IsReachedInAFolderOfAnyDepth) {
   const tests::TestFolder folder;
   const auto deep = folder / (std::string(90, 'a') + "/" + std::string(90, 'b'));
   std::filesystem::create_directories(deep);
-  auto socket = ControlSocket::open(deep + "/run.db");
+  auto socket = open_with_status(deep + "/run.db");
   ASSERT_TRUE(socket) << text(socket.error());
   Listening listening(*socket, {.done = false, .text = "it has ended"});
   const auto answer = tell(deep + "/run.db", *request_of("stop", ""), 5s);
@@ -165,7 +282,7 @@ TEST(ControlSocket, NoMessageButAWholeOneOfThisVersionIsHeard) {
 
 TEST(ControlSocket, WhoConnectsAndSaysNothingKeepsNobodyOut) {
   const tests::TestFolder folder;
-  auto socket = ControlSocket::open(folder / "run.db");
+  auto socket = open_with_status(folder / "run.db");
   ASSERT_TRUE(socket);
   Listening listening(*socket, {.done = true, .text = "done"});
   std::vector<Descriptor> silent;

@@ -2,6 +2,7 @@
 /// What the rig sees of an instrument, whatever its protocol.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,19 @@ struct SetPointRange {
   std::optional<Celsius> lowest, highest;
 };
 
+/// Answers who it is, and tells when another instrument may have taken its place.
+class Identified {
+ public:
+  virtual ~Identified() = default;
+  /// Returns make, model, serial number and the settings that change the meaning of its values, as far as the
+  /// instrument reports them: the same words from the same instrument with the same settings. Empty: it cannot be
+  /// asked. Fails with timeout, disconnected, refused or corrupted, and with mismatch if it is not the instrument that
+  /// its description expects.
+  [[nodiscard]] virtual Result<std::string> identify() = 0;
+  /// Counts the connections that broke so far, those included that the driver made anew within one call.
+  [[nodiscard]] virtual std::uint64_t breaks() const { return 0; }
+};
+
 /// How long it takes to speak to a chamber, where that can be told.
 struct ChamberEffort {
   int each_second = 0;    ///< exchanges for its air and set point, in each second
@@ -28,11 +42,8 @@ struct ChamberEffort {
 };
 
 /// A temperature chamber that is driven by set points from the host, or carries out a program that the host gave it.
-class Chamber {
+class Chamber : public Identified {
  public:
-  virtual ~Chamber() = default;
-  /// Who it is, in words; fails if the fingerprint of its register map does not fit.
-  [[nodiscard]] virtual Result<std::string> identify() = 0;
   /// One read of the air and of the set point that the controller holds, back within a second plus one exchange. What
   /// need not be read in each second is read in turn, as far as there is time.
   [[nodiscard]] virtual Result<ChamberState> read() = 0;
@@ -82,22 +93,16 @@ class Chamber {
 };
 
 /// One instrument with one or more temperature inputs.
-class Thermometer {
+class Thermometer : public Identified {
  public:
-  virtual ~Thermometer() = default;
-  [[nodiscard]] virtual Result<std::string> identify() = 0;
   /// One reading per input, in the instrument's order. A silent instrument yields its fault in every place, an open or
   /// over-range input its own fault in its place.
   [[nodiscard]] virtual std::vector<Result<Celsius>> read() = 0;
 };
 
 /// One instrument with inputs for voltages and currents, which tell of gyros what their frames do not.
-class AnalogueInputs {
+class AnalogueInputs : public Identified {
  public:
-  virtual ~AnalogueInputs() = default;
-  /// Who it is, in words. Fails with timeout, disconnected, refused or corrupted, and with mismatch if it is another
-  /// than the one that is expected.
-  [[nodiscard]] virtual Result<std::string> identify() = 0;
   /// One reading of each input that is used, in their order, each in the unit of measure that the instrument's
   /// description says; within a second plus one exchange. A silent instrument yields its fault in every place, an open
   /// or over-range input its own fault in its place.
@@ -106,9 +111,10 @@ class AnalogueInputs {
 
 /// A gyro that sends frames by itself: of one axis or several, and of one unit under test or of several behind one
 /// interface.
-class Gyro {
+class Gyro : public Identified {
  public:
-  virtual ~Gyro() = default;
+  /// A gyro that only sends cannot be asked. Called once it is open.
+  [[nodiscard]] Result<std::string> identify() override { return std::string(); }
   /// Opens the line: what the gyro sends from now on can be read. Fails with disconnected. A gyro that needs no opening
   /// is open.
   [[nodiscard]] virtual Result<void> open() { return {}; }

@@ -35,6 +35,8 @@ class Registers {
                                            std::span<const std::uint16_t> words) = 0;
   /// The next use is tried at once, also on a line that rests after failures: for what cannot wait.
   virtual void insist() {}
+  /// Counts the connections that broke so far. Another instrument may be at the end of the next one.
+  [[nodiscard]] virtual std::uint64_t breaks() const { return 0; }
 };
 
 /// A line that carries bytes both ways: a socket, a serial port.

@@ -124,6 +124,10 @@ std::vector<bool> lines_that_may_be_off(const RigFile& file, const RigStart& sta
   return may_be_off;
 }
 
+constexpr const char* kChamber = "chamber";
+
+std::string title_of_thermometer(std::size_t index) { return fmt::format("thermometer {}", index + 1); }
+
 std::string place_of(const GyroLine& line) {
   return line.stream ? fmt::format("stream {} on {}", line.stream->name, line.line) : "on " + line.line;
 }
@@ -138,7 +142,7 @@ class AssembledRig : public Rig {
     chamber_ = make_modbus_chamber(map, noting(drivers_->registers(map), chamber_line_),
                                    noting(drivers_->pauses(), chamber_line_));
     for (std::size_t i = 0; i < file_.thermometers.size(); ++i)
-      thermometers_.push_back(drivers_->thermometer(file_, i, fmt::format("thermometer {}", i + 1)));
+      thermometers_.push_back(drivers_->thermometer(file_, i, title_of_thermometer(i)));
     for (std::size_t i = 0; i < file_.analogue_inputs.size(); ++i) analogue_.push_back(drivers_->analogue(file_, i));
   }
 
@@ -155,7 +159,7 @@ class AssembledRig : public Rig {
     std::vector<Result<std::string>> answers{
         titled("chamber", fmt::format("{} on {}", file_.chamber_map.name, file_.chamber_line), ask_chamber(watch))};
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
-      answers.push_back(titled(fmt::format("thermometer {}", i + 1), "on " + file_.thermometers[i].line,
+      answers.push_back(titled(title_of_thermometer(i), "on " + file_.thermometers[i].line,
                                ask_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) {
       const auto gyro = drivers_->gyro(file_, i, kGyroAskedWithin);
@@ -170,16 +174,13 @@ class AssembledRig : public Rig {
 
   using Rig::prepare;
   Result<std::vector<std::string>> prepare(const Entrance& entrance, const drivers::ChamberProgram* program) override {
+    if (auto opened = open_gyros(); !opened) return failure(opened.error());  // nothing shall move if one is dead
     auto names = ask_names();
     if (!names) return names;
     const auto found = look_at_chamber();
     if (!found) return failure(found.error());
     const auto first = entrance(*found);
     if (!first) return failure(first.error());
-    for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) gyros_.push_back(drivers_->gyro(file_, i, kGyroWithin));
-    // The gyros' lines first, for nothing shall move if one is dead.
-    for (std::size_t i = 0; i < gyros_.size(); ++i)
-      if (const auto open = gyros_[i]->open(); !open && !may_be_off_[i]) return failure(open.error());
     as_found_ = false;
     const auto kept = set_out(*first, program);
     if (!kept) {
@@ -199,15 +200,16 @@ class AssembledRig : public Rig {
  protected:
   [[nodiscard]] io::Instruments instruments() {
     io::Instruments all{.chamber = *chamber_, .thermometers = {}, .gyros = {}, .chamber_line = chamber_line_.get()};
+    all.chamber_known = known(kChamber);
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
-      all.thermometers.push_back({*thermometers_[i], file_.thermometers[i].channels});
+      all.thermometers.push_back({*thermometers_[i], file_.thermometers[i].channels, known(title_of_thermometer(i))});
     for (std::size_t i = 0; i < gyros_.size(); ++i) {
-      io::GyroInputs inputs{*gyros_[i], {}};
+      io::GyroInputs inputs{*gyros_[i], {}, known(title_of(file_.gyro_lines[i], file_.units))};
       for (const auto& [unit, axes, values] : file_.gyro_lines[i].shares) inputs.shares.push_back({unit, axes, values});
       all.gyros.push_back(std::move(inputs));
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i) {
-      io::AnalogueChannels inputs{*analogue_[i], {}};
+      io::AnalogueChannels inputs{*analogue_[i], {}, known(title_of_analogue(i))};
       for (const auto& channel : file_.analogue_inputs[i].channels)
         inputs.channels.push_back({.unit = channel.unit,
                                    .value = channel.value,
@@ -253,7 +255,7 @@ class AssembledRig : public Rig {
     if (!state) return failure(state.error());
     const auto limits = patiently([&] { return chamber_->limits(); });
     if (!limits) return failure(limits.error());
-    return ChamberAsFound{*state, *limits, chamber_->missing()};
+    return ChamberAsFound{*state, *limits, chamber_->missing(), identities_};
   }
 
   /// Never start() at a set point that was not taken. Returns what the chamber says of the program that it keeps.
@@ -281,16 +283,43 @@ class AssembledRig : public Rig {
     return done;
   }
 
+  Result<void> open_gyros() {
+    for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) gyros_.push_back(drivers_->gyro(file_, i, kGyroWithin));
+    for (std::size_t i = 0; i < gyros_.size(); ++i)
+      if (auto open = gyros_[i]->open(); !open && !may_be_off_[i]) return open;
+    return {};
+  }
+
+  /// Every instrument that can be asked, by its title; a gyro that may be off need not answer.
+  struct Asked {
+    std::string title;
+    drivers::Identified& instrument;
+    bool may_be_off = false;
+  };
+  [[nodiscard]] std::vector<Asked> instruments_to_ask() {
+    std::vector<Asked> all{{kChamber, *chamber_}};
+    for (std::size_t i = 0; i < thermometers_.size(); ++i) all.push_back({title_of_thermometer(i), *thermometers_[i]});
+    for (std::size_t i = 0; i < analogue_.size(); ++i) all.push_back({title_of_analogue(i), *analogue_[i]});
+    for (std::size_t i = 0; i < gyros_.size(); ++i)
+      all.push_back({title_of(file_.gyro_lines[i], file_.units), *gyros_[i], may_be_off_[i]});
+    return all;
+  }
+
   Result<std::vector<std::string>> ask_names() {
-    std::vector<Result<std::string>> answers{patiently([&] { return chamber_->identify(); })};
-    for (const auto& thermometer : thermometers_) answers.push_back(patiently([&] { return thermometer->identify(); }));
-    for (const auto& inputs : analogue_) answers.push_back(patiently([&] { return inputs->identify(); }));
     std::vector<std::string> names;
-    for (auto& answer : answers) {
-      if (!answer) return failure(answer.error());
+    for (const auto& [title, instrument, may_be_off] : instruments_to_ask()) {
+      const auto answer = patiently([&] { return instrument.identify(); });
+      if (!answer && !may_be_off) return failure(answer.error());
+      if (!answer || answer->empty()) continue;
+      identities_.emplace(title, *answer);
       names.push_back(plain(*answer));
     }
     return names;
+  }
+
+  [[nodiscard]] io::KnownAs known(const std::string& title) const {
+    const auto found = identities_.find(title);
+    return {title, found == identities_.end() ? "" : found->second};
   }
 
   RigFile file_;
@@ -301,6 +330,7 @@ class AssembledRig : public Rig {
   std::vector<std::unique_ptr<drivers::AnalogueInputs>> analogue_;
   std::vector<std::unique_ptr<drivers::Gyro>> gyros_;  ///< of each line
   std::vector<bool> may_be_off_;                       ///< … whether its silence is no reason not to begin
+  std::map<std::string, std::string> identities_;      ///< of each instrument, by its title
   bool as_found_ = true;
   std::unique_ptr<io::InstrumentIo> io_;  // last: it stops before its instruments go
 };

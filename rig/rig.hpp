@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -92,6 +93,8 @@ struct ChamberAsFound {
   ChamberState state;
   drivers::SetPointRange limits;       ///< as its controller is set
   std::vector<std::string> missing{};  ///< of what its state and alarms are read from, in words
+  /// Who each instrument of the rig reports to be, by its title ("chamber", "thermometer 2").
+  std::map<std::string, std::string> identities{};
 };
 /// The set point that the chamber is to be sent to first, from where it stands; a fault is the reason why it may not be
 /// moved at all.
@@ -112,12 +115,13 @@ class Rig {
   /// What set points the chamber's controller takes, as it is set now.
   [[nodiscard]] virtual Result<drivers::SetPointRange> controller_limits() = 0;
 
-  /// Asks each instrument who it is, and `entrance` whether the chamber, as it stands, may be moved, and to where; then
-  /// sends the chamber there, starts it, and takes the gyros' origin, which takes a second of the rig's time. Once,
-  /// before the first sample; a run's clock starts at its end. Fails with the first fault: before the chamber has been
-  /// moved if chamber, thermometers or analogue inputs are silent, a gyro's line is dead, or `entrance` refuses; after
-  /// that the chamber is put back to where it was found. Returns what the instruments say they are. `program`, if there
-  /// is one, goes into the chamber's own memory, is compared and started: the last thing before the run's clock starts.
+  /// Opens the gyros' lines, asks each instrument who it is, and `entrance` whether the chamber, as it stands, may be
+  /// moved, and to where; then sends the chamber there, starts it, and takes the gyros' origin, which takes a second of
+  /// the rig's time. Once, before the first sample; a run's clock starts at its end. Fails with the first fault: before
+  /// the chamber has been moved if chamber, thermometers or analogue inputs are silent, a gyro's line is dead, or
+  /// `entrance` refuses; after that the chamber is put back to where it was found. Returns what the instruments say
+  /// they are. `program`, if there is one, goes into the chamber's own memory, is compared and started: the last thing
+  /// before the run's clock starts.
   [[nodiscard]] virtual Result<std::vector<std::string>> prepare(const Entrance& entrance,
                                                                  const drivers::ChamberProgram* program) = 0;
   [[nodiscard]] Result<std::vector<std::string>> prepare(Celsius first,

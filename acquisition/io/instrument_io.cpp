@@ -36,8 +36,27 @@ Reading<T> stamped(const Clock& clock, Result<T> answer) {
   return {std::move(answer), clock.now()};
 }
 
-ThermometerReadings read_stamped(drivers::Thermometer& thermometer, const Clock& clock) {
-  return stamped<std::vector<Result<Celsius>>>(clock, thermometer.read());
+/// The fault of the whole instrument; null where one of its inputs answered, if only that it has no value.
+template <class T>
+const Fault* common_fault(const std::vector<Result<T>>& readings) {
+  const auto answered = [](const Result<T>& one) { return one || one.error().kind == FaultKind::out_of_range; };
+  return readings.empty() || std::ranges::any_of(readings, answered) ? nullptr : &readings.front().error();
+}
+
+/// Reads several inputs of one instrument, each with its own fault. Fails where another instrument answers.
+template <class T, class Instrument>
+Result<std::vector<Result<T>>> read_inputs(Instrument& instrument, IdentityWatch& watch) {
+  if (auto same = watch.confirm(instrument); !same) return failure(std::move(same.error()));
+  auto readings = instrument.read();
+  const auto* fault = common_fault(readings);
+  watch.see(fault);
+  if (fault != nullptr) return readings;
+  if (auto same = watch.confirm(instrument); !same) return failure(std::move(same.error()));
+  return readings;
+}
+
+ThermometerReadings read_stamped(drivers::Thermometer& thermometer, IdentityWatch& watch, const Clock& clock) {
+  return stamped<std::vector<Result<Celsius>>>(clock, read_inputs<Celsius>(thermometer, watch));
 }
 
 void spread(const ThermometerInputs& inputs, const ThermometerReadings& readings, Sample& into) {
@@ -53,8 +72,8 @@ void spread(const ThermometerInputs& inputs, const ThermometerReadings& readings
   }
 }
 
-GyroReading read_gyro(drivers::Gyro& gyro, Duration interval, const Clock& clock) {
-  auto count = stamped(clock, gyro.read(interval));
+GyroReading read_gyro(drivers::Gyro& gyro, IdentityWatch& watch, Duration interval, const Clock& clock) {
+  auto count = stamped(clock, watch.guard(gyro, [&] { return gyro.read(interval); }));
   return {std::move(count), gyro.frames()};
 }
 
@@ -76,8 +95,8 @@ void spread(const GyroInputs& inputs, const GyroReading& reading, Sample& into) 
   }
 }
 
-AnalogueReadings read_inputs(drivers::AnalogueInputs& inputs, const Clock& clock) {
-  return stamped<std::vector<Result<double>>>(clock, inputs.read());
+AnalogueReadings read_stamped(drivers::AnalogueInputs& inputs, IdentityWatch& watch, const Clock& clock) {
+  return stamped<std::vector<Result<double>>>(clock, read_inputs<double>(inputs, watch));
 }
 
 /// The reading of one channel; a fault of the whole unit is each channel's own.
@@ -119,34 +138,88 @@ Sample empty_sample(std::int64_t slot, Instant at, const UnitSizes& units) {
   return sample;
 }
 
-Result<void> switched(drivers::Chamber& chamber, bool on) { return on ? chamber.start() : chamber.stop(); }
+/// A chamber and whether it is the one that it was known as. One thread calls it.
+class WatchedChamber {
+ public:
+  WatchedChamber(drivers::Chamber& chamber, KnownAs known) : chamber_(chamber), watch_(std::move(known)) {}
+
+  Result<ChamberState> read() {
+    return watch_.guard(chamber_, [&] { return chamber_.read(); });
+  }
+  Result<void> head_for(Celsius target) {
+    return watch_.guard(chamber_, [&] { return chamber_.head_for(target); });
+  }
+  Result<void> insist(Celsius target) {
+    chamber_.end_rest();
+    return watch_.guard(chamber_, [&] { return chamber_.insist(target); });
+  }
+  Result<void> switch_on(bool on) {
+    return watch_.guard(chamber_, [&] { return on ? chamber_.start() : chamber_.stop(); });
+  }
+  [[nodiscard]] const IdentityWatch& watch() const { return watch_; }
+
+ private:
+  drivers::Chamber& chamber_;
+  IdentityWatch watch_;
+};
+
+/// The watches of a rig's instruments, in the order of Instruments.
+struct Watches {
+  explicit Watches(const Instruments& instruments) : chamber(instruments.chamber, instruments.chamber_known) {
+    for (const auto& one : instruments.thermometers) thermometers.emplace_back(one.known);
+    for (const auto& one : instruments.gyros) gyros.emplace_back(one.known);
+    for (const auto& one : instruments.analogue) analogue.emplace_back(one.known);
+  }
+
+  [[nodiscard]] std::vector<std::string> strangers() const {
+    std::vector<std::string> all{chamber.watch().stranger()};
+    for (const auto* watches : {&thermometers, &gyros, &analogue})
+      for (const auto& watch : *watches) all.push_back(watch.stranger());
+    std::erase(all, std::string());
+    return all;
+  }
+
+  WatchedChamber chamber;
+  std::deque<IdentityWatch> thermometers{}, gyros{}, analogue{};  // deques, for a watch does not move
+};
 
 class InlineIo final : public InstrumentIo {
  public:
   InlineIo(Instruments instruments, InstrumentIoOptions options)
-      : instruments_(std::move(instruments)), options_(options), units_(units_of(instruments_)) {}
+      : instruments_(std::move(instruments)),
+        options_(options),
+        units_(units_of(instruments_)),
+        watches_(instruments_) {}
 
   Sample read(std::int64_t slot, const Clock& clock) override {
     Sample sample = empty_sample(slot, clock.now(), units_);
-    sample.chamber = stamped(clock, instruments_.chamber.read());
-    for (const ThermometerInputs& inputs : instruments_.thermometers)
-      spread(inputs, read_stamped(inputs.instrument, clock), sample);
-    for (const GyroInputs& inputs : instruments_.gyros)
-      spread(inputs, read_gyro(inputs.instrument, options_.interval, clock), sample);
-    for (const AnalogueChannels& inputs : instruments_.analogue)
-      spread(inputs, read_inputs(inputs.instrument, clock), sample);
+    sample.chamber = stamped(clock, watches_.chamber.read());
+    for (std::size_t i = 0; i < instruments_.thermometers.size(); ++i) {
+      const auto& inputs = instruments_.thermometers[i];
+      spread(inputs, read_stamped(inputs.instrument, watches_.thermometers[i], clock), sample);
+    }
+    for (std::size_t i = 0; i < instruments_.gyros.size(); ++i) {
+      const auto& inputs = instruments_.gyros[i];
+      spread(inputs, read_gyro(inputs.instrument, watches_.gyros[i], options_.interval, clock), sample);
+    }
+    for (std::size_t i = 0; i < instruments_.analogue.size(); ++i) {
+      const auto& inputs = instruments_.analogue[i];
+      spread(inputs, read_stamped(inputs.instrument, watches_.analogue[i], clock), sample);
+    }
     for (std::size_t unit = 0; instruments_.true_bias && unit < units_.size(); ++unit)
       sample.units[unit].true_bias = instruments_.true_bias(unit);
     return sample;
   }
-  Result<void> command(Celsius target) override { return instruments_.chamber.head_for(target); }
-  Result<void> insist(Celsius target) override { return instruments_.chamber.insist(target); }
-  Result<void> switch_on(bool on) override { return switched(instruments_.chamber, on); }
+  Result<void> command(Celsius target) override { return watches_.chamber.head_for(target); }
+  Result<void> insist(Celsius target) override { return watches_.chamber.insist(target); }
+  Result<void> switch_on(bool on) override { return watches_.chamber.switch_on(on); }
+  std::vector<std::string> strangers() const override { return watches_.strangers(); }
 
  private:
   Instruments instruments_;
   InstrumentIoOptions options_;
   UnitSizes units_;
+  Watches watches_;
 };
 
 /// A thread that makes one instrument's calls, so that a blocking one delays nobody else. Jobs run one after the other;
@@ -220,6 +293,7 @@ class WorkerIo final : public InstrumentIo {
       : instruments_(std::move(instruments)),
         options_(options),
         units_(units_of(instruments_)),
+        watches_(instruments_),
         thermometers_(instruments_.thermometers.size()),
         gyros_(instruments_.gyros.size()),
         analogue_(instruments_.analogue.size()),
@@ -229,21 +303,22 @@ class WorkerIo final : public InstrumentIo {
     const Instant now = clock.now();
     clock_ = &clock;
     read_at_ = now.since_start;
-    auto chamber = chamber_.post([this, &clock] { return stamped(clock, instruments_.chamber.read()); });
+    auto chamber = chamber_.post([this, &clock] { return stamped(clock, watches_.chamber.read()); });
     std::vector<std::future<ThermometerReadings>> thermometers;
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
-      thermometers.push_back(thermometers_[i].post([&clock, &thermometer = instruments_.thermometers[i].instrument] {
-        return read_stamped(thermometer, clock);
+      thermometers.push_back(thermometers_[i].post([this, &clock, i] {
+        return read_stamped(instruments_.thermometers[i].instrument, watches_.thermometers[i], clock);
       }));
     std::vector<std::future<GyroReading>> gyros;
     for (std::size_t i = 0; i < gyros_.size(); ++i)
-      gyros.push_back(gyros_[i].post([this, &clock, &gyro = instruments_.gyros[i].instrument] {
-        return read_gyro(gyro, options_.interval, clock);
+      gyros.push_back(gyros_[i].post([this, &clock, i] {
+        return read_gyro(instruments_.gyros[i].instrument, watches_.gyros[i], options_.interval, clock);
       }));
     std::vector<std::future<AnalogueReadings>> analogue;
     for (std::size_t i = 0; i < analogue_.size(); ++i)
-      analogue.push_back(analogue_[i].post(
-          [&clock, &inputs = instruments_.analogue[i].instrument] { return read_inputs(inputs, clock); }));
+      analogue.push_back(analogue_[i].post([this, &clock, i] {
+        return read_stamped(instruments_.analogue[i].instrument, watches_.analogue[i], clock);
+      }));
 
     Sample sample = empty_sample(slot, now, units_);
     sample.chamber = in_time(await(chamber_, chamber, clock, now), "chamber", clock, now);
@@ -265,9 +340,11 @@ class WorkerIo final : public InstrumentIo {
   }
 
   Result<void> command(Celsius target) override {
-    const auto head_for = [this, target] { return instruments_.chamber.head_for(target); };
+    const auto head_for = [this, target] { return watches_.chamber.head_for(target); };
     return order(fmt::format("set point {:g} °C", target.value), head_for, rest_of_tick());
   }
+
+  std::vector<std::string> strangers() const override { return watches_.strangers(); }
 
   Duration stuck_for() override {
     const auto busy = chamber_.busy_for();
@@ -275,13 +352,13 @@ class WorkerIo final : public InstrumentIo {
   }
 
   Result<void> insist(Celsius target) override {
-    const auto head_for = [this, target] { return instruments_.chamber.insist(target); };
+    const auto head_for = [this, target] { return watches_.chamber.insist(target); };
     return order(fmt::format("set point {:g} °C", target.value), head_for, options_.patience);
   }
 
   Result<void> switch_on(bool on) override {
     return order(
-        on ? "start" : "stop", [this, on] { return switched(instruments_.chamber, on); }, rest_of_tick());
+        on ? "start" : "stop", [this, on] { return watches_.chamber.switch_on(on); }, rest_of_tick());
   }
 
  private:
@@ -329,6 +406,7 @@ class WorkerIo final : public InstrumentIo {
   Instruments instruments_;
   InstrumentIoOptions options_;
   UnitSizes units_;
+  Watches watches_;  ///< each is called by its instrument's worker
   Worker chamber_;
   std::deque<Worker> thermometers_, gyros_, analogue_;  // deques, for a worker does not move
   std::vector<FrameCount> frames_;                      ///< of each gyro, last known

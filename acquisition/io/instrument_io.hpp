@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/io/identity_watch.hpp"
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
@@ -21,6 +22,7 @@ namespace gyrotherm::io {
 struct ThermometerInputs {
   drivers::Thermometer& instrument;
   std::vector<std::string> channels;
+  KnownAs known{};
 };
 
 /// A gyro's line, and what of its counts and values belongs to which unit under test.
@@ -32,6 +34,7 @@ struct GyroInputs {
     std::vector<std::size_t> values{};  ///< … and each of its values
   };
   std::vector<Share> shares;
+  KnownAs known{};
 };
 
 /// A unit of analogue inputs, and whose value each of its readings is.
@@ -45,6 +48,7 @@ struct AnalogueChannels {
     double offset = 0;
   };
   std::vector<Channel> channels;  ///< one for each reading, in their order
+  KnownAs known{};
 };
 
 /// The instruments of a rig. They must outlive the InstrumentIo, and nobody else calls them while it lives.
@@ -57,6 +61,7 @@ struct Instruments {
   /// Of the axes of a virtual unit, by its place in the sample, in the second that has passed; of a real one nobody
   /// knows it. Asked by inline calls alone.
   std::function<std::vector<DegreesPerHour>(std::size_t unit)> true_bias{};
+  KnownAs chamber_known{};
 };
 
 struct InstrumentIoOptions {
@@ -80,18 +85,23 @@ class InstrumentIo {
   /// Every instrument once; with workers, back no later than `patience` after the call. An instrument that has not
   /// answered by then has the fault timeout ("still busy after 900 ms") in its own columns; its late answer is dropped,
   /// never taken for a later second's. `clock` stamps sample and readings and must outlive this object. The sample's
-  /// `progress` is left for the rig to fill.
+  /// `progress` is left for the rig to fill. After a reconnection or a silence an instrument is compared with the one
+  /// that it was known as: the reading of another one is the fault mismatch.
   [[nodiscard]] virtual Sample read(std::int64_t slot, const Clock& clock) = 0;
 
   /// Makes `target` the chamber's set point. Fails as Chamber::head_for() does; with workers also with timeout if that
   /// is not done within `patience`, or, after a read, within what that has left of the `tick`: a command that had not
-  /// begun by then is not sent later, of one that had the set point is unknown.
+  /// begun by then is not sent later, of one that had the set point is unknown. To another chamber than the one that it
+  /// was known as nothing is sent: mismatch; here and below.
   [[nodiscard]] virtual Result<void> command(Celsius target) = 0;
   /// Does the same at once, also on a line that rests after failures, and with the whole `patience`: for what cannot
   /// wait.
   [[nodiscard]] virtual Result<void> insist(Celsius target) = 0;
   /// Starts or ends conditioning. Fails as Chamber::start() and stop() do, and like command().
   [[nodiscard]] virtual Result<void> switch_on(bool on) = 0;
+
+  /// Describes each instrument in whose place another one answered when it was last asked.
+  [[nodiscard]] virtual std::vector<std::string> strangers() const { return {}; }
 
   /// With workers: how long the chamber's call that is under way has not got on, zero if none is: since it began or,
   /// if that is less, since its last exchange ended. A call that hangs shows here, one on a bad line does not. Zero

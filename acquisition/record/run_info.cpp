@@ -177,7 +177,7 @@ Result<void> write_segments(Database& database, const std::vector<RunInfo::Segme
 }
 
 constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoint = "three_point",
-                     *kAnalogueMaps = "analogue_map_texts";
+                     *kAnalogueMaps = "analogue_map_texts", *kIdentities = "identities";
 
 Result<void> write_lists(Database& database, const RunInfo& info) {
   auto insert = database.prepare("INSERT INTO list(name, of, value, position) VALUES(?, ?, ?, ?)");
@@ -188,6 +188,7 @@ Result<void> write_lists(Database& database, const RunInfo& info) {
   };
   put(kCycles, "", info.cycles);
   put(kAnalogueMaps, "", info.analogue_map_texts);
+  for (const auto& [title, identity] : info.identities) put(kIdentities, title, {identity});
   for (const UnitInfo& unit : info.units) {
     put(kGradients, unit.name, unit.gradients);
     put(kThreePoint, unit.name, unit.three_point);
@@ -367,6 +368,7 @@ Result<void> read_lists(Database& database, RunInfo& info) {
     const std::string_view list = row.text(0);
     if (list == kCycles) info.cycles.emplace_back(row.text(2));
     if (list == kAnalogueMaps) info.analogue_map_texts.emplace_back(row.text(2));
+    if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
     const auto unit = std::ranges::find(info.units, row.text(1), &UnitInfo::name);
     if (unit == info.units.end()) return;
     if (list == kGradients) unit->gradients.emplace_back(row.text(2));

@@ -5,6 +5,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -107,6 +108,9 @@ struct RunInfo {
   bool imported{};                 ///< rows are a foreign record's, at its own times
   Duration started_utc{};          ///< of a real run that is read: as its first sample has it, once there is one
   std::string chamber_instrument;  ///< who reads the chamber, in words
+  /// Who each instrument reported to be when the run began, by its title ("chamber", "thermometer 2"). Empty for a
+  /// record of 0.1.0.
+  std::map<std::string, std::string> identities{};
   std::vector<Channel> thermometers;
   std::vector<UnitInfo> units;
   std::vector<std::string> cycles;  ///< names

@@ -120,8 +120,8 @@ tl::unexpected<Fault> not_begun(run::ChamberOwnership& ownership, const rig::Rig
 Result<run::EntryPoint> reentry(const run::RunContinuation& on, const ChamberState& now, const std::string& path,
                                 bool accepted) {
   const auto goal = command(on.profile, on.state);
-  const auto verdict =
-      on.last_slot < 0 ? run::ReentryDecision{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
+  const bool has_not_begun = on.last_slot < 0 && on.stood.strangers.empty();
+  const auto verdict = has_not_begun ? run::ReentryDecision{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
   if (verdict.way == run::Reentry::ask && !accepted)
     return failure(FaultKind::interrupted, path,
                    fmt::format("{}; look at the chamber, then \"gyrotherm resume {} --accept\"", verdict.why, path));
@@ -275,10 +275,10 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
     const auto goal = command(profile, first), air = found.state.air;
     entry = run::entry_at(goal, air, run::is_in_place(air, goal, {}), file.chamber_limits);
     if (upload && entry.away) return failure(begins_elsewhere(goal, air));
-    store = record::Store::create(
-        path,
-        run::run_info(GYROTHERM_VERSION, profile, file, options.seed, (*rig)->will_start_utc(), options.days_later),
-        store_options(file.simulated));
+    auto info =
+        run::run_info(GYROTHERM_VERSION, profile, file, options.seed, (*rig)->will_start_utc(), options.days_later);
+    info.identities = found.identities;
+    store = record::Store::create(path, info, store_options(file.simulated));
     if (!store) return failure(store.error());
     remove_trace(path);  // of an earlier record of that name
     return ownership->arm().map([&] { return entry.set_point; });
@@ -321,6 +321,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   Result<std::unique_ptr<record::Store>> store = nullptr;
   const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
     missing = found.missing;
+    on->stood.strangers = run::strangers_among(record->info.identities, found.identities);
     const auto at = reentry(*on, found.state, path, options.accept);
     if (!at) return failure(at.error());
     entry = *at;
@@ -339,6 +340,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   const auto text = fmt::format("resumed after {}; it had stopped: {}", down_in_words(on->stood), on->why_stopped);
   console.say(fmt::format("{}: {} at second {}", path, text, first));
   run_controller.note(EventKind::resumed, text);
+  if (!on->stood.strangers.empty()) run_controller.note(EventKind::note, "accepted: " + on->stood.strangers);
   if (entry.away) run_controller.begin_away(entry.set_point, on->why_stopped, on->stood.air);
   if (lost && *lost) {
     console.say(fmt::format("warning: {}: {}", path, record::describe(**lost)));

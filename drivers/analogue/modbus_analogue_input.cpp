@@ -50,6 +50,8 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
     plan_ = plan();
   }
 
+  std::uint64_t breaks() const override { return registers_->breaks(); }
+
   Result<std::string> identify() override {
     auto who = items_.identify(items_.item(input(wanted_.front()).item));
     return who ? who : failure(here(std::move(who.error())));

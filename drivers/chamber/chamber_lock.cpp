@@ -301,6 +301,7 @@ class NotingRegisters final : public Registers {
     return done;
   }
   void insist() override { registers_->insist(); }
+  std::uint64_t breaks() const override { return registers_->breaks(); }
 
  private:
   std::unique_ptr<Registers> registers_;

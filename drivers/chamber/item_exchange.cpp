@@ -90,6 +90,13 @@ Result<void> check_fingerprint(const RegisterMap& map, double found) {
 }
 
 Result<std::string> ItemExchange::identify(const RegisterItem& instead) {
+  auto found = ask_who(instead);
+  if (found) recognised_ = *found;
+  recognised_by_ = &instead;
+  return found;
+}
+
+Result<std::string> ItemExchange::ask_who(const RegisterItem& instead) {
   const auto who = fmt::format("{} {}", map_.vendor, map_.name);
   if (!map_.identity) return read(instead).map([&](double) { return who + " (its map has no fingerprint to check)"; });
   const auto& print = item(map_.identity->item);
@@ -211,7 +218,20 @@ Result<std::vector<std::uint16_t>> ItemExchange::words_for(const RegisterItem& i
   return words;
 }
 
+bool ItemExchange::is_trusted() {
+  const auto now = registers_.breaks();
+  if (now == trusted_ || recognised_.empty()) return true;
+  const auto before = recognised_;
+  const auto who = identify(*recognised_by_);
+  recognised_ = before;
+  if (!who || *who != before || registers_.breaks() != now) return false;
+  trusted_ = now;
+  return true;
+}
+
 Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const std::uint16_t> words) {
+  if (!is_trusted())
+    return failure(FaultKind::disconnected, place(item), "not sent: the line broke, and who answers now was not asked");
   return registers_.write(write_function(item.write_function, words.size()), item.address, words);
 }
 
@@ -220,6 +240,7 @@ Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const
     auto sent = write_words(item, words);
     if (sent || sent.error().kind == FaultKind::refused || --tries == 0) return sent;
     registers_.insist();
+    if (!is_trusted()) return sent;
   }
 }
 
@@ -241,8 +262,8 @@ Result<void> ItemExchange::write(const RegisterItem& item, double value, int tri
   auto sent = write_words(item, *words, tries);
   const bool is_seen = !item.self_clearing && !item.seen_later && (item.readable || !item.seen_in.empty());
   if (sent) return is_seen ? wait_until_seen(*set, written) : Result<void>{};
-  if (tries == 1 || !is_seen || sent.error().kind == FaultKind::refused) return sent;
   registers_.insist();
+  if (tries == 1 || !is_seen || sent.error().kind == FaultKind::refused || !is_trusted()) return sent;
   return wait_until_seen(*set, written) ? Result<void>{} : sent;
 }
 

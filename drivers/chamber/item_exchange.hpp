@@ -3,6 +3,7 @@
 /// write seen to take effect.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -38,6 +39,11 @@ class ItemExchange {
   /// All of them outlive it.
   ItemExchange(const RegisterMap& map, Registers& registers, Pauses& pauses)
       : map_(map), registers_(registers), pauses_(pauses) {}
+
+  /// Takes the line as it is for the one to whose end is written. A break may put another unit there: before the next
+  /// write after one the unit is asked again who it is, if it ever was, and the write fails with disconnected unless it
+  /// answers as before.
+  void trust_line() { trusted_ = registers_.breaks(); }
 
   [[nodiscard]] const RegisterItem& item(std::string_view name) const;
 
@@ -80,6 +86,8 @@ class ItemExchange {
   [[nodiscard]] Result<void> perform(const Sequence& sequence, const Parameters& parameters);
 
  private:
+  [[nodiscard]] bool is_trusted();
+  [[nodiscard]] Result<std::string> ask_who(const RegisterItem& instead);
   [[nodiscard]] Result<void> write(const RegisterItem& item, double value, int tries);
   [[nodiscard]] Result<void> write_words(const RegisterItem& item, std::span<const std::uint16_t> words, int tries);
   [[nodiscard]] bool knows(const RegisterItem& item) const;
@@ -97,6 +105,9 @@ class ItemExchange {
   Pauses& pauses_;
   Snapshot known_;
   Duration known_since_{};
+  std::uint64_t trusted_ = 0;                    ///< breaks of the line when it was trusted
+  std::string recognised_;                       ///< who the unit was when it was last asked; empty: it never was
+  const RegisterItem* recognised_by_ = nullptr;  ///< what was read where the map has no fingerprint
 };
 
 }  // namespace gyrotherm::drivers

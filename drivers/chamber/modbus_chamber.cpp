@@ -92,6 +92,7 @@ class ModbusChamber final : public Chamber {
   ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registers, std::unique_ptr<Pauses> pauses);
 
   Result<std::string> identify() override {
+    items_.trust_line();
     limits_.reset();
     turns_.begin_anew_at_once();
     auto who = items_.identify(air_);
@@ -99,6 +100,8 @@ class ModbusChamber final : public Chamber {
     if (auto fits = check_step(); !fits) return failure(std::move(fits.error()));
     return who;
   }
+
+  std::uint64_t breaks() const override { return registers_->breaks(); }
 
   /// What it was doing before a silence it may do no longer; alarms stand until it says otherwise.
   Result<ChamberState> read() override {
@@ -131,6 +134,7 @@ class ModbusChamber final : public Chamber {
   /// Before the first set point: a program that somebody else started (or this program, before it was restarted) would
   /// overrule it.
   Result<void> head_for(Celsius target) override {
+    items_.trust_line();
     if (auto allowed = check_limits(target); !allowed) return allowed;
     if (std::isnan(sent_c_))
       if (auto free = end_program(); !free) return free;
@@ -144,6 +148,7 @@ class ModbusChamber final : public Chamber {
   /// A program that ran in the controller may have taken the set point with it. That it was off is no news any more; on
   /// a slow line it takes a while to be asked again.
   Result<void> start() override {
+    items_.trust_line();
     turns_.begin_anew();
     if (status_.activity == ChamberActivity::off) status_.activity = ChamberActivity::unknown;
     if (!map_.sequences.contains("start")) return map_.control ? switch_to(map_.control->on) : Result<void>{};
@@ -156,12 +161,14 @@ class ModbusChamber final : public Chamber {
   }
 
   Result<void> stop() override {
+    items_.trust_line();
     if (map_.sequences.contains("stop")) return perform("stop");
     if (map_.control) return switch_to(map_.control->off);
     return failure(FaultKind::refused, "chamber stop", "its register map has neither a command \"stop\" nor [control]");
   }
 
   Result<void> perform(const std::string& command) override {
+    items_.trust_line();
     turns_.begin_anew();
     const auto found = map_.sequences.find(command);
     if (found != map_.sequences.end()) return items_.perform(found->second, {});
@@ -172,6 +179,7 @@ class ModbusChamber final : public Chamber {
   void end_rest() override { registers_->insist(); }
 
   Result<void> insist(Celsius target) override {
+    items_.trust_line();
     end_rest();
     const auto free = end_known_program();
     auto seen_at_once = set_point_;
@@ -220,6 +228,7 @@ class ModbusChamber final : public Chamber {
 
   Result<void> start_program() override {
     if (!uploaded_) return failure(FaultKind::refused, "chamber start_program", "no program was uploaded");
+    items_.trust_line();
     turns_.begin_anew();
     auto started =
         items_.perform(map_.sequences.at("start_program"), {.program = *uploaded_, .step = map_.memory->first_step});

@@ -63,6 +63,8 @@ class GuardedRegisters final : public Registers {
     line_->insist();
   }
 
+  std::uint64_t breaks() const override { return breaks_; }
+
  private:
   using Words = std::vector<std::uint16_t>;
 
@@ -74,6 +76,7 @@ class GuardedRegisters final : public Registers {
     std::optional<Fault> first;
     for (int tries = 1;; ++tries) {
       auto answer = line_->ask(request, deadline);
+      if (!answer) note_break(answer.error());
       if (!answer && !first) first = answer.error();
       if (!answer) answer = failure(*first);
       const bool busy = answer && asks_for_patience(*answer);
@@ -81,6 +84,12 @@ class GuardedRegisters final : public Registers {
       if (deadline.left() <= (busy ? rest : Duration::zero())) return answer;
       if (busy) line_->rest(std::exchange(rest, 2 * rest));
     }
+  }
+
+  /// A TCP connection is closed after each exchange that fails, and made anew for the next one.
+  void note_break(const Fault& fault) {
+    const bool is_closed = link_.framing == ModbusLink::Framing::tcp;
+    if (is_closed || fault.kind == FaultKind::disconnected) ++breaks_;
   }
 
   /// Names the place of a failure, and keeps the account for the rests.
@@ -145,6 +154,7 @@ class GuardedRegisters final : public Registers {
   ModbusLink link_;
   const Clock* clock_;
   Backoff backoff_;
+  std::uint64_t breaks_ = 0;
 };
 
 constexpr int kFastestBaud = 921600;

@@ -303,6 +303,7 @@ Found restarted(const CheckInputs& in) {
 
 Found where_told(const std::string& text) { return text.empty() ? Found{} : found(text); }
 Found program(const CheckInputs& in) { return where_told(in.around.program); }
+Found another_instrument(const CheckInputs& in) { return where_told(in.around.strangers); }
 Found record_damaged(const CheckInputs& in) { return where_told(in.around.record_damage); }
 Found unguarded(const CheckInputs& in) { return where_told(in.around.guard_trouble); }
 
@@ -408,6 +409,8 @@ constexpr std::array<Interlock, kInterlocks> kTable{{
     {.id = InterlockId::following, .name = "following", .usual = Reaction::suspend,
      .confirmation = {.after_limit = &L::follow_time, .samples = 2}, .limits = "chamber_lag follow_band follow_time",
      .check = following, .unread = no_chamber},
+    {.id = InterlockId::another_instrument, .name = "another_instrument", .usual = Reaction::hold,
+     .check = another_instrument},
     {.id = InterlockId::foreign_set_point, .name = "foreign_set_point", .usual = Reaction::suspend,
      .confirmation = {.samples = 2}, .check = foreign_set_point},
     {.id = InterlockId::restarted, .name = "restarted", .usual = Reaction::suspend,

@@ -30,6 +30,7 @@ struct InterlockInputs {
   std::string storage_trouble{};  ///< why the disk takes no rows
   std::string record_damage{};    ///< what another program did to the record's files
   std::string guard_trouble{};    ///< why nobody would make the chamber safe
+  std::string strangers{};        ///< instruments that answer in place of others
   bool gyro_is_off{};             ///< by the profile's own wish, so that its silence is no fault
   std::vector<bool> dropped{};    ///< units under test that an operator has dropped; empty: none
 };

@@ -39,6 +39,7 @@ enum class InterlockId {
   air_rate,
   thermometer_rate,
   following,
+  another_instrument,
   foreign_set_point,
   restarted,
   not_taken,

@@ -186,7 +186,18 @@ Ending ending_of(const record::Record& record) {
 
 }  // namespace
 
+std::string strangers_among(const std::map<std::string, std::string>& at_start,
+                            const std::map<std::string, std::string>& now) {
+  std::vector<std::string> all;
+  for (const auto& [title, identity] : now)
+    if (const auto before = at_start.find(title); before != at_start.end() && before->second != identity)
+      all.push_back(fmt::format("{}: another instrument, or other settings: {}; the run began with: {}", title,
+                                identity, before->second));
+  return fmt::format("{}", fmt::join(all, "; "));
+}
+
 ReentryDecision judge_reentry(const InterruptedRun& stood, Celsius mild, Celsius air_now) {
+  if (!stood.strangers.empty()) return {Reentry::ask, stood.strangers};
   if (stood.aborted) return {Reentry::ask, "the run was aborted"};
   if (stood.held) return {Reentry::ask, "the run was held"};
   if (stood.foreign) return {Reentry::ask, "somebody else had changed the chamber"};

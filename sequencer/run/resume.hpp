@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -46,6 +47,7 @@ struct InterruptedRun {
   bool aborted{};              ///< an interlock, or an operator, had ended it and made the chamber safe
   bool held{};                 ///< it was held: only an operator goes on
   bool foreign{};              ///< somebody else had changed the chamber, and it was not put back
+  std::string strangers{};     ///< instruments that answer in place of the run's; empty: none
 };
 
 enum class Reentry {
@@ -57,6 +59,11 @@ struct ReentryDecision {
   Reentry way{};
   std::string why;  ///< empty when it just goes on
 };
+
+/// Describes each instrument that reports to be another than when the run began, with both identities; empty where none
+/// does. An instrument that one of the two does not know is not compared.
+[[nodiscard]] std::string strangers_among(const std::map<std::string, std::string>& at_start,
+                                          const std::map<std::string, std::string>& now);
 
 /// `mild`: the temperature that is harmless to the article; what lies between it and the segment's own extremes, and
 /// within the band beyond, is the mild side.

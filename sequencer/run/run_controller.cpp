@@ -272,6 +272,7 @@ interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration
   around.storage_trouble = health.trouble;
   around.record_damage = health.damage;
   around.guard_trouble = guard_trouble_;
+  around.strangers = fmt::format("{}", fmt::join(rig_.io().strangers(), "; "));
   around.gyro_is_off = unit_may_be_off(profile_, state_);
   around.dropped = dropped_.all();
   return around;

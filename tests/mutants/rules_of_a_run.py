@@ -297,6 +297,7 @@ POLICY = {
     "following": ("suspend", "warn", "HeatersWithoutPower"),
     "foreign_set_point": ("suspend", "warn", "ASetPointFromThePanel"),
     "restarted": ("suspend", "warn", "APowerCutOfTheChamber"),
+    "another_instrument": ("hold", "suspend", "AnotherChamberAtTheAddress"),
     "not_taken": ("suspend", "warn", "SetPointsAcknowledgedAndNotApplied"),
     "slept": ("hold", "suspend", "AMachineThatSlept"),
     "storage": ("warn", "suspend", "AFullDisk"),

@@ -257,6 +257,19 @@ std::vector<BrokenThing> what_becomes_of_set_points() {
            .acts_within = 5,
            .over_within = 600,
            .brought_back = true},
+          {.shows = "AnotherChamberAtTheAddress",
+           .cause = interlocks::InterlockId::another_instrument,
+           .reaction = interlocks::Reaction::hold,
+           .at = kHold,
+           .breaks =
+               [](D& d) {
+                 d.plant().chamber().line().trouble.gone = true;
+                 d.seconds(2);
+                 d.plant().write("identity", 4711);
+                 d.plant().chamber().line().trouble.gone = false;
+               },
+           .acts_within = 2,
+           .mends = [](D& d) { d.plant().write("identity", 21868); }},
           {.shows = "SetPointsAcknowledgedAndNotApplied",
            .cause = interlocks::InterlockId::not_taken,
            .reaction = interlocks::Reaction::suspend,

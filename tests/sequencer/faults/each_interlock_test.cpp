@@ -66,6 +66,7 @@ void EachInterlock::expect_it_waits_for_the_operator() {
   const auto stood = d_.progress();
   const auto set_point = d_.chambers_set_point();
   EXPECT_EQ(d_.run_controller().run_state(), RunState::held);
+  mend();
   d_.seconds(900);
   EXPECT_FALSE(stands()) << "its alarm is over";
   EXPECT_EQ(d_.run_controller().run_state(), RunState::held) << "and yet it does not go on by itself";

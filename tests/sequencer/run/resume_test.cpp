@@ -46,6 +46,23 @@ TEST(ResumeRule, AsksAfterADriftBeyondTheSegmentOnTheHostileSide) {
   EXPECT_EQ(way(cold(), 22.1), Reentry::ask);
 }
 
+TEST(ResumeRule, AsksForAnotherInstrumentThanTheRunBeganWith) {
+  const std::map<std::string, std::string> at_start{
+      {"chamber", "F4T 111"}, {"thermometer 1", "LSCI,1"}, {"gyro", "G1"}};
+  EXPECT_EQ(strangers_among(at_start, at_start), "");
+  EXPECT_EQ(strangers_among({}, at_start), "") << "a record of 0.1.0 has no identities";
+  for (const auto* title : {"chamber", "thermometer 1", "gyro"}) {
+    auto now = at_start;
+    now[title] = "other 222";
+    auto stood = hot();
+    stood.strangers = strangers_among(at_start, now);
+    EXPECT_NE(stood.strangers.find("other 222"), std::string::npos) << title;
+    EXPECT_NE(stood.strangers.find(at_start.at(title)), std::string::npos) << "names both";
+    EXPECT_EQ(way(stood, 59.8), Reentry::ask);
+    EXPECT_EQ(judge_reentry(stood, kMild, {59.8}).why, stood.strangers);
+  }
+}
+
 TEST(ResumeRule, AsksAfterALongGapWhereverTheAirIs) {
   auto stood = hot();
   stood.down = std::chrono::seconds(120);

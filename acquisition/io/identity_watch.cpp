@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/io/identity_watch.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace gyrotherm::io {
+namespace {
+
+/// In less time nobody puts another instrument in the place of one.
+constexpr int kSilencesInDoubt = 3;
+/// A line that breaks so often while its instrument is asked is no line.
+constexpr int kMostTries = 3;
+
+}  // namespace
+
+Result<void> IdentityWatch::confirm(drivers::Identified& instrument) {
+  if (known_.identity.empty()) return {};
+  if (!std::exchange(has_begun_, true)) breaks_ = instrument.breaks();
+  if (!in_doubt_ && instrument.breaks() == breaks_) return {};
+  in_doubt_ = true;
+  return compare(instrument);
+}
+
+/// An answer in several parts is one instrument's if the line did not break between them.
+Result<void> IdentityWatch::compare(drivers::Identified& instrument) {
+  for (int tries = 0; tries < kMostTries; ++tries) {
+    const auto before = instrument.breaks();
+    const auto who = instrument.identify();
+    const bool is_answer = who || who.error().kind == FaultKind::mismatch || who.error().kind == FaultKind::refused;
+    if (!is_answer) return failure(who.error());
+    if (instrument.breaks() != before) continue;
+    if (who && *who == known_.identity) {
+      set_stranger("");
+      breaks_ = before;
+      in_doubt_ = false;
+      silences_ = 0;
+      return {};
+    }
+    auto what = fmt::format("another instrument, or other settings: {}; the run began with: {}",
+                            who ? *who : text(who.error()), known_.identity);
+    set_stranger(fmt::format("{}: {}", known_.title, what));
+    return failure(FaultKind::mismatch, known_.title, std::move(what));
+  }
+  return failure(FaultKind::disconnected, known_.title, "the line breaks while it is asked who answers");
+}
+
+void IdentityWatch::see(const Fault* fault) {
+  const bool is_silence =
+      fault != nullptr && (fault->kind == FaultKind::timeout || fault->kind == FaultKind::corrupted);
+  silences_ = is_silence ? silences_ + 1 : 0;
+  const bool is_break =
+      fault != nullptr && (fault->kind == FaultKind::disconnected || fault->kind == FaultKind::mismatch);
+  in_doubt_ = in_doubt_ || is_break || silences_ >= kSilencesInDoubt;
+}
+
+std::string IdentityWatch::stranger() const {
+  const std::lock_guard lock(mutex_);
+  return stranger_text_;
+}
+
+void IdentityWatch::set_stranger(std::string text) {
+  const std::lock_guard lock(mutex_);
+  stranger_text_ = std::move(text);
+}
+
+}  // namespace gyrotherm::io

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Another instrument at the end of a line: its values are no values of the run, and nothing is sent to it.
+#include "acquisition/io/identity_watch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/io/instrument_io.hpp"
+
+namespace gyrotherm::io {
+namespace {
+
+using std::chrono_literals::operator""s;
+
+/// What any of the instruments below is, and whether it answers.
+struct Wire {
+  std::string serial = "111";
+  std::optional<FaultKind> broken{};
+  std::uint64_t breaks = 0;
+  int asked = 0;
+  bool swaps_within_a_call = false;  ///< the next call breaks the line, connects again and reaches another instrument
+
+  Result<std::string> identify() {
+    ++asked;
+    if (broken) return failure(*broken, "wire", "broken");
+    return "Maker Model " + serial;
+  }
+  [[nodiscard]] std::optional<Fault> call() {
+    if (std::exchange(swaps_within_a_call, false)) swap();
+    if (broken == FaultKind::disconnected) ++breaks;
+    return broken ? std::optional(Fault{*broken, "wire", "broken"}) : std::nullopt;
+  }
+  void swap() {
+    ++breaks;
+    serial = "222";
+  }
+};
+
+class WiredChamber final : public drivers::Chamber {
+ public:
+  explicit WiredChamber(Wire& wire) : wire_(wire) {}
+  Result<std::string> identify() override { return wire_.identify(); }
+  std::uint64_t breaks() const override { return wire_.breaks; }
+  Result<ChamberState> read() override {
+    if (auto fault = wire_.call()) return failure(*fault);
+    return ChamberState{Celsius{20}, Celsius{20}};
+  }
+  Result<void> head_for(Celsius) override { return commanded(); }
+  Result<void> start() override { return commanded(); }
+  Result<void> stop() override { return commanded(); }
+  int commands = 0;
+
+ private:
+  Result<void> commanded() {
+    if (auto fault = wire_.call()) return failure(*fault);
+    ++commands;
+    return {};
+  }
+  Wire& wire_;
+};
+
+/// Thermometers and analogue inputs are alike but for what they measure.
+template <class Kind, class Value>
+class WiredInputs final : public Kind {
+ public:
+  explicit WiredInputs(Wire& wire) : wire_(wire) {}
+  Result<std::string> identify() override { return wire_.identify(); }
+  std::uint64_t breaks() const override { return wire_.breaks; }
+  std::vector<Result<Value>> read() override {
+    if (auto fault = wire_.call()) return {failure(*fault), failure(*fault)};
+    return {Value{20}, Value{21}};
+  }
+
+ private:
+  Wire& wire_;
+};
+
+class WiredGyro final : public drivers::Gyro {
+ public:
+  explicit WiredGyro(Wire& wire) : wire_(wire) {}
+  Result<std::string> identify() override { return wire_.identify(); }
+  std::uint64_t breaks() const override { return wire_.breaks; }
+  Result<GyroCount> read(Duration expected) override {
+    if (auto fault = wire_.call()) return failure(*fault);
+    return GyroCount{{100}, expected};
+  }
+
+ private:
+  Wire& wire_;
+};
+
+/// One instrument of each kind, each on a wire of its own.
+struct Rack {
+  Wire chamber_wire, thermometer_wire, gyro_wire, analogue_wire;
+  WiredChamber chamber{chamber_wire};
+  WiredInputs<drivers::Thermometer, Celsius> thermometer{thermometer_wire};
+  WiredGyro gyro{gyro_wire};
+  WiredInputs<drivers::AnalogueInputs, double> analogue{analogue_wire};
+  VirtualClock clock;
+
+  [[nodiscard]] Instruments instruments() {
+    Instruments all{chamber, {{thermometer, {"A", "B"}}}, {{gyro, {{0, {0}}}}}, {{analogue, {}}}};
+    all.analogue[0].channels = {{.unit = 0, .value = 0, .name = "u.a"}, {.unit = 0, .value = 1, .name = "u.b"}};
+    all.chamber_known = {"chamber", "Maker Model 111"};
+    all.thermometers[0].known = {"thermometer 1", "Maker Model 111"};
+    all.gyros[0].known = {"gyro", "Maker Model 111"};
+    all.analogue[0].known = {"analogue inputs 1", "Maker Model 111"};
+    return all;
+  }
+};
+
+using WireOf = Wire Rack::*;
+constexpr WireOf kWires[] = {&Rack::chamber_wire, &Rack::thermometer_wire, &Rack::gyro_wire, &Rack::analogue_wire};
+constexpr const char* kNames[] = {"Chamber", "Thermometer", "Gyro", "Analogue"};
+
+/// The value of the instrument on that wire; each input's, where it has several.
+std::vector<std::optional<Fault>> faults_of(const Sample& sample, WireOf wire) {
+  const auto of = [](const auto& reading) {
+    return reading.value ? std::nullopt : std::optional<Fault>(reading.value.error());
+  };
+  if (wire == &Rack::chamber_wire) return {of(sample.chamber)};
+  if (wire == &Rack::gyro_wire) return {of(sample.units[0].count)};
+  if (wire == &Rack::analogue_wire) return {of(sample.units[0].analogue[0]), of(sample.units[0].analogue[1])};
+  return {of(sample.thermometers[0]), of(sample.thermometers[1])};
+}
+
+void expect_all(const Sample& sample, WireOf wire, std::optional<FaultKind> kind) {
+  for (const auto& fault : faults_of(sample, wire))
+    EXPECT_EQ(fault ? std::optional(fault->kind) : std::nullopt, kind) << (fault ? text(*fault) : "a value");
+}
+
+/// Each way in which an instrument can be exchanged, on each kind of instrument.
+class Exchanged : public ::testing::TestWithParam<WireOf> {
+ protected:
+  Rack rack_;
+  std::unique_ptr<InstrumentIo> io_ = InstrumentIo::inline_calls(rack_.instruments());
+  Wire& wire_ = rack_.*GetParam();
+  std::int64_t slot_ = 0;
+
+  Sample second() { return io_->read(slot_++, rack_.clock); }
+  void expect_refused() {
+    expect_all(second(), GetParam(), FaultKind::mismatch);
+    ASSERT_EQ(io_->strangers().size(), 1u);
+    EXPECT_NE(io_->strangers()[0].find("111"), std::string::npos) << "names the one of the run";
+    EXPECT_NE(io_->strangers()[0].find("222"), std::string::npos) << "names the one that answers";
+  }
+};
+
+TEST_P(Exchanged, IsRefusedAfterASilence) {
+  expect_all(second(), GetParam(), std::nullopt);
+  wire_.broken = FaultKind::timeout;
+  for (int i = 0; i < 9; ++i) second();
+  wire_.broken.reset();
+  wire_.serial = "222";
+  expect_refused();
+  expect_refused();
+}
+
+TEST_P(Exchanged, IsRefusedAfterABrokenLine) {
+  second();
+  wire_.broken = FaultKind::disconnected;
+  expect_all(second(), GetParam(), FaultKind::disconnected);
+  wire_.broken.reset();
+  wire_.serial = "222";
+  expect_refused();
+}
+
+TEST_P(Exchanged, IsRefusedWhenTheDriverReconnectsWithinOneCall) {
+  second();
+  wire_.swaps_within_a_call = true;
+  expect_refused();
+}
+
+TEST_P(Exchanged, IsRefusedWhenItRefusesTheQuestion) {
+  second();
+  ++wire_.breaks;
+  wire_.broken = FaultKind::refused;
+  expect_all(second(), GetParam(), FaultKind::mismatch);
+  EXPECT_EQ(io_->strangers().size(), 1u) << "an instrument of another make does not know the question";
+}
+
+TEST_P(Exchanged, IsAcceptedAgainWhenTheFirstOneReturns) {
+  second();
+  wire_.swap();
+  expect_refused();
+  ++wire_.breaks;
+  wire_.serial = "111";
+  expect_all(second(), GetParam(), std::nullopt);
+  EXPECT_TRUE(io_->strangers().empty());
+}
+
+TEST_P(Exchanged, IsNotAskedForAgainWhileTheLineHolds) {
+  for (int i = 0; i < 100; ++i) second();
+  EXPECT_EQ(wire_.asked, 0);
+  wire_.broken = FaultKind::timeout;
+  second();
+  wire_.broken.reset();
+  second();
+  EXPECT_EQ(wire_.asked, 0) << "one lost answer is no reconnection";
+}
+
+TEST_P(Exchanged, GivesNoValueWhileItCannotBeAsked) {
+  second();
+  ++wire_.breaks;
+  wire_.broken = FaultKind::timeout;
+  expect_all(second(), GetParam(), FaultKind::timeout);
+  wire_.broken.reset();
+  expect_all(second(), GetParam(), std::nullopt);
+}
+
+INSTANTIATE_TEST_SUITE_P(Instrument, Exchanged, ::testing::ValuesIn(kWires),
+                         [](const auto& one) { return std::string(kNames[one.index]); });
+
+TEST(ExchangedChamber, IsSentNothing) {
+  for (const bool with_workers : {false, true}) {
+    Rack rack;
+    const auto io = with_workers ? InstrumentIo::workers(rack.instruments(), {.patience = 10s})
+                                 : InstrumentIo::inline_calls(rack.instruments());
+    (void)io->read(0, rack.clock);
+    ASSERT_TRUE(io->command(Celsius{20}));
+    rack.chamber_wire.swap();
+    for (int slot = 1; slot < 4; ++slot) {
+      EXPECT_EQ(io->command(Celsius{50}).error().kind, FaultKind::mismatch);
+      EXPECT_EQ(io->insist(Celsius{20}).error().kind, FaultKind::mismatch);
+      EXPECT_EQ(io->switch_on(true).error().kind, FaultKind::mismatch);
+      EXPECT_EQ(io->switch_on(false).error().kind, FaultKind::mismatch);
+      (void)io->read(slot, rack.clock);
+    }
+    EXPECT_EQ(rack.chamber.commands, 1);
+  }
+}
+
+TEST(ExchangedChamber, IsNotComparedWhereNobodyKnewTheFirstOne) {
+  Rack rack;
+  auto instruments = rack.instruments();
+  instruments.chamber_known = {};
+  const auto io = InstrumentIo::inline_calls(std::move(instruments));
+  rack.chamber_wire.swap();
+  EXPECT_TRUE(io->read(0, rack.clock).chamber.value);
+  EXPECT_EQ(rack.chamber_wire.asked, 0);
+}
+
+}  // namespace
+}  // namespace gyrotherm::io

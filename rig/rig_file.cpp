@@ -146,6 +146,17 @@ interlocks::UnitLimits limits_of(const UnitSettings& unit, const std::vector<std
   return limits;
 }
 
+/// Lists the columns of each thermometer instrument, under the name that its faults have.
+std::vector<interlocks::InstrumentChannels> instruments_of(const RigFile& rig) {
+  std::vector<interlocks::InstrumentChannels> instruments;
+  std::size_t column = 0;
+  for (const auto& entry : rig.thermometers) {
+    instruments.push_back({.name = fmt::format("thermometer {}", instruments.size() + 1)});
+    for (std::size_t i = 0; i < entry.channels.size(); ++i) instruments.back().columns.push_back(column++);
+  }
+  return instruments;
+}
+
 /// As no record would take them, or none that is new.
 void check_names(const TomlTable& root, const RigFile& rig, bool is_of_a_record) {
   record::RunInfo info;
@@ -235,6 +246,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   read_safe(root->table("safe"), rig);
   rig.limits = interlocks::read_limits(*root, channels, rig.chamber_limits);
   for (const auto& unit : rig.units) rig.limits.units.push_back(limits_of(unit, channels));
+  rig.limits.instruments = instruments_of(rig);
   rig.run_limits = interlocks::read_run_limits(*root);
   check_safe_air(*root, rig);
   if (gyros) check_names(*root, rig, known.chamber_map.has_value());

@@ -184,7 +184,7 @@ class RealTime {
     listen(run_, ears_);
     const auto slot = run_.rig.clock().now().since_start / std::chrono::seconds(1) - 1;
     if (slot >= run_.run_controller.next_slot()) {
-      run_.run_controller.see_guard(run_.ownership.trouble());
+      run_.run_controller.see_guard(run_.ownership.troubles());
       auto outcome = run_.run_controller.tick(slot);
       run_.ownership.heartbeat(run_.rig.io().stuck_for());
       if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());

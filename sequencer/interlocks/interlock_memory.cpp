@@ -73,6 +73,28 @@ void Trend::compare(std::optional<Celsius> others) {
   others_moved_ = abs(*others - *others_then_);
 }
 
+InterlockMemory::Watch InterlockMemory::of(InterlockId id) const {
+  const auto& all = watches[static_cast<std::size_t>(id)];
+  const auto weight = [](const Watch& watch) { return std::pair(watch.raised, watch.samples > 0); };
+  const auto most = std::ranges::max_element(all, {}, weight);
+  return most != all.end() ? *most : Watch{};
+}
+
+bool InterlockMemory::is_seen(InterlockId id) const {
+  const auto& all = watches[static_cast<std::size_t>(id)];
+  return std::ranges::any_of(all, [](const Watch& watch) { return watch.samples > 0; });
+}
+
+bool InterlockMemory::is_seen(InterlockId id, const std::string& subject) const {
+  const auto& all = watches[static_cast<std::size_t>(id)];
+  return std::ranges::any_of(all, [&](const Watch& watch) { return watch.subject == subject && watch.samples > 0; });
+}
+
+bool InterlockMemory::stands(InterlockId id) const {
+  const auto& all = watches[static_cast<std::size_t>(id)];
+  return std::ranges::any_of(all, [](const Watch& watch) { return watch.samples > 0 && watch.raised; });
+}
+
 Ranks::Ranks(const Sample& sample) {
   for (const auto& reading : sample.thermometers)
     if (reading.value) sorted_.push_back(reading.value->value);

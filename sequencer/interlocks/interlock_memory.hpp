@@ -43,8 +43,9 @@ class Trend {
 };
 
 struct InterlockMemory {
-  /// What is remembered of one interlock.
+  /// Holds what is remembered of one subject of an interlock.
   struct Watch {
+    std::string subject{};                ///< channel, unit, instrument; may be empty
     Duration standing{};                  ///< how long its cause is there
     int samples{};                        ///< in how many samples it was there
     Duration unseen{};                    ///< since what shows it was last read
@@ -54,11 +55,14 @@ struct InterlockMemory {
     std::optional<std::size_t> column{};  ///< which thermometer showed it
     std::string text{};                   ///< as last seen
   };
-  std::array<Watch, kInterlocks> watches{};
-  [[nodiscard]] const Watch& of(InterlockId id) const { return watches[static_cast<std::size_t>(id)]; }
-  /// Whether its cause is there in the last second, and whether it acts besides.
-  [[nodiscard]] bool is_seen(InterlockId id) const { return of(id).samples > 0; }
-  [[nodiscard]] bool stands(InterlockId id) const { return is_seen(id) && of(id).raised; }
+  /// The watches of each interlock, one for each subject that has, or had, a cause.
+  std::array<std::vector<Watch>, kInterlocks> watches{};
+  /// Returns the watch of the subject that is affected most; an empty watch if there is none.
+  [[nodiscard]] Watch of(InterlockId id) const;
+  /// Returns true if its cause is there in the last second, of any subject or of one; stands(): and acts besides.
+  [[nodiscard]] bool is_seen(InterlockId id) const;
+  [[nodiscard]] bool is_seen(InterlockId id, const std::string& subject) const;
+  [[nodiscard]] bool stands(InterlockId id) const;
   bool chamber_answered = true;  ///< in the sample before
   bool activity_seen = true;     ///< the chamber has said what it does since it was last silent
   Trend air;

@@ -21,7 +21,7 @@ struct CheckInputs {
 
   [[nodiscard]] const ChamberState* chamber() const { return sample.chamber.value ? &*sample.chamber.value : nullptr; }
   /// The cause was there a second ago.
-  [[nodiscard]] bool stood(InterlockId id) const { return memory.of(id).samples > 0; }
+  [[nodiscard]] bool stood(InterlockId id) const { return memory.is_seen(id); }
   [[nodiscard]] bool is_dropped(std::size_t unit) const { return unit < around.dropped.size() && around.dropped[unit]; }
   [[nodiscard]] bool goes_on_without(std::size_t unit) const {
     return unit < limits.units.size() && limits.units[unit].go_on_when_silent;
@@ -38,12 +38,19 @@ struct CheckInputs {
   [[nodiscard]] std::string channel(std::size_t column) const {
     return column < limits.channels.size() ? "thermometer " + limits.channels[column] : "a thermometer";
   }
+  /// Returns the name under which alarms of this thermometer are kept.
+  [[nodiscard]] std::string subject(std::size_t column) const {
+    return column < limits.channels.size() ? limits.channels[column] : std::to_string(column + 1);
+  }
+  [[nodiscard]] CheckResult of_thermometer(std::size_t column, std::string text) const {
+    return {.text = std::move(text), .column = column, .subject = subject(column)};
+  }
 };
 
 namespace {
 
 using std::chrono::seconds;
-using Found = std::optional<CheckResult>;
+using Found = std::vector<CheckResult>;  ///< one for each subject
 
 constexpr int kStuckSamples = 120;
 constexpr Kelvins kOthersMoved{0.5};
@@ -51,7 +58,7 @@ constexpr Duration kWallStep = std::chrono::milliseconds(50);
 constexpr int kRefusals = 3;
 constexpr Kelvins kNearLimit{2};
 
-Found found(std::string text) { return CheckResult{.text = std::move(text)}; }
+Found found(std::string text) { return {CheckResult{.text = std::move(text)}}; }
 
 std::optional<Celsius> median_of(const Sample& sample, const std::vector<std::size_t>& columns) {
   Sample few;
@@ -70,17 +77,17 @@ Found air_limit(const CheckInputs& in) {
 }
 
 Found thermometer_limit(const CheckInputs& in) {
+  Found beyond;
   for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i) {
     const auto value = value_of(in.sample.thermometers[i]);
     const auto own = i < in.limits.thermometers.size()
                          ? in.limits.thermometers[i]
                          : ThermometerLimits{in.limits.thermometers_lowest, in.limits.thermometers_highest};
     if (!value || (*value >= own.lowest && *value <= own.highest)) continue;
-    return CheckResult{.text = fmt::format("{} reads {:.2f} °C, outside {:g} … {:g} °C", in.channel(i), value->value,
-                                           own.lowest.value, own.highest.value),
-                       .column = i};
+    beyond.push_back(in.of_thermometer(i, fmt::format("{} reads {:.2f} °C, outside {:g} … {:g} °C", in.channel(i),
+                                                      value->value, own.lowest.value, own.highest.value)));
   }
-  return {};
+  return beyond;
 }
 
 /// The chamber's own sensor against the thermometers in the air or, without these, against itself before it jumped.
@@ -104,14 +111,14 @@ Found air_rate(const CheckInputs& in) {
   return found(fmt::format("the chamber's air changes by {:.1f} °C in a minute", rate->value));
 }
 
-/// Where several thermometers show it, here and below, the last one is told.
 Found thermometer_rate(const CheckInputs& in) {
-  Found last;
+  Found fast;
   for (std::size_t i = 0; i < in.memory.thermometers.size(); ++i)
     if (const auto rate = in.memory.thermometers[i].rate();
         rate && std::abs(rate->value) > in.limits.thermometers_fastest.value)
-      last = {.text = fmt::format("{} changes by {:.1f} °C in a minute", in.channel(i), rate->value), .column = i};
-  return last;
+      fast.push_back(
+          in.of_thermometer(i, fmt::format("{} changes by {:.1f} °C in a minute", in.channel(i), rate->value)));
+  return fast;
 }
 
 /// The air follows its set point like a first-order lag, and three times as slowly at the worst.
@@ -121,38 +128,48 @@ Found following(const CheckInputs& in) {
   const auto band = std::max(in.limits.follow_band, in.memory.lag * 3);
   if (abs(air - *in.memory.expected) <= band) return {};
   const bool near_a_limit = air < in.limits.air_lowest + kNearLimit || air > in.limits.air_highest - kNearLimit;
-  return CheckResult{.text = fmt::format("the air does not follow the set point: {:.1f} °C, expected {:.1f} °C",
-                                         air.value, in.memory.expected->value),
-                     .grave = near_a_limit};
+  return {CheckResult{.text = fmt::format("the air does not follow the set point: {:.1f} °C, expected {:.1f} °C",
+                                          air.value, in.memory.expected->value),
+                      .grave = near_a_limit}};
 }
 
-/// Of several the one that is farthest from the others: one that is wrong draws them from those that are right.
-Found disagreement(const CheckInputs& in) {
-  Found farthest;
+/// Finds the thermometer that is farthest from the median of the others among those that are not named in `found` yet.
+std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
+  Sample left = in.sample;
+  for (const auto& one : found) left.thermometers[*one.column].value = failure(FaultKind::out_of_range, "", "");
+  const Ranks ranks(left);
+  std::optional<CheckResult> farthest;
   Kelvins beyond = in.limits.disagreement;
-  for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i) {
-    const auto value = value_of(in.sample.thermometers[i]);
-    const auto others = in.ranks.median_without(value);
+  for (std::size_t i = 0; i < left.thermometers.size(); ++i) {
+    const auto value = value_of(left.thermometers[i]);
+    const auto others = ranks.median_without(value);
     if (!value || !others || abs(*value - *others) <= beyond) continue;
     beyond = abs(*value - *others);
-    farthest = {
-        .text = fmt::format("{} reads {:.1f} °C, the others {:.1f} °C", in.channel(i), value->value, others->value),
-        .column = i};
+    farthest = in.of_thermometer(
+        i, fmt::format("{} reads {:.1f} °C, the others {:.1f} °C", in.channel(i), value->value, others->value));
   }
   return farthest;
 }
 
+/// A thermometer that is wrong draws the median away from those that are right: the farthest is taken out before the
+/// next one is looked for.
+Found disagreement(const CheckInputs& in) {
+  Found all;
+  while (auto one = farthest(in, all)) all.push_back(std::move(*one));
+  return all;
+}
+
 Found stuck(const CheckInputs& in) {
-  Found last;
+  Found all;
   for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i) {
     const auto value = value_of(in.sample.thermometers[i]);
     if (!value || !in.ranks.median_without(value)) continue;
     const auto& trend = in.memory.thermometers[i];
     if (trend.unchanged_samples() >= kStuckSamples && trend.others_moved() > kOthersMoved)
-      last = {.text = fmt::format("{} stands at {:.3f} °C while the others move", in.channel(i), value->value),
-              .column = i};
+      all.push_back(in.of_thermometer(
+          i, fmt::format("{} stands at {:.3f} °C while the others move", in.channel(i), value->value)));
   }
-  return last;
+  return all;
 }
 
 // ---- silence --------------------------------------------------------------------------------------------------------
@@ -174,13 +191,14 @@ SilentUnits silent_units(const CheckInputs& in) {
   return units;
 }
 
-/// "gyro silent", "gyro u1, u3 silent".
+/// "gyro silent", or "gyro u1 silent" of several.
 Found silent(const CheckInputs& in, const std::vector<std::size_t>& units) {
-  if (units.empty()) return {};
-  if (in.sample.units.size() < 2) return found("gyro silent");
-  std::vector<std::string> names;
-  for (const auto unit : units) names.push_back(in.unit(unit));
-  return found(fmt::format("gyro {} silent", fmt::join(names, ", ")));
+  const bool is_only_one = in.sample.units.size() < 2;
+  Found all;
+  for (const auto unit : units)
+    all.push_back(
+        {.text = is_only_one ? "gyro silent" : fmt::format("gyro {} silent", in.unit(unit)), .subject = in.unit(unit)});
+  return all;
 }
 
 /// The units whose silence stops the run; each of them, where none is left that speaks.
@@ -208,35 +226,47 @@ Found thermometers_lost(const CheckInputs& in) {
                            : fmt::format("{} thermometers answer, {} are needed", answer, needed));
 }
 
-/// The thermometers, of those that `counts`, that are not read.
-std::vector<std::string> lost_thermometers(const CheckInputs& in, auto counts) {
-  std::vector<std::string> lost;
-  for (std::size_t i = 0; i < in.sample.thermometers.size(); ++i)
-    if (!in.sample.thermometers[i].value && counts(i)) lost.push_back(in.channel(i));
-  return lost;
-}
-
-/// "no reading of thermometer A, thermometer B"; nothing where all are read.
-std::optional<std::string> no_reading(const std::vector<std::string>& lost) {
-  if (lost.empty()) return std::nullopt;
-  return fmt::format("no reading of {}", fmt::join(lost, ", "));
+/// Finds the thermometers that are not read, of those that `counts`. An instrument with several of them, none of which
+/// is read, is one subject; a channel that was lost before its instrument stays one of its own.
+Found lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, const char* why) {
+  const auto is_lost = [&](std::size_t i) { return counts(i) && !in.sample.thermometers[i].value; };
+  const auto text = [&](const std::vector<std::string>& lost) {
+    return fmt::format("no reading of {}{}", fmt::join(lost, ", "), why);
+  };
+  Found all;
+  std::vector<bool> is_told(in.sample.thermometers.size());
+  for (const auto& instrument : in.limits.instruments) {
+    std::vector<std::string> lost;
+    const auto counted = std::ranges::count_if(instrument.columns, counts);
+    for (const auto i : instrument.columns)
+      if (is_lost(i)) lost.push_back(in.channel(i));
+    if (lost.size() < 2 || std::ssize(lost) < counted) continue;
+    all.push_back({.text = text(lost), .subject = instrument.name});
+    for (const auto i : instrument.columns) is_told[i] = !in.memory.is_seen(id, in.subject(i));
+  }
+  for (std::size_t i = 0; i < is_told.size(); ++i)
+    if (is_lost(i) && !is_told[i]) all.push_back({.text = text({in.channel(i)}), .subject = in.subject(i)});
+  return all;
 }
 
 /// The analogue channels of the units are among them.
 Found channel_lost(const CheckInputs& in) {
-  auto lost = lost_thermometers(in, [](std::size_t) { return true; });
+  auto lost = lost_thermometers(
+      in, InterlockId::channel_lost, [](std::size_t) { return true; }, "");
   for (std::size_t unit = 0; unit < in.sample.units.size(); ++unit) {
     const auto& analogue = in.sample.units[unit].analogue;
-    for (std::size_t i = 0; i < analogue.size() && unit < in.limits.units.size(); ++i)
-      if (!analogue[i].value) lost.push_back(analogue_channel(in.limits.units[unit], i));
+    for (std::size_t i = 0; i < analogue.size() && unit < in.limits.units.size(); ++i) {
+      if (analogue[i].value) continue;
+      const auto channel = analogue_channel(in.limits.units[unit], i);
+      lost.push_back({.text = "no reading of " + channel, .subject = channel});
+    }
   }
-  const auto text = no_reading(lost);
-  return text ? found(*text) : Found{};
+  return lost;
 }
 
 Found needed_channel_lost(const CheckInputs& in) {
-  const auto lost = no_reading(lost_thermometers(in, [&](std::size_t i) { return in.is_needed(i); }));
-  return lost ? found(*lost + ", which the analysis needs") : Found{};
+  const auto is_needed = [&](std::size_t i) { return in.is_needed(i); };
+  return lost_thermometers(in, InterlockId::needed_channel_lost, is_needed, ", which the analysis needs");
 }
 
 // ---- the chamber ----------------------------------------------------------------------------------------------------
@@ -303,9 +333,23 @@ Found restarted(const CheckInputs& in) {
 
 Found where_told(const std::string& text) { return text.empty() ? Found{} : found(text); }
 Found program(const CheckInputs& in) { return where_told(in.around.program); }
-Found another_instrument(const CheckInputs& in) { return where_told(in.around.strangers); }
-Found record_damaged(const CheckInputs& in) { return where_told(in.around.record_damage); }
-Found unguarded(const CheckInputs& in) { return where_told(in.around.guard_trouble); }
+/// Each instrument that another one answers for is a subject.
+Found another_instrument(const CheckInputs& in) {
+  Found all;
+  for (const auto& text : in.around.strangers) all.push_back({.text = text, .subject = text.substr(0, text.find(':'))});
+  return all;
+}
+/// Each file that is damaged, with which the text begins, is a subject.
+Found record_damaged(const CheckInputs& in) {
+  auto found = where_told(in.around.record_damage);
+  for (auto& damage : found) damage.subject = damage.text.substr(0, damage.text.find(' '));
+  return found;
+}
+Found unguarded(const CheckInputs& in) {
+  Found all;
+  for (const auto& [subject, text] : in.around.guard_troubles) all.push_back({.text = text, .subject = subject});
+  return all;
+}
 
 Found deadline(const CheckInputs& in) {
   if (in.sample.progress.phase != Phase::overdue) return {};
@@ -334,30 +378,31 @@ Found wall_clock(const CheckInputs& in) {
 
 // ---- what was not read ----------------------------------------------------------------------------------------------
 
-bool no_chamber(const CheckInputs& in, InterlockId) { return !in.chamber(); }
-bool no_air_rate(const CheckInputs& in, InterlockId) { return !in.memory.air.rate(); }
+using Watch = InterlockMemory::Watch;
 
-bool no_comparison(const CheckInputs& in, InterlockId) {
+bool no_chamber(const CheckInputs& in, const Watch&) { return !in.chamber(); }
+bool no_air_rate(const CheckInputs& in, const Watch&) { return !in.memory.air.rate(); }
+
+bool no_comparison(const CheckInputs& in, const Watch&) {
   const auto& compared = in.limits.air_thermometers;
   return !in.chamber() || (!compared.empty() && !median_of(in.sample, compared));
 }
 
 /// The thermometer that showed the cause when it was last seen.
-std::optional<std::size_t> shown_by(const CheckInputs& in, InterlockId id) {
-  const auto column = in.memory.of(id).column;
-  return column && *column < in.sample.thermometers.size() ? column : std::nullopt;
+std::optional<std::size_t> shown_by(const CheckInputs& in, const Watch& watch) {
+  return watch.column && *watch.column < in.sample.thermometers.size() ? watch.column : std::nullopt;
 }
 
-bool no_value(const CheckInputs& in, InterlockId id) {
-  const auto column = shown_by(in, id);
+bool no_value(const CheckInputs& in, const Watch& watch) {
+  const auto column = shown_by(in, watch);
   return column && !value_of(in.sample.thermometers[*column]);
 }
-bool no_rate(const CheckInputs& in, InterlockId id) {
-  const auto column = shown_by(in, id);
+bool no_rate(const CheckInputs& in, const Watch& watch) {
+  const auto column = shown_by(in, watch);
   return column && !in.memory.thermometers[*column].rate();
 }
-bool no_others(const CheckInputs& in, InterlockId id) {
-  const auto column = shown_by(in, id);
+bool no_others(const CheckInputs& in, const Watch& watch) {
+  const auto column = shown_by(in, watch);
   if (!column) return false;
   const auto value = value_of(in.sample.thermometers[*column]);
   return !value || !in.ranks.median_without(value);
@@ -458,7 +503,7 @@ void clear_in_time(const InterlockLimits& limits, InterlockId id, Duration elaps
   watch.gone += elapsed;
   if (!watch.raised || watch.gone < limits.clear_after) return;
   watch.raised = false;
-  cleared.push_back({id, Reaction::go_on, watch.text});
+  cleared.push_back({id, Reaction::go_on, watch.text, watch.subject});
 }
 
 void demand(const InterlockMemory::Watch& watch, InterlockDemand& most) {
@@ -467,8 +512,8 @@ void demand(const InterlockMemory::Watch& watch, InterlockDemand& most) {
 
 /// A reading that is lost is no sign that a cause has gone: it stands as it was last seen, and what was counted stays
 /// counted. A longer silence is judged as one.
-void wait_unread(const InterlockLimits& limits, InterlockId id, Duration elapsed, InterlockResult& judged) {
-  auto& watch = judged.memory.watches[static_cast<std::size_t>(id)];
+void wait_unread(const InterlockLimits& limits, InterlockId id, Duration elapsed, Watch& watch,
+                 InterlockResult& judged) {
   watch.unseen += elapsed;
   if (watch.unseen <= limits.suspend_after) return demand(watch, judged.demand);
   watch.reaction = {};
@@ -482,13 +527,13 @@ Duration longer(const InterlockMemory::Watch& watch, Duration elapsed, const Int
   return counts ? elapsed : elapsed - inputs.missed;
 }
 
-/// One interlock, one second on.
-void step(const InterlockLimits& limits, const Interlock& row, const Found& found, bool unread, Duration elapsed,
-          const InterlockInputs& inputs, InterlockResult& judged) {
-  auto& watch = judged.memory.watches[static_cast<std::size_t>(row.id)];
-  if (!found && unread && watch.samples > 0) return wait_unread(limits, row.id, elapsed, judged);
+/// Steps the watch of one subject by a second; `found` is null if its cause was not found.
+void step(const InterlockLimits& limits, const Interlock& row, const CheckResult* found, bool unread, Duration elapsed,
+          const InterlockInputs& inputs, Watch& watch, InterlockResult& judged) {
+  if (!found && unread && watch.samples > 0) return wait_unread(limits, row.id, elapsed, watch, judged);
   const auto unseen = std::exchange(watch.unseen, Duration{});
-  watch.reaction = {};
+  watch.reaction = row.is_never_over ? std::min(watch.reaction, Reaction::warn) : Reaction::go_on;
+  if (!found && row.is_never_over) return demand(watch, judged.demand);
   if (!found) {
     watch.standing = {};
     watch.samples = 0;
@@ -504,8 +549,29 @@ void step(const InterlockLimits& limits, const Interlock& row, const Found& foun
   watch.reaction = reaction_of(limits, row, *found, watch.standing);
   if (row.is_never_over && !is_news) watch.reaction = std::min(watch.reaction, Reaction::warn);
   if (row.lost_after != nullptr) watch.text += " for " + spoken(watch.standing);
-  if (!std::exchange(watch.raised, true)) judged.raised.push_back({row.id, watch.reaction, watch.text});
+  if (!std::exchange(watch.raised, true)) judged.raised.push_back({row.id, watch.reaction, watch.text, watch.subject});
   demand(watch, judged.demand);
+}
+
+/// Judged of one interlock: its subjects with a cause, and whether what would show each watched one was not read.
+struct Verdict {
+  Found found;
+  std::vector<bool> unread;
+};
+
+/// Steps every subject of an interlock: those that have a cause now, and those that had one.
+void step(const InterlockLimits& limits, const Interlock& row, const Verdict& verdict, Duration elapsed,
+          const InterlockInputs& inputs, InterlockResult& judged) {
+  auto& watches = judged.memory.watches[static_cast<std::size_t>(row.id)];
+  for (const auto& one : verdict.found)
+    if (std::ranges::find(watches, one.subject, &Watch::subject) == watches.end())
+      watches.push_back({.subject = one.subject});
+  for (std::size_t i = 0; i < watches.size(); ++i) {
+    const auto one = std::ranges::find(verdict.found, watches[i].subject, &CheckResult::subject);
+    const auto* found = one != verdict.found.end() ? &*one : nullptr;
+    step(limits, row, found, i < verdict.unread.size() && verdict.unread[i], elapsed, inputs, watches[i], judged);
+  }
+  std::erase_if(watches, [](const Watch& watch) { return !watch.raised && watch.samples == 0; });
 }
 
 }  // namespace
@@ -532,33 +598,35 @@ const char* name(Reaction reaction) {
 InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample, Duration elapsed,
                       const InterlockInputs& inputs) {
   remember(limits, sample, elapsed, inputs.missed > Duration{}, memory);
-  std::array<Found, kInterlocks> found;
-  std::array<bool, kInterlocks> unread{};
+  std::array<Verdict, kInterlocks> verdicts;
   const CheckInputs second{limits, memory, sample, inputs, Ranks(sample)};
   for (std::size_t i = 0; i < kInterlocks; ++i) {
-    found[i] = kTable[i].check(second);
-    unread[i] = kTable[i].unread != nullptr && kTable[i].unread(second, kTable[i].id);
+    verdicts[i].found = kTable[i].check(second);
+    for (const auto& watch : memory.watches[i])
+      verdicts[i].unread.push_back(kTable[i].unread != nullptr && kTable[i].unread(second, watch));
   }
   memory.utc_minus_run = sample.at.utc - sample.at.since_start;
   const auto& chamber = sample.chamber.value;
   memory.chamber_answered = chamber.has_value();
   memory.activity_seen = chamber && (memory.activity_seen || chamber->activity != ChamberActivity::unknown);
   InterlockResult judged{.demand = {}, .memory = std::move(memory), .raised = {}, .cleared = {}};
-  for (std::size_t i = 0; i < kInterlocks; ++i) step(limits, kTable[i], found[i], unread[i], elapsed, inputs, judged);
+  for (std::size_t i = 0; i < kInterlocks; ++i) step(limits, kTable[i], verdicts[i], elapsed, inputs, judged);
   return judged;
 }
 
 InterlockDemand demand_beside(const InterlockMemory& memory, InterlockId one) {
   InterlockDemand most;
   for (std::size_t i = 0; i < kInterlocks; ++i)
-    if (i != static_cast<std::size_t>(one)) demand(memory.watches[i], most);
+    for (const auto& watch : memory.watches[i])
+      if (i != static_cast<std::size_t>(one)) demand(watch, most);
   return most;
 }
 
 std::vector<std::string> standing_faults(const InterlockMemory& memory) {
   std::vector<std::string> lines;
-  for (const auto& watch : memory.watches)
-    if (watch.raised) lines.push_back(watch.text);
+  for (const auto& watches : memory.watches)
+    for (const auto& watch : watches)
+      if (watch.raised) lines.push_back(watch.text);
   return lines;
 }
 

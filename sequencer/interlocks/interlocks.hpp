@@ -3,6 +3,7 @@
 /// comes out; it outranks the profile. Any thread.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -29,17 +30,19 @@ struct InterlockInputs {
   bool rows_dropped{};
   std::string storage_trouble{};  ///< why the disk takes no rows
   std::string record_damage{};    ///< what another program did to the record's files
-  std::string guard_trouble{};    ///< why nobody would make the chamber safe
-  std::string strangers{};        ///< instruments that answer in place of others
-  bool gyro_is_off{};             ///< by the profile's own wish, so that its silence is no fault
-  std::vector<bool> dropped{};    ///< units under test that an operator has dropped; empty: none
+  /// By subject ("guard", "safe-state file"): why the chamber would not be made safe if this program ended.
+  std::map<std::string, std::string> guard_troubles{};
+  std::vector<std::string> strangers{};  ///< instruments that answer in place of others
+  bool gyro_is_off{};                    ///< by the profile's own wish, so that its silence is no fault
+  std::vector<bool> dropped{};           ///< units under test that an operator has dropped; empty: none
 };
 
-/// What one check found wrong.
+/// Describes what one check found wrong with one subject.
 struct CheckResult {
   std::string text;
   bool grave = false;                      ///< ends the run whatever the policy is
   std::optional<std::size_t> column = {};  ///< which thermometer shows it
+  std::string subject = {};                ///< channel, unit, instrument; may be empty
 };
 
 struct CheckInputs;
@@ -62,10 +65,10 @@ struct Interlock {
   Duration InterlockLimits::*lost_after = nullptr;  ///< a silence of this length ends the run
   bool is_never_over = false;  ///< what is done stays done: more than a warning is asked for while it is news
   std::string_view limits{};   ///< the keys of [limits] that it heeds, between blanks
-  /// Looks for the cause in one second.
-  std::optional<CheckResult> (*check)(const CheckInputs&) = nullptr;
-  /// Whether what would show the cause, or that it has gone, was not read in this second; null: it always is.
-  bool (*unread)(const CheckInputs&, InterlockId) = nullptr;
+  /// Looks for the cause in one second. Returns one result for each subject that has it.
+  std::vector<CheckResult> (*check)(const CheckInputs&) = nullptr;
+  /// Returns true if what would show the cause, or its end, was not read in this second; null: it always is read.
+  bool (*unread)(const CheckInputs&, const InterlockMemory::Watch&) = nullptr;
 };
 [[nodiscard]] const Interlock& interlock(InterlockId id);
 [[nodiscard]] inline const char* name(InterlockId id) { return interlock(id).name; }
@@ -76,16 +79,18 @@ struct InterlockDemand {
   std::string cause;  ///< empty when nothing is wrong
 };
 
+/// An alarm is identified by its interlock and its subject.
 struct InterlockAlarm {
   InterlockId id{};
   Reaction reaction{};
   std::string text;
+  std::string subject{};  ///< channel, unit, instrument; may be empty
 };
 
 struct InterlockResult {
   InterlockDemand demand;
   InterlockMemory memory;
-  std::vector<InterlockAlarm> raised;   ///< with this sample: one alarm per interlock until it is over
+  std::vector<InterlockAlarm> raised;   ///< with this sample: one per interlock and subject
   std::vector<InterlockAlarm> cleared;  ///< with this sample
 };
 

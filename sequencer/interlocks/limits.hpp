@@ -74,6 +74,12 @@ struct UnitLimits {
   std::vector<std::string> analogue{};      ///< names of what analogue inputs measure of it, in the sample's order
 };
 
+/// Names the thermometers that one instrument reads.
+struct InstrumentChannels {
+  std::string name;                       ///< "thermometer 1"
+  std::vector<std::size_t> columns = {};  ///< of the sample
+};
+
 /// "u1.discharge_current_a": the channel of such a value, where the file gives it a name.
 [[nodiscard]] inline std::string analogue_channel(const UnitLimits& unit, std::size_t index) {
   return fmt::format("{}.{}", unit.name,
@@ -88,6 +94,7 @@ struct InterlockLimits {
   Celsius thermometers_highest{100};
   std::vector<ThermometerLimits> thermometers;  ///< one per channel, or none where the file gives none of its own
   std::vector<std::string> channels;            ///< the thermometers' names, for messages; may be empty
+  std::vector<InstrumentChannels> instruments;  ///< which read them; may be empty
   int confirming_samples = 2;                   ///< readings in a row beyond a limit before it counts
 
   CelsiusPerMinute air_fastest{20};  ///< over a minute; magnitude

@@ -3,6 +3,7 @@
 /// there is nothing to take on.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,8 +28,10 @@ class ChamberOwnership {
   /// At the end of a tick. `stuck`: how long the chamber's call that is under way has not got on; past its limit the
   /// watcher hears nothing.
   void heartbeat(Duration stuck);
-  /// Why nobody would make the chamber safe; empty: somebody would, or there is nothing to guard.
-  [[nodiscard]] std::string trouble() const { return watchdog_ ? watchdog_->trouble() : ""; }
+  /// Returns, by subject, why the chamber would not be made safe; nothing if it would, or there is nothing to guard.
+  [[nodiscard]] std::map<std::string, std::string> troubles() const {
+    return watchdog_ ? watchdog_->troubles() : std::map<std::string, std::string>();
+  }
   /// The chamber is one that a program had left when it died, and nobody has made safe since.
   [[nodiscard]] bool took_over() const { return watchdog_ && watchdog_->took_over(); }
   /// The chamber may be left as it is. A program that ends without this leaves it to the watcher.

@@ -245,10 +245,10 @@ void RunController::note_alarms(const interlocks::InterlockResult& result) {
   for (const auto& alarm : result.raised)
     note(alarm.reaction > interlocks::Reaction::warn ? EventKind::interlock : EventKind::fault,
          fmt::format("{} ({}): {}", name(alarm.id), name(alarm.reaction), alarm.text),
-         {.interlock = name(alarm.id), .reaction = name(alarm.reaction)});
+         {.interlock = name(alarm.id), .reaction = name(alarm.reaction), .channel = alarm.subject});
   for (const auto& alarm : result.cleared)
     note(EventKind::recovered, fmt::format("{} is over: {}", name(alarm.id), alarm.text),
-         {.interlock = name(alarm.id), .reaction = name(alarm.reaction)});
+         {.interlock = name(alarm.id), .reaction = name(alarm.reaction), .channel = alarm.subject});
 }
 
 LeadSecond RunController::second(const Sample& sample, Duration missed) const {
@@ -271,8 +271,8 @@ interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration
   around.rows_dropped = health.rows_dropped;
   around.storage_trouble = health.trouble;
   around.record_damage = health.damage;
-  around.guard_trouble = guard_trouble_;
-  around.strangers = fmt::format("{}", fmt::join(rig_.io().strangers(), "; "));
+  around.guard_troubles = guard_troubles_;
+  around.strangers = rig_.io().strangers();
   around.gyro_is_off = unit_may_be_off(profile_, state_);
   around.dropped = dropped_.all();
   return around;

@@ -3,6 +3,7 @@
 /// store.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -68,8 +69,9 @@ class RunController {
   void leave_to_the_controller() { lead_ = std::make_unique<ControllerLead>(); }
   [[nodiscard]] bool is_left_to_the_controller() const { return lead_->goes_on_by_itself(); }
 
-  /// Why nobody would make the chamber safe if this program died now; empty: somebody would. From the next tick on.
-  void see_guard(std::string trouble) { guard_trouble_ = std::move(trouble); }
+  /// Takes, by subject, why the chamber would not be made safe if this program died now; empty: it would be. It counts
+  /// from the next tick on.
+  void see_guard(std::map<std::string, std::string> troubles) { guard_troubles_ = std::move(troubles); }
 
   /// Puts an event into the record with the next tick.
   void note(EventKind kind, std::string text, EventSubject about = {});
@@ -137,7 +139,7 @@ class RunController {
   std::vector<std::string> alarms_;  ///< the chamber's own, as last seen
   std::vector<Event> events_;        ///< what the tick under way will put into the record
   std::vector<Event> last_events_;   ///< what the last tick put into it
-  std::string guard_trouble_;
+  std::map<std::string, std::string> guard_troubles_;
   Sample last_;
 };
 

@@ -279,10 +279,12 @@ void WatchdogClient::heartbeat() {
   ties_->send(kAlive);
 }
 
-std::string WatchdogClient::trouble() const {
+std::map<std::string, std::string> WatchdogClient::troubles() const {
   const std::lock_guard lock(ties_->mutex);
-  auto words = ties_->of_guard.words();
-  return words.empty() ? ties_->of_file.words() : words;
+  std::map<std::string, std::string> troubles{{"guard", ties_->of_guard.words()},
+                                              {"safe-state file", ties_->of_file.words()}};
+  std::erase_if(troubles, [](const auto& trouble) { return trouble.second.empty(); });
+  return troubles;
 }
 
 /// A thread that hangs in the disk is left behind there.

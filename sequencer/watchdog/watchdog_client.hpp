@@ -3,6 +3,7 @@
 /// its own, and systemd's watchdog where there is one. Whatever of it goes missing is told, and put back.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -49,8 +50,9 @@ class WatchdogClient {
   void good_bye();
   /// There was a safe-state file: a program had died, and its chamber has not been made safe.
   [[nodiscard]] bool took_over() const { return took_over_; }
-  /// Why the chamber would not be made safe if this program died now, or hardly; empty: it would.
-  [[nodiscard]] std::string trouble() const;
+  /// Returns why the chamber would not be made safe if this program died now: of the "guard", of the "safe-state file",
+  /// of both, or nothing.
+  [[nodiscard]] std::map<std::string, std::string> troubles() const;
 
  private:
   struct Ties;

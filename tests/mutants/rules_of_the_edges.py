@@ -48,16 +48,18 @@ MUTANTS = [
 
     # Lost channels.
     ("a lost channel is not told", "sequencer/interlocks/interlocks.cpp",
-     "return text ? found(*text) : Found{};", "return {};",
+     "auto lost = lost_thermometers(in, InterlockId::channel_lost, [](std::size_t) { return true; }, \"\");",
+     "Found lost;",
      "faults_test", shown_by("AThermometersLineCutThatTheAnalysisDoesNotNeed")),
     ("a channel that the analysis needs is lost without a word", "sequencer/interlocks/interlocks.cpp",
-     "return lost ? found(*lost + \", which the analysis needs\") : Found{};", "return {};",
+     "return lost_thermometers(in, InterlockId::needed_channel_lost, is_needed, \", which the analysis needs\");",
+     "(void)is_needed; return {};",
      "faults_test", shown_by("AThermometersLineCutThatTheAnalysisNeeds")),
     ("a damaged record is no alarm", "sequencer/interlocks/interlocks.cpp",
-     "return where_told(in.around.record_damage);", "return {};",
+     "auto found = where_told(in.around.record_damage);", "Found found;",
      "faults_test", shown_by("ARecordWhoseFileIsTakenAway")),
     ("a missing guard is no alarm", "sequencer/interlocks/interlocks.cpp",
-     "return where_told(in.around.guard_trouble);", "return {};",
+     "all.push_back({.text = text, .subject = subject});", "(void)text, (void)subject;",
      "faults_test", shown_by("AGuardThatHasEnded")),
 
     # The chamber's lock.

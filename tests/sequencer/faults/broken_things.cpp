@@ -345,9 +345,12 @@ std::vector<BrokenThing> what_only_warns() {
            .cause = interlocks::InterlockId::unguarded,
            .reaction = interlocks::Reaction::warn,
            .at = kEarly,
-           .breaks = [](D& d) { d.run_controller().see_guard("the guard has ended"); },
+           .breaks =
+               [](D& d) {
+                 d.run_controller().see_guard({{"guard", "the guard has ended"}});
+               },
            .acts_within = 1,
-           .mends = [](D& d) { d.run_controller().see_guard(""); }},
+           .mends = [](D& d) { d.run_controller().see_guard({}); }},
           {.shows = "AThermometerApartFromTheOthers",
            .cause = interlocks::InterlockId::disagreement,
            .reaction = interlocks::Reaction::warn,

@@ -123,6 +123,10 @@ UnitSettings read_unit(const GyroTable& gyro, bool one_of_several, const std::op
   unit.info.serial_number = table.text("serial_number", "");
   unit.info.model = table.text("model", "");
   unit.can_be_turned = table.boolean("can_be_turned", false);
+  if (table.has("largest_bias_deg_per_h")) {
+    unit.largest_bias_deg_per_h = table.number("largest_bias_deg_per_h");
+    if (!(*unit.largest_bias_deg_per_h >= 0)) table.mistake("largest_bias_deg_per_h", "expected zero or more");
+  }
   unit.go_on_when_silent =
       table.choice("when_silent", {"suspend", "go_on"}, one_of_several ? "go_on" : "suspend") == "go_on";
   unit.has_own_thermometers = table.has("thermometers");
@@ -139,13 +143,17 @@ UnitSettings read_unit(const GyroTable& gyro, bool one_of_several, const std::op
 /// The frames of a line whose axes are wanted in this order.
 Result<void> read_frames(const TomlTable& table, const std::string& rig_file, const std::vector<std::string>& axes,
                          const std::optional<std::string>& known, GyroLine& line) {
+  std::optional<double> rate_hz;
+  if (table.has("rate_hz")) rate_hz = table.number("rate_hz");
+  if (rate_hz && !(*rate_hz > 0)) table.mistake("rate_hz", "expected a positive number of frames a second");
+  line.listen_only = table.boolean("listen_only", false);
   if (!table.has("stream")) {
-    line.frame = drivers::read_frame_format(table.table("frame"), axes);
+    line.frame = drivers::read_frame_format(table.table("frame"), axes, rate_hz);
     return {};
   }
   if (table.has("frame")) table.mistake("frame", "the frames are those of the stream: expected one of the two");
   auto stream = read_named(table, "stream", rig_file, kShippedGyroStream, known).and_then([&](const NamedText& named) {
-    return drivers::parse_gyro_stream(named.text, named.path, axes);
+    return drivers::parse_gyro_stream(named.text, named.path, axes, rate_hz);
   });
   if (!stream) return failure(std::move(stream.error()));
   line.frame = stream->frame;
@@ -203,7 +211,7 @@ class Reader {
   void share_line(std::size_t unit) {
     const auto& table = gyros_[unit].table;
     const auto owner = table.text("shares_line_with");
-    for (const char* key : {"line", "stream", "frame"})
+    for (const char* key : {"line", "stream", "frame", "rate_hz", "listen_only"})
       if (table.has(key)) table.mistake(key, fmt::format("the line and its frames are those of \"{}\"", owner));
     for (auto& line : settings_.lines)
       if (settings_.units[line.shares.front().unit].info.name == owner) {
@@ -311,7 +319,8 @@ std::unique_ptr<drivers::Gyro> make_gyro(const GyroLine& settings, const drivers
   const auto serial = settings.stream ? settings.stream->port : drivers::SerialFormat{.baud = 115200};
   auto stream = make_stream(line, {.serial = serial}, kConnectWithin);
   drivers::GyroCommands commands;
-  if (settings.stream) commands = {.start = settings.stream->start, .stop = settings.stream->stop};
+  if (settings.stream && !settings.listen_only)
+    commands = {.start = settings.stream->start, .stop = settings.stream->stop};
   return make_framed_gyro(settings.frame, make_pumped(std::move(stream)), within, std::move(commands));
 }
 

@@ -23,7 +23,9 @@ struct UnitSettings {
   record::UnitInfo info;
   bool can_be_turned{};      ///< people can turn it around in the chamber, so that its input axes point the other way
   bool go_on_when_silent{};  ///< the run goes on for the other units when it falls silent
-  bool has_own_thermometers{};    ///< the rig file says which sit on it
+  bool has_own_thermometers{};  ///< the rig file says which sit on it
+  /// Bias that a good unit may have, °/h; nothing: that of its stream.
+  std::optional<double> largest_bias_deg_per_h{};
   std::size_t analogue_values{};  ///< how many of its values, the last ones, analogue inputs measure
 };
 
@@ -32,6 +34,7 @@ struct GyroLine {
   std::string line;
   drivers::FrameFormat frame;                 ///< of the axes of all its units
   std::optional<drivers::GyroStream> stream;  ///< where the rig file names one; its frame is `frame`
+  bool listen_only{};                         ///< nothing is sent to the gyro
   struct Share {
     std::size_t unit{};                 ///< among the rig's
     std::vector<std::size_t> axes{};    ///< of its axes, where each is among the frame's
@@ -52,10 +55,11 @@ struct GyroSettings {
 /// `rig_file`) or a `frame` of its own, or `shares_line_with` another unit whose interface sends its frames too; the
 /// `axis` of the stream that is wanted, or [[gyro.axis]] for each; `arcsec_per_pulse` where the frames do not say it;
 /// how it points: `latitude`, `azimuth`, `elevation` of the one input axis, or each axis' `direction` in [fixture]; how
-/// well all that is known; `can_be_turned`; `thermometers` and `three_point` that sit on it (`channels` are all that
-/// there are); `values`, which of a shared line's are its own; `when_silent`. docs/files.md describes every key.
-/// `known`: the texts of streams, by unit, where they are known already. Mistakes of the rig file are noted in its
-/// tables; fails with bad_file if a description cannot be read or has mistakes of its own.
+/// well all that is known; `rate_hz`, the frames a second that the unit is set to; `listen_only`, for a line that takes
+/// no commands; `largest_bias_deg_per_h`; `can_be_turned`; `thermometers` and `three_point` that sit on it (`channels`
+/// are all that there are); `values`, which of a shared line's are its own; `when_silent`. docs/files.md describes
+/// every key. `known`: the texts of streams, by unit, where they are known already. Mistakes of the rig file are noted
+/// in its tables; fails with bad_file if a description cannot be read or has mistakes of its own.
 [[nodiscard]] Result<GyroSettings> read_gyros(const TomlTable& root, const std::string& rig_file,
                                               const std::vector<std::string>& channels,
                                               const std::map<std::string, std::string>& known);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "drivers/chamber/register_map.hpp"
 
@@ -112,31 +113,90 @@ Result<std::string> ask_analogue(drivers::AnalogueInputs& inputs, const std::vec
   return line + "; " + text(time_calls([&] { (void)inputs.read(); }, clock));
 }
 
-Result<std::string> ask_gyro(drivers::Gyro& gyro, const drivers::FrameFormat& frames,
-                             const std::function<void()>& let_pass) {
-  if (auto opened = gyro.open(); !opened) return failure(opened.error());
-  let_pass();
-  if (const auto origin = gyro.take_origin(); !origin) return failure(origin.error());
-  const auto before = gyro.frames();
-  std::vector<std::int64_t> sums(std::max<std::size_t>(frames.axes.size(), 1));
+std::string describe_rate(const std::string& axis, DegreesPerHour measured, std::optional<DegreesPerHour> earth_rate,
+                          DegreesPerHour largest_bias, DegreesPerHour one_count) {
+  constexpr double kShareOfEarthRate = 0.5, kLeast_deg_per_h = 1.5;
+  const auto rate = fmt::format("{} {:.2f} °/h", axis, measured.value);
+  if (!earth_rate) return rate + " (Earth rate unknown: the rig file has no latitude)";
+  const auto line = fmt::format("{} (Earth rate {:.2f} °/h)", rate, earth_rate->value);
+  const double allowed = std::max(kShareOfEarthRate * std::abs(earth_rate->value), kLeast_deg_per_h) +
+                         largest_bias.value + std::abs(one_count.value);
+  if (std::abs(measured.value - earth_rate->value) <= allowed) return line;
+  return fmt::format(
+      "{}, WARNING: they differ by more than {:.2f} °/h; check the gyro's unit of rotation, scale, sign and axis, and "
+      "how it points; if the unit's bias is larger, state it (largest_bias_deg_per_h of [gyro])",
+      line, allowed);
+}
+
+namespace {
+
+/// Counts of each axis of a line, the time that they cover, and the newest housekeeping.
+struct GyroMeans {
+  std::vector<std::int64_t> counts;
   Duration interval{};
-  std::vector<double> values;
+  std::vector<double> values{};
+};
+
+Result<GyroMeans> read_means(drivers::Gyro& gyro, std::size_t axes, const std::function<void()>& let_pass) {
+  GyroMeans means{.counts = std::vector<std::int64_t>(axes)};
   for (int i = 0; i < kSeconds; ++i) {
     let_pass();
     const auto count = gyro.read(kSecond);
     if (!count) return failure(count.error());
-    for (std::size_t axis = 0; axis < sums.size() && axis < count->pulses.size(); ++axis)
-      sums[axis] += count->pulses[axis];
-    interval += count->interval;
-    values = count->values;
+    for (std::size_t axis = 0; axis < axes && axis < count->pulses.size(); ++axis)
+      means.counts[axis] += count->pulses[axis];
+    means.interval += count->interval;
+    means.values = count->values;
   }
-  const auto after = gyro.frames();
-  auto line = fmt::format("{} frames, {} counts in {:.6f} s", frames.name, fmt::join(sums, ", "), to_seconds(interval));
-  const auto names = drivers::housekeeping_of(frames);
+  return means;
+}
+
+std::string describe_axes(const GyroLine& line, const std::vector<UnitSettings>& units, const GyroMeans& means) {
+  const double seconds = to_seconds(means.interval);
+  std::string text;
+  for (const auto& share : line.shares) {
+    const auto& unit = units[share.unit];
+    const auto stream_bias = line.stream ? line.stream->largest_bias_deg_per_h : std::nullopt;
+    const DegreesPerHour bias{unit.largest_bias_deg_per_h.value_or(stream_bias.value_or(0))};
+    for (std::size_t i = 0; i < share.axes.size(); ++i) {
+      const auto& axis = unit.info.axes[i];
+      const auto name = unit.info.axes.size() == 1 && units.size() == 1 ? "rate" : axis_label(unit.info, i);
+      const auto counts = static_cast<double>(means.counts[share.axes[i]]);
+      text +=
+          ", " + describe_rate(name, {counts * axis.scale / seconds}, axis.earth_rate, bias, {axis.scale / seconds});
+    }
+  }
+  return text;
+}
+
+/// A value that no frame brought is passed over.
+std::string describe_values(const drivers::FrameFormat& frame, const std::vector<double>& values) {
+  const auto names = drivers::housekeeping_of(frame);
+  std::string text;
   for (std::size_t i = 0; i < names.size() && i < values.size(); ++i)
-    line += fmt::format(", {} {:g} {}", names[i].name, values[i], names[i].unit);
-  return line + fmt::format("; {} frames seen, {} lost, {} bad", after.seen - before.seen, after.lost - before.lost,
-                            after.bad - before.bad);
+    if (std::isfinite(values[i]))
+      text += fmt::format(", {} {:g}{}", names[i].name, values[i], names[i].unit == "1" ? "" : " " + names[i].unit);
+  return text;
+}
+
+}  // namespace
+
+Result<std::string> ask_gyro(drivers::Gyro& gyro, const GyroLine& line, const std::vector<UnitSettings>& units,
+                             bool is_simulated, const std::function<void()>& let_pass) {
+  if (auto opened = gyro.open(); !opened) return failure(opened.error());
+  let_pass();
+  if (const auto origin = gyro.take_origin(); !origin) return failure(origin.error());
+  const auto before = gyro.frames();
+  const auto means = read_means(gyro, std::max<std::size_t>(line.frame.axes.size(), 1), let_pass);
+  if (!means) return failure(means.error());
+  const auto after = gyro.frames();
+  auto text = fmt::format("{} frames, mean of {:.3f} s", line.frame.name, to_seconds(means->interval)) +
+              describe_axes(line, units, *means) + describe_values(line.frame, means->values) +
+              fmt::format("; {} frames seen, {} lost, {} bad", after.seen - before.seen, after.lost - before.lost,
+                          after.bad - before.bad);
+  if (!line.stream || is_simulated) return text;
+  const auto settings = in_words(line.stream->settings, !line.listen_only);
+  return settings.empty() ? text : text + "; " + settings;
 }
 
 }  // namespace gyrotherm::rig

@@ -4,15 +4,16 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "drivers/chamber/register_map.hpp"
-#include "drivers/gyro/frame_format.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
+#include "rig/gyro_settings.hpp"
 
 namespace gyrotherm::rig {
 
@@ -48,9 +49,16 @@ struct AnalogueReading {
 /// Who it is, and one value of each channel, likewise.
 [[nodiscard]] Result<std::string> ask_analogue(drivers::AnalogueInputs& inputs,
                                                const std::vector<AnalogueReading>& channels, const Clock& clock);
-/// What a gyro's frames say in two seconds, and how many were seen, lost and bad. `let_pass` lets a second pass where
-/// it does not pass by itself.
-[[nodiscard]] Result<std::string> ask_gyro(drivers::Gyro& gyro, const drivers::FrameFormat& frames,
+/// Describes an axis: the rate that it measured, beside the Earth's rotation on it; a warning if they disagree by more
+/// than half of that rotation (at least 1.5 °/h), the bias that the unit may have, and one count.
+[[nodiscard]] std::string describe_rate(const std::string& axis, DegreesPerHour measured,
+                                        std::optional<DegreesPerHour> earth_rate, DegreesPerHour largest_bias,
+                                        DegreesPerHour one_count);
+/// Reads a gyro for two seconds and describes it: each axis (describe_rate), its housekeeping as far as it came, how
+/// many frames were seen, lost and bad, and which settings of the unit were verified. `units`: the rig's.
+/// `is_simulated`: the gyro takes no commands. `let_pass` lets a second pass where it does not pass by itself.
+[[nodiscard]] Result<std::string> ask_gyro(drivers::Gyro& gyro, const GyroLine& line,
+                                           const std::vector<UnitSettings>& units, bool is_simulated,
                                            const std::function<void()>& let_pass);
 
 }  // namespace gyrotherm::rig

@@ -163,8 +163,9 @@ class AssembledRig : public Rig {
                                ask_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) {
       const auto gyro = drivers_->gyro(file_, i, kGyroAskedWithin);
-      answers.push_back(titled(title_of(file_.gyro_lines[i], file_.units), place_of(file_.gyro_lines[i]),
-                               ask_gyro(*gyro, file_.gyro_lines[i].frame, [this] { let_pass(1); })));
+      answers.push_back(
+          titled(title_of(file_.gyro_lines[i], file_.units), place_of(file_.gyro_lines[i]),
+                 ask_gyro(*gyro, file_.gyro_lines[i], file_.units, file_.simulated, [this] { let_pass(1); })));
     }
     for (std::size_t i = 0; i < analogue_.size(); ++i)
       answers.push_back(titled(title_of_analogue(i), "on " + file_.analogue_inputs[i].line,
@@ -286,7 +287,7 @@ class AssembledRig : public Rig {
   Result<void> open_gyros() {
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) gyros_.push_back(drivers_->gyro(file_, i, kGyroWithin));
     for (std::size_t i = 0; i < gyros_.size(); ++i)
-      if (auto open = gyros_[i]->open(); !open && !may_be_off_[i]) return open;
+      if (auto open = patiently([&] { return gyros_[i]->open(); }); !open && !may_be_off_[i]) return open;
     return {};
   }
 

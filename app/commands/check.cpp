@@ -70,8 +70,11 @@ std::string thermometer_lines(const rig::RigFile& rig) {
 /// Of a rig with one axis.
 std::string gyro_line(const rig::RigFile& rig) {
   const auto& stream = rig.gyro_lines.front().stream;
+  const auto& gyro = *rig.gyro_lines.front().frame.gyro();
   const auto counts =
-      fmt::format("{:g} arcsec per {}", rig.units.front().info.axes.front().scale, stream ? "count" : "pulse");
+      is_counted(gyro)
+          ? fmt::format("{:g} arcsec per {}", rig.units.front().info.axes.front().scale, stream ? "count" : "pulse")
+          : fmt::format("sends {} {}", gyro.role == drivers::FieldRole::rate ? "rates in" : "angles in", gyro.unit);
   if (!stream) return fmt::format("  gyro {}{}\n", counts, thermal_model(rig));
   return fmt::format("  gyro {} ({}), {}{}\n    description: {}, from {}\n", stream->name, stream->vendor, counts,
                      thermal_model(rig), stream->confidence, stream->source);

@@ -157,6 +157,7 @@ void decode_frame(const FrameFormat& format, const FrameView& view, GyroFrame& f
                   std::vector<std::optional<double>>& all) {
   std::fill(frame.axes.begin(), frame.axes.end(), AxisReading{});
   std::fill(frame.values.begin(), frame.values.end(), std::nullopt);
+  frame.id = view.id;
   frame.sequence.reset();
   frame.timestamp.reset();
   frame.good = true;
@@ -246,6 +247,8 @@ FrameDecoder::FrameDecoder(FrameFormat format) : format_(std::move(format)) {
   assert(format_.line || (format_.length > 0 && format_.sync.size() <= format_.length));
   frame_.axes.resize(format_.axes.size());
   frame_.values.resize(format_.values().size());
+  for (const auto& field : format_.fields)
+    for (const auto& rule : field.rules) has_settings_ = has_settings_ || rule.verdict == StatusMeaning::mismatch;
 }
 
 void FrameDecoder::feed(std::span<const std::byte> bytes) {
@@ -315,15 +318,33 @@ const GyroFrame* FrameDecoder::take_line() {
   return nullptr;
 }
 
+namespace {
+
+std::uint32_t status_from(double value) {
+  return value >= 0 && value < 4294967296.0 ? static_cast<std::uint32_t>(value) : 0xFFFFFFFF;
+}
+
+}  // namespace
+
 std::vector<std::string> FrameDecoder::complaints() const {
   std::vector<std::string> found;
   for (std::size_t i = 0; i < values_.size(); ++i) {
-    if (!values_[i]) continue;
-    if (format_.fields[i].role != FieldRole::status) continue;
-    const bool fits = *values_[i] >= 0 && *values_[i] < 4294967296.0;
-    const auto status = fits ? static_cast<std::uint32_t>(*values_[i]) : 0xFFFFFFFF;
+    if (!values_[i] || format_.fields[i].role != FieldRole::status) continue;
     for (const auto& rule : format_.fields[i].rules)
-      if (!keeps(rule, status)) found.push_back(rule.meaning);
+      if (!keeps(rule, status_from(*values_[i]))) found.push_back(rule.meaning);
+  }
+  return found;
+}
+
+std::optional<std::vector<std::string>> FrameDecoder::differing_settings() const {
+  std::optional<std::vector<std::string>> found;
+  for (std::size_t i = 0; has_settings_ && i < values_.size(); ++i) {
+    if (!values_[i]) continue;
+    for (const auto& rule : format_.fields[i].rules) {
+      if (rule.verdict != StatusMeaning::mismatch) continue;
+      if (!found) found.emplace();
+      if (!keeps(rule, status_from(*values_[i]))) found->push_back(rule.meaning);
+    }
   }
   return found;
 }

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -129,11 +130,8 @@ std::optional<FrameVariant> fullest_variant(const FrameFormat& format) {
   return FrameVariant{.id = gyro && !gyro->ids.empty() ? gyro->ids.front() : 0};
 }
 
-}  // namespace
-
-std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame) {
-  if (format.line) return encode_line(format, frame);
-  const auto variant = fullest_variant(format);
+std::vector<std::byte> encode_message(const FrameFormat& format, const std::optional<FrameVariant>& variant,
+                                      const GyroFrame& frame) {
   std::vector<std::byte> bytes(variant && variant->length != 0 ? variant->length : format.length);
   std::copy(format.sync.begin(), format.sync.end(), bytes.begin());
   const auto head = [&](const HeadNumber& at, std::uint64_t number) {
@@ -150,6 +148,30 @@ std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& 
       write_raw(field, bytes, raw_value(field, frame));
   seal(variant && variant->check ? *variant->check : format.check, bytes);
   return bytes;
+}
+
+/// Some value under the rule's mask that is not good; a good one if all are.
+std::uint32_t breaking_value(const StatusRule& rule) {
+  for (std::uint32_t value = 0; value <= 0xFF; ++value)
+    if ((value & ~rule.mask) == 0 && !keeps(rule, value)) return value;
+  return rule.good;
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame) {
+  if (format.line) return encode_line(format, frame);
+  return encode_message(format, fullest_variant(format), frame);
+}
+
+std::vector<std::byte> encode_settings(const FrameFormat& format, std::uint32_t id, bool differs) {
+  auto changed = format;
+  for (auto& field : changed.fields)
+    for (auto& rule : field.rules)
+      if (differs && rule.verdict == StatusMeaning::mismatch) rule.good = breaking_value(rule);
+  const auto variant = std::ranges::find(changed.variants, id, &FrameVariant::id);
+  assert(variant != changed.variants.end());
+  return encode_message(changed, *variant, {});
 }
 
 }  // namespace gyrotherm::drivers

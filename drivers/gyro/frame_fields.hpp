@@ -56,9 +56,10 @@ struct ExactScale {
 
 /// What a status means that differs from `good` under `mask`.
 enum class StatusMeaning {
-  invalid,  ///< the gyro's value must not be used
-  warning,  ///< worth telling
-  reject,   ///< no frame of this description: reserved bits, a wrong type
+  invalid,   ///< gyro value is unusable
+  warning,   ///< frame is flagged
+  reject,    ///< bytes are another frame
+  mismatch,  ///< unit has another setting
 };
 struct StatusRule {
   std::uint32_t mask{};

@@ -100,7 +100,7 @@ constexpr auto kWordTypes = words_in_order<FieldType::hexadecimal, FieldType::de
     "hexadecimal", "signed_hexadecimal", "integer", "decimal");
 constexpr Vocabulary<double, 4> kTimes{{{"us", 1e-6}, {"ns", 1e-9}, {"ms", 1e-3}, {"s", 1}}};
 constexpr auto kMeanings =
-    words_in_order<StatusMeaning::invalid, StatusMeaning::reject>("invalid", "warning", "reject");
+    words_in_order<StatusMeaning::invalid, StatusMeaning::mismatch>("invalid", "warning", "reject", "mismatch");
 
 /// Where the bits are.
 void read_place(const TomlTable& table, const FrameFormat& format, FrameField& field) {
@@ -234,13 +234,23 @@ void read_gyro_field(const TomlTable& table, FrameField& field) {
   if (!(field.wraps_at > 0)) table.mistake("wraps_at", "expected the angle, in its unit, after which it starts again");
 }
 
-void read_meaning(const TomlTable& table, FrameField& field) {
+/// Reads the step of a sequence from one frame to the next: `step`, or `ticks_hz` over the frame rate.
+std::uint64_t read_step(const TomlTable& table, double rate_hz) {
+  if (!table.has("ticks_hz")) return whole<std::uint64_t>(table, "step", 1, 65536, 1);
+  if (table.has("step")) table.mistake("step", "follows from \"ticks_hz\", expected one of the two");
+  const double steps = table.number("ticks_hz") / rate_hz;
+  if (steps >= 1 && steps <= 65536 && steps == std::floor(steps)) return static_cast<std::uint64_t>(steps);
+  table.mistake("ticks_hz", fmt::format("expected a whole multiple of the frames' rate, {:g} Hz", rate_hz));
+  return 1;
+}
+
+void read_meaning(const TomlTable& table, double rate_hz, FrameField& field) {
   if (is_gyro(field.role)) return read_gyro_field(table, field);
   const bool is_whole = !is_real(field.type) && !(is_signed(field.type) && !is_word(field.type)) && field.bits <= 32;
   switch (field.role) {
     case FieldRole::sequence:
       field.range = read_range(table, field, 1);
-      field.step = whole<std::uint64_t>(table, "step", 1, 65536, 1);
+      field.step = read_step(table, rate_hz);
       break;
     case FieldRole::timestamp: read_time(table, field); break;
     case FieldRole::status: read_status(table, field); break;
@@ -261,7 +271,7 @@ FrameField read_frame_field(const TomlTable& table, const FrameFormat& format) {
   check_place(table, format, field);
   if (table.has("scale")) field.scale = read_scale(table.table("scale"));
   field.zero = table.number("zero", 0);
-  read_meaning(table, field);
+  read_meaning(table, format.rate_hz, field);
   field.name = table.text("name", field.axis.empty() ? word_of(kFieldRoles, field.role) : "gyro_" + field.axis);
   table.ignore("confidence");
   return field;
@@ -302,7 +312,8 @@ std::size_t FrameFormat::head_size() const {
   return head;
 }
 
-FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::string>& axes) {
+FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::string>& axes,
+                              std::optional<double> rate_hz) {
   FrameFormat format;
   format.name = table.text("name");
   if (table.has("line")) {
@@ -311,7 +322,7 @@ FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::str
   } else {
     read_framing(table, format);
   }
-  format.rate_hz = table.number("rate_hz", 0);
+  format.rate_hz = rate_hz.value_or(table.number("rate_hz", 0));
   if (!(format.rate_hz >= 0)) table.mistake("rate_hz", "expected a positive number of frames a second");
   format.clocked_by_sequence = one_of(kClocks, table, "clock", "device");
   const auto fields = table.tables("field");

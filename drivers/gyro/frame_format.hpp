@@ -124,7 +124,8 @@ struct AxisReading {
 
 /// One frame's fields. A role that the format, or this message, lacks is absent.
 struct GyroFrame {
-  std::vector<AxisReading> axes{};  ///< in the order of FrameFormat::axes
+  std::optional<std::uint32_t> id{};  ///< message id
+  std::vector<AxisReading> axes{};    ///< in the order of FrameFormat::axes
   std::optional<std::uint32_t> sequence{};
   std::optional<std::uint64_t> timestamp{};  ///< counts of the field's unit_s
   bool good = true;
@@ -161,8 +162,9 @@ struct GyroFrame {
 ///     final_xor = 0
 ///
 /// `axes`: the axes wanted, in this order, each of them one of FrameFormat::all_axes; none: the file's own choice,
-/// which is its key `axis`, or else the first.
-[[nodiscard]] FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::string>& axes = {});
+/// which is its key `axis`, or else the first. `rate_hz`: replaces the table's nominal rate.
+[[nodiscard]] FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::string>& axes = {},
+                                            std::optional<double> rate_hz = {});
 
 /// Takes bytes as they come, gives whole good frames; resynchronises from the byte after a false sync, in lines of text
 /// at the next line. The first line is not believed, as its beginning may be missing, unless it begins as `starts_with`
@@ -179,6 +181,9 @@ class FrameDecoder {
   [[nodiscard]] const std::vector<std::optional<double>>& values() const { return values_; }
   /// What the frame taken last says against itself: the meanings of the rules that its status breaks.
   [[nodiscard]] std::vector<std::string> complaints() const;
+  /// Returns the meanings of the rules of the verdict `mismatch` that the frame taken last breaks; nothing if that
+  /// frame carries no field with such a rule.
+  [[nodiscard]] std::optional<std::vector<std::string>> differing_settings() const;
 
  private:
   [[nodiscard]] std::span<const std::byte> waiting() const { return std::span(buffer_).subspan(begin_); }
@@ -190,7 +195,8 @@ class FrameDecoder {
   std::vector<std::byte> buffer_;
   std::size_t begin_{};  ///< of what is not yet taken, in the buffer
   std::uint64_t rejected_{};
-  bool locked_{};  ///< the last bytes taken were a good frame, or a whole line
+  bool has_settings_{};  ///< some rule has verdict `mismatch`
+  bool locked_{};        ///< the last bytes taken were a good frame, or a whole line
   std::optional<std::uint32_t> sequence_{};
   GyroFrame frame_;  ///< taken last
   std::vector<std::optional<double>> values_;
@@ -200,5 +206,8 @@ class FrameDecoder {
 /// the most housekeeping. Counts wrap at the width of their fields, housekeeping stops at it; what `frame` lacks is
 /// zero in its unit, or not there if the frame may do without; bytes of no field are zero.
 [[nodiscard]] std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame);
+/// Returns the message `id`, one of the format's, with the settings that the description expects; `differs`: each field
+/// of settings breaks its first rule.
+[[nodiscard]] std::vector<std::byte> encode_settings(const FrameFormat& format, std::uint32_t id, bool differs);
 
 }  // namespace gyrotherm::drivers

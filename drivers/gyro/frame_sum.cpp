@@ -43,8 +43,27 @@ std::optional<double> arcsec_per_count(const FrameFormat& format, std::size_t ax
   return field.scale.of(*unit);
 }
 
+void StepWatch::add(double step) {
+  constexpr double kScatter = 0.2;
+  const bool agrees = run_ > 0 && std::abs(step - step_) <= (exact_ ? 0 : kScatter * step_);
+  if (!agrees) step_ = step;
+  run_ = agrees ? run_ + 1 : 1;
+  ++all_;
+}
+
+/// A time stamp is another step where a lost frame would be miscounted: from 1.25 on, and up to 0.8.
+bool StepWatch::is_other() const { return step_ > 0 && (exact_ ? step_ != 1 : step_ > 1.25 || step_ < 0.8); }
+
+std::optional<double> StepWatch::other_step() const {
+  constexpr std::uint64_t kSteady = 8, kSteadyFromTheFirst = 3;
+  const bool is_steady = run_ >= kSteady || (run_ >= kSteadyFromTheFirst && run_ == all_);
+  return is_steady && is_other() ? std::optional(step_) : std::nullopt;
+}
+
 FrameSum::FrameSum(const FrameFormat& format)
-    : clocked_by_sequence_(format.clocked_by_sequence), rate_hz_(format.rate_hz) {
+    : clocked_by_sequence_(format.clocked_by_sequence),
+      rate_hz_(format.rate_hz),
+      steps_(format.find(FieldRole::sequence) != nullptr) {
   for (const auto* field : format.gyros())
     axes_.push_back({.role = field->role,
                      .is_counted = is_counted(*field),
@@ -72,10 +91,11 @@ void FrameSum::add(const GyroFrame& frame, FrameTally& tally) {
 }
 
 /// How many frames a step back hides nobody can tell.
-void FrameSum::follow(std::uint32_t sequence, FrameTally& tally) const {
+void FrameSum::follow(std::uint32_t sequence, FrameTally& tally) {
   if (!sequence_ || !sequence_format_) return;
   const auto [range, step] = *sequence_format_;
   const auto way = forward(*sequence_, sequence, range);
+  steps_.add(static_cast<double>(way) / static_cast<double>(step));
   const bool is_wide = range == 0 || range >= kWideSequence;
   if (way == 0 || (is_wide && way > (range == 0 ? ~std::uint64_t{0} : range) / 2))
     tally.disordered = true;
@@ -133,9 +153,11 @@ void FrameSum::end_round(FrameTally& tally) {
   tally.rounds += counts ? 1 : 0;
   const bool stands = std::exchange(timed_, false) && round_timestamp_ && tally.round == Duration::zero();
   if (counts && stands && tells_each_frame_by_time()) tally.disordered = true;
-  if (rate_hz_ > 0 && !sequence_format_ && tally.round > Duration::zero())
+  if (rate_hz_ > 0 && !sequence_format_ && tally.round > Duration::zero()) {
+    steps_.add(to_seconds(tally.round) * rate_hz_);
     tally.lost +=
         static_cast<std::uint64_t>(std::max<std::int64_t>(0, std::llround(to_seconds(tally.round) * rate_hz_) - 1));
+  }
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto share = std::exchange(axes_[i].share, {});
     if (!counts) continue;

@@ -39,6 +39,27 @@ struct FrameTally {
   std::vector<AxisTally> axes{};  ///< in the order of FrameFormat::axes
 };
 
+/// Watches the steps from each frame to the next, as multiples of the described one. A unit that is set to another
+/// rate makes steps that are all the same; lost frames do not.
+class StepWatch {
+ public:
+  /// `exact`: steps of a sequence, which are whole numbers; stamps of time scatter.
+  explicit StepWatch(bool exact) : exact_(exact) {}
+  void add(double step);
+  /// Returns the steady step if it is not the described one: the last eight agree, or all since the first frame do and
+  /// there are three.
+  [[nodiscard]] std::optional<double> other_step() const;
+  /// True if every step so far was the same and was not the described one.
+  [[nodiscard]] bool is_always_other() const { return run_ > 0 && run_ == all_ && is_other(); }
+
+ private:
+  [[nodiscard]] bool is_other() const;
+
+  bool exact_;
+  double step_{};
+  std::uint64_t run_{}, all_{};
+};
+
 class FrameSum {
  public:
   explicit FrameSum(const FrameFormat& format);
@@ -49,6 +70,8 @@ class FrameSum {
   /// counts for nothing but to count from.
   void drop_round();
   [[nodiscard]] bool has_origin() const { return origin_; }
+  /// The steps of the sequence, or without one of the device's time, of all frames since the origin.
+  [[nodiscard]] const StepWatch& steps() const { return steps_; }
   /// The format has a clock of the device's own.
   [[nodiscard]] bool has_clock() const { return clocked_by_sequence_ || time_.has_value(); }
   /// The sum of each axis in counts (see arcsec_per_count) over `interval`, which a rate needs.
@@ -77,7 +100,7 @@ class FrameSum {
   };
 
   static void add_reading(const AxisReading& reading, Axis& axis);
-  void follow(std::uint32_t sequence, FrameTally& tally) const;
+  void follow(std::uint32_t sequence, FrameTally& tally);
   void end_round(FrameTally& tally);
   [[nodiscard]] Duration since_last_round() const;
   [[nodiscard]] bool tells_each_frame_by_time() const;
@@ -87,6 +110,7 @@ class FrameSum {
   std::optional<Time> time_;
   bool clocked_by_sequence_{};
   double rate_hz_{};
+  StepWatch steps_;
   bool origin_{};
   bool dropped_{};                                 ///< the round that is not whole yet
   std::optional<std::uint32_t> sequence_{};        ///< of the newest frame

@@ -38,23 +38,10 @@ SerialFormat read_port(const TomlTable& table) {
   return port;
 }
 
-std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key) {
-  std::vector<GyroCommand> commands;
-  for (const auto& table : root.tables(key)) {
-    GyroCommand command{.send = table.text("send"), .wait = table.duration("wait", Duration::zero()), .reply = {}};
-    command.reply = table.text("reply", "");
-    if (command.send.empty()) table.mistake("send", "nothing to send");
-    if (!command.reply.empty() && command.wait <= Duration::zero())
-      table.mistake("wait", "a reply is expected within no time, expected a positive duration");
-    commands.push_back(std::move(command));
-  }
-  return commands;
-}
-
 }  // namespace
 
 Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& file,
-                                     const std::vector<std::string>& axes) {
+                                     const std::vector<std::string>& axes, std::optional<double> rate_hz) {
   const auto parsed = TomlTable::parse(text, file);
   if (!parsed) return failure(parsed.error());
   GyroStream stream;
@@ -65,9 +52,12 @@ Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& f
   stream.source = parsed->text("source");
   stream.confidence = parsed->choice("confidence", {"verified", "manual", "secondary"});
   stream.port = read_port(parsed->table("port"));
-  stream.start = read_commands(*parsed, "start");
-  stream.stop = read_commands(*parsed, "stop");
-  stream.frame = read_frame_format(parsed->table("frame"), axes);
+  stream.frame = read_frame_format(parsed->table("frame"), axes, rate_hz);
+  stream.start = read_commands(*parsed, "start", stream.frame);
+  stream.stop = read_commands(*parsed, "stop", stream.frame);
+  stream.settings = read_settings(*parsed, stream.start, stream.frame);
+  if (parsed->has("largest_bias_deg_per_h"))
+    stream.largest_bias_deg_per_h = std::max(0.0, parsed->number("largest_bias_deg_per_h"));
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));
   return stream;
 }
@@ -195,8 +185,23 @@ constexpr std::size_t kChunk = 4096;
 /// No two frames are further apart by the gyro's time than by the host's and so much.
 constexpr Duration kMostAhead = std::chrono::seconds(1);
 
-/// A command's first line, for people.
-std::string_view first_line(std::string_view text) { return text.substr(0, text.find_first_of("\r\n")); }
+/// Bytes of one read.
+class HeardBytes {
+ public:
+  void begin() { *this = {}; }
+  void add(std::span<const std::byte> bytes) {
+    for (const auto byte : bytes.first(std::min(bytes.size(), kFirst - std::min(kFirst, all_))))
+      first_ += fmt::format("{}{:02X}", first_.empty() ? "" : " ", static_cast<unsigned>(byte));
+    all_ += bytes.size();
+  }
+  [[nodiscard]] std::size_t size() const { return all_; }
+  [[nodiscard]] const std::string& first() const { return first_; }
+
+ private:
+  static constexpr std::size_t kFirst = 16;
+  std::size_t all_{};
+  std::string first_;  ///< in hexadecimal
+};
 
 class FramedGyro final : public Gyro {
  public:
@@ -226,7 +231,10 @@ class FramedGyro final : public Gyro {
   }
 
   Result<void> take_origin() override {
-    return take(kSecond).map([](const MaybeCount&) {});
+    takes_origin_ = true;
+    auto taken = take(kSecond);
+    takes_origin_ = false;
+    return taken.map([](const MaybeCount&) {});
   }
 
   Result<GyroCount> read(Duration expected) override {
@@ -240,23 +248,10 @@ class FramedGyro final : public Gyro {
   FrameCount frames() const override { return frames_; }
 
  private:
-  /// What comes while it is waited for is no frame of this stream yet.
   [[nodiscard]] Result<void> send(const GyroCommand& command) {
-    if (auto sent = line_->write(std::as_bytes(std::span(command.send)), within_); !sent) return sent;
-    std::string heard;
-    std::array<std::byte, kChunk> chunk;
-    for (const Deadline deadline(command.wait, clock_); !deadline.over();) {
-      const auto size = line_->read(chunk, deadline.left());
-      if (!size && size.error().kind == FaultKind::timeout) break;
-      if (!size) return failure(size.error());
-      heard.append(reinterpret_cast<const char*>(chunk.data()), *size);
-      if (!command.reply.empty() && heard.find(command.reply) != std::string::npos) return {};
-    }
-    if (command.reply.empty()) return {};
-    const auto waited = std::chrono::duration_cast<std::chrono::milliseconds>(command.wait);
-    return failure(
-        FaultKind::timeout, place(),
-        fmt::format("no reply \"{}\" to \"{}\" in {} ms", command.reply, first_line(command.send), waited.count()));
+    auto sent = send_command(command, format_, *line_, within_, clock_);
+    if (!sent && sent.error().where.empty()) sent.error().where = place();
+    return sent;
   }
 
   /// Nothing: a frame to count from, and no more.
@@ -267,6 +262,8 @@ class FramedGyro final : public Gyro {
       if (auto opened = open(); !opened) return failure(std::move(opened.error()));
     FrameTally tally;
     means_.begin();
+    heard_.begin();
+    rejected_before_ = decoder_.rejected_bytes();
     auto count = take(expected, tally);
     frames_.lost += tally.lost;
     frames_.bad += tally.bad;
@@ -278,21 +275,41 @@ class FramedGyro final : public Gyro {
   [[nodiscard]] Result<MaybeCount> take(Duration expected, FrameTally& tally) {
     const Deadline deadline(within_, clock_);
     const bool first = !sum_.has_origin();
+    const auto seen = frames_.seen;
     bool enough = false;
     while (true) {
       const auto more = take_chunk(enough ? Duration::zero() : deadline.left(), tally);
       if (!more) {
         if (more.error().kind == FaultKind::timeout && (enough || tally.rounds > 0)) return verdict(tally, first);
+        const auto what = more.error().kind == FaultKind::timeout ? without_frames(frames_.seen - seen) : std::string();
         start_afresh();
-        return failure(more.error());
+        if (what.empty()) return failure(more.error());
+        open_ = false;  // the unit may have restarted with its default settings
+        return failure(FaultKind::corrupted, place(), what);
       }
       enough = first ? sum_.has_origin() : covers(tally, expected);
       if (enough && !*more) return verdict(tally, first);
       if (!deadline.over()) continue;
       if (tally.rounds > 0) return verdict(tally, first);
+      const auto what = without_frames(frames_.seen - seen);
       start_afresh();
-      return failure(FaultKind::corrupted, place(), "bytes come, but no good frame");
+      open_ = false;
+      return failure(FaultKind::corrupted, place(), what.empty() ? "no whole frame came" : what);
     }
+  }
+
+  /// Describes what came in a read that counted nothing; empty if that is less than a frame. `frames`: seen in it.
+  [[nodiscard]] std::string without_frames(std::uint64_t frames) const {
+    const auto wait_s = to_seconds(within_);
+    if (frames > 0)
+      return fmt::format("{} frames came in {:.1f} s, and none with all axes: is another message selected?", frames,
+                         wait_s);
+    const auto rejected = decoder_.rejected_bytes() - rejected_before_;
+    if (rejected == 0 && heard_.size() < format_.length) return {};
+    return fmt::format(
+        "{} bytes came in {:.1f} s, and no frame of this stream ({} bytes rejected, the first that came: {}): another "
+        "baud rate, or another stream?",
+        heard_.size(), wait_s, rejected, heard_.first());
   }
 
   /// Counts the frames of what has come; true if more may have come already.
@@ -305,8 +322,10 @@ class FramedGyro final : public Gyro {
     const bool first = !sum_.has_origin();
     const auto lost = tally.lost;
     const auto rounds = tally.rounds;
+    heard_.add(std::span(chunk).first(*size));
     decoder_.feed(std::span(chunk).first(*size));
     while (const auto* frame = decoder_.take()) {
+      if (auto differ = decoder_.differing_settings()) differing_settings_ = std::move(*differ);
       if (sum_.has_origin()) means_.add(*frame);
       sum_.add(*frame, tally);
       ++frames_.seen;
@@ -330,6 +349,8 @@ class FramedGyro final : public Gyro {
   /// `first`: these frames are those from which it counts, and what came with them.
   [[nodiscard]] Result<MaybeCount> verdict(FrameTally& tally, bool first) {
     const auto passed = came_ - std::exchange(told_, came_);
+    const auto other_rate = steady_other_rate();
+    if (!other_rate.empty() || takes_origin_) tally.lost = 0;  // losses before the origin do not count
     const bool time_jumped = !first && tally.longest > passed + kMostAhead;
     if (time_jumped && !format_.find(FieldRole::sequence)) tally.lost = 0;  // for as many as that nobody can tell
     const bool breaks = tally.lost > 0 || tally.disordered || time_jumped;
@@ -339,11 +360,17 @@ class FramedGyro final : public Gyro {
       pace_.count_from(came_);
     else
       pace_.add(tally.interval, came_);
+    if (!differing_settings_.empty())
+      return failure(FaultKind::mismatch, place(), fmt::format("{}", fmt::join(differing_settings_, "; ")));
+    if (!other_rate.empty()) return failure(FaultKind::mismatch, place(), other_rate);
     if (tally.disordered)
       return failure(FaultKind::corrupted, place(),
                      "a frame came twice, or its count of frames began anew: how many are missing is not known");
     if (time_jumped) return failure(FaultKind::corrupted, place(), "its time jumped: it was set, or began anew");
-    if (tally.lost > 0) return failure(FaultKind::corrupted, place(), fmt::format("{} frames lost", tally.lost));
+    if (tally.lost > 0)
+      return failure(FaultKind::corrupted, place(),
+                     fmt::format("{} frames lost{}", tally.lost,
+                                 sum_.steps().is_always_other() ? ", or it is set to another rate" : ""));
     if (tally.bad > 0)
       return failure(FaultKind::out_of_range, place(), fmt::format("{} frames are marked bad by the gyro", tally.bad));
     if (const auto why = other_time(); !why.empty()) return failure(FaultKind::mismatch, place(), why);
@@ -353,15 +380,27 @@ class FramedGyro final : public Gyro {
     return by_the_host(tally);
   }
 
+  /// Describes the frame rate if the steps from frame to frame are steady and not the described ones; else empty.
+  [[nodiscard]] std::string steady_other_rate() const {
+    const auto step = sum_.steps().other_step();
+    if (!step) return {};
+    if (format_.rate_hz <= 0) return fmt::format("its count of frames goes on by {:g} times the described step", *step);
+    return other_rate(format_.rate_hz / *step);
+  }
+
+  [[nodiscard]] std::string other_rate(double rate_hz) const {
+    return fmt::format(
+        "it sends {:.1f} frames a second, its description says {:g}; set the unit, or rate_hz in the rig file's [gyro]",
+        rate_hz, format_.rate_hz);
+  }
+
   /// How the gyro's time differs from the host's; empty if it does not. Units differ by ten times and more, and what
   /// only pretends to be a gyro may stamp its frames as if each had been in time.
   [[nodiscard]] std::string other_time() const {
     constexpr double kOtherUnit = 2;
     const auto pace = pace_.other_pace();
     if (!pace || !sum_.has_clock()) return {};
-    if (format_.clocked_by_sequence)
-      return fmt::format("it sends {:.1f} frames a second, its description says {:g}", *pace * format_.rate_hz,
-                         format_.rate_hz);
+    if (format_.clocked_by_sequence) return other_rate(*pace * format_.rate_hz);
     if (std::max(*pace, 1 / *pace) < kOtherUnit) return {};
     return fmt::format("{:.3g} s of its time stamps pass in a second: its description has another unit", *pace);
   }
@@ -387,6 +426,7 @@ class FramedGyro final : public Gyro {
 
   void start_afresh() {
     decoder_ = FrameDecoder(format_);
+    differing_settings_.clear();
     begin_anew();
   }
 
@@ -404,6 +444,10 @@ class FramedGyro final : public Gyro {
   GyroCommands commands_;
   const Clock* clock_;
   bool open_ = false;
+  bool takes_origin_ = false;
+  HeardBytes heard_;                             ///< in this read
+  std::uint64_t rejected_before_{};              ///< bytes, before it
+  std::vector<std::string> differing_settings_;  ///< by the newest configuration message
   FrameDecoder decoder_;
   FrameSum sum_;
   FrameMeans means_;

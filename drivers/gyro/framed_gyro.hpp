@@ -12,18 +12,13 @@
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 #include "drivers/gyro/frame_format.hpp"
+#include "drivers/gyro/start_command.hpp"
+#include "drivers/gyro/stream_settings.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm::drivers {
-
-/// What is sent, how long to wait then, and what must have come by then (empty: anything).
-struct GyroCommand {
-  std::string send;
-  Duration wait{};
-  std::string reply;
-};
 
 struct GyroStream {
   std::string name;
@@ -34,12 +29,16 @@ struct GyroStream {
   std::vector<GyroCommand> start;  ///< makes it send; in order
   std::vector<GyroCommand> stop;
   FrameFormat frame;
+  std::vector<StreamSetting> settings{};  ///< on which the frames depend
+  /// Bias that a good unit may have, °/h; nothing if the file does not state it.
+  std::optional<double> largest_bias_deg_per_h{};
   std::string text;  ///< the file, as read
 };
 
-/// Fails with bad_file, every mistake with its place. `axes`: as read_frame_format has them.
+/// Fails with bad_file, every mistake with its place. `axes`, `rate_hz`: as read_frame_format has them.
 [[nodiscard]] Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& file,
-                                                   const std::vector<std::string>& axes = {});
+                                                   const std::vector<std::string>& axes = {},
+                                                   std::optional<double> rate_hz = {});
 
 // A line that is read all the time by a thread of its own, so that nothing that a gyro sends between two readings
 // overflows the system's buffers (a serial port's holds a tenth of a second of a thousand frames).
@@ -61,7 +60,9 @@ struct GyroCommands {
 ///
 /// The commands of `commands.start` are sent when the gyro is opened (by the first read, if not before), and again
 /// before the read that follows a silence or a broken line; each takes its wait, during which the line is read, or less
-/// if its reply comes. A reply that does not come is a timeout. The commands of `commands.stop` are sent to an open
+/// if its answer comes (send_command). An answer that does not come, or refuses, fails the read: nothing is counted of
+/// a gyro that did not confirm its settings. A message that shows other settings than the description makes every read
+/// fail with mismatch until one agrees. The commands of `commands.stop` are sent to an open
 /// gyro when it goes.
 ///
 /// Pulses, in the order of FrameFormat::axes, are counts of the axis's field; for a rate or a real number, 1e-6 arcsec
@@ -71,17 +72,22 @@ struct GyroCommands {
 /// Values, in the order of housekeeping_of(), are of the frames of this read, of a first read of those behind its
 /// origin.
 ///
-/// A read that saw less than `expected` returns what it saw with its exact interval; one that saw a single frame, and
-/// none before it to count from, fails with corrupted, but where that frame is what take_origin() waits for. So does,
-/// without a clock of the device's, one that saw several and none before them: when the first of them came is not
-/// known. Lost frames make the read fail with corrupted: a jump of the sequence; without one, of the device's time at
-/// the nominal rate; without both, or where a lock stands in for a sync, bytes that are no frame; without a clock of
-/// the device's, frames that do not fit the host's time, upon which the count begins anew. A frame that comes twice, a
-/// sequence that goes back and a time of the device's that jumps (by more than a second beyond the host's) make it fail
-/// with corrupted too, and are no lost frames. Frames that the gyro marks as bad make it fail with out_of_range; the
-/// next read counts from the newest frame. After a timeout or a broken line there is no frame to count from. Where time
-/// is frames counted, and they come at another rate than the nominal one (FramePace), or the device's time passes twice
-/// as fast as the host's, or half as fast, each read fails with mismatch.
+/// If bytes came and no frame, the read fails with corrupted, reports how many bytes came and the first of them, and
+/// the next read sends the start commands again.
+///
+/// A read that saw less than `expected` returns what it
+/// saw with its exact interval; one that saw a single frame, and none before it to count from, fails with corrupted,
+/// but where that frame is what take_origin() waits for. So does, without a clock of the device's, one that saw several
+/// and none before them: when the first of them came is not known. Lost frames make the read fail with corrupted: a
+/// jump of the sequence; without one, of the device's time at the nominal rate; without both, or where a lock stands in
+/// for a sync, bytes that are no frame; without a clock of the device's, frames that do not fit the host's time, upon
+/// which the count begins anew. A frame that comes twice, a sequence that goes back and a time of the device's that
+/// jumps (by more than a second beyond the host's) make it fail with corrupted too, and are no lost frames. Frames that
+/// the gyro marks as bad make it fail with out_of_range; the next read counts from the newest frame. After a timeout or
+/// a broken line there is no frame to count from. Each read fails with mismatch if the sequence is the clock and frames
+/// come at another rate than the nominal one (FramePace), if the steps of the sequence or of the device's time are
+/// steady and not the described ones (StepWatch), or if the device's time passes twice as fast as the host's, or half
+/// as fast.
 [[nodiscard]] std::unique_ptr<Gyro> make_framed_gyro(FrameFormat format, std::unique_ptr<ByteStream> line,
                                                      Duration within, GyroCommands commands = {},
                                                      const Clock* clock = nullptr);

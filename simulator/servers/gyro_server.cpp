@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
@@ -27,6 +28,15 @@ double as_sent(const drivers::FrameField& field, double value) {
 drivers::AxisReading reading_of(const drivers::FrameField& field, double value) {
   drivers::AxisReading reading{.value = value};
   if (!is_real(field.type)) reading.pulses = unscaled(field, value).whole;
+  return reading;
+}
+
+/// The reading of a unit that is set to another unit of measure.
+drivers::AxisReading multiplied(const drivers::FrameField& field, drivers::AxisReading reading, double factor) {
+  const bool is_angle = field.role == drivers::FieldRole::increment || field.role == drivers::FieldRole::rate;
+  if (!is_angle) return reading;
+  if (reading.value) *reading.value *= factor;
+  if (reading.pulses) reading.pulses = std::llround(static_cast<double>(*reading.pulses) * factor);
   return reading;
 }
 
@@ -114,9 +124,11 @@ std::vector<std::byte> StreamWriter::next(std::span<const double> pulses, std::i
                                           std::span<const double> values) {
   assert(pulses.size() == axes_.size() && values.size() <= usual_.size());
   auto one = frame(number_++, device_time_us);
-  for (std::size_t i = 0; i < axes_.size(); ++i)
-    one.axes[i] =
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    auto reading =
         is_counted(axes_[i].field) ? put_counts(pulses[i], axes_[i]) : put_angle(pulses[i], seconds, axes_[i]);
+    one.axes[i] = factor_ == 1 ? reading : multiplied(axes_[i].field, reading, factor_);
+  }
   for (std::size_t i = 0; i < values.size(); ++i)
     if (std::isfinite(values[i])) one.values[i] = values[i];
   auto bytes = encode_frame(format_, one);
@@ -135,15 +147,33 @@ void StreamWriter::skip(std::span<const double> pulses) {
   }
 }
 
-GyroServer::GyroServer(Descriptor listener, StreamWriter writer, std::vector<drivers::GyroCommand> commands)
-    : listener_(std::move(listener)), writer_(std::move(writer)), commands_(std::move(commands)) {
-  std::erase_if(commands_, [](const auto& command) { return command.reply.empty(); });
+GyroServer::GyroServer(Descriptor listener, StreamWriter writer, std::vector<drivers::GyroCommand> commands,
+                       GyroUnitFaults faults)
+    : listener_(std::move(listener)),
+      writer_(std::move(writer)),
+      commands_(std::move(commands)),
+      faults_(std::move(faults)) {
+  std::erase_if(commands_, [](const auto& command) { return !is_answered(command); });
+  writer_.set_factor(faults_.factor);
 }
 
 void GyroServer::add(Pty line) { lines_.push_back({std::move(line)}); }
 
-/// Answers to what has come since; a description's commands are answered in the order in which they were heard.
-std::string GyroServer::replies(std::span<const char> bytes, std::string& heard) const {
+/// Returns the answer to a command, and does what it orders.
+std::string GyroServer::obey(const drivers::GyroCommand& command) {
+  const auto name = drivers::first_line(command.send);
+  const auto is_among = [&](const auto& names) { return std::ranges::find(names, name) != names.end(); };
+  if (is_among(faults_.ignored)) return {};
+  if (is_among(faults_.refused)) return command.refusal + kReplyEnd;
+  if (name == faults_.factor_until) writer_.set_factor(1);
+  is_silent_ = command.then_silent.value_or(is_silent_);
+  if (command.messages.empty()) return command.reply + kReplyEnd;
+  const auto bytes = encode_settings(writer_.format(), command.messages.front(), faults_.has_other_settings);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// Answers what has come since, in the order in which the description has the commands.
+std::string GyroServer::replies(std::span<const char> bytes, std::string& heard) {
   heard.append(bytes.data(), bytes.size());
   std::string answer;
   for (bool found = true; found;) {
@@ -151,7 +181,7 @@ std::string GyroServer::replies(std::span<const char> bytes, std::string& heard)
     for (const auto& command : commands_) {
       const auto at = heard.find(command.send);
       if (at == std::string::npos) continue;
-      answer += command.reply + kReplyEnd;
+      answer += obey(command);
       heard.erase(0, at + command.send.size());
       found = true;
     }
@@ -160,7 +190,7 @@ std::string GyroServer::replies(std::span<const char> bytes, std::string& heard)
   return answer;
 }
 
-std::string GyroServer::replies(int descriptor, std::string& heard) const {
+std::string GyroServer::replies(int descriptor, std::string& heard) {
   std::array<char, kMostHeard> buffer{};
   const auto size = ::read(descriptor, buffer.data(), buffer.size());
   return size <= 0 ? std::string{} : replies(std::span(buffer).first(static_cast<std::size_t>(size)), heard);
@@ -206,7 +236,7 @@ void GyroServer::attend() {
 void GyroServer::send(std::span<const double> pulses, std::int64_t device_time_us, double seconds,
                       std::span<const double> values) {
   attend();
-  if (clients_.empty() && lines_.empty() && near_.empty()) return skip(pulses);
+  if (is_silent_ || (clients_.empty() && lines_.empty() && near_.empty())) return skip(pulses);
   const auto bytes = writer_.next(pulses, device_time_us, seconds, values);
   std::erase_if(clients_, [&](const Client& client) { return !send_now(client.socket, bytes); });
   for (const auto& line : lines_) send_now(line.pty, bytes);

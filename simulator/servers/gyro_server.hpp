@@ -36,6 +36,10 @@ class StreamWriter {
   /// no number, is 25 °C of a temperature and 0 of anything else.
   [[nodiscard]] std::vector<std::byte> next(std::span<const double> pulses, std::int64_t device_time_us, double seconds,
                                             std::span<const double> values = {});
+  /// Makes increments and rates of later frames this multiple of the true ones: a unit that is set to another unit of
+  /// measure.
+  void set_factor(double factor) { factor_ = factor; }
+  [[nodiscard]] const drivers::FrameFormat& format() const { return format_; }
   /// The same, but the frame goes to nobody: increments count from here.
   void skip(std::span<const double> pulses);
 
@@ -57,17 +61,30 @@ class StreamWriter {
   std::vector<Axis> axes_;
   std::vector<double> usual_;  ///< the housekeeping where nothing is said
   std::int64_t number_{};      ///< of the next frame
+  double factor_ = 1;
+};
+
+/// Faults of a virtual gyro that is set otherwise than its description. Commands are named by their first line.
+struct GyroUnitFaults {
+  std::vector<std::string> ignored{};  ///< commands without effect and answer
+  std::vector<std::string> refused{};  ///< commands answered with their refusal
+  /// Increments and rates are this multiple until `factor_until` is obeyed.
+  double factor = 1;
+  std::string factor_until{};
+  bool has_other_settings{};  ///< shown by its configuration message
 };
 
 /// Needs no thread: clients that have connected by then are let in by send(), on the thread that lets time pass, so
 /// that none misses a frame. Of what clients send nothing is understood but the commands of the stream's description
-/// that have a reply. A client that is gone or does not take its frames is dropped.
+/// that require an answer. In a silence that a command ordered no frame is sent. A client that is gone or does not take
+/// its frames is dropped.
 class GyroServer {
  public:
   static constexpr std::size_t kMostClients = 16;
 
   /// `commands`: what starts the stream, and the replies. A listener that is closed lets nobody in.
-  GyroServer(Descriptor listener, StreamWriter writer, std::vector<drivers::GyroCommand> commands = {});
+  GyroServer(Descriptor listener, StreamWriter writer, std::vector<drivers::GyroCommand> commands = {},
+             GyroUnitFaults faults = {});
   void add(Pty line);
   /// A new connection of the client in this process.
   [[nodiscard]] std::shared_ptr<MemoryConnection> connect();
@@ -95,13 +112,16 @@ class GyroServer {
     std::string heard{};
   };
   void admit(Descriptor client);
-  [[nodiscard]] std::string replies(std::span<const char> bytes, std::string& heard) const;
-  [[nodiscard]] std::string replies(int descriptor, std::string& heard) const;
+  [[nodiscard]] std::string replies(std::span<const char> bytes, std::string& heard);
+  [[nodiscard]] std::string replies(int descriptor, std::string& heard);
+  [[nodiscard]] std::string obey(const drivers::GyroCommand& command);
   static void give(Near& client, std::span<const std::byte> bytes);
 
   Descriptor listener_;
   StreamWriter writer_;
-  std::vector<drivers::GyroCommand> commands_;  ///< with a reply
+  std::vector<drivers::GyroCommand> commands_;  ///< all require an answer
+  GyroUnitFaults faults_;
+  bool is_silent_{};  ///< ordered by a command
   std::vector<Client> clients_;
   std::vector<Line> lines_;
   std::vector<Near> near_;

@@ -188,6 +188,26 @@ MUTANTS = [
      "if (tally.rounds == 0) return std::nullopt;", "",
      "drivers_test", "FramedGyro.AFrameWithNoneBeforeItIsAFaultInEveryRead"),
 
+    # Settings of a gyro, and bytes that are not its frames.
+    ("an echo confirms a start command", "drivers/gyro/start_command.cpp",
+     "if (!is_echo && !goes_on) return at;", "if (!goes_on) return at;",
+     "drivers_test", "StartCommand.IsNotConfirmedByItsEcho"),
+    ("an ignored start command is obeyed", "drivers/gyro/start_command.cpp",
+     "if (!is_answered(command)) return {};", "return {};",
+     "drivers_test", "GyroStream.EachIgnoredOrRefusedStartCommandOfAShippedOneFailsItsOpening"),
+    ("another frame rate is a loss", "drivers/gyro/framed_gyro.cpp",
+     "if (!other_rate.empty()) return failure(FaultKind::mismatch, place(), other_rate);", "",
+     "drivers_test", "OtherRate.IsReportedAsSuchAndNeverAsLostFrames"),
+    ("bytes without a frame are a silence", "drivers/gyro/framed_gyro.cpp",
+     "if (what.empty()) return failure(more.error());", "if (true) return failure(more.error());",
+     "drivers_test", "ForeignBytes.AreReportedWithTheirNumberAndTheFirstOfThem"),
+    ("other settings in a configuration message do not count", "drivers/gyro/framed_gyro.cpp",
+     "if (!differing_settings_.empty())", "if (false)",
+     "drivers_test", "ConfigurationMessage.ThatDiffersFailsEveryReadUntilOneAgrees"),
+    ("a rate far from the Earth rate is no warning", "rig/inquiry.cpp",
+     "if (std::abs(measured.value - earth_rate->value) <= allowed) return line;", "if (allowed > 0) return line;",
+     "rig_test", "Inquiry.WarnsOfARateThatTheBiasOfTheGyroDoesNotExplain"),
+
     # What is not seen, or not meant.
     ("a lost reading is a good one", "sequencer/interlocks/interlocks.cpp",
      "if (!found && unread && watch.samples > 0)", "if (false)",

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/inquiry.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <cmath>
+#include <tuple>
 
 #include "core/file.hpp"
 #include "drivers/chamber/modbus_chamber.hpp"
@@ -89,7 +93,92 @@ TEST(Inquiry, AGyroWithoutAClockIsReadByTheRigs) {
   ASSERT_TRUE(rig) << text(rig.error());
   const auto answers = (*rig)->ask();
   ASSERT_TRUE(answers.at(3)) << text(answers.at(3).error());
-  EXPECT_NE(answers.at(3)->find(" counts in 2.000000 s"), std::string::npos) << *answers.at(3);
+  EXPECT_NE(answers.at(3)->find("mean of 2.000 s"), std::string::npos) << *answers.at(3);
+}
+
+TEST(Inquiry, DescribesARateBesideTheEarthRateAndWarnsWhenTheyDisagree) {
+  struct Case {
+    double measured, earth, bias, one_count;
+    bool warns;
+  };
+  const std::vector<Case> cases{
+      {10.64, 10.64, 0, 0, false},  {15.9, 10.64, 0, 0, false},                               // a factor below 1.5
+      {16.1, 10.64, 0, 0, true},    {5.2, 10.64, 0, 0, true},   {-10.64, 10.64, 0, 0, true},  // the other sign
+      {859, 10.64, 20, 0, true},                                                              // degrees for radians
+      {15000, 10.64, 500, 0, true}, {25, 10.64, 20, 0, false},  {1.4, 0, 0, 0, false},       {1.6, 0, 0, 0, true},
+      {1.6, 0, 0, 0.2, false},      {0, -11.2, 0, 0, true},     {-11.3, -11.2, 0, 0, false},
+  };
+  for (const auto& [measured, earth, bias, one_count, warns] : cases) {
+    const auto line = describe_rate("z", {measured}, DegreesPerHour{earth}, {bias}, {one_count});
+    EXPECT_EQ(line.find("WARNING") != std::string::npos, warns) << line;
+    EXPECT_TRUE(line.starts_with(fmt::format("z {:.2f} °/h (Earth rate {:.2f} °/h)", measured, earth))) << line;
+  }
+  EXPECT_EQ(describe_rate("rate", {12}, std::nullopt, {0}, {0}),
+            "rate 12.00 °/h (Earth rate unknown: the rig file has no latitude)");
+}
+
+/// A gyro that sends one rate, and of two values the second.
+class SteadyGyro final : public drivers::Gyro {
+ public:
+  explicit SteadyGyro(std::int64_t counts, std::vector<double> values) : counts_(counts), values_(std::move(values)) {}
+  Result<GyroCount> read(Duration) override { return GyroCount{{counts_}, kSecond, values_}; }
+
+ private:
+  std::int64_t counts_;
+  std::vector<double> values_;
+};
+
+Result<RigFile> mixed_rig_with(const std::string& stream, const std::string& keys) {
+  const std::string place = GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual-mixed.toml";
+  auto rig_text = read_text_file(place).value();
+  const std::string was = "kvh-17xx-a.toml\"";
+  rig_text.replace(rig_text.find(was), was.size(), stream + ".toml\"\n" + keys + "\n");
+  return parse_rig(rig_text, place);
+}
+
+std::string asked(const RigFile& rig, std::int64_t counts, const std::vector<double>& values) {
+  SteadyGyro gyro(counts, values);
+  const auto answer = ask_gyro(gyro, rig.gyro_lines[0], rig.units, false, [] {});
+  return answer ? *answer : text(answer.error());
+}
+
+TEST(Inquiry, NamesTheRateOfAGyroAndNoValueThatDidNotCome) {
+  const auto rig = mixed_rig_with("stim300", "");
+  ASSERT_TRUE(rig) << text(rig.error());
+  const auto line = asked(*rig, 10'640'000, {std::nan(""), 1.5, std::nan("")});
+  EXPECT_NE(line.find("rate 10.64 °/h (Earth rate 10.64 °/h)"), std::string::npos) << line;
+  EXPECT_EQ(line.find("nan"), std::string::npos) << line;
+  EXPECT_EQ(line.find("acceleration_x"), std::string::npos) << line;
+  EXPECT_NE(line.find("acceleration_y 1.5 g"), std::string::npos) << line;
+  EXPECT_EQ(line.find("WARNING"), std::string::npos) << line;
+}
+
+TEST(Inquiry, WarnsOfARateThatTheBiasOfTheGyroDoesNotExplain) {
+  for (const auto& [stream, keys, counts, warns] :
+       std::vector<std::tuple<std::string, std::string, std::int64_t, bool>>{
+           {"kvh-17xx-a", "", 859'000'000, true},                              // degrees for radians
+           {"kvh-17xx-a", "", 25'000'000, false},                              // a bias of its class
+           {"kvh-17xx-a", "largest_bias_deg_per_h = 0.01", 25'000'000, true},  // a better unit
+           {"vectornav", "", 400'000'000, false},                              // the stream's own class
+           {"vectornav", "largest_bias_deg_per_h = 10", 400'000'000, true},
+           {"stim300", "", -600'000'000, true}}) {
+    const auto rig = mixed_rig_with(stream, keys);
+    ASSERT_TRUE(rig) << text(rig.error());
+    const auto line = asked(*rig, counts, {});
+    EXPECT_EQ(line.find("WARNING") != std::string::npos, warns) << line;
+  }
+}
+
+TEST(Inquiry, PrintsWhatOfTheSettingsWasNotVerified) {
+  const auto rig = mixed_rig_with("kvh-17xx-a", "");
+  ASSERT_TRUE(rig) << text(rig.error());
+  const auto line = asked(*rig, 0, {});
+  EXPECT_NE(line.find("settings verified: output format: A, unit of rotation: radians"), std::string::npos) << line;
+  EXPECT_NE(line.find("settings NOT verified: filter: as found"), std::string::npos) << line;
+  const auto silent = mixed_rig_with("kvh-17xx-a", "listen_only = true");
+  ASSERT_TRUE(silent) << text(silent.error());
+  EXPECT_NE(asked(*silent, 0, {}).find("settings NOT verified: output format: A (the gyro was not asked)"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -311,6 +311,20 @@ TEST(RigFile, TheScaleIsSaidOnce) {
   EXPECT_EQ(mistake_in(replaced(of_pulses, pulses, pulses + "\narcsec_per_pulse = 0.1")), "");
 }
 
+TEST(RigFile, AGyroHasTheRateThatItsUnitIsSetTo) {
+  const std::string axis = "axis = \"z\"\n";
+  const auto rig = parse_rig(replaced(mixed_rig(), axis, axis + "rate_hz = 100\nlisten_only = true\n"),
+                             kRigs + "virtual-mixed.toml");
+  ASSERT_TRUE(rig) << text(rig.error());
+  EXPECT_EQ(rig->gyro_lines[0].frame.rate_hz, 100);
+  EXPECT_TRUE(rig->gyro_lines[0].listen_only);
+  EXPECT_FALSE(read_rig(kRigs + "virtual-mixed.toml")->gyro_lines[0].listen_only);
+  EXPECT_NE(mistake_in(replaced(mixed_rig(), axis, axis + "rate_hz = 0\n")).find("positive number of frames"),
+            std::string::npos);
+  EXPECT_NE(mistake_in(replaced(mixed_rig(), axis, axis + "largest_bias_deg_per_h = -1\n")).find("zero or more"),
+            std::string::npos);
+}
+
 TEST(RigFile, AMissingOrWrongStreamIsNamed) {
   EXPECT_NE(mistake_in(replaced(mixed_rig(), "kvh-17xx-a", "none")).find("none.toml"), std::string::npos);
   const auto rig = parse_rig(replaced(mixed_rig(), "axis = \"z\"", "axis = \"w\""), kRigs + "virtual.toml");

@@ -190,11 +190,31 @@ TEST(GyroStream, ChecksThePublishedVectorNavMessage) {
   EXPECT_FALSE(passes(check, tests::from_hex("FA 01 08 00 93502E42 833EF13F 48B504BB 8892")));
 }
 
-// Frames generated from the instruments' tables by a program of its own (Python's struct), as no published ones are
+// Frames generated from the instruments' tables by a program of its own (Python's struct), where no published ones are
 // known.
 
 constexpr const char* kStim = "94004000FFC000FFFF850014801482F5C0001001F463BD8987";
 constexpr const char* kStimOverload = "94004000FFC000FFFF85 10 14801482F5C0001801F4D685788B";
+
+/// A frame of revision B that rock-drivers/drivers-imu_stim300 publishes in src/main.cpp, with its check.
+constexpr const char* kStimRevisionB =
+    "97 000137 0001C7 FFFE74 00 000632 0011AD 07F445 00 FFECBC 003793 40062A 00 204F 2069 2055 00 D9 03F8 21C1E045";
+
+TEST(GyroStream, DecodesThePublishedFrameOfTheStim300) {
+  const tests::Fed fed(tests::shipped_stream("stim300").frame, tests::from_hex(kStimRevisionB));
+  ASSERT_EQ(fed.frames.size(), 1u);
+  EXPECT_EQ(fed.frames[0].axes[0].value, -396.0 / 16384);
+  EXPECT_EQ(fed.value("gyro_x"), 311.0 / 16384);
+  EXPECT_EQ(fed.value("gyro_y"), 455.0 / 16384);
+  EXPECT_EQ(fed.housekeeping("acceleration_z"), 521285.0 / 524288);
+  EXPECT_EQ(fed.housekeeping("inclination_z"), 4195882.0 / 4194304);
+  EXPECT_EQ(fed.housekeeping("temperature_x"), 8271.0 / 256);
+  EXPECT_EQ(fed.housekeeping("temperature_z"), 8277.0 / 256);
+  EXPECT_EQ(fed.frames[0].sequence, 0xD9u);
+  EXPECT_EQ(fed.value("latency_us"), 1016);
+  EXPECT_TRUE(fed.frames[0].good);
+  EXPECT_FALSE(fed.frames[0].flagged);
+}
 
 TEST(GyroStream, DecodesGeneratedFramesOfTheStim300) {
   const tests::Fed fed(tests::shipped_stream("stim300").frame,

@@ -318,7 +318,9 @@ TEST_F(FramedGyroByItsFrames, AnotherRateThanDescribedIsAFaultInEveryRead) {
     const auto count = read_after_a_second_of(100);
     ASSERT_FALSE(count) << second;
     EXPECT_EQ(count.error().kind, FaultKind::mismatch);
-    EXPECT_EQ(count.error().what, "it sends 100.0 frames a second, its description says 1000");
+    EXPECT_EQ(
+        count.error().what,
+        "it sends 100.0 frames a second, its description says 1000; set the unit, or rate_hz in the rig file's [gyro]");
   }
 }
 
@@ -690,7 +692,7 @@ TEST_F(FramedGyroByCommand, WithoutItsReplyIsATimeout) {
   const auto opened = gyro->open();
   ASSERT_FALSE(opened);
   EXPECT_EQ(opened.error().kind, FaultKind::timeout);
-  EXPECT_EQ(opened.error().what, "no reply \"FINE\" to \"go\" in 50 ms");
+  EXPECT_EQ(opened.error().what, "no reply \"FINE\" to \"go\" in 50 ms, but \"ready OK\"");
 }
 
 TEST_F(FramedGyroByCommand, IsStoppedWhenItGoes) {

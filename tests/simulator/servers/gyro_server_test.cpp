@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <array>
+#include <stdexcept>
+#include <thread>
 
 #include "core/deadline.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
@@ -99,6 +101,98 @@ TEST(GyroServer, SendsAllAxesAndWhatTheyTellOfThemselves) {
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_NEAR(frame->axes[i].value.value() * arcsec, 1.0 + static_cast<double>(i), 1e-6);
   EXPECT_EQ(frame->values, (std::vector<std::optional<double>>{0.5, -0.5, 1.0, 41.0}));
+}
+
+/// A virtual unit that sends 15 °/h on a socket, a hundred frames a second, and its driver at the other end.
+class BothEnds {
+ public:
+  BothEnds(const std::string& name, GyroUnitFaults faults) : stream_(tests::shipped_stream(name)) {
+    auto listener = listen_on_loopback(0);
+    if (!listener) throw std::runtime_error(text(listener.error()));
+    const auto port = port_of(*listener);
+    thread_ = std::jthread(
+        [this, faults, taken = std::make_shared<Descriptor>(std::move(*listener))](const std::stop_token& stop) {
+          GyroServer server(std::move(*taken), StreamWriter(stream_.frame, {0.001}), stream_.start, faults);
+          for (std::int64_t frame = 1; !stop.stop_requested(); ++frame) {
+            server.attend();
+            server.send(std::array{15.0 * static_cast<double>(frame) / kFramesASecond / 0.001},
+                        frame * 1'000'000 / kFramesASecond, 1.0 / kFramesASecond);
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+          }
+        });
+    gyro_ = make_framed_gyro(stream_.frame, make_pumped(connect(port)), std::chrono::milliseconds(800),
+                             {.start = stream_.start});
+  }
+  [[nodiscard]] drivers::Gyro& gyro() { return *gyro_; }
+  /// Counts of 300 frames, in arc seconds for each of them.
+  [[nodiscard]] double arcsec_a_frame() {
+    double arcsec = 0;
+    std::uint64_t frames = 0;
+    (void)gyro_->take_origin();
+    for (int read = 0; read < 20 && frames < 100; ++read) {
+      const auto before = gyro_->frames().seen;
+      const auto count = gyro_->read(std::chrono::milliseconds(50));
+      if (!count) continue;
+      frames += gyro_->frames().seen - before;
+      arcsec += static_cast<double>(count->pulses.at(0)) * *arcsec_per_count(stream_.frame, 0);
+    }
+    return frames == 0 ? 0 : arcsec / static_cast<double>(frames);
+  }
+
+  static constexpr int kFramesASecond = 1000;
+
+ private:
+  drivers::GyroStream stream_;
+  std::jthread thread_;
+  std::unique_ptr<drivers::Gyro> gyro_;
+};
+
+/// A2: the unit was left in degrees.
+TEST(GyroServer, IsSetRightByTheStartCommandsThoughItWasLeftInAnotherUnit) {
+  const double kDegrees = 57.29577951308232;
+  for (const auto* name : {"kvh-17xx-a", "kvh-17xx-b", "kvh-17xx-c"}) {
+    BothEnds ends(name, {.factor = kDegrees, .factor_until = "=ROTUNITS,RAD"});
+    const auto opened = ends.gyro().open();
+    ASSERT_TRUE(opened) << name << ": " << text(opened.error());
+    EXPECT_NEAR(ends.arcsec_a_frame(), 15.0 / BothEnds::kFramesASecond, 0.002) << name;
+  }
+}
+
+TEST(GyroServer, IsRefusedWhenItIgnoresOrRefusesACommand) {
+  const auto kind = [](const std::string& stream, GyroUnitFaults faults) {
+    BothEnds ends(stream, std::move(faults));
+    const auto opened = ends.gyro().open();
+    return opened ? std::string("open") : std::string(gyrotherm::name(opened.error().kind));
+  };
+  EXPECT_EQ(kind("kvh-17xx-a", {.ignored = {"=ROTUNITS,RAD"}}), "timeout");
+  EXPECT_EQ(kind("kvh-17xx-b", {.ignored = {"=ROTFMT,DELTA"}}), "timeout");
+  EXPECT_EQ(kind("kvh-17xx-c", {.refused = {"=TEMPUNITS,C"}}), "refused");
+  EXPECT_EQ(kind("vectornav", {.ignored = {"$VNWRG,75,1,8,01,0C01*XX"}}), "timeout");
+  EXPECT_EQ(kind("vectornav", {.refused = {"$VNWRG,75,1,8,01,0C01*XX"}}), "refused");
+  EXPECT_EQ(kind("stim300", {.has_other_settings = true}), "mismatch");
+  EXPECT_EQ(kind("stim300", {.ignored = {"C"}}), "timeout");
+  EXPECT_EQ(kind("stim300", {}), "open");
+  EXPECT_EQ(kind("vectornav", {}), "open");
+}
+
+TEST(GyroServer, SendsNoFrameInConfiguration) {
+  const auto stream = tests::shipped_stream("kvh-17xx-a");
+  auto listener = listen_on_loopback(0);
+  ASSERT_TRUE(listener);
+  const auto port = port_of(*listener);
+  GyroServer server(std::move(*listener), StreamWriter(stream.frame, {0.1}), stream.start);
+  const auto line = connect(port);
+  const auto say = [&](const std::string& command) {
+    ASSERT_TRUE(line->write(std::as_bytes(std::span(command)), kSoon));
+    server.attend();
+  };
+  say("=CONFIG,1\r\n");
+  EXPECT_EQ(receive(*line), "CONFIG,1\r\n");
+  server.send(std::array{1000.0}, 1'000'000);
+  EXPECT_EQ(receive(*line), "");
+  say("=CONFIG,0\r\n");
+  server.send(std::array{2000.0}, 2'000'000);
+  EXPECT_EQ(receive(*line).size(), std::string("CONFIG,0\r\n").size() + stream.frame.length);
 }
 
 }  // namespace

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/gyro/start_command.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "core/deadline.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+constexpr std::size_t kAnswerChunk = 4096;
+constexpr std::size_t kMostShown = 48;  // bytes of an unexpected answer
+
+std::vector<std::uint32_t> read_messages(const TomlTable& table, const FrameFormat& format) {
+  std::vector<std::uint32_t> ids;
+  for (const double number : table.numbers("message")) {
+    const auto id = static_cast<std::uint32_t>(std::clamp(number, 0.0, 4294967295.0));
+    const bool is_listed = std::ranges::any_of(format.variants, [&](const auto& one) { return one.id == id; });
+    if (!is_listed || static_cast<double>(id) != number)
+      table.mistake("message", fmt::format("no message has the id {}", number));
+    ids.push_back(id);
+  }
+  return ids;
+}
+
+/// Finds a required answer in everything that came since the command was sent.
+class Answer {
+ public:
+  Answer(const GyroCommand& command, const FrameFormat& format) : command_(command), decoder_(format) {
+    if (!command.reply.empty()) reply_in_command_ = command.send.find(command.reply);
+    if (!command.refusal.empty()) refusal_in_command_ = command.send.find(command.refusal);
+  }
+
+  /// Nothing until the answer is complete.
+  [[nodiscard]] std::optional<Result<void>> add(std::span<const std::byte> bytes) {
+    heard_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (!command_.refusal.empty())
+      if (const auto at = find(command_.refusal, refusal_in_command_); at != std::string::npos)
+        return failure(
+            FaultKind::refused, "",
+            fmt::format("\"{}\" answers \"{}\"", first_line(heard_.substr(at, kMostShown)), first_line(command_.send)));
+    if (!command_.reply.empty() && find(command_.reply, reply_in_command_) != std::string::npos) return Result<void>();
+    if (command_.messages.empty()) return std::nullopt;
+    decoder_.feed(bytes);
+    while (const auto* frame = decoder_.take())
+      if (frame->id && std::ranges::count(command_.messages, *frame->id) > 0) return judge();
+    return std::nullopt;
+  }
+
+  /// Describes the bytes that came instead of the answer; empty without any.
+  [[nodiscard]] std::string in_words() const {
+    if (heard_.empty()) return {};
+    const auto is_text = [](char letter) {
+      return std::isprint(static_cast<unsigned char>(letter)) != 0 || letter == '\r' || letter == '\n';
+    };
+    if (std::ranges::all_of(heard_, is_text))
+      return fmt::format(", but \"{}\"", first_line(heard_.substr(0, kMostShown)));
+    return fmt::format(", but {} bytes of frames or noise", heard_.size());
+  }
+
+ private:
+  /// Passes over the command itself, which an adapter may send back. `in_command`: where the command holds `text`; at
+  /// its very beginning an echo cannot be told from an answer. A longer number is another one.
+  [[nodiscard]] std::size_t find(const std::string& text, std::size_t in_command) const {
+    for (auto at = heard_.find(text); at != std::string::npos; at = heard_.find(text, at + 1)) {
+      const bool is_echo = in_command != 0 && in_command != std::string::npos && at >= in_command &&
+                           heard_.compare(at - in_command, in_command, command_.send, 0, in_command) == 0;
+      const auto end = at + text.size();
+      const bool goes_on = end < heard_.size() && std::isdigit(static_cast<unsigned char>(text.back())) != 0 &&
+                           std::isdigit(static_cast<unsigned char>(heard_[end])) != 0;
+      if (!is_echo && !goes_on) return at;
+    }
+    return std::string::npos;
+  }
+
+  [[nodiscard]] Result<void> judge() const {
+    const auto differ = decoder_.differing_settings();
+    if (!differ || differ->empty()) return {};
+    return failure(FaultKind::mismatch, "", fmt::format("{}", fmt::join(*differ, "; ")));
+  }
+
+  const GyroCommand& command_;
+  FrameDecoder decoder_;
+  std::size_t reply_in_command_ = std::string::npos, refusal_in_command_ = std::string::npos;
+  std::string heard_;
+};
+
+std::string required_answer(const GyroCommand& command) {
+  if (!command.reply.empty()) return fmt::format("reply \"{}\"", command.reply);
+  std::string ids;
+  for (const auto id : command.messages) ids += fmt::format("{}{:#x}", ids.empty() ? "" : " or ", id);
+  return "message " + ids;
+}
+
+}  // namespace
+
+std::string with_rate(std::string text, double rate_hz) {
+  constexpr std::string_view kRate = "{rate_hz}";
+  for (auto at = text.find(kRate); at != std::string::npos; at = text.find(kRate))
+    text.replace(at, kRate.size(), fmt::format("{:g}", rate_hz));
+  return text;
+}
+
+bool is_answered(const GyroCommand& command) { return !command.reply.empty() || !command.messages.empty(); }
+
+std::string first_line(const std::string& text) { return text.substr(0, text.find_first_of("\r\n")); }
+
+std::vector<GyroCommand> read_commands(const TomlTable& root, const char* key, const FrameFormat& format) {
+  std::vector<GyroCommand> commands;
+  for (const auto& table : root.tables(key)) {
+    GyroCommand command{.send = with_rate(table.text("send"), format.rate_hz),
+                        .wait = table.duration("wait", Duration::zero()),
+                        .reply = with_rate(table.text("reply", ""), format.rate_hz)};
+    command.refusal = table.text("refusal", "");
+    command.messages = read_messages(table, format);
+    if (table.has("then")) command.then_silent = table.choice("then", {"silent", "sends"}) == "silent";
+    if (command.send.empty()) table.mistake("send", "nothing to send");
+    if (is_answered(command) && command.wait <= Duration::zero())
+      table.mistake("wait", "a reply is expected within no time, expected a positive duration");
+    commands.push_back(std::move(command));
+  }
+  return commands;
+}
+
+Result<void> send_command(const GyroCommand& command, const FrameFormat& format, ByteStream& line, Duration within,
+                          const Clock* clock) {
+  if (auto sent = line.write(std::as_bytes(std::span(command.send)), within); !sent) return sent;
+  Answer answer(command, format);
+  std::array<std::byte, kAnswerChunk> chunk;
+  for (const Deadline deadline(command.wait, clock); !deadline.over();) {
+    const auto size = line.read(chunk, deadline.left());
+    if (!size && size.error().kind == FaultKind::timeout) break;
+    if (!size) return failure(size.error());
+    if (auto found = answer.add(std::span(chunk).first(*size))) return std::move(*found);
+  }
+  if (!is_answered(command)) return {};
+  const auto waited = std::chrono::duration_cast<std::chrono::milliseconds>(command.wait);
+  return failure(FaultKind::timeout, "",
+                 fmt::format("no {} to \"{}\" in {} ms{}", required_answer(command), first_line(command.send),
+                             waited.count(), answer.in_words()));
+}
+
+}  // namespace gyrotherm::drivers

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/gyro/start_command.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "drivers/gyro/stream_settings.hpp"
+#include "tests/support/fakes.hpp"
+#include "tests/support/frame_streams.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+using std::chrono::milliseconds;
+
+std::string text_of(const std::vector<std::byte>& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// A unit that gives one answer to one command.
+Result<void> answered(const GyroCommand& command, const std::string& answer, const std::string& stream = "kvh-17xx-a") {
+  tests::FakeStream line;
+  line.instrument = [&](std::string_view) { return answer; };
+  return send_command(command, tests::shipped_stream(stream).frame, line, milliseconds(10), nullptr);
+}
+
+const GyroCommand kUnits{
+    .send = "=ROTUNITS,RAD\r\n", .wait = milliseconds(20), .reply = "ROTUNITS,RAD", .refusal = "INVALID"};
+
+TEST(StartCommand, TakesItsReplyAmongFrames) {
+  EXPECT_TRUE(answered(kUnits, "ROTUNITS,RAD\r\n"));
+  EXPECT_TRUE(answered(kUnits, std::string("\xFE\x81\xFF\x55\x00", 5) + "ROTUNITS,RAD\n"));
+  EXPECT_TRUE(answered(kUnits, "=ROTUNITS,RAD\r\nROTUNITS,RAD\r\n")) << "an adapter that echoes";
+}
+
+TEST(StartCommand, IsNotConfirmedByItsEcho) {
+  for (const std::string send : {"=ROTUNITS,RAD\r\n", "=CONFIG,1\r\n", "=DR,1000\r\n", "?RATE\r\n"}) {
+    const GyroCommand command{.send = send, .wait = milliseconds(20), .reply = first_line(send.substr(1))};
+    const auto done = answered(command, send);
+    ASSERT_FALSE(done) << send;
+    EXPECT_EQ(done.error().kind, FaultKind::timeout) << send;
+  }
+}
+
+TEST(StartCommand, IsNotConfirmedByALongerNumber) {
+  const GyroCommand rate{.send = "=DR,100\r\n", .wait = milliseconds(20), .reply = "DR,100"};
+  EXPECT_TRUE(answered(rate, "DR,100\r\n"));
+  EXPECT_FALSE(answered(rate, "DR,1000\r\n"));
+}
+
+TEST(StartCommand, FailsWithRefusedWhenItsUnitRefuses) {
+  for (const auto* answer : {"INVALID,ROTUNITS\r\n", "noise INVALID\r\n", "\r\nINVALID,2\r\nROTUNITS,RAD\r\n"}) {
+    const auto done = answered(kUnits, answer);
+    ASSERT_FALSE(done) << answer;
+    EXPECT_EQ(done.error().kind, FaultKind::refused) << answer;
+  }
+}
+
+TEST(StartCommand, ReportsWhatCameInsteadOfItsReply) {
+  EXPECT_EQ(answered(kUnits, "").error().what, "no reply \"ROTUNITS,RAD\" to \"=ROTUNITS,RAD\" in 20 ms");
+  EXPECT_EQ(answered(kUnits, "ROTUNITS,DEG\r\n").error().what,
+            "no reply \"ROTUNITS,RAD\" to \"=ROTUNITS,RAD\" in 20 ms, but \"ROTUNITS,DEG\"");
+  EXPECT_EQ(answered(kUnits, std::string("\xFE\x81\x00", 3)).error().what,
+            "no reply \"ROTUNITS,RAD\" to \"=ROTUNITS,RAD\" in 20 ms, but 3 bytes of frames or noise");
+}
+
+TEST(StartCommand, RequiresAMessageWhoseSettingsAgree) {
+  const auto stream = tests::shipped_stream("stim300");
+  const auto& command = stream.start.front();
+  for (const std::uint32_t id : {0xBC, 0xBD}) {
+    EXPECT_TRUE(answered(command, text_of(encode_settings(stream.frame, id, false)), "stim300")) << id;
+    const auto other = answered(command, text_of(encode_settings(stream.frame, id, true)), "stim300");
+    ASSERT_FALSE(other) << id;
+    EXPECT_EQ(other.error().kind, FaultKind::mismatch);
+    EXPECT_EQ(other.error().what, "the gyro output is set to an angle, expected a rate");
+  }
+  const auto frame = encode_frame(stream.frame, {.axes = {{.value = 1}}});
+  EXPECT_EQ(answered(command, text_of(frame), "stim300").error().kind, FaultKind::timeout);
+}
+
+/// A unit that answers each start command but one.
+class ObeysAllBut {
+ public:
+  ObeysAllBut(GyroStream stream, std::size_t left_out, std::string instead) {
+    auto made = std::make_unique<tests::FakeStream>();
+    made->instrument = [this, stream, left_out, instead](std::string_view heard) -> std::string {
+      for (std::size_t i = 0; i < stream.start.size(); ++i) {
+        const auto& command = stream.start[i];
+        if (heard != command.send) continue;
+        heard_.push_back(i);
+        if (i == left_out) return instead;
+        return command.messages.empty() ? command.reply + "\r\n"
+                                        : text_of(encode_settings(stream.frame, command.messages.front(), false));
+      }
+      return "";
+    };
+    auto start = stream.start;
+    for (auto& command : start) command.wait = std::min<Duration>(command.wait, milliseconds(20));
+    gyro_ = make_framed_gyro(stream.frame, std::move(made), milliseconds(10), {.start = std::move(start)});
+  }
+  [[nodiscard]] Gyro& gyro() { return *gyro_; }
+  [[nodiscard]] const std::vector<std::size_t>& heard() const { return heard_; }
+
+ private:
+  std::vector<std::size_t> heard_;
+  std::unique_ptr<Gyro> gyro_;
+};
+
+TEST(GyroStream, EachIgnoredOrRefusedStartCommandOfAShippedOneFailsItsOpening) {
+  std::size_t commands = 0, refusals = 0;
+  for (const auto& name : tests::shipped_streams()) {
+    const auto stream = tests::shipped_stream(name);
+    ObeysAllBut obedient(stream, stream.start.size(), "");
+    EXPECT_TRUE(obedient.gyro().open()) << name;
+    for (std::size_t i = 0; i < stream.start.size(); ++i) {
+      if (!is_answered(stream.start[i])) continue;
+      ObeysAllBut ignores(stream, i, "");
+      EXPECT_EQ(ignores.gyro().open().error().kind, FaultKind::timeout) << name << " " << stream.start[i].send;
+      EXPECT_EQ(ignores.gyro().read(kSecond).error().kind, FaultKind::timeout) << "nothing is counted of it";
+      EXPECT_EQ(ignores.heard().back(), i) << "nothing is sent after it";
+      ++commands;
+      if (stream.start[i].refusal.empty()) continue;
+      ObeysAllBut refuses(stream, i, stream.start[i].refusal + "\r\n");
+      EXPECT_EQ(refuses.gyro().open().error().kind, FaultKind::refused) << name << " " << stream.start[i].send;
+      ++refusals;
+    }
+  }
+  EXPECT_EQ(commands, 26u);
+  EXPECT_EQ(refusals, 25u);
+}
+
+TEST(GyroStream, EveryShippedOneListsItsSettingsAndWhatShowsThem) {
+  std::size_t settings = 0, unverified = 0;
+  for (const auto& name : tests::shipped_streams()) {
+    const auto stream = tests::shipped_stream(name);
+    EXPECT_FALSE(stream.settings.empty()) << name;
+    for (const auto& command : stream.start) {
+      const bool is_stated = std::ranges::any_of(stream.settings, [](const auto& setting) {
+        return setting.evidence == SettingEvidence::nothing || setting.evidence == SettingEvidence::frame;
+      });
+      EXPECT_TRUE(is_answered(command) || is_stated) << name << " " << command.send;
+    }
+    settings += stream.settings.size();
+    for (const auto& setting : stream.settings)
+      if (setting.evidence == SettingEvidence::nothing) ++unverified;
+  }
+  EXPECT_EQ(settings, 46u);
+  EXPECT_EQ(unverified, 17u);
+}
+
+TEST(GyroStream, DescribesWhichOfItsSettingsAreVerified) {
+  const auto settings = tests::shipped_stream("stim300").settings;
+  const auto asked = in_words(settings, true), unasked = in_words(settings, false);
+  EXPECT_TRUE(asked.starts_with("settings verified: gyro output: rate, sample rate: 250 Hz; settings NOT verified: "))
+      << asked;
+  EXPECT_TRUE(
+      unasked.starts_with("settings verified: sample rate: 250 Hz; settings NOT verified: gyro output: rate "
+                          "(the gyro was not asked)"))
+      << unasked;
+  EXPECT_EQ(in_words({}, true), "");
+}
+
+TEST(GyroStream, RefusesASettingThatNothingOfItsDescriptionShows) {
+  const std::string good = tests::shipped_stream("kvh-17xx-a").text;
+  const auto mistake = [&](const std::string& was, const std::string& is) {
+    auto changed = good;
+    const auto place = changed.find(was);
+    if (place == std::string::npos) return "no \"" + was + "\" in the file";
+    changed.replace(place, was.size(), is);
+    const auto stream = parse_gyro_stream(changed, "g.toml");
+    return stream ? std::string() : text(stream.error());
+  };
+  EXPECT_NE(mistake("reply = \"ROTUNITS,RAD\"\n", "").find("requires an answer"), std::string::npos);
+  EXPECT_NE(mistake("command = \"=ROTUNITS,RAD\"", "command = \"=ROTUNITS,DEG\"").find("requires an answer"),
+            std::string::npos);
+  EXPECT_NE(
+      mistake("verified_by = \"reply\"\ncommand = \"=ROTUNITS,RAD\"", "verified_by = \"message\"").find("mismatch"),
+      std::string::npos);
+  EXPECT_NE(mistake("note = \"not set: the reply to =AXES is not known\"\n", "").find("expected the reason"),
+            std::string::npos);
+  EXPECT_NE(mistake("affects = \"scale\"", "affects = \"taste\"").find("\"taste\""), std::string::npos);
+  EXPECT_NE(mistake("reply = \"CONFIG,0\"", "message = [7]").find("no message has the id 7"), std::string::npos);
+}
+
+TEST(GyroStream, PutsTheRateOfTheRigIntoItsCommandsAndItsSequence) {
+  const auto text = tests::shipped_stream("kvh-17xx-b").text;
+  const auto slow = parse_gyro_stream(text, "g.toml", {}, 100);
+  ASSERT_TRUE(slow) << gyrotherm::text(slow.error());
+  EXPECT_EQ(slow->frame.rate_hz, 100);
+  EXPECT_EQ(slow->start[6].send, "=DR,100\r\n");
+  EXPECT_EQ(slow->start[6].reply, "DR,100");
+  const auto stim = tests::shipped_stream("stim300").text;
+  for (const auto& [rate_hz, step] : {std::pair(125, 16u), {250, 8u}, {500, 4u}, {1000, 2u}, {2000, 1u}}) {
+    const auto stream = parse_gyro_stream(stim, "g.toml", {}, rate_hz);
+    ASSERT_TRUE(stream) << gyrotherm::text(stream.error());
+    EXPECT_EQ(stream->frame.find(FieldRole::sequence)->step, step) << rate_hz;
+  }
+  EXPECT_FALSE(parse_gyro_stream(stim, "g.toml", {}, 300)) << "no whole number of ticks";
+}
+
+}  // namespace
+}  // namespace gyrotherm::drivers

@@ -309,6 +309,14 @@ std::string title_of(const GyroLine& line, const std::vector<UnitSettings>& unit
   return names == record::kOnlyUnit ? names : "gyro " + names;
 }
 
+Result<void> compare_serial_number(const GyroLine& line, const std::vector<UnitSettings>& units,
+                                   const std::string& identity) {
+  const auto& expected = units[line.shares.front().unit].info.serial_number;
+  if (line.shares.size() > 1 || expected.empty() || identity.find(expected) != std::string::npos) return {};
+  return failure(FaultKind::mismatch, title_of(line, units),
+                 fmt::format("\"{}\" answers, expected the serial number {}", identity, expected));
+}
+
 Result<GyroSettings> read_gyros(const TomlTable& root, const std::string& rig_file,
                                 const std::vector<std::string>& channels,
                                 const std::map<std::string, std::string>& known) {
@@ -320,7 +328,7 @@ std::unique_ptr<drivers::Gyro> make_gyro(const GyroLine& settings, const drivers
   auto stream = make_stream(line, {.serial = serial}, kConnectWithin);
   drivers::GyroCommands commands;
   if (settings.stream && !settings.listen_only)
-    commands = {.start = settings.stream->start, .stop = settings.stream->stop};
+    commands = {.start = settings.stream->start, .stop = settings.stream->stop, .identity = settings.stream->identity};
   return make_framed_gyro(settings.frame, make_pumped(std::move(stream)), within, std::move(commands));
 }
 

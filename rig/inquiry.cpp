@@ -184,13 +184,16 @@ std::string describe_values(const drivers::FrameFormat& frame, const std::vector
 Result<std::string> ask_gyro(drivers::Gyro& gyro, const GyroLine& line, const std::vector<UnitSettings>& units,
                              bool is_simulated, const std::function<void()>& let_pass) {
   if (auto opened = gyro.open(); !opened) return failure(opened.error());
+  const auto who = gyro.identify();
+  if (!who) return failure(who.error());
   let_pass();
   if (const auto origin = gyro.take_origin(); !origin) return failure(origin.error());
   const auto before = gyro.frames();
   const auto means = read_means(gyro, std::max<std::size_t>(line.frame.axes.size(), 1), let_pass);
   if (!means) return failure(means.error());
   const auto after = gyro.frames();
-  auto text = fmt::format("{} frames, mean of {:.3f} s", line.frame.name, to_seconds(means->interval)) +
+  auto text = fmt::format("{} frames{}, mean of {:.3f} s", line.frame.name, who->empty() ? "" : " of " + *who,
+                          to_seconds(means->interval)) +
               describe_axes(line, units, *means) + describe_values(line.frame, means->values) +
               fmt::format("; {} frames seen, {} lost, {} bad", after.seen - before.seen, after.lost - before.lost,
                           after.bad - before.bad);

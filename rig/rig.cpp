@@ -312,6 +312,9 @@ class AssembledRig : public Rig {
       const auto answer = patiently([&] { return instrument.identify(); });
       if (!answer && !may_be_off) return failure(answer.error());
       if (!answer || answer->empty()) continue;
+      for (const auto& line : file_.gyro_lines)
+        if (title == title_of(line, file_.units))
+          if (auto same = compare_serial_number(line, file_.units, *answer); !same) return failure(same.error());
       identities_.emplace(title, *answer);
       names.push_back(plain(*answer));
     }

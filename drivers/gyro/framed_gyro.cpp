@@ -55,6 +55,7 @@ Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& f
   stream.frame = read_frame_format(parsed->table("frame"), axes, rate_hz);
   stream.start = read_commands(*parsed, "start", stream.frame);
   stream.stop = read_commands(*parsed, "stop", stream.frame);
+  if (parsed->has("identity")) stream.identity = read_question(parsed->table("identity"));
   stream.settings = read_settings(*parsed, stream.start, stream.frame);
   if (parsed->has("largest_bias_deg_per_h"))
     stream.largest_bias_deg_per_h = std::max(0.0, parsed->number("largest_bias_deg_per_h"));
@@ -247,6 +248,20 @@ class FramedGyro final : public Gyro {
 
   FrameCount frames() const override { return frames_; }
 
+  std::uint64_t breaks() const override { return breaks_; }
+
+  Result<std::string> identify() override {
+    if (!commands_.identity) return std::string();
+    const auto answer = ask_question(*commands_.identity, *line_, within_, clock_);
+    start_afresh();
+    if (!answer) return failure(answer.error());
+    if (answer->empty() && has_identity_)
+      return failure(FaultKind::timeout, place(),
+                     fmt::format("no answer to \"{}\"", first_line(commands_.identity->send)));
+    has_identity_ = !answer->empty();
+    return answer->empty() ? std::string() : fmt::format("{} {}", format_.name, *answer);
+  }
+
  private:
   [[nodiscard]] Result<void> send(const GyroCommand& command) {
     auto sent = send_command(command, format_, *line_, within_, clock_);
@@ -355,6 +370,10 @@ class FramedGyro final : public Gyro {
     if (time_jumped && !format_.find(FieldRole::sequence)) tally.lost = 0;  // for as many as that nobody can tell
     const bool breaks = tally.lost > 0 || tally.disordered || time_jumped;
     if (breaks || tally.bad > 0) sum_.drop_round();
+    if (tally.disordered || time_jumped) {
+      ++breaks_;
+      open_ = open_ && commands_.start.empty();
+    }
     if (first || breaks || tally.bad > 0) arrivals_.count_from(came_);
     if (first || breaks)
       pace_.count_from(came_);
@@ -445,6 +464,8 @@ class FramedGyro final : public Gyro {
   const Clock* clock_;
   bool open_ = false;
   bool takes_origin_ = false;
+  bool has_identity_ = false;  ///< the question was answered once
+  std::uint64_t breaks_ = 0;
   HeardBytes heard_;                             ///< in this read
   std::uint64_t rejected_before_{};              ///< bytes, before it
   std::vector<std::string> differing_settings_;  ///< by the newest configuration message

@@ -28,6 +28,7 @@ struct GyroStream {
   SerialFormat port;
   std::vector<GyroCommand> start;  ///< makes it send; in order
   std::vector<GyroCommand> stop;
+  std::optional<GyroQuestion> identity{};
   FrameFormat frame;
   std::vector<StreamSetting> settings{};  ///< on which the frames depend
   /// Bias that a good unit may have, °/h; nothing if the file does not state it.
@@ -53,6 +54,7 @@ struct GyroStream {
 /// What is sent to a gyro before its frames are read, and when it is left.
 struct GyroCommands {
   std::vector<GyroCommand> start{}, stop{};
+  std::optional<GyroQuestion> identity{};
 };
 
 /// `within`: how long one read may wait. `clock`: of a line with a time of its own, which outlives the gyro; without
@@ -71,6 +73,10 @@ struct GyroCommands {
 /// the format has none, by the instants at which they came, smoothed where it has a nominal rate (HostInterval).
 /// Values, in the order of housekeeping_of(), are of the frames of this read, of a first read of those behind its
 /// origin.
+///
+/// identify() asks `commands.identity`, if there is one; what came meanwhile is not counted. A gyro that never answered
+/// has no identity; one that did, and is silent now, is a timeout. If the count of frames began anew or the time
+/// jumped, the gyro may have restarted or been exchanged: breaks() counts that, and the start commands are sent again.
 ///
 /// If bytes came and no frame, the read fails with corrupted, reports how many bytes came and the first of them, and
 /// the next read sends the start commands again.

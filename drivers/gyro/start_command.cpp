@@ -147,4 +147,33 @@ Result<void> send_command(const GyroCommand& command, const FrameFormat& format,
                              waited.count(), answer.in_words()));
 }
 
+GyroQuestion read_question(const TomlTable& table) {
+  GyroQuestion question{.send = table.text("send"),
+                        .wait = table.duration("wait", Duration::zero()),
+                        .begins = table.text("begins"),
+                        .ends = table.text("ends", "\r\n")};
+  if (question.begins.empty()) table.mistake("begins", "empty, expected what precedes the identity");
+  if (question.ends.empty()) table.mistake("ends", "empty, expected what ends the identity");
+  if (question.wait <= Duration::zero()) table.mistake("wait", "expected a positive duration");
+  return question;
+}
+
+Result<std::string> ask_question(const GyroQuestion& question, ByteStream& line, Duration within, const Clock* clock) {
+  if (auto sent = line.write(std::as_bytes(std::span(question.send)), within); !sent) return failure(sent.error());
+  std::string heard;
+  std::array<std::byte, kAnswerChunk> chunk;
+  for (const Deadline deadline(question.wait, clock); !deadline.over();) {
+    const auto size = line.read(chunk, deadline.left());
+    if (!size && size.error().kind == FaultKind::timeout) break;
+    if (!size) return failure(size.error());
+    heard.append(reinterpret_cast<const char*>(chunk.data()), *size);
+    const auto begin = heard.find(question.begins);
+    if (begin == std::string::npos) continue;
+    const auto from = begin + question.begins.size();
+    const auto end = heard.find(question.ends, from);
+    if (end != std::string::npos) return heard.substr(from, end - from);
+  }
+  return std::string();
+}
+
 }  // namespace gyrotherm::drivers

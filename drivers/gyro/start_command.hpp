@@ -27,6 +27,20 @@ struct GyroCommand {
   std::optional<bool> then_silent{};
 };
 
+/// A question that a gyro answers with what tells it from others of its make.
+struct GyroQuestion {
+  std::string send;
+  Duration wait{};
+  std::string begins;  ///< the identity follows this
+  std::string ends;    ///< and ends before this
+};
+/// Reads the table [identity]: `send`, `wait`, `begins`, `ends`.
+[[nodiscard]] GyroQuestion read_question(const TomlTable& table);
+/// Asks the question. Returns the text between `begins` and `ends`; empty if none comes within `wait`. Fails with the
+/// fault of the line.
+[[nodiscard]] Result<std::string> ask_question(const GyroQuestion& question, ByteStream& line, Duration within,
+                                               const Clock* clock);
+
 /// True if the gyro must answer the command.
 [[nodiscard]] bool is_answered(const GyroCommand& command);
 /// Returns the first line of a text, without its end.

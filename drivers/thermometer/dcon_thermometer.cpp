@@ -171,12 +171,15 @@ class DconThermometer final : public Thermometer {
 
   Result<std::string> identify() override {
     ranges_.clear();
+    name_.clear();
     auto name = tell("M");
     if (!name) return failure(at_instrument(place_, std::move(name.error())));
-    auto ranges = setting();
-    if (!ranges) return failure(at_instrument(place_, std::move(ranges.error())));
-    ranges_ = std::move(*ranges);
-    return fmt::format("{} at {:02X}", *name, options_.address);
+    auto found = setting();
+    if (!found) return failure(at_instrument(place_, std::move(found.error())));
+    ranges_ = std::move(found->ranges);
+    name_ = *name;
+    types_ = found->types;
+    return fmt::format("{} at {:02X}, type {:02X}", *name, options_.address, fmt::join(found->types, " "));
   }
 
   std::vector<Result<Celsius>> read() override {
@@ -187,13 +190,17 @@ class DconThermometer final : public Thermometer {
 
  private:
   using Ranges = std::vector<TemperatureRange>;  ///< of each input
+  struct Setting {
+    Ranges ranges;
+    std::vector<std::uint8_t> types;  ///< one for all inputs, or each input's
+  };
 
   /// The unsealed line that answers.
   [[nodiscard]] Result<std::string> ask(std::string_view question) {
     const auto sealed = [&](std::string text) { return seal_dcon(std::move(text), options_.checksum); };
     // Readings come without an address, names with it.
     const ResyncQuery resync{.question = sealed(dcon_ask(options_.address, "M")),
-                             .answer_begins = fmt::format("!{:02X}", options_.address)};
+                             .answer_begins = fmt::format("!{:02X}{}", options_.address, name_)};
     auto answer = exchange_->ask(sealed(std::string(question)), resync).and_then([&](const auto& line) {
       return unseal_dcon(line, options_.checksum).map([](auto text) { return std::string(text); });
     });
@@ -212,7 +219,7 @@ class DconThermometer final : public Thermometer {
     });
   }
 
-  [[nodiscard]] Result<Ranges> setting() {
+  [[nodiscard]] Result<Setting> setting() {
     const auto configuration = tell("2").and_then([](const auto& text) { return decode_dcon_configuration(text); });
     if (!configuration) return failure(configuration.error());
     if (!configuration->in_engineering_units())
@@ -221,30 +228,36 @@ class DconThermometer final : public Thermometer {
     if (options_.type && configuration->type != *options_.type)
       return failure(FaultKind::mismatch, "",
                      fmt::format("set to type {:02X}, expected {:02X}", configuration->type, *options_.type));
-    if (const auto range = dcon_range(configuration->type)) return Ranges(kDconInputs, *range);
-    auto ranges = setting_of_each_input();
-    if (!ranges && ranges.error().kind == FaultKind::refused) return no_thermocouple(configuration->type, "");
-    return ranges;
+    if (const auto range = dcon_range(configuration->type))
+      return Setting{Ranges(kDconInputs, *range), {configuration->type}};
+    auto each = setting_of_each_input();
+    if (!each && each.error().kind == FaultKind::refused) return no_thermocouple(configuration->type, "");
+    return each;
   }
 
-  [[nodiscard]] Result<Ranges> setting_of_each_input() {
-    Ranges ranges;
+  [[nodiscard]] Result<Setting> setting_of_each_input() {
+    Setting setting;
     for (int input = 0; input < static_cast<int>(kDconInputs); ++input) {
       const auto type =
           tell(fmt::format("8C{}", input)).and_then([&](const auto& text) { return decode_dcon_type(text, input); });
       if (!type) return failure(type.error());
       const auto range = dcon_range(*type);
       if (!range) return no_thermocouple(*type, fmt::format("input {}", input));
-      ranges.push_back(*range);
+      setting.ranges.push_back(*range);
+      setting.types.push_back(*type);
     }
-    return ranges;
+    return setting;
   }
 
   [[nodiscard]] Result<std::vector<Result<Celsius>>> readings() {
     if (ranges_.empty()) {
       auto found = setting();
       if (!found) return failure(std::move(found.error()));
-      ranges_ = std::move(*found);
+      if (!types_.empty() && found->types != types_)
+        return failure(
+            FaultKind::mismatch, "",
+            fmt::format("set to type {:02X}, was {:02X}", fmt::join(found->types, " "), fmt::join(types_, " ")));
+      ranges_ = std::move(found->ranges);
     }
     return ask(dcon_read_all(options_.address)).and_then([&](const std::string& line) {
       return decode_dcon_readings(line, options_.address, ranges_);
@@ -255,6 +268,9 @@ class DconThermometer final : public Thermometer {
   std::string place_;
   DconOptions options_;
   Ranges ranges_;  ///< empty: the module has yet to tell
+  /// Identified last: after a lost answer no module of another name or type is believed.
+  std::string name_;
+  std::vector<std::uint8_t> types_;
 };
 
 /// Several of them on one line.
@@ -264,6 +280,7 @@ class DconModules final : public Thermometer {
     std::unique_ptr<Thermometer> thermometer;
     Backoff backoff{};
     Fault last{};
+    int silences = 0;  ///< in a row
   };
   explicit DconModules(std::vector<Module> modules) : modules_(std::move(modules)) {}
 
@@ -276,6 +293,8 @@ class DconModules final : public Thermometer {
     }
     return all;
   }
+
+  std::uint64_t breaks() const override { return breaks_; }
 
   std::vector<Result<Celsius>> read() override {
     std::vector<Result<Celsius>> all;
@@ -290,13 +309,18 @@ class DconModules final : public Thermometer {
           !first && (first.error().kind == FaultKind::timeout || first.error().kind == FaultKind::disconnected);
       if (silent) module.last = first.error();
       silent ? module.backoff.failed() : module.backoff.succeeded();
+      if (!silent && module.silences >= kSilencesInDoubt) ++breaks_;
+      module.silences = silent ? module.silences + 1 : 0;
       all.insert(all.end(), std::make_move_iterator(readings.begin()), std::make_move_iterator(readings.end()));
     }
     return all;
   }
 
  private:
+  /// After so many another module may answer; the others of the line may have answered all the time.
+  static constexpr int kSilencesInDoubt = 2;
   std::vector<Module> modules_;
+  std::uint64_t breaks_ = 0;
 };
 
 }  // namespace

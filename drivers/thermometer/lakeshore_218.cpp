@@ -99,17 +99,20 @@ class Lakeshore218 final : public Thermometer {
     if (!who->starts_with(kWho))
       return failure(at_instrument(
           place_, {FaultKind::mismatch, "*IDN?", fmt::format("\"{}\" answers, expected {}…", *who, kWho)}));
+    resync_.answer_begins = *who;
     return who;
   }
 
   std::vector<Result<Celsius>> read() override {
     return readings_at(place_, kLakeshore218Inputs,
-                       exchange_.ask("CRDG? 0", kResync).and_then([](const auto& line) { return decode_crdg(line); }));
+                       exchange_.ask("CRDG? 0", resync_).and_then([](const auto& line) { return decode_crdg(line); }));
   }
 
  private:
   TextExchange exchange_;
   std::string place_;
+  /// After a lost answer no other instrument is believed than the one that was identified last.
+  ResyncQuery resync_ = kResync;
 };
 
 }  // namespace

@@ -119,6 +119,8 @@ class ProcessThermometer final : public Thermometer {
     return greeting_->identity;
   }
 
+  std::uint64_t breaks() const override { return breaks_; }
+
   std::vector<Result<Celsius>> read() override {
     auto readings = ask_readings(Deadline(options_.within, options_.clock));
     failures_ = readings ? 0 : failures_ + 1;
@@ -194,6 +196,7 @@ class ProcessThermometer final : public Thermometer {
     return failure(std::move(fault));
   }
   void forget() {
+    ++breaks_;
     greeting_.reset();
     text_.clear();
   }
@@ -205,6 +208,7 @@ class ProcessThermometer final : public Thermometer {
   std::uint64_t number_{};  ///< of the last question
   std::string text_;        ///< that has come, and is not yet a whole line
   int failures_{};          ///< in a row
+  std::uint64_t breaks_{};  ///< programs that ended
 };
 
 }  // namespace

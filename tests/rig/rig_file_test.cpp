@@ -325,6 +325,22 @@ TEST(RigFile, AGyroHasTheRateThatItsUnitIsSetTo) {
             std::string::npos);
 }
 
+TEST(RigFile, AGyroOfAnotherSerialNumberIsAMismatch) {
+  const std::string axis = "axis = \"z\"\n";
+  const auto compared = [&](const std::string& keys, const std::string& identity) {
+    const auto rig = parse_rig(replaced(mixed_rig(), axis, axis + keys), kRigs + "virtual-mixed.toml").value();
+    return compare_serial_number(rig.gyro_lines[0], rig.units, identity);
+  };
+  EXPECT_TRUE(compared("", "vectornav 0100011981"));
+  EXPECT_TRUE(compared("serial_number = \"100011981\"\n", "vectornav 0100011981"));
+  for (const auto* other : {"vectornav 0100011982", "vectornav 1", "stim300 N25581"}) {
+    const auto same = compared("serial_number = \"0100011981\"\n", other);
+    ASSERT_FALSE(same) << other;
+    EXPECT_EQ(same.error().kind, FaultKind::mismatch);
+    EXPECT_EQ(same.error().where, "gyro");
+  }
+}
+
 TEST(RigFile, AMissingOrWrongStreamIsNamed) {
   EXPECT_NE(mistake_in(replaced(mixed_rig(), "kvh-17xx-a", "none")).find("none.toml"), std::string::npos);
   const auto rig = parse_rig(replaced(mixed_rig(), "axis = \"z\"", "axis = \"w\""), kRigs + "virtual.toml");

@@ -200,5 +200,82 @@ TEST(GyroStream, PutsTheRateOfTheRigIntoItsCommandsAndItsSequence) {
   EXPECT_FALSE(parse_gyro_stream(stim, "g.toml", {}, 300)) << "no whole number of ticks";
 }
 
+/// A VectorNav that answers all its commands, and the question for its serial number with `serial`.
+class OnVectorNav : public testing::Test {
+ protected:
+  OnVectorNav() {
+    auto made = std::make_unique<tests::FakeStream>();
+    line = made.get();
+    made->instrument = [this](std::string_view heard) -> std::string {
+      if (heard == stream.start[0].send) ++starts;
+      if (heard == stream.start[0].send) return stream.start[0].reply + "*XX\r\n";
+      return serial.empty() ? "" : "$VNRRG,03," + serial + "*5D\r\n";
+    };
+    auto question = stream.identity;
+    question->wait = milliseconds(20);
+    gyro = make_framed_gyro(stream.frame, std::move(made), milliseconds(10),
+                            {.start = stream.start, .identity = question}, &clock);
+  }
+  void send(int frames) {
+    for (; frames > 0; --frames, ++sent, clock.advance(milliseconds(10)))
+      line->say(encode_frame(stream.frame, {.axes = {{.value = 0.001}}, .timestamp = sent * 10'000'000}));
+  }
+  GyroStream stream = tests::shipped_stream("vectornav");
+  VirtualClock clock;
+  tests::FakeStream* line = nullptr;
+  std::unique_ptr<Gyro> gyro;
+  std::string serial = "0100011981";
+  std::uint64_t sent = 1000;
+  int starts = 0;
+};
+
+TEST_F(OnVectorNav, NamesItsSerialNumber) {
+  ASSERT_TRUE(gyro->open());
+  EXPECT_EQ(gyro->identify().value(), "vectornav 0100011981");
+  send(1);
+  ASSERT_TRUE(gyro->take_origin());
+  send(100);
+  EXPECT_TRUE(gyro->read(kSecond));
+  serial = "0100011982";
+  EXPECT_EQ(gyro->identify().value(), "vectornav 0100011982");
+}
+
+TEST_F(OnVectorNav, HasNoIdentityUnlessItAnsweredOnce) {
+  ASSERT_TRUE(gyro->open());
+  serial = "";
+  EXPECT_EQ(gyro->identify().value(), "");
+  serial = "7";
+  EXPECT_EQ(gyro->identify().value(), "vectornav 7");
+  serial = "";
+  EXPECT_EQ(gyro->identify().error().kind, FaultKind::timeout);
+}
+
+TEST_F(OnVectorNav, IsSetAgainWhenItsTimeBeginsAnew) {
+  ASSERT_TRUE(gyro->open());
+  send(1);
+  ASSERT_TRUE(gyro->take_origin());
+  send(100);
+  ASSERT_TRUE(gyro->read(kSecond));
+  EXPECT_EQ(starts, 1);
+  EXPECT_EQ(gyro->breaks(), 0u);
+  sent = 0;
+  send(100);
+  EXPECT_EQ(gyro->read(kSecond).error().kind, FaultKind::corrupted);
+  EXPECT_EQ(gyro->breaks(), 1u);
+  (void)gyro->read(kSecond);
+  EXPECT_EQ(starts, 2) << "it may be another unit, or have forgotten its settings";
+}
+
+TEST(GyroStream, RefusesAQuestionThatCannotBeAnswered) {
+  const auto good = tests::shipped_stream("vectornav").text;
+  for (const auto& [was, is] : std::vector<std::pair<std::string, std::string>>{
+           {"begins = \"$VNRRG,03,\"", "begins = \"\""}, {"ends = \"*\"", "ends = \"\""}}) {
+    auto changed = good;
+    ASSERT_NE(changed.find(was), std::string::npos);
+    changed.replace(changed.find(was), was.size(), is);
+    EXPECT_FALSE(parse_gyro_stream(changed, "g.toml")) << is;
+  }
+}
+
 }  // namespace
 }  // namespace gyrotherm::drivers

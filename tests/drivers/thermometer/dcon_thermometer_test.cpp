@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <tuple>
+
 #include "tests/support/fakes.hpp"
 
 namespace gyrotherm::drivers {
@@ -12,6 +15,7 @@ namespace {
 struct Module {
   std::uint8_t address = 4;
   DconChecksum checksum = DconChecksum::off;
+  std::string name = "7018P";
   std::string configuration = "100600";
   std::string types = "";  ///< of each input, one after the other; empty: the module does not know the question
   std::string readings = ">+05.123+04.153+07.234-02.356+10.000-05.133+9999-0000";
@@ -28,7 +32,7 @@ struct Module {
     const auto me = dcon_read_all(address).substr(1);
     if (question == "#" + me) return readings;
     if (question == "$" + me + "2") return "!" + me + configuration;
-    if (question == "$" + me + "M") return "!" + me + "7018P";
+    if (question == "$" + me + "M") return "!" + me + name;
     if (question.starts_with("$" + me + "8C")) {
       const auto input = static_cast<std::size_t>(question.back() - '0');
       return types.empty() ? "?" + me : "!" + me + "C" + question.back() + "R" + types.substr(2 * input, 2);
@@ -57,7 +61,7 @@ class OnModule : public testing::Test {
 };
 using DconThermometer = OnModule;
 
-TEST_F(DconThermometer, TellsItsModelAndAddress) { EXPECT_EQ(bank->identify().value(), "7018P at 04"); }
+TEST_F(DconThermometer, TellsItsModelAndAddress) { EXPECT_EQ(bank->identify().value(), "7018P at 04, type 10"); }
 
 TEST_F(DconThermometer, ReadsAllInputsWithOneQuestion) {
   ASSERT_TRUE(bank->identify());
@@ -159,6 +163,31 @@ TEST_F(OnModule, AnotherTypeThanTheRigExpectsIsAMismatch) {
   EXPECT_TRUE(bank->read()[0]);
 }
 
+TEST_F(DconThermometer, ThatIsAnotherOneAfterALostAnswerGivesNoValue) {
+  for (const auto& [name, configuration, types] :
+       std::vector<std::tuple<std::string, std::string, std::string>>{{"7018P", "0F0600", ""},
+                                                                      {"7018P", "FF0600", "0F0F0F0F0F0F0F0F"},
+                                                                      {"4018", "100600", ""},
+                                                                      {"7019", "100600", ""}}) {
+    VirtualClock clock;
+    connect({.address = 4, .clock = &clock});
+    module = {};
+    ASSERT_TRUE(bank->identify());
+    ASSERT_TRUE(bank->read()[0]);
+    line->fall_silent();
+    (void)bank->read();
+    line->recover();
+    module.name = name;
+    module.configuration = configuration;
+    module.types = types;
+    for (const auto& reading : bank->read()) EXPECT_FALSE(reading) << name << " " << configuration;
+    clock.advance(std::chrono::seconds(4));  // the line rests after lost answers
+    const auto other = bank->identify();
+    ASSERT_TRUE(other);
+    EXPECT_NE(*other, "7018P at 04, type 10");
+  }
+}
+
 /// Two modules on one line, of which the second can fall silent.
 class OnTwoModules : public testing::Test {
  protected:
@@ -181,7 +210,7 @@ class OnTwoModules : public testing::Test {
 using DconModules = OnTwoModules;
 
 TEST_F(DconModules, AreOneThermometerInTheirOrder) {
-  EXPECT_EQ(bank->identify().value(), "7018P at 04, 7018P at 05");
+  EXPECT_EQ(bank->identify().value(), "7018P at 04, type 10, 7018P at 05, type 10");
   const auto readings = bank->read();
   ASSERT_EQ(readings.size(), 16u);
   EXPECT_EQ(readings[0].value(), Celsius{5.123});
@@ -199,6 +228,28 @@ TEST_F(DconModules, OneThatIsSilentRestsAndTheOtherIsRead) {
   }
   const auto asked = std::ranges::count_if(line->heard, [](const auto& text) { return text.starts_with("$052"); });
   EXPECT_EQ(asked, 2) << "it rests after the second failure";
+}
+
+TEST_F(DconModules, OneThatReturnsAfterASilenceIsAskedForItsNameAgain) {
+  VirtualClock clock;
+  auto made = std::make_unique<tests::FakeStream>();
+  made->instrument = [this](std::string_view query) {
+    const auto answer = first(query);
+    return answer.empty() && !silent ? second(query) : answer;
+  };
+  bank = make_dcon_modules(std::move(made), "bank", {4, 5}, {.clock = &clock});
+  ASSERT_TRUE(bank->identify());
+  const auto read = [&](int times) {
+    for (; times > 0; --times, clock.advance(std::chrono::seconds(20))) (void)bank->read();
+  };
+  read(3);
+  EXPECT_EQ(bank->breaks(), 0u);
+  silent = true;
+  read(4);
+  EXPECT_EQ(bank->breaks(), 0u);
+  silent = false;
+  read(2);
+  EXPECT_EQ(bank->breaks(), 1u);
 }
 
 }  // namespace

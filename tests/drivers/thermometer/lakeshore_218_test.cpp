@@ -70,6 +70,29 @@ TEST_F(Lakeshore218, AnotherInstrumentIsAMismatch) {
   EXPECT_EQ(bank->identify().error().kind, FaultKind::mismatch);
 }
 
+/// Another scanner of the same model, or of another, after a lost answer.
+TEST_F(Lakeshore218, ThatIsAnotherOneAfterALostAnswerGivesNoValue) {
+  const auto answers_as = [](const std::string& who) {
+    return [who](std::string_view query) -> std::string {
+      if (query == "*IDN?\r\n") return who + "\r\n";
+      return query == "CRDG? 0\r\n" ? std::string(kEight) + "\r\n" : "";
+    };
+  };
+  for (const auto* other : {"LSCI,MODEL218E,21EA50,042109", "LSCI,MODEL218S,21EA4F,042109", "LSCI,MODEL240,1,2"}) {
+    auto made = std::make_unique<tests::FakeStream>();
+    auto& scanner = *made;
+    scanner.instrument = answers_as("LSCI,MODEL218E,21EA4F,042109");
+    bank = make_lakeshore_218(std::move(made), "bank");
+    ASSERT_TRUE(bank->identify());
+    ASSERT_TRUE(bank->read()[0]);
+    scanner.fall_silent();
+    (void)bank->read();
+    scanner.recover();
+    scanner.instrument = answers_as(other);
+    for (const auto& reading : bank->read()) EXPECT_FALSE(reading) << other;
+  }
+}
+
 TEST_F(Lakeshore218, ReadsAllInputsWithOneQuery) {
   const auto readings = bank->read();
   ASSERT_EQ(readings.size(), 8u);

@@ -14,6 +14,7 @@
 #include "core/text.hpp"
 #include "core/toml_reader.hpp"
 #include "plot/png.hpp"
+#include "report/placeholders.hpp"
 
 namespace gyrotherm::report {
 namespace {
@@ -312,8 +313,22 @@ void add_order(CalibrationReport& report, const OrderFile& order) {
   if (const OrderedUnit* unit = unit_of(order, report.item.name)) add_unit(report.item, unit->item);
 }
 
-bool has_person(const CalibrationReport& report, std::string_view role) {
-  return std::ranges::find(report.people, role, &Person::role) != report.people.end();
+bool has_role(const std::vector<Person>& people, std::string_view role) {
+  return std::ranges::find(people, role, &Person::role) != people.end();
+}
+
+/// Notes each person of the order whom the laboratory does not give that role. Only the laboratory says who authorises;
+/// it may leave the other roles to the order, and then it names nobody with that role itself.
+void note_roles(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
+                const std::optional<OrderFile>& order) {
+  const auto listed = laboratory ? laboratory->people : std::vector<Person>();
+  for (const Person& person : order ? order->people : std::vector<Person>()) {
+    if (person.role != "authorising" && !has_role(listed, person.role)) continue;
+    const auto is_listed = [&](const Person& one) { return one.name == person.name && one.role == person.role; };
+    if (std::ranges::any_of(listed, is_listed)) continue;
+    report.missing.push_back(fmt::format("laboratory.toml: person \"{}\" with role \"{}\", whom order.toml names",
+                                         plain(person.name), person.role));
+  }
 }
 
 /// Whether the model of each axis, as found and as left, was judged on a record that it was not fitted to.
@@ -360,8 +375,9 @@ void note_missing(CalibrationReport& report) {
   need(!report.item.condition.empty(), kOrder, "unit.condition");
   need(!report.begun.empty(), "records", "days; a foreign one has them where its map says since when its times count");
   need(is_verified(report), "records", "one that the model has not seen");
-  need(has_person(report, "operator"), kOrder, "person with role \"operator\"");
-  need(has_person(report, "authorising"), kOrder, "person with role \"authorising\"");
+  need(has_role(report.people, "operator"), kOrder, "person with role \"operator\"");
+  need(has_role(report.people, "authorising"), kLaboratory, "person with role \"authorising\"");
+  append(report.missing, placeholders_in(report));
 }
 
 /// Of two rows of one column, each with an uncertainty of its own: by verdict, then by probability where it is known,
@@ -394,6 +410,18 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
     hold_against(report, order->limits, order->rule);
   }
   note_missing(report);
+  note_roles(report, laboratory, order);
+}
+
+Result<void> check_may_authorise(const CalibrationReport& report, const std::string& by) {
+  std::vector<std::string> names;
+  for (const Person& person : report.people)
+    if (person.role == "authorising") names.push_back(person.name);
+  if (std::ranges::find(names, by) != names.end()) return {};
+  const std::string others = plain(fmt::format("\"{}\"", fmt::join(names, "\", \"")));
+  return failure(FaultKind::usage, "--by",
+                 fmt::format("\"{}\" does not have the role authorising; laboratory.toml gives it to {}", plain(by),
+                             names.empty() ? "nobody" : others));
 }
 
 namespace {

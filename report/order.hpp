@@ -63,10 +63,15 @@ struct OrderFile {
                                        const std::string& from);
 
 /// Puts what people have written into a report of that unit, and notes what a report must have and they have not
-/// written: "laboratory.toml: name". Without a file all of its keys are missing. What the report says already of type
-/// and serial number stays.
+/// written: "laboratory.toml: name". Without a file all of its keys are missing, and so is each key whose text is an
+/// example's (placeholders.hpp) and each person of the order whose role laboratory.toml does not give: only it says who
+/// authorises, and where it names operators or reviewers, the order's are among them. What the report says already of
+/// type and serial number stays.
 void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
                const std::optional<OrderFile>& order);
+
+/// Checks that `by` is one of the persons of a report with the role authorising. Fails with usage and their names.
+[[nodiscard]] Result<void> check_may_authorise(const CalibrationReport& report, const std::string& by);
 
 /// Holds the results against the limits of an order, each row for itself: the worst verdict stands for all, of equal
 /// ones the least probable. Those of a model on a record that it was fitted to are not held against any. A limit of

@@ -15,6 +15,7 @@
 
 #include "core/file.hpp"
 #include "core/text.hpp"
+#include "report/certificate_usage.hpp"
 #include "report/dcc_reader.hpp"
 #include "report/dcc_text.hpp"
 #include "report/other_program.hpp"
@@ -132,12 +133,10 @@ std::vector<std::optional<std::int64_t>> moments_of(const Trust& trust) {
   return {begins + kDay_s - 1, begins, begins + kDay_s / 2};
 }
 
-/// Runs openssl so that it trusts whom `trust` names; by itself it would also trust whom the system does. It is well if
-/// it is at any of the moments.
-Result<ProgramRun> run_trusting(const Trust& trust, const Strings& command, const Strings& files) {
-  Strings all = command;
-  all.insert(all.end(),
-             {"-no-CApath", "-no-CAstore", "-partial_chain", "-purpose", "any", "-CAfile", trust.certificates_file});
+/// Runs `openssl verify` so that it trusts the certificates of `trust` and not those of the system. Succeeds if the
+/// certificates are valid at any of the moments. What the signer's key may do is judged by check_usage().
+Result<ProgramRun> run_trusting(const Trust& trust, const Strings& files) {
+  const Strings all{"verify", "-no-CApath", "-no-CAstore", "-partial_chain", "-CAfile", trust.certificates_file};
   Result<ProgramRun> run = ProgramRun{};
   for (const auto& moment : moments_of(trust)) {
     Strings words = all;
@@ -156,13 +155,14 @@ Result<void> is_usable(const Trust& trust) {
   return {};
 }
 
-/// Fails if a certificate is nobody's who is trusted.
-Result<void> is_trusted(const PrivateFolder& folder, const Trust& trust) {
-  const auto run = run_trusting(trust, {"verify"}, {"-untrusted", folder / "chain.pem", folder / "own.pem"});
+/// Checks that "own.pem" in the folder is trusted, by way of those in "chain.pem", and that it may sign the document at
+/// `where`.
+Result<void> is_trusted(const PrivateFolder& folder, const Trust& trust, const std::string& where) {
+  const auto run = run_trusting(trust, {"-untrusted", folder / "chain.pem", folder / "own.pem"});
   if (!run) return failure(run.error());
-  if (run->exit_code == 0) return {};
+  if (run->exit_code == 0) return check_usage(folder / "own.pem", where);
   const std::string why = between(run->out, "lookup: ", "\n").value_or("it cannot be read");
-  return failure(FaultKind::bad_file, trust.certificates_file, "the signer is not trusted: " + plain(why));
+  return failure(FaultKind::bad_file, where, "the signer is not trusted: " + plain(why));
 }
 
 std::string pem_of(const std::string& base64) {
@@ -179,7 +179,7 @@ Result<void> is_chain(const PrivateFolder& folder, const Strings& certificates, 
          {std::pair("below.pem", certificates[i - 1]), std::pair("above.pem", certificates[i])})
       if (auto written = put(folder / name, pem_of(one)); !written) return written;
     const auto run = run_program("openssl", {"verify", "-no-CApath", "-no-CAstore", "-partial_chain", "-no_check_time",
-                                             "-purpose", "any", "-CAfile", folder / "above.pem", folder / "below.pem"});
+                                             "-CAfile", folder / "above.pem", folder / "below.pem"});
     if (!run) return failure(run.error());
     if (run->exit_code != 0)
       return failure(FaultKind::bad_file, file, "its certificates are no chain: each must be followed by its issuer's");
@@ -210,6 +210,7 @@ Result<void> unlock(const PrivateFolder& folder, const SigningKey& key) {
   const auto certificates = read_text_file(key.certificate_file);
   if (!certificates) return failure(certificates.error());
   if (auto written = put(folder / "chain.pem", *certificates); !written) return written;
+  if (auto usable = check_usage(folder / "chain.pem", key.certificate_file); !usable) return usable;
   Strings words{"pkey", "-in", key.key_file, "-out", folder / "key.pem"};
   if (!key.password_file.empty()) words.insert(words.end(), {"-passin", "file:" + key.password_file});
   if (auto there = read_text_file(key.key_file); !there) return failure(there.error());
@@ -381,7 +382,7 @@ Result<Signer> verify_dcc(std::string_view signed_dcc, const std::string& file, 
   if (run->exit_code != 0)
     return failure(FaultKind::bad_file, file, "its signature does not hold: it was changed after it was signed");
   if (auto chain = is_chain(*folder, parts->certificates, file); !chain) return failure(chain.error());
-  if (auto trusted = is_trusted(*folder, trust); !trusted) return failure(trusted.error());
+  if (auto trusted = is_trusted(*folder, trust, file); !trusted) return failure(trusted.error());
   return signer_of(*folder / "own.pem");
 }
 
@@ -412,15 +413,13 @@ Result<Signer> verify_pdf(const std::string& path, const Trust& trust) {
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
   if (auto apart = take_apart(*folder, path, *signature); !apart) return failure(apart.error());
-  const auto run = run_trusting(trust, {"cms", "-verify", "-binary", "-inform", "DER"},
-                                {"-in", *folder / "signature.der", "-content", *folder / "content", "-out", "/dev/null",
-                                 "-signer", *folder / "own.pem"});
+  const auto run =
+      run_program("openssl", {"cms", "-verify", "-noverify", "-binary", "-inform", "DER", "-in",
+                              *folder / "signature.der", "-content", *folder / "content", "-out", "/dev/null",
+                              "-signer", *folder / "own.pem", "-certsout", *folder / "chain.pem"});
   if (!run) return failure(run.error());
-  if (run->exit_code != 0) {
-    const auto why = between(run->out, "Verify error: ", "\n");
-    return failure(FaultKind::bad_file, path,
-                   why ? "the signer is not trusted: " + plain(*why) : "its signature does not hold");
-  }
+  if (run->exit_code != 0) return failure(FaultKind::bad_file, path, "its signature does not hold");
+  if (auto trusted = is_trusted(*folder, trust, path); !trusted) return failure(trusted.error());
   return signer_of(*folder / "own.pem");
 }
 

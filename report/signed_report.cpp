@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 
 #include "core/file.hpp"
 #include "core/sha256.hpp"
+#include "core/text.hpp"
 #include "report/dcc.hpp"
 #include "report/dcc_reader.hpp"
 #include "report/new_files.hpp"
@@ -19,45 +19,29 @@ namespace {
 
 bool is_pdf(const std::string& name) { return name.ends_with(".pdf"); }
 
-/// The files beside calibration.json that are issued with it, by name.
-std::vector<std::string> issued_in(const std::string& folder) {
-  std::vector<std::string> names;
-  for (const auto& path : entries_of(folder)) {
-    const std::string name = path.filename().string();
-    std::error_code error;
-    const bool issued = is_pdf(name) || name.ends_with(".html") || name.ends_with(".csv");
-    if (issued && std::filesystem::is_regular_file(path, error)) names.push_back(name);
-  }
-  std::ranges::sort(names);
-  return names;
-}
+std::string path_in(const std::string& folder, const std::string& name) { return folder + "/" + name; }
 
-/// The PDFs of the folder, signed.
-Result<std::vector<NewFile>> signed_pdfs(const std::string& folder, const std::vector<std::string>& names,
+/// Signs the PDFs among the files rendered.
+Result<std::vector<NewFile>> signed_pdfs(const std::string& folder, const std::vector<NewFile>& files,
                                          const SigningKey& key, const std::string& number) {
   const auto place = PrivateFolder::make();
   if (!place) return failure(place.error());
   std::string reason = "Calibration report ";
   for (const char c : number) reason += c >= ' ' && c <= '~' ? c : '_';
-  std::vector<NewFile> files;
-  for (const std::string& name : names) {
-    if (!is_pdf(name)) continue;
-    const std::string path = *place / "signed.pdf";
-    if (auto made = sign_pdf(folder + "/" + name, path, key, reason); !made) return failure(made.error());
+  std::vector<NewFile> pdfs;
+  for (const NewFile& file : files) {
+    if (!is_pdf(file.name)) continue;
+    const std::string rendered = *place / "rendered.pdf", path = *place / "signed.pdf";
+    if (auto put = replace_own_file(rendered, file.bytes, Syncing::not_awaited); !put) return failure(put.error());
+    if (auto made = sign_pdf(rendered, path, key, reason); !made)
+      return failure(made.error().kind,
+                     made.error().where == rendered ? path_in(folder, file.name) : made.error().where,
+                     made.error().what);
     auto bytes = read_text_file(path, kLargestTable);
     if (!bytes) return failure(bytes.error());
-    files.push_back({name, std::move(*bytes)});
+    pdfs.push_back({file.name, std::move(*bytes)});
   }
-  return files;
-}
-
-Result<void> is_unsigned(const std::string& folder) {
-  const std::string path = folder + "/" + kDccFile;
-  const auto dcc = read_text_file_if_any(path, kLargestTable);
-  if (!dcc) return failure(dcc.error());
-  if (*dcc && (*dcc)->find("<ds:Signature") != std::string::npos)
-    return failure(FaultKind::bad_file, path, "is signed already");
-  return {};
+  return pdfs;
 }
 
 Result<CalibrationReport> report_to_sign(const std::string& json, const std::string& path) {
@@ -70,17 +54,62 @@ Result<CalibrationReport> report_to_sign(const std::string& json, const std::str
   return report;
 }
 
-Result<DccOptions> options_for(const std::string& folder, const std::string& json, const std::vector<NewFile>& pdfs,
-                               const std::vector<std::string>& names) {
-  DccOptions options;
-  options.files.push_back({kCalibrationFile, sha256(json)});
-  for (const std::string& name : names) {
-    const auto pdf = std::ranges::find(pdfs, name, &NewFile::name);
-    auto bytes =
-        pdf != pdfs.end() ? Result<std::string>(pdf->bytes) : read_text_file(folder + "/" + name, kLargestTable);
-    if (!bytes) return failure(bytes.error());
-    options.files.push_back({name, sha256(*bytes)});
+Result<AuthorisedFiles> authorisation_in(const std::string& folder) {
+  const std::string path = path_in(folder, kAuthorisationFile);
+  const auto json = read_text_file_if_any(path, kLargestTable);
+  if (!json) return failure(json.error());
+  if (!*json)
+    return failure(FaultKind::bad_file, path,
+                   "is missing, as of a report that gyrotherm 0.1.0 authorised; authorise the report again");
+  auto authorised = authorised_files_from_json(**json, path);
+  if (authorised && to_json(*authorised) != **json)
+    return failure(FaultKind::bad_file, path, "was changed by hand; authorise the report again");
+  return authorised;
+}
+
+FolderDifferences compare_with(const std::string& folder, const AuthorisedFiles& authorised,
+                               const CalibrationReport& report) {
+  auto found = compare_with(folder, authorised.files, report.files, {kAuthorisationFile, kDccFile});
+  const auto& by = report.authorised;
+  if (authorised.number != report.number || !by || by->name != authorised.authorised.name ||
+      by->utc != authorised.authorised.utc)
+    found.changed.emplace_back(kAuthorisationFile);
+  return found;
+}
+
+/// The files of the report, rendered anew, as they were authorised: sorted by name, without the unsigned dcc.xml.
+Result<std::vector<NewFile>> rendered_files(const std::string& folder, const AuthorisedFiles& authorised,
+                                            const CalibrationReport& report, const RenderFiles& render) {
+  std::vector<std::string> names;
+  for (const IssuedFile& file : authorised.files) names.push_back(file.name);
+  const auto rendered = render(report, names);
+  if (!rendered) return failure(rendered.error());
+  std::vector<NewFile> files;
+  for (const IssuedFile& file : authorised.files) {
+    const auto made = std::ranges::find(*rendered, file.name, &NewFile::name);
+    if (made == rendered->end() || sha256(made->bytes) != file.sha256)
+      return failure(
+          FaultKind::bad_file, path_in(folder, file.name),
+          fmt::format("was authorised, but is not what this program renders from calibration.json; gyrotherm "
+                      "{} rendered it; authorise the report again",
+                      plain(authorised.program_version)));
+    if (file.name != kDccFile) files.push_back(*made);
   }
+  std::ranges::sort(files, {}, &NewFile::name);
+  return files;
+}
+
+/// Names calibration.json first and authorisation.json last; PDFs by their signed bytes.
+DccOptions options_for(const std::vector<NewFile>& files, const std::vector<NewFile>& pdfs,
+                       const AuthorisedFiles& authorised) {
+  DccOptions options;
+  for (const bool first : {true, false})
+    for (const NewFile& file : files) {
+      if ((file.name == kCalibrationFile) != first) continue;
+      const auto pdf = std::ranges::find(pdfs, file.name, &NewFile::name);
+      options.files.push_back({file.name, sha256(pdf != pdfs.end() ? pdf->bytes : file.bytes)});
+    }
+  options.files.push_back({kAuthorisationFile, sha256(to_json(authorised))});
   if (!pdfs.empty()) options.pdf = ReadableReport{pdfs.front().name, pdfs.front().bytes};
   return options;
 }
@@ -97,7 +126,7 @@ class FileChecks {
     const std::string path = folder_ + "/" + file.name;
     const auto bytes = read_text_file_if_any(path, kLargestTable);
     if (!bytes) return Check{file.name, fails, text(bytes.error())};
-    if (!*bytes) return Check{file.name, file.name == kCalibrationFile ? fails : not_there, "is not there"};
+    if (!*bytes) return Check{file.name, missing, "was signed with the report, and is not in the folder"};
     if (sha256(**bytes) != file.sha256) return Check{file.name, fails, "is not the file that was signed"};
     return is_pdf(file.name) ? pdf(file.name, path) : Check{file.name, holds, "as it was signed"};
   }
@@ -124,34 +153,55 @@ std::string named(const Signer& signer) {
 }
 
 /// What the signature over a certificate is worth is a check; that it could not be looked at is a fault.
-bool is_a_check(const Fault& fault, const std::string& path, const Trust& trust) {
-  return fault.where.starts_with(path) ||
-         (fault.where == trust.certificates_file && fault.what.starts_with("the signer is not trusted"));
-}
+bool is_a_check(const Fault& fault, const std::string& path) { return fault.where.starts_with(path); }
 
 }  // namespace
 
-Result<std::vector<std::string>> sign_report(const std::string& folder, const SigningKey& key) {
-  if (auto fresh = is_unsigned(folder); !fresh) return failure(fresh.error());
-  const std::string path = folder + "/" + kCalibrationFile;
+bool is_failure(Check::Outcome outcome) {
+  return outcome != Check::Outcome::holds && outcome != Check::Outcome::not_there;
+}
+
+Result<bool> is_signed(const std::string& folder) {
+  const auto dcc = read_text_file_if_any(path_in(folder, kDccFile), kLargestTable);
+  if (!dcc) return failure(dcc.error());
+  return *dcc && (*dcc)->find("<ds:Signature") != std::string::npos;
+}
+
+Result<FolderDifferences> compare_with_authorisation(const std::string& folder, const CalibrationReport& report) {
+  const auto authorised = authorisation_in(folder);
+  if (!authorised) return failure(authorised.error());
+  return compare_with(folder, *authorised, report);
+}
+
+Result<std::vector<std::string>> sign_report(const std::string& folder, const SigningKey& key,
+                                             const RenderFiles& render) {
+  const auto already = is_signed(folder);
+  if (!already) return failure(already.error());
+  if (*already) return failure(FaultKind::bad_file, path_in(folder, kDccFile), "is signed already");
+  const std::string path = path_in(folder, kCalibrationFile);
   const auto json = read_text_file(path, kLargestTable);
   if (!json) return failure(json.error());
   const auto report = report_to_sign(*json, path);
   if (!report) return failure(report.error());
-  const auto names = issued_in(folder);
-  auto pdfs = signed_pdfs(folder, names, key, report->number);
+  const auto authorised = authorisation_in(folder);
+  if (!authorised) return failure(authorised.error());
+  if (const auto differences = compare_with(folder, *authorised, *report); !differences.empty())
+    return failure(
+        FaultKind::bad_file, folder,
+        fmt::format("is not as {} authorised it: {}", plain(authorised->authorised.name), text(differences)));
+  const auto files = rendered_files(folder, *authorised, *report, render);
+  if (!files) return failure(files.error());
+  auto pdfs = signed_pdfs(folder, *files, key, report->number);
   if (!pdfs) return failure(pdfs.error());
-  const auto options = options_for(folder, *json, *pdfs, names);
-  if (!options) return failure(options.error());
-  const auto dcc = dcc_of(*report, *options);
+  const DccOptions options = options_for(*files, *pdfs, *authorised);
+  const auto dcc = dcc_of(*report, options);
   if (!dcc) return failure(dcc.error());
   const auto signed_dcc = sign_dcc(*dcc, key);
   if (!signed_dcc) return failure(signed_dcc.error());
-  std::vector<std::string> all;
   pdfs->push_back({kDccFile, *signed_dcc});
   if (auto put = replace_all(folder, *pdfs); !put) return failure(put.error());
-  all.emplace_back(kDccFile);
-  for (const IssuedFile& file : options->files) all.push_back(file.name);
+  std::vector<std::string> all{kDccFile};
+  for (const IssuedFile& file : options.files) all.push_back(file.name);
   return all;
 }
 
@@ -163,7 +213,7 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
   if (!bytes) return failure(bytes.error());
   const auto signer = verify_dcc(*bytes, path, trust);
   if (!signer) {
-    if (!is_a_check(signer.error(), path, trust)) return failure(signer.error());
+    if (!is_a_check(signer.error(), path)) return failure(signer.error());
     found.checks.push_back({kDccFile, fails, signer.error().what});
     return found;
   }
@@ -185,6 +235,11 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
     if (!json || sha256(*json) != file.sha256) continue;
     if (auto report = calibration_from_json(*json, kCalibrationFile)) found.report = std::move(*report);
   }
+  std::vector<std::string> names{kDccFile};
+  for (const IssuedFile& file : read->files) names.push_back(file.name);
+  const auto used = found.report ? found.report->files : std::vector<UsedFile>();
+  for (const std::string& name : foreign_entries(folder, names, used))
+    found.checks.push_back({plain(name), foreign, "is not part of the report that was signed"});
   return found;
 }
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "app/commands/report_commands.hpp"
+#include "app/report/calibration_folder.hpp"
 #include "app/value.hpp"
 #include "report/signed_report.hpp"
 
@@ -14,7 +15,7 @@ struct SigningArguments {
 };
 
 Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
-  const auto names = report::sign_report(options.folder, options.key);
+  const auto names = report::sign_report(options.folder, options.key, render_calibration);
   if (!names) return failure(names.error());
   console.say(fmt::format("{}: signed {}", options.folder, fmt::join(*names, ", ")));
   return Exit::done;
@@ -24,7 +25,8 @@ Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
 
 void add_report_sign(Program& program, CLI::App& report) {
   auto [command, options] = add_subcommand(
-      program, report, "sign", "Signs an authorised report: its PDF, and the certificate dcc.xml over all its files.",
+      program, report, "sign",
+      "Signs an authorised report, as it was authorised: its PDF, and the certificate dcc.xml over all its files.",
       "gyrotherm report sign out/report --key lab.key --certificate lab.pem", sign_folder);
   command.add_option("dir", options.folder, "the folder with calibration.json")->type_name(value::kFolder)->required();
   command.add_option("--key", options.key.key_file, "the laboratory's private key, RSA, PEM")

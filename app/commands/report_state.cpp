@@ -3,10 +3,16 @@
 /// valid.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/commands/report_commands.hpp"
 #include "app/report/calibration_folder.hpp"
 #include "app/value.hpp"
 #include "core/clock.hpp"
+#include "core/text.hpp"
+#include "report/order.hpp"
+#include "report/placeholders.hpp"
+#include "report/signed_report.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -21,14 +27,34 @@ Result<Exit> write_again(Console& console, const FiledReport& filed, const std::
   return Exit::done;
 }
 
+/// Checks that a report is a draft, or was authorised and is no longer as it was then: its views were changed, or
+/// gyrotherm 0.1.0 authorised it, which kept no digests. Such a report is authorised again unless it is signed.
+Result<void> check_may_be_authorised(Console& console, const FiledReport& filed, const std::string& folder) {
+  const report::CalibrationReport& report = filed.report;
+  if (report.state == report::ReportState::draft) return {};
+  const auto refused = failure(FaultKind::usage, filed.path, fmt::format("is no draft, it is {}", name(report.state)));
+  if (report.state != report::ReportState::authorised) return refused;
+  const auto already = report::is_signed(folder);
+  if (!already) return failure(already.error());
+  if (*already) return failure(FaultKind::usage, filed.path, "is signed, and is not authorised again");
+  const auto differences = report::compare_with_authorisation(folder, report);
+  if (differences && differences->changed.empty() && differences->missing.empty()) return refused;
+  console.say(fmt::format("{}: was authorised by {}; since then: {}", filed.path, plain(report.authorised->name),
+                          differences ? text(*differences) : text(differences.error())));
+  return {};
+}
+
 Result<Exit> authorise(Console& console, const StateArguments& options) {
   auto filed = load_calibration(options.folder);
   if (!filed) return failure(filed.error());
   report::CalibrationReport& report = filed->report;
-  if (report.state != report::ReportState::draft)
-    return failure(FaultKind::usage, filed->path, fmt::format("is no draft, it is {}", name(report.state)));
-  if (!report.missing.empty())
-    return failure(FaultKind::usage, filed->path, fmt::format("lacks {}", fmt::join(report.missing, "; ")));
+  if (auto may = check_may_be_authorised(console, *filed, options.folder); !may) return failure(may.error());
+  auto missing = report.missing;
+  for (const std::string& one : report::placeholders_in(report))  // drafts of 0.1.0
+    if (std::ranges::find(missing, one) == missing.end()) missing.push_back(one);
+  if (!missing.empty())
+    return failure(FaultKind::usage, filed->path, fmt::format("lacks {}", fmt::join(missing, "; ")));
+  if (auto may = report::check_may_authorise(report, options.by); !may) return failure(may.error());
   report.state = report::ReportState::authorised;
   report.authorised = report::Authorisation{options.by, civil_time(SteadyClock().now().utc)};
   return write_again(console, *filed, options.folder);
@@ -69,12 +95,14 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
 
 void add_report_state(Program& program, CLI::App& report) {
   {
-    auto [command, options] =
-        add_subcommand(program, report, "authorise",
-                       "Makes a report of a draft that lacks nothing: somebody says that it may be issued.",
-                       "gyrotherm report authorise out/calibration --by \"A. Metrologist\"", authorise);
+    auto [command, options] = add_subcommand(
+        program, report, "authorise",
+        "Makes a report of a draft that lacks nothing: a person with the role authorising releases it as it is.",
+        "gyrotherm report authorise out/calibration --by \"A. Metrologist\"", authorise);
     command.add_option("folder", options.folder, "the folder of the report")->type_name(value::kFolder)->required();
-    command.add_option("--by", options.by, "who says so")->type_name("NAME")->required();
+    command.add_option("--by", options.by, "a person whom laboratory.toml gives the role authorising")
+        ->type_name("NAME")
+        ->required();
   }
   auto [command, options] = add_subcommand(
       program, report, "supersede", "Marks a report as no longer valid, and names the one that takes its place.",

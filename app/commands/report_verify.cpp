@@ -75,6 +75,8 @@ const char* word_of(Check::Outcome outcome) {
     case Check::Outcome::holds: return "holds";
     case Check::Outcome::fails: return "FAILS";
     case Check::Outcome::not_there: return "not there";
+    case Check::Outcome::missing: return "MISSING";
+    case Check::Outcome::foreign: return "FOREIGN";
   }
   return "";
 }
@@ -107,7 +109,7 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
   if (found->report)
     for (const report::UsedFile& file : found->report->files)
       found->checks.push_back(check_used(options.folder, *found->report, file));
-  const auto failing = std::ranges::count(found->checks, Check::Outcome::fails, &Check::outcome);
+  const auto failing = std::ranges::count_if(found->checks, report::is_failure, &Check::outcome);
   console.data(console.json ? json_of_checks(*found, failing == 0) : lines_of_checks(*found));
   if (failing > 0)
     return failure(FaultKind::bad_file, options.folder,
@@ -121,8 +123,10 @@ Result<Exit> verify_signed(Console& console, const SignedReportArguments& option
 void add_report_verify(Program& program, CLI::App& report) {
   auto [command, options] = add_subcommand(
       program, report, "verify",
-      "Tells whether a signed report is as it was signed, who signed it, and whether the records and models that it "
-      "rests on, where they lie beside it, are those that it names.",
+      "Checks whether the folder of a signed report holds its files, as they were signed, and no other file; prints "
+      "who "
+      "signed it, and whether the records and models that it rests on, where they lie beside it, are those that it "
+      "names.",
       "gyrotherm report verify out/report --trusted authority.pem", verify_signed);
   command.add_option("dir", options.folder, "the folder with dcc.xml")->type_name(value::kFolder)->required();
   command

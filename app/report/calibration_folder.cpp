@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/sha256.hpp"
+#include "report/authorised_files.hpp"
 #include "report/calibration_csv.hpp"
 #include "report/calibration_html.hpp"
 #include "report/comparison_document.hpp"
@@ -89,12 +91,23 @@ Result<FiledReport> load_calibration(const std::string& folder_or_file) {
 Result<void> write_calibration(Console& console, const report::CalibrationReport& report, const std::string& folder,
                                const std::vector<std::string>& languages) {
   if (auto made = make_folder(folder); !made) return made;
-  const auto files = files_of(report, languages);
+  auto files = files_of(report, languages);
   if (!files) return failure(files.error());
+  if (report.state == report::ReportState::authorised)
+    files->insert(files->end() - 1,
+                  {report::kAuthorisationFile, to_json(authorised_files(report, *files, GYROTHERM_VERSION))});
   if (auto put = report::replace_all(folder, *files); !put) return put;
   console.say(folder + "/" + report::kCalibrationFile);
   for (std::size_t i = 0; i + 1 < files->size(); ++i) console.say(folder + "/" + (*files)[i].name);
   return {};
+}
+
+Result<std::vector<report::NewFile>> render_calibration(const report::CalibrationReport& report,
+                                                        const std::vector<std::string>& names) {
+  std::vector<std::string> languages;
+  for (const char* language : {"en", "de"})
+    if (std::ranges::find(names, name_in(language, "html")) != names.end()) languages.emplace_back(language);
+  return files_of(report, languages);
 }
 
 Result<void> write_comparison(Console& console, const report::Comparison& comparison, const std::string& folder,

@@ -9,6 +9,7 @@
 #include "core/result.hpp"
 #include "report/calibration.hpp"
 #include "report/comparison.hpp"
+#include "report/new_files.hpp"
 
 namespace gyrotherm::app {
 
@@ -23,10 +24,15 @@ struct FiledReport {
 [[nodiscard]] Result<FiledReport> load_calibration(const std::string& folder_or_file);
 
 /// Writes calibration.json and its views in these languages ("en", "de"), making the folder if needed, and says where;
-/// each file appears whole or not at all, calibration.json behind all others: where a view cannot be made, the report
-/// is in the state in which it was. Fails with storage, or as a view does.
+/// of a report that is authorised authorisation.json too, which names all of them by their SHA-256. Each file appears
+/// whole or not at all, calibration.json behind all others: where a view cannot be made, the report is in the state in
+/// which it was. Fails with storage, or as a view does.
 [[nodiscard]] Result<void> write_calibration(Console& console, const report::CalibrationReport& report,
                                              const std::string& folder, const std::vector<std::string>& languages);
+
+/// Renders calibration.json and all its views anew, in the languages of the pages among `names`. Fails as a view does.
+[[nodiscard]] Result<std::vector<report::NewFile>> render_calibration(const report::CalibrationReport& report,
+                                                                      const std::vector<std::string>& names);
 
 /// Writes comparison.json and its pages, making the folder if needed, and says where. Fails with storage.
 [[nodiscard]] Result<void> write_comparison(Console& console, const report::Comparison& comparison,

@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -24,12 +26,12 @@ namespace gyrotherm::app {
 namespace {
 
 constexpr const char* kLaboratory = R"(schema = "gyrotherm-laboratory/1"
-name = "Inertial Laboratory"
+name = "House of Gyros"
 city = "Berlin"
 country = "DE"
 traceability = "To the SI."
 [[person]]
-name = "A. Metrologist"
+name = "B. Berg"
 role = "authorising"
 )";
 
@@ -46,7 +48,7 @@ model = "RLG-1"
 serial_number = "0042"
 condition = "no damage"
 [[person]]
-name = "O. Perator"
+name = "K. Kurz"
 role = "operator"
 [[limit]]
 quantity = "whole_run.rmse"
@@ -208,12 +210,58 @@ TEST_F(CalibrationOfAUnit, HasEachCalibrationOfAThermometer) {
 
 TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverWrittenOver) {
   run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("once"));
-  run("report authorise " + in("once") + " --by 'A. Metrologist'");
-  EXPECT_EQ(filed("once").authorised->name, "A. Metrologist");
-  EXPECT_EQ(gyrotherm_with("report authorise " + in("once") + " --by B").exit_code, 2);
+  run("report authorise " + in("once") + " --by 'B. Berg'");
+  EXPECT_EQ(filed("once").authorised->name, "B. Berg");
+  EXPECT_EQ(gyrotherm_with("report authorise " + in("once") + " --by 'B. Berg'").exit_code, 2);
   const auto again = gyrotherm_with("report " + in("random.db") + files("order.toml") + " --out " + in("once"));
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_NE(again.err.find("has a report that is authorised"), std::string::npos) << again.err;
+}
+
+TEST_F(CalibrationOfAUnit, IsAuthorisedByPersonsWithThatRole) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("roles"));
+  for (const char* name : {"Mickey Mouse", "K. Kurz", "b. berg", "B. Berg ", "authorising"}) {
+    const auto refused = gyrotherm_with("report authorise " + in("roles") + " --by '" + name + "'");
+    EXPECT_EQ(refused.exit_code, 2) << name;
+    EXPECT_NE(refused.err.find("does not have the role authorising; laboratory.toml gives it to \"B. Berg\""),
+              std::string::npos)
+        << refused.err;
+    EXPECT_EQ(filed("roles").state, report::ReportState::draft);
+  }
+}
+
+TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithTextsOfExamples) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("copied"));
+  auto draft = filed("copied");
+  draft.traceability = {"Temperatures are traceable to the SI through …", ""};
+  draft.customer.name = "Navigation Works";
+  draft.people[1].name = "O. Perator";
+  std::ofstream(in("copied/calibration.json")) << to_json(draft);  // as gyrotherm 0.1.0 left one
+  const auto refused = gyrotherm_with("report authorise " + in("copied") + " --by 'B. Berg'");
+  EXPECT_EQ(refused.exit_code, 2);
+  for (const char* key :
+       {"laboratory.toml: traceability.en", "order.toml: customer.name", "order.toml: person[1].name"})
+    EXPECT_NE(refused.err.find(key), std::string::npos) << refused.err;
+  EXPECT_EQ(filed("copied").state, report::ReportState::draft);
+}
+
+/// As gyrotherm 0.1.0 authorised, and where a view was changed since.
+TEST_F(CalibrationOfAUnit, IsAuthorisedAgainWhenItsFilesAreNotThoseAuthorised) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("again"));
+  const auto authorise = [] { return gyrotherm_with("report authorise " + in("again") + " --by 'B. Berg'"); };
+  ASSERT_EQ(authorise().exit_code, 0);
+  EXPECT_EQ(authorise().exit_code, 2) << "all files are as they were authorised";
+  const auto changes = std::to_array<std::function<void()>>(
+      {[] { std::filesystem::remove(in("again/authorisation.json")); },
+       [] { std::ofstream(in("again/calibration.csv"), std::ios::app) << "more\n"; },
+       [] { std::filesystem::remove(in("again/calibration.pdf")); }});
+  for (const auto& change : changes) {
+    change();
+    const auto done = authorise();
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_NE(done.err.find("was authorised by B. Berg; since then: "), std::string::npos) << done.err;
+    EXPECT_EQ(authorise().exit_code, 2);
+  }
 }
 
 /// As on a disk that is full when the last view is to be written: else a PDF that says draft could be signed.
@@ -222,10 +270,10 @@ TEST_F(CalibrationOfAUnit, IsADraftUntilEachViewSaysThatItIsAuthorised) {
   const std::string pdf = in("half/calibration.pdf");
   std::filesystem::remove(pdf);
   std::filesystem::create_directories(pdf + "/in-the-way");
-  EXPECT_EQ(gyrotherm_with("report authorise " + in("half") + " --by A").exit_code, 4);
+  EXPECT_EQ(gyrotherm_with("report authorise " + in("half") + " --by 'B. Berg'").exit_code, 4);
   EXPECT_EQ(filed("half").state, report::ReportState::draft);
   std::filesystem::remove_all(pdf);
-  run("report authorise " + in("half") + " --by A");
+  run("report authorise " + in("half") + " --by 'B. Berg'");
   EXPECT_EQ(filed("half").state, report::ReportState::authorised);
   EXPECT_TRUE(std::filesystem::is_regular_file(pdf));
 }
@@ -291,9 +339,9 @@ TEST_F(CalibrationOfAUnit, IsSupersededByAnAuthorisedReportOfTheSameUnit) {
   reported("second", {{"\"C-1\"", "\"C-2\""}});
   reported("stranger", {{"\"C-1\"", "\"C-3\""}, {"\"0042\"", "\"0043\""}});
   EXPECT_NE(refused("second").find("is draft"), std::string::npos);
-  for (const char* name : {"second", "stranger"}) run("report authorise " + in(name) + " --by A");
+  for (const char* name : {"second", "stranger"}) run("report authorise " + in(name) + " --by 'B. Berg'");
   EXPECT_NE(refused("second").find("is a draft, which was never valid"), std::string::npos);
-  run("report authorise " + in("first") + " --by A");
+  run("report authorise " + in("first") + " --by 'B. Berg'");
   EXPECT_NE(refused("stranger").find("is of another unit, RLG-1 0043, than RLG-1 0042"), std::string::npos);
   std::ofstream(in("first/dcc.xml"), std::ios::app) << "<!-- <ds:Signature -->\n";
   std::filesystem::create_directory(in("first/as-signed"));

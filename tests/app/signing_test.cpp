@@ -24,10 +24,10 @@ report::CalibrationReport report_on(const Folder& folder) {
   };
   report::CalibrationReport report;
   report.number = "C-1";
-  report.state = report::ReportState::authorised;
-  report.authorised = report::Authorisation{"A. Metrologist", "2026-11-20T09:12:00Z"};
-  report.laboratory = {.name = "Inertial Laboratory", .city = "Berlin", .country = "DE"};
-  report.customer.name = "Navigation Works";
+  report.state = report::ReportState::draft;
+  report.laboratory = {.name = "House of Gyros", .city = "Berlin", .country = "DE"};
+  report.customer.name = "Harbour Pilots";
+  report.people = {{"B. Berg", "authorising", ""}};
   report.item.serial_number = "0042";
   report.begun = report.ended = report.issued = "2026-11-20";
   report.cluster_length_s = 100;
@@ -47,15 +47,39 @@ class Signing : public testing::Test {
     make_small_model(*folder_);
     std::filesystem::create_directory(*folder_ / "report");
     std::ofstream(*folder_ / "report/calibration.json") << to_json(report_on(*folder_));
+    std::ofstream(*folder_ / "report/calibration.html") << "a view in this language is rendered";
+    const auto authorised = gyrotherm_with("report authorise " + (*folder_ / "report") + " --by 'B. Berg'");
+    ASSERT_EQ(authorised.exit_code, 0) << authorised.err;
     const auto keys = shell("cd " + (*folder_ / ".") +
                             " && openssl req -x509 -newkey rsa:2048 -nodes -keyout lab.key -out lab.pem -days 30 "
-                            "-subj '/CN=Our laboratory' && openssl req -x509 -newkey rsa:2048 -nodes -keyout other.key "
-                            "-out other.pem -days 30 -subj /CN=Other");
+                            "-subj '/CN=Our laboratory' -addext basicConstraints=critical,CA:FALSE -addext "
+                            "keyUsage=critical,digitalSignature && openssl req -x509 -newkey rsa:2048 -nodes -keyout "
+                            "other.key -out other.pem -days 30 -subj /CN=Other");
     ASSERT_EQ(keys.exit_code, 0) << keys.err;
-    const auto done = gyrotherm_with("report sign " + (*folder_ / "report") + " --key " + (*folder_ / "lab.key") +
-                                     " --certificate " + (*folder_ / "lab.pem"));
+    is_refused_when_changed_after_it_was_authorised();
+    const auto done = gyrotherm_with(sign_command());
     ASSERT_EQ(done.exit_code, 0) << done.err;
     ready_ = true;
+  }
+  /// Checks that what was changed between authorisation and signature is never signed, then puts it back.
+  static void is_refused_when_changed_after_it_was_authorised() {
+    const auto refused = [](const std::string& name, const std::string& bytes, const std::string& why) {
+      const std::string path = *folder_ / ("report/" + name), before = read_text_file(path, kLargestTable).value_or("");
+      std::ofstream(path, std::ios::binary) << bytes;
+      const auto ran = gyrotherm_with(sign_command());
+      EXPECT_EQ(ran.exit_code, 4) << name;
+      EXPECT_NE(ran.err.find(why + " " + name), std::string::npos) << ran.err;
+      before.empty() ? (void)std::filesystem::remove(path) : (void)(std::ofstream(path, std::ios::binary) << before);
+    };
+    for (const char* name : {"calibration.json", "calibration.html", "calibration.csv", "calibration.pdf", "dcc.xml"})
+      refused(name, read_text_file(*folder_ / ("report/" + std::string(name)), kLargestTable).value_or("") + "\n",
+              "changed");
+    for (const char* name : {"note.html", "zz.pdf", "calibration.de.csv"})
+      refused(name, "lies", "not part of the report");
+  }
+  static std::string sign_command() {
+    return "report sign " + (*folder_ / "report") + " --key " + (*folder_ / "lab.key") + " --certificate " +
+           (*folder_ / "lab.pem");
   }
   static void TearDownTestSuite() { delete folder_; }
   void SetUp() override { ASSERT_TRUE(ready_); }
@@ -94,7 +118,21 @@ TEST_F(Signing, IsSeenByAProgram) {
   EXPECT_EQ(found["holds"], true);
   EXPECT_EQ(found["report"], "C-1");
   EXPECT_EQ(found["signer"]["subject"], "CN=Our laboratory");
-  EXPECT_EQ(found["checks"].size(), 5u);
+  EXPECT_EQ(found["checks"].size(), 9u);
+}
+
+TEST_F(Signing, VerifyNamesWhatIsForeignOrMissing) {
+  const std::string page = *folder_ / "report/calibration.html", note = *folder_ / "report/Calibration report.pdf";
+  std::filesystem::copy_file(*folder_ / "report/calibration.pdf", note);
+  std::filesystem::rename(page, *folder_ / "page.html");
+  const auto ran = verified(""), as_json = verified("--json");
+  std::filesystem::rename(*folder_ / "page.html", page);
+  std::filesystem::remove(note);
+  EXPECT_EQ(ran.exit_code, 4);
+  EXPECT_NE(ran.out.find("MISSING    calibration.html: "), std::string::npos) << ran.out;
+  EXPECT_NE(ran.out.find("FOREIGN    Calibration report.pdf: "), std::string::npos) << ran.out;
+  EXPECT_NE(ran.err.find("2 of 10 checks fail"), std::string::npos) << ran.err;
+  EXPECT_EQ(nlohmann::json::parse(as_json.out)["holds"], false);
 }
 
 TEST_F(Signing, OfWhatWasChangedDoesNotHold) {

@@ -24,12 +24,14 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import rules_of_a_run
 import rules_of_access
 import rules_of_the_edges
+import rules_of_trust
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAMS = ("gyrotherm", "gyrotherm-make-safe")  # what an attack is made on, the first by name
 
 # name, source, what it says, what the mutant says, test program (or gyrotherm), test (or attack) that must fail
-MUTANTS = rules_of_a_run.MUTANTS + rules_of_access.MUTANTS + rules_of_the_edges.MUTANTS
+MUTANTS = (rules_of_a_run.MUTANTS + rules_of_access.MUTANTS + rules_of_the_edges.MUTANTS +
+           rules_of_trust.MUTANTS)
 
 
 def commands(build, target):

@@ -16,12 +16,12 @@ namespace gyrotherm::report {
 namespace {
 
 constexpr const char* kLaboratory = R"(schema = "gyrotherm-laboratory/1"
-name = "Inertial Laboratory"
+name = "House of Gyros"
 city = "Berlin"
 country = "DE"
 traceability = { en = "To the SI.", de = "Auf das SI." }
 [[person]]
-name = "A. Metrologist"
+name = "B. Berg"
 role = "authorising"
 )";
 
@@ -39,7 +39,7 @@ model = "RLG-1"
 serial_number = "0042"
 condition = "no damage"
 [[person]]
-name = "O. Perator"
+name = "K. Kurz"
 role = "operator"
 [[limit]]
 quantity = "compensated_mean.compensated_bias"
@@ -90,6 +90,50 @@ TEST(Order, NamesEachFieldThatIsMissing) {
   EXPECT_TRUE(lacks("records: days")) << "an imported record may know none";
   EXPECT_TRUE(lacks("laboratory.toml: traceability"));
   EXPECT_FALSE(lacks("order.toml: customer.name"));
+}
+
+TEST(Order, NamesPersonsWhoseRoleLaboratoryDoesNotGive) {
+  const auto missing = [](const std::string& laboratory_people, const std::string& order_people) {
+    const std::string head = std::string(kLaboratory).substr(0, std::string(kLaboratory).find("[[person]]"));
+    const std::string order_head = std::string(kOrder).substr(0, std::string(kOrder).find("[[person]]"));
+    const auto laboratory = parse_laboratory(head + laboratory_people, "laboratory.toml");
+    const auto order = parse_order(order_head + order_people, "order.toml");
+    CalibrationReport report = of_a_record();
+    add_order(report, laboratory.value(), order.value());
+    return report.missing;
+  };
+  const auto person = [](const std::string& name, const std::string& role) {
+    return "[[person]]\nname = \"" + name + "\"\nrole = \"" + role + "\"\n";
+  };
+  const auto refused = [](const std::string& name, const std::string& role) {
+    return std::vector<std::string>{"laboratory.toml: person \"" + name + "\" with role \"" + role +
+                                    "\", whom order.toml names"};
+  };
+  const std::string berg = person("B. Berg", "authorising"), kurz = person("K. Kurz", "operator");
+  EXPECT_TRUE(missing(berg, kurz).empty());
+  EXPECT_TRUE(missing(berg + kurz, kurz + berg).empty());
+  EXPECT_EQ(missing(berg, kurz + person("M. Mouse", "authorising")), refused("M. Mouse", "authorising"));
+  EXPECT_EQ(missing("", kurz + berg), refused("B. Berg", "authorising"));
+  EXPECT_EQ(missing(berg, person("B. Berg", "operator") + person("K. Kurz", "authorising")),
+            refused("K. Kurz", "authorising"));
+  EXPECT_EQ(missing(berg + kurz, person("M. Mouse", "operator")), refused("M. Mouse", "operator"));
+  EXPECT_EQ(missing(berg + person("R. Roth", "reviewer"), kurz + person("K. Kurz", "reviewer")),
+            refused("K. Kurz", "reviewer"));
+  EXPECT_EQ(missing("", kurz), std::vector<std::string>{"laboratory.toml: person with role \"authorising\""});
+}
+
+TEST(Order, LetsOnlyPersonsWithThatRoleAuthorise) {
+  CalibrationReport report = of_a_record();
+  report.people = {{"B. Berg", "authorising", ""}, {"K. Kurz", "operator", ""}, {"R. Roth", "reviewer", ""}};
+  EXPECT_TRUE(check_may_authorise(report, "B. Berg"));
+  for (const char* other : {"Mickey Mouse", "K. Kurz", "R. Roth", "b. berg", "B. Berg ", "authorising", ""}) {
+    const auto refused = check_may_authorise(report, other);
+    ASSERT_FALSE(refused) << other;
+    EXPECT_EQ(refused.error().kind, FaultKind::usage);
+    EXPECT_EQ(refused.error().where, "--by");
+  }
+  report.people.push_back({"K. Kurz", "authorising", ""});
+  EXPECT_TRUE(check_may_authorise(report, "K. Kurz"));
 }
 
 TEST(Order, IsRefusedWithEachMistakeAndItsPlace) {

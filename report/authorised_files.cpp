@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/authorised_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "core/sha256.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::report {
+
+void describe(auto& form, Like<IssuedFile> auto& file) {
+  form("name", file.name);
+  form.expect("name", !file.name.empty() && file.name.find('/') == std::string::npos,
+              "expected the name of a file, without its folder");
+  form("sha256", file.sha256);
+}
+
+void describe(auto& form, Like<AuthorisedFiles> auto& authorisation) {
+  form("number", authorisation.number);
+  form("name", authorisation.authorised.name);
+  form("utc", authorisation.authorised.utc);
+  form("program_version", authorisation.program_version);
+  form("files", authorisation.files);
+  std::set<std::string> names;
+  for (const IssuedFile& file : authorisation.files) names.insert(file.name);
+  form.expect("files", names.size() == authorisation.files.size(), "a file is there twice");
+  form.expect("files", names.contains(kCalibrationFile), "calibration.json is missing");
+}
+
+AuthorisedFiles authorised_files(const CalibrationReport& report, const std::vector<NewFile>& files,
+                                 const std::string& program_version) {
+  AuthorisedFiles all{.number = report.number,
+                      .authorised = report.authorised.value_or(Authorisation{}),
+                      .program_version = program_version};
+  for (const NewFile& file : files) all.files.push_back({file.name, sha256(file.bytes)});
+  std::ranges::sort(all.files, {}, &IssuedFile::name);
+  return all;
+}
+
+std::string to_json(const AuthorisedFiles& files) {
+  Json json{{"schema", kAuthorisationSchema}};
+  json.update(json_of(files));
+  return text_of(json, 1) + "\n";
+}
+
+Result<AuthorisedFiles> authorised_files_from_json(std::string_view json, const std::string& file) {
+  const auto place = JsonPlace::parse(json, file);
+  if (!place) return failure(place.error());
+  if (const std::string schema = (*place)["schema"].text(); schema != kAuthorisationSchema)
+    (*place)["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kAuthorisationSchema));
+  AuthorisedFiles files;
+  read_json(*place, files);
+  if (auto verdict = place->verdict(); !verdict) return failure(verdict.error());
+  return files;
+}
+
+std::string text(const FolderDifferences& differences) {
+  std::vector<std::string> parts;
+  const auto add = [&](const char* what, const std::vector<std::string>& names) {
+    if (!names.empty()) parts.push_back(plain(fmt::format("{} {}", what, fmt::join(names, ", "))));
+  };
+  add("changed", differences.changed);
+  add("missing", differences.missing);
+  add("not part of the report", differences.foreign);
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+std::vector<std::string> foreign_entries(const std::string& folder, const std::vector<std::string>& names,
+                                         const std::vector<UsedFile>& used) {
+  std::set<std::string> known(names.begin(), names.end());
+  for (const UsedFile& file : used) {
+    known.insert(file.name);
+    if (file.role == "record") known.insert(file.name + ".sha256");
+  }
+  std::vector<std::string> foreign;
+  for (const auto& path : entries_of(folder))
+    if (const std::string name = path.filename().string(); !known.contains(name)) foreign.push_back(name);
+  std::ranges::sort(foreign);
+  return foreign;
+}
+
+FolderDifferences compare_with(const std::string& folder, const std::vector<IssuedFile>& files,
+                               const std::vector<UsedFile>& used, const std::vector<std::string>& beside) {
+  FolderDifferences found;
+  std::vector<std::string> names = beside;
+  for (const IssuedFile& file : files) {
+    names.push_back(file.name);
+    const auto bytes = read_text_file_if_any(folder + "/" + file.name, kLargestTable);
+    if (bytes && !*bytes) {
+      found.missing.push_back(file.name);
+    } else if (!bytes || sha256(**bytes) != file.sha256) {
+      found.changed.push_back(file.name);
+    }
+  }
+  for (auto* list : {&found.changed, &found.missing}) std::ranges::sort(*list);
+  found.foreign = foreign_entries(folder, names, used);
+  return found;
+}
+
+}  // namespace gyrotherm::report

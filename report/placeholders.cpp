@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/placeholders.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "core/text.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+constexpr std::array<std::string_view, 7> kExamples{
+    "inertial laboratory", "1 gyro street",    "a sentence that stands in each report.",      "a. metrologist",
+    "o. perator",          "navigation works", "temperatures are traceable to the si through"};
+constexpr std::array<std::string_view, 2> kUnfinished{"…", "..."};
+constexpr std::array<std::string_view, 4> kMarks{"todo", "tbd", "fixme", "xxx"};
+constexpr std::array<std::string_view, 4> kExampleDomains{"example.org", "example.com", "example.net", ".example"};
+
+/// Returns the text with its letters of ASCII in lower case, without blanks around it.
+std::string lowered(std::string_view text) {
+  std::string lower(trimmed(text, " \t\r\n"));
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return lower;
+}
+
+/// Whether the text has this mark as a word of its own.
+bool has_word_of_its_own(std::string_view text, std::string_view word) {
+  const auto is_letter = [&](std::size_t at) {
+    return at < text.size() && std::isalnum(static_cast<unsigned char>(text[at])) != 0;
+  };
+  for (auto at = text.find(word); at != std::string_view::npos; at = text.find(word, at + 1))
+    if ((at == 0 || !is_letter(at - 1)) && !is_letter(at + word.size())) return true;
+  return false;
+}
+
+/// Collects the placeholders among the texts that it is given.
+class Placeholders {
+ public:
+  void look(const std::string& key, const std::string& text) {
+    if (is_placeholder(text))
+      found_.push_back(fmt::format("{}, which is \"{}\", a text of an example", key, plain(text)));
+  }
+  void look(const std::string& key, const Texts& texts) {
+    if (texts.en == texts.de) return look(key, texts.en);
+    look(key + ".en", texts.en);
+    look(key + ".de", texts.de);
+  }
+  void look(const std::string& prefix, const Party& party) {
+    look(prefix + "name", party.name);
+    for (const std::string& line : party.address) look(prefix + "address", line);
+    look(prefix + "postal_code", party.postal_code);
+    look(prefix + "city", party.city);
+    look(prefix + "email", party.email);
+    look(prefix + "phone", party.phone);
+  }
+  [[nodiscard]] std::vector<std::string> found() && { return std::move(found_); }
+
+ private:
+  std::vector<std::string> found_;
+};
+
+void look_at_laboratory(Placeholders& all, const CalibrationReport& report) {
+  const std::string file = "laboratory.toml: ";
+  all.look(file, report.laboratory);
+  all.look(file + "title", report.title);
+  all.look(file + "traceability", report.traceability);
+  for (std::size_t i = 0; i < report.statements.size(); ++i)
+    all.look(fmt::format("{}statement[{}]", file, i), report.statements[i]);
+  for (const Equipment& one : report.equipment) {
+    if (one.role != "reference") continue;  // the others are named by the records
+    all.look(file + "equipment.name", one.name);
+    all.look(file + "equipment.serial_number", one.serial_number);
+    all.look(file + "equipment.certificate", one.certificate);
+  }
+  for (std::size_t i = 0; i < report.people.size(); ++i) {
+    const std::string person = fmt::format("laboratory.toml or order.toml: person[{}].", i);
+    all.look(person + "name", report.people[i].name);
+    all.look(person + "email", report.people[i].email);
+  }
+}
+
+void look_at_order(Placeholders& all, const CalibrationReport& report) {
+  const std::string file = "order.toml: ", unit = file + "unit.";
+  all.look(file + "number", report.number);
+  all.look(file + "customer.", report.customer);
+  all.look(unit + "description", report.item.description);
+  all.look(unit + "manufacturer", report.item.manufacturer);
+  all.look(unit + "model", report.item.model);
+  all.look(unit + "serial_number", report.item.serial_number);
+  all.look(unit + "customers_number", report.item.customers_number);
+  all.look(unit + "condition", report.item.condition);
+  all.look(file + "place", report.place);
+  all.look(file + "method", report.method);
+  all.look(file + "remarks", report.remarks);
+  for (const Influence& one : report.influences) all.look(file + "influence.name", one.name);
+  if (report.replaces) all.look(file + "replaces.reason", report.replaces->reason);
+}
+
+}  // namespace
+
+bool is_placeholder(std::string_view text) {
+  const std::string lower = lowered(text);
+  const auto has = [&](std::string_view part) { return lower.find(part) != std::string::npos; };
+  return std::ranges::find(kExamples, lower) != kExamples.end() || std::ranges::any_of(kUnfinished, has) ||
+         std::ranges::any_of(kMarks, [&](std::string_view mark) { return has_word_of_its_own(lower, mark); }) ||
+         std::ranges::any_of(kExampleDomains, [&](std::string_view domain) { return lower.ends_with(domain); });
+}
+
+std::vector<std::string> placeholders_in(const CalibrationReport& report) {
+  Placeholders all;
+  look_at_laboratory(all, report);
+  look_at_order(all, report);
+  return std::move(all).found();
+}
+
+}  // namespace gyrotherm::report

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Mutants of the rules of trust: what is authorised, signed and verified, by whom, and what a foreign file may do."""
+
+MUTANTS = [
+    # Signed is what was authorised.
+    ("a file that was changed after its authorisation is signed", "report/signed_report.cpp",
+     "!differences.empty())", "false)",
+     "report_test", "Signed.RefusesFolderThatIsNotAsItWasAuthorised"),
+    ("a view is signed that is not rendered from its source", "report/signed_report.cpp",
+     "made == rendered->end() || sha256(made->bytes) != file.sha256", "made == rendered->end()",
+     "report_test", "Signed.RefusesViewThatIsNotRenderedFromItsSource"),
+    ("a foreign file beside a signed report is not seen", "report/authorised_files.cpp",
+     "!known.contains(name)) foreign", "false) foreign",
+     "report_test", "Signed.VerifyNamesForeignFilesInFolder"),
+    ("a signed file that is missing is no failure", "report/signed_report.cpp",
+     "return outcome != Check::Outcome::holds && outcome != Check::Outcome::not_there;",
+     "return outcome == Check::Outcome::fails || outcome == Check::Outcome::foreign;",
+     "report_test", "Signed.FileThatIsGoneIsSaidToBe"),
+    ("an edited authorisation is believed", "report/signed_report.cpp",
+     "authorised && to_json(*authorised) != **json", "false",
+     "report_test", "Signed.RefusesFolderThatIsNotAsItWasAuthorised"),
+
+    # Certificates.
+    ("a web server's certificate signs", "report/certificate_usage.cpp",
+     "extended && !has_any(*extended, kDocumentUsages)", "false",
+     "report_test", "Signed.RefusesCertificateOfAnotherPurpose"),
+    ("a certificate for encrypting signs", "report/certificate_usage.cpp",
+     "!usage || !has_any(*usage, kSigningUsages)", "false",
+     "report_test", "Signed.RefusesCertificateOfAnotherPurpose"),
+    ("an authority signs", "report/certificate_usage.cpp",
+     'std::ranges::find(*constraints, "CA:TRUE") != constraints->end()', "false",
+     "report_test", "Signed.RefusesCertificateOfAnotherPurpose"),
+    ("the purpose of a certificate is not verified", "report/signature.cpp",
+     'if (run->exit_code == 0) return check_usage(folder / "own.pem", where);', "if (run->exit_code == 0) return {};",
+     "report_test", "Signed.VerifyRefusesCertificateOfAnotherPurpose"),
+
+    # Roles and texts.
+    ("any person authorises", "report/order.cpp",
+     "if (std::ranges::find(names, by) != names.end()) return {};", "if (!names.empty()) return {};",
+     "report_test", "Order.LetsOnlyPersonsWithThatRoleAuthorise"),
+    ("an order says who authorises", "report/order.cpp",
+     'if (person.role != "authorising" && !has_role', "if (!has_role",
+     "report_test", "Order.NamesPersonsWhoseRoleLaboratoryDoesNotGive"),
+    ("a text of an example is one of the laboratory's", "report/placeholders.cpp",
+     "return std::ranges::find(kExamples, lower) != kExamples.end() ||", "return",
+     "report_test", "Placeholders.RefusesTextsOfShippedExamples"),
+
+    # A library of others.
+    ("a library has all memory", "core/child_process.cpp",
+     "set_limit(RLIMIT_AS, address_space() + confinement.memory_bytes);", "{}",
+     "exchange_test", "ConfinedRows.RefuseFileThatNeedsMoreThanTheLimits"),
+    ("a library has all time", "core/child_process.cpp",
+     "  ::setrlimit(RLIMIT_CPU, &limit);\n", "",
+     "exchange_test", "ConfinedRows.RefuseFileThatNeedsMoreThanTheLimits"),
+    ("a library writes files", "core/child_process.cpp",
+     "  set_limit(RLIMIT_FSIZE, 0);\n", "",
+     "exchange_test", "ConfinedRows.LetTheReaderWriteNoFileAndTouchNoOther"),
+    ("a library keeps the program's files", "core/child_process.cpp",
+     "  ::close_range(kLine + 1, ~0U, 0);\n", "",
+     "exchange_test", "ConfinedRows.LetTheReaderWriteNoFileAndTouchNoOther"),
+    ("what a library overwrote is believed", "acquisition/exchange/confined_rows.cpp",
+     "if (content_.empty() || content_.size() % row_size != 0) return no_message();", "",
+     "exchange_test", "ConfinedRows.BelieveNoMessageOfAnotherForm"),
+    ("the series of a log come to any number of fields", "acquisition/exchange/ulog.cpp",
+     "return expanded_ > kMostExpanded; }", "return false; }",
+     "exchange_test", "Ulog.RefusesSeriesOfMoreFieldsThanALogHas"),
+]

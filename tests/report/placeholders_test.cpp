@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/placeholders.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "core/file.hpp"
+#include "report/order.hpp"
+#include "tests/report/sample_calibration.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+/// Returns the example in a page that begins with that schema, up to its end.
+std::string example_of(const std::string& page, const std::string& schema) {
+  const auto begins = page.find("schema = \"" + schema + "\"");
+  return begins == std::string::npos ? "" : page.substr(begins, page.find("\n```", begins) - begins);
+}
+
+bool has(const std::vector<std::string>& found, const std::string& key) {
+  return std::ranges::any_of(found, [&](const std::string& one) { return one.starts_with(key + ", which is"); });
+}
+
+TEST(Placeholders, RefusesTextsOfShippedExamples) {
+  const auto page = read_text_file(GYROTHERM_SOURCE_DIR "/docs/calibration-report.md");
+  ASSERT_TRUE(page);
+  const auto laboratory = parse_laboratory(example_of(*page, kLaboratorySchema), "laboratory.toml");
+  const auto order = parse_order(example_of(*page, kOrderSchema), "order.toml");
+  ASSERT_TRUE(laboratory) << text(laboratory.error());
+  ASSERT_TRUE(order) << text(order.error());
+  CalibrationReport report;
+  add_order(report, *laboratory, *order);
+  for (const char* key : {"laboratory.toml: name", "laboratory.toml: address", "laboratory.toml: email",
+                          "laboratory.toml: traceability.en", "laboratory.toml: traceability.de",
+                          "laboratory.toml: statement[0].en", "laboratory.toml or order.toml: person[0].name",
+                          "laboratory.toml or order.toml: person[1].name", "order.toml: customer.name"})
+    EXPECT_TRUE(has(report.missing, key)) << key;
+  EXPECT_FALSE(has(report.missing, "order.toml: unit.condition")) << "a text that is true of many units";
+}
+
+TEST(Placeholders, FindsUnfinishedTextInEachKey) {
+  CalibrationReport report = sample_calibration();
+  report.laboratory = {.name = "House of Gyros", .city = "Kiel", .country = "DE"};
+  report.customer = {.name = "Harbour Pilots", .city = "Hamburg"};
+  report.people = {{"B. Berg", "authorising", ""}, {"K. Kurz", "operator", ""}};
+  ASSERT_TRUE(placeholders_in(report).empty()) << placeholders_in(report).front();
+  report.remarks = {"see ...", "siehe Anhang"};
+  report.item.serial_number = "TBD";
+  report.people[1].name = "TODO: who?";
+  report.place = {"room …", "room …"};
+  report.customer.email = "someone@example.com";
+  report.replaces->reason = {"xxx", ""};
+  const auto found = placeholders_in(report);
+  for (const char* key : {"order.toml: remarks.en", "order.toml: unit.serial_number", "order.toml: place",
+                          "laboratory.toml or order.toml: person[1].name", "order.toml: customer.email",
+                          "order.toml: replaces.reason.en"})
+    EXPECT_TRUE(has(found, key)) << key;
+  EXPECT_EQ(found.size(), 6u);
+}
+
+TEST(Placeholders, AcceptsTextsOfTheirOwn) {
+  for (const char* text : {"", "Temperatures are traceable to the SI through certificate 2026-17 of PTB.", "M. Todorov",
+                           "TODOR-7", "No. 3.5.1", "lab@gyros.de", "Gyro Street 11"})
+    EXPECT_FALSE(is_placeholder(text)) << text;
+}
+
+}  // namespace
+}  // namespace gyrotherm::report

@@ -151,7 +151,8 @@ CountedTime counted_time(double number, const Variable& variable, Duration unit)
 
 class NetcdfTable {
  public:
-  explicit NetcdfTable(std::string path) : path_(std::move(path)) {}
+  /// Calls `step` before each call of the library that may take long.
+  NetcdfTable(std::string path, const std::function<void()>& step) : path_(std::move(path)), step_(step) {}
   ~NetcdfTable() {
     if (file_ >= 0) nc_close(file_);
   }
@@ -159,6 +160,7 @@ class NetcdfTable {
   NetcdfTable& operator=(const NetcdfTable&) = delete;
 
   Result<void> open(const ImportMap& map) {
+    step_();
     if (auto opened = check(nc_open(path_.c_str(), NC_NOWRITE, &file_)); !opened) return opened;
     const auto time = find(map.time->name);
     if (!time) return wrong(describe_missing_columns({map.time->name}, names_along({})));
@@ -317,6 +319,7 @@ class NetcdfTable {
   Result<void> read_values(const Variable& variable, std::size_t first, std::size_t count,
                            std::vector<double>& values) const {
     values.resize(count);
+    step_();
     auto read = check_read(nc_get_vara_double(file_, variable.id, &first, &count, values.data()));
     for (double& number : values) number = variable.value(number);
     return read;
@@ -333,6 +336,7 @@ class NetcdfTable {
 
   Result<void> read_whole_times(std::size_t first, std::size_t count) {
     std::vector<long long> numbers(count);
+    step_();
     if (auto read = check_read(nc_get_vara_longlong(file_, time_.id, &first, &count, numbers.data())); !read)
       return read;
     times_.clear();
@@ -356,11 +360,11 @@ class NetcdfTable {
       foreign.utc = utc_of(*units_.since + *time);
       if (!foreign.utc) return of_row("a time outside 1970 to 2116");
     }
-    auto taken = take(foreign);
-    return !taken && taken.error().where.empty() ? of_row(std::move(taken.error().what)) : taken;
+    return take(foreign);
   }
 
   std::string path_;
+  const std::function<void()>& step_;
   int file_ = -1;
   std::optional<int> dimension_{};
   std::size_t rows_{};
@@ -380,10 +384,14 @@ bool is_netcdf(std::string_view beginning) {
          beginning.starts_with("CDF\x02") || beginning.starts_with("CDF\x05");
 }
 
-Result<void> read_netcdf(const std::string& path, const ImportMap& map, const TakeRow& take) {
+Result<void> read_netcdf(const std::string& path, const ImportMap& map, const TakeRow& take,
+                         const ReadingLimits& limits) {
   if (const auto regular = open_regular_file(path); !regular) return failure(regular.error());
-  NetcdfTable table(path);
-  return table.open(map).and_then([&] { return table.read(take); });
+  const auto read = [&](const TakeRow& take_in_child, const std::function<void()>& step) {
+    NetcdfTable table(path, step);
+    return table.open(map).and_then([&] { return table.read(take_in_child); });
+  };
+  return read_confined(path, "the NetCDF library", map.columns().size(), read, take, limits);
 }
 
 }  // namespace gyrotherm::exchange

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "acquisition/exchange/confined_rows.hpp"
 #include "acquisition/exchange/foreign_row.hpp"
 #include "acquisition/exchange/import_map.hpp"
 #include "core/result.hpp"
@@ -13,10 +14,11 @@ namespace gyrotherm::exchange {
 
 /// Hands on a row for each value of the time variable, whose units are a unit of time, or one since an instant ("hours
 /// since 2026-03-01 12:00", by the usual calendar, in UTC unless it names a zone). Columns are variables along the same
-/// single dimension; `scale_factor`, `add_offset`, `_FillValue` and `missing_value` are taken as CF means them. Fails
-/// with bad_file if it is no such file, lacks a variable (those that it has are named), or cannot be read; and as
-/// `take` does.
-[[nodiscard]] Result<void> read_netcdf(const std::string& path, const ImportMap& map, const TakeRow& take);
+/// single dimension; `scale_factor`, `add_offset`, `_FillValue` and `missing_value` are taken as CF means them. The
+/// library reads in a child process with limits (confined_rows.hpp). Fails with bad_file if it is no such file, lacks a
+/// variable (those that it has are named), or cannot be read within the limits; and as `take` does.
+[[nodiscard]] Result<void> read_netcdf(const std::string& path, const ImportMap& map, const TakeRow& take,
+                                       const ReadingLimits& limits = {});
 
 /// Whether a file that begins so is one: netCDF-4, which is HDF5, or a classic one.
 [[nodiscard]] bool is_netcdf(std::string_view beginning);

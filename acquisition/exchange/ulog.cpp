@@ -19,6 +19,7 @@ namespace {
 constexpr std::string_view kUlogMagic("\x55\x4C\x6F\x67\x01\x12\x35", 7);
 constexpr std::size_t kUlogHeader = 16, kMessageHeader = 3, kLargestMessage = 65535;
 constexpr int kNewestVersion = 1, kDeepest = 8;
+constexpr std::size_t kMostExpanded = 1'000'000;  ///< fields, of all series
 
 /// A field as its format names it: a basic type, or another format.
 struct DeclaredField {
@@ -59,7 +60,8 @@ std::optional<DeclaredField> parse_declared(std::string_view text) {
   return field;
 }
 
-/// The formats of a log, and the fields that one comes to with all those within it.
+/// The formats of a log, and the fields that one comes to with all those within it. Formats refer to each other, so
+/// that few bytes can describe many fields. The fields of all series together are bounded.
 class Formats {
  public:
   /// "vehicle_magnetometer:uint64_t timestamp;float[3] field;"; whether it is a format.
@@ -79,8 +81,8 @@ class Formats {
     return true;
   }
 
-  /// Nothing if there is no such format, or it is larger than a message.
-  [[nodiscard]] std::optional<LogSeries> series(const std::string& name, unsigned instance) const {
+  /// Nothing if there is no such format, it is larger than a message, or is_exhausted().
+  [[nodiscard]] std::optional<LogSeries> series(const std::string& name, unsigned instance) {
     LogSeries series{.message = name, .instance = instance};
     std::size_t place = 0;
     if (!expand(name, "", place, series, kDeepest)) return std::nullopt;
@@ -90,34 +92,52 @@ class Formats {
     return series;
   }
 
+  /// Returns true if the series so far have more fields than a log may have.
+  [[nodiscard]] bool is_exhausted() const { return expanded_ > kMostExpanded; }
+
  private:
   /// Adds the fields of a format from `place` on, which goes behind them.
-  bool expand(const std::string& name, const std::string& prefix, std::size_t& place, LogSeries& series,
-              int depth) const {
+  bool expand(const std::string& name, const std::string& prefix, std::size_t& place, LogSeries& series, int depth) {
     const auto format = formats_.find(name);
     if (format == formats_.end() || format->second.empty() || depth == 0) return false;
-    for (const DeclaredField& field : format->second)
-      for (std::size_t i = 0; i < field.count; ++i) {
-        const auto full = prefix + field.name + (field.is_array ? fmt::format("[{}]", i) : "");
-        if (!expand_one(field, full, place, series, depth)) return false;
+    for (const DeclaredField& field : format->second) {
+      const auto basic = basic_type(field.type);
+      const bool is_padding = (basic || field.type == "char") && field.name.starts_with("_padding");
+      if (is_padding || field.type == "char") {
+        ++expanded_;
+        if (!pass_over(field, basic ? size_of(*basic) : 1, is_padding, place, series)) return false;
+        continue;
       }
+      for (std::size_t i = 0; i < field.count; ++i) {
+        if (++expanded_ > kMostExpanded) return false;
+        const auto full = prefix + field.name + (field.is_array ? fmt::format("[{}]", i) : "");
+        if (!(basic ? add_number(*basic, full, place, series)
+                    : expand(field.type, full + ".", place, series, depth - 1)))
+          return false;
+      }
+    }
     return true;
   }
 
-  bool expand_one(const DeclaredField& field, const std::string& full, std::size_t& place, LogSeries& series,
-                  int depth) const {
-    const auto basic = basic_type(field.type);
-    if (!basic && field.type != "char") return expand(field.type, full + ".", place, series, depth - 1);
-    const std::size_t bytes = basic ? size_of(*basic) : 1;
-    if (place + bytes > kLargestMessage) return false;
-    const bool is_padding = field.name.starts_with("_padding");  // a message leaves it out at its end
-    if (basic && !is_padding) series.fields.push_back({.name = full, .place = place, .type = *basic});
-    place += bytes;
+  /// Skips a field without numbers in one step. A message omits padding at its end.
+  static bool pass_over(const DeclaredField& field, std::size_t bytes, bool is_padding, std::size_t& place,
+                        LogSeries& series) {
+    if (place + bytes * field.count > kLargestMessage) return false;
+    place += bytes * field.count;
     if (!is_padding) series.size = place;
     return true;
   }
 
+  static bool add_number(NumberType type, const std::string& name, std::size_t& place, LogSeries& series) {
+    if (place + size_of(type) > kLargestMessage) return false;
+    series.fields.push_back({.name = name, .place = place, .type = type});
+    place += size_of(type);
+    series.size = place;
+    return true;
+  }
+
   std::map<std::string, std::vector<DeclaredField>> formats_;
+  std::size_t expanded_{};
 };
 
 /// One pass over a log.
@@ -223,6 +243,7 @@ class UlogReader {
       if ((i == 0 ? flags & ~kAppended : flags) != 0)
         return wrong("the log says that it can be read only by programs that know flags of a later version");
     }
+    appended_.clear();  // compared with each message
     if ((message[kIncompatible] & kAppended) == 0) return {};
     for (std::size_t at = kOffsets; at + 8 <= kSize; at += 8) appended_.push_back(whole_number_at(message, at, 8));
     return {};
@@ -234,6 +255,8 @@ class UlogReader {
     const auto id = static_cast<std::uint16_t>(whole_number_at(message, 1, 2));
     auto series = formats_.series(std::string(message.substr(3)), instance);
     subscribed_.erase(id);
+    if (formats_.is_exhausted())
+      return wrong(fmt::format("its series come to more than {} fields, expected fewer", kMostExpanded));
     if (!series) return {};
     return record::into(subscribed_[id], reading_.add(std::move(*series), bytes_.name()));
   }

@@ -2,13 +2,10 @@
 #include "sequencer/watchdog/child_work.hpp"
 
 #include <fcntl.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <csignal>
 #include <string_view>
 
 #include "core/deadline.hpp"
@@ -16,16 +13,6 @@
 
 namespace gyrotherm::watchdog {
 namespace {
-
-struct Pipe {
-  Descriptor from, to;
-};
-
-Pipe new_pipe() {
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) return {};
-  return {Descriptor(ends[0]), Descriptor(ends[1])};
-}
 
 /// False if the reader has gone.
 bool write_all(int descriptor, std::string_view text) {
@@ -37,39 +24,11 @@ bool write_all(int descriptor, std::string_view text) {
   return true;
 }
 
-/// Leaves nothing of the parent's open: its standard input is the line to the program that it watches.
-void leave_parents_input() {
-  const Descriptor nothing(::open("/dev/null", O_RDONLY | O_CLOEXEC));
-  if (nothing.is_open()) ::dup2(nothing.number(), STDIN_FILENO);
-}
-
-/// Whether the child has ended within that time; then it is no more.
-bool reap(pid_t pid, Duration within) {
-  constexpr useconds_t kLookUs = 10'000;
-  for (const Deadline deadline(within); ::waitpid(pid, nullptr, WNOHANG) == 0; ::usleep(kLookUs))
-    if (deadline.over()) return false;
-  return true;
-}
-
 }  // namespace
 
-ChildWork::ChildWork(const std::function<void(const Tell&)>& work) {
-  auto pipe = new_pipe();
-  pid_ = pipe.from.is_open() ? ::fork() : -1;
-  if (pid_ == 0) {
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    leave_parents_input();
-    work([&](const std::string& line) { write_all(pipe.to.number(), line + "\n"); });
-    ::_exit(0);
-  }
-  ended_ = pid_ < 0;
-  lines_ = std::move(pipe.from);
-}
-
-ChildWork::~ChildWork() {
-  if (pid_ <= 0) return;
-  if (!ended_) ::kill(pid_, SIGKILL);
-  reap(pid_, std::chrono::milliseconds(200));  // one that hangs in the kernel stays there
+ChildWork::ChildWork(const std::function<void(const Tell&)>& work)
+    : child_([&](int to_parent) { work([&](const std::string& line) { write_all(to_parent, line + "\n"); }); }) {
+  ended_ = !child_.has_begun();
 }
 
 std::optional<std::string> ChildWork::take_line() {
@@ -84,9 +43,9 @@ std::optional<std::string> ChildWork::next(Duration within) {
   const Deadline deadline(within);
   for (;;) {
     if (auto line = take_line()) return line;
-    if (ended_ || !ready(lines_.number(), POLLIN, deadline)) return {};
+    if (ended_ || !ready(child_.output(), POLLIN, deadline)) return {};
     std::array<char, 4096> piece;
-    const auto size = ::read(lines_.number(), piece.data(), piece.size());
+    const auto size = ::read(child_.output(), piece.data(), piece.size());
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) ended_ = true;
     if (size > 0) heard_.append(piece.data(), static_cast<std::size_t>(size));
@@ -110,7 +69,8 @@ Voice::Voice() {
 
 Voice::~Voice() {
   mouth_.close();
-  if (pid_ > 0) reap(pid_, std::chrono::seconds(1));
+  if (pid_ > 0) [[maybe_unused]]
+    const bool ended = reap(pid_, std::chrono::seconds(1));
 }
 
 void Voice::say(const std::string& line) {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "core/child_process.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
 #include "core/quantity.hpp"
@@ -21,10 +22,6 @@ class ChildWork {
   using Tell = std::function<void(const std::string& line)>;
   /// Begins `work` in a child. If none can be made, it counts as ended without a line.
   explicit ChildWork(const std::function<void(const Tell&)>& work);
-  /// Ends the child if it still works.
-  ~ChildWork();
-  ChildWork(const ChildWork&) = delete;
-  ChildWork& operator=(const ChildWork&) = delete;
 
   /// The next line that it tells; nothing at its end, or when `within` is over.
   [[nodiscard]] std::optional<std::string> next(Duration within);
@@ -34,8 +31,7 @@ class ChildWork {
  private:
   [[nodiscard]] std::optional<std::string> take_line();
 
-  pid_t pid_ = -1;
-  Descriptor lines_;
+  ChildProcess child_;
   std::string heard_;
   bool ended_ = false;
 };

@@ -77,6 +77,38 @@ TEST(Ulog, WhoseTimesCannotBeHasNoRow) {
   EXPECT_NE(rows.error().what.find("expected at least one message"), std::string::npos);
 }
 
+/// However long it is and however often its series begins: it is one step of many.
+TEST(Ulog, PassesOverPaddingAndText) {
+  constexpr int kBeginnings = 3000;
+  for (const char* field : {"uint8_t[65000] _padding0", "char[65000] name", "uint64_t[8000] _padding1"}) {
+    UlogText log;
+    log.format(std::string("g:uint64_t timestamp;float x;float t;") + field + ";").format(kBaro);
+    for (int i = 0; i < kBeginnings; ++i) log.subscribe(0, "g");
+    EXPECT_TRUE(columns_of_ulog(Bytes(log.text(), "f")).has_value()) << field;
+  }
+}
+
+/// Few bytes that come to many fields are refused before they cost time.
+TEST(Ulog, RefusesSeriesOfMoreFieldsThanALogHas) {
+  const auto nested = [](std::string name, int depth, const std::string& innermost) {
+    UlogText log;
+    log.format(name + "0:" + innermost);
+    for (int i = 1; i <= depth; ++i)
+      log.format(name + std::to_string(i) + ":" + name + std::to_string(i - 1) + "[4] y;");
+    log.format("g:uint64_t timestamp;" + name + std::to_string(depth) + " x;");
+    return log;
+  };
+  UlogText without_time, wide;
+  without_time.format("g:uint8_t[65000] x;");
+  wide.format("g:uint64_t timestamp;uint8_t[65000] x;uint8_t[65000] y;");
+  for (UlogText log : {without_time, wide, nested("n", 6, "uint8_t[14] a;char[1] b;"), nested("m", 7, "char[3] a;")}) {
+    for (int i = 0; i < 3000; ++i) log.subscribe(0, "g");
+    const auto read = columns_of_ulog(Bytes(log.text(), "f"));
+    ASSERT_FALSE(read);
+    EXPECT_EQ(read.error().kind, FaultKind::bad_file);
+  }
+}
+
 TEST(Ulog, RowsOfOneSeriesKeepTheirTimes) {
   UlogText log = two_series();
   log.data(0, gyro(2'000'000, 0.5F, 30)).data(1, baro(2'000'500, 20)).data(0, gyro(2'004'000, 0.25F, 31));

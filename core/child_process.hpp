@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Work in a process of its own, so that whatever hangs or crashes in it does so there alone: a line, a library, a
+/// disk.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "core/file.hpp"
+#include "core/quantity.hpp"
+
+namespace gyrotherm {
+
+/// A pipe of which both ends are closed in programs that this one starts; without open ends if there is none to be had.
+struct Pipe {
+  Descriptor from, to;
+};
+[[nodiscard]] Pipe new_pipe();
+
+/// Reads standard input from nothing from now on: that of a child's parent is not the child's.
+void leave_parents_input();
+
+/// Whether the child has ended within that time; then it was waited for, and `status` is what waitpid() had.
+[[nodiscard]] bool reap(pid_t pid, Duration within, int* status = nullptr);
+
+/// How a child ended: "ended with exit code 3", "was ended by signal 11 (Segmentation fault)".
+[[nodiscard]] std::string ending_in_words(int status);
+
+/// The limits of a child that carries out code of others on bytes of others.
+struct Confinement {
+  std::uint64_t memory_bytes{};  ///< of address space, beyond what it begins with
+};
+/// The exit code of a confined child whose C++ code was given no memory.
+inline constexpr int kNoMemoryLeft = 71;
+
+/// A child and the pipe by which it speaks to its parent. It is killed when its parent dies.
+class ChildProcess {
+ public:
+  /// Begins `work` in a child, which writes to the descriptor that it is given. A confined child has no other open
+  /// descriptor, no standard streams, writes no file and leaves no core dump; the limit of memory is not set where a
+  /// sanitizer wants the whole address space. The parent may have other threads only if `work` takes no lock of theirs.
+  explicit ChildProcess(const std::function<void(int to_parent)>& work,
+                        const std::optional<Confinement>& confinement = std::nullopt);
+  /// Kills the child if it still works; one that hangs in the kernel stays there.
+  ~ChildProcess();
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
+
+  [[nodiscard]] bool has_begun() const { return pid_ > 0; }
+  /// The end that the parent reads.
+  [[nodiscard]] int output() const { return output_.number(); }
+  /// Waits for the end of the child and returns what waitpid() has of it; nothing if it has not ended in time.
+  [[nodiscard]] std::optional<int> wait(Duration within);
+
+ private:
+  pid_t pid_ = -1;  ///< 0 once it was waited for
+  Descriptor output_;
+};
+
+/// Lets this process use so many more seconds of processor time, from now on; then SIGXCPU ends it.
+void allow_processor_time(std::chrono::seconds more);
+
+}  // namespace gyrotherm

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Any bytes as a NetCDF file, and over the header of a good one: rows or a fault of the file, whatever the library
+/// does.
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <string>
+
+#include "acquisition/exchange/netcdf_table.hpp"
+#include "tests/acquisition/exchange/classic_netcdf.hpp"
+#include "tests/acquisition/exchange/fuzz.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::exchange {
+namespace {
+
+void require_rows_or_a_fault_of(const std::string& bytes) {
+  static const tests::TestFolder folder;
+  static const ImportMap map = netcdf_map();
+  const std::string path = folder / ("file" + std::to_string(::getpid()) + ".nc");
+  std::ofstream(path, std::ios::binary) << bytes;
+  const ReadingLimits limits{.memory_bytes = 256 << 20, .processor_time = std::chrono::seconds(1)};
+  std::size_t rows = 0;
+  const auto read = read_netcdf(
+      path, map,
+      [&](const ForeignRow& row) -> Result<void> {
+        require(row.numbers.size() == map.columns().size());
+        return ++rows < 100'000 ? Result<void>() : failure(FaultKind::bad_file, path, "rows enough");
+      },
+      limits);
+  if (!read) require(read.error().kind == FaultKind::bad_file && read.error().where.starts_with(path));
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const ClassicNetcdf good(3);
+  static unsigned turn = 0;
+  const std::string bytes(reinterpret_cast<const char*>(data), size);
+  if (++turn % 32 != 0) return 0;  // a process for each: some hundred of a usual run
+  require_rows_or_a_fault_of("CDF\x01" + bytes);
+  std::string mutant = good.text();
+  for (std::size_t i = 0; i + 2 < size && i < 12; i += 3)
+    mutant[4 + (bytes[i] + 256U * static_cast<unsigned char>(bytes[i + 1])) % (good.header() - 4)] = bytes[i + 2];
+  require_rows_or_a_fault_of(mutant);
+  return 0;
+}
+
+}  // namespace gyrotherm::exchange

@@ -25,15 +25,15 @@ struct Pipe {
 /// Reads standard input from nothing from now on: that of a child's parent is not the child's.
 void leave_parents_input();
 
-/// Whether the child has ended within that time; then it was waited for, and `status` is what waitpid() had.
+/// Waits for the end of a child. Returns false if it has not ended in time; `status` is set as waitpid() does.
 [[nodiscard]] bool reap(pid_t pid, Duration within, int* status = nullptr);
 
-/// How a child ended: "ended with exit code 3", "was ended by signal 11 (Segmentation fault)".
+/// Returns the ending of a child in words: "ended with exit code 3", "was ended by signal 11 (Segmentation fault)".
 [[nodiscard]] std::string ending_in_words(int status);
 
 /// The limits of a child that carries out code of others on bytes of others.
 struct Confinement {
-  std::uint64_t memory_bytes{};  ///< of address space, beyond what it begins with
+  std::uint64_t memory_bytes{};  ///< address space, beyond the parent's
 };
 /// The exit code of a confined child whose C++ code was given no memory.
 inline constexpr int kNoMemoryLeft = 71;
@@ -54,7 +54,8 @@ class ChildProcess {
   [[nodiscard]] bool has_begun() const { return pid_ > 0; }
   /// The end that the parent reads.
   [[nodiscard]] int output() const { return output_.number(); }
-  /// Waits for the end of the child and returns what waitpid() has of it; nothing if it has not ended in time.
+  /// Waits for the end of the child and returns its status, as waitpid() does. Returns nothing if it has not ended in
+  /// time.
   [[nodiscard]] std::optional<int> wait(Duration within);
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The files that a person has authorised: authorisation.json names calibration.json and each of its views by SHA-256.
-/// Whoever signs later signs these bytes and no others.
+/// Later these bytes are signed and no others.
 #pragma once
 
 #include <string>
@@ -18,9 +18,9 @@ inline constexpr const char* kAuthorisationFile = "authorisation.json";
 inline constexpr const char* kAuthorisationSchema = "gyrotherm-authorisation/1";
 
 struct AuthorisedFiles {
-  std::string number{};  ///< of the report
+  std::string number{};  ///< the report's
   Authorisation authorised{};
-  std::string program_version{};  ///< that rendered the views
+  std::string program_version{};  ///< renderer of the views
   std::vector<IssuedFile> files{};
 };
 
@@ -35,22 +35,22 @@ struct AuthorisedFiles {
 /// a name that is there twice, and where calibration.json is not named.
 [[nodiscard]] Result<AuthorisedFiles> authorised_files_from_json(std::string_view json, const std::string& file);
 
-/// How the files of a folder differ from those that are named; each list is sorted.
+/// The differences between the files of a folder and those named; each list is sorted.
 struct FolderDifferences {
   std::vector<std::string> changed{}, missing{};
-  std::vector<std::string> foreign{};  ///< files and folders that are not named
+  std::vector<std::string> foreign{};  ///< neither named nor used
   [[nodiscard]] bool empty() const { return changed.empty() && missing.empty() && foreign.empty(); }
 };
 /// "changed calibration.html; not part of the report note.html, zz.pdf"
 [[nodiscard]] std::string text(const FolderDifferences& differences);
 
-/// Compares a folder with the files named. Files that the report rests on may be there too, each record with the
-/// manifest that belongs to it; so may those in `beside`. A file that cannot be read counts as changed.
+/// Compares a folder with the files named. It may also hold files that the report rests on, each record with its
+/// manifest, and those in `beside`. A file that cannot be read counts as changed.
 [[nodiscard]] FolderDifferences compare_with(const std::string& folder, const std::vector<IssuedFile>& files,
                                              const std::vector<UsedFile>& used,
                                              const std::vector<std::string>& beside = {});
 
-/// Returns the entries of a folder that are neither in `names` nor files that the report rests on, sorted.
+/// Returns the names of other entries of a folder, sorted: they are not in `names`, and the report does not use them.
 [[nodiscard]] std::vector<std::string> foreign_entries(const std::string& folder, const std::vector<std::string>& names,
                                                        const std::vector<UsedFile>& used);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the certificate of a signer permits its key to do.
+/// The purposes that the certificate of a signer permits.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 namespace gyrotherm::report {
 
 /// Returns why a certificate with these extensions may not sign a report; empty if it may. `extensions` is what openssl
-/// prints of basicConstraints, keyUsage and extendedKeyUsage. A signer is no authority (RFC 5280, 4.2.1.9), its key
-/// usage names digitalSignature or nonRepudiation (4.2.1.3), and its extended key usage, where it has one, names
+/// prints of basicConstraints, keyUsage and extendedKeyUsage. A signer is not an authority (RFC 5280, 4.2.1.9), its
+/// key usage names digitalSignature or nonRepudiation (4.2.1.3), and its extended key usage, where it has one, names
 /// documentSigning (RFC 9336), emailProtection, or the signing of documents after Adobe or Microsoft (4.2.1.12).
 [[nodiscard]] std::string usage_refusal(std::string_view extensions);
 

@@ -317,8 +317,8 @@ bool has_role(const std::vector<Person>& people, std::string_view role) {
   return std::ranges::find(people, role, &Person::role) != people.end();
 }
 
-/// Notes each person of the order whom the laboratory does not give that role. Only the laboratory says who authorises;
-/// it may leave the other roles to the order, and then it names nobody with that role itself.
+/// Notes persons of the order whose role the laboratory does not give. The role authorising is given by the laboratory
+/// alone. It may leave another role to the order; then no person in its own file has that role.
 void note_roles(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
                 const std::optional<OrderFile>& order) {
   const auto listed = laboratory ? laboratory->people : std::vector<Person>();

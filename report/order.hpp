@@ -64,9 +64,9 @@ struct OrderFile {
 
 /// Puts what people have written into a report of that unit, and notes what a report must have and they have not
 /// written: "laboratory.toml: name". Without a file all of its keys are missing, and so is each key whose text is an
-/// example's (placeholders.hpp) and each person of the order whose role laboratory.toml does not give: only it says who
-/// authorises, and where it names operators or reviewers, the order's are among them. What the report says already of
-/// type and serial number stays.
+/// example's (placeholders.hpp) and each person of the order whose role laboratory.toml does not give: it alone gives
+/// the role authorising, and if it names operators or reviewers, the order's are among them. What the report says
+/// already of type and serial number stays.
 void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
                const std::optional<OrderFile>& order);
 

@@ -27,7 +27,7 @@ std::string lowered(std::string_view text) {
   return lower;
 }
 
-/// Whether the text has this mark as a word of its own.
+/// Returns true if the text has this mark as a separate word.
 bool has_word_of_its_own(std::string_view text, std::string_view word) {
   const auto is_letter = [&](std::size_t at) {
     return at < text.size() && std::isalnum(static_cast<unsigned char>(text[at])) != 0;
@@ -71,7 +71,7 @@ void look_at_laboratory(Placeholders& all, const CalibrationReport& report) {
   for (std::size_t i = 0; i < report.statements.size(); ++i)
     all.look(fmt::format("{}statement[{}]", file, i), report.statements[i]);
   for (const Equipment& one : report.equipment) {
-    if (one.role != "reference") continue;  // the others are named by the records
+    if (one.role != "reference") continue;  // others come from records
     all.look(file + "equipment.name", one.name);
     all.look(file + "equipment.serial_number", one.serial_number);
     all.look(file + "equipment.certificate", one.certificate);

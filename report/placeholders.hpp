@@ -10,8 +10,8 @@
 
 namespace gyrotherm::report {
 
-/// Whether a text is unfinished ("…", "...", "TODO", "TBD", "XXX"), an address of the domains reserved for examples
-/// (RFC 2606), or one of the examples of docs/calibration-report.md that nobody's own text can be.
+/// Returns true for an unfinished text ("…", "...", "TODO", "TBD", "FIXME", "XXX"), an address in the domains reserved
+/// for examples (RFC 2606), and the names and sentences of the examples in docs/calibration-report.md.
 [[nodiscard]] bool is_placeholder(std::string_view text);
 
 /// Returns the placeholders that a report has, each with the key that it came from:

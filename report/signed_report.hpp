@@ -27,7 +27,7 @@ struct Check {
   } outcome{};
   std::string text{};  ///< "as it was signed"
 };
-/// Whether the report is not the one that was signed because of it.
+/// Returns true if the folder is not the signed report because of this outcome.
 [[nodiscard]] bool is_failure(Check::Outcome outcome);
 
 /// Renders all files of an authorised report anew, those among them that have the names given.
@@ -45,7 +45,7 @@ using RenderFiles =
                                                            const RenderFiles& render);
 
 /// Reads the authorisation of a folder and compares its files with it. Fails with bad_file if authorisation.json is
-/// missing or cannot be read; then nobody knows what was authorised.
+/// missing or cannot be read.
 [[nodiscard]] Result<FolderDifferences> compare_with_authorisation(const std::string& folder,
                                                                    const CalibrationReport& report);
 

@@ -119,7 +119,7 @@ class RowReader {
     return {};
   }
 
-  /// Why the child ended before its last message.
+  /// Returns the reason for which the child ended before its last message.
   std::string reason_of_end() {
     const auto status = child_.wait(std::chrono::seconds(10));
     if (!status) return "closed its line, and does not end";

@@ -14,12 +14,12 @@
 
 namespace gyrotherm::exchange {
 
-/// What a reader may use. A step is what it does between two calls of its function `step`: opening the file, or reading
-/// a part of one column. Whole files may be larger than any of these.
+/// Limits of a reader. A step lasts from one call of its function `step` to the next: it opens the file, or reads a
+/// part of one column. Files may be larger than any of these limits.
 struct ReadingLimits {
   std::uint64_t memory_bytes = std::uint64_t{1} << 30;
-  std::chrono::seconds processor_time{10};     ///< of one step
-  Duration silence = std::chrono::minutes(5);  ///< without a row
+  std::chrono::seconds processor_time{10};     ///< for one step
+  Duration silence = std::chrono::minutes(5);  ///< between two rows
 };
 
 /// Reads rows of `columns` numbers and hands them on; calls `step` before each step.

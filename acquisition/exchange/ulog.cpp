@@ -81,7 +81,7 @@ class Formats {
     return true;
   }
 
-  /// Nothing if there is no such format, it is larger than a message, or is_exhausted().
+  /// Returns nothing if the format is missing or larger than a message, or if is_exhausted().
   [[nodiscard]] std::optional<LogSeries> series(const std::string& name, unsigned instance) {
     LogSeries series{.message = name, .instance = instance};
     std::size_t place = 0;

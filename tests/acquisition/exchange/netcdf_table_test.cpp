@@ -29,7 +29,7 @@ Result<double> last_rate(const std::string& bytes, const ReadingLimits& limits, 
   return read ? Result<double>(last) : failure(read.error());
 }
 
-const ReadingLimits kShort{.memory_bytes = 256 << 20, .processor_time = std::chrono::seconds(1)};
+const ReadingLimits kSmall{.memory_bytes = 256 << 20, .processor_time = std::chrono::seconds(1)};
 
 TEST(NetcdfTable, ReadsClassicFileRowByRow) {
   std::size_t rows = 0;
@@ -52,7 +52,7 @@ TEST(NetcdfTable, RefusesCountsThatAreNotThoseOfTheFile) {
   for (const std::size_t at : good.counts())
     for (const std::uint32_t count : {0x80000002U, 0xFFFFFFFFU, 0x7FFFFFFFU}) {
       SCOPED_TRACE("count " + std::to_string(count) + " at byte " + std::to_string(at));
-      const auto read = last_rate(good.with(at, count), kShort);
+      const auto read = last_rate(good.with(at, count), kSmall);
       ASSERT_FALSE(read);
       EXPECT_EQ(read.error().kind, FaultKind::bad_file);
       EXPECT_NE(read.error().where.find("file.nc"), std::string::npos) << text(read.error());
@@ -64,14 +64,16 @@ TEST(NetcdfTable, ReadsOrRefusesDamagedFiles) {
   const ClassicNetcdf good(3);
   int refused = 0;
   for (std::size_t size = 0; size < good.header(); size += 7)
-    refused += last_rate(good.text().substr(0, size), kShort).has_value() ? 0 : 1;
+    refused += last_rate(good.text().substr(0, size), kSmall).has_value() ? 0 : 1;
   EXPECT_GT(refused, 20);
   for (unsigned seed = 0; seed < 60; ++seed) {
     std::mt19937 random(seed);
     std::string bytes = good.text();
     for (int i = 0; i < 3; ++i) bytes[4 + random() % (good.header() - 4)] = static_cast<char>(random());
-    const auto read = last_rate(bytes, kShort);
-    if (!read) EXPECT_EQ(read.error().kind, FaultKind::bad_file) << "seed " << seed;
+    const auto read = last_rate(bytes, kSmall);
+    if (!read) {
+      EXPECT_EQ(read.error().kind, FaultKind::bad_file) << "seed " << seed;
+    }
   }
 }
 

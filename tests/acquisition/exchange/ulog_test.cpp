@@ -101,7 +101,7 @@ TEST(Ulog, RefusesSeriesOfMoreFieldsThanALogHas) {
   UlogText without_time, wide;
   without_time.format("g:uint8_t[65000] x;");
   wide.format("g:uint64_t timestamp;uint8_t[65000] x;uint8_t[65000] y;");
-  for (UlogText log : {without_time, wide, nested("n", 6, "uint8_t[14] a;char[1] b;"), nested("m", 7, "char[3] a;")}) {
+  for (UlogText log : {without_time, wide, nested("n", 6, "uint8_t[14] a;char[1] b;"), nested("m", 6, "char[3] a;")}) {
     for (int i = 0; i < 3000; ++i) log.subscribe(0, "g");
     const auto read = columns_of_ulog(Bytes(log.text(), "f"));
     ASSERT_FALSE(read);

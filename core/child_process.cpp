@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -86,10 +87,10 @@ void leave_parents_input() {
 }
 
 bool reap(pid_t pid, Duration within, int* status) {
-  constexpr useconds_t kLookUs = 10'000;
-  for (const Deadline deadline(within); ::waitpid(pid, status, WNOHANG) == 0; ::usleep(kLookUs))
-    if (deadline.over()) return false;
-  return true;
+  const Descriptor watched(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));
+  if (watched.is_open()) [[maybe_unused]]
+    const bool ended = ready(watched.number(), POLLIN, Deadline(within));
+  return ::waitpid(pid, status, WNOHANG) != 0;
 }
 
 std::string ending_in_words(int status) {

@@ -10,7 +10,7 @@
 
 namespace gyrotherm::report {
 
-/// Returns true for an unfinished text ("…", "...", "TODO", "TBD", "FIXME", "XXX"), an address in the domains reserved
+/// Returns true for an unfinished text ("…", "...", "todo", "tbd", "fixme", "xxx"), an address in the domains reserved
 /// for examples (RFC 2606), and the names and sentences of the examples in docs/calibration-report.md.
 [[nodiscard]] bool is_placeholder(std::string_view text);
 

@@ -16,6 +16,7 @@
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/line/line_address.hpp"
+#include "drivers/line/link_settings.hpp"
 #include "rig/analogue_settings.hpp"
 #include "rig/gyro_settings.hpp"
 #include "rig/thermometer_settings.hpp"
@@ -41,6 +42,7 @@ struct RigFile {
   std::string file;                  ///< its path, as given
   drivers::RegisterMap chamber_map;  ///< on the link that suits the line
   std::string chamber_line;
+  drivers::LinkSettings chamber_link{};                  ///< replace those of the map
   std::optional<drivers::WordOrder> chamber_word_order;  ///< where the map's own does not suit the unit
   profile::ChamberLimits chamber_limits;
   Celsius safe_set_point;

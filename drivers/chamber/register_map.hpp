@@ -16,6 +16,7 @@
 #include "core/sample.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_item.hpp"
+#include "drivers/line/link_settings.hpp"
 #include "drivers/line/modbus.hpp"
 
 namespace gyrotherm::drivers {
@@ -179,6 +180,10 @@ struct RegisterMap {
 /// The map for a unit at the end of `line`: a serial line wants RTU, a TCP line Modbus TCP where the map has it and
 /// otherwise RTU over TCP; a virtual line the map's first link. `framing`: the user's choice.
 [[nodiscard]] Result<RegisterMap> on_line(RegisterMap map, const Line& line, std::optional<LinkKind> framing = {});
+
+/// Returns the map with the settings of one installation on the link in use. Fails with usage if that link cannot have
+/// one of them, or if an item has more registers than they let one exchange read; `where` is the key.
+[[nodiscard]] Result<RegisterMap> with_settings(RegisterMap map, const LinkSettings& settings);
 
 /// "tcp", "rtu", "rtu_over_tcp", as files say it.
 [[nodiscard]] const char* name(LinkKind kind);

@@ -145,6 +145,9 @@ struct SetPointLimits {
   std::optional<Celsius> lowest, highest;
   std::string lowest_item, highest_item;
   Duration every{};  ///< a set point no more often than this; 0: as often as the link allows
+  /// Writes that the memory endures in which the controller stores each set point; 0: it stores none, or is not known
+  /// to.
+  std::int64_t nonvolatile{};
 };
 
 struct RegisterMap {

@@ -618,6 +618,8 @@ void read_limits(const TomlTable& table, RegisterMap& map) {
   limits.highest_item = item("highest_register");
   (void)table.rate("fastest", CelsiusPerMinute{});  // for people
   limits.every = table.duration("every", Duration{});
+  if (table.has("nonvolatile_set_point"))
+    limits.nonvolatile = whole<std::int64_t>(table, "nonvolatile_set_point", 1, 1'000'000'000'000);
 }
 
 /// Ranges of registers that must not be written, and why: no item that is writable may lie there.

@@ -8,6 +8,7 @@
 
 #include "drivers/analogue/modbus_analogue_input.hpp"
 #include "drivers/line/line_address.hpp"
+#include "rig/link_table.hpp"
 #include "rig/thermometer_settings.hpp"
 
 namespace gyrotherm::rig {
@@ -16,11 +17,19 @@ namespace {
 constexpr const char* kCelsius = "°C";
 constexpr std::int64_t kMostInputs = 256;
 
+std::optional<drivers::LinkKind> framing_in(const TomlTable& table) {
+  return one_of_link(drivers::kLinkKinds, table, "framing");
+}
+std::optional<drivers::WordOrder> word_order_in(const TomlTable& table) {
+  return one_of_link(drivers::kWordOrders, table, "word_order");
+}
+
 /// The map, on the link that suits the line.
 Result<drivers::AnalogueMap> read_analogue_map(const TomlTable& table, const std::string& rig_file,
                                                const std::string& line_text, const std::optional<std::string>& known) {
-  const auto framing = one_of_or_default(drivers::kLinkKinds, table, "framing");
-  const auto word_order = one_of_or_default(drivers::kWordOrders, table, "word_order");
+  const auto settings = drivers::read_link_settings(table.table("link"));
+  const auto framing = framing_in(table);
+  const auto word_order = word_order_in(table);
   const auto named = read_named(table, "map", rig_file, kShippedAnalogueMap, known);
   if (!named) return failure(named.error());
   auto map = drivers::parse_analogue_map(named->text, named->path, word_order);
@@ -28,7 +37,7 @@ Result<drivers::AnalogueMap> read_analogue_map(const TomlTable& table, const std
   if (!map || !line) return map;
   auto linked = on_line(std::move(map->registers), *line, framing);
   if (!linked) return failure(FaultKind::bad_file, table.place("line"), linked.error().what);
-  map->registers = std::move(*linked);
+  map->registers = with_link_settings(std::move(*linked), table, settings);
   return map;
 }
 

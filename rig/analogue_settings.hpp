@@ -37,8 +37,8 @@ struct AnalogueSettings {
 /// "analogue input 1": the instrument of that place in the rig, in words.
 [[nodiscard]] std::string title_of_analogue(std::size_t index);
 
-/// Reads every [[analogue_input]]: `line`, `map` (a description's path relative to `rig_file`), `word_order` and
-/// `framing` as for the chamber, and each [[analogue_input.channel]]: `input` (from 1), `name`, `unit` of measure,
+/// Reads every [[analogue_input]]: `line`, `map` (a description's path relative to `rig_file`), `word_order`, `framing`
+/// and `link` as for the chamber, and each [[analogue_input.channel]]: `input` (from 1), `name`, `unit` of measure,
 /// `gyro` (the unit under test, which may be absent where the rig has one), `scale`, `offset`, and `temperature`, which
 /// a value in °C may be. Each becomes one more value of its unit, behind those that are there. `known`: the maps'
 /// texts, in order, where they are already known. Fails with bad_file for a map that cannot be used; mistakes of the

@@ -12,6 +12,7 @@
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/line/line_address.hpp"
+#include "rig/link_table.hpp"
 #include "rig/thermometer_settings.hpp"
 #include "sequencer/interlocks/limits.hpp"
 #include "simulator/chamber_registers.hpp"
@@ -48,6 +49,10 @@ std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Ce
 void read_chamber(const TomlTable& table, RigFile& rig) {
   rig.chamber_line = table.text("line");
   check_line(table, rig.chamber_line);
+  const auto link = table.table("link");
+  rig.chamber_link = drivers::read_link_settings(link);
+  if (rig.chamber_link.echo.value_or(false) && rig.chamber_line == kVirtualLine)
+    link.mistake("echo", "a virtual line does not echo");
   rig.chamber_limits = {
       .lowest = table.celsius("lowest"),
       .highest = table.celsius("highest"),
@@ -64,8 +69,8 @@ void read_chamber(const TomlTable& table, RigFile& rig) {
 
 /// The map, on the link that suits the line.
 Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig,
+                                      std::optional<drivers::LinkKind> framing,
                                       const std::optional<std::string>& known) {
-  const auto wanted = one_of_or_default(drivers::kLinkKinds, chamber, "framing");
   const auto named = read_named(chamber, "map", rig.file, kShippedChamberMap, known);
   if (!named) return failure(named.error());
   auto map = parse_register_map(named->text, named->path, rig.chamber_word_order);
@@ -73,11 +78,17 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
   if (!map || !line) return map;
   if (rig.simulated)
     if (const auto unit = simulator::read_simulated_unit(*map, named->path); !unit) return failure(unit.error());
-  auto linked = on_line(std::move(*map), *line, wanted);
+  auto linked = on_line(std::move(*map), *line, framing);
   if (!linked) return failure(FaultKind::bad_file, chamber.place("line"), linked.error().what);
   auto powered = with_power_switch(std::move(*linked), rig.chamber_power);
   if (!powered) return failure(FaultKind::bad_file, chamber.place("power"), powered.error().what);
-  return powered;
+  return with_link_settings(std::move(*powered), chamber, rig.chamber_link);
+}
+
+/// Reads the word order and returns the framing that the file asks for, if any.
+std::optional<drivers::LinkKind> read_link_words(const TomlTable& chamber, RigFile& rig) {
+  rig.chamber_word_order = one_of_link(drivers::kWordOrders, chamber, "word_order");
+  return one_of_link(drivers::kLinkKinds, chamber, "framing");
 }
 
 /// What [analysis] says of units that do not say it themselves.
@@ -258,8 +269,8 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
     root->ignore("virtual");
   check_ports(*root, rig);
   rig.chamber_power = chamber.text("power", "");
-  rig.chamber_word_order = one_of_or_default(drivers::kWordOrders, chamber, "word_order");
-  auto map = read_map(chamber, rig, known.chamber_map);
+  const auto framing = read_link_words(chamber, rig);
+  auto map = read_map(chamber, rig, framing, known.chamber_map);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   if (!gyros) return failure(gyros.error());
   if (!analogue) return failure(analogue.error());

@@ -16,6 +16,7 @@
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/line/line_address.hpp"
+#include "drivers/line/link_settings.hpp"
 #include "rig/analogue_settings.hpp"
 #include "rig/gyro_settings.hpp"
 #include "rig/thermometer_settings.hpp"
@@ -42,6 +43,7 @@ struct RigFile {
   drivers::RegisterMap chamber_map;  ///< on the link that suits the line
   std::string chamber_line;
   std::string chamber_power;                             ///< a power switch of the map, or empty
+  drivers::LinkSettings chamber_link{};                  ///< replace those of the map
   std::optional<drivers::WordOrder> chamber_word_order;  ///< where the map's own does not suit the unit
   profile::ChamberLimits chamber_limits;
   Celsius safe_set_point;

@@ -10,6 +10,7 @@
 
 #include "acquisition/record/run_info.hpp"
 #include "core/toml_reader.hpp"
+#include "drivers/line/echo_stream.hpp"
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 
@@ -72,6 +73,14 @@ void check_line_of(const TomlTable& table, const ThermometerSettings& settings) 
   if (!line) return table.mistake("line", line.error().what);
   if (!std::holds_alternative<drivers::HidLine>(*line) && settings.line != kVirtualLine)
     table.mistake("line", "a USB-TEMP is an HID device; expected \"hid:SERIAL\" or \"hid:\"");
+}
+
+void read_link(const TomlTable& table, ThermometerSettings& settings) {
+  const auto link = table.table("link");
+  settings.echo = link.boolean("echo", false);
+  const auto line = drivers::parse_line(settings.line);
+  if (settings.echo && line && !drivers::carries_bytes(*line))
+    link.mistake("echo", "only a tcp:// or serial: line can echo");
 }
 
 void read_dcon(const TomlTable& table, ThermometerSettings& settings) {
@@ -233,6 +242,7 @@ ThermometerSettings read_thermometer(const TomlTable& table, const std::string& 
     settings.line = table.text("line");
     check_line_of(table, settings);
   }
+  if (table.has("link")) read_link(table, settings);
   if (settings.kind == Kind::dcon) read_dcon(table, settings);
   if (settings.kind == Kind::mcc_usb_temp && table.has("sensor")) settings.sensor = read_sensor(table.table("sensor"));
   read_channels(table, number, seen, settings);
@@ -248,8 +258,9 @@ std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings
   if (const auto* hid = std::get_if<drivers::HidLine>(&line))
     return make_usb_temp(settings, place,
                          drivers::make_hid_line({drivers::kMccKinds.begin(), drivers::kMccKinds.end()}, hid->serial));
-  return make_thermometer(settings, place, make_stream(line, {.serial = row_of(settings.kind).serial}, kConnectWithin),
-                          false);
+  auto stream = make_stream(line, {.serial = row_of(settings.kind).serial}, kConnectWithin);
+  if (settings.echo) stream = drivers::make_echo_stream(std::move(stream));
+  return make_thermometer(settings, place, std::move(stream), false);
 }
 
 std::unique_ptr<drivers::Thermometer> make_process_thermometer(const ThermometerSettings& settings,

@@ -34,6 +34,7 @@ struct ThermometerSettings {
   std::optional<std::uint8_t> type;          ///< dcon: that the modules must be set to
   std::optional<drivers::MccSensor> sensor;  ///< mcc_usb_temp: at each input; nothing: as it was set up before
   drivers::ProgramCommand command;           ///< process: the program that is its driver
+  bool echo{};                               ///< the line returns every request
   std::string place;
 };
 
@@ -44,8 +45,8 @@ void check_line(const TomlTable& table, const std::string& line);
 /// [[thermometer.calibration]] (channel, offset or polynomial, certificate, due), and `certificate` and `due` for all
 /// channels without their own; `uncertainty` (K) with its `coverage_factor` or `distribution`, `drift_k_per_year` and
 /// `calibrated` (a day) in either table likewise; and those of the driver: addresses, checksum and type (dcon),
-/// [thermometer.sensor] (mcc_usb_temp), command (process, which has no line but "virtual"; it runs in `folder`).
-/// `seen`: the channels of the rig so far.
+/// [thermometer.sensor] (mcc_usb_temp), [thermometer.link] `echo` (of a line that carries bytes), command (process,
+/// which has no line but "virtual"; it runs in `folder`). `seen`: the channels of the rig so far.
 [[nodiscard]] ThermometerSettings read_thermometer(const TomlTable& table, const std::string& folder,
                                                    std::size_t number, std::set<std::string>& seen);
 

@@ -7,6 +7,7 @@
 #include "acquisition/record/run_info.hpp"
 #include "app/command.hpp"
 #include "app/qualify/accept.hpp"
+#include "app/rig_lines.hpp"
 #include "app/run/carry_out.hpp"
 #include "app/value.hpp"
 #include "core/clock.hpp"
@@ -16,7 +17,7 @@
 #include "rig/rig.hpp"
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/run/chamber_ownership.hpp"
-#include "simulator/laboratory_parameters.hpp"
+#include "sequencer/run/set_point_path.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -31,11 +32,6 @@ struct CheckArguments {
 std::string thermal_model(const rig::RigFile& rig) {
   const auto& model = rig.gyro_model;
   return model.name.empty() ? "" : fmt::format(", thermal model \"{}\", film \"{}\"", model.name, model.film);
-}
-
-/// Judges for the day on which the rig would run.
-std::vector<std::string> overdue(const rig::RigFile& rig) {
-  return overdue_calibrations(channels_of(rig), rig.simulated ? kVirtualEpoch : SteadyClock().now().utc);
 }
 
 /// The limiter is the safety function: a real rig whose file says nothing of it is worth a warning.
@@ -118,11 +114,40 @@ std::string analogue_lines(const rig::RigFile& rig) {
   return lines;
 }
 
+/// A sentence for each serial line whose device may have another name tomorrow.
+std::vector<std::string> unstable_names(const rig::RigFile& rig) {
+  std::vector<std::string> sentences;
+  for (const auto& connected : lines_of(rig))
+    if (const auto why = unstable_name(connected.line); !why.empty())
+      sentences.push_back(fmt::format("{}: {}", connected.title, why));
+  return sentences;
+}
+
+std::string unstable_lines(const rig::RigFile& rig) {
+  std::string lines;
+  for (const auto& sentence : unstable_names(rig)) lines += fmt::format("  WARNING: {}\n", sentence);
+  return lines;
+}
+
+/// Prints how many set points a run sends, with a warning if the controller stores each of them.
+std::string set_point_lines(std::int64_t count, const rig::RigFile* rig) {
+  auto lines = fmt::format("\n  a run sends {} set points\n", count);
+  const auto endures = rig ? rig->chamber_map.limits.nonvolatile : 0;
+  if (endures == 0) return lines;
+  return lines + fmt::format(
+                     "  WARNING: the controller stores each of them in memory that endures {} writes: {:.3g} % of its "
+                     "life. Keep it from storing (a register written in `start`), set `every` in the [limits] of its "
+                     "map{}\n",
+                     endures, 100.0 * static_cast<double>(count) / static_cast<double>(endures),
+                     rig->chamber_map.memory ? ", or let it carry the profile out (run --upload)" : "");
+}
+
 bool is_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
 
 std::string rig_lines(const rig::RigFile& rig) {
   return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) +
-         thermometer_lines(rig) + (is_one_axis(rig) ? gyro_line(rig) : lot_lines(rig)) + analogue_lines(rig);
+         thermometer_lines(rig) + (is_one_axis(rig) ? gyro_line(rig) : lot_lines(rig)) + analogue_lines(rig) +
+         unstable_lines(rig);
 }
 
 Json calibrations_json(const rig::RigFile& rig) {
@@ -168,6 +193,7 @@ Json rig_json(const rig::RigFile& rig) {
           {"thermometers", channels_of(rig).size()},
           {"calibrations", calibrations_json(rig)},
           {"overdue", overdue(rig)},
+          {"unstable_names", unstable_names(rig)},
           {"arcsec_per_pulse", rig.units.front().info.axes.front().scale},
           {"gyro_stream", stream ? stream->name : ""},
           {"gyro_stream_confidence", stream ? stream->confidence : ""},
@@ -267,8 +293,13 @@ Result<Exit> check(Console& console, const CheckArguments& options) {
     if (rig)
       if (const auto taken = check_controller(found.controller, *profile, *rig); !taken) return failure(taken.error());
     const auto timeline = plan(*profile);
-    found.words += describe(*profile, timeline);
+    const auto set_points = run::count_set_points(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{},
+                                                  rig ? rig->chamber_map.limits.every : Duration{});
+    found.words += describe(*profile, timeline) + set_point_lines(set_points, rig ? &*rig : nullptr);
     found.json["profile"] = timeline_json(*profile, timeline);
+    found.json["profile"]["set_points"] = set_points;
+    if (rig && rig->chamber_map.limits.nonvolatile > 0)
+      found.json["profile"]["nonvolatile_set_points"] = rig->chamber_map.limits.nonvolatile;
   }
   console.data(console.json ? text_of(found.json) + "\n" : found.words);
   return Exit::done;

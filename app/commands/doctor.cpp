@@ -16,6 +16,8 @@
 #include "app/command.hpp"
 #include "app/devices.hpp"
 #include "app/machine_checks.hpp"
+#include "app/rig_lines.hpp"
+#include "app/serial_checks.hpp"
 #include "app/value.hpp"
 #include "core/json.hpp"
 #include "drivers/chamber/chamber_lock.hpp"
@@ -32,27 +34,6 @@ struct DoctorArguments {
 };
 
 constexpr auto kConnectWithin = std::chrono::seconds(2);
-
-/// An instrument of a rig, and where it is connected.
-struct Connected {
-  std::string title;
-  std::string line;
-  std::uint16_t usual_port = drivers::LineDefaults{}.port;
-  drivers::ProgramCommand program{};  ///< of others, which speaks to the instrument; without words: none
-};
-
-std::vector<Connected> lines_of(const rig::RigFile& rig) {
-  std::vector<Connected> lines{{"chamber", rig.chamber_line, rig.chamber_map.link.modbus.port}};
-  for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
-    lines.push_back({.title = fmt::format("thermometer {}", i + 1),
-                     .line = rig.thermometers[i].line,
-                     .program = rig.simulated ? drivers::ProgramCommand{} : rig.thermometers[i].command});
-  for (const auto& gyro : rig.gyro_lines) lines.push_back({title_of(gyro, rig.units), gyro.line});
-  for (std::size_t i = 0; i < rig.analogue_inputs.size(); ++i)
-    lines.push_back({rig::title_of_analogue(i), rig.analogue_inputs[i].line,
-                     rig.analogue_inputs[i].map.registers.link.modbus.port});
-  return lines;
-}
 
 Finding check_tcp(drivers::TcpLine line, std::uint16_t usual_port) {
   if (line.port == 0) line.port = usual_port;
@@ -74,6 +55,8 @@ Finding check_serial(const drivers::SerialLine& line) {
   if (!node.allowed)
     return {"", FindingState::fault, fmt::format("{} may not be opened by this user", line.device),
             fix_of_serial(node)};
+  if (const auto why = unstable_name(text(drivers::Line(line))); !why.empty())
+    return {"", FindingState::warning, why, "write the stable name into the rig file"};
   return {"", FindingState::ok, line.device + " may be opened", ""};
 }
 
@@ -144,6 +127,16 @@ std::vector<Finding> check_devices(const std::vector<Device>& devices) {
   return findings;
 }
 
+std::vector<Finding> check_calibrations(const rig::RigFile& rig) {
+  constexpr const char* kName = "calibrations";
+  std::vector<Finding> findings;
+  for (auto& sentence : overdue(rig))
+    findings.push_back(
+        {kName, FindingState::warning, std::move(sentence), "calibrate it, or correct \"due\" in the rig file"});
+  if (findings.empty()) findings.push_back({kName, FindingState::ok, "none is overdue", ""});
+  return findings;
+}
+
 void append(std::vector<Finding>& to, std::vector<Finding> more) { std::ranges::move(more, std::back_inserter(to)); }
 
 Result<std::vector<Finding>> examine(const DoctorArguments& options) {
@@ -153,10 +146,12 @@ Result<std::vector<Finding>> examine(const DoctorArguments& options) {
   append(findings, check_limits());
   const auto devices = all_devices();
   append(findings, check_devices(devices));
+  append(findings, check_serial_adapters(devices));
   if (options.rig.empty()) return findings;
   const auto rig = rig::read_rig(options.rig);
   if (!rig) return failure(rig.error());
   append(findings, check_lines(*rig, devices));
+  append(findings, check_calibrations(*rig));
   return findings;
 }
 
@@ -194,9 +189,11 @@ void add_doctor(Program& program) {
   auto [command, options] = add_command(
       program, "doctor",
       "Looks whether a run could be carried out here, and says how to mend what is wrong: installation, disk, clock, "
-      "limits, permissions, and the lines of a rig. It writes to no instrument.",
+      "limits, permissions, programs that disturb serial adapters, and the lines and calibrations of a rig. It writes "
+      "to no instrument.",
       "gyrotherm doctor --rig virtual --folder .", doctor);
-  command.add_option("--rig", options.rig, "also look at the lines of this rig")->type_name(value::kRig);
+  command.add_option("--rig", options.rig, "also look at the lines and calibrations of this rig")
+      ->type_name(value::kRig);
   command.add_option("--folder", options.folder, "where records are to be (default: here)")->type_name(value::kFolder);
 }
 

@@ -32,10 +32,12 @@ PROFILE = {
 RIG = {
     "rig/rig_file.cpp": {
         "parse_rig": [""], "parse_rig:chamber": ["chamber"], "read_chamber": ["chamber"], "read_map": ["chamber"],
+        "read_link_words": ["chamber", "chamber.link"],
         "read_limiter:chamber": ["chamber"], "read_limiter": ["chamber.limiter"], "read_analysis": ["analysis"],
         "read_safe": ["safe"], "check_safe_air": [], "settle_simulated": [""],
     },
     "rig/thermometer_settings.cpp": {
+        "read_link": ["[thermometer]"], "read_link:link": ["thermometer.link"],
         "read_sensor": ["thermometer.sensor"], "read_dcon": ["[thermometer] dcon"],
         "read_command": ["[thermometer] process"], "read_certificate": _CALIBRATED,
         "read_uncertainty": _CALIBRATED, "read_calibration": ["[thermometer.calibration]"],
@@ -49,10 +51,12 @@ RIG = {
     },
     "rig/fixture.cpp": {"read_fixture": ["fixture"], "read_latitude": ["fixture", *_AXIS]},
     "rig/analogue_settings.cpp": {
-        "read_analogue_map": ["[analogue_input]"], "read_analogue_input": ["[analogue_input]"],
+        "framing_in": ["[analogue_input]", "analogue_input.link"],
+        "word_order_in": ["[analogue_input]", "analogue_input.link"], "read_analogue_map": ["[analogue_input]"], "read_analogue_input": ["[analogue_input]"],
         "read_analogue_inputs": [""], "unit_named": ["[analogue_input.channel]"],
         "read_channel": ["[analogue_input.channel]"],
     },
+    "drivers/line/link_settings.cpp": {"read_link_settings": ["chamber.link", "analogue_input.link"]},
     "sequencer/interlocks/limits.cpp": {
         "read_limits:root": [""], "read_limits": ["limits"], "read_times": ["limits"],
         "read_own_limits": ["limits"], "read_own_limits:its": ["limits.channel.NAME"],
@@ -129,7 +133,7 @@ _KINDS = {
     "number_rows": "rows of numbers", "integer": "a whole number", "whole": "a whole number",
     "boolean": "true or false", "celsius": "a temperature", "kelvins": "an amount in K", "duration": "a time",
     "rate": "a rate", "positive_rate": "a rate", "rates": "a list of rates", "durations": "a list of times",
-    "choice": "one of", "one_of": "one of", "one_of_or_default": "one of", "read_either": "one of",
+    "choice": "one of", "one_of": "one of", "one_of_or_default": "one of", "one_of_link": "one of", "read_either": "one of",
     "table": "a table", "tables": "tables", "expect": "the schema", "read_named": "a file, by name or path",
     "read_time": "a time", "read_time_if_any": "a time", "read_lost": "a time", "read_temperature": "a temperature",
     "read_temperature_if_any": "a temperature", "read_side": "a temperature", "read_rate_if_any": "a rate",
@@ -142,13 +146,13 @@ _KINDS = {
     "each_or_none": "a number, or one for each thermometer", "day": "a day", "name_at": "a text", "line_at": "a text",
     "texts_at": "a list of texts", "table texts": "a text, or one for each of `en` and `de`",
     "table numbers": "a list of numbers",
-    "has": None, "mistake": None, "place": None, "is_list": None, "is_table": None, "bounded": None, "check": None,
+    "has": None, "mistake": None, "place": None, "is_list": None, "is_table": None, "append": None, "bounded": None, "check": None,
     "check_safe_set_point": None, "expect_set_point": None, "format": None, "failure": None, "node_of": None,
     "has_person": None,
 }  # fmt: skip
 _LEFT_OUT = {
     "read_side", "read_time_if_any", "read_temperature_if_any", "read_rate_if_any", "read_uncertainty",
-    "uncertainty_of", "above_zero", "read_day", "day", "one_of_or_default", "read_either", "texts", "numbers", "rates",
+    "uncertainty_of", "above_zero", "read_day", "day", "one_of_or_default", "one_of_link", "read_either", "texts", "numbers", "rates",
     "read_rates", "read_channels_of", "read_choice", "tables", "read_range", "ignore", "table texts",
 }  # fmt: skip
 _DEFAULTS = {"each_or_none": "0"}

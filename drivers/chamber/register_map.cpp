@@ -69,6 +69,18 @@ Result<RegisterMap> with_power_switch(RegisterMap map, const std::string& name) 
   return map;
 }
 
+Result<RegisterMap> with_settings(RegisterMap map, const LinkSettings& settings) {
+  if (auto checked = check_framing(map.link.modbus, settings); !checked) return failure(std::move(checked.error()));
+  auto linked = with_settings(std::move(map.link.modbus), settings);
+  for (const auto& item : map.items)
+    if (const auto size = std::max(item.read_count, word_count(item)); item.readable && size > linked.read_at_most)
+      return failure(
+          FaultKind::usage, "read_at_most",
+          fmt::format("register \"{}\" takes {} in one exchange, expected at least as many", item.name, size));
+  map.link.modbus = std::move(linked);
+  return map;
+}
+
 const char* name(LinkKind kind) { return word_of(kLinkKinds, kind); }
 const char* name(Confidence confidence) { return word_of(kConfidences, confidence); }
 

@@ -16,6 +16,7 @@
 #include "core/sample.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_item.hpp"
+#include "drivers/line/link_settings.hpp"
 #include "drivers/line/modbus.hpp"
 
 namespace gyrotherm::drivers {
@@ -178,6 +179,9 @@ struct SetPointLimits {
   std::optional<Celsius> lowest, highest;
   std::string lowest_item, highest_item;
   Duration every{};  ///< a set point no more often than this; 0: as often as the link allows
+  /// Writes that the memory endures in which the controller stores each set point; 0: it stores none, or is not known
+  /// to.
+  std::int64_t nonvolatile{};
 };
 
 struct RegisterMap {
@@ -219,6 +223,10 @@ struct RegisterMap {
 /// The map with the power switch of that name: "start" begins by switching it on, "stop" ends by switching it off, and
 /// a chamber whose power is off is off. An empty name changes nothing. Fails with usage if the map has no such switch.
 [[nodiscard]] Result<RegisterMap> with_power_switch(RegisterMap map, const std::string& name);
+
+/// Returns the map with the settings of one installation on the link in use. Fails with usage if that link cannot have
+/// one of them, or if an item has more registers than they let one exchange read; `where` is the key.
+[[nodiscard]] Result<RegisterMap> with_settings(RegisterMap map, const LinkSettings& settings);
 
 /// "tcp", "rtu", "rtu_over_tcp", as files say it.
 [[nodiscard]] const char* name(LinkKind kind);

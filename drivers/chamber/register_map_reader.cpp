@@ -10,6 +10,7 @@
 
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "drivers/line/link_settings.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
@@ -449,7 +450,7 @@ void check_block(const TomlTable& link, const RegisterMap& map) {
                                             one.modbus.read_at_most));
 }
 
-constexpr int kMostReadAtOnce = 125, kMostWrittenAtOnce = 123;
+constexpr int kMostWrittenAtOnce = 123;
 
 /// A duration of zero or more that `link` may set anew.
 void read_time(const TomlTable& link, const char* key, Duration& time) { time = link.duration(key, time); }
@@ -465,23 +466,14 @@ void read_serial(const TomlTable& link, SerialFormat& serial) {
 
 /// What both [link] and the table of one link may say; the latter has the last word.
 void read_settings(const TomlTable& link, ModbusLink& modbus) {
-  modbus.unit = whole<std::uint8_t>(link, "unit", 0, 255, modbus.unit);
+  modbus = with_settings(std::move(modbus), read_link_settings(link));
   modbus.port = whole<std::uint16_t>(link, "port", 1, 65535, modbus.port);
-  read_time(link, "timeout", modbus.timeout);
-  constexpr Duration kLongest = std::chrono::seconds(2);  // three of them are less than the guard's patience
-  if (modbus.timeout <= Duration::zero() || modbus.timeout > kLongest)
-    link.mistake("timeout", "\"timeout\" is not within its bounds, expected more than zero and at most 2 s");
   read_time(link, "minimum_period", modbus.minimum_period);
   read_time(link, "after_write", modbus.after_write);
   read_time(link, "gap", modbus.gap);
-  const auto limit = [&](const char* key, std::uint16_t& value, int most) {
-    value = whole<std::uint16_t>(link, key, 1, most, value);
-  };
-  limit("read_at_most", modbus.read_at_most, kMostReadAtOnce);
-  limit("write_at_most", modbus.write_at_most, kMostWrittenAtOnce);
+  modbus.write_at_most = whole<std::uint16_t>(link, "write_at_most", 1, kMostWrittenAtOnce, modbus.write_at_most);
   modbus.answers_reads_by_either_function =
       link.boolean("answers_reads_by_either_function", modbus.answers_reads_by_either_function);
-  modbus.miscounts_write_replies = link.boolean("miscounts_write_replies", modbus.miscounts_write_replies);
   modbus.loop_back = link.boolean("loop_back", modbus.loop_back);
   read_serial(link, modbus.serial);
 }
@@ -631,6 +623,8 @@ void read_limits(const TomlTable& table, RegisterMap& map) {
   limits.highest_item = item("highest_register");
   (void)table.rate("fastest", CelsiusPerMinute{});  // for people
   limits.every = table.duration("every", Duration{});
+  if (table.has("nonvolatile_set_point"))
+    limits.nonvolatile = whole<std::int64_t>(table, "nonvolatile_set_point", 1, 1'000'000'000'000);
 }
 
 /// Ranges of registers that must not be written, and why: no item that is writable may lie there.

@@ -173,13 +173,15 @@ std::optional<SerialFormat> format_of(sp_port* port) {
   const Config config(raw);
   SerialFormat found;
   sp_parity parity{};
+  sp_cts cts{};
   if (sp_get_config(port, raw) != SP_OK || sp_get_config_baudrate(raw, &found.baud) != SP_OK ||
       sp_get_config_bits(raw, &found.data_bits) != SP_OK || sp_get_config_parity(raw, &parity) != SP_OK ||
-      sp_get_config_stopbits(raw, &found.stop_bits) != SP_OK)
+      sp_get_config_stopbits(raw, &found.stop_bits) != SP_OK || sp_get_config_cts(raw, &cts) != SP_OK)
     return {};
   const auto* known = std::ranges::find(kParities, parity);
   if (known == std::end(kParities)) return {};
   found.parity = static_cast<SerialParity>(known - std::begin(kParities));
+  found.rtscts = cts == SP_CTS_FLOW_CONTROL;
   return found;
 }
 
@@ -187,7 +189,7 @@ Result<void> configure(sp_port* port, const SerialFormat& format) {
   const bool set = sp_set_baudrate(port, format.baud) == SP_OK && sp_set_bits(port, format.data_bits) == SP_OK &&
                    sp_set_parity(port, kParities[static_cast<std::size_t>(format.parity)]) == SP_OK &&
                    sp_set_stopbits(port, format.stop_bits) == SP_OK &&
-                   sp_set_flowcontrol(port, SP_FLOWCONTROL_NONE) == SP_OK;
+                   sp_set_flowcontrol(port, format.rtscts ? SP_FLOWCONTROL_RTSCTS : SP_FLOWCONTROL_NONE) == SP_OK;
   if (!set) return refused(fmt::format("cannot be set to {}", text(format)));
   const auto found = format_of(port);
   if (found != format)
@@ -230,13 +232,6 @@ Result<Descriptor> open_pseudo_terminal(const std::string& device) {
   return line;
 }
 
-std::string stable_name(const std::string& device) {
-  std::error_code none;
-  for (const auto& link : entries_of("/dev/serial/by-id"))
-    if (fs::canonical(link, none) == device) return link.string();
-  return {};
-}
-
 std::string words(const char* text) { return text == nullptr ? "" : text; }
 
 class SerialStream final : public DescriptorStream {
@@ -276,6 +271,22 @@ class SerialStream final : public DescriptorStream {
 };
 
 }  // namespace
+
+std::string stable_name(const std::string& device) {
+  std::error_code none;
+  const auto real = fs::canonical(device, none);
+  for (const auto& link : entries_of("/dev/serial/by-id"))
+    if (!real.empty() && fs::canonical(link, none) == real) return link.string();
+  return {};
+}
+
+bool has_unstable_name(const std::string& device) {
+  const auto ends_in_a_number = [&](std::string_view start) {
+    return device.starts_with(start) && device.size() > start.size() &&
+           device.find_first_not_of("0123456789", start.size()) == std::string::npos;
+  };
+  return ends_in_a_number("/dev/ttyUSB") || ends_in_a_number("/dev/ttyACM");
+}
 
 Result<Descriptor> open_serial_port(const std::string& device, const SerialFormat& format) {
   std::error_code missing;

@@ -41,6 +41,12 @@ inline void guard_against_half_open(int socket) {
 /// with `format`, which is read back. Reads and writes do not block. Fails with disconnected.
 [[nodiscard]] Result<Descriptor> open_serial_port(const std::string& device, const SerialFormat& format);
 
+/// Returns the link to `device` under /dev/serial/by-id, which remains when adapters are plugged in another order;
+/// empty if there is none.
+[[nodiscard]] std::string stable_name(const std::string& device);
+/// Returns whether the number in the name of a device file depends on the order of plugging, as in /dev/ttyUSB0.
+[[nodiscard]] bool has_unstable_name(const std::string& device);
+
 struct SerialPortFound {
   std::string device;       ///< "/dev/ttyUSB0"
   std::string description;  ///< "FT232R USB UART - A50285BI", as the adapter says

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cctype>
 #include <charconv>
 #include <memory>
 
@@ -34,6 +35,32 @@ bool take_number(std::string_view digits, Number& number) {
   return error == std::errc{} && stopped == end;
 }
 
+bool is_windows_port(std::string_view text) {
+  constexpr std::size_t kLetters = 3;
+  int number = 0;
+  return (text.starts_with("COM") || text.starts_with("com")) && take_number(text.substr(kLetters), number);
+}
+
+constexpr const char* kPortsAreListed =
+    "serial:/dev/ttyUSB0 or its name in /dev/serial/by-id (\"gyrotherm devices\" lists "
+    "them)";
+
+/// Names the likely intention: a serial port, or a host's name.
+tl::unexpected<Fault> wrong_host(std::string_view text, std::string_view host, std::string_view expected) {
+  if (text.starts_with("/dev/"))
+    return wrong(text, "a device file is not an address of the network", fmt::format("\"serial:{}\"", text));
+  if (text.starts_with("tty"))
+    return wrong(text, "a device file is not an address of the network", fmt::format("\"serial:/dev/{}\"", text));
+  if (is_windows_port(text)) return wrong(text, "a port has this name on Windows only", kPortsAreListed);
+  const bool has_scheme = text.find("://") != std::string_view::npos && !text.starts_with(kTcp);
+  const auto is_of_a_name = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '.'; };
+  if (!has_scheme && std::ranges::all_of(host, is_of_a_name) &&
+      std::ranges::any_of(host, [](char c) { return std::isalpha(static_cast<unsigned char>(c)); }))
+    return wrong(text, "names of hosts are not looked up, for that may take any time",
+                 fmt::format("the numeric IPv4 address that \"getent ahostsv4 {}\" prints", host));
+  return wrong(text, "the host is not a numeric IPv4 address", expected);
+}
+
 Result<Line> parse_tcp(std::string_view text) {
   constexpr auto kExpected = "tcp://A.B.C.D:PORT, serial:DEVICE, hid:SERIAL or virtual";
   auto rest = text;
@@ -42,7 +69,7 @@ Result<Line> parse_tcp(std::string_view text) {
   TcpLine line{std::string(rest.substr(0, colon)), 0};
   if (line.host == "localhost") line.host = "127.0.0.1";
   if (in_addr numeric{}; inet_pton(AF_INET, line.host.c_str(), &numeric) != 1)
-    return wrong(text, "the host is not a numeric IPv4 address", kExpected);
+    return wrong_host(text, line.host, kExpected);
   if (colon == std::string_view::npos) return line;
   if (!take_number(rest.substr(colon + 1), line.port) || line.port == 0)
     return wrong(text, "the port is not a number from 1 to 65535", kExpected);
@@ -53,6 +80,7 @@ Result<Line> parse_serial(std::string_view text) {
   const auto rest = text.substr(kSerial.size());
   const auto question = rest.find('?');
   SerialLine line{std::string(rest.substr(0, question)), {}};
+  if (is_windows_port(line.device)) return wrong(text, "a port has this name on Windows only", kPortsAreListed);
   if (!line.device.starts_with("/dev/") || line.device.ends_with('/'))
     return wrong(text, "the device is not a file under /dev", "serial:/dev/ttyUSB0?9600,8N1");
   if (question == std::string_view::npos) return line;
@@ -65,16 +93,21 @@ Result<Line> parse_serial(std::string_view text) {
 }  // namespace
 
 Result<SerialFormat> parse_serial_format(std::string_view text) {
-  constexpr auto kExpected = "something like 9600,8N1 (7 or 8 data bits; N, O or E; 1 or 2 stop bits)";
+  constexpr auto kExpected =
+      "something like 9600,8N1 (7 or 8 data bits; N, O or E; 1 or 2 stop bits) or 9600,8N1,rtscts (hardware handshake)";
+  constexpr std::string_view kHandshake = ",rtscts";
   SerialFormat format;
+  format.rtscts = text.ends_with(kHandshake);
+  const auto whole = text;
+  if (format.rtscts) text.remove_suffix(kHandshake.size());
   const auto comma = text.find(',');
   const auto frame = comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
-  if (frame.size() != 3) return wrong(text, "no serial format", kExpected);
+  if (frame.size() != 3) return wrong(whole, "no serial format", kExpected);
   if (!take_number(text.substr(0, comma), format.baud) || std::ranges::count(kBaudRates, format.baud) == 0)
-    return wrong(text, "the baud rate is unknown", fmt::format("one of {}", fmt::join(kBaudRates, ", ")));
+    return wrong(whole, "the baud rate is unknown", fmt::format("one of {}", fmt::join(kBaudRates, ", ")));
   const auto parity = kParityLetters.find(frame[1]);
   if ((frame[0] != '7' && frame[0] != '8') || parity == std::string_view::npos || (frame[2] != '1' && frame[2] != '2'))
-    return wrong(text, "no serial format", kExpected);
+    return wrong(whole, "no serial format", kExpected);
   format.data_bits = frame[0] - '0';
   format.parity = static_cast<SerialParity>(parity);
   format.stop_bits = frame[2] - '0';
@@ -82,8 +115,9 @@ Result<SerialFormat> parse_serial_format(std::string_view text) {
 }
 
 std::string text(const SerialFormat& format) {
-  return fmt::format("{},{}{}{}", format.baud, format.data_bits,
-                     kParityLetters[static_cast<std::size_t>(format.parity)], format.stop_bits);
+  return fmt::format("{},{}{}{}{}", format.baud, format.data_bits,
+                     kParityLetters[static_cast<std::size_t>(format.parity)], format.stop_bits,
+                     format.rtscts ? ",rtscts" : "");
 }
 
 Duration character_time(const SerialFormat& format) {

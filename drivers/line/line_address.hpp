@@ -17,17 +17,18 @@ namespace gyrotherm::drivers {
 
 enum class SerialParity : std::uint8_t { none, odd, even };
 
-/// How a serial line sends its characters. No flow control: no instrument here uses any.
+/// Settings of a serial line.
 struct SerialFormat {
   int baud = 9600;
   int data_bits = 8;  ///< 7 or 8
   SerialParity parity = SerialParity::none;
-  int stop_bits = 1;  ///< 1 or 2
+  int stop_bits = 1;    ///< 1 or 2
+  bool rtscts = false;  ///< hardware handshake
   bool operator==(const SerialFormat&) const = default;
 };
 
-/// "9600,7O1": baud, data bits, parity (N, O, E), stop bits. Fails with bad_file if it is none, or if the baud rate is
-/// none of the customary ones from 300 to 921600; `where` is left to the caller.
+/// "9600,7O1": baud, data bits, parity (N, O, E), stop bits; and ",rtscts" for hardware handshake. Fails with bad_file
+/// if it is none, or if the baud rate is none of the customary ones from 300 to 921600; `where` is left to the caller.
 [[nodiscard]] Result<SerialFormat> parse_serial_format(std::string_view text);
 [[nodiscard]] std::string text(const SerialFormat& format);
 /// How long one character is on the line, its start bit included.

@@ -10,6 +10,7 @@
 
 #include "core/deadline.hpp"
 #include "drivers/line/backoff.hpp"
+#include "drivers/line/echo_stream.hpp"
 #include "drivers/line/modbus_lines.hpp"
 
 namespace gyrotherm::drivers {
@@ -24,11 +25,11 @@ constexpr Duration kFirstRestOfABusyUnit = milliseconds(20);
 /// 200 ms.
 constexpr Duration kPieceGapOverTcp = milliseconds(250);
 
-/// On RTU a try may have to wait twice the timeout for the answer to an older request first.
+/// Where no number in a reply names its request, a try may have to wait twice the timeout for an older answer first.
 Duration whole_exchange(const ModbusLink& link) {
-  const bool rtu = link.framing == ModbusLink::Framing::rtu;
-  const auto one_try = (rtu ? 3 : 1) * link.timeout + link.gap;
-  return std::max(rtu ? kWholeRtuExchange : kWholeTcpExchange,
+  const bool waits = link.framing == ModbusLink::Framing::rtu || link.returns_other_transaction;
+  const auto one_try = (waits ? 3 : 1) * link.timeout + link.gap;
+  return std::max(waits ? kWholeRtuExchange : kWholeTcpExchange,
                   one_try + std::max(link.minimum_period, link.after_write));
 }
 
@@ -147,7 +148,9 @@ class GuardedRegisters final : public Registers {
             .count = 1,
             .words = {},
             .either_read_function = link_.answers_reads_by_either_function,
-            .miscounted_reply = link_.miscounts_write_replies};
+            .miscounted_reply = link_.miscounts_write_replies,
+            .any_transaction = link_.returns_other_transaction,
+            .any_unit = link_.returns_other_unit};
   }
 
   std::unique_ptr<ModbusLine> line_;
@@ -189,6 +192,7 @@ std::unique_ptr<Registers> make_modbus(const Line& line, const ModbusLink& link)
   else
     timed.piece_gap = std::max(link.piece_gap, kPieceGapOverTcp);
   auto stream = make_stream(at, {.port = link.port, .serial = timed.serial}, link.timeout);
+  if (link.echo) stream = make_echo_stream(std::move(stream));
   return make_guarded_registers(make_modbus_rtu(std::move(stream), fmt::format("modbus rtu {}", text(at)), timed),
                                 timed);
 }

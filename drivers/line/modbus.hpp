@@ -39,7 +39,15 @@ struct ModbusLink {
   std::uint16_t read_at_most = 125;               ///< registers in one exchange
   std::uint16_t write_at_most = 123;              ///< by WriteFunction::registers
   bool answers_reads_by_either_function = false;  ///< a read by 3 may be answered by 4, and the other way round
-  bool miscounts_write_replies = false;           ///< TCP: the length in the header of a reply to a write says nothing
+
+  // Deviations of a unit, a gateway or an adapter from the standard. On Modbus TCP the field of a reply may have any
+  // value: the length in a reply to a write, the transaction number, the unit number. On RTU the line may return what
+  // is sent.
+  bool miscounts_write_replies = false;
+  bool returns_other_transaction = false;
+  bool returns_other_unit = false;
+  bool echo = false;
+
   bool loop_back = false;  ///< RTU: the unit knows function 8, which then finds the beat again after a lost reply
 
   std::set<std::uint8_t> busy_exceptions{5, 6};           ///< asked again within the limit
@@ -51,11 +59,11 @@ struct ModbusLink {
 
 /// Registers of the link's unit at the end of `line`, which carries bytes; opened at first use.
 ///
-/// A read has up to three tries within one limit: 1.0 s on TCP, 1.5 s on RTU, and more only where the link's own times
-/// leave no room for one try after a lost answer. A unit that says it is busy is asked again within the limit. A write
-/// has one try: if it fails, whether it was carried out is unknown until the register is read. After a second failure
-/// in a row the line rests 0.5 s, then longer, up to 10 s; until then every use fails at once. An exception is an
-/// answer and no failure of the line. Counts are within the link's limits.
+/// A read has up to three tries within one limit: 1.0 s on TCP, 1.5 s on RTU and on TCP without transaction numbers,
+/// and more only where the link's own times leave no room for one try after a lost answer. A unit that says it is busy
+/// is asked again within the limit. A write has one try: if it fails, whether it was carried out is unknown until the
+/// register is read. After a second failure in a row the line rests 0.5 s, then longer, up to 10 s; until then every
+/// use fails at once. An exception is an answer and no failure of the line. Counts are within the link's limits.
 ///
 /// What stands between a reply and its request: see modbus_lines.hpp.
 [[nodiscard]] std::unique_ptr<Registers> make_modbus(const Line& line, const ModbusLink& link);

@@ -231,16 +231,23 @@ std::vector<std::byte> with_length(std::vector<std::byte> frame) {
   return frame;
 }
 
+/// Names the key for a unit whose replies always differ.
+tl::unexpected<Fault> wrong_number(const char* field, std::size_t found, std::size_t expected, const char* key) {
+  return failure(FaultKind::corrupted, "",
+                 fmt::format("{} of the reply is {}, expected {}, or {} = true in the link table of the rig file",
+                             field, found, expected, key));
+}
+
 Result<void> check_header(const ModbusRequest& request, std::span<const std::byte> reply) {
   if (reply.size() < kExceptionSize) return wrong_field("size", reply.size(), kExceptionSize);
-  if (const auto found = word_at(reply, 0); found != request.transaction)
-    return wrong_field("transaction", found, request.transaction);
+  if (const auto found = word_at(reply, 0); !request.any_transaction && found != request.transaction)
+    return wrong_number("transaction", found, request.transaction, "returns_other_transaction");
   if (const auto found = word_at(reply, 2); found != 0) return wrong_field("protocol", found, 0);
   const bool counts = reads(request.function) || !request.miscounted_reply;
   if (const auto found = word_at(reply, kLengthAt); counts && found != reply.size() - kUnitAt)
     return wrong_field("length", found, reply.size() - kUnitAt);
-  if (const auto found = byte_at(reply, kUnitAt); found != request.unit)
-    return wrong_field("unit", found, request.unit);
+  if (const auto found = byte_at(reply, kUnitAt); !request.any_unit && found != request.unit)
+    return wrong_number("unit", found, request.unit, "returns_other_unit");
   return {};
 }
 
@@ -363,6 +370,30 @@ Result<ModbusAnswer> decode_rtu_answer(const ModbusRequest& request, std::span<c
   if (frame.size() != expected) return wrong_field("size", frame.size(), expected);
   if (!crc_fits(frame)) return failure(FaultKind::corrupted, "", "the CRC of the reply does not fit");
   return decode_answer_of(request, pdu(frame));
+}
+
+RtuFinding find_rtu_answer(const ModbusRequest& request, std::span<const std::byte> bytes) {
+  constexpr std::size_t kHeader = 3;  // unit, function, byte count
+  RtuFinding found;
+  bool is_whole = false;  // the fault's frame
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    const auto rest = bytes.subspan(at);
+    const auto size = rtu_answer_size(request, rest);
+    if (size && (!*size || rest.size() < **size)) {
+      found.begun = found.begun || rest.size() >= kHeader;
+      continue;
+    }
+    auto answer = size ? decode_rtu_answer(request, rest.first(**size)) : Result<ModbusAnswer>(failure(size.error()));
+    if (answer) {
+      found.answer = std::move(*answer);
+      found.begin = at;
+      found.end = at + **size;
+      return found;
+    }
+    if (found.fault.what.empty() || (size.has_value() && !is_whole)) found.fault = std::move(answer.error());
+    is_whole = is_whole || size.has_value();
+  }
+  return found;
 }
 
 Result<std::optional<std::size_t>> rtu_request_size(std::span<const std::byte> bytes) {

@@ -37,7 +37,10 @@ struct ModbusRequest {
   std::uint16_t count{};               ///< registers or bits read or written
   std::vector<std::uint16_t> words{};  ///< written; one of a coil or a loop-back
   bool either_read_function{};         ///< not on the wire: a read by 3 may be answered by 4, and the other way round
-  bool miscounted_reply{};             ///< not on the wire: the length in the header of a write's reply says nothing
+  // Not on the wire:
+  bool miscounted_reply{};  ///< any length in a write's reply
+  bool any_transaction{};   ///< any transaction number in the reply
+  bool any_unit{};          ///< any unit number in the reply
 };
 
 /// What a unit answers: words (a bit is a word that is 0 or 1; none for a write), or an exception.
@@ -59,7 +62,7 @@ struct ModbusAnswer {
 [[nodiscard]] std::vector<std::byte> encode_request(const ModbusRequest& request);
 
 /// Compares every field of a reply with its request (transaction, protocol 0, length, unit, function, byte count; for
-/// writes address and count or value, and the length unless it is miscounted). Fails with corrupted, naming the field.
+/// writes address and count or value) except those that the request exempts. Fails with corrupted, naming the field.
 [[nodiscard]] Result<ModbusAnswer> decode_answer(const ModbusRequest& request, std::span<const std::byte> reply);
 
 /// The server's side: the length of the first whole frame in `bytes`; nothing if more bytes are needed; a fault
@@ -83,6 +86,21 @@ inline constexpr std::size_t kLongestRtuFrame = 256;
 /// count or value, and the CRC. Fails with corrupted, naming the field. What the frame does not hold it cannot tell:
 /// which address a read's words come from, and when.
 [[nodiscard]] Result<ModbusAnswer> decode_rtu_answer(const ModbusRequest& request, std::span<const std::byte> frame);
+
+inline constexpr std::size_t kShortestRtuAnswer = 5;  ///< an exception
+
+/// A search for the answer to a request among the bytes of a line.
+struct RtuFinding {
+  std::optional<ModbusAnswer> answer{};  ///< content of the first fitting frame
+  std::size_t begin = 0, end = 0;        ///< position of that frame
+  /// The bytes end within a frame whose first three bytes fit.
+  bool begun = false;
+  /// Without an answer: the reason why the likeliest frame does not fit.
+  Fault fault{FaultKind::corrupted, "", ""};
+};
+/// Returns the first frame that decode_rtu_answer() accepts, wherever it begins. Noise of an idle bus and the frames of
+/// other units precede it; bytes that follow it count nothing.
+[[nodiscard]] RtuFinding find_rtu_answer(const ModbusRequest& request, std::span<const std::byte> bytes);
 
 /// The server's side: the size of the first frame in `bytes`; nothing if more bytes are needed. Fails with corrupted if
 /// its function is unknown: then the frame ends where the line falls silent.

@@ -113,30 +113,65 @@ class LibmodbusConnection final : public FrameConnection {
 class ModbusTcp final : public ModbusLine {
  public:
   ModbusTcp(std::unique_ptr<FrameConnection> connection, std::string place, const ModbusLink& link, const Clock* clock)
-      : connection_(std::move(connection)), place_(std::move(place)), timeout_(link.timeout), pace_(link, clock) {}
+      : connection_(std::move(connection)),
+        place_(std::move(place)),
+        timeout_(link.timeout),
+        is_numbered_(!link.returns_other_transaction),
+        clock_(clock),
+        late_answers_(Duration::zero(), clock),
+        pace_(link, clock) {}
 
   Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) override {
     if (const auto pause = pace_.left(); pause > Duration::zero()) {
       if (pause >= deadline.left()) return failure(FaultKind::timeout, "", "no time left for the pause the unit needs");
       rest(pause);
     }
-    if (!connection_->is_open())
-      if (auto opened = connection_->open(std::min(timeout_, deadline.left())); !opened)
-        return failure(std::move(opened.error()));
+    if (auto ready = is_numbered_ ? open(deadline) : open_silent(deadline); !ready)
+      return failure(std::move(ready.error()));
     request.transaction = ++transaction_;
     pace_.began();
+    late_answers_ = Deadline(2 * timeout_, clock_);
     auto answer = connection_->send(encode_request(request)).and_then([&] { return receive(request, deadline); });
     pace_.ended(request);
-    if (!answer) connection_->close();
+    if (!answer) drop();
     return answer;
   }
 
   void rest(Duration time) override {
-    if (!connection_->silent_for(time)) connection_->close();
+    if (!connection_->silent_for(time)) drop();
   }
   std::string place() const override { return place_; }
 
  private:
+  [[nodiscard]] Result<void> open(const Deadline& deadline) {
+    if (connection_->is_open()) return {};
+    return connection_->open(std::min(timeout_, deadline.left()));
+  }
+
+  /// Opens a connection on which no answer to an older request can come. Without transaction numbers time alone keeps
+  /// answers apart: after a failure, and after unsolicited bytes, a fresh connection must have been silent
+  /// for a whole timeout, and twice the timeout must have passed since the last request.
+  [[nodiscard]] Result<void> open_silent(const Deadline& deadline) {
+    while (true) {
+      if (connection_->is_open() && !connection_->silent_for(Duration::zero())) drop();
+      if (auto opened = open(deadline); !opened) return opened;
+      if (!answer_may_come_late_) return {};
+      const auto silence = std::max(timeout_, late_answers_.left());
+      if (silence >= deadline.left())
+        return failure(FaultKind::timeout, "", "no time left to wait for silence on the connection");
+      if (connection_->silent_for(silence)) {
+        answer_may_come_late_ = false;
+        return {};
+      }
+      drop();
+    }
+  }
+
+  void drop() {
+    connection_->close();
+    answer_may_come_late_ = true;
+  }
+
   [[nodiscard]] Result<ModbusAnswer> receive(const ModbusRequest& request, const Deadline& deadline) {
     std::array<std::byte, kLongestTcpFrame> frame;
     const auto size = connection_->receive(frame, std::min(timeout_, deadline.left()));
@@ -148,6 +183,12 @@ class ModbusTcp final : public ModbusLine {
   std::unique_ptr<FrameConnection> connection_;
   std::string place_;
   Duration timeout_;
+  bool is_numbered_;  ///< replies carry their request's transaction
+  const Clock* clock_;
+  /// Also at the start: another client may have used the unit.
+  bool answer_may_come_late_ = true;
+  /// An answer to the last request may come until then.
+  Deadline late_answers_;
   Pace pace_;
   std::uint16_t transaction_ = 0;  ///< counts on across connections
 };
@@ -173,13 +214,19 @@ using std::chrono::milliseconds;
 
 constexpr int kFastestByCharacters = 19200;
 constexpr Duration kSilenceOfFastLines = std::chrono::microseconds(1750);
-constexpr std::size_t kRoom = kLongestRtuFrame + 4;
+constexpr std::size_t kRoom = 3 * kLongestRtuFrame;  ///< an answer and noise around it
 constexpr int kLeastPieceGapInCharacters = 4;
 
-/// Whether `bytes`, three or more, are those that `sent` begins with.
-bool begins_with(std::span<const std::byte> bytes, std::span<const std::byte> sent) {
-  const auto size = std::min(bytes.size(), sent.size());
-  return size >= 3 && std::ranges::equal(bytes.first(size), sent.first(size));
+constexpr const char* kEchoes =
+    "what was sent comes back: the line or its adapter echoes; expected echo = true in the link table of the rig file";
+
+/// Returns whether `whole` begins with `part` and continues after it.
+bool is_start(std::span<const std::byte> part, std::span<const std::byte> whole) {
+  return part.size() < whole.size() && std::ranges::equal(part, whole.first(part.size()));
+}
+
+bool contains(std::span<const std::byte> bytes, std::span<const std::byte> part) {
+  return !std::ranges::search(bytes, part).empty();
 }
 
 class ModbusRtu final : public ModbusLine {
@@ -192,16 +239,16 @@ class ModbusRtu final : public ModbusLine {
         piece_gap_(std::max(link.piece_gap, kLeastPieceGapInCharacters * character_time(link.serial))),
         silence_(silence_between_frames(link)),
         loop_back_(link.loop_back),
+        echo_is_read_(link.echo),
+        has_no_echo_(link.echo),
         clock_(clock),
         late_answers_(Duration::zero(), clock),
         pace_(link, clock) {}
 
   Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) override {
-    const bool lost_the_resync = answer_may_come_late_;
-    if (auto silent = wait_for_silence(deadline); !silent) return failure(std::move(silent.error()));
-    if (loop_back_ && (lost_the_resync || answer_may_come_late_))
-      if (auto found = resynchronise(deadline); !found) return failure(std::move(found.error()));
-    return exchange(request, deadline);
+    auto answer = ask_once(request, deadline);
+    if (!answer && answer.error().kind == FaultKind::disconnected) has_no_echo_ = echo_is_read_;
+    return answer;
   }
 
   void rest(Duration time) override {
@@ -219,9 +266,21 @@ class ModbusRtu final : public ModbusLine {
   std::string place() const override { return place_; }
 
  private:
+  [[nodiscard]] Result<ModbusAnswer> ask_once(const ModbusRequest& request, const Deadline& deadline) {
+    const bool lost_the_resync = answer_may_come_late_;
+    if (auto silent = wait_for_silence(deadline); !silent) return failure(std::move(silent.error()));
+    if (loop_back_ && (lost_the_resync || answer_may_come_late_))
+      if (auto found = resynchronise(deadline); !found) return failure(std::move(found.error()));
+    auto answer = exchange(request, deadline);
+    if (answer && !has_no_echo_)
+      if (auto proved = prove_no_echo(request, deadline); !proved) return failure(std::move(proved.error()));
+    return answer;
+  }
+
   /// Throws away what comes until the line has been silent long enough.
   [[nodiscard]] Result<void> wait_for_silence(const Deadline& deadline) {
     std::array<std::byte, kRoom> stale;
+    std::size_t stray = 0;
     while (true) {
       const auto pause = std::max(silence_, pace_.left());
       const auto silence = answer_may_come_late_ ? std::max({timeout_, late_answers_.left(), pause}) : pause;
@@ -231,7 +290,8 @@ class ModbusRtu final : public ModbusLine {
       if (!size && left >= silence) return {};
       if (!size) return failure(FaultKind::timeout, "", "no time left to wait for silence on the line");
       if (deadline.over()) return failure(FaultKind::corrupted, "", "the line does not fall silent");
-      answer_may_come_late_ = true;
+      stray += *size;
+      answer_may_come_late_ = answer_may_come_late_ || stray >= kShortestRtuAnswer;  // fewer are noise
     }
   }
 
@@ -245,39 +305,84 @@ class ModbusRtu final : public ModbusLine {
     return failure(FaultKind::corrupted, "", "the unit does not return what it is sent (function 8)");
   }
 
+  /// Reads where a write went whose answer equals its request: the answer to a read is none of its echo.
+  [[nodiscard]] Result<void> prove_no_echo(const ModbusRequest& written, const Deadline& deadline) {
+    if (auto silent = wait_for_silence(deadline); !silent) return silent;
+    const bool is_coil = written.function == ModbusFunction::write_coil || reads_bits(written.function);
+    const ModbusRequest ask{.unit = unit_,
+                            .function = is_coil ? ModbusFunction::read_coils : ModbusFunction::read_holding,
+                            .address = written.address,
+                            .count = 1};
+    const auto answer = exchange(ask, deadline);
+    if (has_no_echo_) return {};
+    if (answer || answer.error().what == kEchoes) return failure(FaultKind::corrupted, "", kEchoes);
+    return failure(answer.error().kind, "", "what was written came back, perhaps by an echo: " + answer.error().what);
+  }
+
   [[nodiscard]] Result<ModbusAnswer> exchange(const ModbusRequest& request, const Deadline& deadline) {
     const auto frame = encode_rtu_request(request);
-    if (auto sent = stream_->write(frame, deadline.left()); !sent) return failure(std::move(sent.error()));
+    auto sent = stream_->write(frame, deadline.left());
+    if (!sent && sent.error().kind == FaultKind::disconnected) return failure(std::move(sent.error()));
     pace_.began();
     answer_may_come_late_ = true;
     late_answers_ = Deadline(2 * timeout_, clock_);
-    auto answer = receive(request, frame, deadline);
+    auto answer = sent ? receive(request, frame, deadline) : Result<ModbusAnswer>(failure(std::move(sent.error())));
     pace_.ended(request);
-    if (answer) answer_may_come_late_ = false;
     return answer;
   }
 
-  /// Collects the bytes of one answer, and no more.
+  /// Collects bytes until a frame among them answers the request.
   [[nodiscard]] Result<ModbusAnswer> receive(const ModbusRequest& request, std::span<const std::byte> sent,
                                              const Deadline& deadline) {
-    std::array<std::byte, kRoom> frame;
+    std::array<std::byte, kRoom> room;
     std::size_t size = 0;
+    RtuFinding found;
     const Deadline reply(std::min(timeout_, deadline.left()), clock_);
-    while (true) {
-      const auto within = size == 0 ? reply.left() : std::min(piece_gap_, reply.left());
-      const auto more = stream_->read(std::span(frame).subspan(size), within);
+    while (size < room.size()) {
+      const auto within = found.begun ? std::min(piece_gap_, reply.left()) : reply.left();
+      const auto more = stream_->read(std::span(room).subspan(size), within);
       if (!more && more.error().kind != FaultKind::timeout) return failure(more.error());
-      if (!more && size == 0)
-        return failure(FaultKind::timeout, "", fmt::format("no reply in {} ms", timeout_ / milliseconds(1)));
-      if (!more) return failure(FaultKind::corrupted, "", fmt::format("the reply ends after {} bytes", size));
+      if (!more) return at_the_end(std::move(found), std::span<const std::byte>(room).first(size), sent);
       size += *more;
-      const auto bytes = std::span<const std::byte>(frame).first(size);
-      const auto whole = rtu_answer_size(request, bytes);
-      if (!whole && begins_with(bytes, sent))
-        return failure(FaultKind::corrupted, "", "what was sent comes back: the line or its adapter echoes");
-      if (!whole) return failure(whole.error());
-      if (*whole && size >= **whole) return decode_rtu_answer(request, bytes);
+      const auto bytes = std::span<const std::byte>(room).first(size);
+      found = find_rtu_answer(request, bytes);
+      if (is_echo(request, found, bytes, sent)) return failure(FaultKind::corrupted, "", kEchoes);
+      if (found.answer && (has_no_echo_ || !is_start(frame_in(bytes, found), sent)))
+        return taken(std::move(found), bytes, sent);
     }
+    return failure(FaultKind::corrupted, "", fmt::format("no reply among {} bytes", size));
+  }
+
+  [[nodiscard]] static std::span<const std::byte> frame_in(std::span<const std::byte> bytes, const RtuFinding& found) {
+    return bytes.subspan(found.begin, found.end - found.begin);
+  }
+
+  /// Returns whether the request itself is among `bytes` and is not its answer. The answer to some writes equals them:
+  /// then a second frame that fits, the unit's own, shows that the first was the echo.
+  [[nodiscard]] bool is_echo(const ModbusRequest& request, const RtuFinding& found, std::span<const std::byte> bytes,
+                             std::span<const std::byte> sent) const {
+    if (!found.answer || !std::ranges::equal(frame_in(bytes, found), sent)) return contains(bytes, sent);
+    return !has_no_echo_ && find_rtu_answer(request, bytes.subspan(found.end)).answer.has_value();
+  }
+
+  /// Judges the bytes that came when nothing follows.
+  [[nodiscard]] Result<ModbusAnswer> at_the_end(RtuFinding found, std::span<const std::byte> bytes,
+                                                std::span<const std::byte> sent) {
+    if (found.answer) return taken(std::move(found), bytes, sent);
+    if (bytes.empty())
+      return failure(FaultKind::timeout, "", fmt::format("no reply in {} ms", timeout_ / milliseconds(1)));
+    if (found.begun || found.fault.what.empty())
+      return failure(FaultKind::corrupted, "", fmt::format("the reply ends after {} bytes", bytes.size()));
+    return failure(std::move(found.fault));
+  }
+
+  /// A frame's worth of bytes behind the answer may be a late answer to an older request.
+  [[nodiscard]] Result<ModbusAnswer> taken(RtuFinding found, std::span<const std::byte> bytes,
+                                           std::span<const std::byte> sent) {
+    const auto frame = frame_in(bytes, found);
+    has_no_echo_ = has_no_echo_ || !std::ranges::equal(frame, sent.first(std::min(frame.size(), sent.size())));
+    answer_may_come_late_ = bytes.size() - found.end >= kShortestRtuAnswer;
+    return std::move(*found.answer);
   }
 
   std::unique_ptr<ByteStream> stream_;
@@ -285,6 +390,8 @@ class ModbusRtu final : public ModbusLine {
   std::uint8_t unit_;
   Duration timeout_, piece_gap_, silence_;
   bool loop_back_;
+  bool echo_is_read_;  ///< the stream reads it back
+  bool has_no_echo_;   ///< an answer has proved it
   const Clock* clock_;
   bool answer_may_come_late_ = true;  ///< who used the line before is not known
   Deadline late_answers_;             ///< until then answers to the last request are to be expected

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -13,6 +14,10 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr std::size_t kLongestLine = 256;
+/// Bytes that an idle bus puts before and behind lines; none is a character of a line.
+constexpr std::string_view kNoise("\0\xFF", 2);
+
+void remove_noise_before(std::string& text) { text.erase(0, std::min(text.find_first_not_of(kNoise), text.size())); }
 /// No whole number of seconds, so that it keeps step with no fault that comes and goes by seconds.
 constexpr Duration kRest = std::chrono::milliseconds(3250);
 
@@ -45,8 +50,10 @@ Result<std::string> TextExchange::receive(std::string_view begins) {
     const auto size = line_->read(std::span(buffer).first(kLongestLine - text.size()), deadline.left());
     if (!size) return failure(size.error());
     text.append(reinterpret_cast<const char*>(buffer.data()), *size);
+    remove_noise_before(text);
     for (auto end = text.find(options_.answer_end); end != std::string::npos; end = text.find(options_.answer_end)) {
-      const auto after = text.substr(end + options_.answer_end.size());
+      auto after = text.substr(end + options_.answer_end.size());
+      remove_noise_before(after);
       text.resize(end);
       if (text.starts_with(begins))
         return after.empty() ? Result<std::string>(std::move(text))
@@ -59,8 +66,10 @@ Result<std::string> TextExchange::receive(std::string_view begins) {
 
 Result<std::string> TextExchange::exchange(std::string_view question, std::string_view begins) {
   const auto line = std::string(question) + options_.question_end;
-  if (auto sent = line_->write(std::as_bytes(std::span(line)), options_.within); !sent)
+  if (auto sent = line_->write(std::as_bytes(std::span(line)), options_.within); !sent) {
+    answer_may_come_late_ = answer_may_come_late_ || sent.error().kind != FaultKind::disconnected;
     return failure(std::move(sent.error()));
+  }
   answer_may_come_late_ = true;
   auto answer = receive(begins);
   answer_may_come_late_ = !answer;

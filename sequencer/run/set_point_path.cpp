@@ -29,6 +29,19 @@ Celsius within(Celsius target, const profile::ChamberLimits& limits) {
   return std::clamp(target, limits.lowest, limits.highest);
 }
 
+std::int64_t count_set_points(const profile::Profile& profile, const profile::ChamberLimits& limits, Duration every) {
+  const auto step = std::max(every, Duration(kSecond));
+  std::int64_t count = 1;
+  for (std::size_t i = 0; i < profile.segments.size(); ++i) {
+    const auto& segment = profile.segments[i];
+    auto moving = segment.kind == profile::SegmentKind::ramp ? segment.duration : Duration{};
+    if (const auto from = set_point_before(profile, i); moving == Duration{} && from != segment.target)
+      moving = abs(segment.target - from) / fastest(from, segment.target, limits);
+    count += (moving + step - Duration(1)) / step;
+  }
+  return count;
+}
+
 SetPointPath::SetPointPath(const profile::ChamberLimits& limits, Kelvins tolerance, Duration every, Celsius sent,
                            Duration at)
     : limits_(limits),

@@ -19,6 +19,11 @@ namespace gyrotherm::run {
 [[nodiscard]] Celsius step_towards(Celsius from, Celsius goal, const profile::ChamberLimits& limits, Duration time);
 [[nodiscard]] Celsius within(Celsius target, const profile::ChamberLimits& limits);
 
+/// Counts the set points that a run of `profile` sends, none of them refused: the first, then one for each `every` (a
+/// second at least) in which the set point moves.
+[[nodiscard]] std::int64_t count_set_points(const profile::Profile& profile, const profile::ChamberLimits& limits,
+                                            Duration every);
+
 class SetPointPath {
  public:
   /// `sent`: what the chamber has taken at `at`, the time of the run.

@@ -174,9 +174,10 @@ Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
     return failure(FaultKind::bad_file, where, "its line leads to no chamber");
   auto map = parse_register_map(safe_state.map_text, where + " (register map)", safe_state.word_order);
   if (!map) return failure(map.error());
-  const auto linked = on_link(std::move(*map), safe_state.link).and_then([&](drivers::RegisterMap used) {
-    return with_power_switch(std::move(used), safe_state.power);
-  });
+  const auto linked =
+      on_link(std::move(*map), safe_state.link)
+          .and_then([&](auto on_its_link) { return with_power_switch(std::move(on_its_link), safe_state.power); })
+          .and_then([&](auto powered) { return with_settings(std::move(powered), safe_state.link_settings); });
   if (!linked) return failure(FaultKind::bad_file, where, linked.error().what);
   return SafeStateChamber{.place = drivers::chamber_place(*line, linked->link.modbus.port, linked->link.modbus.unit),
                           .goal = {safe_state.safe_set_point, set_point_tolerance(*linked), safe_state.switch_off,

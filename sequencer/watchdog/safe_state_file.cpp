@@ -65,24 +65,26 @@ std::string to_text(const SafeState& safe_state) {
     return value.empty() ? std::string() : fmt::format("{} = {}\n", key, toml_quoted(value));
   };
   return fmt::format(
-      "schema = \"{}\"\nrecord = {}\nline = {}\nlink = \"{}\"\nword_order = \"{}\"\nsafe_set_point_c = {}\n"
+      "schema = \"{}\"\nrecord = {}\nline = {}\nlink = \"{}\"\nlink_settings = {}\nword_order = \"{}\"\n"
+      "safe_set_point_c = {}\n"
       "switch_off = {}\nby_program = {}\npid = {}\nstarted = {}\nboot = {}\n{}{}map = [\n{}]\n",
       kSafeStateSchema, toml_quoted(safe_state.record), toml_quoted(safe_state.line), name(safe_state.link),
-      to_string(safe_state.word_order), safe_state.safe_set_point.value, safe_state.switch_off, safe_state.by_program,
-      safe_state.written_by.pid, safe_state.written_by.started, toml_quoted(safe_state.written_by.boot),
-      unless_empty("power", safe_state.power), unless_empty("identity", safe_state.identity),
-      quoted_lines(safe_state.map_text));
+      to_toml(safe_state.link_settings), to_string(safe_state.word_order), safe_state.safe_set_point.value,
+      safe_state.switch_off, safe_state.by_program, safe_state.written_by.pid, safe_state.written_by.started,
+      toml_quoted(safe_state.written_by.boot), unless_empty("power", safe_state.power),
+      unless_empty("identity", safe_state.identity), quoted_lines(safe_state.map_text));
 }
 
 Result<SafeState> parse_safe_state(std::string_view text, const std::string& file) {
   const auto table = TomlTable::parse(text, file);
   if (!table) return failure(table.error());
-  table->expect("schema", kSafeStateSchema);
+  if (table->text("schema") != kFirstSafeStateSchema) table->expect("schema", kSafeStateSchema);
   if (!table->is_list("map")) table->mistake("map", "\"map\" is no list, expected the lines of a register map");
   SafeState safe_state{.record = table->text("record"),
                        .line = table->text("line"),
                        .link = one_of(drivers::kLinkKinds, *table, "link"),
                        .word_order = read_order(*table),
+                       .link_settings = drivers::read_link_settings(table->table("link_settings")),
                        .safe_set_point = {table->number("safe_set_point_c")},
                        .switch_off = table->boolean("switch_off"),
                        .by_program = table->boolean("by_program"),
@@ -161,9 +163,9 @@ Result<std::optional<MadeSafe>> read_trace(const std::string& record) {
 }
 
 std::string describe(const MadeSafe& trace) {
-  return fmt::format("{} by the guard at {} ({}): the chamber {} sent to {:g} °C; {}",
+  return fmt::format("{} by the guard at {} ({}): the chamber {} {:g} °C; {}",
                      trace.confirmed ? "made safe" : "NOT made safe", civil_time(trace.at), trace.because,
-                     trace.confirmed ? "was" : "could NOT be", trace.set_point.value, trace.details);
+                     trace.confirmed ? "was sent to" : "has NOT confirmed", trace.set_point.value, trace.details);
 }
 
 }  // namespace gyrotherm::watchdog

@@ -14,13 +14,16 @@
 
 namespace gyrotherm::watchdog {
 
-inline constexpr std::string_view kSafeStateSchema = "gyrotherm-safe-state/1";
+inline constexpr std::string_view kSafeStateSchema = "gyrotherm-safe-state/2";
+/// Format of version 0.1.0, which is read too: the keys that it does not have take their defaults.
+inline constexpr std::string_view kFirstSafeStateSchema = "gyrotherm-safe-state/1";
 
 struct SafeState {
   std::string record;                            ///< its path, absolute
   std::string line;                              ///< the chamber's, as rig files say it
   drivers::LinkKind link{};                      ///< which of the map's links is in use on that line
   std::optional<drivers::WordOrder> word_order;  ///< the rig's own, where the map's does not suit the unit
+  drivers::LinkSettings link_settings{};         ///< replace those of the map
   Celsius safe_set_point;
   bool switch_off{};           ///< then conditioning is ended too
   bool by_program{};           ///< the controller carries the profile out: its program is ended first

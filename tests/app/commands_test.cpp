@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What a user can rely on at the command line: exit codes, places of mistakes, suggestions.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -216,6 +217,69 @@ TEST(Check, SaysHowSureTheFilesAreAndWhichCalibrationIsDue) {
        {"description: verified, from DSP-3000 manual", "WARNING: calibration of B", "from the manual",
         "polynomial 0.0031, 0.99987, 1.2e-06, certificate K-2026-0118, due 2020-01-18"})
     EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
+}
+
+/// A copy of the virtual rig whose map stores set points in memory that endures `writes`; `link`: lines of [chamber].
+std::string rig_that_stores(const Folder& folder, const std::string& limits, const std::string& link = "") {
+  const auto made = shell("printf '[limits]\\n" + limits + "\\n' | cat profiles/chambers/virtual.toml - > '" +
+                          (folder / "map.toml") + "'; sed -e 's#\\.\\./chambers/virtual.toml#map.toml#; s#\\.\\./#" +
+                          GYROTHERM_SOURCE_DIR "/profiles/#; s#^safe_set_point#" + link +
+                          "safe_set_point#' profiles/rigs/virtual.toml > '" + (folder / "rig.toml") + "'");
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  return "'" + (folder / "rig.toml") + "'";
+}
+
+TEST(Check, CountsTheSetPointsOfARun) {
+  const Folder folder;
+  const auto counted = [&](const std::string& limits) {
+    const auto ran =
+        gyrotherm_with("check profiles/qualification.toml --json --rig " + rig_that_stores(folder, limits));
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    return nlohmann::json::parse(ran.out).at("profile").at("set_points").get<long>();
+  };
+  const auto each_second = counted("");
+  EXPECT_GT(each_second, 30'000);
+  EXPECT_NEAR(static_cast<double>(counted("every = \"10 s\"")), static_cast<double>(each_second) / 10, 100);
+  EXPECT_NE(
+      gyrotherm_with("check profiles/qualification.toml").out.find(fmt::format("sends {} set points", each_second)),
+      std::string::npos);
+}
+
+TEST(Check, WarnsOfAControllerThatStoresEachSetPoint) {
+  const Folder folder;
+  const auto ran = gyrotherm_with("check profiles/qualification.toml --rig " +
+                                  rig_that_stores(folder, "nonvolatile_set_point = 100000"));
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  for (const auto* word : {"stores each of them in memory that endures 100000 writes", "% of its life", "`every`"})
+    EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
+  EXPECT_EQ(gyrotherm_with("check profiles/qualification.toml --rig virtual").out.find("endures"), std::string::npos);
+  for (const auto* wrong : {"0", "-5", "1.5", "\"many\""})
+    EXPECT_EQ(gyrotherm_with("check --rig " + rig_that_stores(folder, "nonvolatile_set_point = " + std::string(wrong)))
+                  .exit_code,
+              4)
+        << wrong;
+}
+
+TEST(Check, WarnsOfDevicesWhoseNameMayChange) {
+  const Folder folder;
+  const auto edited = shell(
+      "sed 's#serial:/dev/serial/by-id/usb-Moxa[^\"]*#serial:/dev/ttyUSB3#' "
+      "profiles/rigs/example-f4t-lakeshore-kvh.toml > '" +
+      (folder / "rig.toml") + "'; gyrotherm check --rig '" + (folder / "rig.toml") + "'");
+  EXPECT_EQ(edited.exit_code, 0) << edited.err;
+  EXPECT_NE(edited.out.find("WARNING: gyro: /dev/ttyUSB3 depends on the order in which adapters are plugged in"),
+            std::string::npos)
+      << edited.out;
+}
+
+TEST(Check, ConnectSpeaksByTheLinkSettingsOfTheRig) {
+  const Folder folder;
+  for (const auto* link : {"link = { unit = 7 }", "link = { returns_other_transaction = true, read_at_most = 9 }",
+                           "link = { unit = 0, timeout = \"1 s\", returns_other_unit = true }"}) {
+    const auto ran = gyrotherm_with("check --connect --rig " + rig_that_stores(folder, "", std::string(link) + "\\n"));
+    EXPECT_EQ(ran.exit_code, 0) << link << ": " << ran.err;
+    EXPECT_NE(ran.out.find("chamber: "), std::string::npos);
+  }
 }
 
 TEST(Check, FindingsAreOneJsonDocument) {

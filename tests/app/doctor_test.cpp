@@ -85,6 +85,32 @@ TEST(Doctor, LooksAtTheLinesOfARig) {
   EXPECT_EQ(gyrotherm_with("doctor --rig profiles/qualification.toml").exit_code, 4);
 }
 
+TEST(Doctor, LooksAtProgramsThatDisturbSerialAdapters) {
+  const auto findings = findings_of(gyrotherm_with("doctor --json"));
+  EXPECT_TRUE(findings.contains("ModemManager"));
+  EXPECT_TRUE(findings.contains("brltty"));
+  expect_fixes(findings);
+}
+
+/// Edits a shipped real rig and returns what the doctor finds.
+std::map<std::string, Json> findings_of_rig(const Folder& folder, const std::string& edits) {
+  return findings_of(shell("sed " + edits + " profiles/rigs/example-f4t-lakeshore-kvh.toml > '" +
+                           (folder / "rig.toml") + "'; gyrotherm doctor --json --rig '" + (folder / "rig.toml") + "'"));
+}
+
+TEST(Doctor, LooksAtCalibrationsAndNamesOfDevices) {
+  const Folder folder;
+  const std::string offline = "-e 's#tcp://[0-9.]*:502#tcp://127.0.0.1:9#' ";
+  const auto valid = findings_of_rig(folder, offline + "-e 's/^due = .*/due = \"2999-01-01\"/'");
+  EXPECT_EQ(valid.at("calibrations").at("state"), "ok");
+  const auto overdue = findings_of_rig(folder, offline + "-e 's/^due = .*/due = \"2020-01-01\"/'");
+  EXPECT_EQ(overdue.at("calibrations").at("state"), "warning");
+  expect_fixes(overdue);
+  const auto check = shell("gyrotherm check --json --rig '" + (folder / "rig.toml") + "'");
+  EXPECT_FALSE(Json::parse(check.out).at("rig").at("overdue").empty()) << "check finds the same";
+  EXPECT_TRUE(Json::parse(check.out).at("rig").at("unstable_names").empty());
+}
+
 TEST(Doctor, WritesNothingToAChamber) {
   const Folder folder;
   const Listener chamber;

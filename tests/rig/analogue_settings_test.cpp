@@ -91,6 +91,18 @@ TEST(AnalogueSettings, EveryMistakeIsToldWithItsPlace) {
          "is none of abcd");
 }
 
+TEST(AnalogueSettings, LinkSettingsReplaceThoseOfTheMap) {
+  const std::string line = "line = \"virtual\"                                    #";
+  const auto rig = parse_rig(triad_with(line, "link = { unit = 4, timeout = \"900 ms\" }\n" + line), kTriad);
+  ASSERT_TRUE(rig) << text(rig.error());
+  const auto& link = rig->analogue_inputs.front().map.registers.link.modbus;
+  EXPECT_EQ(link.unit, 4);
+  EXPECT_EQ(link.timeout, std::chrono::milliseconds(900));
+  const auto echo = mistakes_in_triad(line, "link = { echo = true }\n" + line);
+  EXPECT_NE(echo.find("Modbus TCP has no echo"), std::string::npos) << echo;
+  EXPECT_NE(echo.find("virtual-triad.toml:"), std::string::npos) << echo;
+}
+
 TEST(AnalogueSettings, AUnitWithoutChannelsIsAMistake) {
   auto text_of = read_text_file(kTriad).value();
   const auto from = text_of.find("[[analogue_input.channel]]"), to = text_of.find("# Interlocks:");

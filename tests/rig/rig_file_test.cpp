@@ -77,6 +77,84 @@ TEST(RigFile, ALineMustBeAnAddress) {
   EXPECT_NE(mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"COM3\"")), "");
 }
 
+/// Returns a shipped example of a real rig with lines before the first that begins with `before`.
+std::string real_rig_with(const std::string& lines, const std::string& example = "example-f4t-lakeshore-kvh.toml",
+                          const std::string& before = "safe_set_point = ") {
+  auto text = read_text_file(kRigs + example).value();
+  const std::string table = "[chamber.link]\n";  // has comments alone
+  if (const auto at = text.find(table); at != std::string::npos) text.erase(at, table.size());
+  return replaced(text, before, lines + before);
+}
+
+drivers::ModbusLink link_of(const std::string& text) {
+  const auto rig = parse_rig(text, kRigs + "mine.toml");
+  EXPECT_TRUE(rig) << gyrotherm::text(rig.error());
+  return rig ? rig->chamber_map.link.modbus : drivers::ModbusLink{};
+}
+
+TEST(RigFile, LinkSettingsOfTheInstallationReplaceThoseOfTheMap) {
+  using namespace std::chrono_literals;
+  const auto plain = link_of(real_rig_with(""));
+  EXPECT_EQ(plain.unit, 1);
+  EXPECT_EQ(plain.timeout, 600ms);
+  EXPECT_FALSE(plain.echo || plain.returns_other_transaction || plain.returns_other_unit ||
+               plain.miscounts_write_replies);
+  const auto tcp = link_of(
+      real_rig_with("link = { unit = 2, timeout = \"1500 ms\", read_at_most = 20, returns_other_transaction = true, "
+                    "returns_other_unit = true, miscounts_write_replies = true }\n"));
+  EXPECT_EQ(tcp.unit, 2);
+  EXPECT_EQ(tcp.timeout, 1500ms);
+  EXPECT_EQ(tcp.read_at_most, 20);
+  EXPECT_TRUE(tcp.returns_other_transaction && tcp.returns_other_unit && tcp.miscounts_write_replies);
+  EXPECT_EQ(tcp.port, plain.port) << "what is not said remains the map's";
+  const auto serial = link_of(real_rig_with("link = { unit = 3, echo = true }\n", "example-binder-dcon-stim300.toml"));
+  EXPECT_EQ(serial.unit, 3);
+  EXPECT_TRUE(serial.echo);
+  const auto gateway = link_of(real_rig_with("link = { framing = \"rtu_over_tcp\", echo = true }\n"));
+  EXPECT_TRUE(gateway.echo);
+  EXPECT_EQ(gateway.framing, drivers::ModbusLink::Framing::rtu);
+  const auto order = parse_rig(real_rig_with("link = { word_order = \"dcba\" }\n"), kRigs + "mine.toml");
+  ASSERT_TRUE(order);
+  EXPECT_EQ(order->chamber_word_order, drivers::WordOrder::dcba);
+}
+
+TEST(RigFile, LinkSettingsThatTheLinkCannotHaveAreMistakes) {
+  const auto expect = [](const std::string& lines, const std::string& mistake, const char* example) {
+    const auto rig = parse_rig(real_rig_with(lines, example), kRigs + "mine.toml");
+    ASSERT_FALSE(rig) << lines;
+    EXPECT_EQ(rig.error().kind, FaultKind::bad_file);
+    EXPECT_TRUE(rig.error().where.starts_with(kRigs + "mine.toml:")) << rig.error().where;
+    EXPECT_NE(rig.error().what.find(mistake), std::string::npos) << rig.error().what;
+  };
+  constexpr const char* kTcp = "example-f4t-lakeshore-kvh.toml";
+  constexpr const char* kSerial = "example-binder-dcon-stim300.toml";
+  expect("link = { unit = 256 }\n", "\"unit\" is 256", kTcp);
+  expect("link = { timeout = \"2100 ms\" }\n", "\"timeout\" is not within its bounds", kTcp);
+  expect("link = { timeout = \"0 s\" }\n", "\"timeout\" is not within its bounds", kSerial);
+  expect("link = { read_at_most = 126 }\n", "\"read_at_most\" is 126", kTcp);
+  expect("link = { read_at_most = 1 }\n", "in one exchange", kTcp);
+  expect("link = { echo = true }\n", "Modbus TCP has no echo", kTcp);
+  expect("link = { returns_other_transaction = true }\n", "RTU frames have no such field", kSerial);
+  expect("link = { returns_other_unit = true }\n", "RTU tells units apart by this number", kSerial);
+  expect("link = { miscounts_write_replies = true }\n", "RTU frames have no such field", kSerial);
+  expect("link = { speed = 9600 }\n", "speed", kSerial);
+  expect("framing = \"tcp\"\nlink = { framing = \"tcp\" }\n", "expected it once", kTcp);
+  EXPECT_NE(mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"virtual\"\nlink = { echo = true }"))
+                .find("a virtual line does not echo"),
+            std::string::npos);
+}
+
+TEST(RigFile, TextInstrumentsMayBeOnALineThatEchoes) {
+  const auto text = real_rig_with("link = { echo = true }\n", "example-binder-dcon-stim300.toml", "addresses = ");
+  const auto rig = parse_rig(text, kRigs + "mine.toml");
+  ASSERT_TRUE(rig) << gyrotherm::text(rig.error());
+  EXPECT_TRUE(rig->thermometers[0].echo);
+  EXPECT_FALSE(rig->thermometers[1].echo);
+  const auto usb =
+      real_rig_with("link = { echo = true }\n", "example-binder-dcon-stim300.toml", "line = \"hid:01A2B3C4\"");
+  EXPECT_NE(parse_rig(usb, kRigs + "mine.toml").error().what.find("can echo"), std::string::npos);
+}
+
 /// Who opens the port second would be told that another program has it.
 TEST(RigFile, APortIsOneInstruments) {
   const auto text = read_text_file(kRigs + "example-f4t-lakeshore-kvh.toml").value();

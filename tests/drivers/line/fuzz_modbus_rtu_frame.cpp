@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as a request and as a reply; what decodes must encode to the same bytes. Half of the inputs get a CRC that
-/// fits, or hardly any would pass it.
+/// Any bytes as a request, as a reply and as noise around one; what decodes must encode to the same bytes. Half of the
+/// inputs get a CRC that fits, or hardly any would pass it.
 #include <algorithm>
 #include <cstdlib>
 #include <vector>
@@ -11,7 +11,31 @@ namespace gyrotherm::drivers {
 
 namespace {
 
+/// Checks that the frame found is an answer by itself and the first one.
+void check_search(const ModbusRequest& asked, std::span<const std::byte> bytes) {
+  const auto found = find_rtu_answer(asked, bytes);
+  if (!found.answer) {
+    if (!bytes.empty() && decode_rtu_answer(asked, bytes)) std::abort();
+    return;
+  }
+  if (found.begin >= found.end || found.end > bytes.size() || found.end - found.begin < kShortestRtuAnswer)
+    std::abort();
+  if (!decode_rtu_answer(asked, bytes.subspan(found.begin, found.end - found.begin))) std::abort();
+  if (find_rtu_answer(asked, bytes.first(found.end - 1)).answer) std::abort();
+}
+
+/// An answer is found among noise that the fuzzer chose, unless that holds one itself.
+void check_noise(const ModbusRequest& asked, std::span<const std::byte> noise) {
+  auto bytes = std::vector(noise.begin(), noise.end());
+  const auto reply = encode_rtu_reply(asked, std::vector<std::uint16_t>(asked.count, 0x5A3C));
+  bytes.insert(bytes.end(), reply.begin(), reply.end());
+  bytes.insert(bytes.end(), noise.begin(), noise.end());
+  const auto found = find_rtu_answer(asked, bytes);
+  if (!found.answer || found.begin > noise.size()) std::abort();
+}
+
 void check_reply(const ModbusRequest& asked, std::span<const std::byte> bytes) {
+  check_search(asked, bytes);
   const auto size = rtu_answer_size(asked, bytes);
   const auto answer = decode_rtu_answer(asked, bytes);
   if (!answer) return;
@@ -33,6 +57,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     check_reply({.unit = unit, .function = function, .address = 7, .count = static_cast<std::uint16_t>(1 + size % 100)},
                 bytes);
   check_reply({.unit = unit, .function = ModbusFunction::write_single, .address = 7, .count = 1, .words = {1}}, bytes);
+
+  check_noise({.unit = unit, .function = ModbusFunction::read_holding, .address = 7, .count = 2}, bytes);
 
   const auto length = rtu_request_size(bytes);
   if (!length || !*length) return 0;

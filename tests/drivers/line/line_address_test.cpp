@@ -19,6 +19,30 @@ TEST(LineAddress, ATcpLineIsNumericSoThatNoNameIsLookedUp) {
     EXPECT_EQ(parse_line(wrong).error().kind, FaultKind::bad_file) << wrong;
 }
 
+TEST(LineAddress, NamesWhatWasMeantWhereAnAddressIsNone) {
+  const auto why = [](const char* line) { return parse_line(line).error().what; };
+  for (const char* device : {"/dev/ttyUSB0", "/dev/ttyS1", "/dev/serial/by-id/usb-FTDI-if00", "/dev/ttyACM0?9600,8N1"})
+    EXPECT_NE(why(device).find("expected \"serial:" + std::string(device) + "\""), std::string::npos) << why(device);
+  EXPECT_NE(why("ttyUSB0").find("expected \"serial:/dev/ttyUSB0\""), std::string::npos) << why("ttyUSB0");
+  for (const char* port : {"COM3", "com12", "serial:COM3", "serial:COM3?9600,8N1"})
+    EXPECT_NE(why(port).find("serial:/dev/ttyUSB0 or its name in /dev/serial/by-id"), std::string::npos) << why(port);
+  for (const char* host : {"chamber", "tcp://chamber:502", "f4t-3.lab.example.org", "tcp://F4T"})
+    EXPECT_NE(why(host).find("names of hosts are not looked up"), std::string::npos) << why(host);
+  EXPECT_NE(why("tcp://f4t.lab:502").find("getent ahostsv4 f4t.lab\""), std::string::npos);
+  for (const char* other : {"", "tcp://", "10.0.0", "udp://10.0.0.7", "virtual ", "300.1.1.1", "tcp://[::1]:502"})
+    EXPECT_NE(why(other).find("the host is not a numeric IPv4 address"), std::string::npos) << why(other);
+}
+
+TEST(LineAddress, ASerialLineMayHaveAHandshake) {
+  const auto format = std::get<SerialLine>(parse_line("serial:/dev/ttyS0?4800,7E1,rtscts").value()).format.value();
+  EXPECT_TRUE(format.rtscts);
+  EXPECT_EQ(format.parity, SerialParity::even);
+  EXPECT_FALSE(parse_serial_format("4800,7E1")->rtscts);
+  for (const char* wrong : {"9600,8N1,xonxoff", "9600,8N1,", "9600,8N1,rtscts,rtscts", "9600,rtscts", ",rtscts",
+                            "9600,8N1,RTSCTS", "9600,8N1 ,rtscts"})
+    EXPECT_NE(parse_serial_format(wrong).error().what.find(std::string("\"") + wrong + "\""), std::string::npos);
+}
+
 TEST(LineAddress, ASerialLineMaySayItsFormat) {
   const auto plain = std::get<SerialLine>(parse_line("serial:/dev/ttyUSB0").value());
   EXPECT_EQ(plain.device, "/dev/ttyUSB0");
@@ -40,8 +64,9 @@ TEST(LineAddress, AnUnknownBaudRateIsRefused) {
 }
 
 TEST(LineAddress, IsWrittenAsItIsRead) {
-  for (const char* line : {"tcp://10.0.0.7:502", "tcp://10.0.0.7", "serial:/dev/ttyUSB0", "serial:/dev/ttyS1?19200,8E1",
-                           "serial:/dev/ttyS1?300,7N2", "hid:01234567", "hid:", "virtual"})
+  for (const char* line :
+       {"tcp://10.0.0.7:502", "tcp://10.0.0.7", "serial:/dev/ttyUSB0", "serial:/dev/ttyS1?19200,8E1",
+        "serial:/dev/ttyS1?300,7N2", "serial:/dev/ttyS1?4800,7E1,rtscts", "hid:01234567", "hid:", "virtual"})
     EXPECT_EQ(text(parse_line(line).value()), line);
 }
 

@@ -75,7 +75,8 @@ TEST(ModbusFrame, AReplyWithAnyFieldFalsifiedIsCorrupted) {
 TEST(ModbusFrame, ACorruptedReplyNamesTheField) {
   auto reply = encode_reply(kRead, Words{1, 2});
   reply[6] = std::byte{2};
-  EXPECT_EQ(decode_reply(kRead, reply).error().what, "unit of the reply is 2, expected 1");
+  EXPECT_EQ(decode_reply(kRead, reply).error().what,
+            "unit of the reply is 2, expected 1, or returns_other_unit = true in the link table of the rig file");
 }
 
 TEST(ModbusFrame, AReplyOfAnyOtherLengthIsCorrupted) {

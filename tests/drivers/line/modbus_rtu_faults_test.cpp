@@ -38,7 +38,7 @@ class FaultyUnit {
     const auto request = decode_rtu_request(frame);
     ASSERT_TRUE(request) << text(request.error());
     ++requests_;
-    if (!reads(request->function))
+    if (!reads(request->function) && request->function != ModbusFunction::loop_back)
       for (std::size_t i = 0; i < request->words.size(); ++i)
         stored_[static_cast<std::uint16_t>(request->address + i)] = request->words[i];
     auto reply = encode_rtu_reply(

@@ -139,6 +139,46 @@ TEST(ModbusRtuFrame, AReplyThatCannotAnswerIsKnownByItsFirstBytes) {
   EXPECT_EQ(rtu_answer_size(asked, tests::bytes_of_hex("01 03"))->value(), 9u);
 }
 
+// Answers published by the makers (above), among the bytes that an idle bus and other units put around them.
+TEST(ModbusRtuFrame, FindsPublishedAnswersAmongNoise) {
+  const std::vector<Golden> published{
+      {read_of(1, 60, 2), "", "01 03 04 01 90 01 48 FA 44", {400, 328}},
+      {write_of(1, 60, 200), "", "01 06 00 3C 00 C8 48 50", {}},
+      {read_of(1, 0, 3), "", "01 03 06 01 ED 00 00 00 6C 8C 9E", {493, 0, 108}},
+      {read_of(0, 0, 1), "", "00 03 02 08 98 83 EE", {2200}},
+      {switch_of(0, 1), "", "00 05 00 01 FF 00 DC 2B", {}},
+  };
+  const auto other = tests::bytes_of_hex("07 03 02 00 EC 31 C9");  // another unit
+  std::size_t found_again = 0;
+  for (const auto& golden : published)
+    for (const std::string before : {"", "FF", "00", "FF 00", "01", "01 03", "07 03 02 00 EC 31 C9"})
+      for (const std::string after : {"", "00", "FF FF", "07 03 02 00 EC 31 C9"}) {
+        const auto bytes = tests::bytes_of_hex((before + " " + golden.answered + " " + after).c_str());
+        const auto start = tests::bytes_of_hex(before.c_str()).size();
+        const auto found = find_rtu_answer(golden.request, bytes);
+        ASSERT_TRUE(found.answer) << before << " | " << golden.answered << ": " << found.fault.what;
+        EXPECT_EQ(found.answer->words, golden.words);
+        EXPECT_EQ(found.begin, start);
+        EXPECT_EQ(found.end, start + tests::bytes_of_hex(golden.answered).size());
+        ++found_again;
+      }
+  EXPECT_EQ(found_again, published.size() * 7 * 4);
+  EXPECT_FALSE(find_rtu_answer(read_of(1, 60, 2), other).answer);
+}
+
+TEST(ModbusRtuFrame, AnAnswerThatHasBegunIsAwaitedAndNoiseIsNot) {
+  const auto asked = read_of(1, 60, 2);
+  const auto has_begun = [&](const char* bytes) { return find_rtu_answer(asked, tests::bytes_of_hex(bytes)).begun; };
+  EXPECT_TRUE(has_begun("FF 01 03 04"));
+  EXPECT_TRUE(has_begun("01 83 02"));
+  EXPECT_FALSE(has_begun("FF"));
+  EXPECT_FALSE(has_begun("01 03"));
+  EXPECT_FALSE(has_begun("01 03 02 00 EC B9 C9")) << "an answer to another request";
+  EXPECT_EQ(find_rtu_answer(asked, tests::bytes_of_hex("FF 02")).fault.what, "unit of the reply is 255, expected 1");
+  EXPECT_EQ(find_rtu_answer(asked, tests::bytes_of_hex("FF 01 03 04 01 90 01 49 FA 44")).fault.what,
+            "the CRC of the reply does not fit");
+}
+
 TEST(ModbusRtuFrame, UpToThreeFalseBitsOrABurstOfSixteenAreAlwaysFound) {
   constexpr unsigned kSeed = 11;
   std::mt19937 random(kSeed);

@@ -186,6 +186,61 @@ TEST(ModbusTcp, AMiscountedReplyToAWriteIsTakenFromAUnitThatIsKnownForIt) {
   EXPECT_TRUE(write());
 }
 
+/// A unit that deviates from the standard, with clients that tolerate it or not.
+class DeviatingUnit {
+ public:
+  explicit DeviatingUnit(std::function<void(std::vector<std::byte>& reply)> deviate)
+      : server_([deviate = std::move(deviate)](std::span<const std::byte> frame) {
+          auto reply = good(decode_request(frame).value());
+          deviate(reply);
+          return Answer{reply};
+        }) {}
+
+  [[nodiscard]] std::unique_ptr<Registers> client(bool ModbusLink::*tolerance = nullptr) const {
+    ModbusLink link;
+    link.timeout = kTimeout;
+    if (tolerance) link.*tolerance = true;
+    return make_modbus(server_.address(), link);
+  }
+
+ private:
+  LoopbackServer server_;
+};
+
+TEST(ModbusTcp, ToleratesADeviationOnlyWhereTheLinkNamesIt) {
+  struct Deviation {
+    std::size_t at;  ///< byte of the header
+    std::uint8_t byte;
+    bool ModbusLink::*tolerance;
+  };
+  for (const auto& [at, byte, tolerance] :
+       {Deviation{1, 0, &ModbusLink::returns_other_transaction},
+        Deviation{0, 0x7F, &ModbusLink::returns_other_transaction}, Deviation{6, 0, &ModbusLink::returns_other_unit},
+        Deviation{6, 255, &ModbusLink::returns_other_unit}}) {
+    const DeviatingUnit unit([at = at, byte = byte](auto& reply) { reply[at] = std::byte{byte}; });
+    EXPECT_EQ(unit.client()->read(kHolding, 5, 2).error().kind, FaultKind::corrupted) << at;
+    const auto client = unit.client(tolerance);
+    EXPECT_EQ(client->read(kHolding, 5, 2).value(), (Words{5, 6}));
+    EXPECT_TRUE(client->write(WriteFunction::one_register, 2782, Words{7}));
+    EXPECT_TRUE(client->write(WriteFunction::registers, 2782, Words{7, 8}));
+    EXPECT_EQ(client->read(kHolding, 9, 1).value(), Words{9});
+    const auto other = tolerance == &ModbusLink::returns_other_unit ? &ModbusLink::returns_other_transaction
+                                                                    : &ModbusLink::returns_other_unit;
+    EXPECT_FALSE(unit.client(other)->read(kHolding, 5, 2)) << "another key";
+    EXPECT_FALSE(unit.client(&ModbusLink::miscounts_write_replies)->read(kHolding, 5, 2)) << "another key";
+  }
+}
+
+TEST(ModbusTcp, AToleratedReplyHasEveryOtherFieldCompared) {
+  for (const std::size_t at : {std::size_t{2}, std::size_t{5}, std::size_t{6}, std::size_t{7}, std::size_t{8}}) {
+    const DeviatingUnit unit([at](auto& reply) {
+      reply[0] = reply[1] = std::byte{0};
+      reply[at] ^= std::byte{2};
+    });
+    EXPECT_FALSE(unit.client(&ModbusLink::returns_other_transaction)->read(kHolding, 5, 2)) << at;
+  }
+}
+
 TEST(ModbusTcp, AResetIsSurvivedByARead) {
   Unit unit([](int number, const auto& request, auto) {
     return number == 0 ? Answer{{}, true} : Answer{good(request)};

@@ -144,6 +144,15 @@ TEST(SerialStream, APeerThatDoesNotReadIsATimeout) {
   EXPECT_EQ(stream->write(much, kSoon).error().kind, FaultKind::timeout);
 }
 
+TEST(SerialStream, ANumberThatDependsOnTheOrderOfPluggingIsNoStableName) {
+  for (const auto* device : {"/dev/ttyUSB0", "/dev/ttyUSB12", "/dev/ttyACM1"})
+    EXPECT_TRUE(has_unstable_name(device)) << device;
+  for (const auto* device : {"/dev/ttyS0", "/dev/serial/by-id/usb-FTDI-if00-port0", "/dev/serial/by-path/pci-1",
+                             "/dev/ttyUSB", "/dev/ttyUSB_chamber", "/dev/oven"})
+    EXPECT_FALSE(has_unstable_name(device)) << device;
+  EXPECT_EQ(stable_name("/dev/gyrotherm-none"), "");
+}
+
 TEST(SerialStream, WhatIsNoSerialPortIsRefused) {
   EXPECT_EQ(open_serial_port("/dev/null", {}).error().kind, FaultKind::disconnected);
   EXPECT_EQ(open_serial_port("/dev/gyrotherm-none", {}).error().what, "there is no such device");

@@ -9,6 +9,7 @@
 #include <optional>
 #include <random>
 
+#include "drivers/line/echo_stream.hpp"
 #include "tests/support/fakes.hpp"
 
 namespace gyrotherm::drivers {
@@ -23,6 +24,8 @@ class SlowStream final : public ByteStream {
   Duration delay{};                ///< of an answer
   Duration echo{};                 ///< after which the answer comes once more; zero: it does not
   std::size_t cut = SIZE_MAX;      ///< bytes of an answer that arrive
+  std::string before, behind;      ///< noise around an answer
+  bool returns_questions = false;  ///< the adapter echoes
   std::vector<std::string> heard;  ///< questions
 
   [[nodiscard]] std::string answer() const { return "answer " + std::to_string(heard.size()); }
@@ -40,7 +43,8 @@ class SlowStream final : public ByteStream {
   }
   Result<void> write(std::span<const std::byte> bytes, Duration) override {
     heard.emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const auto line = (answer() + "\n").substr(0, cut);
+    if (returns_questions) coming_.emplace(now_, before + heard.back());
+    const auto line = before + (answer() + "\n").substr(0, cut) + behind;
     if (line.empty()) return {};
     coming_.emplace(now_ + delay, line);
     if (echo != Duration::zero()) coming_.emplace(now_ + delay + echo, line);
@@ -62,6 +66,36 @@ TEST(TextExchange, AsksAndTakesOneLine) {
   EXPECT_EQ(exchange.ask("one").value(), "answer 1");
   EXPECT_EQ(exchange.ask("two").value(), "answer 2");
   EXPECT_EQ(line.heard, (std::vector<std::string>{"one\r", "two\r"}));
+}
+
+TEST(TextExchange, IgnoresBytesOfAnIdleBusAroundALine) {
+  for (const auto& noise : {std::string("\xFF"), std::string(1, '\0'), std::string("\xFF\xFF") + '\0'}) {
+    auto made = std::make_unique<SlowStream>();
+    auto& line = *made;
+    TextExchange exchange(std::move(made), kOptions);
+    line.before = noise;
+    EXPECT_EQ(exchange.ask("one").value(), "answer 1");
+    line.behind = noise;
+    EXPECT_EQ(exchange.ask("two").value(), "answer 2");
+    line.before = "?";
+    EXPECT_EQ(exchange.ask("three").value(), "?answer 3") << "a character is no noise";
+  }
+}
+
+TEST(TextExchange, ReadsItsQuestionBackFromALineThatEchoes) {
+  for (const std::string noise : {"", "\xFF"})
+    for (const auto delay : {milliseconds(0), milliseconds(60)}) {
+      auto made = std::make_unique<SlowStream>();
+      auto& line = *made;
+      line.returns_questions = true;
+      line.before = noise;
+      line.delay = delay;
+      TextExchange exchange(make_echo_stream(std::move(made)), kOptions);
+      EXPECT_EQ(exchange.ask("$012").value(), "answer 1");
+      EXPECT_EQ(exchange.ask("#01").value(), "answer 2");
+      line.returns_questions = false;
+      EXPECT_EQ(exchange.ask("#01").error().kind, FaultKind::corrupted) << "the answer is none of its echo";
+    }
 }
 
 TEST(TextExchange, AnAnswerThatComesAfterTheLimitIsNotTakenForTheNext) {

@@ -221,6 +221,35 @@ TEST(MakeSafe, TheArmedMapSaysHowFarASetPointIsRounded) {
   EXPECT_EQ(tolerance(), Kelvins{2});
 }
 
+/// Returns a safe-state file as a run leaves it, with settings of its installation.
+SafeState armed(const std::string& line, drivers::LinkKind link, const drivers::LinkSettings& settings) {
+  return {.record = "r.db",
+          .line = line,
+          .link = link,
+          .word_order = {},
+          .link_settings = settings,
+          .safe_set_point = {23},
+          .switch_off = false,
+          .by_program = false,
+          .written_by = own_identity(),
+          .map_text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/chambers/watlow_f4t.toml").value()};
+}
+
+TEST(MakeSafe, SpeaksAsTheRigFileOfTheRunDid) {
+  using drivers::LinkKind;
+  const auto place = [](const SafeState& safe_state) {
+    const auto chamber = parse_safe_state(to_text(safe_state), "text").and_then(chamber_of);
+    EXPECT_TRUE(chamber) << text(chamber.error());
+    return chamber ? chamber->place : "";
+  };
+  const auto plain = place(armed("tcp://10.0.0.7", LinkKind::tcp, {}));
+  EXPECT_EQ(place(armed("tcp://10.0.0.7", LinkKind::tcp, {.unit = 1})), plain) << "the map's own number";
+  EXPECT_NE(place(armed("tcp://10.0.0.7", LinkKind::tcp, {.unit = 2})), plain) << "another unit, another lock";
+  EXPECT_NE(place(armed("serial:/dev/ttyUSB9", LinkKind::rtu, {.unit = 3, .echo = true})), "");
+  EXPECT_NE(place(armed("tcp://10.0.0.7", LinkKind::tcp, {.returns_other_transaction = true})), "");
+  EXPECT_FALSE(chamber_of(armed("tcp://10.0.0.7", LinkKind::tcp, {.echo = true}))) << "no such link";
+}
+
 TEST(MakeSafe, ALineWithoutAChamberIsRefused) {
   for (const auto* line : {"virtual", "hid:1", "nonsense://"})
     EXPECT_FALSE(chamber_of({.record = "r.db",
@@ -253,6 +282,19 @@ TEST(MakeSafe, LeavesATraceThatReadsBack) {
   EXPECT_EQ(describe(trace),
             "made safe by the guard at 2026-01-01T00:00:00Z (the program that drove it hung): the chamber was sent to "
             "23 °C; set point read back, air 61.20 °C");
+}
+
+/// Writes that arrived and whose replies were not understood may have been carried out.
+TEST(MakeSafe, DoesNotClaimThatNothingWasSentWhenTheChamberHasNotConfirmed) {
+  for (const auto* details : {"transaction of the reply is 0, expected 1", "no reply in 500 ms", "no connection"})
+    EXPECT_EQ(describe(MadeSafe{.at = std::chrono::seconds(1767225600),
+                                .because = "it hung",
+                                .set_point = {23},
+                                .confirmed = false,
+                                .details = details}),
+              std::string("NOT made safe by the guard at 2026-01-01T00:00:00Z (it hung): the chamber has NOT confirmed "
+                          "23 °C; ") +
+                  details);
 }
 
 }  // namespace

@@ -19,6 +19,11 @@ SafeState safe_state() {
           .line = "tcp://10.0.0.7:502",
           .link = drivers::LinkKind::tcp,
           .word_order = drivers::WordOrder::cdab,
+          .link_settings = {.unit = 7,
+                            .timeout = std::chrono::milliseconds(800),
+                            .read_at_most = 40,
+                            .returns_other_transaction = true,
+                            .miscounts_write_replies = false},
           .safe_set_point = {23.5},
           .switch_off = true,
           .by_program = false,
@@ -26,11 +31,16 @@ SafeState safe_state() {
           .map_text = "schema = \"gyrotherm-chamber/1\"\nname = \"F4T\"\n"};
 }
 
-constexpr const char* kGolden =
-    "schema = \"gyrotherm-safe-state/1\"\n"
+constexpr const char* kLinkSettings =
+    "link_settings = { unit = 7, timeout = \"0.8 s\", read_at_most = 40, returns_other_transaction = true, "
+    "miscounts_write_replies = false }\n";
+
+const std::string kGolden =
+    "schema = \"gyrotherm-safe-state/2\"\n"
     "record = \"/var/lib/gyrotherm/rate.db\"\n"
     "line = \"tcp://10.0.0.7:502\"\n"
-    "link = \"tcp\"\n"
+    "link = \"tcp\"\n" +
+    std::string(kLinkSettings) +
     "word_order = \"cdab\"\n"
     "safe_set_point_c = 23.5\n"
     "switch_off = true\n"
@@ -44,12 +54,38 @@ constexpr const char* kGolden =
     "  \"\"\n"
     "]\n";
 
-TEST(SafeStateFile, ItsTextIsTheFormatOfVersionOne) { EXPECT_EQ(to_text(safe_state()), kGolden); }
+/// Returns the same state in the format of version 0.1.0.
+std::string of_version_one() {
+  auto text = kGolden;
+  text.replace(text.find("state/2"), 7, "state/1");
+  text.erase(text.find(kLinkSettings), std::string(kLinkSettings).size());
+  return text;
+}
 
-TEST(SafeStateFile, ReadsWhatVersionOneWrote) {
+TEST(SafeStateFile, IsWrittenInFormatTwo) { EXPECT_EQ(to_text(safe_state()), kGolden); }
+
+TEST(SafeStateFile, ReadsBothFormats) {
   const auto read = parse_safe_state(kGolden, "golden");
   ASSERT_TRUE(read) << text(read.error());
   EXPECT_EQ(*read, safe_state());
+  const auto first = parse_safe_state(of_version_one(), "first");
+  ASSERT_TRUE(first) << text(first.error());
+  auto expected = safe_state();
+  expected.link_settings = {};
+  EXPECT_EQ(*first, expected);
+  auto third = kGolden;
+  third.replace(third.find("state/2"), 7, "state/3");
+  EXPECT_FALSE(parse_safe_state(third, "third"));
+}
+
+TEST(SafeStateFile, RefusesLinkSettingsThatNoLinkHas) {
+  for (const auto* wrong : {"{ unit = 256 }", "{ timeout = \"3 s\" }", "{ read_at_most = 0 }", "{ echo = 1 }",
+                            "{ speed = 3 }", "{ timeout = 5 }", "7"}) {
+    auto changed = kGolden;
+    const auto at = changed.find("{ unit");
+    changed.replace(at, changed.find('\n', at) - at, wrong);
+    EXPECT_FALSE(parse_safe_state(changed, "changed")) << wrong;
+  }
 }
 
 TEST(SafeStateFile, ReadsBackWhateverIsWritten) {
@@ -61,13 +97,14 @@ TEST(SafeStateFile, ReadsBackWhateverIsWritten) {
   written.map_text = "";
   written.power = "event_1";
   written.identity = "Watlow F4T (part_number = F4T1A2EAA1B1AAA, serial_number = 111), ramp_action = off";
+  written.link_settings = {.unit = 0, .timeout = std::chrono::microseconds(1500), .echo = true};
   const auto read = parse_safe_state(to_text(written), "text");
   ASSERT_TRUE(read) << text(read.error());
   EXPECT_EQ(*read, written);
 }
 
 TEST(SafeStateFile, EveryCutAndEveryChangedLineIsRefusedWithItsPlace) {
-  const std::string golden = kGolden;
+  const std::string& golden = kGolden;
   for (std::size_t length = 0; length + 1 < golden.size(); ++length)  // its last line may lack its end
     EXPECT_FALSE(parse_safe_state(golden.substr(0, length), "cut")) << length;
   EXPECT_FALSE(parse_safe_state(golden + "x", "longer"));
@@ -83,7 +120,7 @@ TEST(SafeStateFile, EveryCutAndEveryChangedLineIsRefusedWithItsPlace) {
 
 TEST(SafeStateFile, NoNumberThatIsNoTemperatureIsTaken) {
   for (const auto* number : {"nan", "inf", "-inf", "", "23,5", "true", "\"23.5\"", "1e999"}) {
-    std::string changed = kGolden;
+    auto changed = kGolden;
     changed.replace(changed.find("23.5"), 4, number);
     EXPECT_FALSE(parse_safe_state(changed, "changed")) << number;
   }

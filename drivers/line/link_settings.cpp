@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/line/link_settings.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <vector>
+
+namespace gyrotherm::drivers {
+namespace {
+
+constexpr int kMostReadAtOnce = 125;
+/// Three of them are less than the guard's patience.
+constexpr Duration kLongestTimeout = std::chrono::seconds(2);
+
+template <class T>
+void replace(T& value, const std::optional<T>& by) {
+  if (by) value = *by;
+}
+
+}  // namespace
+
+LinkSettings read_link_settings(const TomlTable& table) {
+  LinkSettings settings;
+  if (table.has("unit")) settings.unit = whole<std::uint8_t>(table, "unit", 0, 255);
+  if (table.has("timeout")) {
+    settings.timeout = table.duration("timeout");
+    if (*settings.timeout <= Duration::zero() || *settings.timeout > kLongestTimeout)
+      table.mistake("timeout", "\"timeout\" is not within its bounds, expected more than zero and at most 2 s");
+  }
+  if (table.has("read_at_most"))
+    settings.read_at_most = whole<std::uint16_t>(table, "read_at_most", 1, kMostReadAtOnce);
+  if (table.has("echo")) settings.echo = table.boolean("echo");
+  if (table.has("returns_other_transaction"))
+    settings.returns_other_transaction = table.boolean("returns_other_transaction");
+  if (table.has("returns_other_unit")) settings.returns_other_unit = table.boolean("returns_other_unit");
+  if (table.has("miscounts_write_replies")) settings.miscounts_write_replies = table.boolean("miscounts_write_replies");
+  return settings;
+}
+
+std::string to_toml(const LinkSettings& settings) {
+  std::vector<std::string> entries;
+  const auto append = [&](const char* key, const auto& value) {
+    if (value) entries.push_back(fmt::format("{} = {}", key, *value));
+  };
+  append("unit", settings.unit);
+  if (settings.timeout) entries.push_back(fmt::format("timeout = \"{} s\"", to_seconds(*settings.timeout)));
+  append("read_at_most", settings.read_at_most);
+  append("echo", settings.echo);
+  append("returns_other_transaction", settings.returns_other_transaction);
+  append("returns_other_unit", settings.returns_other_unit);
+  append("miscounts_write_replies", settings.miscounts_write_replies);
+  return entries.empty() ? "{}" : fmt::format("{{ {} }}", fmt::join(entries, ", "));
+}
+
+ModbusLink with_settings(ModbusLink link, const LinkSettings& settings) {
+  replace(link.unit, settings.unit);
+  replace(link.timeout, settings.timeout);
+  replace(link.read_at_most, settings.read_at_most);
+  replace(link.echo, settings.echo);
+  replace(link.returns_other_transaction, settings.returns_other_transaction);
+  replace(link.returns_other_unit, settings.returns_other_unit);
+  replace(link.miscounts_write_replies, settings.miscounts_write_replies);
+  return link;
+}
+
+Result<void> check_framing(const ModbusLink& link, const LinkSettings& settings) {
+  if (link.framing == ModbusLink::Framing::tcp) {
+    if (settings.echo.value_or(false))
+      return failure(FaultKind::usage, "echo",
+                     "Modbus TCP has no echo, expected a serial line or framing \"rtu_over_tcp\"");
+    return {};
+  }
+  constexpr const char* kTcpAlone = "RTU frames have no such field, expected it on a link with framing \"tcp\"";
+  if (settings.returns_other_transaction.value_or(false))
+    return failure(FaultKind::usage, "returns_other_transaction", kTcpAlone);
+  if (settings.returns_other_unit.value_or(false))
+    return failure(FaultKind::usage, "returns_other_unit",
+                   "RTU tells units apart by this number alone, expected the unit's own in \"unit\"");
+  if (settings.miscounts_write_replies.value_or(false))
+    return failure(FaultKind::usage, "miscounts_write_replies", kTcpAlone);
+  return {};
+}
+
+}  // namespace gyrotherm::drivers

@@ -42,6 +42,13 @@ Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const s
   return ownership;
 }
 
+std::vector<std::string> ChamberOwnership::strangers() const {
+  std::vector<std::string> words;
+  if (lock_)
+    for (const auto& stranger : lock_->strangers()) words.push_back(stranger.words);
+  return words;
+}
+
 Result<void> ChamberOwnership::arm() {
   if (!safe_state_) return {};
   auto line = watchdog::WatchdogClient::tie(*safe_state_);

@@ -16,6 +16,7 @@ namespace {
 constexpr std::int64_t kOnePress = 500'000'000;  ///< ns: signals as near as that were one press of a key
 
 std::atomic<int> stops_so_far{0};
+std::atomic<int> terminations_so_far{0};
 std::atomic<int> hangups_so_far{0};
 std::atomic<int> hangups_forgiven{0};
 std::atomic<std::int64_t> first_at{0};  ///< ns of the monotonic clock
@@ -31,6 +32,7 @@ std::int64_t now_ns() {
 void on_signal(int number) {
   const int before = errno;
   ++(number == SIGHUP ? hangups_so_far : stops_so_far);
+  if (number == SIGTERM) ++terminations_so_far;
   if (interrupts() == 1) {
     first_at = now_ns();
   } else if (second_ends && now_ns() - first_at > kOnePress) {
@@ -68,6 +70,8 @@ bool interrupted() { return interrupts() > 0; }
 int interrupts() { return stops_so_far + hangups_so_far - hangups_forgiven; }
 
 int stops() { return stops_so_far; }
+
+int terminations() { return terminations_so_far; }
 
 int hangups() { return hangups_so_far; }
 

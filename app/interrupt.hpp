@@ -26,6 +26,8 @@ void let_writes_fail();
 [[nodiscard]] int interrupts();
 /// How many asked for an end (SIGINT, SIGTERM), and how many said that the terminal is lost (SIGHUP).
 [[nodiscard]] int stops();
+/// Counts the SIGTERM among them: a shutdown, a service manager, the end of a session.
+[[nodiscard]] int terminations();
 [[nodiscard]] int hangups();
 /// The lost terminal has been answered, and is no interrupt any more.
 void forgive_hangups();

@@ -241,7 +241,8 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   read_chamber(chamber, rig);
   std::set<std::string> seen;
   for (const auto& table : root->tables("thermometer"))
-    rig.thermometers.push_back(read_thermometer(table, folder_of(file), rig.thermometers.size() + 1, seen));
+    rig.thermometers.push_back(read_thermometer(table, known.folder.empty() ? folder_of(file) : known.folder,
+                                                rig.thermometers.size() + 1, seen));
   if (rig.thermometers.empty()) root->mistake("", "missing [[thermometer]], expected at least one");
   const auto channels = names_of(thermometer_channels(rig));
   auto gyros = read_gyros(*root, file, channels, known.gyro_streams);

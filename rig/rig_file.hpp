@@ -65,6 +65,7 @@ struct NamedTexts {
   std::optional<std::string> gyro_model{};            ///< [virtual.thermal] gyro
   std::map<std::string, std::string> gyro_streams{};  ///< [gyro] or [[gyro]] stream, by the unit's name
   std::vector<std::string> analogue_maps{};           ///< [[analogue_input]] map, in the order of the file
+  std::string folder{};                               ///< where commands run; empty: the file's
 };
 
 /// Fails with bad_file, every mistake with its place. What `known` does not hold is read from its file, relative to

@@ -67,6 +67,9 @@ struct Record {
 /// No: it refuses with storage ("being written by …"); see status.hpp. Fails with bad_file (not a record, another
 /// schema version, damaged).
 [[nodiscard]] Result<Record> read_record(const std::string& path, const std::string& unit = {});
+/// Reads everything as read_record() does, but only if the chain fits in every file that is read. Fails with bad_file
+/// naming the first row that does not fit, and as read_record() does.
+[[nodiscard]] Result<Record> read_proved_record(const std::string& path);
 /// What a record knew before its first sample, by the first of its files that can be read. Fails likewise.
 [[nodiscard]] Result<RunInfo> read_info(const std::string& path);
 

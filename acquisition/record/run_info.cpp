@@ -22,15 +22,17 @@ namespace {
 constexpr const char* kRate = "rate";
 constexpr const char* kPulseCount = "pulse_count";
 constexpr const char* kChamberMeasures = "chamber";
+constexpr const char* kRigFile = "rig_file";
 
 /// The texts of the table `meta`, beside which it has numbers.
-constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 10> kTexts{{
+constexpr std::array<std::pair<const char*, std::string RunInfo::*>, 11> kTexts{{
     {"id", &RunInfo::id},
     {"program_version", &RunInfo::program_version},
     {"profile_name", &RunInfo::profile_name},
     {"profile_text", &RunInfo::profile_text},
     {"rig_name", &RunInfo::rig_name},
     {"rig_text", &RunInfo::rig_text},
+    {kRigFile, &RunInfo::rig_file},
     {"chamber_map_text", &RunInfo::chamber_map_text},
     {"gyro_model", &RunInfo::gyro_model},
     {"gyro_film", &RunInfo::gyro_film},
@@ -57,7 +59,8 @@ Result<void> write_meta(Database& database, const RunInfo& info) {
     if (written) written = insert->run(key, value);
   };
   put("schema", kRunSchema);
-  for (const auto& [key, text] : kTexts) put(key, info.*text);
+  for (const auto& [key, text] : kTexts)
+    if (key != kRigFile || !info.rig_file.empty()) put(key, info.*text);  // absent: virtual rig
   put("simulated", info.simulated);
   put("seed", std::to_string(info.seed));  // a text: SQLite's integers are signed
   put("days_later", std::to_string(info.days_later));

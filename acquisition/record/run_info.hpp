@@ -97,6 +97,7 @@ struct RunInfo {
   std::string profile_text;
   std::string rig_name;
   std::string rig_text;
+  std::string rig_file{};                         ///< absolute path; empty: virtual rig
   std::string chamber_map_text;                   ///< the register map that the rig file names
   std::vector<std::string> analogue_map_texts{};  ///< … of each unit of analogue inputs
   std::string gyro_model;       ///< virtual rig: the thermal model that its gyro stands on, by name; may be empty

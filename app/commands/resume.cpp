@@ -15,6 +15,7 @@ struct ResumeArguments {
   std::string json;
   std::string run;
   bool accept = false;
+  bool trust_commands = false;
   std::string gap = "30 s";
 };
 
@@ -29,7 +30,9 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
   if (status && status->simulated)
     if (const auto whole = record::verify_files(options.run); !whole) return failure(whole.error());
   watch_for_interrupts(status && status->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
-  if (auto ran = resume_run(console, options.run, {.accept = options.accept, .gap = *gap}); !ran)
+  if (auto ran = resume_run(console, options.run,
+                            {.accept = options.accept, .trust_commands = options.trust_commands, .gap = *gap});
+      !ran)
     return failure(ran.error());
   return Exit::done;
 }
@@ -42,6 +45,9 @@ void add_resume(Program& program) {
   add_json_of_run(command, options.json);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
   command.add_flag("--accept", options.accept, "the operator has looked at the chamber and allows the run to go on");
+  command.add_flag("--trust-commands", options.trust_commands,
+                   "start the programs that the record names as drivers, though this user has not run this rig file "
+                   "with them as they are now");
   command.add_option("--gap", options.gap, "on a virtual rig: how long it was down (default: 30 s)")
       ->type_name("DURATION");
 }

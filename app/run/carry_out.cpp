@@ -16,6 +16,8 @@
 #include "acquisition/record/status.hpp"
 #include "acquisition/record/store.hpp"
 #include "app/interrupt.hpp"
+#include "app/run/confirmed_commands.hpp"
+#include "core/clock.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
@@ -65,8 +67,13 @@ Result<void> conclude(const UnderWay& run, run::RunOutcome outcome) {
   return {};
 }
 
-/// The operator has stopped it: the chamber stays where it is.
+/// A signal has stopped it: the chamber stays where it is, or was sent to its safe set point and remains guarded.
 tl::unexpected<Fault> interrupted_run(const UnderWay& run) {
+  if (!run.rig.file().simulated && run.run_controller.run_state() == RunState::aborting)
+    return failure(FaultKind::interrupted, run.path,
+                   fmt::format("stopped after {} s: {}; its guard remains until that is confirmed; \"gyrotherm resume "
+                               "{}\" continues",
+                               run.run_controller.next_slot(), run.run_controller.end_cause(), run.path));
   run.ownership.release();
   const auto chamber =
       run.run_controller.is_left_to_the_controller() ? "goes on with its program" : "holds its set point";
@@ -88,9 +95,36 @@ Result<void> drive(const UnderWay& run) {
   return failure(outcome.error().kind, run.path, run.run_controller.end_cause());
 }
 
-/// How long ago the record's last second was, by the clock on the wall: below 0 where that was set back since.
-Duration time_since_last(const record::Record& record) {
-  return SteadyClock().now().utc - record.last_utc.value_or(record.info.started_utc);
+/// Returns how long the run was down.
+run::Downtime downtime_of(const record::Record& record, const std::string& path, const ResumeOptions& options) {
+  if (record.info.simulated) return options.gap;
+  const auto where = record::status_path(path);
+  const auto status =
+      read_text_file(where).and_then([&](const std::string& text) { return record::parse_status(text, where); });
+  return run::downtime_of(record, status ? std::optional(*status) : std::nullopt,
+                          {.utc = SteadyClock().now().utc, .since_boot = since_boot(), .boot = boot_id()});
+}
+
+/// Stores the rig's commands as confirmed for a later resume. Prints a warning if that fails.
+void confirm(Console& console, const std::string& rig_file, const rig::RigFile& rig) {
+  if (const auto kept = confirm_commands(rig_file, rig); !kept)
+    console.say(fmt::format("warning: {}; a resume will want --trust-commands", text(kept.error())));
+}
+
+/// Checks the programs that a record names as drivers, or stores them as confirmed if they are trusted.
+Result<void> admit_commands(Console& console, const record::RunInfo& info, const rig::RigFile& rig, bool trusted) {
+  if (!trusted) return check_commands(info.rig_file, rig);
+  confirm(console, info.rig_file, rig);
+  return {};
+}
+
+/// Prints a warning for each process that holds the chamber's name without being allowed to.
+void say_strangers(Console& console, const run::ChamberOwnership& ownership) {
+  for (const auto& stranger : ownership.strangers())
+    console.say(
+        fmt::format("warning: {} holds the chamber's lock and is not waited for: its user is neither root nor a "
+                    "member of gyrotherm or dialout",
+                    stranger));
 }
 
 /// Of a real rig, before the first of them is waited for.
@@ -261,6 +295,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   if (auto free = record::check_name_of_new_record(path); !free) return free;  // before anything moves
   auto ownership = run::ChamberOwnership::take(file, path, upload);
   if (!ownership) return failure(ownership.error());
+  say_strangers(console, *ownership);
   const auto first = begin(profile);
   const simulator::LaboratorySeed seed{
       .gyro = options.seed, .run = run::run_number(profile.text), .days_later = options.days_later};
@@ -290,6 +325,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
     return ownership->arm(chamber_of(found)).map([&] { return entry.set_point; });
   };
   say_connecting(console, file);
+  confirm(console, file.file, file);
   const auto names = (*rig)->prepare(entrance, upload ? &*program : nullptr);
   if (!names) {
     auto why = not_begun(*ownership, **rig, names.error());
@@ -311,15 +347,18 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
 
 Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
   if (auto alone = await_readers(console, path); !alone) return alone;
-  const auto record = record::read_record(path);
+  const auto record = record::read_proved_record(path);
   if (!record) return failure(record.error());
-  auto on = run::continuation_of(*record, path, record->info.simulated ? options.gap : time_since_last(*record),
+  auto on = run::continuation_of(*record, path, downtime_of(*record, path, options),
                                  run::run_number(record->info.profile_text));
   if (!on) return failure(on.error());
+  if (auto admitted = admit_commands(console, record->info, on->rig, options.trust_commands); !admitted)
+    return admitted;
   const auto lost = record::lost_end(path);  // before the record is written again
   if (!on->rig.simulated) console.never_wait();
   auto ownership = run::ChamberOwnership::take(on->rig, path);
   if (!ownership) return failure(ownership.error());
+  say_strangers(console, *ownership);
   auto rig = rig::Rig::assemble(on->rig, on->start);
   if (!rig) return failure(rig.error());
   run::EntryPoint entry;

@@ -48,11 +48,13 @@ void add_days_later(CLI::App& command, std::uint64_t& days);
 
 struct ResumeOptions {
   bool accept = false;                      ///< the operator allows what the resume rule leaves to people
+  bool trust_commands = false;              ///< starts unconfirmed programs
   Duration gap = std::chrono::seconds(30);  ///< virtual rig: how long it was down
 };
 
-/// Goes on with an unfinished run: the same segment, no soak shortened, the gap in the record.
-/// Where judge_reentry() leaves it to people, it fails with interrupted unless accepted.
+/// Continues an unfinished run: the same segment, no soak shortened, the gap in the record. Fails with bad_file before
+/// anything of the record is used if its chain does not fit, with refused if it names a program that this user has not
+/// confirmed for its rig file, unless trusted, and with interrupted if judge_reentry() asks, unless accepted.
 [[nodiscard]] Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options);
 
 // What calls the tick: an event loop in real time, a plain loop in virtual time.

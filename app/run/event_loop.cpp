@@ -70,6 +70,16 @@ Result<run::RunOutcome> stopped(const UnderWay& run) {
   return failure(FaultKind::interrupted, "", "stopped");
 }
 
+/// Ends a run after SIGTERM, when the safe set point was sent. The guard gets no good-bye and takes over.
+Result<run::RunOutcome> terminated(const UnderWay& run) {
+  const auto now = run.rig.clock().now();
+  if (auto noted = run.store.append_event({now, EventKind::interrupted, run.run_controller.end_cause()}); !noted)
+    return failure(noted.error());
+  await_disk(run);
+  if (auto synced = sync(run); !synced) return failure(synced.error());
+  return failure(FaultKind::interrupted, "", "stopped");
+}
+
 /// A signal while the chamber is being made safe, or is about to be because an operator has said so: the first is not
 /// obeyed, and it is said why.
 bool must_stay(const UnderWay& run) {
@@ -167,17 +177,37 @@ class RealTime {
       run_.run_controller.tell(control::OperatorCommand::abort, "the terminal, which was closed");
   }
 
+  /// Returns true after a SIGTERM that is to leave the chamber safe. A shutdown does not wait: the guard takes over.
+  [[nodiscard]] bool is_terminated() const {
+    return terminations() > 0 && run_.rig.file().run_limits.on_stop == interlocks::OnStop::safe;
+  }
+
   void interrupt_now() {
     take_wake_ups();
     if (ended_) return;
     hang_up();
     listen(run_, ears_);  // what was told before outranks Ctrl-C
-    if (stops() == 0 || must_stay(run_)) return;
+    if (is_terminated() && !run_.ownership.trouble().empty()) return stay_without_a_guard();
+    if (stops() == 0 || (!is_terminated() && must_stay(run_))) return;
     leaves_ = run_.run_controller.owes_a_tick() && stops() == 1;  // who was told "held" finds it held
     if (!leaves_) leave();
   }
 
-  void leave() { end(run_.run_controller.run_state() == RunState::aborting ? left_to_the_guard(run_) : stopped(run_)); }
+  /// Ends the run as an abort does, once the chamber has confirmed: no guard would take over.
+  void stay_without_a_guard() {
+    run_.console.say("no guard watches the chamber: this program ends once the chamber is safe");
+    if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
+      run_.run_controller.tell(control::OperatorCommand::abort, "SIGTERM");
+  }
+
+  void leave() {
+    if (run_.run_controller.run_state() == RunState::aborting) return end(left_to_the_guard(run_));
+    if (!is_terminated()) return end(stopped(run_));
+    run_.run_controller.make_safe("stopped by SIGTERM");
+    run_.ownership.heartbeat({});  // before waiting for the disk
+    if (run_.ownership.trouble().empty()) return end(terminated(run_));
+    arm();  // without a guard: ends once confirmed
+  }
 
   void tick() {
     if (ended_) return;
@@ -193,7 +223,7 @@ class RealTime {
       tell_sample(run_);
       display_.show(run_.run_controller.last(), standing_of(run_), run_.store.alarms().standing());
       if (!outcome || *outcome != run::RunOutcome::going_on) return end(with_its_last_second(std::move(outcome)));
-      if (std::exchange(leaves_, false) && !must_stay(run_)) return leave();
+      if (std::exchange(leaves_, false) && (is_terminated() || !must_stay(run_))) return leave();
     }
     arm();
   }

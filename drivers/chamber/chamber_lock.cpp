@@ -19,12 +19,14 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <sstream>
 #include <utility>
 #include <vector>
 
 #include "core/file.hpp"
 #include "core/process.hpp"
+#include "drivers/chamber/chamber_users.hpp"
 #include "drivers/line/line_address.hpp"
 
 namespace gyrotherm::drivers {
@@ -48,9 +50,8 @@ struct Address {
   socklen_t size{};
 };
 
-Address address_of(const std::string& place) {
+Address address_of(const std::string& name) {
   Address address;
-  const auto name = name_of(place);
   address.text.sun_family = AF_UNIX;
   std::copy(name.begin(), name.end(), address.text.sun_path + 1);
   address.size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
@@ -61,18 +62,37 @@ const sockaddr* as_sockaddr(const Address& address) { return reinterpret_cast<co
 
 Descriptor new_socket() { return Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)); }
 
-/// The number of the socket that has the name; 0 if there is none.
-std::uint64_t inode_of(const std::string& place) {
+constexpr char kSpareMark = '#';  ///< "NAME#5f0c…" is a spare of NAME
+
+/// Draws a spare name, which no process can have bound in advance.
+std::string spare_name(const std::string& place) {
+  std::random_device device;
+  return fmt::format("{}{}{:08x}{:08x}", name_of(place), kSpareMark, device(), device());
+}
+
+/// A socket that has a name.
+struct NamedSocket {
+  std::string name;
+  std::uint64_t inode{};
+};
+
+/// The sockets that have the chamber's name or a spare of it. A name is listed once: its accepted connections have it,
+/// too, and the same user.
+std::vector<NamedSocket> sockets_of(const std::string& place) {
   std::ifstream sockets("/proc/net/unix");
-  const auto name = "@" + name_of(place);
+  const auto own = "@" + name_of(place);
+  std::vector<NamedSocket> found;
   for (std::string line; std::getline(sockets, line);) {
     std::istringstream fields(line);
     std::string skipped, type, state, path;
     std::uint64_t inode = 0;
     for (int i = 0; i < 4; ++i) fields >> skipped;
-    if (fields >> type >> state >> inode >> path && path == name && type == kStream) return inode;
+    if (!(fields >> type >> state >> inode >> path) || type != kStream || inode == 0) continue;
+    if (path != own && !path.starts_with(own + kSpareMark)) continue;
+    const auto name = path.substr(1);
+    if (std::ranges::find(found, name, &NamedSocket::name) == found.end()) found.push_back({name, inode});
   }
-  return 0;
+  return found;
 }
 
 bool has_open(const std::filesystem::path& process, const std::string& socket) {
@@ -83,7 +103,7 @@ bool has_open(const std::filesystem::path& process, const std::string& socket) {
   });
 }
 
-/// Of one that has the name and does not answer who it is: as far as this user may look into other processes.
+/// Finds who holds a socket that does not answer who it is, as far as this user may look into other processes.
 NameOwner owner_by_descriptors(std::uint64_t inode) {
   const auto socket = fmt::format("socket:[{}]", inode);
   for (const auto& process : entries_of("/proc")) {
@@ -188,14 +208,8 @@ std::optional<ChamberHolder> holder_of(int file) {
   return in_words({.pid = std::atoll(value_of(signature, "pid").c_str()), .uid = ::geteuid(), .words = {}}, signature);
 }
 
-tl::unexpected<Fault> driven_by(const std::string& place, const ChamberHolder& holder) {
-  return failure(FaultKind::refused, "chamber " + place, "another program drives it: " + holder.words);
-}
-
-}  // namespace
-
-tl::expected<Descriptor, int> take_name(const std::string& place) {
-  const auto address = address_of(place);
+tl::expected<Descriptor, int> bind_name(const std::string& name) {
+  const auto address = address_of(name);
   auto socket = new_socket();
   if (!socket.is_open() || ::bind(socket.number(), as_sockaddr(address), address.size) != 0 ||
       ::listen(socket.number(), kManyCallers) != 0)
@@ -203,16 +217,59 @@ tl::expected<Descriptor, int> take_name(const std::string& place) {
   return socket;
 }
 
-std::optional<NameOwner> owner_of_name(const std::string& place) {
-  const auto address = address_of(place);
+/// Returns the process and user of a socket that listens and has room in its queue; otherwise the user by sock_diag and
+/// the process by the open files of other processes, as far as they can be read.
+NameOwner owner_of(const NamedSocket& named) {
+  const auto address = address_of(named.name);
   const auto socket = new_socket();
   ucred owner{};
   socklen_t size = sizeof owner;
   if (socket.is_open() && ::connect(socket.number(), as_sockaddr(address), address.size) == 0 &&
       ::getsockopt(socket.number(), SOL_SOCKET, SO_PEERCRED, &owner, &size) == 0)
-    return NameOwner{.pid = owner.pid, .uid = owner.uid};
-  const auto inode = inode_of(place);
-  return inode == 0 ? std::nullopt : std::optional(owner_by_descriptors(inode));
+    return {.pid = owner.pid, .uid = owner.uid};
+  auto found = owner_by_descriptors(named.inode);
+  if (const auto uid = user_of_socket(static_cast<std::uint32_t>(named.inode))) found.uid = *uid;
+  return found;
+}
+
+std::uint64_t inode_of(const Descriptor& socket) {
+  struct stat found {};
+  return socket.is_open() && ::fstat(socket.number(), &found) == 0 ? found.st_ino : 0;
+}
+
+/// The processes that hold a name of the chamber.
+struct Holders {
+  std::optional<ChamberHolder> rightful{};  ///< the first of a permitted user
+  std::vector<ChamberHolder> strangers{};
+};
+
+/// Looks at every socket with a name of the chamber but that of inode `own`.
+Holders holders_of(const std::string& place, const std::string& signature, std::uint64_t own = 0) {
+  Holders holders;
+  for (const auto& named : sockets_of(place)) {
+    if (named.inode == own) continue;
+    const auto owner = owner_of(named);
+    auto holder = in_words({.pid = owner.pid, .uid = owner.uid, .words = {}}, signature);
+    if (!may_hold_chambers(owner.uid))
+      holders.strangers.push_back(std::move(holder));
+    else if (!holders.rightful)
+      holders.rightful = std::move(holder);
+  }
+  return holders;
+}
+
+tl::unexpected<Fault> driven_by(const std::string& place, const ChamberHolder& holder) {
+  return failure(FaultKind::refused, "chamber " + place, "another program drives it: " + holder.words);
+}
+
+}  // namespace
+
+tl::expected<Descriptor, int> take_name(const std::string& place) { return bind_name(name_of(place)); }
+
+std::optional<NameOwner> owner_of_name(const std::string& place) {
+  const auto all = sockets_of(place);
+  const auto own = std::ranges::find(all, name_of(place), &NamedSocket::name);
+  return own == all.end() ? std::nullopt : std::optional(owner_of(*own));
 }
 
 std::string chamber_place(const Line& line, std::uint16_t usual_port, std::uint8_t unit) {
@@ -230,8 +287,10 @@ std::string chamber_place(const Line& line, std::uint16_t usual_port, std::uint8
 
 Result<ChamberLock> ChamberLock::take(const std::string& place, const std::string& record) {
   auto name = take_name(place);
-  if (!name && name.error() == EADDRINUSE) return driven_by(place, holder(place).value_or(in_words({}, {})));
+  if (!name && name.error() == EADDRINUSE) name = bind_name(spare_name(place));
   auto file = lock_file(place);
+  auto holders = holders_of(place, file.is_open() ? content(file.number()) : std::string(), name ? inode_of(*name) : 0);
+  if (holders.rightful) return driven_by(place, *holders.rightful);
   if (!name && !file.is_open())
     return failure(FaultKind::storage, "chamber " + place,
                    fmt::format("its lock cannot be made: {}", std::strerror(name.error())));
@@ -240,14 +299,15 @@ Result<ChamberLock> ChamberLock::take(const std::string& place, const std::strin
       return driven_by(place, holder_of(file.number()).value_or(in_words({}, {})));
     sign(file.number(), record);
   }
-  return ChamberLock(name ? std::move(*name) : Descriptor(), std::move(file));
+  ChamberLock lock(name ? std::move(*name) : Descriptor(), std::move(file));
+  lock.strangers_ = std::move(holders.strangers);
+  return lock;
 }
 
 std::optional<ChamberHolder> ChamberLock::holder(const std::string& place) {
   const auto file = lock_file(place);
-  if (const auto owner = owner_of_name(place))
-    return in_words({.pid = owner->pid, .uid = owner->uid, .words = {}},
-                    file.is_open() ? content(file.number()) : std::string());
+  auto holders = holders_of(place, file.is_open() ? content(file.number()) : std::string());
+  if (holders.rightful) return std::move(holders.rightful);
   return file.is_open() ? holder_of(file.number()) : std::nullopt;
 }
 

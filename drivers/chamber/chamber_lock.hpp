@@ -2,10 +2,12 @@
 /// One program drives a chamber: two locks of the operating system, which end with the program that holds them, however
 /// that ends.
 ///
-/// The first is a name in the abstract space of unix sockets, which every program on the machine's network sees,
-/// whatever user, folder or mount namespace it has; nobody can remove it, and the kernel says who holds it. The second
-/// is a lock file in a folder of the user's own, for programs of one user in two network namespaces; it also says for
-/// which record. What neither excludes (other machines) the run finds by the chamber's foreign set point.
+/// The first is a name in the abstract space of unix sockets. Every program on the machine's network sees it, whatever
+/// user, folder or mount namespace it has, it cannot be removed, and the kernel reports its holder. Any process can
+/// bind it, so it counts only if its holder's user may drive chambers (chamber_users.hpp). A program that finds it with
+/// a stranger takes a drawn spare name, "NAME#…"; every program looks at the spares, too. The second is a lock file in
+/// a folder of the user's own, for programs of one user in two network namespaces; it also names the record. What
+/// neither excludes (other machines) the run finds by the chamber's foreign set point.
 #pragma once
 
 #include <atomic>
@@ -15,6 +17,7 @@
 #include <optional>
 #include <string>
 #include <tl/expected.hpp>
+#include <vector>
 
 #include "core/clock.hpp"
 #include "core/file.hpp"
@@ -33,7 +36,7 @@ struct NameOwner {
   std::int64_t pid = 0;
   std::int64_t uid = -1;
 };
-/// Nothing if no process has the name.
+/// Returns nothing if no process has the name.
 [[nodiscard]] std::optional<NameOwner> owner_of_name(const std::string& place);
 
 /// The chamber at the end of a line, however the line is written: "tcp-10.0.0.7-502-1" (with the unit's number, for
@@ -50,11 +53,15 @@ struct ChamberHolder {
 
 class ChamberLock {
  public:
-  /// `record`: what is to be driven from here, for whoever is refused. At once; fails with refused if another program
-  /// holds it, and names that program and its user, or with storage if neither lock can be made.
+  /// Takes the lock at once. `record`: what is to be driven from here, for programs that are refused. Fails with
+  /// refused if another program holds it whose user may drive chambers, and names that program and its user, or with
+  /// storage if neither lock can be made. Two that start while a stranger has the name may both be refused.
   [[nodiscard]] static Result<ChamberLock> take(const std::string& place, const std::string& record);
-  /// Nothing if nobody holds it.
+  /// Returns nothing if no program of a user who may drive chambers holds it.
   [[nodiscard]] static std::optional<ChamberHolder> holder(const std::string& place);
+
+  /// Processes that held the chamber's name when the lock was taken, and whose users may not drive chambers.
+  [[nodiscard]] const std::vector<ChamberHolder>& strangers() const { return strangers_; }
 
   /// Lets those go who asked who holds it. Now and then: too many of them would keep others from being told.
   void dismiss_callers() const;
@@ -62,6 +69,7 @@ class ChamberLock {
  private:
   ChamberLock(Descriptor name, Descriptor file) : name_(std::move(name)), file_(std::move(file)) {}
   Descriptor name_, file_;
+  std::vector<ChamberHolder> strangers_;
 };
 
 // Whether calls on a line still get on. One call may take many exchanges, each of which has an end of its own; on a

@@ -51,6 +51,8 @@ Descriptor new_socket(int more_flags) {
   return Descriptor(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | more_flags, 0));
 }
 
+Descriptor spare_descriptor() { return Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC)); }
+
 std::string who_is(int speaker, const std::string& for_user) {
   ucred credentials{};
   socklen_t size = sizeof credentials;
@@ -114,10 +116,21 @@ ControlSocket::~ControlSocket() {
   if (socket_.is_open()) ::unlink(path_.c_str());
 }
 
+Descriptor ControlSocket::accept() {
+  const auto next = [this] {
+    return Descriptor(::accept4(socket_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  };
+  auto speaker = next();
+  if (speaker.is_open() || (errno != EMFILE && errno != ENFILE)) return speaker;
+  spare_.is_open() ? spare_.close() : speakers_.clear();
+  return next();
+}
+
 void ControlSocket::listen(const Listener& listener) {
   std::erase_if(speakers_, [&](const Descriptor& speaker) { return !hear(speaker.number(), listener); });
   for (int i = 0; i < kMostNewSpeakers; ++i) {
-    Descriptor speaker(::accept4(socket_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    if (!spare_.is_open()) spare_ = spare_descriptor();
+    auto speaker = accept();
     if (!speaker.is_open()) break;
     if (!hear(speaker.number(), listener)) continue;  // who has spoken makes room for nobody who has not
     if (speakers_.size() >= kMostSpeakers) speakers_.erase(speakers_.begin());

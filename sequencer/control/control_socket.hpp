@@ -40,7 +40,11 @@ class ControlSocket {
  private:
   ControlSocket(Descriptor socket, std::string path) : socket_(std::move(socket)), path_(std::move(path)) {}
 
+  /// Accepts the next speaker, also if the process has used up its descriptors.
+  [[nodiscard]] Descriptor accept();
+
   Descriptor socket_;
+  Descriptor spare_;  ///< given up for a speaker
   std::string path_;
   std::vector<Descriptor> speakers_;
 };

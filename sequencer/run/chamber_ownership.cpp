@@ -44,6 +44,13 @@ Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const s
   return ownership;
 }
 
+std::vector<std::string> ChamberOwnership::strangers() const {
+  std::vector<std::string> words;
+  if (lock_)
+    for (const auto& stranger : lock_->strangers()) words.push_back(stranger.words);
+  return words;
+}
+
 Result<void> ChamberOwnership::arm(const std::string& identity) {
   if (!safe_state_) return {};
   safe_state_->identity = identity;

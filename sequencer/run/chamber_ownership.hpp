@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/result.hpp"
 #include "drivers/chamber/chamber_lock.hpp"
@@ -21,6 +22,9 @@ class ChamberOwnership {
   /// program drives it.
   [[nodiscard]] static Result<ChamberOwnership> take(const rig::RigFile& rig, const std::string& record,
                                                      bool by_program = false);
+
+  /// Names the processes of users who may not drive chambers that hold the chamber's name, and were passed over.
+  [[nodiscard]] std::vector<std::string> strangers() const;
 
   /// The last thing before the chamber is moved for the first time: from now on somebody else makes it safe if this
   /// program dies or hangs. `identity`: who the chamber reported to be; another one is then not made safe. Fails like

@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <random>
 #include <utility>
 
+#include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "sequencer/run/dropped_units.hpp"
@@ -42,6 +44,8 @@ record::RunInfo run_info(std::string_view program_version, const profile::Profil
   info.profile_text = profile.text;
   info.rig_name = rig.name;
   info.rig_text = rig.text;
+  std::error_code error;
+  if (!rig.simulated) info.rig_file = std::filesystem::absolute(rig.file, error).lexically_normal().string();
   info.chamber_map_text = rig.chamber_map.text;
   info.analogue_map_texts = analogue_map_texts_of(rig);
   info.gyro_model = rig.gyro_model.name;
@@ -204,6 +208,7 @@ ReentryDecision judge_reentry(const InterruptedRun& stood, Celsius mild, Celsius
   if (!stood.why_unknown.empty()) return {Reentry::ask, stood.why_unknown};
   if (stood.down > kLongestUnattended)
     return {Reentry::ask, fmt::format("down for {}, longer than {}", spoken(stood.down), spoken(kLongestUnattended))};
+  if (!stood.why_asks.empty()) return {Reentry::ask, stood.why_asks};
   const auto lowest = std::min(stood.lowest, mild) - kResumeBand;
   const auto highest = std::max(stood.highest, mild) + kResumeBand;
   if (air_now < lowest || air_now > highest)
@@ -247,8 +252,24 @@ SegmentExtremes extremes_of(const profile::Profile& profile, const profile::Prof
   return {std::min(from, segment.target), std::max(from, segment.target)};
 }
 
-Result<RunContinuation> continuation_of(const record::Record& record, const std::string& path, Duration down,
+Downtime downtime_of(const record::Record& record, const std::optional<record::RunStatus>& status,
+                     const MachineTime& now) {
+  const auto last = record.slot.empty() ? std::int64_t{-1} : record.slot.back();
+  const bool is_of_it = status && status->id == record.info.id;
+  if (is_of_it && !now.boot.empty() && status->written_in_boot == now.boot)
+    return now.since_boot - status->written_since_boot + kSecond * (status->slot - last);
+  const auto down = now.utc - record.last_utc.value_or(record.info.started_utc);
+  const auto in_words = spoken(std::max(down, Duration{}));
+  if (is_of_it && down < now.since_boot)
+    return {down, fmt::format("by the wall clock it was down for {}, but the machine was started {} ago", in_words,
+                              spoken(now.since_boot))};
+  const auto* cause = is_of_it ? "the machine was restarted meanwhile" : "no status file of this run is there";
+  return {down, fmt::format("{}: it was down for {} by the wall clock alone", cause, in_words)};
+}
+
+Result<RunContinuation> continuation_of(const record::Record& record, const std::string& path, const Downtime& downtime,
                                         std::uint64_t run) {
+  const auto down = downtime.down;
   if (record.finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
   if (record.info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
   const auto& info = record.info;
@@ -256,7 +277,8 @@ Result<RunContinuation> continuation_of(const record::Record& record, const std:
                             {.chamber_map = info.chamber_map_text,
                              .gyro_model = info.gyro_model_text,
                              .gyro_streams = streams_of(info),
-                             .analogue_maps = info.analogue_map_texts});
+                             .analogue_maps = info.analogue_map_texts,
+                             .folder = info.rig_file.empty() ? std::string() : folder_of(info.rig_file)});
   if (!rig) return failure(rig.error());
   auto profile = profile::parse_profile(info.profile_text, path + " (profile)");
   if (!profile) return failure(profile.error());
@@ -278,6 +300,7 @@ Result<RunContinuation> continuation_of(const record::Record& record, const std:
   on.stood.down = not_begun ? Duration{} : Duration(std::chrono::floor<std::chrono::seconds>(std::max(down, at_least)));
   if (!on.rig.simulated) on.stood.why_unknown = why_down_is_unknown(down);
   if (!on.stood.why_unknown.empty()) on.stood.down = kSecond;
+  if (!on.rig.simulated) on.stood.why_asks = downtime.why_asks;
   on.stood.aborted = ending.state == RunState::aborting || ending.state == RunState::aborted;
   on.stood.held = ending.state == RunState::held;
   on.stood.foreign = foreign_set_point_stood(record);

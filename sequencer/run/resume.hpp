@@ -10,6 +10,7 @@
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/run_info.hpp"
+#include "acquisition/record/status.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 #include "rig/rig.hpp"
@@ -44,6 +45,7 @@ struct InterruptedRun {
   std::optional<Celsius> air;  ///< last known; nothing: never seen
   Duration down{};             ///< since its last second; one second where nobody knows
   std::string why_unknown{};   ///< why nobody knows how long it was down; empty: it is known
+  std::string why_asks{};      ///< why an operator must judge `down`
   bool aborted{};              ///< an interlock, or an operator, had ended it and made the chamber safe
   bool held{};                 ///< it was held: only an operator goes on
   bool foreign{};              ///< somebody else had changed the chamber, and it was not put back
@@ -102,11 +104,29 @@ struct RunContinuation {
   rig::RigStart start{};    ///< what the rig is assembled with
 };
 
-/// `down`: how long ago the last recorded second was; a virtual rig was down for a second at least. Of a real one it is
-/// by the clock on the wall: if that is behind the last second, or far beyond it, nobody knows. `run`: the number that
-/// draws the noise of a virtual rig's run. Fails with usage (finished, imported) or bad_file (the record's own
-/// texts cannot be read any more).
+/// The clocks of the machine at one moment.
+struct MachineTime {
+  Duration utc{};         ///< since 1970
+  Duration since_boot{};  ///< sleep included
+  std::string boot;       ///< id of the machine's start
+};
+
+struct Downtime {
+  Downtime(Duration since_last, std::string why = {}) : down(since_last), why_asks(std::move(why)) {}
+  Duration down{};       ///< since the last recorded second
+  std::string why_asks;  ///< why an operator must judge it
+};
+
+/// Returns how long a real run was down. If `status`, the file beside the record, is of this run and of this start of
+/// the machine, the boot clock decides, which cannot be set. Otherwise the wall clock does, and an operator is asked.
+[[nodiscard]] Downtime downtime_of(const record::Record& record, const std::optional<record::RunStatus>& status,
+                                   const MachineTime& now);
+
+/// `downtime`: since the last recorded second; a virtual rig was down for a second at least. If it is
+/// negative, or a year or more, the downtime of a real run is unknown. `run`: the number that draws the noise of a
+/// virtual rig's run. Relative paths of commands are resolved in the folder of the rig file that the record names.
+/// Fails with usage (finished, imported) or bad_file (the record's own texts cannot be read any more).
 [[nodiscard]] Result<RunContinuation> continuation_of(const record::Record& record, const std::string& path,
-                                                      Duration down, std::uint64_t run);
+                                                      const Downtime& downtime, std::uint64_t run);
 
 }  // namespace gyrotherm::run

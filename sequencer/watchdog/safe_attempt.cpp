@@ -123,10 +123,13 @@ class Attempt {
 
 constexpr Duration kForTheRest = std::chrono::seconds(15);
 
-/// The file that a process runs; "" where this user may not know.
+/// Returns the name of the file that a process runs, also of one that was removed; "" where this user may not know.
 std::string program_of(std::int64_t pid) {
+  constexpr std::string_view kRemoved = " (deleted)";
   std::error_code error;
-  return std::filesystem::read_symlink(fmt::format("/proc/{}/exe", pid), error).filename().string();
+  auto name = std::filesystem::read_symlink(fmt::format("/proc/{}/exe", pid), error).filename().string();
+  if (name.ends_with(kRemoved)) name.resize(name.size() - kRemoved.size());
+  return name;
 }
 
 constexpr std::string_view kMakesSafe = "gyrotherm-make-safe";

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sequencer/watchdog/watchdog_client.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -36,9 +38,34 @@ constexpr auto kTendEvery = std::chrono::milliseconds(500);
 constexpr auto kWatchesWithin = std::chrono::seconds(5);
 constexpr auto kAnswersWithin = std::chrono::seconds(5);
 
-/// In a session of its own, so that a terminal's signals do not reach it, and with no signal blocked; `input` is its
-/// standard input. Returns an error number, 0 for none.
-int spawn(const std::string& program, const std::string& record, int input, pid_t& pid) {
+}  // namespace
+
+/// The guard's program, held open from the start of the run: it can be started anew although its file was removed or
+/// replaced, as by an upgrade.
+class GuardProgram {
+ public:
+  GuardProgram() : path_(program_beside_this_one(kGuard)), file_(::open(path_.c_str(), O_PATH | O_CLOEXEC)) {}
+  [[nodiscard]] const std::string& name() const { return path_; }
+  /// Returns the path to run: that of the file, or of the open one where another or none has that name now.
+  [[nodiscard]] std::string path() const {
+    struct stat held {
+    }, named{};
+    if (!file_.is_open() || ::fstat(file_.number(), &held) != 0) return path_;
+    const bool is_there =
+        ::stat(path_.c_str(), &named) == 0 && named.st_dev == held.st_dev && named.st_ino == held.st_ino;
+    return is_there ? path_ : fmt::format("/proc/self/fd/{}", file_.number());
+  }
+
+ private:
+  std::string path_;
+  Descriptor file_;
+};
+
+namespace {
+
+/// Starts the program in a session of its own, so that a terminal's signals do not reach it, and with no signal
+/// blocked; `input` is its standard input. Returns an error number, 0 for none.
+int spawn(const GuardProgram& program, const std::string& record, int input, pid_t& pid) {
   posix_spawn_file_actions_t files;
   posix_spawnattr_t attributes;
   posix_spawn_file_actions_init(&files);
@@ -48,9 +75,9 @@ int spawn(const std::string& program, const std::string& record, int input, pid_
   sigemptyset(&none);
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGMASK);
-  std::string name = program, option = "--guard", path = record;
+  std::string name = program.name(), option = "--guard", path = record;
   const std::array<char*, 4> arguments{name.data(), option.data(), path.data(), nullptr};
-  const int failed = ::posix_spawn(&pid, program.c_str(), &files, &attributes, arguments.data(), environ);
+  const int failed = ::posix_spawn(&pid, program.path().c_str(), &files, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
   return failed;
@@ -130,6 +157,7 @@ struct WatchdogClient::Ties {
   explicit Ties(SafeState what) : safe_state(std::move(what)) {}
 
   const SafeState safe_state;
+  const GuardProgram program;
   std::mutex mutex;  ///< guards everything below
   std::condition_variable change;
   Descriptor line;                                     ///< to the guard; closed: there is none
@@ -160,9 +188,8 @@ void end_guard(pid_t pid, Descriptor line) {
 /// A new guard in the place of the one before, which ends once the new one watches. Called without the lock: starting
 /// a program may take its time.
 Result<void> WatchdogClient::Ties::start_guard() {
-  const auto program = program_beside_this_one(kGuard);
   const auto refuse = [&](const std::string& why) {
-    return failure(FaultKind::bad_file, program, "the guard cannot be started: " + why);
+    return failure(FaultKind::bad_file, program.name(), "the guard cannot be started: " + why);
   };
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return refuse(std::strerror(errno));

@@ -8,8 +8,10 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include "acquisition/record/record.hpp"
+#include "core/file.hpp"
 #include "sequencer/control/control_socket.hpp"
 #include "tests/app/real_rig.hpp"
 
@@ -19,6 +21,18 @@ namespace {
 constexpr double kSafe = 20;    ///< °C, of the rig
 constexpr double kWarm = 21.5;  ///< of the profile
 constexpr double kLimit = 20;   ///< s, within which the chamber is safe
+
+/// The guards of a record, by the words of their command lines.
+std::vector<pid_t> guards_of(const std::string& record) {
+  std::vector<pid_t> guards;
+  for (const auto& process : entries_of("/proc")) {
+    std::ifstream file(process / "cmdline");
+    std::string program, option, path;
+    for (auto* word : {&program, &option, &path}) std::getline(file, *word, '\0');
+    if (option == "--guard" && path == record) guards.push_back(std::stoi(process.filename().string()));
+  }
+  return guards;
+}
 
 class GuardedRun : public ::testing::Test {
  protected:
@@ -56,12 +70,90 @@ TEST_F(GuardedRun, AnOrderlyStopLeavesTheSetPointAndNobodyOnGuard) {
   EXPECT_EQ(second.wait(), 3) << "one program drives a chamber";
   EXPECT_NE(second.output().find("another program drives it: process "), std::string::npos) << second.output();
   EXPECT_FALSE(std::filesystem::exists(folder / "second.db"));
-  run.signal(SIGTERM);
+  run.signal(SIGINT);
   EXPECT_EQ(run.wait(), 5) << run.output();
   EXPECT_FALSE(std::filesystem::exists(record + ".safe-state"));
   EXPECT_EQ(shell("sleep 2").exit_code, 0);
   EXPECT_EQ(laboratory.set_point(), kWarm);
   EXPECT_FALSE(std::filesystem::exists(record + ".made-safe"));
+}
+
+TEST_F(GuardedRun, IsMadeSafeBySigterm) {
+  for (const auto* before : {"", "pause", "note looked"}) {
+    const auto path = folder / ("run" + std::to_string(std::string(before).size()) + ".db");
+    Background run(warm_run(path), folder / "log");
+    ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+    ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 5));
+    if (*before != '\0') {
+      EXPECT_EQ(gyrotherm_with("tell " + path + " " + before).exit_code, 0);
+    }
+    run.signal(SIGTERM);
+    EXPECT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << run.output();
+    EXPECT_EQ(run.wait(), 5) << run.output();
+    EXPECT_NE(run.output().find("its guard remains"), std::string::npos) << run.output();
+    const auto status = gyrotherm_with("status --json " + path);
+    EXPECT_NE(status.out.find("\"finished\":false"), std::string::npos) << status.out << status.err;
+    for (const auto pid : guards_of(path)) ::kill(pid, SIGKILL);  // the next run has the chamber
+  }
+}
+
+TEST_F(GuardedRun, ReplacesItsGuardAfterItsProgramWasRemoved) {
+  const auto programs = folder / "bin", program = programs + "/gyrotherm", guard = program + "-make-safe";
+  const std::string own = GYROTHERM_PROGRAM;
+  ASSERT_EQ(shell("mkdir " + programs + " && cp " + own + " " + own + "-make-safe " + programs).exit_code, 0);
+  const auto log = folder / "log";
+  const auto started = shell(program + " run tests/profiles/ten-minutes-warm.toml --rig " + laboratory.rig() +
+                             " --out " + record + " --json > " + log + " 2>&1 & echo $!");
+  const auto pid = std::stoi(started.out);
+  ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 60)) << shell("cat " + log).out;
+  ASSERT_EQ(guards_of(record).size(), 1u);
+  for (const bool replaced : {false, true}) {
+    std::filesystem::remove(guard);
+    if (replaced) std::ofstream(guard) << "not a program";
+    const auto before = guards_of(record);
+    for (const auto one : before) ::kill(one, SIGKILL);
+    std::vector<pid_t> after;
+    for (int i = 0; i < 100 && (after.empty() || after == before); ++i) {
+      shell("sleep 0.1");
+      after = guards_of(record);
+    }
+    EXPECT_EQ(after.size(), 1u) << shell("cat " + log).out;
+    EXPECT_NE(after, before);
+  }
+  ::kill(pid, SIGKILL);
+  EXPECT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << shell("cat " + log).out;
+  for (const auto one : guards_of(record)) ::kill(one, SIGKILL);
+}
+
+TEST_F(GuardedRun, HoldsItsSetPointAfterSigtermWhenOnStopHolds) {
+  const auto holding = folder / "holding.toml";
+  auto text = read_text_file(laboratory.rig()).value();
+  const auto safe = text.find("[safe]");
+  if (safe == std::string::npos)
+    text += "\n[safe]\non_stop = \"hold\"\n";
+  else
+    text.insert(text.find('\n', safe) + 1, "on_stop = \"hold\"\n");
+  std::ofstream(holding) << text;
+  Background run({"run", "tests/profiles/ten-minutes-warm.toml", "--rig", holding, "--out", record, "--json"},
+                 folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  run.signal(SIGTERM);
+  EXPECT_EQ(run.wait(), 5) << run.output();
+  EXPECT_FALSE(std::filesystem::exists(record + ".safe-state"));
+  EXPECT_EQ(laboratory.set_point(), kWarm);
+}
+
+TEST_F(GuardedRun, IsMadeSafeBySigtermWithoutItsGuard) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 5));
+  const auto guards = guards_of(record);
+  ASSERT_EQ(guards.size(), 1u);
+  ::kill(guards.front(), SIGKILL);
+  run.signal(SIGTERM);
+  EXPECT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << run.output();
+  const auto ended = run.wait();
+  EXPECT_TRUE(ended == 5 || ended == 6) << ended << run.output();
 }
 
 TEST_F(GuardedRun, WhoSpeaksToItIsAnsweredAndInTheRecord) {

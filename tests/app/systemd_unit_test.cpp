@@ -50,6 +50,28 @@ TEST(SystemdUnit, ItsTimesAddUpToTwentySeconds) {
   EXPECT_GE(seconds("TimeoutStopSec"), 10) << "time for make-safe";
 }
 
+/// Returns what ExecStopPost starts for the run "rate" on a machine in that state. The programs here only print.
+std::string stop_post_in(const Folder& folder, const std::string& state) {
+  for (const auto& [name, text] : {std::pair<std::string, std::string>{"systemctl", "echo " + state},
+                                   {"gyrotherm-make-safe", "echo \"$@\""},
+                                   {"timeout", "echo within $1 s; shift; exec \"$@\""}}) {
+    std::ofstream(folder / name) << "#!/bin/sh\n" << text << "\n";
+    std::filesystem::permissions(folder / name, std::filesystem::perms::owner_all);
+  }
+  const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/app/systemd/gyrotherm@.service.in").value();
+  std::smatch command;
+  EXPECT_TRUE(std::regex_search(text, command, std::regex("\nExecStopPost=(.*)\n")));
+  const auto line = std::regex_replace(command[1].str(), std::regex("@GYROTHERM_BIN@"), folder / ".");
+  return shell("PATH='" + (folder / ".") + "':$PATH; " + std::regex_replace(line, std::regex("%i"), "rate")).out;
+}
+
+TEST(SystemdUnit, LimitsMakeSafeAtShutdownAlone) {
+  const Folder folder;
+  EXPECT_EQ(stop_post_in(folder, "stopping"), "within 30 s\n--kill rate.db\n");
+  for (const auto* state : {"running", "degraded", "starting", "maintenance", "offline", "''"})
+    EXPECT_EQ(stop_post_in(folder, state), "--insist rate.db\n") << state;
+}
+
 /// What the unit asks before it starts the run "rate" of this folder. 0: it is started; 1 to 254: it is not, which is
 /// no failure.
 int condition_in(const Folder& folder) {

@@ -15,9 +15,11 @@
 #include <csignal>
 #include <cstddef>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 
 #include "core/process.hpp"
+#include "drivers/chamber/chamber_users.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
@@ -111,24 +113,132 @@ TEST_F(ChamberLockTest, ManyWhoAskDoNotKeepOthersFromBeingTold) {
   EXPECT_EQ(owner_of_name(place)->pid, ::getpid());
 }
 
-/// A stranger who takes the name and does not answer who it is.
-bool squat(const std::string& place) {
+constexpr uid_t kStranger = 65534;
+
+/// A manner of holding the name.
+struct Squat {
+  const char* what;
+  bool listens;  ///< answers until its queue is full
+  int callers;   ///< left in its queue
+};
+constexpr Squat kSquats[] = {{"bound", false, 0}, {"listening", true, 0}, {"full", true, 3}};
+
+/// Another user's process with the name of a place, until it is killed.
+bool squat_as(const std::string& place, const Squat& how, uid_t uid) {
   const auto name = "gyrotherm-chamber/" + place;
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   std::copy(name.begin(), name.end(), address.sun_path + 1);
-  const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
-  return ::setuid(65534) == 0 && ::bind(socket, reinterpret_cast<const sockaddr*>(&address), size) == 0;
+  const auto* to = reinterpret_cast<const sockaddr*>(&address);
+  if (::setgid(uid) != 0 || ::setuid(uid) != 0) return false;
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  if (::bind(socket, to, size) != 0 || (how.listens && ::listen(socket, 1) != 0)) return false;
+  for (int i = 0; i < how.callers; ++i) ::connect(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0), to, size);
+  return true;
 }
 
-TEST_F(ChamberLockTest, AStrangerWhoHoldsItIsNamedWithUserAndProcess) {
-  if (::geteuid() != 0) GTEST_SKIP() << "only root can be somebody else, and look into other processes";
-  const Child stranger([&] { return squat(place); });
-  const auto refused = ChamberLock::take(place, "mine.db");
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().what,
-            fmt::format("another program drives it: process {} of {}", stranger.pid(), user_in_words(65534)));
+TEST_F(ChamberLockTest, IsTakenDespiteStrangerWhoHoldsItsName) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
+  for (const auto& how : kSquats) {
+    const Child stranger([&] { return squat_as(place, how, kStranger); });
+    const auto lock = ChamberLock::take(place, "mine.db");
+    ASSERT_TRUE(lock) << how.what << ": " << text(lock.error());
+    ASSERT_EQ(lock->strangers().size(), 1u) << how.what;
+    EXPECT_EQ(lock->strangers()[0].words, fmt::format("process {} of {}", stranger.pid(), user_in_words(kStranger)));
+    EXPECT_EQ(ChamberLock::holder(place)->pid, ::getpid()) << how.what;
+  }
+}
+
+TEST_F(ChamberLockTest, ExcludesSecondProgramWhileStrangerHoldsItsName) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
+  for (const auto& how : kSquats) {
+    Child stranger([&] { return squat_as(place, how, kStranger); });
+    const Child first([&] {
+      static auto taken = ChamberLock::take(place, "first.db");
+      return taken.has_value();
+    });
+    const auto while_it_squats = ChamberLock::take(place, "second.db");
+    ASSERT_FALSE(while_it_squats) << how.what;
+    EXPECT_NE(while_it_squats.error().what.find(std::to_string(first.pid())), std::string::npos);
+    stranger.end();
+    const auto afterwards = ChamberLock::take(place, "second.db");
+    ASSERT_FALSE(afterwards) << how.what;
+    EXPECT_NE(afterwards.error().what.find(std::to_string(first.pid())), std::string::npos);
+  }
+}
+
+/// Takes the lock as another user.
+bool takes_lock_as(const std::string& place, uid_t uid) {
+  return ::setgid(uid) == 0 && ::setuid(uid) == 0 && ChamberLock::take(place, "other.db").has_value();
+}
+
+TEST_F(ChamberLockTest, ExcludesRootForEveryUser) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
+  const auto lock = ChamberLock::take(place, "mine.db");
+  ASSERT_TRUE(lock);
+  for (const uid_t uid : {1U, 33U, 1000U, kStranger}) {
+    const auto child = ::fork();
+    if (child == 0) ::_exit(takes_lock_as(place, uid) ? 1 : 0);
+    int ended = 0;
+    ::waitpid(child, &ended, 0);
+    EXPECT_EQ(ended, 0) << uid;
+  }
+}
+
+/// Lays users and groups over those of the machine: ada (1001) is a member of dialout, ben (1002) has gyrotherm as his
+/// own group, carl (1003) is in neither.
+bool with_users_of_its_own() {
+  if (::unshare(CLONE_NEWNS) != 0 || ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0) return false;
+  const auto lay = [](const char* over, const std::string& text) {
+    const auto file = std::filesystem::temp_directory_path() / fmt::format("users-{}", ::getpid());
+    std::ofstream(file) << text;
+    const bool done = ::mount(file.c_str(), over, nullptr, MS_BIND, nullptr) == 0;
+    std::filesystem::remove(file);
+    return done;
+  };
+  return lay("/etc/passwd",
+             "root:x:0:0::/root:/bin/sh\nada:x:1001:1001::/:/bin/sh\nben:x:1002:77::/:/bin/sh\n"
+             "carl:x:1003:1003::/:/bin/sh\n") &&
+         lay("/etc/group", "root:x:0:\ndialout:x:20:zoe,ada\ngyrotherm:x:77:\nadabert:x:78:carl\n");
+}
+
+TEST(ChamberUsers, AreThisUserRootAndMembersOfTheGroups) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can lay other users over those of the machine";
+  constexpr int kSkipped = 77;
+  const auto child = ::fork();
+  if (child == 0) {
+    if (!with_users_of_its_own()) ::_exit(kSkipped);
+    const bool good = may_hold_chambers(0) && may_hold_chambers(1001) && may_hold_chambers(1002) &&
+                      !may_hold_chambers(1003) && !may_hold_chambers(1004) && !may_hold_chambers(65534) &&
+                      may_hold_chambers(-1) && ::setuid(1003) == 0 && may_hold_chambers(1003);
+    ::_exit(good ? 0 : 1);
+  }
+  int ended = 0;
+  ::waitpid(child, &ended, 0);
+  if (WEXITSTATUS(ended) == kSkipped) GTEST_SKIP() << "this needs a mount namespace";
+  EXPECT_EQ(ended, 0);
+}
+
+TEST_F(ChamberLockTest, IsHeldByAnotherUserOfTheGroups) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
+  constexpr int kSkipped = 77;
+  struct Case {
+    uid_t uid;
+    bool refuses;
+  };
+  for (const auto& [uid, refuses] : {Case{1001, true}, Case{1002, true}, Case{1003, false}}) {
+    const Child other([&] { return squat_as(place, kSquats[1], uid); });
+    const auto child = ::fork();
+    if (child == 0) {
+      if (!with_users_of_its_own()) ::_exit(kSkipped);
+      ::_exit(ChamberLock::take(place, "mine.db").has_value() != refuses ? 0 : 1);
+    }
+    int ended = 0;
+    ::waitpid(child, &ended, 0);
+    if (WEXITSTATUS(ended) == kSkipped) GTEST_SKIP() << "this needs a mount namespace";
+    EXPECT_EQ(ended, 0) << uid;
+  }
 }
 
 /// With a /run of its own, of which the machine sees nothing.

@@ -2,8 +2,10 @@
 /// How other programs speak to the one that carries a run out.
 #include "sequencer/control/control_socket.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -278,6 +280,37 @@ TEST(ControlSocket, NoMessageButAWholeOneOfThisVersionIsHeard) {
     EXPECT_TRUE(say_raw(folder / "run.db", message).starts_with("gyrotherm-tell/1 refused ")) << message;
   listening.end();
   EXPECT_TRUE(listening.heard.empty());
+}
+
+TEST(ControlSocket, AnswersWhenDescriptorsAreUsedUp) {
+  const tests::TestFolder folder;
+  auto socket = open_with_status(folder / "run.db");
+  ASSERT_TRUE(socket);
+  const auto done = [](const ControlRequest&, const std::string&) {
+    return ControlAnswer{.done = true, .text = "done"};
+  };
+  socket->listen(done);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  std::vector<pid_t> speakers;
+  for (const auto* word : {"abort", "pause", "stop", "resume"}) {
+    speakers.push_back(::fork());
+    if (speakers.back() == 0) ::_exit(tell(folder / "run.db", *request_of(word, ""), 5s) ? 0 : 1);
+  }
+  const auto few = rlimit{.rlim_cur = 64, .rlim_max = before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &few), 0);
+  std::vector<Descriptor> all;
+  do all.emplace_back(::open("/dev/null", O_RDONLY));
+  while (all.back().is_open());
+  std::size_t answered = 0;
+  for (const Deadline limit(10s); answered < speakers.size() && !limit.over(); std::this_thread::sleep_for(2ms)) {
+    socket->listen(done);
+    int ended = 0;
+    if (::waitpid(-1, &ended, WNOHANG) > 0 && ended == 0) ++answered;
+  }
+  all.clear();
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_EQ(answered, speakers.size());
 }
 
 TEST(ControlSocket, WhoConnectsAndSaysNothingKeepsNobodyOut) {

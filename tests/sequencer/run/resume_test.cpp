@@ -88,6 +88,74 @@ TEST(ResumeRule, AsksWhereTheClockCannotTellHowLongItWas) {
   EXPECT_EQ(down_in_words(stood), "nobody knows how long");
 }
 
+TEST(ResumeRule, AsksWhenOnlyWallClockTellsDowntime) {
+  auto stood = hot();
+  stood.why_asks = "the machine was restarted meanwhile";
+  EXPECT_EQ(way(stood, 59.8), Reentry::ask);
+  EXPECT_EQ(judge_reentry(stood, kMild, {59.8}).why, stood.why_asks);
+}
+
+constexpr Duration kLastSecond = std::chrono::days(20'000);  ///< UTC of the record's last second
+
+/// A real run whose last second, 100, was stored when the machine had run for 5000 s.
+record::Record stopped_at_100() {
+  record::Record record;
+  record.info.id = "run";
+  record.slot = {98, 99, 100};
+  record.last_utc = kLastSecond;
+  return record;
+}
+
+record::RunStatus status_at(std::int64_t slot) {
+  record::RunStatus status;
+  status.id = "run";
+  status.slot = slot;
+  status.written_utc = kLastSecond;
+  status.written_since_boot = kSecond * (5000 + slot - 100);
+  status.written_in_boot = "this boot";
+  return status;
+}
+
+TEST(Downtime, FollowsBootClockWhateverWallClockSays) {
+  const auto record = stopped_at_100();
+  for (const Duration down : {kSecond * 3, kSecond * 119, kSecond * 200, kSecond * 40'000})
+    for (const Duration step : {kSecond * 0, kSecond * -190, kSecond * 3600, kSecond * -1'000'000'000}) {
+      const auto found =
+          downtime_of(record, status_at(100),
+                      {.utc = kLastSecond + down + step, .since_boot = kSecond * 5000 + down, .boot = "this boot"});
+      EXPECT_EQ(found.down, down) << to_seconds(step);
+      EXPECT_EQ(found.why_asks, "");
+    }
+}
+
+TEST(Downtime, CountsFromRecordsLastSecondWhenStatusIsOfAnother) {
+  const auto record = stopped_at_100();
+  const MachineTime now{.utc = {}, .since_boot = kSecond * 5060, .boot = "this boot"};
+  for (const std::int64_t slot : {-1, 90, 100, 103})
+    EXPECT_EQ(downtime_of(record, status_at(slot), now).down, kSecond * 60);
+}
+
+TEST(Downtime, IsForAnOperatorWhenBootClockCannotTell) {
+  const auto record = stopped_at_100();
+  const MachineTime now{.utc = kLastSecond + kSecond * 60, .since_boot = kSecond * 20, .boot = "next boot"};
+  auto of_another_run = status_at(100), without_boot = status_at(100);
+  of_another_run.id = "another";
+  without_boot.written_in_boot.clear();
+  for (const auto& status : {std::optional<record::RunStatus>(), std::optional(status_at(100)),
+                             std::optional(of_another_run), std::optional(without_boot)}) {
+    const auto found = downtime_of(record, status, now);
+    EXPECT_EQ(found.down, kSecond * 60);
+    EXPECT_NE(found.why_asks, "");
+  }
+  auto set_back = now;
+  set_back.utc -= kSecond * 50;  // to 10 s of downtime
+  const auto impossible = downtime_of(record, status_at(100), set_back);
+  EXPECT_NE(impossible.why_asks.find("the machine was started 20 s ago"), std::string::npos) << impossible.why_asks;
+  auto no_boot = now;
+  no_boot.boot.clear();
+  EXPECT_NE(downtime_of(record, without_boot, no_boot).why_asks, "") << "neither has a boot id";
+}
+
 TEST(ResumeRule, AsksWhatAnInterlockEndedOrAnOperatorHeld) {
   auto stood = hot();
   stood.aborted = true;

@@ -18,7 +18,7 @@
 
 namespace gyrotherm::monitor {
 
-/// An alarm that stands, of a run.
+/// An alarm of a run that awaits an acknowledgement.
 struct AlarmSeen {
   std::int64_t number{};
   std::string text;

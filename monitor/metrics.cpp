@@ -70,8 +70,10 @@ constexpr std::array kMetrics{
            [](const FoundRun& run) { return run.age_s; }},
     Metric{"gyrotherm_run_second", "The last second that has a sample.", Of::going_on,
            [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.slot); }},
-    Metric{"gyrotherm_run_alarms", "Alarms that nobody has acknowledged.", Of::all,
-           [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.alarms.size()); }},
+    Metric{"gyrotherm_run_alarms", "Alarms that await an acknowledgement.", Of::all,
+           [](const FoundRun& run) -> std::optional<double> {
+             return static_cast<double>(record::count_unacknowledged(run.status.alarms));
+           }},
     Metric{"gyrotherm_run_backlog_seconds", "Seconds that wait for the disk.", Of::answering,
            [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.backlog_s); }},
     Metric{"gyrotherm_run_faults_total", "Readings that were faults, since the run started.", Of::answering,
@@ -149,8 +151,8 @@ void add_disks(std::string& text, const std::vector<FoundRun>& runs) {
 /// Whether a run that is over left something that somebody should see.
 bool ended_badly(const FoundRun& run) {
   const auto state = run.status.standing.state;
-  return run.trouble.empty() &&
-         (!run.status.alarms.empty() || state == RunState::aborting || state == RunState::aborted);
+  return run.trouble.empty() && (record::count_unacknowledged(run.status.alarms) > 0 || state == RunState::aborting ||
+                                 state == RunState::aborted);
 }
 
 /// Those that figures are told of: that are not over, and the last one of a rig if it ended badly. Nobody can

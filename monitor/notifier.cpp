@@ -39,7 +39,8 @@ RunSeen seen(const FoundRun& run) {
                                                        : run.status.ended_by,
               .alarms = {},
               .free_bytes = over ? std::nullopt : run.free_bytes};
-  for (const auto& alarm : run.status.alarms) one.alarms.push_back({alarm.number, alarm.text});
+  for (const auto& alarm : run.status.alarms)
+    if (alarm.awaits_acknowledgement()) one.alarms.push_back({alarm.number, alarm.text});
   return one;
 }
 

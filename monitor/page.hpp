@@ -15,6 +15,7 @@ namespace gyrotherm::monitor {
 [[nodiscard]] std::string_view drawing_script();
 [[nodiscard]] std::string_view chart_script();
 [[nodiscard]] std::string_view control_script();
+[[nodiscard]] std::string_view alarms_script();
 [[nodiscard]] std::string_view site_script();
 [[nodiscard]] std::string_view dygraphs_script();
 [[nodiscard]] std::string_view dygraphs_style();

@@ -13,6 +13,7 @@
 #include "acquisition/record/run_finder.hpp"
 #include "acquisition/record/run_source.hpp"
 #include "core/sha256.hpp"
+#include "core/toml_reader.hpp"
 
 namespace gyrotherm::monitor {
 
@@ -32,6 +33,22 @@ void drop_unused_texts(record::RunInfo& info) {
     text->clear();
     text->shrink_to_fit();
   }
+}
+
+/// Reads from the rig file how an end leaves the chamber.
+void read_ends(FoundRun& run, const record::RunInfo& info) {
+  run.when_stopped = run.when_aborted = "the chamber is made safe";
+  const auto rig = TomlTable::parse(info.rig_text, "rig");
+  if (!rig) return;
+  const auto safe = rig->table("safe"), chamber = rig->table("chamber");
+  const bool is_in_safe = safe.has("set_point");
+  if (is_in_safe || chamber.has("safe_set_point")) {
+    const auto set_point = is_in_safe ? safe.celsius("set_point") : chamber.celsius("safe_set_point");
+    run.when_aborted = fmt::format("the chamber is sent to its safe set point, {:g} °C{}", set_point.value,
+                                   safe.boolean("off", false) ? ", and switched off" : "");
+  }
+  const bool holds = safe.text("on_stop", "safe") == "hold";
+  run.when_stopped = holds ? "the chamber holds its present set point" : run.when_aborted;
 }
 
 std::optional<double> age_s_of(const FoundRun& run) {
@@ -104,6 +121,7 @@ void RunCatalogue::look_at(const std::string& path, const std::string& folder,
       const bool is_whole = !run.is_running() || (files && record::has_begun(*files).value_or(false));
       auto info = files ? record::read_info(*files) : Result<record::RunInfo>(failure(files.error()));
       entry.info_of = info && is_whole ? run.status.id : std::string();
+      if (info) read_ends(run, *info);
       if (info) drop_unused_texts(*info);
       entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
     }

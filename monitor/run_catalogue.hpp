@@ -30,6 +30,8 @@ struct FoundRun {
   std::string trouble;                          ///< why its status cannot be told; empty: it can
   std::int64_t version{};                       ///< grows when anything above but age and free bytes changes
   std::shared_ptr<const record::RunInfo> info;  ///< null where it could not be read; of its texts the profile's alone
+  std::string when_stopped;                     ///< the chamber after a stop
+  std::string when_aborted;                     ///< the chamber after an abort
 
   /// Whether a program carries it out, and says so.
   [[nodiscard]] bool is_running() const;

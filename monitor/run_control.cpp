@@ -31,14 +31,13 @@ WebAnswer RunControl::ask_back(const Guest& guest, const FoundRun& run, const st
   const auto& standing = run.status.standing;
   const auto done = run.status.slot >= 0 ? spoken(std::chrono::seconds(run.status.slot)) : std::string("nothing");
   const auto left = standing.time_left ? spoken(*standing.time_left) : std::string("an unknown time");
-  const auto* outcome = verb == "abort" ? "The run ends and the chamber is made safe."
-                                        : "The run ends and the chamber is left as the rig file says.";
-  return {
-      .status = 409,
-      .body = text_of(Json{{"confirm", confirmations_.ask(guest.name(), run.key, verb)},
-                           {"question", fmt::format("{} done, {} left. {} Sure?", done, left, outcome)},
-                           {"elapsed_s", std::max<std::int64_t>(run.status.slot, 0)},
-                           {"left_s", standing.time_left ? Json(to_seconds(*standing.time_left)) : Json(nullptr)}})};
+  const auto& chamber = verb == "abort" ? run.when_aborted : run.when_stopped;
+  return {.status = 409,
+          .body = text_of(
+              Json{{"confirm", confirmations_.ask(guest.name(), run.key, verb)},
+                   {"question", fmt::format("{} done, {} left. The run ends and {}. Sure?", done, left, chamber)},
+                   {"elapsed_s", std::max<std::int64_t>(run.status.slot, 0)},
+                   {"left_s", standing.time_left ? Json(to_seconds(*standing.time_left)) : Json(nullptr)}})};
 }
 
 WebAnswer RunControl::answer(const WebRequest& request, const std::string& key, const std::string& verb) {

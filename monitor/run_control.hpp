@@ -20,8 +20,8 @@ class RunControl {
       : door_(door), catalogue_(catalogue), confirmations_(clock) {}
 
   /// POST /api/v1/runs/KEY/VERB: pause, resume, stop, abort, note or acknowledge, with {"text", "alarm", "confirm"}.
-  /// stop and abort without "confirm" change nothing and are answered with 409: what they would end, and the word to
-  /// confirm it with within 30 s.
+  /// The text of stop and abort is the reason. stop and abort without "confirm" change nothing and are answered with
+  /// 409: what they would end, and the word to confirm it with within 30 s.
   [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& key, const std::string& verb);
 
  private:

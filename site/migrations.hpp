@@ -13,5 +13,6 @@ namespace gyrotherm::site {
 [[nodiscard]] std::string_view simulated_apart();
 [[nodiscard]] std::string_view bounds_of_rigs();
 [[nodiscard]] std::string_view rigs_apart();
+[[nodiscard]] std::string_view alarm_rows();
 
 }  // namespace gyrotherm::site

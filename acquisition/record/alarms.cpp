@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <optional>
+#include <utility>
 
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/sqlite.hpp"
@@ -13,89 +15,274 @@
 namespace gyrotherm::record {
 namespace {
 
-constexpr std::string_view kAlarm = "alarm ", kAcknowledged = " acknowledged by ";
-constexpr std::string_view kMildest = "warn";  ///< of the reactions
+constexpr std::string_view kAlarm = "alarm ", kTo = " to ", kAcknowledged = " acknowledged by ";
+constexpr std::string_view kConsequence = " [consequence of ", kEnd = "]";
+constexpr std::size_t kMostNumbers = 1000;  ///< kept per row
 
 bool is_alarm(const Event& event) {
   return (event.kind == EventKind::interlock || event.kind == EventKind::fault) && !event.about.interlock.empty();
 }
 
-/// The number in the text of an acknowledgement; 0 where there is none.
-std::int64_t acknowledged_in(std::string_view text) {
-  if (!text.starts_with(kAlarm)) return 0;
-  text.remove_prefix(kAlarm.size());
+std::string tag_of(const EventSubject& about) {
+  return about.channel.empty() ? about.interlock : about.interlock + " " + about.channel;
+}
+
+/// Removes a number from the front of the text; 0 if there is none.
+std::int64_t take_number(std::string_view& text) {
   std::int64_t number{};
   const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
   if (read.ec != std::errc()) return 0;
   text.remove_prefix(static_cast<std::size_t>(read.ptr - text.data()));
-  return text.starts_with(kAcknowledged) ? number : 0;
+  return number;
 }
 
-Result<void> see_events(Alarms& alarms, Database& database) {
-  const auto sql = fmt::format("SELECT id, {} FROM event WHERE kind IN ('{}', '{}', '{}') ORDER BY id",
+/// The text of an acknowledgement in parts. `first` is 0 if the text is not one.
+struct AcknowledgementText {
+  std::int64_t first{}, last{};
+  std::string who, comment;
+};
+
+AcknowledgementText parse_acknowledgement(std::string_view text) {
+  if (!text.starts_with(kAlarm)) return {};
+  text.remove_prefix(kAlarm.size());
+  const auto first = take_number(text);
+  auto last = first;
+  if (text.starts_with(kTo)) {
+    text.remove_prefix(kTo.size());
+    last = take_number(text);
+  }
+  if (first <= 0 || last < first || !text.starts_with(kAcknowledged)) return {};
+  text.remove_prefix(kAcknowledged.size());
+  const auto colon = std::min(text.find(": "), text.size());
+  const auto comment = text.substr(std::min(colon + 2, text.size()));
+  return {.first = first, .last = last, .who = std::string(text.substr(0, colon)), .comment = std::string(comment)};
+}
+
+/// Divides the text of an alarm into the text proper and the tag of its root; no tag if it names none.
+std::pair<std::string, std::string> split_root(const std::string& text) {
+  const auto begin = text.rfind(kConsequence);
+  if (begin == std::string::npos || !text.ends_with(kEnd)) return {text, ""};
+  const auto tag = begin + kConsequence.size();
+  return {text.substr(0, begin), text.substr(tag, text.size() - kEnd.size() - tag)};
+}
+
+Result<std::vector<RecordedEvent>> read_events(Database& database) {
+  const auto sql = fmt::format("SELECT id, {} FROM event WHERE kind IN ('{}', '{}', '{}', '{}', '{}') ORDER BY id",
                                names_of(columns_of_events()), name(EventKind::interlock), name(EventKind::fault),
-                               name(EventKind::acknowledged));
-  return database.each_row(sql, [&](const Statement& row) {
+                               name(EventKind::acknowledged), name(EventKind::recovered), name(EventKind::resumed));
+  std::vector<RecordedEvent> events;
+  const auto read = database.each_row(sql, [&](const Statement& row) {
     RecordedEvent recorded;
     int i = 1;
     take(recorded, columns_of_events(), row, i);
     recorded.event.number = row.integer(0);
-    alarms.see(recorded);
+    events.push_back(std::move(recorded));
   });
+  return read.map([&] { return std::move(events); });
 }
 
 }  // namespace
 
-void Alarms::see(const RecordedEvent& recorded) {
-  const auto& [slot, event] = recorded;
-  if (is_alarm(event)) {
-    standing_.push_back({event.number, slot, event.at.utc, event.about.interlock, event.about.reaction, event.text});
-    if (standing_.size() <= kMost) return;
-    const auto mild = std::ranges::find(standing_, kMildest, &Alarm::reaction);
-    const auto least = mild != standing_.end() ? mild : standing_.begin();
-    crowded_out_.push_back(least->number);
-    standing_.erase(least);
-  }
-  if (event.kind != EventKind::acknowledged) return;
-  const auto number = acknowledged_in(event.text);
-  if (std::erase_if(standing_, [&](const Alarm& alarm) { return alarm.number == number; }) > 0)
-    acknowledged_.push_back(number);
+AlarmPriority priority_of(std::string_view reaction) {
+  if (reaction == "abort") return AlarmPriority::high;
+  return reaction == "hold" || reaction == "suspend" ? AlarmPriority::medium : AlarmPriority::low;
 }
 
-void Alarms::forget_from(std::int64_t slot) {
-  std::erase_if(standing_, [&](const Alarm& alarm) { return alarm.slot >= slot; });
+std::string Alarm::tag() const { return subject.empty() ? interlock : interlock + " " + subject; }
+
+std::string state_in_words(const Alarm& alarm) {
+  return fmt::format("{}{}", alarm.active ? "active" : "returned", alarm.acknowledged ? ", acknowledged" : "");
+}
+
+std::size_t count_unacknowledged(std::span<const Alarm> alarms) {
+  return static_cast<std::size_t>(std::ranges::count_if(alarms, &Alarm::awaits_acknowledgement));
+}
+
+std::string consequence_of(std::string_view root_tag) { return fmt::format("{}{}{}", kConsequence, root_tag, kEnd); }
+
+const Alarms::Row* Alarms::find(std::string_view tag) const {
+  const auto found = std::ranges::find_if(rows_, [&](const Row& row) { return row.alarm.tag() == tag; });
+  return found == rows_.end() ? nullptr : &*found;
+}
+
+bool Alarms::is_listed(const Row& row) const {
+  const auto& alarm = row.alarm;
+  if (alarm.suppressed_by.empty()) return alarm.active || !alarm.acknowledged;
+  const auto* root = find(alarm.suppressed_by);
+  return alarm.active || (root && root != &row && root->alarm.suppressed_by.empty() && is_listed(*root));
+}
+
+AlarmPriority Alarms::priority_of_group(const Row& row) const {
+  auto most = row.alarm.priority;
+  for (const auto& other : rows_)
+    if (other.alarm.suppressed_by == row.alarm.tag()) most = std::max(most, other.alarm.priority);
+  return most;
+}
+
+bool Alarms::is_suppressed_by(const Row* root, const Alarm& alarm) const {
+  if (!root || !root->alarm.suppressed_by.empty() || root->alarm.tag() == alarm.tag()) return false;
+  if (alarm.reaction == "hold" || alarm.reaction == "abort") return false;
+  if (!root->alarm.acknowledged) return true;
+  return root->alarm.active && alarm.priority <= priority_of_group(*root);
+}
+
+void Alarms::raise(const RecordedEvent& recorded) {
+  const auto& event = recorded.event;
+  auto row = std::ranges::find_if(rows_, [&](const Row& one) { return one.alarm.tag() == tag_of(event.about); });
+  if (row == rows_.end()) {
+    rows_.push_back({.alarm = {.first_utc = event.at.utc,
+                               .interlock = event.about.interlock,
+                               .subject = event.about.channel,
+                               .count = 0,
+                               .acknowledged = true},
+                     .unacknowledged = {}});
+    row = std::prev(rows_.end());
+  }
+  auto& alarm = row->alarm;
+  auto [text, root] = split_root(event.text);
+  alarm.slot = recorded.slot;
+  alarm.utc = event.at.utc;
+  alarm.reaction = event.about.reaction;
+  alarm.priority = priority_of(alarm.reaction);
+  alarm.text = std::move(text);
+  ++alarm.count;
+  alarm.active = true;
+  alarm.suppressed_by = is_suppressed_by(find(root), alarm) ? root : std::string();
+  alarm.acknowledged = false;
+  if (row->unacknowledged.size() >= kMostNumbers) row->unacknowledged.erase(row->unacknowledged.begin() + 1);
+  row->unacknowledged.push_back(event.number);
+  alarm.number = row->unacknowledged.front();
+  alarm.last_number = event.number;
+  make_room();
+}
+
+void Alarms::clear(const Event& event) {
+  const auto tag = tag_of(event.about);
+  for (auto& row : rows_) {
+    if (row.alarm.tag() == tag && row.alarm.active) {
+      row.alarm.active = false;
+      row.alarm.returned_utc = event.at.utc;
+    }
+    if (row.alarm.suppressed_by == tag && row.alarm.active) row.alarm.suppressed_by.clear();
+  }
+}
+
+void Alarms::acknowledge(const Event& event) {
+  const auto said = parse_acknowledgement(event.text);
+  for (auto& row : rows_) {
+    const auto is_covered = [&](std::int64_t number) { return number >= said.first && number <= said.last; };
+    if (std::ranges::find(row.unacknowledged, said.first) == row.unacknowledged.end()) continue;
+    std::ranges::copy_if(row.unacknowledged, std::back_inserter(acknowledged_), is_covered);
+    std::erase_if(row.unacknowledged, is_covered);
+    row.alarm.acknowledged = row.unacknowledged.empty();
+    if (!row.unacknowledged.empty()) row.alarm.number = row.unacknowledged.front();
+    row.alarm.acknowledged_by = said.who;
+    row.alarm.comment = said.comment;
+  }
+}
+
+void Alarms::make_room() {
+  if (rows_.size() <= kMost) return;
+  const auto rank = [this](const Row& row) { return std::pair(is_listed(row), row.alarm.priority); };
+  const auto newest = std::prev(rows_.end());
+  const auto least =
+      std::min_element(rows_.begin(), newest, [&](const Row& a, const Row& b) { return rank(a) < rank(b); });
+  crowded_out_.insert(crowded_out_.end(), least->unacknowledged.begin(), least->unacknowledged.end());
+  rows_.erase(least);
+}
+
+void Alarms::see(const RecordedEvent& recorded) {
+  const auto& event = recorded.event;
+  if (is_alarm(event)) return raise(recorded);
+  if (event.kind == EventKind::acknowledged) return acknowledge(event);
+  if (event.kind == EventKind::recovered && !event.about.interlock.empty()) return clear(event);
+  if (event.kind != EventKind::resumed) return;
+  for (auto& row : rows_) row.alarm.active = false;
+}
+
+std::vector<Alarm> Alarms::list() const {
+  std::vector<Alarm> roots, all;
+  for (const auto& row : rows_)
+    if (is_listed(row) && row.alarm.suppressed_by.empty()) {
+      roots.push_back(row.alarm);
+      roots.back().priority = priority_of_group(row);
+    }
+  std::ranges::stable_sort(roots, std::ranges::greater{}, &Alarm::last_number);
+  for (auto& root : roots) {
+    const auto tag = root.tag();
+    all.push_back(std::move(root));
+    for (const auto& row : rows_)
+      if (row.alarm.suppressed_by == tag) all.push_back(row.alarm);
+  }
+  return all;
+}
+
+std::vector<Alarm> Alarms::rows_for(std::int64_t number) const {
+  std::vector<Alarm> found;
+  for (const auto& row : rows_) {
+    if (std::ranges::find(row.unacknowledged, number) == row.unacknowledged.end()) continue;
+    found.push_back(row.alarm);
+    for (const auto& other : rows_)
+      if (other.alarm.suppressed_by == row.alarm.tag() && !other.alarm.acknowledged) found.push_back(other.alarm);
+  }
+  return found;
+}
+
+std::vector<Alarm> Alarms::unacknowledged() const {
+  std::vector<Alarm> found;
+  for (const auto& row : rows_)
+    if (!row.alarm.acknowledged && is_listed(row)) found.push_back(row.alarm);
+  return found;
+}
+
+AlarmCount Alarms::count() const {
+  AlarmCount count{.tags = static_cast<std::int64_t>(rows_.size())};
+  for (const auto& row : rows_) {
+    count.occurrences += row.alarm.count;
+    count.unacknowledged += row.alarm.awaits_acknowledgement() ? 1 : 0;
+  }
+  return count;
 }
 
 std::string Alarms::objection(std::int64_t number) const {
-  if (std::ranges::find(standing_, number, &Alarm::number) != standing_.end()) return {};
+  const auto has_it = [&](const Row& row) {
+    return std::ranges::find(row.unacknowledged, number) != row.unacknowledged.end();
+  };
+  if (std::ranges::any_of(rows_, has_it)) return {};
   if (std::ranges::find(acknowledged_, number) != acknowledged_.end())
     return fmt::format("alarm {} is acknowledged already", number);
   if (std::ranges::find(crowded_out_, number) != crowded_out_.end())
-    return fmt::format("alarm {} left the list, which holds {}, for later ones", number, kMost);
-  return fmt::format("there is no alarm {}; \"gyrotherm status\" shows those that stand", number);
+    return fmt::format("alarm {} left the list, which has {} rows at most", number, kMost);
+  return fmt::format("there is no alarm {}; \"gyrotherm status\" lists the alarms", number);
 }
 
 Event acknowledgement_of(const Alarm& alarm, const Instant& at, std::optional<int> segment, std::string_view who,
                          std::string_view comment) {
   return {.at = at,
           .kind = EventKind::acknowledged,
-          .text = fmt::format("{}{}{}{}: {}", kAlarm, alarm.number, kAcknowledged, who, comment),
-          .about = {.interlock = alarm.interlock, .reaction = alarm.reaction, .segment = segment}};
+          .text = fmt::format("{}{}{}{}{}: {}", kAlarm, alarm.number,
+                              alarm.last_number > alarm.number ? fmt::format("{}{}", kTo, alarm.last_number) : "",
+                              kAcknowledged, who, comment),
+          .about = {
+              .interlock = alarm.interlock, .reaction = alarm.reaction, .segment = segment, .channel = alarm.subject}};
 }
 
 Result<Alarms> alarms_of(const std::string& record_path) {
   const auto files = files_of_record(record_path);
   if (!files) return failure(files.error());
-  Alarms alarms;
+  std::vector<RecordedEvent> events;  // later parts repeat earlier seconds
   for (const auto& part : files->parts) {
     const bool is_last = &part == &files->parts.back();
     auto database = open_record(part.path);
     if (!database && !is_last && !is_locked(database.error())) continue;
     if (!database) return failure(database.error());
-    alarms.forget_from(part.continuation.from);
-    const auto seen = see_events(alarms, *database);
-    if (!seen && is_last) return failure(seen.error());
+    std::erase_if(events, [&](const RecordedEvent& event) { return event.slot >= part.continuation.from; });
+    const auto more = read_events(*database);
+    if (!more && is_last) return failure(more.error());
+    if (more) events.insert(events.end(), more->begin(), more->end());
   }
+  Alarms alarms;
+  for (const auto& event : events) alarms.see(event);
   return alarms;
 }
 

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The alarms of a run: what an interlock did stands until somebody has acknowledged it, whether its cause is over or
-/// not. The list is made of the record's events alone, so that it outlives every program. Values; one thread.
+/// The alarms of a run, modelled after ISA-18.2 and IEC 62682: one row per alarm tag, which is an interlock and its
+/// subject. A row counts its occurrences; it is active or returned to normal, and acknowledged or not. A consequence of
+/// another alarm is suppressed under that one. The list is made from the record's events alone, so that it outlives
+/// every program. Values; one thread.
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,16 +20,55 @@
 
 namespace gyrotherm::record {
 
-/// An event of an interlock that reacted.
+/// The urgency of a response, the least urgent first.
+enum class AlarmPriority { low, medium, high };
+inline constexpr std::initializer_list<AlarmPriority> kAlarmPriorities = {AlarmPriority::low, AlarmPriority::medium,
+                                                                          AlarmPriority::high};
+[[nodiscard]] inline const char* name(AlarmPriority priority) {
+  return word_in<AlarmPriority::high>({"low", "medium", "high"}, priority);
+}
+/// Returns the priority of a reaction: abort is high, hold and suspend are medium, all others are low.
+[[nodiscard]] AlarmPriority priority_of(std::string_view reaction);
+
+/// One row of the list.
 struct Alarm {
-  std::int64_t number{};  ///< of the event, in the record's table of events
-  std::int64_t slot{};
-  Duration utc{};
-  std::string interlock;
-  std::string reaction;
-  std::string text;
+  std::int64_t number{};       ///< the row's name until acknowledged
+  std::int64_t last_number{};  ///< newest occurrence
+  std::int64_t slot{};         ///< newest occurrence
+  Duration utc{};              ///< newest occurrence
+  Duration first_utc{};        ///< first occurrence
+  Duration returned_utc{};     ///< last return; 0: none
+  std::string interlock{};
+  std::string subject{};   ///< channel, unit or line; empty: none
+  std::string reaction{};  ///< newest occurrence
+  std::string text{};      ///< newest occurrence
+  AlarmPriority priority{};
+  std::int64_t count{1};          ///< occurrences in this run
+  bool active{true};              ///< false: returned to normal
+  bool acknowledged{};            ///< every occurrence is
+  std::string suppressed_by{};    ///< tag of the root alarm
+  std::string comment{};          ///< last acknowledgement
+  std::string acknowledged_by{};  ///< last acknowledgement
   bool operator==(const Alarm&) const = default;
+
+  /// Returns "door", "channel_lost A": the interlock, then the subject if there is one.
+  [[nodiscard]] std::string tag() const;
+  /// Returns true if a person must acknowledge it. A suppressed alarm is acknowledged with its root.
+  [[nodiscard]] bool awaits_acknowledgement() const { return !acknowledged && suppressed_by.empty(); }
 };
+
+/// Totals of a run.
+struct AlarmCount {
+  std::int64_t occurrences{};
+  std::int64_t tags{};
+  std::int64_t unacknowledged{};  ///< rows that await an acknowledgement
+};
+
+/// Returns "active", "active, acknowledged", "returned" or "returned, acknowledged".
+[[nodiscard]] std::string state_in_words(const Alarm& alarm);
+
+/// Counts the rows that await an acknowledgement.
+[[nodiscard]] std::size_t count_unacknowledged(std::span<const Alarm> alarms);
 
 void describe(auto& form, Like<Alarm> auto& alarm) {
   form("number", alarm.number);
@@ -34,34 +78,72 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
   form("interlock", alarm.interlock);
   form("reaction", alarm.reaction);
   form("text", alarm.text);
+  form.if_there("last_number", true, alarm.last_number);  // version 0.1.0 has none of these
+  form.if_there("subject", true, alarm.subject);
+  form.if_there("priority", true, one_of(alarm.priority, kAlarmPriorities));
+  form.if_there("count", true, alarm.count);
+  form.if_there("first_utc_ns", true, alarm.first_utc);
+  form.if_there("returned_utc_ns", true, alarm.returned_utc);
+  form.if_there("active", true, alarm.active);
+  form.if_there("acknowledged", true, alarm.acknowledged);
+  form.if_there("suppressed_by", true, alarm.suppressed_by);
+  form.if_there("acknowledged_by", true, alarm.acknowledged_by);
+  form.if_there("comment", true, alarm.comment);
 }
 
+/// Returns the end of an alarm event's text that names the root alarm: " [consequence of host_late]".
+[[nodiscard]] std::string consequence_of(std::string_view root_tag);
+
+/// The state machine of the list. Transitions of a row:
+/// - An occurrence makes it active. It is then unacknowledged, also if an earlier occurrence was acknowledged.
+/// - A return to normal makes it inactive. An unacknowledged row stays in the list; an acknowledged one leaves it.
+/// - An acknowledgement covers all occurrences up to then. An active row stays in the list until it returns.
+/// - An occurrence that names a root which is in the list is suppressed, unless its reaction is hold or abort, or is
+///   graver than the root's that was already acknowledged. If the root returns while a consequence is active, the
+///   consequence becomes a row of its own.
+/// - A resumed run judges anew: no row is active until its interlock acts again.
 class Alarms {
  public:
-  /// So many stand at most; of more the oldest that only warn leave the list, and where none does the oldest of all.
+  /// The list has at most so many rows. The oldest of the least urgent rows makes room for a further one.
   static constexpr std::size_t kMost = 256;
 
-  /// Takes the next event of the run; one that neither is an alarm nor acknowledges one changes nothing.
+  /// Takes the next event of the run. Ignores events that do not concern alarms.
   void see(const RecordedEvent& event);
-  /// What belongs to that slot or to a later one is told again by the part of the record that follows.
-  void forget_from(std::int64_t slot);
 
-  /// The oldest first.
-  [[nodiscard]] const std::vector<Alarm>& standing() const { return standing_; }
-  /// Why that alarm cannot be acknowledged; empty: it can.
+  /// Returns the rows that are active or unacknowledged: the newest first, each followed by its consequences.
+  [[nodiscard]] std::vector<Alarm> list() const;
+  /// Returns the row that has an unacknowledged occurrence of that number, with its unacknowledged consequences.
+  [[nodiscard]] std::vector<Alarm> rows_for(std::int64_t number) const;
+  /// Returns every row of the list with an unacknowledged occurrence, suppressed ones too.
+  [[nodiscard]] std::vector<Alarm> unacknowledged() const;
+  [[nodiscard]] AlarmCount count() const;
+  /// Returns why that alarm cannot be acknowledged; empty if it can.
   [[nodiscard]] std::string objection(std::int64_t number) const;
 
  private:
-  std::vector<Alarm> standing_;
+  struct Row {
+    Alarm alarm;
+    std::vector<std::int64_t> unacknowledged;  ///< numbers of occurrences, ascending
+  };
+  void raise(const RecordedEvent& event);
+  void clear(const Event& event);
+  void acknowledge(const Event& event);
+  void make_room();
+  [[nodiscard]] bool is_listed(const Row& row) const;
+  [[nodiscard]] const Row* find(std::string_view tag) const;
+  [[nodiscard]] bool is_suppressed_by(const Row* root, const Alarm& alarm) const;
+  [[nodiscard]] AlarmPriority priority_of_group(const Row& row) const;
+
+  std::vector<Row> rows_;                                 ///< ordered by first occurrence
   std::vector<std::int64_t> acknowledged_, crowded_out_;  ///< numbers
 };
 
-/// The event that acknowledges an alarm: its text begins with the number, which see() reads, "alarm 12 acknowledged by
-/// ada (uid 1000): …". `at` and `segment` are those of now.
+/// Returns the event that acknowledges a row: "alarm 12 acknowledged by ada (uid 1000): …", or "alarm 12 to 40
+/// acknowledged by …" for several occurrences. see() reads the numbers. `at` and `segment` are those of now.
 [[nodiscard]] Event acknowledgement_of(const Alarm& alarm, const Instant& at, std::optional<int> segment,
                                        std::string_view who, std::string_view comment);
 
-/// As the record has them, of all the files that it consists of. Fails like read_record().
+/// Reads the alarms from all files of the record. Fails like read_record().
 [[nodiscard]] Result<Alarms> alarms_of(const std::string& record_path);
 
 /// The highest number that an event has in any file of the record; 0: there is none. Fails like read_record().

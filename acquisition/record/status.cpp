@@ -48,6 +48,7 @@ void describe(auto& form, Like<RunStatus> auto& status) {
   form("parts", status.parts);
   form.if_there("live_copy_trouble", true, status.live_copy_trouble);  // an older file has neither
   form.if_there("alarms", true, status.alarms);
+  form.if_there("gyro_rates", true, status.gyro_rates);  // version 0.1.0 has none
 }
 
 namespace {
@@ -106,7 +107,7 @@ Result<RunStatus> status_of_record(const std::string& path) {
     if (part.path != path) status->parts.push_back(part.path);
   const auto alarms = alarms_of(path);
   if (!alarms) return failure(alarms.error());
-  status->alarms = alarms->standing();
+  status->alarms = alarms->list();
   return status;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquisition/record/alarms.hpp"
+#include "acquisition/record/rate_meter.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/sqlite.hpp"
 #include "core/quantity.hpp"
@@ -37,17 +38,18 @@ struct RunStatus {
   std::int64_t faults{};               ///< readings that were faults, since the run started
   std::optional<FrameCount> frames{};  ///< of all gyros, since the run started; nothing before the first second
 
-  RunStanding standing{};            ///< times and faults are known while a program writes the record
-  std::string ended_by{};            ///< the record's last word, where no program writes it: why the run stopped
-  std::int64_t backlog_s{};          ///< seconds that wait for the disk
-  std::string storage_trouble{};     ///< why the disk takes no rows; empty: it does
-  std::string record_damage{};       ///< what another program did to the record's files; empty: nothing
-  Duration written_utc{};            ///< when the status file was written
-  Duration written_since_boot{};     ///< … since the start of the machine that written_in_boot names
-  std::string written_in_boot{};     ///< empty: this does not come from a status file
-  std::vector<std::string> parts{};  ///< files that the record goes on in after a failure of its own
-  std::string live_copy_trouble{};   ///< why the live copy does not follow; empty: it does, or there is none
-  std::vector<Alarm> alarms{};       ///< that nobody has acknowledged; the oldest first
+  RunStanding standing{};              ///< times and faults are known while a program writes the record
+  std::string ended_by{};              ///< the record's last word, where no program writes it: why the run stopped
+  std::int64_t backlog_s{};            ///< seconds that wait for the disk
+  std::string storage_trouble{};       ///< why the disk takes no rows; empty: it does
+  std::string record_damage{};         ///< what another program did to the record's files; empty: nothing
+  Duration written_utc{};              ///< when the status file was written
+  Duration written_since_boot{};       ///< … since the start of the machine that written_in_boot names
+  std::string written_in_boot{};       ///< empty: this does not come from a status file
+  std::vector<std::string> parts{};    ///< files that the record goes on in after a failure of its own
+  std::string live_copy_trouble{};     ///< why the live copy does not follow; empty: it does, or there is none
+  std::vector<Alarm> alarms{};         ///< active or unacknowledged, newest first (Alarms::list())
+  std::vector<AxisRate> gyro_rates{};  ///< empty unless being written
 };
 
 /// "held: the profile asks: …", "execute", and "stopped by ada" where the cause says the state.

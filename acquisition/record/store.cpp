@@ -16,6 +16,7 @@
 #include "acquisition/record/backlog.hpp"
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/live_copy.hpp"
+#include "acquisition/record/rate_meter.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/record_writer.hpp"
 #include "acquisition/record/row.hpp"
@@ -51,6 +52,7 @@ class OrderedStore : public Store {
     auto kept = entry.events;
     if (auto taken = take(std::move(entry)); !taken) return taken;
     see(sample.slot, std::move(kept));
+    meters_.see(sample);
     last_ = sample.slot;
     status_.faults += faults;
     show(sample);
@@ -82,6 +84,7 @@ class OrderedStore : public Store {
  protected:
   OrderedStore(RunInfo info, RunStatus status, Counted counted)
       : info_(std::move(info)),
+        meters_(info_.units),
         status_(std::move(status)),
         before_(status_.frames.value_or(FrameCount{})),
         last_(status_.acknowledged),
@@ -93,6 +96,12 @@ class OrderedStore : public Store {
   virtual Result<void> take(Entry entry) = 0;
 
   [[nodiscard]] const RunStatus& status() const { return status_; }
+  /// Returns the status with the gyros' rates, for a status file.
+  [[nodiscard]] RunStatus status_now() const {
+    auto now = status_;
+    now.gyro_rates = meters_.rates();
+    return now;
+  }
   [[nodiscard]] FrameCount frames() const { return status_.frames.value_or(before_); }
   [[nodiscard]] std::int64_t last() const { return last_; }
 
@@ -113,7 +122,7 @@ class OrderedStore : public Store {
   void see(std::int64_t slot, std::vector<Event> events) {
     if (events.empty()) return;
     for (Event& event : events) alarms_.see({slot, std::move(event)});
-    status_.alarms = alarms_.standing();
+    status_.alarms = alarms_.list();
   }
 
   void show(const Sample& sample) {
@@ -133,6 +142,7 @@ class OrderedStore : public Store {
   }
 
   RunInfo info_;
+  RateMeters meters_;
   RunStatus status_;     ///< of what was appended
   FrameCount before_;    ///< frames before this program took the run up
   std::int64_t last_{};  ///< appended
@@ -219,7 +229,7 @@ class InlineStore final : public OrderedStore {
   void tell(bool finished) {
     if (status().path == kInMemory || (!finished && !pause_.over())) return;
     pause_ = Deadline(tells_every_);
-    RunStatus now = status();
+    RunStatus now = status_now();
     now.acknowledged = acknowledged_;
     now.finished = finished;
     now.being_written = !finished;
@@ -398,7 +408,7 @@ class BackgroundStore final : public OrderedStore {
   Result<std::int64_t> sync() override {
     if (finished_) return failure(FaultKind::storage, status().path, "the run is finished");
     const std::lock_guard lock(desk_->mutex);
-    desk_->status = status();
+    desk_->status = status_now();
     desk_->frames = frames();
     desk_->wanted = true;
     desk_->work.notify_one();
@@ -590,7 +600,7 @@ Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const Stor
   if (!file) return failure(file.error());
   auto status = stored_status(file->database(), path);
   if (!status) return failure(status.error());
-  status->alarms = alarms->standing();
+  status->alarms = alarms->list();
   for (const auto& part : files->parts)
     if (part.path != path) status->parts.push_back(part.path);
   if (before) status->faults = before->faults;  // of all files

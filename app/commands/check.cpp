@@ -9,6 +9,7 @@
 #include "app/qualify/accept.hpp"
 #include "app/rig_lines.hpp"
 #include "app/run/carry_out.hpp"
+#include "app/run/readiness.hpp"
 #include "app/value.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
@@ -144,10 +145,15 @@ std::string set_point_lines(std::int64_t count, const rig::RigFile* rig) {
 
 bool is_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
 
+std::string bias_zero_line(const rig::RigFile& rig) {
+  const auto zero = check_bias_zero(rig);
+  return zero.state == FindingState::ok ? "" : fmt::format("    WARNING: {}; {}\n", zero.found, zero.fix);
+}
+
 std::string rig_lines(const rig::RigFile& rig) {
   return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) +
-         thermometer_lines(rig) + (is_one_axis(rig) ? gyro_line(rig) : lot_lines(rig)) + analogue_lines(rig) +
-         unstable_lines(rig);
+         thermometer_lines(rig) + (is_one_axis(rig) ? gyro_line(rig) : lot_lines(rig)) + bias_zero_line(rig) +
+         analogue_lines(rig) + unstable_lines(rig);
 }
 
 Json calibrations_json(const rig::RigFile& rig) {
@@ -194,6 +200,7 @@ Json rig_json(const rig::RigFile& rig) {
           {"calibrations", calibrations_json(rig)},
           {"overdue", overdue(rig)},
           {"unstable_names", unstable_names(rig)},
+          {"bias_zero_known", check_bias_zero(rig).state == FindingState::ok},
           {"arcsec_per_pulse", rig.units.front().info.axes.front().scale},
           {"gyro_stream", stream ? stream->name : ""},
           {"gyro_stream_confidence", stream ? stream->confidence : ""},

@@ -39,6 +39,22 @@ std::string standing(const record::RunStatus& status) {
   return fmt::format("not finished; look at the chamber, then \"gyrotherm resume {} --accept\" goes on", status.path);
 }
 
+/// Returns one line per row of the list of alarms, the consequences below their root.
+std::string alarm_lines(const record::RunStatus& status) {
+  std::string text;
+  for (const auto& alarm : status.alarms) {
+    const bool is_consequence = !alarm.suppressed_by.empty();
+    const auto times =
+        alarm.count > 1 ? fmt::format(", {} times since {}", alarm.count, civil_time(alarm.first_utc)) : "";
+    text +=
+        fmt::format("  {} {} ({}, {} priority), {}{}: {}\n", is_consequence ? "  consequence" : "ALARM", alarm.number,
+                    state_in_words(alarm), name(alarm.priority), civil_time(alarm.utc), times, alarm.text);
+  }
+  if (const auto open = count_unacknowledged(status.alarms); open > 0 && status.being_written)
+    text += fmt::format("  {} unacknowledged: gyrotherm tell RUN.db acknowledge NUMBERS|all \"COMMENT\"\n", open);
+  return text;
+}
+
 /// Where it goes, and what is wrong with it.
 std::string standing_lines(const record::RunStatus& status) {
   const RunStanding& standing = status.standing;
@@ -53,10 +69,7 @@ std::string standing_lines(const record::RunStatus& status) {
   if (standing.missed_set_points > 0)
     text += fmt::format("  {} set points that the chamber did not take\n", standing.missed_set_points);
   for (const auto& fault : standing.faults_now) text += fmt::format("  fault: {}\n", fault);
-  for (const auto& alarm : status.alarms)
-    text += fmt::format("  ALARM {}, {}: {}\n", alarm.number, civil_time(alarm.utc), alarm.text);
-  if (!status.alarms.empty() && status.being_written)
-    text += "  \"gyrotherm tell RUN.db acknowledge ALARM\" with a comment takes one off this list\n";
+  text += alarm_lines(status);
   if (!status.ended_by.empty()) text += fmt::format("  ended by: {}\n", status.ended_by);
   if (status.backlog_s > 0) text += fmt::format("  {} s wait for the disk\n", status.backlog_s);
   if (!status.storage_trouble.empty()) text += fmt::format("  the disk takes no rows: {}\n", status.storage_trouble);
@@ -99,6 +112,7 @@ std::string describe(const record::RunStatus& status) {
   text += standing_lines(status);
   if (const auto& frames = status.frames)
     text += fmt::format("  frames of the gyro: {} seen, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);
+  for (const auto& axis : status.gyro_rates) text += "  " + in_words(axis) + "\n";
   text += fmt::format("  set point {}, air {}\n ", degrees(status.set_point), degrees(status.chamber_air));
   return text + thermometer_line(status);
 }

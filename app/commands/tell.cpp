@@ -39,13 +39,13 @@ void add_tell(Program& program) {
                   "user.\n\n"
                   "pause: the profile's clock stands and the set point stays, until resume.\n"
                   "resume: goes on; where the profile has asked for something, the text is the answer to it.\n"
-                  "stop: ends the run and leaves the chamber as the rig file says.\n"
-                  "abort: ends the run and makes the chamber safe.\n"
+                  "stop: ends the run and leaves the chamber as the rig file says; the text is the reason.\n"
+                  "abort: ends the run and makes the chamber safe; the text is the reason.\n"
                   "drop UNIT: nothing of this unit is recorded or judged any more, and why; the run goes on for the "
                   "others.\n"
                   "return UNIT: it is in the run again.\n"
-                  "acknowledge ALARM: somebody has seen this alarm, by its number in status, or all of them; with a "
-                  "comment.\n"
+                  "acknowledge ALARMS: acknowledges alarms by their numbers in status, such as 12 or 12,15,40, or all; "
+                  "with a comment.\n"
                   "note: puts a line of text into the record.",
                   "gyrotherm tell random.db note \"door opened to look at the cable\"", speak);
   command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
@@ -55,8 +55,8 @@ void add_tell(Program& program) {
   command
       .add_option(
           "text", options.texts,
-          "of the note; with resume what was done; with drop and return the unit, and why; with acknowledge the "
-          "alarm, and a comment")
+          "of the note; with resume what was done; with stop and abort the reason; with drop and return the unit, and "
+          "why; with acknowledge the alarms, and a comment")
       ->type_name("TEXT");
 }
 

@@ -17,6 +17,7 @@
 #include "acquisition/record/store.hpp"
 #include "app/interrupt.hpp"
 #include "app/run/confirmed_commands.hpp"
+#include "app/run/readiness.hpp"
 #include "core/clock.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
@@ -53,22 +54,30 @@ Result<void> await_readers(Console& console, const std::string& path) {
   return {};
 }
 
+/// Prints what a person must know of the run, however it ended.
+void say_summary(const UnderWay& run) {
+  run.console.say(fmt::format("{}: {}", run.path, in_words(run.run_controller.tally(), run.store.alarms().count())));
+}
+
 /// Ends a run as its outcome says.
 Result<void> conclude(const UnderWay& run, run::RunOutcome outcome) {
   run.ownership.release();  // complete, or the chamber has shown its safe set point
   if (outcome == run::RunOutcome::made_safe) {
     await_disk(run);
+    say_summary(run);
     return failure(FaultKind::interlock, run.path, run.run_controller.end_cause());
   }
   if (outcome == run::RunOutcome::stopped)
     run.console.say(fmt::format("{}: {}", run.path, run.run_controller.end_cause()));
   if (auto finished = run.store.finish(); !finished) return finished;
   run.console.say(fmt::format("{}: recorded, {} s from start to end", run.path, run.run_controller.next_slot()));
+  say_summary(run);
   return {};
 }
 
 /// A signal has stopped it: the chamber stays where it is, or was sent to its safe set point and remains guarded.
 tl::unexpected<Fault> interrupted_run(const UnderWay& run) {
+  say_summary(run);
   if (!run.rig.file().simulated && run.run_controller.run_state() == RunState::aborting)
     return failure(FaultKind::interrupted, run.path,
                    fmt::format("stopped after {} s: {}; its guard remains until that is confirmed; \"gyrotherm resume "
@@ -324,6 +333,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
     remove_trace(path);  // of an earlier record of that name
     return ownership->arm(chamber_of(found)).map([&] { return entry.set_point; });
   };
+  say_readiness(console, file, check_readiness(file, path, (*rig)->will_start_utc()));
   say_connecting(console, file);
   confirm(console, file.file, file);
   const auto names = (*rig)->prepare(entrance, upload ? &*program : nullptr);
@@ -355,6 +365,8 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   if (auto admitted = admit_commands(console, record->info, on->rig, options.trust_commands); !admitted)
     return admitted;
   const auto lost = record::lost_end(path);  // before the record is written again
+  const auto stood = record::read_status(path);
+  const auto tally = run::tally_of(*record, stood ? stood->faults : 0);
   if (!on->rig.simulated) console.never_wait();
   auto ownership = run::ChamberOwnership::take(on->rig, path);
   if (!ownership) return failure(ownership.error());
@@ -382,6 +394,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   if (auto recorded = record_absence(**store, on->stood, on->recorded + 1, first - 1); !recorded) return recorded;
   run::RunController run_controller(on->profile, **rig, **store, on->state, first);
   run_controller.leave_out(on->start.dropped_units);
+  run_controller.continue_tally(tally);
   const auto text = fmt::format("resumed after {}; it had stopped: {}", down_in_words(on->stood), on->why_stopped);
   console.say(fmt::format("{}: {} at second {}", path, text, first));
   run_controller.note(EventKind::resumed, text);

@@ -33,37 +33,24 @@ std::string chamber_line(const Sample& sample) {
                      degrees(state.air.value));
 }
 
+/// Returns the newest alarms that await an acknowledgement, and the count of all.
+std::vector<std::string> alarm_lines(std::span<const record::Alarm> alarms) {
+  constexpr std::size_t kMost = 3;
+  std::vector<std::string> lines;
+  for (const auto& alarm : alarms)
+    if (alarm.awaits_acknowledgement() && lines.size() < kMost)
+      lines.push_back(fmt::format("  ALARM {} ({}{}): {}", alarm.number, state_in_words(alarm),
+                                  alarm.count > 1 ? fmt::format(", {} times", alarm.count) : "", alarm.text));
+  if (const auto count = count_unacknowledged(alarms); count > kMost)
+    lines.push_back(fmt::format("  {} unacknowledged alarms", count));
+  return lines;
+}
+
 }  // namespace
 
-void BiasMeter::see(const Reading<GyroCount>& reading) {
-  if (seconds_.size() == kLength) seconds_.erase(seconds_.begin());
-  const bool counts = reading.value && reading.value->interval > Duration{} && index_ < reading.value->pulses.size();
-  seconds_.push_back(counts ? std::optional(Second{reading.value->pulses[index_], reading.value->interval})
-                            : std::nullopt);
-}
-
-/// 1 arcsec/s is 1 °/h exactly.
-DegreesPerHour BiasMeter::bias_of(const Second& second) const {
-  const auto number = static_cast<double>(second.pulses);
-  const double rate =
-      axis_.kind == record::GyroKind::rate ? axis_.scale * number : axis_.scale * number / to_seconds(second.interval);
-  return {rate - axis_.earth_rate.value_or(DegreesPerHour{}).value};
-}
-
-std::optional<DegreesPerHour> BiasMeter::last_second() const {
-  if (seconds_.empty() || !seconds_.back()) return {};
-  return bias_of(*seconds_.back());
-}
-
-std::optional<DegreesPerHour> BiasMeter::mean() const {
-  double sum = 0, weight = 0;
-  for (const auto& second : seconds_) {
-    if (!second) continue;
-    sum += bias_of(*second).value * to_seconds(second->interval);
-    weight += to_seconds(second->interval);
-  }
-  if (weight <= 0) return {};
-  return DegreesPerHour{sum / weight};
+std::optional<DegreesPerHour> BiasMeter::bias_of(std::optional<DegreesPerHour> rate) const {
+  if (rate) rate->value -= meter_.axis().earth_rate.value_or(DegreesPerHour{}).value;
+  return rate;
 }
 
 Display::Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig)
@@ -155,11 +142,7 @@ std::vector<std::string> Display::lines(const Sample& sample, const RunStanding&
   for (auto& line : temperature_lines(sample)) all.push_back(std::move(line));
   for (std::size_t unit = 0; unit < bias_.size(); ++unit) all.push_back(unit_line(unit));
   for (const auto& fault : standing.faults_now) all.push_back("  fault: " + fault);
-  constexpr std::size_t kMostAlarms = 3;  // the newest
-  for (std::size_t i = alarms.size() - std::min(alarms.size(), kMostAlarms); i < alarms.size(); ++i)
-    all.push_back(fmt::format("  ALARM {}: {}", alarms[i].number, alarms[i].text));
-  if (alarms.size() > kMostAlarms)
-    all.push_back(fmt::format("  {} alarms that nobody has acknowledged", alarms.size()));
+  for (auto& line : alarm_lines(alarms)) all.push_back(std::move(line));
   return all;
 }
 

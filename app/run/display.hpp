@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "acquisition/record/alarms.hpp"
+#include "acquisition/record/rate_meter.hpp"
 #include "app/console.hpp"
 #include "core/clock.hpp"
 #include "core/sample.hpp"
@@ -19,28 +20,20 @@
 
 namespace gyrotherm::app {
 
-/// The bias on one axis in the last second and in the last 100: rate by the counts, less what of the Earth's rate is
-/// known.
+/// Measures the bias on one axis: the rate less what of the Earth's rate is known.
 class BiasMeter {
  public:
   /// The axis numbered `index` of its unit.
-  explicit BiasMeter(const record::AxisInfo& axis, std::size_t index = 0) : axis_(axis), index_(index) {}
-  void see(const Reading<GyroCount>& reading);
-  [[nodiscard]] std::optional<DegreesPerHour> last_second() const;
+  explicit BiasMeter(const record::AxisInfo& axis, std::size_t index = 0) : meter_(axis, index) {}
+  void see(const Reading<GyroCount>& reading) { meter_.see(reading); }
+  [[nodiscard]] std::optional<DegreesPerHour> last_second() const { return bias_of(meter_.last_second()); }
   /// Takes the seconds among the last 100 that had a reading; nothing if there is none.
-  [[nodiscard]] std::optional<DegreesPerHour> mean() const;
+  [[nodiscard]] std::optional<DegreesPerHour> mean() const { return bias_of(meter_.mean()); }
 
  private:
-  static constexpr std::size_t kLength = 100;
-  struct Second {
-    std::int64_t pulses{};
-    Duration interval{};
-  };
-  [[nodiscard]] DegreesPerHour bias_of(const Second& second) const;
+  [[nodiscard]] std::optional<DegreesPerHour> bias_of(std::optional<DegreesPerHour> rate) const;
 
-  record::AxisInfo axis_;
-  std::size_t index_;
-  std::vector<std::optional<Second>> seconds_;  ///< the newest last
+  record::RateMeter meter_;
 };
 
 class Display {
@@ -53,7 +46,7 @@ class Display {
   /// Now and then: after each second or each batch of them.
   void show(const Sample& sample, const RunStanding& standing, std::span<const record::Alarm> alarms);
 
-  /// The lines for a terminal, the newest second in them. `alarms`: those that stand.
+  /// The lines for a terminal, the newest second in them. `alarms`: the rows of the list, newest first.
   [[nodiscard]] std::vector<std::string> lines(const Sample& sample, const RunStanding& standing,
                                                std::span<const record::Alarm> alarms = {}) const;
   /// How long the end is away, by the clock on the wall: of a dry run by how fast it has gone so far; nothing while

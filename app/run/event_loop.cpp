@@ -221,7 +221,7 @@ class RealTime {
       display_.see(run_.run_controller.last());
       tell_events(run_);
       tell_sample(run_);
-      display_.show(run_.run_controller.last(), standing_of(run_), run_.store.alarms().standing());
+      display_.show(run_.run_controller.last(), standing_of(run_), run_.store.alarms().list());
       if (!outcome || *outcome != run::RunOutcome::going_on) return end(with_its_last_second(std::move(outcome)));
       if (std::exchange(leaves_, false) && (is_terminated() || !must_stay(run_))) return leave();
     }
@@ -265,7 +265,7 @@ Result<run::RunOutcome> drive_virtual(const UnderWay& run) {
     if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;
     if (auto synced = sync(run); !synced) return failure(synced.error());
     last_sync = steady_clock::now();
-    display.show(run.run_controller.last(), standing_of(run), run.store.alarms().standing());
+    display.show(run.run_controller.last(), standing_of(run), run.store.alarms().list());
     if (ended) return outcome;
   }
 }

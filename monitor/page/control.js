@@ -56,7 +56,7 @@ const control = (() => {
   }
 
   /// Shows a dialog with a form; resolves to its text, or null if it was closed.
-  function question(title, text, action, grave, wants_text) {
+  function question(title, text, action, grave, wants_text, label = 'Text') {
     return new Promise(resolve => {
       const words = make('input', {
         id: 'dialog-text',
@@ -69,7 +69,7 @@ const control = (() => {
         {method: 'dialog'},
         make('h2', {id: 'dialog-title'}, title),
         make('p', {}, text),
-        wants_text ? make('label', {for: 'dialog-text'}, 'Text', words) : null,
+        wants_text ? make('label', {for: 'dialog-text'}, label, words) : null,
         make(
           'div',
           {class: 'row'},
@@ -104,9 +104,10 @@ const control = (() => {
       first.json.question,
       verb === 'stop' ? 'Stop it' : 'Abort it',
       true,
-      null
+      'may',
+      'Reason'
     );
-    if (sure !== null) told(await send(`/api/v1/runs/${run.key}/${verb}`, {confirm: first.json.confirm}));
+    if (sure !== null) told(await send(`/api/v1/runs/${run.key}/${verb}`, {confirm: first.json.confirm, text: sure}));
   }
 
   const kVerbs = [
@@ -169,37 +170,18 @@ const control = (() => {
     );
   }
 
-  function alarm_box(run, alarm) {
-    const when = moment(alarm.utc_ns / 1e6, true),
-      id = 'comment-' + alarm.number;
-    const box = make(
-      'div',
-      {class: 'alarm'},
-      make('p', {}, make('strong', {}, alarm.text)),
-      make('p', {class: 'note'}, `${when}, ${alarm.interlock}, reaction: ${alarm.reaction}`)
-    );
-    if (!page.session.may_control) return box;
-    const words = make('input', {id, maxlength: 500, required: true, autocomplete: 'off'}),
-      trouble = make('p', {class: 'error', role: 'alert'});
-    const form = make(
-      'form',
-      {class: 'row'},
-      make('label', {for: id}, 'Comment'),
-      words,
-      make('button', {}, 'Acknowledge')
-    );
-    form.addEventListener('submit', async event => {
-      event.preventDefault();
-      const answer = await send(`/api/v1/runs/${run.key}/acknowledge`, {
-        alarm: String(alarm.number),
-        text: words.value,
-      });
-      if (!answer.ok) set_text(trouble, answer.json.error);
-      else announce(answer.json.done);
-    });
-    box.append(form, trouble);
-    return box;
+  const kMostAtOnce = 50; // alarms in one request
+
+  /// Acknowledges alarms by their numbers; returns what the run answered, or the first refusal.
+  async function acknowledge(run, numbers, text) {
+    let answer = {ok: false, json: {error: 'no alarm is selected'}};
+    for (let i = 0; i < numbers.length; i += kMostAtOnce) {
+      const alarm = numbers.slice(i, i + kMostAtOnce).join(',');
+      answer = await send(`/api/v1/runs/${run.key}/acknowledge`, {alarm, text});
+      if (!answer.ok) return answer;
+    }
+    return answer;
   }
 
-  return {login_view, log_out, run_bar, refresh_bar, note_form, alarm_box};
+  return {login_view, log_out, run_bar, refresh_bar, note_form, acknowledge};
 })();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page: which view is shown, the run that it shows, and the stream that keeps it fresh. What is said is made by
 // text.js, the views are in views.js, the charts in chart.js and drawing.js, what speaks to a run in control.js,
-// the other rigs in site.js.
+// the list of alarms in alarms.js, the other rigs in site.js.
 'use strict';
 
 const page = {
@@ -67,7 +67,7 @@ function take_status(status) {
   if (state_of(before) !== state_of(status))
     announce(`${status.name}: ${kStates[state_of(status)]}. ${cause_of(status)}`);
   const known = new Set(before.alarms.map(alarm => alarm.number));
-  for (const alarm of status.alarms) if (!known.has(alarm.number)) announce('Alarm: ' + alarm.text);
+  for (const alarm of unacknowledged(status)) if (!known.has(alarm.number)) announce('Alarm: ' + alarm.text);
   show_frame();
   if (page.view.refresh) page.view.refresh();
 }
@@ -153,15 +153,15 @@ function show_frame() {
         'a',
         {href, 'aria-current': current ? 'page' : null},
         label,
-        count ? make('span', {class: 'count'}, make('span', {class: 'unseen'}, 'standing: '), String(count)) : null
+        count ? make('span', {class: 'count'}, make('span', {class: 'unseen'}, 'unacknowledged: '), String(count)) : null
       )
     );
   const tabs = run
     ? kRunTabs.map(([name, label]) =>
-        tab(`#/run/${run.key}/${name}`, label, view === name, name === 'alarms' ? status.alarms.length : 0)
+        tab(`#/run/${run.key}/${name}`, label, view === name, name === 'alarms' ? unacknowledged(status).length : 0)
       )
     : [];
-  const looked = [run && run.key, view, status && status.alarms.length, page.session.may_look].join();
+  const looked = [run && run.key, view, status && unacknowledged(status).length, page.session.may_look].join();
   if (looked !== page.frame) {
     document
       .getElementById('tabs')
@@ -171,6 +171,7 @@ function show_frame() {
           : [])
       );
     page.frame = looked;
+    document.querySelector('#tabs [aria-current="page"]')?.scrollIntoView({block: 'nearest', inline: 'nearest'});
   }
   set_text(document.getElementById('run-title'), run ? `${status.name} · ${status.profile} on ${status.rig}` : '');
   document.getElementById('simulated').hidden = !(status && status.simulated);

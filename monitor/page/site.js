@@ -38,7 +38,7 @@ function rig_row(rig) {
     make('td', {}, run.id && is_heard ? run.segment : ''),
     make('td', {class: 'number'}, rig.run && is_heard ? with_unit(run.chamber_air_c, '°C') : '–'),
     make('td', {class: 'number'}, rig.run && is_heard ? with_unit(run.set_point_c, '°C') : '–'),
-    make('td', {class: 'number'}, run.id && is_heard ? String((run.alarms || []).length) : '–'),
+    make('td', {class: 'number'}, run.id && is_heard ? String(unacknowledged(run).length) : '–'),
     make('td', {class: 'number'}, duration(rig.age_s))
   );
 }

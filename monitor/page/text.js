@@ -106,6 +106,24 @@ async function ask(path, options) {
 
 // What a status says in words.
 
+/// The alarms that await an acknowledgement. A suppressed one is acknowledged with its root.
+function unacknowledged(status) {
+  return (status.alarms || []).filter(alarm => !alarm.acknowledged && !alarm.suppressed_by);
+}
+
+function tag_of(alarm) {
+  return alarm.subject ? `${alarm.interlock} ${alarm.subject}` : alarm.interlock;
+}
+
+/// "2 unacknowledged alarms: 1 active, 1 returned"; empty if there is none.
+function alarms_in_words(status) {
+  const open = unacknowledged(status),
+    active = open.filter(alarm => alarm.active !== false).length;
+  if (open.length === 0) return '';
+  const states = [active && `${active} active`, active < open.length && `${open.length - active} returned`];
+  return `${open.length} unacknowledged ${open.length === 1 ? 'alarm' : 'alarms'}: ${states.filter(Boolean).join(', ')}`;
+}
+
 function state_of(status) {
   if (status.trouble) return 'unknown';
   if (status.silent) return 'silent';

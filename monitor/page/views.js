@@ -6,6 +6,19 @@
 
 const views = {};
 
+/// A row of the table of gyro rates.
+function rate_row(axis) {
+  const cell = value => make('td', {class: 'number'}, number(value, digits_of('°/h')));
+  return make(
+    'tr',
+    {},
+    make('td', {}, axis.axis),
+    cell(axis.rate_deg_per_h),
+    cell(axis.mean_100s_deg_per_h),
+    cell(axis.earth_rate_deg_per_h)
+  );
+}
+
 views.now = content => {
   const run = page.run,
     parts = {};
@@ -15,7 +28,7 @@ views.now = content => {
   parts.state = make('p', {class: 'state'});
   parts.cause = make('p', {class: 'cause'});
   parts.drawing = make('div', {});
-  parts.alarms = make('p', {class: 'error'});
+  parts.alarms = make('p', {});
   parts.troubles = make('div', {});
   content.replaceChildren(
     ...[
@@ -45,6 +58,21 @@ views.now = content => {
         )
       ),
       control.run_bar(run),
+      (parts.gyro = make(
+        'section',
+        {class: 'sheet', 'aria-labelledby': 'now-gyro', hidden: true},
+        make('h2', {id: 'now-gyro'}, 'Gyro rate, °/h'),
+        make(
+          'div',
+          {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of gyro rates'},
+          make(
+            'table',
+            {},
+            head_row('Axis', '>1 s', '>100 s mean', '>Earth'),
+            (parts.rates = make('tbody', {}))
+          )
+        )
+      )),
       make(
         'section',
         {class: 'sheet', 'aria-labelledby': 'now-profile'},
@@ -79,12 +107,12 @@ views.now = content => {
     parts.state.className = 'state ' + state;
     set_text(parts.state, kStates[state] || state);
     set_text(parts.cause, cause_of(status));
-    set_text(
-      parts.alarms,
-      status.alarms.length > 0
-        ? `${status.alarms.length} not acknowledged: ${status.alarms[status.alarms.length - 1].text}`
-        : ''
-    );
+    const open = unacknowledged(status);
+    set_text(parts.alarms, open.length > 0 ? `${alarms_in_words(status)}. Newest: ${open[0].text}` : '');
+    parts.alarms.className = open.some(alarm => alarm.active !== false) ? 'error' : 'returned';
+    const rates = status.gyro_rates || [];
+    parts.gyro.hidden = rates.length === 0;
+    become(parts.rates, rates.map(rate_row));
     become(parts.troubles, troubles_of(status).map(text => make('p', {class: 'error'}, text)));
     const air = sample ? sample.values[1] : status.chamber_air_c,
       set = sample ? sample.values[0] : status.set_point_c;
@@ -247,40 +275,27 @@ views.events = content => {
 
 views.alarms = content => {
   const run = page.run,
-    list = make('div', {}),
-    past = make('ul', {});
+    past = make('ul', {class: 'past'}),
+    list = alarm_list(run);
   content.replaceChildren(
     make(
       'section',
       {class: 'sheet', 'aria-labelledby': 'alarms-title'},
-      make('h2', {id: 'alarms-title'}, 'Standing alarms'),
-      list
+      make('h2', {id: 'alarms-title'}, 'Alarms'),
+      list.element
     ),
     make(
       'section',
       {class: 'sheet', 'aria-labelledby': 'past-title'},
-      make('h2', {id: 'past-title'}, 'Acknowledged, and who was told'),
+      make('h2', {id: 'past-title'}, 'Acknowledgements and messages'),
       past
     )
   );
-  let shown = null;
+  const entry = event => make('li', {}, `${moment(event.utc_ms, true)}: ${event.text}`);
   const refresh = () => {
-    const numbers = run.status.alarms.map(alarm => alarm.number).join();
-    if (shown !== numbers) {
-      shown = numbers;
-      list.replaceChildren(
-        ...(run.status.alarms.length === 0
-          ? [make('p', {class: 'note'}, 'None.')]
-          : run.status.alarms.map(alarm => control.alarm_box(run, alarm)))
-      );
-    }
-    past.replaceChildren(
-      ...run.events
-        .filter(event => ['acknowledged', 'told'].includes(event.kind))
-        .slice(-200)
-        .reverse()
-        .map(event => make('li', {}, `${moment(event.utc_ms, true)}: ${event.text}`))
-    );
+    list.refresh();
+    const events = run.events.filter(event => ['acknowledged', 'told'].includes(event.kind));
+    become(past, events.slice(-200).reverse().map(entry));
   };
   return {refresh, event: refresh};
 };
@@ -385,6 +400,12 @@ function redraw(box, wanted) {
     [...box.querySelectorAll('a')].find(link => link.getAttribute('href') === href)?.focus({preventScroll: true});
 }
 
+/// The count of unacknowledged alarms; null if there is none.
+function alarms_badge(run) {
+  const count = unacknowledged(run).length;
+  return count > 0 ? make('span', {class: 'badge alarm'}, `${count} ${count === 1 ? 'alarm' : 'alarms'}`) : null;
+}
+
 function outcome_of(status) {
   if (status.running) return `${kStates[state_of(status)]}, ${duration(status.time_left_s)} left`;
   return [kStates[state_of(status)], status.ended_by].filter(Boolean).join(': ');
@@ -458,7 +479,7 @@ views.rigs = content => {
           {class: 'row'},
           state_badge(run),
           simulated_badge(run),
-          run.alarms.length > 0 ? make('span', {class: 'badge alarm'}, `${run.alarms.length} alarms`) : null
+          alarms_badge(run)
         ),
         make('p', {class: 'cause'}, cause_of(run)),
         troubles_of(run).map(text => make('p', {class: 'error'}, text)),

@@ -36,20 +36,39 @@ ControlRequest request_of_unit(bool drop, std::string_view text) {
   return {.note = std::move(reason), .unit = UnitRequest{.drop = drop, .unit = std::move(unit)}};
 }
 
+/// Reads "12" or "12,15,40"; nothing if one of them is not a number above 0.
+std::optional<std::vector<std::int64_t>> numbers_in(std::string_view text) {
+  std::vector<std::int64_t> numbers;
+  for (bool more = true; more;) {
+    const auto comma = text.find(',');
+    const auto word = text.substr(0, comma);
+    const auto* end = word.data() + word.size();
+    std::int64_t number{};
+    const auto read = std::from_chars(word.data(), end, number);
+    if (read.ec != std::errc() || read.ptr != end || number < 1) return std::nullopt;
+    numbers.push_back(number);
+    more = comma != std::string_view::npos;
+    if (more) text.remove_prefix(comma + 1);
+  }
+  return numbers;
+}
+
 Result<ControlRequest> acknowledgement_of(std::string_view text) {
-  auto [alarm, comment] = first_word(text);
+  auto [alarms, comment] = first_word(text);
   const auto refuse = [](const std::string& why) { return failure(FaultKind::usage, "tell acknowledge", why); };
   Acknowledgement acknowledgement;
-  if (alarm != kAll) {
-    std::int64_t number{};
-    const auto* end = alarm.data() + alarm.size();
-    const auto read = std::from_chars(alarm.data(), end, number);
-    if (read.ec != std::errc() || read.ptr != end || number < 1)
-      return refuse(fmt::format("\"{}\" is no number of an alarm, expected one that status shows, or all", alarm));
-    acknowledgement.alarm = number;
+  if (alarms != kAll) {
+    auto numbers = numbers_in(alarms);
+    if (!numbers)
+      return refuse(
+          fmt::format("\"{}\" is not a number of an alarm; expected one that status lists, several such as "
+                      "12,15, or all",
+                      alarms));
+    acknowledgement.alarms = std::move(*numbers);
   }
-  if (comment.empty()) return refuse(fmt::format("wants a comment: gyrotherm tell RUN.db acknowledge {} \"…\"", alarm));
-  return ControlRequest{.note = std::move(comment), .acknowledgement = acknowledgement};
+  if (comment.empty())
+    return refuse(fmt::format("wants a comment: gyrotherm tell RUN.db acknowledge {} \"…\"", alarms));
+  return ControlRequest{.note = std::move(comment), .acknowledgement = std::move(acknowledgement)};
 }
 
 /// What is wrong with a text, whatever it is for.
@@ -106,8 +125,8 @@ std::string word_of(const ControlRequest& request) {
 
 std::string text_of(const ControlRequest& request) {
   if (request.acknowledgement) {
-    const auto& alarm = request.acknowledgement->alarm;
-    return fmt::format("{} {}", alarm ? std::to_string(*alarm) : kAll, request.note);
+    const auto& alarms = request.acknowledgement->alarms;
+    return fmt::format("{} {}", alarms.empty() ? kAll : fmt::format("{}", fmt::join(alarms, ",")), request.note);
   }
   if (!request.unit) return request.note;
   return request.note.empty() ? request.unit->unit : request.unit->unit + " " + request.note;
@@ -130,7 +149,7 @@ Result<ControlRequest> request_of(const std::string& word, const std::string& te
   std::optional<OperatorCommand> found;
   for (const auto command : kCommands) {
     if (word != name(command)) continue;
-    if (command != OperatorCommand::resume && !text.empty()) return refuse("takes no text; \"note\" does");
+    if (command == OperatorCommand::pause && !text.empty()) return refuse("takes no text; \"note\" does");
     found = command;
   }
   const bool of_a_unit = word == kDrop || word == kReturn;

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/result.hpp"
 
@@ -30,17 +31,18 @@ struct UnitRequest {
   bool operator==(const UnitRequest&) const = default;
 };
 
-/// Somebody has seen an alarm; what they say to it is the request's note.
+/// Acknowledges alarms. The comment is the request's note.
 struct Acknowledgement {
-  std::optional<std::int64_t> alarm{};  ///< the number of its event in the record; nothing: all that stand
+  std::vector<std::int64_t> alarms{};  ///< numbers of rows; empty: all
   bool operator==(const Acknowledgement&) const = default;
 };
 
 /// A command, a wish for one unit, an acknowledgement, a word of who was told of an alarm, or a note for the record.
 struct ControlRequest {
   std::optional<OperatorCommand> command{};  ///< nothing: one of those below, or a note
-  std::string note{};  ///< with resume: the answer to what was asked; with a unit: why; with an acknowledgement: the
-                       ///< comment; of who was told: to what address, by which rule, of which alarm
+  /// The answer of a resume, the reason of a stop, an abort or a unit's request, or the comment of an acknowledgement.
+  /// In a report of a message sent: its address, its rule and its alarm.
+  std::string note{};
   std::optional<UnitRequest> unit{};
   std::optional<Acknowledgement> acknowledgement{};
   bool told{};             ///< the note says who was told
@@ -60,9 +62,9 @@ struct ControlAnswer {
 /// Whether a user of a monitor may be called so: 1 to 64 of [A-Za-z0-9_.@-].
 [[nodiscard]] bool is_user_name(std::string_view name);
 
-/// "pause", "resume", "stop", "abort"; "drop" and "return", whose text begins with the unit's name and goes on with the
-/// reason; "acknowledge", whose text begins with an alarm's number or "all" and goes on with a comment, which must not
-/// be missing; "told" and "note", which want a text; resume may have one. Texts are one line in UTF-8. Fails with
+/// Reads a command and its text. "pause" has no text. "resume", "stop" and "abort" may have one: the answer or the
+/// reason. "drop" and "return" have the unit's name and may have a reason. "acknowledge" has alarm numbers, separated
+/// by commas, or "all", and a comment. "told" and "note" have a text. A text is one line in UTF-8. Fails with
 /// usage.
 [[nodiscard]] Result<ControlRequest> request_of(const std::string& word, const std::string& text);
 

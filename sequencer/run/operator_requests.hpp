@@ -16,8 +16,9 @@ using control::OperatorCommand;
 /// One operator's command.
 struct OperatorRequest {
   OperatorCommand command{};
-  std::string who;    ///< as the control socket says: "ada (uid 1000)"
-  bool takes_over{};  ///< it ends what somebody else's set point holds, which stood already when it was made
+  std::string who;       ///< as the control socket says: "ada (uid 1000)"
+  bool takes_over{};     ///< it ends what somebody else's set point holds, which stood already when it was made
+  std::string reason{};  ///< reason given; may be empty
 };
 
 /// The requests that wait for the next tick. The most severe of them is carried out, of equally severe ones the first;

@@ -60,12 +60,12 @@ std::string describe(const profile::Profile& profile, const ProfilePosition& pro
   return fmt::format("segment {} of {}: {}", progress.segment + 1, profile.segments.size(), segment.name);
 }
 
-const char* promise(OperatorCommand command) {
+std::string promise(OperatorCommand command) {
   switch (command) {
     case OperatorCommand::pause: return "held: the profile's clock stands and the set point stays, until resume";
     case OperatorCommand::resume: return "goes on";
-    case OperatorCommand::stop: return "stops: the chamber is left as the rig file says";
-    case OperatorCommand::abort: return "aborts: the chamber is made safe";
+    case OperatorCommand::stop: return "stops: ";
+    case OperatorCommand::abort: return "aborts: ";
   }
   return "";
 }
@@ -90,7 +90,8 @@ RunController::RunController(const profile::Profile& profile, rig::Rig& rig, rec
       lead_(std::make_unique<HostLead>(rig.file(), command(profile, state_), kSecond * first_slot)),
       safe_(rig.file()),
       dropped_(names_of_units(rig.file())),
-      channels_(channels_of(rig.file())) {
+      channels_(channels_of(rig.file())),
+      lines_(lines_of(rig.file())) {
   const auto all = plan(profile).all;
   planned_ = all.ramps + all.holds;
 }
@@ -132,11 +133,17 @@ std::string RunController::answer_to(OperatorCommand command) const {
   const auto suspends = command == OperatorCommand::resume
                             ? standing_cause(interlocks::Reaction::suspend, takes_over(command))
                             : std::string();
-  return suspends.empty() ? promise(command) : "goes on once this is over: " + suspends;
+  if (!suspends.empty()) return "goes on once this is over: " + suspends;
+  if (command < OperatorCommand::stop) return promise(command);
+  const bool holds = command == OperatorCommand::stop && rig_.file().run_limits.on_stop == interlocks::OnStop::hold;
+  return promise(command) +
+         (holds ? "the chamber holds its set point"
+                : fmt::format("the chamber is made safe at {:g} °C", rig_.file().safe_set_point.value));
 }
 
 void RunController::tell(OperatorCommand command, const std::string& who, const std::string& answer) {
-  requests_.add({command, who, takes_over(command)});
+  const bool ends = command >= OperatorCommand::stop;
+  requests_.add({command, who, takes_over(command), ends ? answer : std::string()});
   note(EventKind::command, fmt::format("{} by {}{}{}", name(command), who, answer.empty() ? "" : ": ", answer));
 }
 
@@ -159,32 +166,39 @@ control::ControlAnswer RunController::carry_out(const control::UnitRequest& requ
                                : request.unit + " is in the run again"};
 }
 
-/// Into the record at once: what is acknowledged stands no longer when the next request comes.
-control::ControlAnswer RunController::acknowledge(std::optional<std::int64_t> alarm, const std::string& who,
+/// Acknowledges the rows of these numbers and their consequences; all rows for no number. Writes to the record at once,
+/// so that the next request finds them acknowledged.
+control::ControlAnswer RunController::acknowledge(const std::vector<std::int64_t>& numbers, const std::string& who,
                                                   const std::string& comment) {
-  const auto& alarms = store_.alarms();
-  auto objection = alarm ? alarms.objection(*alarm) : alarms.standing().empty() ? "no alarm stands" : std::string();
-  auto seen = alarms.standing();
-  if (alarm) std::erase_if(seen, [&](const record::Alarm& one) { return one.number != *alarm; });
-  for (const auto& one : seen) {
-    if (!objection.empty()) break;
-    const auto stored = store_.append_event(
-        acknowledgement_of(one, rig_.clock().now(), position_of(profile_, state_).segment, who, comment));
-    if (!stored) objection = text(stored.error());
+  std::size_t done = 0;
+  std::vector<std::string> objections;
+  const auto append = [&](const std::vector<record::Alarm>& rows) {
+    for (const auto& row : rows) {
+      const auto stored = store_.append_event(
+          acknowledgement_of(row, rig_.clock().now(), position_of(profile_, state_).segment, who, comment));
+      if (!stored) objections.push_back(text(stored.error()));
+      done += stored ? 1 : 0;
+    }
+  };
+  if (numbers.empty()) append(store_.alarms().unacknowledged());
+  for (const auto number : numbers) {
+    auto objection = store_.alarms().objection(number);
+    if (objection.empty()) append(store_.alarms().rows_for(number));
+    if (!objection.empty()) objections.push_back(std::move(objection));
   }
-  if (!objection.empty()) {
-    note(EventKind::command,
-         fmt::format("{}: acknowledge {}, refused: {}", who, alarm ? std::to_string(*alarm) : "all", objection));
-    return {.done = false, .text = std::move(objection)};
-  }
-  return {.done = true,
-          .text = seen.size() == 1 ? fmt::format("alarm {} is acknowledged", seen.front().number)
-                                   : fmt::format("{} alarms are acknowledged", seen.size())};
+  if (done == 0 && objections.empty()) objections.emplace_back("every alarm is acknowledged");
+  const auto why = fmt::format("{}", fmt::join(objections, "; "));
+  if (!objections.empty())
+    note(EventKind::command, fmt::format("{}: acknowledge {}, refused: {}", who,
+                                         numbers.empty() ? "all" : fmt::format("{}", fmt::join(numbers, ",")), why));
+  if (done == 0) return {.done = false, .text = why};
+  auto answer = done == 1 ? std::string("1 alarm is acknowledged") : fmt::format("{} alarms are acknowledged", done);
+  return {.done = true, .text = objections.empty() ? std::move(answer) : fmt::format("{}; {}", answer, why)};
 }
 
 control::ControlAnswer RunController::carry_out(const control::ControlRequest& request, const std::string& who) {
   if (request.unit) return carry_out(*request.unit, who, request.note);
-  if (request.acknowledgement) return acknowledge(request.acknowledgement->alarm, who, request.note);
+  if (request.acknowledgement) return acknowledge(request.acknowledgement->alarms, who, request.note);
   if (!request.command) {
     note(request.told ? EventKind::told : EventKind::note, who + ": " + request.note);
     return {.done = true, .text = "noted"};
@@ -216,6 +230,7 @@ Result<void> RunController::record_gap(std::int64_t slot) {
   const bool goes_on = lead_->goes_on_by_itself() && run_state() != RunState::aborting;
   for (auto left = goes_on ? missed : 0; left > 0; --left)
     state_ = next(profile_, state_, {.elapsed = kSecond, .air = slept ? command(profile_, state_) : air_});
+  tally_.see_gap(next_slot_, slot - 1);
   return store_.append_gap(std::exchange(next_slot_, slot), slot - 1, "the program was late");
 }
 
@@ -223,6 +238,7 @@ void RunController::note_changes(const Sample& sample) {
   const auto all = faults_of(sample, rig_.file(), dropped_.all());
   faulty_.resize(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
+    tally_.faulty_readings += all[i].fault != nullptr ? 1 : 0;
     if (all[i].is_dropped) continue;
     const bool is_faulty = all[i].fault != nullptr && !(all[i].is_unit && unit_may_be_off(profile_, state_));
     if (is_faulty && !faulty_[i]) note(EventKind::fault, describe(all[i]), {.channel = all[i].channel});
@@ -240,14 +256,33 @@ void RunController::note_changes(const Sample& sample) {
   last_segment_ = sample.progress.segment;
 }
 
-void RunController::note_alarms(const interlocks::InterlockResult& result) {
-  for (const auto& alarm : result.raised)
+/// Roots come before their consequences when they are raised, and after them when they return.
+void RunController::note_alarms(const interlocks::InterlockResult& result, const Sample& sample, Duration missed) {
+  auto found = find_roots(lines_, std::move(roots_),
+                          {.sample = sample,
+                           .missed = missed,
+                           .longest_missed = kLongestUnattended,
+                           .clear_after = rig_.file().limits.clear_after,
+                           .raised = result.raised});
+  roots_ = std::move(found.memory);
+  const auto* warn = name(interlocks::Reaction::warn);
+  for (const auto& root : found.raised)
+    note(EventKind::fault, fmt::format("{} ({}): {}", root.id, warn, root.text),
+         {.interlock = root.id, .reaction = warn, .channel = root.subject});
+  for (std::size_t i = 0; i < result.raised.size(); ++i) {
+    const auto& alarm = result.raised[i];
+    const auto& root = found.roots[i];
     note(alarm.reaction > interlocks::Reaction::warn ? EventKind::interlock : EventKind::fault,
-         fmt::format("{} ({}): {}", name(alarm.id), name(alarm.reaction), alarm.text),
+         fmt::format("{} ({}): {}{}", name(alarm.id), name(alarm.reaction), alarm.text,
+                     root.empty() ? "" : record::consequence_of(root)),
          {.interlock = name(alarm.id), .reaction = name(alarm.reaction), .channel = alarm.subject});
+  }
   for (const auto& alarm : result.cleared)
     note(EventKind::recovered, fmt::format("{} is over: {}", name(alarm.id), alarm.text),
          {.interlock = name(alarm.id), .reaction = name(alarm.reaction), .channel = alarm.subject});
+  for (const auto& root : found.cleared)
+    note(EventKind::recovered, fmt::format("{} is over: {}", root.id, root.text),
+         {.interlock = root.id, .reaction = name(interlocks::Reaction::go_on), .channel = root.subject});
 }
 
 LeadSecond RunController::second(const Sample& sample, Duration missed) const {
@@ -280,7 +315,7 @@ interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration
 interlocks::InterlockDemand RunController::judge_second(const Sample& sample, Duration missed) {
   auto result = judge(rig_.file().limits, std::move(memory_), sample, kSecond + missed, inputs(sample, missed));
   memory_ = std::move(result.memory);
-  note_alarms(result);
+  note_alarms(result, sample, missed);
   return lead_->weigh(std::move(result.demand), second(sample, missed));
 }
 
@@ -436,6 +471,7 @@ Result<RunOutcome> RunController::tick(std::int64_t slot) {
   const auto demand = judge_second(sample, missed);
   step_machine(sample, demand, missed);
   sample.state = run_state();
+  tally_.see(sample.state);
   if (sample.chamber.value) air_ = sample.chamber.value->air;
   step_profile(sample);
   command_chamber(sample);

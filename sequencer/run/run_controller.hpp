@@ -17,10 +17,12 @@
 #include "sequencer/interlocks/interlocks.hpp"
 #include "sequencer/profile/machine.hpp"
 #include "sequencer/profile/profile.hpp"
+#include "sequencer/run/alarm_roots.hpp"
 #include "sequencer/run/chamber_lead.hpp"
 #include "sequencer/run/dropped_units.hpp"
 #include "sequencer/run/operator_requests.hpp"
 #include "sequencer/run/run_state_machine.hpp"
+#include "sequencer/run/run_tally.hpp"
 #include "sequencer/run/safe_sequence.hpp"
 
 namespace gyrotherm::run {
@@ -52,6 +54,9 @@ class RunController {
   void tell(OperatorCommand command, const std::string& who, const std::string& answer = {});
   /// Before the first tick: units that were dropped from the run before.
   void leave_out(std::span<const std::string> units) { dropped_.drop(units); }
+  /// Before the first tick of a resumed run: the counts of what was recorded before.
+  void continue_tally(const RunTally& tally) { tally_ = tally; }
+  [[nodiscard]] const RunTally& tally() const { return tally_; }
   /// Takes what an operator asks for the next tick and says so, or says why not. Either way it is in the record, with
   /// who it was.
   [[nodiscard]] control::ControlAnswer carry_out(const control::ControlRequest& request, const std::string& who);
@@ -92,11 +97,11 @@ class RunController {
  private:
   [[nodiscard]] control::ControlAnswer carry_out(const control::UnitRequest& request, const std::string& who,
                                                  const std::string& why);
-  [[nodiscard]] control::ControlAnswer acknowledge(std::optional<std::int64_t> alarm, const std::string& who,
+  [[nodiscard]] control::ControlAnswer acknowledge(const std::vector<std::int64_t>& numbers, const std::string& who,
                                                    const std::string& comment);
   Result<void> record_gap(std::int64_t slot);
   void note_changes(const Sample& sample);
-  void note_alarms(const interlocks::InterlockResult& result);
+  void note_alarms(const interlocks::InterlockResult& result, const Sample& sample, Duration missed);
   [[nodiscard]] interlocks::InterlockInputs inputs(const Sample& sample, Duration missed) const;
   [[nodiscard]] interlocks::InterlockDemand judge_second(const Sample& sample, Duration missed);
   /// What the lead sees of this second, at the profile's present state.
@@ -129,6 +134,9 @@ class RunController {
   SafeSequence safe_;
   DroppedUnits dropped_;
   const std::vector<record::Channel> channels_;
+  const std::vector<RigLine> lines_;
+  RootMemory roots_;
+  RunTally tally_;
   Duration planned_;            ///< the whole profile, if every soak counts at once
   std::optional<Celsius> air_;  ///< last known
   OperatorRequests requests_;

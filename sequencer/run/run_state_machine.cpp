@@ -24,15 +24,20 @@ RunStateMachine onwards(const RunInputs& now, const std::string& cause) {
   return Returning{cause, {}};
 }
 
+/// Returns "stopped by ada (uid 1000): the reason".
+std::string ended(const char* how, const OperatorRequest& request) {
+  return fmt::format("{} by {}{}{}", how, request.who, request.reason.empty() ? "" : ": ", request.reason);
+}
+
 bool asks_for(const RunInputs& now, OperatorCommand command) { return now.request && now.request->command == command; }
 
 /// What outranks the profile in every state in which it is still being carried out.
 std::optional<RunStateMachine> overruled(const interlocks::RunLimits& limits, const RunInputs& now, bool held) {
   if (now.demand.reaction == interlocks::Reaction::abort) return Aborting{now.demand.cause, {}, false};
-  if (asks_for(now, OperatorCommand::abort)) return Aborting{"aborted by " + now.request->who, {}, false};
+  if (asks_for(now, OperatorCommand::abort)) return Aborting{ended("aborted", *now.request), {}, false};
   if (asks_for(now, OperatorCommand::stop)) {
-    if (limits.on_stop == interlocks::OnStop::hold && now.may_be_left) return Stopped{"stopped by " + now.request->who};
-    return Aborting{"stopped by " + now.request->who, {}, true};
+    if (limits.on_stop == interlocks::OnStop::hold && now.may_be_left) return Stopped{ended("stopped", *now.request)};
+    return Aborting{ended("stopped", *now.request), {}, true};
   }
   if (held) return std::nullopt;
   if (now.demand.reaction == interlocks::Reaction::hold) return Held{now.demand.cause, {}};
@@ -84,7 +89,7 @@ RunStateMachine step(const interlocks::RunLimits&, Aborting state, const RunInpu
   state.since += now.elapsed;
   if (state.stops && now.demand.reaction == interlocks::Reaction::abort) state = {now.demand.cause, state.since, false};
   if (state.stops && asks_for(now, OperatorCommand::abort))
-    state = {"aborted by " + now.request->who, state.since, false};
+    state = {ended("aborted", *now.request), state.since, false};
   if (!now.safe_confirmed) return state;
   if (state.stops) return Stopped{state.cause};
   return Aborted{state.cause};

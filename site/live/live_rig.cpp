@@ -49,15 +49,15 @@ RunsOfRig runs_of(const std::vector<std::string>& records) {
     if (comes_before(*status, place)) place = std::move(status);
   }
   const auto& left = runs.left;
-  if (left && (runs.now || (left->finished && left->alarms.empty()))) runs.left.reset();
+  if (left && (runs.now || (left->finished && record::count_unacknowledged(left->alarms) == 0))) runs.left.reset();
   return runs;
 }
 
 /// What of a status does not change each second.
 std::string stable_of(const std::optional<record::RunStatus>& status) {
   if (!status) return "none";
-  return fmt::format("{} {} {} {} {}", status->id, name(status->standing.state), status->standing.cause,
-                     status->segment_index, status->alarms.size());
+  return fmt::format("{} {} {} {} {} {}", status->id, name(status->standing.state), status->standing.cause,
+                     status->segment_index, status->alarms.size(), record::count_unacknowledged(status->alarms));
 }
 
 std::string json_of_run(const std::optional<record::RunStatus>& status) {

@@ -97,15 +97,21 @@ TEST(Display, ShowsWhereTheRunStandsAndThatItIsSimulated) {
   EXPECT_NE(shown.text().find("Z, ends "), std::string::npos) << "the hour of the end: " << shown.text();
 }
 
-TEST(Display, ShowsAlarmsThatNobodyHasAcknowledged) {
+TEST(Display, ShowsTheNewestUnacknowledgedAlarms) {
   Shown shown;
   Display display(shown.console, shown.profile, shown.rig);
   std::vector<record::Alarm> alarms;
-  for (int i = 1; i <= 5; ++i) alarms.push_back({i, 0, {}, "door", "suspend", "door (suspend): open"});
+  for (int i = 9; i >= 1; --i)
+    alarms.push_back({.number = i, .interlock = "door", .text = "door (suspend): open", .count = i, .active = i > 8});
+  alarms[1].acknowledged = true;
+  alarms[2].suppressed_by = "host_late";
   std::string text;
   for (const auto& line : display.lines(shown.sample, shown.standing, alarms)) text += line + "\n";
-  EXPECT_EQ(text.find("ALARM 2"), std::string::npos) << text;
-  EXPECT_NE(text.find("  ALARM 5: door (suspend): open\n  5 alarms that nobody has acknowledged\n"), std::string::npos)
+  EXPECT_NE(text.find("  ALARM 9 (active, 9 times): door (suspend): open\n"
+                      "  ALARM 6 (returned, 6 times): door (suspend): open\n"
+                      "  ALARM 5 (returned, 5 times): door (suspend): open\n"
+                      "  7 unacknowledged alarms\n"),
+            std::string::npos)
       << text;
 }
 

@@ -153,7 +153,7 @@ class Control(unittest.TestCase):
         self.assertTrue(
             until(lambda: self.tell("acknowledge", alarm=str(alarm["number"]), text="I am coming").status == 200)
         )
-        self.assertTrue(until(lambda: not self.status()["alarms"]))
+        self.assertTrue(until(lambda: all(one["acknowledged"] for one in self.status()["alarms"])))
         self.assertEqual(self.tell("acknowledge", alarm=str(alarm["number"]), text="again").status, 409)
         letters = len(self.mail.letters)
         time.sleep(2.5)
@@ -163,7 +163,8 @@ class Control(unittest.TestCase):
         asked = self.tell("stop")
         self.assertEqual(asked.status, 409)
         self.assertRegex(asked.json["question"], r"done, .* left\..*Sure\?")
-        self.assertEqual(self.tell("stop", confirm=asked.json["confirm"]).status, 200)
+        self.assertIn("safe set point, ", asked.json["question"], "what becomes of the chamber, with the temperature")
+        self.assertEqual(self.tell("stop", confirm=asked.json["confirm"], text="the day is over").status, 200)
         self.assertEqual(self.run_.run.wait(timeout=30), 0)
         self.assertTrue(until(lambda: any("Subject: Ended" in letter for letter in self.mail.letters), 20))
         self.expect_in_the_record(alarm["number"])
@@ -174,7 +175,7 @@ class Control(unittest.TestCase):
             ("note", r"door <b>opened</b>"),
             ("command", r"pause.*ada \(through|ada \(through.*pause"),
             ("command", "resume"),
-            ("command", "stop"),
+            ("command", "stop.*: the day is over"),
             ("acknowledged", rf"{alarm}.*ada \(through .*I am coming"),
             ("told", r"night was told of alarm"),
             ("told", r"boss was told of alarm"),

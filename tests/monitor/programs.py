@@ -168,7 +168,10 @@ class RealTimeRun:
         profile: str = "tests/profiles/ten-minutes-warm.toml",
         name: str = "run",
         pace: str = "real",
+        cables: Callable[[list[str]], list[str]] = lambda ports: ports,
     ) -> None:
+        """`cables` may put something between the instruments and the run: it is given the ports of the chamber, two
+        thermometers and the gyro, and returns those that the run connects to."""
         self.record = folder / f"{name}.db"
         self.log = folder / "laboratory.log"
         with open(self.log, "w", encoding="utf-8") as log:
@@ -185,6 +188,7 @@ class RealTimeRun:
             for who in ("chamber", "thermometer 1", "thermometer 2", "gyro")
         ]
         self.chamber = int(ports[0])
+        ports = cables(ports)
         made = subprocess.run(
             ["python3", SOURCE / "tests/app/real_rig.py", SOURCE / "profiles/rigs/virtual.toml", *ports],
             capture_output=True,

@@ -56,13 +56,13 @@ class Rules(unittest.TestCase):
             ),
             fires(
                 "13m",
-                "GyrothermAlarmStands",
+                "GyrothermAlarmUnacknowledged",
                 "warning",
-                summary="1 alarms of soak on oven that nobody has acknowledged",
+                summary="1 unacknowledged alarms of soak on oven",
             ),
             fires("20m", "GyrothermRunDoesNotAnswer"),
             fires("45m", "GyrothermRunAborted"),
-            fires("45m", "GyrothermAlarmStands"),
+            fires("45m", "GyrothermAlarmUnacknowledged"),
         )
 
     def test_a_run_that_died_held_is_not_held(self) -> None:

@@ -495,11 +495,17 @@ class Simulated(unittest.TestCase):
             alarm | {"number": 4, "kind": "fault", "interlock": "storage", "reaction": "warn", "text": "disk"},
             alarm | {"number": 5, "kind": "acknowledged", "interlock": "storage", "reaction": "warn",
                      "text": "alarm 4 acknowledged by ada (uid 1000): seen"},
+            *(alarm | {"number": n, "kind": "interlock", "interlock": i, "channel": c, "reaction": "suspend", "text": t}
+              for n, i, c, t in ((6, "door", None, "open"), (7, "lost", "A", "lost A"), (8, "door", None, "open"),
+                                 (9, "lost", "B", "lost B"), (10, "lost", "A", "lost A"), (11, "door", None, "open"))),
+            alarm | {"number": 12, "kind": "acknowledged", "interlock": "door", "reaction": "suspend",
+                     "text": "alarm 6 to 8 acknowledged by ada (uid 1000): the latch"},
         ]
         self.store.sql(f"SELECT gyrotherm.add_events('{run}', 0, '{json.dumps(events)}')", "rig_1")
         self.store.sql(f"SELECT gyrotherm.say_state('{run}', 'aborted', 'too hot')", "rig_1")
         told = [(row["what"], row["detail"]) for row in self.ask("attention") if row["rig"] == "chamber-7"]
-        self.assertEqual(sorted(told), [("aborted", "too hot"), ("alarm", "A stands"), ("alarm", "too hot")])
+        self.assertEqual(sorted(told), [("aborted", "too hot"), ("alarm", "A stands"), ("alarm", "lost A (2 times)"),
+                                        ("alarm", "lost B"), ("alarm", "open"), ("alarm", "too hot")])
 
 
 class Entrance(unittest.TestCase):

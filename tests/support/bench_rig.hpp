@@ -46,6 +46,7 @@ class BenchIo final : public io::InstrumentIo {
     sample.at = clock.now();
     sample.chamber = {state(), sample.at};
     sample.thermometers.assign(9, {Celsius{uut_c}, sample.at});
+    for (const auto column : silent_thermometers) sample.thermometers[column].value = silence("thermometer");
     if (thermometer_c) sample.thermometers[0].value = Celsius{*thermometer_c};
     sample.units.assign(units, {.count = {GyroCount{{106}, std::chrono::seconds(1)}, sample.at}});
     if (gyro_silent) sample.units[0].count.value = silence("gyro");
@@ -75,7 +76,8 @@ class BenchIo final : public io::InstrumentIo {
   std::vector<std::string> others;  ///< strangers among the instruments
   double uut_c = 20;
   std::optional<double> thermometer_c;  ///< of the first one
-  bool gyro_silent = false;             ///< of the units under test the first
+  std::vector<std::size_t> silent_thermometers;
+  bool gyro_silent = false;  ///< of the units under test the first
   std::size_t units = 1;
   std::vector<Result<double>> analogue;  ///< what analogue inputs measure of the first unit
 

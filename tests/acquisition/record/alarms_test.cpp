@@ -32,16 +32,205 @@ RecordedEvent numbered(std::int64_t number, Event event) {
 
 Event seen(const Alarm& alarm) { return acknowledgement_of(alarm, sample_at(0).at, {}, "ada (uid 1000)", "seen"); }
 
+Event occurrence(const std::string& id, const std::string& subject, const std::string& reaction, int at_s,
+                 const std::string& root = "") {
+  const auto kind = reaction == "warn" ? EventKind::fault : EventKind::interlock;
+  const auto text = id + " (" + reaction + ")" + (root.empty() ? "" : consequence_of(root));
+  return {{.since_start = std::chrono::seconds(at_s), .utc = std::chrono::seconds(at_s)},
+          kind,
+          text,
+          {.interlock = id, .reaction = reaction, .channel = subject}};
+}
+
+Event over(const std::string& id, const std::string& subject, int at_s) {
+  return {{.since_start = std::chrono::seconds(at_s), .utc = std::chrono::seconds(at_s)},
+          EventKind::recovered,
+          id + " is over",
+          {.interlock = id, .reaction = "go_on", .channel = subject}};
+}
+
+/// Numbers events as a record does.
+class AlarmList : public testing::Test {
+ protected:
+  void see(Event event) { alarms_.see(numbered(++last_, std::move(event))); }
+  void acknowledge(std::int64_t number) {
+    for (const auto& row : alarms_.rows_for(number)) see(seen(row));
+  }
+  [[nodiscard]] std::vector<std::string> tags() const {
+    std::vector<std::string> all;
+    for (const auto& alarm : alarms_.list()) all.push_back(alarm.tag());
+    return all;
+  }
+  Alarms alarms_;
+  std::int64_t last_ = 0;
+};
+
+using Tags = std::vector<std::string>;
+
+TEST_F(AlarmList, HasOneRowPerInterlockAndSubject) {
+  for (int i = 0; i < 50; ++i) {
+    see(occurrence("disagreement", "A", "warn", 10 * i));
+    see(occurrence("disagreement", "B", "warn", 10 * i + 1));
+    see(occurrence("door", "", "suspend", 10 * i + 2));
+    see(over("door", "", 10 * i + 5));
+    see(over("disagreement", "A", 10 * i + 6));
+  }
+  const auto list = alarms_.list();
+  ASSERT_EQ(tags(), (Tags{"door", "disagreement B", "disagreement A"})) << "the newest first";
+  const auto& door = list[0];
+  EXPECT_EQ(door.count, 50);
+  EXPECT_EQ(door.number, 3) << "of the first unacknowledged occurrence: it stays while further ones come";
+  EXPECT_EQ(door.last_number, 5 * 49 + 3);
+  EXPECT_EQ(door.first_utc, 2s);
+  EXPECT_EQ(door.utc, 492s);
+  EXPECT_EQ(door.returned_utc, 495s);
+  EXPECT_FALSE(door.active);
+  EXPECT_EQ(state_in_words(door), "returned");
+  EXPECT_EQ(door.priority, AlarmPriority::medium);
+  EXPECT_TRUE(list[1].active) << "B did not return";
+  EXPECT_EQ(list[1].priority, AlarmPriority::low);
+}
+
+/// The states A to D of ISA-18.2, clause 5.3, and each transition between them.
+TEST_F(AlarmList, FollowsTheStatesOfIsa18) {
+  see(occurrence("door", "", "suspend", 1));
+  EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active");
+  acknowledge(1);
+  EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active, acknowledged") << "it stays until it returns";
+  EXPECT_EQ(count_unacknowledged(alarms_.list()), 0u);
+  see(over("door", "", 5));
+  EXPECT_TRUE(alarms_.list().empty());
+  see(occurrence("door", "", "suspend", 6));
+  EXPECT_EQ(alarms_.list().at(0).count, 2);
+  EXPECT_EQ(alarms_.list().at(0).number, 4) << "a new number after an acknowledgement";
+  see(over("door", "", 7));
+  EXPECT_EQ(state_in_words(alarms_.list().at(0)), "returned");
+  see(occurrence("door", "", "suspend", 8));
+  EXPECT_EQ(state_in_words(alarms_.list().at(0)), "active");
+  see(over("door", "", 9));
+  EXPECT_EQ(alarms_.list().at(0).number, 4);
+  acknowledge(4);
+  EXPECT_TRUE(alarms_.list().empty());
+  EXPECT_EQ(alarms_.objection(6), "alarm 6 is acknowledged already") << "the row's later occurrence";
+}
+
+TEST_F(AlarmList, AsksAgainWhenAnAcknowledgedAlarmOccursAgainWhileActive) {
+  see(occurrence("disagreement", "A", "warn", 1));
+  acknowledge(1);
+  see(occurrence("disagreement", "A", "warn", 100));
+  EXPECT_EQ(count_unacknowledged(alarms_.list()), 1u);
+}
+
+TEST_F(AlarmList, AcknowledgesOnlyWhatOccurredBefore) {
+  see(occurrence("door", "", "suspend", 1));
+  see(occurrence("door", "", "suspend", 2));
+  const auto shown = alarms_.list().at(0);
+  see(occurrence("door", "", "suspend", 3));
+  see(seen(shown));
+  const auto list = alarms_.list();
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_FALSE(list[0].acknowledged);
+  EXPECT_EQ(list[0].number, 3);
+  EXPECT_EQ(list[0].comment, "seen");
+  EXPECT_EQ(list[0].acknowledged_by, "ada (uid 1000)");
+}
+
+TEST_F(AlarmList, SuppressesConsequencesUnderTheirRoot) {
+  see(occurrence("host_late", "", "warn", 1));
+  for (const auto* id : {"gyro_silent", "chamber_silent", "channel_lost", "needed_channel_lost", "thermometers_lost"})
+    see(occurrence(id, "", id == std::string("channel_lost") ? "warn" : "suspend", 2, "host_late"));
+  see(occurrence("door", "", "suspend", 3));
+  const auto list = alarms_.list();
+  ASSERT_EQ(list.size(), 7u);
+  EXPECT_EQ(tags()[0], "door");
+  EXPECT_EQ(tags()[1], "host_late") << "its consequences follow it";
+  EXPECT_EQ(list[1].priority, AlarmPriority::medium) << "the highest of its consequences";
+  for (std::size_t i = 2; i < list.size(); ++i) {
+    EXPECT_EQ(list[i].suppressed_by, "host_late");
+    EXPECT_EQ(list[i].text.find("consequence"), std::string::npos) << list[i].text;
+  }
+  EXPECT_EQ(count_unacknowledged(list), 2u);
+  acknowledge(1);
+  acknowledge(7);
+  EXPECT_EQ(count_unacknowledged(alarms_.list()), 0u);
+  EXPECT_EQ(alarms_.objection(2), "alarm 2 is acknowledged already") << "a consequence, with its root";
+}
+
+TEST_F(AlarmList, ShowsAConsequenceThatOutlivesItsRoot) {
+  for (const auto* root : {"host_late", "line_lost tcp://10.0.0.5:502", "line_lost thermometer 1"}) {
+    Alarms alarms;
+    const std::string tag = root, id = tag.substr(0, tag.find(' ')),
+                      subject = tag.find(' ') == std::string::npos ? "" : tag.substr(tag.find(' ') + 1);
+    alarms.see(numbered(1, occurrence(id, subject, "warn", 1)));
+    alarms.see(numbered(2, occurrence("gyro_silent", "", "suspend", 2, root)));
+    ASSERT_EQ(count_unacknowledged(alarms.list()), 1u) << root;
+    alarms.see(numbered(3, over(id, subject, 60)));
+    EXPECT_EQ(count_unacknowledged(alarms.list()), 2u) << root;
+    EXPECT_EQ(alarms.list()[0].tag(), "gyro_silent");
+    EXPECT_TRUE(alarms.list()[0].active);
+  }
+}
+
+TEST_F(AlarmList, NeverSuppressesWhatEndsOrHoldsTheRun) {
+  see(occurrence("host_late", "", "warn", 1));
+  for (const auto* reaction : {"hold", "abort"}) see(occurrence(reaction, "", reaction, 2, "host_late"));
+  EXPECT_EQ(tags(), (Tags{"abort", "hold", "host_late"}));
+  EXPECT_EQ(count_unacknowledged(alarms_.list()), 3u);
+}
+
+TEST_F(AlarmList, DoesNotSuppressWhatIsGraverThanAnAcknowledgedRoot) {
+  see(occurrence("line_lost", "T", "warn", 1));
+  see(occurrence("channel_lost", "", "warn", 1, "line_lost T"));
+  acknowledge(1);
+  see(occurrence("channel_lost", "B", "warn", 2, "line_lost T"));
+  EXPECT_EQ(count_unacknowledged(alarms_.list()), 0u);
+  see(occurrence("thermometers_lost", "", "suspend", 6, "line_lost T"));
+  EXPECT_EQ(count_unacknowledged(alarms_.list()), 1u);
+  EXPECT_EQ(tags()[0], "thermometers_lost");
+}
+
+TEST_F(AlarmList, IgnoresARootThatIsNotThere) {
+  for (const auto* root : {"host_late", "line_lost T", "gyro_silent"}) {
+    Alarms alarms;
+    alarms.see(numbered(1, occurrence("gyro_silent", "", "suspend", 1, root)));
+    EXPECT_EQ(count_unacknowledged(alarms.list()), 1u) << root;
+  }
+}
+
+TEST_F(AlarmList, HasNoActiveRowWhenARunIsResumed) {
+  see(occurrence("door", "", "suspend", 1));
+  see(occurrence("stuck", "A", "warn", 1));
+  acknowledge(2);
+  see({sample_at(0).at, EventKind::resumed, "resumed after 3 s"});
+  ASSERT_EQ(tags(), Tags{"door"});
+  EXPECT_EQ(state_in_words(alarms_.list()[0]), "returned");
+}
+
+/// Version 0.1.0 acknowledged each occurrence by itself and named no subject.
+TEST_F(AlarmList, ReadsARecordOf010) {
+  see(interlock("door", "door (suspend): open"));
+  see(over("door", "", 9));
+  see(interlock("door", "door (suspend): open"));
+  see({sample_at(0).at, EventKind::acknowledged, "alarm 3 acknowledged by ada (uid 1000): the later one"});
+  auto list = alarms_.list();
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0].number, 1);
+  EXPECT_EQ(list[0].count, 2);
+  EXPECT_FALSE(list[0].acknowledged) << "its first occurrence is not";
+  see({sample_at(0).at, EventKind::acknowledged, "alarm 1 acknowledged by ada (uid 1000): and the first"});
+  EXPECT_TRUE(alarms_.list()[0].acknowledged);
+}
+
 TEST(Alarms, AreWhatInterlocksDidUntilAcknowledged) {
   Alarms alarms;
   alarms.see(numbered(3, interlock("door", "door (suspend): open")));
   alarms.see(numbered(4, {sample_at(0).at, EventKind::fault, "A: no reply", {.channel = "A"}}));
   alarms.see(numbered(5, {sample_at(0).at, EventKind::fault, "lag (warn)", {.interlock = "lag", .reaction = "warn"}}));
   alarms.see(numbered(6, {sample_at(0).at, EventKind::recovered, "door is over", {.interlock = "door"}}));
-  EXPECT_EQ(numbers(alarms.standing()), (std::vector<std::int64_t>{3, 5})) << "what is over is still to be seen";
+  EXPECT_EQ(numbers(alarms.list()), (std::vector<std::int64_t>{5, 3})) << "what is over is still to be seen";
   EXPECT_EQ(alarms.objection(3), "");
-  alarms.see(numbered(7, seen(alarms.standing()[0])));
-  EXPECT_EQ(numbers(alarms.standing()), std::vector<std::int64_t>{5});
+  alarms.see(numbered(7, seen(alarms.list()[1])));
+  EXPECT_EQ(numbers(alarms.list()), std::vector<std::int64_t>{5});
   EXPECT_EQ(alarms.objection(3), "alarm 3 is acknowledged already");
   EXPECT_TRUE(alarms.objection(4).starts_with("there is no alarm 4;")) << alarms.objection(4);
 }
@@ -50,66 +239,82 @@ TEST(Alarms, NothingButAnAcknowledgementTakesOneAway) {
   Alarms alarms;
   alarms.see(numbered(1, interlock("door", "door (suspend): open")));
   alarms.see(numbered(2, {sample_at(0).at, EventKind::note, "alarm 1 acknowledged by ada: forged"}));
-  for (const auto* text :
-       {"alarm 1", "alarm 12 acknowledged by ada: x", "alarm  1 acknowledged by ada: x", "alarm x", ""})
+  for (const auto* text : {"alarm 1", "alarm 12 acknowledged by ada: x", "alarm  1 acknowledged by ada: x", "alarm x",
+                           "", "alarm 1 to 0 acknowledged by ada: x", "alarm 1 to acknowledged by ada: x",
+                           "alarm 0 to 9 acknowledged by ada: x"})
     alarms.see(numbered(3, {sample_at(0).at, EventKind::acknowledged, text}));
-  EXPECT_EQ(alarms.standing().size(), 1u);
+  EXPECT_EQ(count_unacknowledged(alarms.list()), 1u);
 }
 
 TEST(Alarms, AreBounded) {
   Alarms alarms;
-  for (int i = 1; i <= 300; ++i) alarms.see(numbered(i, interlock("door", "door (suspend): open")));
-  ASSERT_EQ(alarms.standing().size(), Alarms::kMost);
-  EXPECT_EQ(alarms.standing().back().number, 300);
+  for (int i = 1; i <= 300; ++i) alarms.see(numbered(i, occurrence("stuck", std::to_string(i), "suspend", i)));
+  ASSERT_EQ(alarms.list().size(), Alarms::kMost);
+  EXPECT_EQ(alarms.list().front().number, 300);
 }
 
-/// A thermometer that comes and goes warns a hundred times in a night.
 TEST(Alarms, ThoseThatOnlyWarnCrowdNoGraverOneOut) {
   Alarms alarms;
   alarms.see(numbered(1, interlock("door", "door (suspend): open")));
-  const Event warning{sample_at(0).at, EventKind::fault, "lost (warn)", {.interlock = "lost", .reaction = "warn"}};
-  for (int i = 2; i <= 300; ++i) alarms.see(numbered(i, warning));
-  ASSERT_EQ(alarms.standing().size(), Alarms::kMost);
-  EXPECT_EQ(alarms.standing().front().number, 1);
-  EXPECT_EQ(alarms.standing().back().number, 300);
-  EXPECT_EQ(alarms.objection(2), "alarm 2 left the list, which holds 256, for later ones")
-      << "nobody has acknowledged it";
+  for (int i = 2; i <= 300; ++i) alarms.see(numbered(i, occurrence("lost", std::to_string(i), "warn", i)));
+  ASSERT_EQ(alarms.list().size(), Alarms::kMost);
+  EXPECT_EQ(alarms.list().back().number, 1);
+  EXPECT_EQ(alarms.list().front().number, 300);
+  EXPECT_EQ(alarms.objection(2), "alarm 2 left the list, which has 256 rows at most") << "it is not acknowledged";
 }
 
 TEST(Alarms, OutliveTheProgramThatSawThem) {
   for (const bool background : {false, true}) {
     const Folder folder;
     const auto path = folder / "run.db";
-    std::vector<Alarm> standing;
+    std::vector<Alarm> before;
     {
       auto store = Store::create(path, two_thermometers(), {.background = background});
       ASSERT_TRUE(store) << text(store.error());
-      const std::vector<Event> two{interlock("door", "door (suspend): open"), interlock("lag", "lag (suspend): 9 K")};
-      ASSERT_TRUE((*store)->append(sample_at(0), two));
+      const std::vector<Event> events{interlock("door", "door (suspend): open"), interlock("lag", "lag (suspend): 9 K"),
+                                      over("door", "", 1), occurrence("channel_lost", "A", "warn", 1, "lag")};
+      ASSERT_TRUE((*store)->append(sample_at(0), events));
       ASSERT_TRUE((*store)->append(sample_at(1), {}));
-      standing = (*store)->alarms().standing();
-      ASSERT_EQ(standing.size(), 2u);
-      ASSERT_TRUE((*store)->append_event(seen(standing[0])));
-      ASSERT_EQ((*store)->alarms().standing().size(), 1u);
+      before = (*store)->alarms().list();
+      ASSERT_EQ(before.size(), 3u);
+      ASSERT_EQ(before[2].tag(), "door");
+      ASSERT_TRUE((*store)->append_event(seen(before[2])));
+      ASSERT_EQ((*store)->alarms().list().size(), 2u);
       ASSERT_TRUE((*store)->settle(5s));
     }
     const auto told = read_status(path);
     ASSERT_TRUE(told) << text(told.error());
-    ASSERT_EQ(told->alarms.size(), 1u);
-    EXPECT_EQ(told->alarms[0], standing[1]) << "its number is that of the event in the record";
+    ASSERT_EQ(told->alarms.size(), 2u);
+    EXPECT_EQ(told->alarms[0], before[0]) << "its number is that of the event in the record";
+    EXPECT_EQ(told->alarms[1], before[1]) << "suppressed under the first";
     auto again = Store::reopen(path, {.background = background});
     ASSERT_TRUE(again) << text(again.error());
-    EXPECT_EQ((*again)->alarms().standing(), told->alarms);
-    EXPECT_EQ((*again)->alarms().objection(standing[0].number),
-              fmt::format("alarm {} is acknowledged already", standing[0].number));
+    EXPECT_EQ((*again)->alarms().list(), told->alarms);
+    EXPECT_EQ((*again)->alarms().objection(before[2].number),
+              fmt::format("alarm {} is acknowledged already", before[2].number));
     ASSERT_TRUE((*again)->append_event(interlock("door", "door (suspend): open again")));
-    EXPECT_GT((*again)->alarms().standing().back().number, standing[1].number);
+    EXPECT_GT((*again)->alarms().list().front().number, before[1].number);
   }
 }
 
 TEST(Alarms, StandInTheStatusFileAndAnOlderOneHasNone) {
   RunStatus status = first_status("run.db", two_thermometers());
-  status.alarms = {{.number = 12, .slot = 9, .utc = 5s, .interlock = "door", .reaction = "suspend", .text = "open"}};
+  status.alarms = {{.number = 12,
+                    .last_number = 40,
+                    .slot = 9,
+                    .utc = 5s,
+                    .first_utc = 2s,
+                    .returned_utc = 7s,
+                    .interlock = "door",
+                    .subject = "left",
+                    .reaction = "suspend",
+                    .text = "open",
+                    .priority = AlarmPriority::medium,
+                    .count = 3,
+                    .active = false,
+                    .suppressed_by = "host_late",
+                    .comment = "seen",
+                    .acknowledged_by = "ada"}};
   const auto json = to_json(status);
   EXPECT_NE(json.find("\"alarms\":[{\"number\":12,\"slot\":9,\"utc\":\"1970-01-01"), std::string::npos) << json;
   const auto read = parse_status(json, "run.db.status");
@@ -121,6 +326,22 @@ TEST(Alarms, StandInTheStatusFileAndAnOlderOneHasNone) {
   const auto old = parse_status(older, "run.db.status");
   ASSERT_TRUE(old) << text(old.error());
   EXPECT_TRUE(old->alarms.empty());
+}
+
+/// An alarm in a status file of version 0.1.0 is unacknowledged, and may be active.
+TEST(Alarms, AreReadFromAStatusOf010) {
+  auto json = to_json(first_status("run.db", two_thermometers()));
+  const std::string none = "\"alarms\":[]";
+  ASSERT_NE(json.find(none), std::string::npos) << json;
+  json.replace(json.find(none), none.size(),
+               "\"alarms\":[{\"number\":12,\"slot\":9,\"utc\":\"1970-01-01T00:00:05Z\",\"utc_ns\":5000000000,"
+               "\"interlock\":\"door\",\"reaction\":\"suspend\",\"text\":\"door (suspend): open\"}]");
+  const auto read = parse_status(json, "run.db.status");
+  ASSERT_TRUE(read) << text(read.error());
+  ASSERT_EQ(read->alarms.size(), 1u);
+  EXPECT_TRUE(read->alarms[0].awaits_acknowledgement());
+  EXPECT_TRUE(read->alarms[0].active);
+  EXPECT_EQ(read->alarms[0].count, 1);
 }
 
 }  // namespace

@@ -458,7 +458,7 @@ TEST(BackgroundStore, NumbersOfEventsRiseOverAllFiles) {
     const Event alarm{sample_at(0).at, EventKind::interlock, "door (suspend)", {.interlock = "door"}};
     ASSERT_TRUE(store->append_event(alarm));
     ASSERT_TRUE(store->settle(kLong));
-    const auto told = store->alarms().standing().back().number;
+    const auto told = store->alarms().list().front().last_number;
     EXPECT_GT(told, before);
     store.reset();
     EXPECT_EQ(last_event_of(path).value(), told) << "as the record has it";

@@ -30,6 +30,9 @@ TEST(ControlRequest, GoesThroughAMessageUnchanged) {
   for (const auto& [word, text] :
        std::vector<std::pair<std::string, std::string>>{{"acknowledge", "12 seen, the door was open"},
                                                         {"acknowledge", "all seen"},
+                                                        {"acknowledge", "12,15,40 the cable"},
+                                                        {"stop", "the coolant is low"},
+                                                        {"abort", "smell of burning"},
                                                         {"told", "mailto:anna@lab: rule \"night\", alarm 12"}}) {
     const auto request = request_of(word, text);
     ASSERT_TRUE(request) << text;
@@ -59,9 +62,9 @@ TEST(ControlRequest, AUserHasANameOfAFewCharacters) {
 TEST(ControlRequest, AnAlarmIsAcknowledgedByItsNumberAndWithAComment) {
   const auto one = request_of("acknowledge", "12  seen: it was the fuse");
   ASSERT_TRUE(one) << text(one.error());
-  EXPECT_EQ(one->acknowledgement->alarm, 12);
+  EXPECT_EQ(one->acknowledgement->alarms, std::vector<std::int64_t>{12});
   EXPECT_EQ(one->note, "seen: it was the fuse");
-  EXPECT_EQ(request_of("acknowledge", "all of them seen")->acknowledgement->alarm, std::nullopt);
+  EXPECT_EQ(request_of("acknowledge", "all of them seen")->acknowledgement->alarms, std::vector<std::int64_t>{});
   for (const auto* wrong :
        {"", " ", "12", "12 ", "all", "0 seen", "-1 seen", "1.5 seen", "seen", "99999999999999999999 x"})
     EXPECT_FALSE(request_of("acknowledge", wrong)) << wrong;

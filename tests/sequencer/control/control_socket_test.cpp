@@ -274,7 +274,7 @@ TEST(ControlSocket, NoMessageButAWholeOneOfThisVersionIsHeard) {
   Listening listening(*socket, {.done = true, .text = "done"});
   for (const auto& message :
        {std::string("abort"), std::string("gyrotherm-tell/2 abort "), std::string("gyrotherm-tell/1 ABORT "),
-        std::string("gyrotherm-tell/1 abort now"), std::string("gyrotherm-tell/1 for= abort "),
+        std::string("gyrotherm-tell/1 pause now"), std::string("gyrotherm-tell/1 for= abort "),
         std::string("gyrotherm-tell/1 for=a/b abort "), std::string("gyrotherm-tell/1 for=anna"),
         std::string("gyrotherm-tell/1 note \n"), std::string(4500, 'x'), std::string("\0\0\0", 3)})
     EXPECT_TRUE(say_raw(folder / "run.db", message).starts_with("gyrotherm-tell/1 refused ")) << message;

@@ -105,7 +105,9 @@ std::vector<AlarmRecorded> BreakableRun::alarms_in(const record::Record& record)
   std::vector<AlarmRecorded> alarms;
   for (const auto& [slot, event] : record.events) {
     const bool is_raised = event.kind == EventKind::fault || event.kind == EventKind::interlock;
-    if (is_raised && !event.about.interlock.empty()) alarms.push_back({event.about.interlock, event.about.reaction});
+    const bool is_root = event.about.interlock == run::kHostLate || event.about.interlock == run::kLineLost;
+    if (is_raised && !is_root && !event.about.interlock.empty())
+      alarms.push_back({event.about.interlock, event.about.reaction});
   }
   return alarms;
 }

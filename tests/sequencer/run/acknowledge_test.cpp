@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What an interlock did stands until somebody says that they have seen it; who it was is in the record.
+/// Operators acknowledge alarms: one, several or all. The record has who it was and the comment.
 #include <gtest/gtest.h>
 
 #include "tests/support/bench_rig.hpp"
@@ -16,6 +16,9 @@ class DoorTest : public testing::Test {
  protected:
   DoorTest() {
     bench_.seconds(5);
+    open_the_door();
+  }
+  void open_the_door() {
     bench_.chamber().door_open = true;
     bench_.seconds(20);
     bench_.chamber().door_open = false;
@@ -24,15 +27,17 @@ class DoorTest : public testing::Test {
   control::ControlAnswer say(const std::string& text) {
     return bench_.run_controller().carry_out(acknowledge(text), "ada (uid 1000)");
   }
+  [[nodiscard]] std::vector<record::Alarm> list() { return bench_.record().alarms().list(); }
   tests::Bench bench_{kTwoHours};
 };
 
-TEST_F(DoorTest, AnAlarmThatIsOverStandsUntilItIsAcknowledged) {
-  ASSERT_EQ(bench_.record().alarms().standing().size(), 1u);
-  const auto alarm = bench_.record().alarms().standing()[0];
+TEST_F(DoorTest, AReturnedAlarmStaysUntilItIsAcknowledged) {
+  ASSERT_EQ(list().size(), 1u);
+  const auto alarm = list()[0];
+  EXPECT_EQ(state_in_words(alarm), "returned");
   const auto answer = say(std::to_string(alarm.number) + " looked at the cable");
   EXPECT_TRUE(answer.done) << answer.text;
-  EXPECT_TRUE(bench_.record().alarms().standing().empty());
+  EXPECT_TRUE(list().empty());
   const auto& event = bench_.record().events.back();
   EXPECT_EQ(event.kind, EventKind::acknowledged);
   EXPECT_EQ(event.text,
@@ -42,9 +47,9 @@ TEST_F(DoorTest, AnAlarmThatIsOverStandsUntilItIsAcknowledged) {
 }
 
 TEST_F(DoorTest, OneThatIsNotThereOrWasAcknowledgedIsRefusedAndThatIsInTheRecord) {
-  const auto number = std::to_string(bench_.record().alarms().standing()[0].number);
+  const auto number = std::to_string(list()[0].number);
   EXPECT_FALSE(say("9999 seen").done);
-  EXPECT_EQ(bench_.record().alarms().standing().size(), 1u);
+  EXPECT_EQ(list().size(), 1u);
   EXPECT_TRUE(say(number + " seen").done);
   const auto again = say(number + " seen");
   EXPECT_FALSE(again.done);
@@ -52,16 +57,58 @@ TEST_F(DoorTest, OneThatIsNotThereOrWasAcknowledgedIsRefusedAndThatIsInTheRecord
   EXPECT_FALSE(say("all seen").done);
   bench_.seconds(1);
   EXPECT_TRUE(bench_.told(EventKind::command, "ada (uid 1000): acknowledge 9999, refused: there is no alarm 9999"));
-  EXPECT_TRUE(bench_.told(EventKind::command, "acknowledge all, refused: no alarm stands"));
+  EXPECT_TRUE(bench_.told(EventKind::command, "acknowledge all, refused: every alarm is acknowledged"));
 }
 
-TEST_F(DoorTest, AllOfThemAreAcknowledgedEachByAnEventOfItsOwn) {
+TEST_F(DoorTest, OccurrencesOfOneCauseAreOneRowAndOneAcknowledgement) {
+  const auto number = list()[0].number;
+  for (int i = 0; i < 4; ++i) open_the_door();
+  ASSERT_EQ(list().size(), 1u);
+  EXPECT_EQ(list()[0].count, 5);
+  EXPECT_EQ(list()[0].number, number) << "a comment that is being typed still goes to the row";
+  EXPECT_TRUE(say(std::to_string(number) + " the latch").done);
+  EXPECT_EQ(bench_.count(EventKind::acknowledged, "acknowledged by ada (uid 1000): the latch"), 1);
+  EXPECT_TRUE(list().empty());
+  EXPECT_EQ(bench_.count(EventKind::interlock, "door (suspend)"), 5) << "the record has every occurrence";
+}
+
+/// A door, a gyro and a refusing chamber: three causes, acknowledged in three ways.
+TEST_F(DoorTest, OneSeveralOrAllAreAcknowledged) {
+  for (const auto* how : {"one by one", "several", "all"}) {
+    bench_.chamber().door_open = true;
+    bench_.instruments().gyro_silent = true;
+    bench_.seconds(20);
+    bench_.chamber().door_open = false;
+    bench_.instruments().gyro_silent = false;
+    bench_.seconds(30);
+    const auto rows = list();
+    ASSERT_EQ(record::count_unacknowledged(rows), 2u) << how;
+    const auto a = std::to_string(rows[0].number), b = std::to_string(rows[1].number);
+    if (how == std::string("one by one")) {
+      EXPECT_EQ(say(a + " first").text, "1 alarm is acknowledged");
+      EXPECT_EQ(record::count_unacknowledged(list()), 1u);
+      EXPECT_TRUE(say(b + " second").done);
+    } else if (how == std::string("several")) {
+      EXPECT_EQ(say(a + "," + b + ",9999 both").text.substr(0, 49),
+                "2 alarms are acknowledged; there is no alarm 9999");
+    } else {
+      EXPECT_EQ(say("all seen").text, "2 alarms are acknowledged");
+    }
+    EXPECT_TRUE(list().empty()) << how;
+  }
+}
+
+TEST_F(DoorTest, AnActiveAlarmStaysInTheListUntilItReturns) {
   bench_.chamber().door_open = true;
   bench_.seconds(20);
-  ASSERT_EQ(bench_.record().alarms().standing().size(), 2u);
-  EXPECT_TRUE(say("all seen").done);
-  EXPECT_EQ(bench_.count(EventKind::acknowledged, "acknowledged by ada (uid 1000): seen"), 2);
-  EXPECT_TRUE(bench_.record().alarms().standing().empty());
+  EXPECT_TRUE(say("all I am at the door").done);
+  ASSERT_EQ(list().size(), 1u);
+  EXPECT_EQ(state_in_words(list()[0]), "active, acknowledged");
+  EXPECT_EQ(list()[0].comment, "I am at the door");
+  EXPECT_EQ(list()[0].acknowledged_by, "ada (uid 1000)");
+  bench_.chamber().door_open = false;
+  bench_.seconds(20);
+  EXPECT_TRUE(list().empty());
 }
 
 TEST_F(DoorTest, WhoWasToldIsInTheRecord) {
@@ -69,6 +116,19 @@ TEST_F(DoorTest, WhoWasToldIsInTheRecord) {
   EXPECT_TRUE(bench_.run_controller().carry_out(request, "gyrotherm-monitor (uid 998)").done);
   bench_.seconds(1);
   EXPECT_TRUE(bench_.told(EventKind::told, "gyrotherm-monitor (uid 998): anna@lab.example: rule night, alarm 7"));
+}
+
+TEST_F(DoorTest, TheReasonOfAnEndIsInTheRecordAndInTheCause) {
+  for (const auto* word : {"stop", "abort"}) {
+    tests::Bench bench(kTwoHours);
+    bench.seconds(5);
+    EXPECT_TRUE(
+        bench.run_controller().carry_out(*control::request_of(word, "the coolant is low"), "ada (uid 1000)").done);
+    bench.seconds(1);
+    EXPECT_TRUE(bench.told(EventKind::command, std::string(word) + " by ada (uid 1000): the coolant is low"));
+    EXPECT_NE(bench.run_controller().end_cause().find("by ada (uid 1000): the coolant is low"), std::string::npos)
+        << bench.run_controller().end_cause();
+  }
 }
 
 }  // namespace

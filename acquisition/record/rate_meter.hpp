@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Measures the rate on each gyro axis during a run: in the last second and over the last 100 s.
+/// Values; one thread.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/run_info.hpp"
+#include "core/form.hpp"
+#include "core/quantity.hpp"
+#include "core/sample.hpp"
+
+namespace gyrotherm::record {
+
+/// Measures one axis.
+class RateMeter {
+ public:
+  /// The axis numbered `index` of its unit.
+  explicit RateMeter(const AxisInfo& axis, std::size_t index = 0) : axis_(axis), index_(index) {}
+  void see(const Reading<GyroCount>& reading);
+  /// Returns the rate in the last second; nothing if it had no reading.
+  [[nodiscard]] std::optional<DegreesPerHour> last_second() const;
+  /// Returns the mean over the readings of the last 100 s; nothing if there is none.
+  [[nodiscard]] std::optional<DegreesPerHour> mean() const;
+  [[nodiscard]] const AxisInfo& axis() const { return axis_; }
+
+ private:
+  static constexpr std::size_t kLength = 100;
+  struct Second {
+    std::int64_t pulses{};
+    Duration interval{};
+  };
+  [[nodiscard]] DegreesPerHour rate_of(const Second& second) const;
+
+  AxisInfo axis_;
+  std::size_t index_;
+  std::vector<std::optional<Second>> seconds_;  ///< a ring of kLength
+  std::size_t next_{};                          ///< position of the next second
+};
+
+/// The rates of one axis in the status of a run.
+struct AxisRate {
+  std::string axis;                              ///< "gyro", "u1.x"
+  std::optional<double> rate_deg_per_h{};        ///< in the last second
+  std::optional<double> mean_deg_per_h{};        ///< over the last 100 s
+  std::optional<double> earth_rate_deg_per_h{};  ///< expected at rest; nothing: unknown
+  bool operator==(const AxisRate&) const = default;
+};
+
+void describe(auto& form, Like<AxisRate> auto& axis) {
+  form("axis", axis.axis);
+  form("rate_deg_per_h", axis.rate_deg_per_h);
+  form("mean_100s_deg_per_h", axis.mean_deg_per_h);
+  form("earth_rate_deg_per_h", axis.earth_rate_deg_per_h);
+}
+
+/// Returns "gyro: 12.6 °/h in the last second, 12.58 °/h mean of 100 s, Earth rate 11.20 °/h".
+[[nodiscard]] std::string in_words(const AxisRate& axis);
+
+/// Measures all axes of a rig.
+class RateMeters {
+ public:
+  explicit RateMeters(const std::vector<UnitInfo>& units);
+  void see(const Sample& sample);
+  [[nodiscard]] std::vector<AxisRate> rates() const;
+
+ private:
+  struct Axis {
+    std::string name;
+    std::size_t unit{};
+    RateMeter meter;
+  };
+  std::vector<Axis> axes_;
+};
+
+}  // namespace gyrotherm::record

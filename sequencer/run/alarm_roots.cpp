@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/run/alarm_roots.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace gyrotherm::run {
+namespace {
+
+using interlocks::InterlockAlarm;
+using interlocks::InterlockId;
+
+constexpr Duration kOneSecond = std::chrono::seconds(1);
+constexpr Duration kLateFor = std::chrono::minutes(1);      ///< since the last late tick
+constexpr Duration kLateAlone = std::chrono::seconds(10);   ///< raised without a consequence
+constexpr Duration kAfterOthers = std::chrono::seconds(5);  ///< a root returns last
+
+constexpr std::array kSilences{InterlockId::chamber_silent,      InterlockId::thermometers_lost,
+                               InterlockId::needed_channel_lost, InterlockId::gyro_silent,
+                               InterlockId::unit_silent,         InterlockId::channel_lost};
+
+bool is_silence(InterlockId id) { return std::ranges::find(kSilences, id) != kSilences.end(); }
+bool is_of_gyro(InterlockId id) { return id == InterlockId::gyro_silent || id == InterlockId::unit_silent; }
+
+/// Returns the line at an address, or the instrument's own.
+RigLine& line_at(std::vector<RigLine>& lines, const std::string& address, const std::string& instrument) {
+  const bool is_shared = !address.empty() && address != rig::kVirtualLine;
+  const auto& subject = is_shared ? address : instrument;
+  const auto found = std::ranges::find(lines, subject, &RigLine::subject);
+  if (found != lines.end()) return *found;
+  lines.push_back({.subject = subject});
+  return lines.back();
+}
+
+bool is_silent_thermometer(const Sample& sample, std::size_t column) {
+  return column < sample.thermometers.size() && !sample.thermometers[column].value;
+}
+bool is_silent_unit(const Sample& sample, std::size_t unit) {
+  return unit < sample.units.size() && !sample.units[unit].count.value;
+}
+
+/// Returns true if no reading came through the line.
+bool is_silent(const RigLine& line, const Sample& sample) {
+  if (line.has_chamber && sample.chamber.value) return false;
+  return std::ranges::all_of(line.thermometers, [&](auto column) { return is_silent_thermometer(sample, column); }) &&
+         std::ranges::all_of(line.units, [&](auto unit) { return is_silent_unit(sample, unit); });
+}
+
+/// Finds the lines of all silent instruments that the alarm is about; none if one of them is on a line that answers.
+std::vector<std::size_t> lost_lines(const InterlockAlarm& alarm, const std::vector<RigLine>& lines,
+                                    const std::vector<bool>& silent, const Sample& sample) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const auto& line = lines[i];
+    bool concerns = false;
+    if (!alarm.subject.empty())
+      concerns = std::ranges::find(line.names, alarm.subject) != line.names.end();
+    else if (alarm.id == InterlockId::chamber_silent)
+      concerns = line.has_chamber;
+    else if (is_of_gyro(alarm.id))
+      concerns = std::ranges::any_of(line.units, [&](auto unit) { return is_silent_unit(sample, unit); });
+    else
+      concerns =
+          std::ranges::any_of(line.thermometers, [&](auto column) { return is_silent_thermometer(sample, column); });
+    if (!concerns) continue;
+    if (!silent[i] || !line.can_be_root()) return {};
+    found.push_back(i);
+  }
+  return found;
+}
+
+std::string tag_of_line(const RigLine& line) { return fmt::format("{} {}", kLineLost, line.subject); }
+
+void step_host(RootResult& result, const RootInputs& inputs) {
+  auto& memory = result.memory;
+  const bool slept = inputs.missed > inputs.longest_missed;
+  if (inputs.missed > Duration{} && !slept) {
+    memory.since_late = Duration{};
+    memory.late += inputs.missed;
+  } else if (memory.since_late) {
+    *memory.since_late += kOneSecond;
+  }
+  if (!memory.since_late || *memory.since_late <= kLateFor) return;
+  memory.since_late.reset();
+  memory.late = {};
+  if (std::exchange(memory.host_raised, false)) result.cleared.push_back({kHostLate, "", "the program is on time"});
+}
+
+void raise_host(RootResult& result) {
+  if (std::exchange(result.memory.host_raised, true)) return;
+  result.raised.push_back(
+      {kHostLate, "", fmt::format("the machine is too busy: {} without a tick", spoken(result.memory.late))});
+}
+
+void step_lines(RootResult& result, const std::vector<RigLine>& lines, const std::vector<bool>& silent,
+                Duration clear_after) {
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    auto& line = result.memory.lines[i];
+    line.answers = silent[i] ? Duration{} : line.answers + kOneSecond;
+    if (!line.raised || line.answers < clear_after + kAfterOthers) continue;
+    line.raised = false;
+    result.cleared.push_back({kLineLost, lines[i].subject, lines[i].subject + " answers"});
+  }
+}
+
+}  // namespace
+
+std::vector<RigLine> lines_of(const rig::RigFile& rig) {
+  std::vector<RigLine> lines;
+  line_at(lines, rig.chamber_line, "chamber").has_chamber = true;
+  std::size_t column = 0;
+  for (std::size_t i = 0; i < rig.thermometers.size(); ++i) {
+    const auto instrument = fmt::format("thermometer {}", i + 1);
+    auto& line = line_at(lines, rig.thermometers[i].line, instrument);
+    line.names.push_back(instrument);
+    for (const auto& channel : rig.thermometers[i].channels) {
+      line.names.push_back(channel);
+      line.thermometers.push_back(column++);
+    }
+  }
+  for (const auto& gyro : rig.gyro_lines) {
+    auto& line = line_at(lines, gyro.line, title_of(gyro, rig.units));
+    for (const auto& share : gyro.shares) {
+      line.units.push_back(share.unit);
+      line.names.push_back(rig.units[share.unit].info.name);
+    }
+  }
+  return lines;
+}
+
+RootResult find_roots(const std::vector<RigLine>& lines, RootMemory memory, const RootInputs& inputs) {
+  RootResult result{.memory = std::move(memory), .raised = {}, .cleared = {}, .roots = {}};
+  result.memory.lines.resize(lines.size());
+  std::vector<bool> silent;
+  for (const auto& line : lines) silent.push_back(is_silent(line, inputs.sample));
+  step_host(result, inputs);
+  step_lines(result, lines, silent, inputs.clear_after);
+  for (const auto& alarm : inputs.raised) {
+    auto& root = result.roots.emplace_back();
+    if (!is_silence(alarm.id)) continue;
+    if (result.memory.since_late) {
+      raise_host(result);
+      root = kHostLate;
+      continue;
+    }
+    for (const auto i : lost_lines(alarm, lines, silent, inputs.sample)) {
+      if (root.empty()) root = tag_of_line(lines[i]);
+      if (std::exchange(result.memory.lines[i].raised, true)) continue;
+      result.raised.push_back(
+          {kLineLost, lines[i].subject, fmt::format("no instrument on {} answers", lines[i].subject)});
+    }
+  }
+  if (result.memory.late >= kLateAlone) raise_host(result);
+  return result;
+}
+
+}  // namespace gyrotherm::run

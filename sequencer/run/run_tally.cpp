@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/run/run_tally.hpp"
+
+#include <fmt/format.h>
+
+#include "acquisition/record/record.hpp"
+#include "core/clock.hpp"
+
+namespace gyrotherm::run {
+namespace {
+
+std::string counted(std::int64_t count, const char* one, const char* many) {
+  return fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+std::string in_words(const record::AlarmCount& alarms) {
+  auto words = counted(alarms.occurrences, "alarm", "alarms");
+  if (alarms.occurrences > 1) words += fmt::format(" of {}", counted(alarms.tags, "kind", "kinds"));
+  if (alarms.unacknowledged > 0) words += fmt::format(" ({} unacknowledged)", alarms.unacknowledged);
+  return words;
+}
+
+std::string gaps_in_words(const RunTally& tally) {
+  const auto words = counted(tally.gaps, "gap", "gaps");
+  return tally.gaps == 0 ? words : fmt::format("{} of {} in all", words, spoken(std::chrono::seconds(tally.gap_s)));
+}
+
+}  // namespace
+
+void RunTally::see(RunState state) {
+  suspended_s += state == RunState::suspended ? 1 : 0;
+  held_s += state == RunState::held ? 1 : 0;
+}
+
+void RunTally::see_gap(std::int64_t first, std::int64_t last) {
+  ++gaps;
+  gap_s += last - first + 1;
+}
+
+RunTally tally_of(const record::Record& record, std::int64_t faulty_readings) {
+  RunTally tally{.faulty_readings = faulty_readings};
+  for (const auto state : record.state) tally.see(state);
+  for (const auto& gap : record.gaps) tally.see_gap(gap.first, gap.last);
+  return tally;
+}
+
+std::string in_words(const RunTally& tally, const record::AlarmCount& alarms) {
+  return fmt::format("{}, {}, {} suspended, {} held, {}",
+                     counted(tally.faulty_readings, "faulty reading", "faulty readings"), in_words(alarms),
+                     spoken(std::chrono::seconds(tally.suspended_s)), spoken(std::chrono::seconds(tally.held_s)),
+                     gaps_in_words(tally));
+}
+
+}  // namespace gyrotherm::run

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Counts what a person must know of a run that has ended: faulty readings, alarms, time without the profile's clock,
+/// and gaps. Values; one thread.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "acquisition/record/alarms.hpp"
+#include "core/sample.hpp"
+
+namespace gyrotherm::record {
+struct Record;
+}
+
+namespace gyrotherm::run {
+
+struct RunTally {
+  std::int64_t faulty_readings{};
+  std::int64_t suspended_s{};
+  std::int64_t held_s{};
+  std::int64_t gaps{};
+  std::int64_t gap_s{};
+  bool operator==(const RunTally&) const = default;
+
+  void see(RunState state);
+  void see_gap(std::int64_t first, std::int64_t last);
+};
+
+/// Counts what a record has: a resumed run continues from there.
+[[nodiscard]] RunTally tally_of(const record::Record& record, std::int64_t faulty_readings);
+
+/// Returns "1700 faulty readings, 54 alarms of 3 kinds (1 unacknowledged), 10 min 02 s suspended, 0 s held, 2 gaps of
+/// 14 s in all".
+[[nodiscard]] std::string in_words(const RunTally& tally, const record::AlarmCount& alarms);
+
+}  // namespace gyrotherm::run

@@ -48,8 +48,8 @@ MUTANTS = [
 
     # Lost channels.
     ("a lost channel is not told", "sequencer/interlocks/interlocks.cpp",
-     "auto lost = lost_thermometers(in, InterlockId::channel_lost, [](std::size_t) { return true; }, \"\");",
-     "Found lost;",
+     "auto lost = lost_thermometers(in, InterlockId::channel_lost, is_counted, \"\");",
+     "(void)is_counted;\n  Found lost;",
      "faults_test", shown_by("AThermometersLineCutThatTheAnalysisDoesNotNeed")),
     ("a channel that the analysis needs is lost without a word", "sequencer/interlocks/interlocks.cpp",
      "return lost_thermometers(in, InterlockId::needed_channel_lost, is_needed, \", which the analysis needs\");",

@@ -34,8 +34,16 @@ bool ChamberPort::shows_set_point(const drivers::ModbusRequest& request) const {
          request.address + request.count >= set_point_.address + word_count(set_point_);
 }
 
-/// A set point is read back by the next request that arrives; one that was not acknowledged may be tried again.
+bool ChamberPort::asks_identity(const drivers::ModbusRequest& request) const {
+  const auto& identity = registers_.map().identity;
+  const auto* item = identity ? registers_.map().find(identity->item) : nullptr;
+  return item != nullptr && reads(request.function) && request.address == item->address;
+}
+
+/// A set point is read back by the next request that arrives; one that was not acknowledged may be tried again. After a
+/// failure the program asks first which chamber answers.
 void ChamberPort::note(const drivers::ModbusRequest& request) {
+  if (asks_identity(request)) return;
   const auto sent = reads(request.function) ? std::nullopt : set_point_in(request);
   const bool is_another = sent && to_be_read_back_ && abs(*sent - *to_be_read_back_) >= Kelvins{1e-3};
   if (to_be_read_back_ && !sent && !(reads(request.function) && shows_set_point(request))) ++not_read_back_;

@@ -56,6 +56,7 @@ class ChamberPort {
  private:
   [[nodiscard]] std::optional<Celsius> set_point_in(const drivers::ModbusRequest& request) const;
   [[nodiscard]] bool shows_set_point(const drivers::ModbusRequest& request) const;
+  [[nodiscard]] bool asks_identity(const drivers::ModbusRequest& request) const;
   void note(const drivers::ModbusRequest& request);
   void clamp();
   void spoil(Bytes& answer);

@@ -154,6 +154,10 @@ interlocks::UnitLimits limits_of(const UnitSettings& unit, const std::vector<std
       .name = unit.info.name, .go_on_when_silent = unit.go_on_when_silent, .thermometers = {}};
   for (std::size_t i = 0; i < channels.size(); ++i)
     if (is_needed_by(unit.info, channels[i])) limits.thermometers.push_back(i);
+  for (std::size_t i = 0; i < unit.info.axes.size(); ++i)
+    limits.axes.push_back({.label = record::axis_label(unit.info, i),
+                           .arcsec_per_count = unit.info.axes[i].scale,
+                           .earth_rate = unit.info.axes[i].earth_rate});
   for (auto i = unit.info.values.size() - unit.analogue_values; i < unit.info.values.size(); ++i)
     limits.analogue.push_back(unit.info.values[i].name);
   return limits;

@@ -37,6 +37,7 @@ struct LaboratoryFaults {
     for (std::size_t i = 0; i < count; ++i) thermometers[i].place = i;
   }
   PlantFaults plant;
+  bool air_is_frozen{};  ///< the controller shows the last reading
   /// In the order of VirtualLaboratory::thermometer_names(); those beyond them are sound.
   std::vector<ThermometerFault> thermometers;
 };

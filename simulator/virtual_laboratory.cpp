@@ -102,6 +102,7 @@ struct VirtualLaboratory::Parts {
   std::vector<std::string> thermometer_names;
   std::vector<double> sound_c, shown_c;  ///< what the thermometers read, and show with their faults
   std::vector<ThermometerFault> thermometer_faults;
+  bool air_is_frozen = false;
   RandomStream air_noise;
   Celsius set_point;
   bool on = false;
@@ -140,7 +141,7 @@ void VirtualLaboratory::Parts::make_units(const LaboratoryParameters& type, Labo
 
 void VirtualLaboratory::Parts::measure_air() {
   const double measured_c = plant.sensed().value + plant_parameters.sensor_noise_k * air_noise.normal();
-  measured_air = {to_resolution(measured_c, plant_parameters.sensor_resolution_k)};
+  if (!air_is_frozen) measured_air = {to_resolution(measured_c, plant_parameters.sensor_resolution_k)};
 }
 
 void VirtualLaboratory::Parts::show_thermometers() {
@@ -204,6 +205,7 @@ void VirtualLaboratory::step() {
 
 void VirtualLaboratory::inject(const LaboratoryFaults& faults) {
   parts_->plant.inject(faults.plant);
+  parts_->air_is_frozen = faults.air_is_frozen;
   parts_->thermometer_faults = faults.thermometers;
   parts_->show_thermometers();
 }

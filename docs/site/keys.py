@@ -59,6 +59,7 @@ RIG = {
     "drivers/line/link_settings.cpp": {"read_link_settings": ["chamber.link", "analogue_input.link"]},
     "sequencer/interlocks/limits.cpp": {
         "read_limits:root": [""], "read_limits": ["limits"], "read_times": ["limits"],
+        "read_measurements": ["limits"],
         "read_own_limits": ["limits"], "read_own_limits:its": ["limits.channel.NAME"],
         "read_air_thermometers": ["limits"], "read_policy": ["policy"],
         "read_run_limits:root": [""], "read_run_limits": ["limits"], "read_run_limits:safe": ["safe"],

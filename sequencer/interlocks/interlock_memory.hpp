@@ -11,6 +11,8 @@
 #include "core/quantity.hpp"
 #include "core/sample.hpp"
 #include "sequencer/interlocks/limits.hpp"
+#include "sequencer/interlocks/liveness.hpp"
+#include "sequencer/interlocks/recent_causes.hpp"
 
 namespace gyrotherm::interlocks {
 
@@ -51,6 +53,7 @@ struct InterlockMemory {
     Duration unseen{};                    ///< since what shows it was last read
     Duration gone{};                      ///< how long it is not there, or not seen to be
     bool raised{};                        ///< its alarm
+    RecentCauses recent{};                ///< the last samples, with and without it
     Reaction reaction{};                  ///< what it asks for, of what cannot be seen as it was last seen
     std::optional<std::size_t> column{};  ///< which thermometer showed it
     std::string text{};                   ///< as last seen
@@ -63,6 +66,7 @@ struct InterlockMemory {
   [[nodiscard]] bool is_seen(InterlockId id) const;
   [[nodiscard]] bool is_seen(InterlockId id, const std::string& subject) const;
   [[nodiscard]] bool stands(InterlockId id) const;
+  LivenessMemory liveness{};
   bool chamber_answered = true;  ///< in the sample before
   bool activity_seen = true;     ///< the chamber has said what it does since it was last silent
   Trend air;

@@ -8,44 +8,10 @@
 #include <cmath>
 #include <utility>
 
+#include "sequencer/interlocks/check_inputs.hpp"
+#include "sequencer/interlocks/measurement_checks.hpp"
+
 namespace gyrotherm::interlocks {
-
-/// One second, with this sample already in the memory's trends; its clocks, and whether the chamber answered, are still
-/// those of the second before.
-struct CheckInputs {
-  const InterlockLimits& limits;
-  const InterlockMemory& memory;
-  const Sample& sample;
-  const InterlockInputs& around;
-  Ranks ranks;
-
-  [[nodiscard]] const ChamberState* chamber() const { return sample.chamber.value ? &*sample.chamber.value : nullptr; }
-  /// The cause was there a second ago.
-  [[nodiscard]] bool stood(InterlockId id) const { return memory.is_seen(id); }
-  [[nodiscard]] bool is_dropped(std::size_t unit) const { return unit < around.dropped.size() && around.dropped[unit]; }
-  [[nodiscard]] bool goes_on_without(std::size_t unit) const {
-    return unit < limits.units.size() && limits.units[unit].go_on_when_silent;
-  }
-  [[nodiscard]] std::string unit(std::size_t unit) const {
-    return unit < limits.units.size() ? limits.units[unit].name : std::to_string(unit + 1);
-  }
-  /// A unit that is not dropped needs the thermometer.
-  [[nodiscard]] bool is_needed(std::size_t column) const {
-    for (std::size_t i = 0; i < limits.units.size(); ++i)
-      if (!is_dropped(i) && std::ranges::count(limits.units[i].thermometers, column) > 0) return true;
-    return false;
-  }
-  [[nodiscard]] std::string channel(std::size_t column) const {
-    return column < limits.channels.size() ? "thermometer " + limits.channels[column] : "a thermometer";
-  }
-  /// Returns the name under which alarms of this thermometer are kept.
-  [[nodiscard]] std::string subject(std::size_t column) const {
-    return column < limits.channels.size() ? limits.channels[column] : std::to_string(column + 1);
-  }
-  [[nodiscard]] CheckResult of_thermometer(std::size_t column, std::string text) const {
-    return {.text = std::move(text), .column = column, .subject = subject(column)};
-  }
-};
 
 namespace {
 
@@ -175,7 +141,7 @@ Found stuck(const CheckInputs& in) {
 // ---- silence --------------------------------------------------------------------------------------------------------
 
 Found chamber_silent(const CheckInputs& in) { return in.chamber() ? Found{} : found("chamber silent"); }
-/// The units that say nothing and should, and how many there are at all that should.
+/// The units that say nothing and should, and how many there are at all that should. A dead one has its own alarm.
 struct SilentUnits {
   std::vector<std::size_t> silent;
   std::size_t all{};
@@ -186,7 +152,7 @@ SilentUnits silent_units(const CheckInputs& in) {
   for (std::size_t i = 0; i < in.sample.units.size() && !in.around.gyro_is_off; ++i) {
     if (in.is_dropped(i)) continue;
     ++units.all;
-    if (!in.sample.units[i].count.value) units.silent.push_back(i);
+    if (!in.sample.units[i].count.value && !in.is_dead(i)) units.silent.push_back(i);
   }
   return units;
 }
@@ -251,8 +217,8 @@ Found lost_thermometers(const CheckInputs& in, InterlockId id, auto counts, cons
 
 /// The analogue channels of the units are among them.
 Found channel_lost(const CheckInputs& in) {
-  auto lost = lost_thermometers(
-      in, InterlockId::channel_lost, [](std::size_t) { return true; }, "");
+  const auto is_counted = [&](std::size_t i) { return !in.is_frozen(i); };
+  auto lost = lost_thermometers(in, InterlockId::channel_lost, is_counted, "");
   for (std::size_t unit = 0; unit < in.sample.units.size(); ++unit) {
     const auto& analogue = in.sample.units[unit].analogue;
     for (std::size_t i = 0; i < analogue.size() && unit < in.limits.units.size(); ++i) {
@@ -265,7 +231,7 @@ Found channel_lost(const CheckInputs& in) {
 }
 
 Found needed_channel_lost(const CheckInputs& in) {
-  const auto is_needed = [&](std::size_t i) { return in.is_needed(i); };
+  const auto is_needed = [&](std::size_t i) { return in.is_needed(i) && !in.is_frozen(i); };
   return lost_thermometers(in, InterlockId::needed_channel_lost, is_needed, ", which the analysis needs");
 }
 
@@ -417,7 +383,7 @@ bool no_others(const CheckInputs& in, const Watch& watch) {
 
 using L = InterlockLimits;
 constexpr Confirmation kSeveralReadings{.samples_limit = &L::confirming_samples};
-constexpr Confirmation kSilence{.after_limit = &L::suspend_after};
+constexpr Confirmation kSilence{.after_limit = &L::suspend_after, .in_a_row = true};
 
 // clang-format off
 constexpr std::array<Interlock, kInterlocks> kTable{{
@@ -459,10 +425,17 @@ constexpr std::array<Interlock, kInterlocks> kTable{{
     {.id = InterlockId::following, .name = "following", .usual = Reaction::suspend,
      .confirmation = {.after_limit = &L::follow_time, .samples = 2}, .limits = "chamber_lag follow_band follow_time",
      .check = following, .unread = no_chamber},
+    {.id = InterlockId::frozen, .name = "frozen", .usual = Reaction::suspend, .limits = "frozen_after",
+     .check = frozen},
+    {.id = InterlockId::gyro_dead, .name = "gyro_dead", .usual = Reaction::suspend,
+     .limits = "gyro_dead_after gyro_band", .check = gyro_dead},
+    {.id = InterlockId::no_thermal_response, .name = "no_thermal_response", .usual = Reaction::hold,
+     .confirmation = {.after_limit = &L::response_time, .samples = 2}, .limits = "response_step response_time",
+     .check = no_thermal_response},
     {.id = InterlockId::another_instrument, .name = "another_instrument", .usual = Reaction::hold,
      .check = another_instrument},
     {.id = InterlockId::foreign_set_point, .name = "foreign_set_point", .usual = Reaction::suspend,
-     .confirmation = {.samples = 2}, .check = foreign_set_point},
+     .confirmation = kSeveralReadings, .limits = "confirming_samples", .check = foreign_set_point},
     {.id = InterlockId::restarted, .name = "restarted", .usual = Reaction::suspend,
      .check = restarted, .unread = no_chamber},
     {.id = InterlockId::restarted_off, .name = "restarted_off", .usual = Reaction::hold,
@@ -479,6 +452,8 @@ constexpr std::array<Interlock, kInterlocks> kTable{{
      .confirmation = {.after = seconds(60), .samples = 60}, .limits = "disagreement",
      .check = disagreement, .unread = no_others},
     {.id = InterlockId::stuck, .name = "stuck", .usual = Reaction::warn, .check = stuck, .unread = no_others},
+    {.id = InterlockId::drifting, .name = "drifting", .usual = Reaction::warn,
+     .confirmation = {.after = seconds(30), .samples = 30}, .limits = "drift", .check = drifting, .unread = no_value},
     {.id = InterlockId::wall_clock, .name = "wall_clock", .usual = Reaction::warn, .check = wall_clock},
 }};
 // clang-format on
@@ -495,13 +470,19 @@ static_assert(in_order(), "each interlock has its row, in the order of their nam
 /// What the interlock asks for, now that it acts.
 Reaction reaction_of(const InterlockLimits& limits, const Interlock& row, const CheckResult& found, Duration stands) {
   const bool lost = row.lost_after != nullptr && stands >= limits.*row.lost_after;
-  return found.grave || lost ? Reaction::abort : limits.policy[static_cast<std::size_t>(row.id)];
+  return found.grave || lost ? Reaction::abort
+                             : std::min(found.at_most, limits.policy[static_cast<std::size_t>(row.id)]);
 }
 
-bool is_confirmed(const InterlockLimits& limits, const Confirmation& needs, const InterlockMemory::Watch& watch) {
+/// Counts one sample that was read, with or without the cause. Returns true if the interlock acts: its cause was there
+/// in so many of twice as many samples, and for so much of twice the time; or in a row.
+bool is_confirmed(const InterlockLimits& limits, const Confirmation& needs, bool found, Duration elapsed,
+                  InterlockMemory::Watch& watch) {
   const auto after = needs.after_limit != nullptr ? limits.*needs.after_limit : needs.after;
   const auto samples = needs.samples_limit != nullptr ? limits.*needs.samples_limit : needs.samples;
-  return watch.standing >= after && watch.samples >= samples;
+  watch.recent.add(found, elapsed, 2 * samples, after * 2);
+  if (needs.in_a_row) return found && watch.standing >= after;
+  return found && watch.recent.time() >= after && watch.recent.samples() >= samples;
 }
 
 /// What is not there, or can no longer be seen.
@@ -510,6 +491,7 @@ void clear_in_time(const InterlockLimits& limits, InterlockId id, Duration elaps
   watch.gone += elapsed;
   if (!watch.raised || watch.gone < limits.clear_after) return;
   watch.raised = false;
+  watch.recent.forget();
   cleared.push_back({id, Reaction::go_on, watch.text, watch.subject});
 }
 
@@ -544,15 +526,17 @@ void step(const InterlockLimits& limits, const Interlock& row, const CheckResult
   if (!found) {
     watch.standing = {};
     watch.samples = 0;
+    (void)is_confirmed(limits, row.confirmation, false, elapsed, watch);
     return clear_in_time(limits, row.id, elapsed, watch, judged.cleared);
   }
   watch.gone = {};
-  watch.standing += longer(watch, elapsed, inputs) + (unseen <= limits.suspend_after ? unseen : Duration{});
+  const auto covered = longer(watch, elapsed, inputs) + (unseen <= limits.suspend_after ? unseen : Duration{});
+  watch.standing += covered;
   ++watch.samples;
   watch.column = found->column;
   const bool is_news = !watch.raised || watch.text != found->text;
   watch.text = found->text;
-  if (!is_confirmed(limits, row.confirmation, watch)) return;
+  if (!is_confirmed(limits, row.confirmation, true, covered, watch)) return;
   watch.reaction = reaction_of(limits, row, *found, watch.standing);
   if (row.is_never_over && !is_news) watch.reaction = std::min(watch.reaction, Reaction::warn);
   if (row.lost_after != nullptr) watch.text += " for " + spoken(watch.standing);
@@ -578,7 +562,8 @@ void step(const InterlockLimits& limits, const Interlock& row, const Verdict& ve
     const auto* found = one != verdict.found.end() ? &*one : nullptr;
     step(limits, row, found, i < verdict.unread.size() && verdict.unread[i], elapsed, inputs, watches[i], judged);
   }
-  std::erase_if(watches, [](const Watch& watch) { return !watch.raised && watch.samples == 0; });
+  std::erase_if(watches,
+                [](const Watch& watch) { return !watch.raised && watch.samples == 0 && watch.recent.samples() == 0; });
 }
 
 }  // namespace
@@ -604,9 +589,18 @@ const char* name(Reaction reaction) {
 
 InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample, Duration elapsed,
                       const InterlockInputs& inputs) {
-  remember(limits, sample, elapsed, inputs.missed > Duration{}, memory);
+  remember(limits, sample,
+           {.elapsed = elapsed - inputs.missed,
+            .missed = inputs.missed,
+            .gyro_is_off = inputs.gyro_is_off,
+            .units_are_moved = inputs.units_are_moved,
+            .is_turned = inputs.is_turned},
+           memory.liveness);
+  Sample alive = sample;
+  take_out_dead(limits, memory.liveness, alive);
+  remember(limits, alive, elapsed, inputs.missed > Duration{}, memory);
   std::array<Verdict, kInterlocks> verdicts;
-  const CheckInputs second{limits, memory, sample, inputs, Ranks(sample)};
+  const CheckInputs second{limits, memory, alive, inputs, Ranks(alive)};
   for (std::size_t i = 0; i < kInterlocks; ++i) {
     verdicts[i].found = kTable[i].check(second);
     for (const auto& watch : memory.watches[i])

@@ -34,6 +34,8 @@ struct InterlockInputs {
   std::map<std::string, std::string> guard_troubles{};
   std::vector<std::string> strangers{};  ///< instruments that answer in place of others
   bool gyro_is_off{};                    ///< by the profile's own wish, so that its silence is no fault
+  bool units_are_moved{};                ///< people may be turning them
+  bool is_turned{};                      ///< input axes point the other way
   std::vector<bool> dropped{};           ///< units under test that an operator has dropped; empty: none
 };
 
@@ -43,16 +45,19 @@ struct CheckResult {
   bool grave = false;                      ///< ends the run whatever the policy is
   std::optional<std::size_t> column = {};  ///< which thermometer shows it
   std::string subject = {};                ///< channel, unit, instrument; may be empty
+  Reaction at_most = Reaction::abort;      ///< however severe the policy is
 };
 
 struct CheckInputs;
 
-/// How long, and in how many samples, a cause is there before its interlock acts: a number or a key of [limits].
+/// Gives, as a number or a key of [limits], for how long and in how many samples a cause must be there before its
+/// interlock acts: within the last 2 × `samples` samples and the last 2 × `after`, or, if `in_a_row`, without a break.
 struct Confirmation {
   Duration after{};
   Duration InterlockLimits::*after_limit = nullptr;
   int samples = 1;
   int InterlockLimits::*samples_limit = nullptr;
+  bool in_a_row = false;
 };
 
 /// One row of the table of interlocks.

@@ -49,6 +49,16 @@ void read_times(const TomlTable& table, InterlockLimits& limits) {
   limits.clear_after = read_time(table, "clear_after", limits.clear_after);
 }
 
+void read_measurements(const TomlTable& table, InterlockLimits& limits) {
+  limits.frozen_after = read_time(table, "frozen_after", limits.frozen_after);
+  limits.gyro_dead_after = read_time(table, "gyro_dead_after", limits.gyro_dead_after);
+  limits.gyro_band.value = table.number("gyro_band", limits.gyro_band.value);
+  if (!(limits.gyro_band.value > 0)) table.mistake("gyro_band", "expected more than 0 °/h");
+  limits.response_step = read_band(table, "response_step", limits.response_step);
+  limits.response_time = read_time(table, "response_time", limits.response_time);
+  limits.drift = read_band(table, "drift", limits.drift);
+}
+
 std::size_t column_of(const std::vector<std::string>& channels, const std::string& name) {
   return static_cast<std::size_t>(std::find(channels.begin(), channels.end(), name) - channels.begin());
 }
@@ -123,6 +133,7 @@ InterlockLimits read_limits(const TomlTable& root, const std::vector<std::string
   limits.chamber_disagreement = read_band(table, "chamber_disagreement", limits.chamber_disagreement);
   limits.follow_band = read_band(table, "follow_band", limits.follow_band);
   read_times(table, limits);
+  read_measurements(table, limits);
   read_own_limits(table, limits);
   read_air_thermometers(table, limits);
   read_policy(root.table("policy"), limits.policy);

@@ -6,6 +6,7 @@
 #include <array>
 #include <chrono>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,9 @@ enum class InterlockId {
   air_rate,
   thermometer_rate,
   following,
+  frozen,
+  gyro_dead,
+  no_thermal_response,
   another_instrument,
   foreign_set_point,
   restarted,
@@ -51,6 +55,7 @@ enum class InterlockId {
   channel_lost,
   disagreement,
   stuck,
+  drifting,
   wall_clock,
   end  ///< is none: it counts them
 };
@@ -67,11 +72,19 @@ struct ThermometerLimits {
   Celsius highest{100};
 };
 
+/// One input axis of a unit under test.
+struct AxisLimits {
+  std::string label;  ///< "gyro", "u1.x"
+  double arcsec_per_count{};
+  std::optional<DegreesPerHour> earth_rate{};  ///< on the axis; unknown: nothing
+};
+
 /// One of the units under test.
 struct UnitLimits {
   std::string name;
   bool go_on_when_silent{};                 ///< the run goes on for the others
   std::vector<std::size_t> thermometers{};  ///< columns of those that its analysis cannot do without
+  std::vector<AxisLimits> axes{};           ///< in the sample's order; may be empty
   std::vector<std::string> analogue{};      ///< names of what analogue inputs measure of it, in the sample's order
 };
 
@@ -115,6 +128,13 @@ struct InterlockLimits {
   Duration chamber_lag = std::chrono::minutes(2);  ///< first-order, of the air behind the set point
   Kelvins follow_band{2};
   Duration follow_time = std::chrono::minutes(5);
+
+  Duration frozen_after = std::chrono::seconds(60);     ///< readings identical for at least so long
+  Duration gyro_dead_after = std::chrono::seconds(60);  ///< likewise counts, or none; the rate's mean is of so long
+  DegreesPerHour gyro_band{1000};                       ///< between the rate at rest and the Earth's
+  Kelvins response_step{20};                            ///< of air or set point, which thermometers follow …
+  Duration response_time = std::chrono::minutes(30);    ///< … within this time
+  Kelvins drift{1.5};                                   ///< of a thermometer's jump
 
   Duration backlog = std::chrono::seconds(60);      ///< how far the record may be behind before it is an alarm
   Duration clear_after = std::chrono::seconds(10);  ///< an alarm is over when its cause has been gone for so long

@@ -308,6 +308,8 @@ interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration
   around.guard_troubles = guard_troubles_;
   around.strangers = rig_.io().strangers();
   around.gyro_is_off = unit_may_be_off(profile_, state_);
+  around.units_are_moved = run_state() == RunState::held;
+  around.is_turned = profile_.segments[static_cast<std::size_t>(position_of(profile_, state_).segment)].unit.turned;
   around.dropped = dropped_.all();
   return around;
 }
@@ -384,7 +386,7 @@ profile::Observation RunController::observation(const Sample& sample) const {
   const auto& sensor = soak_sensor(profile_, state_);
   profile::Observation seen{.elapsed = kSecond, .air = {}, .slope = {}};
   if (sensor == "air") {
-    if (sample.chamber.value) seen.air = sample.chamber.value->air;
+    if (sample.chamber.value && !memory_.liveness.air.frozen) seen.air = sample.chamber.value->air;
     seen.slope = memory_.air.rate();
     return seen;
   }
@@ -469,12 +471,15 @@ Result<RunOutcome> RunController::tick(std::int64_t slot) {
   sample.progress = position_of(profile_, state_);
   note_changes(sample);
   const auto demand = judge_second(sample, missed);
+  take_out_dead(rig_.file().limits, memory_.liveness, sample);
   step_machine(sample, demand, missed);
   sample.state = run_state();
   tally_.see(sample.state);
-  if (sample.chamber.value) air_ = sample.chamber.value->air;
+  if (sample.chamber.value && !memory_.liveness.air.frozen) air_ = sample.chamber.value->air;
   step_profile(sample);
   command_chamber(sample);
+  if (sample.chamber.value && memory_.liveness.air.frozen)
+    sample.chamber.value = failure(FaultKind::out_of_range, "", "its air is frozen");
   if (run_state() == RunState::aborted) note(EventKind::interlock, end_cause());
 
   if (auto stored = store_.append(sample, events_); !stored) return failure(stored.error());

@@ -72,7 +72,7 @@ MUTANTS = [
 
     # Lost channels.
     ("a lost channel is not told", "sequencer/interlocks/interlocks.cpp",
-     "in, InterlockId::channel_lost, [](std::size_t) { return true; }, \"\");",
+     "in, InterlockId::channel_lost, is_counted, \"\");",
      "in, InterlockId::channel_lost, [](std::size_t) { return false; }, \"\");",
      "faults_test", shown_by("AThermometersLineCutThatTheAnalysisDoesNotNeed")),
     ("a channel that the analysis needs is lost without a word", "sequencer/interlocks/interlocks.cpp",

@@ -182,8 +182,8 @@ TEST(RigFile, AMissingRegisterMapIsNamed) {
 }
 
 TEST(RigFile, ALimitThatWouldEndEveryRunIsAMistake) {
-  for (const auto* line :
-       {"confirming_samples = 0", "suspend_after = \"0 s\"", "gyro_lost = \"0 s\"", "air_lowest = 200"})
+  for (const auto* line : {"confirming_samples = 0", "suspend_after = \"0 s\"", "gyro_lost = \"0 s\"",
+                           "air_lowest = 200", "gyro_band = 0", "frozen_after = \"0 s\"", "response_step = 0"})
     EXPECT_NE(mistake_in(replaced(virtual_rig(), "[limits]\n", "[limits]\n" + std::string(line) + "\n")), "") << line;
 }
 
@@ -243,6 +243,12 @@ gyro_lost = "61 min"
 chamber_lag = "3 min"
 follow_band = 3
 follow_time = "6 min"
+frozen_after = "62 s"
+gyro_dead_after = "63 s"
+gyro_band = 5
+response_step = 25
+response_time = "31 min"
+drift = 2
 backlog = "61 s"
 clear_after = "11 s"
 resume_delay = "12 s"
@@ -270,6 +276,12 @@ longest_return = "5 h"
   EXPECT_EQ(limits.chamber_lag, 3min);
   EXPECT_EQ(limits.follow_band, Kelvins{3});
   EXPECT_EQ(limits.follow_time, 6min);
+  EXPECT_EQ(limits.frozen_after, 62s);
+  EXPECT_EQ(limits.gyro_dead_after, 63s);
+  EXPECT_EQ(limits.gyro_band, DegreesPerHour{5});
+  EXPECT_EQ(limits.response_step, Kelvins{25});
+  EXPECT_EQ(limits.response_time, 31min);
+  EXPECT_EQ(limits.drift, Kelvins{2});
   EXPECT_EQ(limits.backlog, 61s);
   EXPECT_EQ(limits.clear_after, 11s);
   EXPECT_EQ(rig->run_limits.resume_delay, 12s);
@@ -301,6 +313,11 @@ TEST(RigFile, ALimitThatIsNotSaidIsTheDocumentedOne) {
   EXPECT_EQ(limits.chamber_lag, 2min);
   EXPECT_EQ(limits.follow_band, Kelvins{2});
   EXPECT_EQ(limits.follow_time, 5min);
+  for (const auto time : {limits.frozen_after, limits.gyro_dead_after}) EXPECT_EQ(time, 60s);
+  EXPECT_EQ(limits.gyro_band, DegreesPerHour{1000});
+  EXPECT_EQ(limits.response_step, Kelvins{20});
+  EXPECT_EQ(limits.response_time, 30min);
+  EXPECT_EQ(limits.drift, Kelvins{1.5});
   EXPECT_EQ(limits.backlog, 60s);
   for (const auto delay : {limits.clear_after, rig->run_limits.resume_delay}) EXPECT_EQ(delay, 10s);
   EXPECT_EQ(rig->run_limits.longest_suspended, 2h);

@@ -109,7 +109,8 @@ std::vector<BrokenThing> what_ends_a_run() {
            .at = kFirstHold,
            .breaks = [](D& d) { thermometer_off_by(d, 14); },
            .acts_within = 1200,
-           .setting = {.segments = kSoak}},
+           .setting = {.segments = kSoak},
+           .also = {interlocks::InterlockId::drifting}},
           {.shows = "AProgramEndedAtThePanel",
            .cause = interlocks::InterlockId::program,
            .reaction = interlocks::Reaction::abort,
@@ -226,6 +227,51 @@ std::vector<BrokenThing> what_the_chamber_does() {
        .breaks = [](D& d) { plant(d, [](simulator::LaboratoryFaults& faults) { faults.plant.heating_share = 0; }); },
        .acts_within = 900,
        .setting = with([](rig::RigFile& file) { file.limits.air_lowest = {19.5}; })}};
+}
+
+/// They show what they show now until they are mended.
+void freeze_thermometers(D& d, std::size_t count) {
+  const auto shown = d.plant().laboratory().thermometers_as_measured_c();
+  plant(d, [&](simulator::LaboratoryFaults& faults) {
+    for (std::size_t i = 0; i < count; ++i) faults.thermometers[i].shown_c = shown[i];
+  });
+}
+
+std::vector<BrokenThing> what_no_longer_measures() {
+  return {{.shows = "AFrozenScanner",
+           .cause = interlocks::InterlockId::frozen,
+           .reaction = interlocks::Reaction::suspend,
+           .at = kHold,
+           .breaks = [](D& d) { freeze_thermometers(d, 8); },
+           .acts_within = 130,
+           .mends = all_sound},
+          {.shows = "AFrozenSensorOfTheAir",
+           .cause = interlocks::InterlockId::frozen,
+           .reaction = interlocks::Reaction::suspend,
+           .at = kHold,
+           .breaks = [](D& d) { plant(d, [](simulator::LaboratoryFaults& faults) { faults.air_is_frozen = true; }); },
+           .acts_within = 400,
+           .mends = all_sound},
+          {.shows = "AGyroThatCountsNothing",
+           .cause = interlocks::InterlockId::gyro_dead,
+           .reaction = interlocks::Reaction::suspend,
+           .at = kRamp,
+           .breaks = [](D& d) { d.plant().gyro().trouble.dead = true; },
+           .acts_within = 65,
+           .mends = [](D& d) { d.plant().gyro().trouble.dead = false; }},
+          {.shows = "ThermometersOutsideTheChamber",
+           .cause = interlocks::InterlockId::no_thermal_response,
+           .reaction = interlocks::Reaction::hold,
+           .at = kFirstHold,
+           .breaks = [](D& d) { freeze_thermometers(d, 9); },
+           .acts_within = 1000,
+           .mends = all_sound,
+           .setting = with([](rig::RigFile& file) {
+             file.limits.frozen_after = std::chrono::hours(10);
+             file.limits.response_step = {15};
+             file.limits.response_time = std::chrono::minutes(5);
+             file.limits.thermometers_fastest = {1000};
+           })}};
 }
 
 std::vector<BrokenThing> what_becomes_of_set_points() {
@@ -375,7 +421,16 @@ std::vector<BrokenThing> what_only_warns() {
            .setting = with([](rig::RigFile& file) {
              file.limits.disagreement = {30};
              file.limits.thermometers_fastest = {50};
-           })},
+           }),
+           .also = {interlocks::InterlockId::drifting}},
+          {.shows = "AThermometerThatJumps",
+           .cause = interlocks::InterlockId::drifting,
+           .reaction = interlocks::Reaction::warn,
+           .at = kFirstHold,
+           .breaks = [](D& d) { thermometer_off_by(d, 3); },
+           .acts_within = 31,
+           .mends = all_sound,
+           .over_within = 12},
           {.shows = "AFrozenThermometer",
            .cause = interlocks::InterlockId::stuck,
            .reaction = interlocks::Reaction::warn,
@@ -403,8 +458,8 @@ const std::vector<BrokenThing>& broken_things() {
   static const std::vector<BrokenThing> all = [] {
     std::vector<BrokenThing> things;
     for (const auto& some :
-         {what_ends_a_run(), what_the_chambers_sensor_does(), what_falls_silent(), what_the_chamber_does(),
-          what_becomes_of_set_points(), what_computers_do(), what_only_warns()})
+         {what_ends_a_run(), what_the_chambers_sensor_does(), what_falls_silent(), what_no_longer_measures(),
+          what_the_chamber_does(), what_becomes_of_set_points(), what_computers_do(), what_only_warns()})
       things.insert(things.end(), some.begin(), some.end());
     return things;
   }();

@@ -168,6 +168,46 @@ TEST(Interlocks, AChamberThatKeepsWholeKelvinsIsDrivenAndMadeSafeAllTheSame) {
   EXPECT_EQ(BreakableRun::alarms_in(d.record()).size(), 1u);
 }
 
+/// Another client writes 65 °C for a second of every two.
+TEST(Interlocks, SuspendWithinSecondsWhenSetPointFlickers) {
+  BreakableRun d({});
+  d.seconds(900);
+  int seconds = 0;
+  for (; seconds < 60 && d.run_controller().run_state() == RunState::execute; ++seconds) {
+    d.plant().laboratory().command({seconds % 2 == 0 ? 65.0 : 40.0});
+    d.seconds(1);
+  }
+  EXPECT_LE(seconds, 4);
+  EXPECT_EQ(d.run_controller().run_state(), RunState::suspended);
+}
+
+/// Thermometers H and shell, on their way up a ramp.
+TEST(Interlocks, NameBothThermometersThatWereExchanged) {
+  BreakableRun d({.rig = [](rig::RigFile& file) { file.limits.drift = {0.5}; }});
+  d.seconds(560);
+  d.break_plant([](simulator::LaboratoryFaults& faults) {
+    std::swap(faults.thermometers[7].place, faults.thermometers[8].place);
+  });
+  d.seconds(60);
+  const auto alarms = BreakableRun::alarms_in(d.record());
+  ASSERT_EQ(alarms.size(), 2u);
+  for (const auto& alarm : alarms) EXPECT_EQ(alarm.cause, "drifting");
+}
+
+/// What it stored before it was found out is the price of finding it out; from then on there is nothing.
+TEST(Interlocks, StoreNoReadingOfAFrozenInstrumentAndNoCountOfADeadGyro) {
+  BreakableRun d({});
+  d.seconds(900);
+  that_shows(interlocks::InterlockId::gyro_dead).breaks(d);
+  d.seconds(70);
+  that_shows(interlocks::InterlockId::frozen).breaks(d);
+  d.seconds(130);
+  const auto& last = d.run_controller().last();
+  for (std::size_t i = 0; i < 8; ++i) EXPECT_FALSE(last.thermometers[i].value) << i;
+  EXPECT_TRUE(last.thermometers[8].value) << "another instrument";
+  EXPECT_FALSE(last.units[0].count.value);
+}
+
 TEST(Interlocks, AWaitThatDoesNotEndEndsTheRun) {
   for (const auto cause : {interlocks::InterlockId::door, interlocks::InterlockId::slept}) {
     const auto& broken = that_shows(cause);

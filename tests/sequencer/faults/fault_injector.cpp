@@ -27,11 +27,12 @@ bool is_of_program(InjectedFaultKind kind) {
 
 std::vector<InjectedFault> FaultInjector::pass(std::int64_t second) {
   std::vector<InjectedFault> of_program;
+  second_ = second;
   const auto before = standing_.size();
   for (std::size_t i = standing_.size(); i-- > 0;) {
     if (standing_[i].at + standing_[i].lasts > second) continue;
     standing_.erase(standing_.begin() + static_cast<std::ptrdiff_t>(i));
-    frozen_.erase(frozen_.begin() + static_cast<std::ptrdiff_t>(i));
+    shown_then_.erase(shown_then_.begin() + static_cast<std::ptrdiff_t>(i));
   }
   bool changed = standing_.size() != before;
   for (; next_ < schedule_.size() && schedule_[next_].at <= second; ++next_) {
@@ -49,13 +50,12 @@ std::vector<InjectedFault> FaultInjector::pass(std::int64_t second) {
     auto lasting = fault;
     lasting.at = second;
     lasting.lasts = std::max<std::int64_t>(lasting.lasts, 1);
-    const auto channel = static_cast<std::size_t>(fault.target) % simulator::kThermalPlaces;
-    frozen_.push_back(fault.kind == Kind::air_sensor_frozen
-                          ? plant_.laboratory().air_as_measured().value
-                          : plant_.laboratory().thermometers_as_measured_c()[channel]);
+    const auto shown = plant_.laboratory().thermometers_as_measured_c();
+    shown_then_.emplace_back(shown.begin(), shown.end()).push_back(plant_.laboratory().air_as_measured().value);
     standing_.push_back(lasting);
   }
-  if (changed) settle(), last_change_ = second;
+  if (changed) last_change_ = second;
+  if (changed || std::ranges::count(standing_, Kind::thermometer_alternates, &InjectedFault::kind) > 0) settle();
   return of_program;
 }
 
@@ -89,10 +89,18 @@ void FaultInjector::settle() {
     tripped = tripped || (fault.kind == Kind::limiter_trips && fault.at <= last_change_);
   for (std::size_t i = 0; i < standing_.size(); ++i) stand(standing_[i]);
   for (std::size_t i = 0; i < standing_.size(); ++i) {
-    const auto channel = static_cast<std::size_t>(standing_[i].target) % simulator::kThermalPlaces;
+    const auto target = static_cast<std::size_t>(standing_[i].target);
+    const auto channel = target % simulator::kThermalPlaces;
+    const auto& then = shown_then_[i];
     auto& shown_c = plant_.faults.plant.sensor_c;
-    if (standing_[i].kind == Kind::air_sensor_frozen && !shown_c) shown_c = frozen_[i];  // one that is broken shows it
-    if (standing_[i].kind == Kind::thermometer_stuck) plant_.faults.thermometers[channel].shown_c = frozen_[i];
+    if (standing_[i].kind == Kind::air_sensor_frozen && !shown_c) {  // one that is broken shows it
+      shown_c = then.back();
+      plant_.faults.air_is_frozen = true;
+    }
+    if (standing_[i].kind == Kind::thermometer_stuck) plant_.faults.thermometers[channel].shown_c = then[channel];
+    if (standing_[i].kind != Kind::thermometers_frozen) continue;
+    for (const auto place : plant_.places(target % plant_.thermometer_count()))
+      plant_.faults.thermometers[place].shown_c = then[place];
   }
   double condition = 0;  // one code: the gravest
   for (const auto& fault : standing_)
@@ -150,6 +158,7 @@ void FaultInjector::stand_on_line(const InjectedFault& fault) {
     case Kind::gyro_garbled: gyro.trouble.garbled = fault.size; return;
     case Kind::gyro_loses_frames: gyro.trouble.lost = fault.size; return;
     case Kind::gyro_bursts: gyro.trouble.held_back = true; return;
+    case Kind::gyro_dead: gyro.trouble.dead = true; return;
     default: return;
   }
 }
@@ -177,6 +186,9 @@ void FaultInjector::stand_in_thermometer(const InjectedFault& fault) {
     case Kind::thermometer_open: shown.shown_c = kOpenC; return;
     case Kind::thermometer_short: shown.shown_c = kShortC; return;
     case Kind::thermometer_lost: shown.shown_c = kNoNumber; return;
+    case Kind::thermometer_alternates:
+      if (second_ % 2 == 0) shown.shown_c = fault.size;
+      return;
     case Kind::thermometer_spike:
     case Kind::thermometer_drift: shown.error_k += fault.size; return;
     case Kind::thermometers_swapped:

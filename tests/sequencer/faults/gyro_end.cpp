@@ -2,6 +2,7 @@
 #include "tests/sequencer/faults/gyro_end.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace gyrotherm::faults {
 namespace {
@@ -45,6 +46,9 @@ GyroEnd::Sent GyroEnd::now() const {
 
 void GyroEnd::send_frame() {
   auto sent = now();
+  const auto before = std::exchange(before_, sent);
+  for (std::size_t i = 0; i < before.pulses.size() && trouble.dead; ++i)
+    origin_.pulses[i] += sent.pulses[i] - before.pulses[i];
   sent.device_time_us -= origin_.device_time_us;
   std::vector<double> pulses;
   for (std::size_t i = 0; i < sent.pulses.size(); ++i)

@@ -17,6 +17,7 @@ namespace gyrotherm::faults {
 struct GyroTrouble {
   double garbled{}, lost{};  ///< shares of the frames
   bool held_back{};          ///< frames wait, and come all at once when this is over
+  bool dead{};               ///< its counters stand still
 };
 
 class GyroEnd {
@@ -52,6 +53,7 @@ class GyroEnd {
   simulator::StreamWriter writer_;
   LineEnd line_;
   Sent origin_;  ///< where its counters were at zero
+  Sent before_;  ///< a second ago
   Bytes held_back_;
   std::vector<Sent> held_frames_;
   std::deque<Sent> frames_;  ///< the last ones that came

@@ -93,6 +93,7 @@ void Invariants::life_begins(std::int64_t last_recorded) {
   quiet_ticks_ = {};
   storage_told_ = false;
   lost_channels_.clear();
+  begin_liveness_anew();
 }
 
 bool Invariants::stands(InjectedFaultKind first, InjectedFaultKind last) const {
@@ -253,7 +254,8 @@ void Invariants::judge_channels(std::int64_t second, const RecordingStore& recor
     const auto& name = file_.limits.channels[i];
     lost = sample.thermometers[i].value ? LostChannel{} : LostChannel{lost.ticks + 1, lost.told};
     for (const auto& event : recording.events())
-      lost.told = lost.told || (event.kind == EventKind::fault && event.about.channel == name);
+      lost.told = lost.told || (event.kind == EventKind::fault && event.about.channel == name) ||
+                  event.about.interlock == interlocks::name(interlocks::InterlockId::frozen);
     if (lost.ticks > 1 && !lost.told) broken("I21", second, fmt::format("{} is lost, and no word", name));
     const bool is_needed = std::ranges::any_of(file_.limits.units, [&](const auto& unit) {
       return !operators.has_dropped(unit.name) && std::ranges::count(unit.thermometers, i) > 0;
@@ -309,6 +311,68 @@ void Invariants::judge_segments(std::int64_t second, const Sample& sample) {
   LogHash values;
   values.add(sample);
   rows_.push_back({sample.slot, index, sample.state, in_band, values.value()});
+}
+
+namespace {
+
+/// Rows for which readings of an instrument may be identical before they are no good readings any more: a minute, and
+/// what its noise takes to be known; five times as long as ever before.
+std::int64_t longest_identical(std::int64_t before) {
+  constexpr std::int64_t kNoiseIsKnown = 300, kTimes = 5, kMargin = 60;
+  return std::max(kNoiseIsKnown, kTimes * before + kMargin);
+}
+
+}  // namespace
+
+/// I25: no value of a frozen instrument, and no count of a dead gyro, is stored as good for longer than its time. What
+/// an instrument's noise is must have been learned before.
+void Invariants::judge_liveness(std::int64_t second, const Sample& sample) {
+  constexpr std::int64_t kLearned = 900, kMargin = 5;
+  ++ticks_of_life_;
+  identical_.resize(file_.limits.instruments.size());
+  for (std::size_t k = 0; k < identical_.size(); ++k) {
+    const auto& instrument = file_.limits.instruments[k];
+    std::vector<double> values;
+    for (const auto i : instrument.columns)
+      if (const auto& reading = sample.thermometers[i].value) values.push_back(reading->value);
+    auto& seen = identical_[k];
+    if (values.size() < instrument.columns.size() || values.size() < 2) continue;
+    const bool same = values == seen.last;
+    if (!same) seen.longest = std::max(seen.longest, seen.rows);
+    seen.rows = same ? seen.rows + 1 : 0;
+    seen.last = std::move(values);
+    if (ticks_of_life_ - seen.rows > kLearned && seen.rows > longest_identical(seen.longest))
+      broken("I25", second, fmt::format("{} identical for {} rows, and stored as good", instrument.name, seen.rows));
+  }
+  without_counts_.resize(sample.units.size());
+  for (std::size_t unit = 0; unit < sample.units.size(); ++unit) {
+    const auto& count = sample.units[unit].count.value;
+    const bool none =
+        count && !count->pulses.empty() && std::ranges::all_of(count->pulses, [](auto n) { return n == 0; });
+    without_counts_[unit] = none ? without_counts_[unit] + 1 : 0;
+    if (without_counts_[unit] > file_.limits.gyro_dead_after / std::chrono::seconds(1) + kMargin)
+      broken("I25", second, fmt::format("gyro {} counts nothing for {} rows", unit, without_counts_[unit]));
+  }
+}
+
+/// I26: a limit that is exceeded in k of the last 2 k readings acts at once, whatever was lost between.
+void Invariants::judge_limits(std::int64_t second, const Sample& sample) {
+  const auto& limits = file_.limits;
+  const auto all = sample.thermometers.size();
+  beyond_.resize(all + 1);
+  const auto add = [&](std::size_t i, bool is_beyond) {
+    auto& last = beyond_[i];
+    last.push_back(is_beyond);
+    if (std::ssize(last) > 2 * limits.confirming_samples) last.erase(last.begin());
+    if (is_beyond && std::ranges::count(last, true) >= limits.confirming_samples &&
+        severity(sample.state) < severity(RunState::aborting))
+      broken("I26", second, fmt::format("column {} is beyond its limit, in state {}", i, name(sample.state)));
+  };
+  for (std::size_t i = 0; i < all; ++i)
+    if (const auto& value = sample.thermometers[i].value)
+      add(i, *value < limits.thermometers_lowest || *value > limits.thermometers_highest);
+  if (const auto& chamber = sample.chamber.value)
+    add(all, chamber->air < limits.air_lowest || chamber->air > limits.air_highest);
 }
 
 void Invariants::completed(std::int64_t second) {
@@ -440,6 +504,8 @@ void Invariants::after_tick(std::int64_t second, const RecordingStore& recording
   judge_units(second, sample, operators);
   judge_channels(second, recording, sample, operators);
   judge_segments(second, sample);
+  judge_liveness(second, sample);
+  judge_limits(second, sample);
   count_ticks(sample);
   judge_reactions(second, sample);
 }

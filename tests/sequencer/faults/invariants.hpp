@@ -48,6 +48,7 @@ class Invariants {
   void no_tick() {
     quiet_ticks_ = {};
     untroubled_ticks_.clear();
+    begin_liveness_anew();
   }
   /// A record was taken up, and the profile goes on there.
   void judge_resumption(std::int64_t second, const ProfilePosition& at);
@@ -76,6 +77,7 @@ class Invariants {
     bool told{};
   };
 
+  void begin_liveness_anew() { ticks_of_life_ = 0, identical_.clear(), without_counts_.clear(), beyond_.clear(); }
   void judge_set_points(std::int64_t second, RunState state);
   void judge_rows(std::int64_t second, const RecordingStore& recording);
   void judge_values(std::int64_t second, const Sample& sample);
@@ -87,6 +89,8 @@ class Invariants {
   void judge_channels(std::int64_t second, const RecordingStore& recording, const Sample& sample,
                       const Operators& operators);
   void judge_segments(std::int64_t second, const Sample& sample);
+  void judge_liveness(std::int64_t second, const Sample& sample);
+  void judge_limits(std::int64_t second, const Sample& sample);
   void judge_segment_end(std::int64_t second, int segment);
   void count_ticks(const Sample& sample);
   void judge_reactions(std::int64_t second, const Sample& sample);
@@ -112,6 +116,16 @@ class Invariants {
   std::vector<LostChannel> lost_channels_;
   std::vector<std::int64_t> untroubled_ticks_;  ///< of each unit's line
   std::array<std::int64_t, 7> seconds_in_state_{};
+
+  /// Readings of one instrument that are stored as good and identical to those before.
+  struct Identical {
+    std::vector<double> last;
+    std::int64_t rows{}, longest{};
+  };
+  std::int64_t ticks_of_life_ = 0;            ///< without a break
+  std::vector<Identical> identical_;          ///< by thermometer instrument
+  std::vector<std::int64_t> without_counts_;  ///< rows, by unit
+  std::vector<std::vector<bool>> beyond_;     ///< last readings beyond a limit: of each thermometer, then the air
 };
 
 }  // namespace gyrotherm::faults

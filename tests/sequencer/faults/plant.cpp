@@ -31,6 +31,10 @@ Plant::Plant(const rig::RigFile& file, const simulator::LaboratoryParameters& pa
                                                splitmix64(i == 0 ? seed + 1 : splitmix64(seed + 1) + i)));
   for (const auto& entry : file.thermometers) {
     sessions_.push_back(std::make_unique<simulator::Lakeshore218Session>(laboratory_, inputs_of(entry, laboratory_)));
+    const auto& names = laboratory_.thermometer_names();
+    auto& places = places_.emplace_back();
+    for (const auto& channel : entry.channels)
+      places.push_back(static_cast<std::size_t>(std::ranges::find(names, channel) - names.begin()));
     thermometers_.push_back(std::make_unique<LineEnd>(
         rig, splitmix64(seed + 2 + sessions_.size()),
         [session = sessions_.back().get()](auto sent, Bytes& answer) { (void)session->feed(sent, answer); },

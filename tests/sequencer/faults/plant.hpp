@@ -36,6 +36,8 @@ class Plant {
   [[nodiscard]] ChamberPort& chamber() { return chamber_port_; }
   [[nodiscard]] std::size_t thermometer_count() const { return thermometers_.size(); }
   [[nodiscard]] LineEnd& thermometer(std::size_t index) { return *thermometers_[index]; }
+  /// Returns the places of a thermometer instrument's channels in the laboratory.
+  [[nodiscard]] const std::vector<std::size_t>& places(std::size_t index) const { return places_[index]; }
   [[nodiscard]] std::size_t gyro_count() const { return gyros_.size(); }
   [[nodiscard]] GyroEnd& gyro(std::size_t line = 0) { return *gyros_[line]; }
 
@@ -50,7 +52,8 @@ class Plant {
   ChamberPort chamber_port_;
   std::vector<std::unique_ptr<simulator::Session>> sessions_;
   std::vector<std::unique_ptr<LineEnd>> thermometers_;
-  std::vector<std::unique_ptr<GyroEnd>> gyros_;  ///< of each line
+  std::vector<std::vector<std::size_t>> places_;  ///< of each thermometer's channels
+  std::vector<std::unique_ptr<GyroEnd>> gyros_;   ///< of each line
 };
 
 }  // namespace gyrotherm::faults

@@ -47,9 +47,11 @@ enum class InjectedFaultKind {
   thermometer_short,  ///< reads −200 °C
   thermometer_lost,   ///< shows no number
   thermometer_stuck,
-  thermometer_spike,     ///< size: K
-  thermometer_drift,     ///< size: K
-  thermometers_swapped,  ///< the target and the next
+  thermometer_spike,       ///< size: K
+  thermometer_drift,       ///< size: K
+  thermometers_swapped,    ///< the target and the next
+  thermometer_alternates,  ///< size: °C that it shows in every second second
+  thermometers_frozen,     ///< all channels of an instrument, which is the target
   thermometer_silent,
   thermometer_gone,
   thermometer_lossy,
@@ -62,6 +64,7 @@ enum class InjectedFaultKind {
   gyro_garbled,
   gyro_loses_frames,
   gyro_bursts,
+  gyro_dead,  ///< it sends, and its counters stand still
   gyro_restarts,
   // the disk
   disk_full,

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/interlocks/liveness.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace gyrotherm::interlocks {
+namespace {
+
+/// −ln of the probability of readings that noise makes identical: about 1e-13.
+constexpr double kImprobable = 30;
+/// Readings are frozen for so many times as long as they were ever identical before.
+constexpr int kTimesTheLongest = 5;
+/// An instrument whose noise is not known is frozen if the air moves by so much meanwhile, for so long.
+constexpr Kelvins kAirMoved{10};
+constexpr Duration kWhileAirMoved = std::chrono::minutes(10);
+/// The air follows a set point within this time, and what changes afterwards is noise.
+constexpr Duration kSettles = std::chrono::minutes(1);
+constexpr Kelvins kSameSetPoint{0.02};
+/// So many counts come in any case before their absence is a fault.
+constexpr double kExpectedCounts = 20;
+constexpr double kShareThatFollows = 0.05;  ///< of response_step
+constexpr int kStuckReadings = 120;
+/// No body changes faster, whatever the rig lets it do.
+constexpr CelsiusPerMinute kFastestBody{15};
+
+/// A unit that is switched on or off warms up or cools down, which is no rest either.
+void see_set_point(const Sample& sample, const LivenessSecond& second, LivenessMemory& memory) {
+  const auto& chamber = sample.chamber.value;
+  memory.at_rest += second.elapsed;
+  if (std::exchange(memory.units_were_off, second.gyro_is_off) != second.gyro_is_off) memory.at_rest = {};
+  if (!chamber || std::isnan(chamber->set_point.value)) return;
+  const auto before = std::exchange(memory.set_point, chamber->set_point);
+  if (!before || abs(chamber->set_point - *before) > kSameSetPoint) memory.at_rest = {};
+}
+
+/// Follows one instrument: `identical` is the smallest count of identical readings among its channels.
+void see_identity(const InterlockLimits& limits, int identical, double improbability, const std::optional<Celsius>& air,
+                  Duration elapsed, Identity& memory) {
+  if (identical == 0) {
+    const auto lasted = memory.frozen ? Duration{} : memory.lasts;
+    memory = {.longest_before = std::max(memory.longest_before, lasted)};
+    memory.air_before = air;
+    return;
+  }
+  memory.samples = identical;
+  memory.lasts += elapsed;
+  if (air && !memory.air_before) memory.air_before = air;
+  if (air) memory.air_moved = std::max(memory.air_moved, abs(*air - *memory.air_before));
+  const bool beyond_noise = improbability > kImprobable && memory.lasts > kTimesTheLongest * memory.longest_before;
+  const bool beyond_air = memory.air_moved >= kAirMoved && memory.lasts >= kWhileAirMoved;
+  memory.frozen = memory.lasts >= limits.frozen_after && (beyond_noise || beyond_air);
+}
+
+void see_thermometers(const InterlockLimits& limits, const Sample& sample, Duration elapsed, LivenessMemory& memory) {
+  const bool is_settled = memory.at_rest >= kSettles;
+  memory.thermometers.resize(sample.thermometers.size());
+  memory.instruments.resize(limits.instruments.size());
+  for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
+    if (const auto& reading = sample.thermometers[i].value) memory.thermometers[i].add(reading->value, is_settled);
+  const auto air = sample.chamber.value ? std::optional(sample.chamber.value->air) : std::nullopt;
+  for (std::size_t k = 0; k < limits.instruments.size(); ++k) {
+    std::optional<int> identical;
+    double improbability = 0;
+    for (const auto i : limits.instruments[k].columns) {
+      if (i >= sample.thermometers.size() || !sample.thermometers[i].value) continue;
+      identical = std::min(identical.value_or(memory.thermometers[i].identical()), memory.thermometers[i].identical());
+      improbability += memory.thermometers[i].improbability();
+    }
+    if (identical) see_identity(limits, *identical, improbability, air, elapsed, memory.instruments[k]);
+  }
+  if (!air) return;
+  memory.air_noise.add(air->value, is_settled);
+  see_identity(limits, memory.air_noise.identical(), memory.air_noise.improbability(), {}, elapsed, memory.air);
+}
+
+/// Counts in which a gyro at rest would be seen to turn with the Earth.
+double expected_counts(const AxisLimits& axis, Duration time) {
+  if (!axis.earth_rate || axis.arcsec_per_count == 0) return 0;
+  return std::abs(axis.earth_rate->value * to_seconds(time) / axis.arcsec_per_count);
+}
+
+void see_axis(const InterlockLimits& limits, const AxisLimits& axis, const LivenessSecond& second, std::int64_t pulses,
+              Duration interval, AxisLiveness& memory) {
+  memory.noise.add(static_cast<double>(pulses), true);
+  const auto longer = [&](Duration so_far, bool so) { return so ? so_far + second.elapsed : Duration{}; };
+  memory.identical = longer(memory.identical, memory.noise.identical() > 0);
+  memory.without_counts = longer(memory.without_counts, pulses == 0);
+  memory.frozen = memory.identical >= limits.gyro_dead_after && memory.noise.improbability() > kImprobable;
+  memory.no_counts = memory.without_counts >= limits.gyro_dead_after &&
+                     expected_counts(axis, memory.without_counts) >= kExpectedCounts;
+  if (second.units_are_moved || !axis.earth_rate) {
+    memory.block = {}, memory.arcsec = 0, memory.far.reset();
+    return;
+  }
+  memory.arcsec += static_cast<double>(pulses) * axis.arcsec_per_count;
+  memory.block += interval;
+  if (memory.block < limits.gyro_dead_after) return;
+  const DegreesPerHour rate{std::exchange(memory.arcsec, 0) / to_seconds(std::exchange(memory.block, {}))};
+  const double expected = second.is_turned ? -axis.earth_rate->value : axis.earth_rate->value;
+  memory.far = std::abs(rate.value - expected) > limits.gyro_band.value ? std::optional(rate) : std::nullopt;
+}
+
+void see_units(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
+               LivenessMemory& memory) {
+  memory.units.resize(sample.units.size());
+  for (std::size_t u = 0; u < sample.units.size(); ++u) {
+    const auto& count = sample.units[u].count.value;
+    if (second.gyro_is_off) memory.units[u].clear();
+    if (second.gyro_is_off || !count || u >= limits.units.size()) continue;
+    const auto& axes = limits.units[u].axes;
+    memory.units[u].resize(axes.size());
+    for (std::size_t a = 0; a < axes.size() && a < count->pulses.size(); ++a)
+      see_axis(limits, axes[a], second, count->pulses[a], count->interval, memory.units[u][a]);
+  }
+}
+
+/// A thermometer that moves sets where everything is compared from.
+void see_response(const InterlockLimits& limits, const Sample& sample, ResponseMemory& memory) {
+  const auto& chamber = sample.chamber.value;
+  const auto same_size = memory.thermometers.size() == sample.thermometers.size();
+  bool is_moved = !same_size, is_read = false;
+  for (std::size_t i = 0; i < sample.thermometers.size() && same_size; ++i) {
+    const auto value = value_of(sample.thermometers[i]);
+    auto& from = memory.thermometers[i];
+    if (!value) continue;
+    is_read = true;
+    if (!from) from = value;
+    is_moved = is_moved || abs(*value - *from) >= limits.response_step * kShareThatFollows;
+  }
+  if (is_moved) {
+    memory = {};
+    for (const auto& reading : sample.thermometers) memory.thermometers.push_back(value_of(reading));
+  }
+  if (!chamber || !is_read) return;
+  const bool has_set_point = !std::isnan(chamber->set_point.value);
+  if (!memory.air) memory.air = chamber->air;
+  if (!memory.set_point && has_set_point) memory.set_point = chamber->set_point;
+  memory.asked = abs(chamber->air - *memory.air);
+  if (has_set_point) memory.asked = std::max(memory.asked, abs(chamber->set_point - *memory.set_point));
+}
+
+/// A body cannot skip temperatures. A reading that comes back, or that was stuck before, is no jump.
+void see_jumps(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
+               LivenessMemory& memory) {
+  memory.past.resize(sample.thermometers.size());
+  for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
+    auto& past = memory.past[i];
+    past.unseen += second.elapsed + second.missed;
+    const auto value = value_of(sample.thermometers[i]);
+    if (!value) continue;
+    const auto before = std::exchange(past.last, value);
+    const auto unseen = std::exchange(past.unseen, Duration{});
+    if (!before) continue;
+    if (abs(*value - *before) > std::max(kFastestBody, limits.thermometers_fastest) * unseen)
+      past.jumped = past.jumped + (*value - *before);
+    else if (abs(past.jumped) <= limits.drift)
+      past.jumped = {};
+  }
+}
+
+/// Forgives the step with which a thermometer comes back that did not change before.
+void forgive_stuck(const Sample& sample, LivenessMemory& memory) {
+  for (std::size_t i = 0; i < sample.thermometers.size() && i < memory.past.size(); ++i)
+    if (memory.thermometers[i].identical() >= kStuckReadings) memory.past[i] = {};
+}
+
+Fault frozen_fault(const std::string& what) { return {FaultKind::out_of_range, "", what}; }
+
+}  // namespace
+
+void remember(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
+              LivenessMemory& memory) {
+  see_set_point(sample, second, memory);
+  see_thermometers(limits, sample, second.elapsed, memory);
+  see_units(limits, sample, second, memory);
+  Sample alive = sample;
+  take_out_dead(limits, memory, alive);
+  see_response(limits, alive, memory.response);
+  see_jumps(limits, alive, second, memory);
+  forgive_stuck(alive, memory);
+}
+
+bool is_frozen(const InterlockLimits& limits, const LivenessMemory& memory, std::size_t column) {
+  for (std::size_t k = 0; k < memory.instruments.size() && k < limits.instruments.size(); ++k)
+    if (memory.instruments[k].frozen && std::ranges::count(limits.instruments[k].columns, column) > 0) return true;
+  return false;
+}
+
+void take_out_dead(const InterlockLimits& limits, const LivenessMemory& memory, Sample& sample) {
+  for (std::size_t i = 0; i < sample.thermometers.size(); ++i)
+    if (sample.thermometers[i].value && is_frozen(limits, memory, i))
+      sample.thermometers[i].value = tl::unexpected(frozen_fault("the instrument is frozen"));
+  for (std::size_t u = 0; u < sample.units.size() && u < memory.units.size(); ++u)
+    if (sample.units[u].count.value && !sample.units[u].count.value->pulses.empty() &&
+        std::ranges::any_of(memory.units[u], &AxisLiveness::is_dead))
+      sample.units[u].count.value = tl::unexpected(frozen_fault("the gyro is dead"));
+}
+
+}  // namespace gyrotherm::interlocks

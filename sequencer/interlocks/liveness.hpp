@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the interlocks remember of each instrument to find out whether it still measures: frozen readings, dead gyros,
+/// thermometers that do not respond, that jump or that drift. Values; any thread.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "core/sample.hpp"
+#include "sequencer/interlocks/limits.hpp"
+#include "sequencer/interlocks/noise.hpp"
+#include "sequencer/interlocks/recent_causes.hpp"
+
+namespace gyrotherm::interlocks {
+
+/// An instrument all of whose readings are identical to the last digit.
+struct Identity {
+  int samples{};
+  Duration lasts{};
+  /// The longest earlier spell that was not taken for a frozen instrument.
+  Duration longest_before{};
+  std::optional<Celsius> air_before{};  ///< when it began
+  Kelvins air_moved{};                  ///< since then, at most
+  bool frozen{};
+};
+
+/// One axis of a gyro.
+struct AxisLiveness {
+  Noise noise;
+  Duration identical{}, without_counts{};
+  double arcsec{};   ///< counted in the block under way
+  Duration block{};  ///< its length
+  bool no_counts{}, frozen{};
+  std::optional<DegreesPerHour> far{};  ///< the last block's rate, if it is far from the expected one
+
+  [[nodiscard]] bool is_dead() const { return no_counts || frozen; }
+};
+
+/// Where air, set point and thermometers were when a thermometer last moved.
+struct ResponseMemory {
+  std::optional<Celsius> air{}, set_point{};
+  std::vector<std::optional<Celsius>> thermometers{};
+  Kelvins asked{};  ///< how far air or set point have moved since then
+};
+
+/// One thermometer against its own past.
+struct ThermometerPast {
+  std::optional<Celsius> last{};
+  Duration unseen{};  ///< since it was last read
+  Kelvins jumped{};   ///< in all, faster than what it measures can change
+};
+
+struct LivenessMemory {
+  std::vector<Noise> thermometers;    ///< by column
+  std::vector<Identity> instruments;  ///< as in InterlockLimits::instruments
+  Noise air_noise;
+  Identity air;
+  std::vector<std::vector<AxisLiveness>> units;
+  ResponseMemory response;
+  std::vector<ThermometerPast> past;  ///< by column
+  std::optional<Celsius> set_point{};
+  Duration at_rest{};     ///< how long the set point has not moved
+  bool units_were_off{};  ///< in the second before
+};
+
+/// What this second is about, beside the sample.
+struct LivenessSecond {
+  Duration elapsed{};      ///< seen
+  Duration missed{};       ///< before it, without ticks
+  bool gyro_is_off{};      ///< the profile wants no unit to count
+  bool units_are_moved{};  ///< people may turn them now
+  bool is_turned{};        ///< the input axes point the other way
+};
+
+/// Takes a sample, as read, into the memory.
+void remember(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
+              LivenessMemory& memory);
+
+/// Returns true if the thermometer belongs to an instrument that is frozen.
+[[nodiscard]] bool is_frozen(const InterlockLimits& limits, const LivenessMemory& memory, std::size_t column);
+
+/// Replaces the readings of frozen instruments and of dead gyros by faults. A chamber whose air is frozen stays: its
+/// set point and its alarms are read.
+void take_out_dead(const InterlockLimits& limits, const LivenessMemory& memory, Sample& sample);
+
+}  // namespace gyrotherm::interlocks

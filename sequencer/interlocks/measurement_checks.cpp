@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/interlocks/measurement_checks.hpp"
+
+#include <chrono>
+#include <cmath>
+
+namespace gyrotherm::interlocks {
+namespace {
+
+/// Long after the set point has moved, a thermometer that moves faster than the others by this much drifts.
+constexpr Duration kLongAtRest = std::chrono::minutes(20);
+constexpr CelsiusPerMinute kDrifts{1};
+constexpr std::size_t kFewest = 3;  ///< thermometers of which one can be told from the others
+
+std::string identical_for(const std::string& what, Duration time) {
+  return fmt::format("{} identical to the last digit for {}", what, spoken(time));
+}
+
+/// Describes what is wrong with an axis; empty: nothing.
+std::string trouble_of(const AxisLimits& axis, const AxisLiveness& seen, bool is_turned) {
+  const double expected = axis.earth_rate ? (is_turned ? -1 : 1) * axis.earth_rate->value : 0;
+  if (seen.no_counts)
+    return fmt::format("gyro {}: no counts for {}, expected {:.3g} °/h at rest", axis.label,
+                       spoken(seen.without_counts), expected);
+  if (seen.frozen) return identical_for(fmt::format("gyro {}: its counts are", axis.label), seen.identical);
+  if (seen.far)
+    return fmt::format("gyro {}: {:.3g} °/h on average, expected {:.3g} °/h at rest", axis.label, seen.far->value,
+                       expected);
+  return {};
+}
+
+/// Returns true if another unit of the run counts.
+bool another_counts(const CheckInputs& in, std::size_t unit) {
+  for (std::size_t other = 0; other < in.sample.units.size(); ++other)
+    if (other != unit && !in.is_dropped(other) && in.sample.units[other].count.value) return true;
+  return false;
+}
+
+struct Rate {
+  std::size_t column{};
+  double value{};
+};
+
+/// Returns the rates of the thermometers that are known, in order of their columns.
+std::vector<Rate> rates_of(const CheckInputs& in) {
+  std::vector<Rate> rates;
+  for (std::size_t i = 0; i < in.memory.thermometers.size(); ++i)
+    if (const auto rate = in.memory.thermometers[i].rate()) rates.push_back({i, rate->value});
+  return rates;
+}
+
+double median_of(std::vector<Rate> rates) {
+  const auto middle = rates.begin() + static_cast<std::ptrdiff_t>(rates.size() / 2);
+  std::ranges::nth_element(rates, middle, {}, &Rate::value);
+  return middle->value;
+}
+
+}  // namespace
+
+std::vector<CheckResult> frozen(const CheckInputs& in) {
+  const auto& seen = in.memory.liveness;
+  std::vector<CheckResult> all;
+  if (seen.air.frozen)
+    all.push_back({.text = identical_for("the chamber's air is", seen.air.lasts), .subject = "chamber"});
+  for (std::size_t k = 0; k < seen.instruments.size() && k < in.limits.instruments.size(); ++k) {
+    if (!seen.instruments[k].frozen) continue;
+    const auto& [name, columns] = in.limits.instruments[k];
+    const auto what = columns.size() == 1 ? in.channel(columns.front()) + " is" : "every channel of " + name + " is";
+    all.push_back({.text = identical_for(what, seen.instruments[k].lasts), .subject = name});
+  }
+  return all;
+}
+
+std::vector<CheckResult> gyro_dead(const CheckInputs& in) {
+  const auto& units = in.memory.liveness.units;
+  std::vector<CheckResult> all;
+  for (std::size_t u = 0; u < units.size() && u < in.limits.units.size() && !in.around.gyro_is_off; ++u) {
+    if (in.is_dropped(u)) continue;
+    const bool is_mild = in.goes_on_without(u) && another_counts(in, u);
+    for (std::size_t a = 0; a < units[u].size(); ++a) {
+      const auto& axis = in.limits.units[u].axes[a];
+      auto trouble = trouble_of(axis, units[u][a], in.around.is_turned);
+      if (trouble.empty()) continue;
+      all.push_back(
+          {.text = std::move(trouble), .subject = axis.label, .at_most = is_mild ? Reaction::warn : Reaction::abort});
+    }
+  }
+  return all;
+}
+
+std::vector<CheckResult> no_thermal_response(const CheckInputs& in) {
+  const auto asked = in.memory.liveness.response.asked;
+  if (asked < in.limits.response_step) return {};
+  return {{.text = fmt::format("the chamber moved by {:.0f} K, and no thermometer followed", asked.value)}};
+}
+
+std::vector<CheckResult> drifting(const CheckInputs& in) {
+  const auto& seen = in.memory.liveness;
+  std::vector<CheckResult> all;
+  const auto rates = rates_of(in);
+  const bool is_comparable = seen.at_rest >= kLongAtRest && rates.size() >= kFewest;
+  const double usual = is_comparable ? median_of(rates) : 0;
+  for (std::size_t i = 0; i < seen.past.size(); ++i) {
+    if (abs(seen.past[i].jumped) > in.limits.drift) {
+      all.push_back(in.of_thermometer(i, fmt::format("{} jumped by {:+.1f} K, faster than it can change", in.channel(i),
+                                                     seen.past[i].jumped.value)));
+      continue;
+    }
+    const auto rate = std::ranges::find(rates, i, &Rate::column);
+    if (!is_comparable || rate == rates.end() || std::abs(rate->value - usual) <= kDrifts.value) continue;
+    all.push_back(
+        in.of_thermometer(i, fmt::format("{} changes by {:+.1f} °C in a minute while everything else is at rest",
+                                         in.channel(i), rate->value)));
+  }
+  return all;
+}
+
+}  // namespace gyrotherm::interlocks

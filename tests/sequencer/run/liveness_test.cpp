@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A measurement behaves like one: what is found of instruments that no longer measure, and what must not be.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/sequencer/run/interlock_bench.hpp"
+
+namespace gyrotherm::run {
+namespace {
+
+using interlocks::InterlockId;
+using interlocks::Reaction;
+
+/// Noise and resolution of an instrument.
+struct Quality {
+  double noise{}, resolution{};
+};
+
+/// A bench whose readings are noisy, as instruments have them.
+class NoisyBench : public InterlockBench {
+ public:
+  explicit NoisyBench(Quality of_thermometers = {0.01, 0.01}, Quality of_air = {0.05, 0.01})
+      : thermometers_(of_thermometers), air_(of_air) {
+    limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
+    limits.instruments = {{.name = "thermometer 1", .columns = {0, 1, 2, 3, 4, 5, 6, 7}},
+                          {.name = "thermometer 2", .columns = {8}}};
+    limits.units = {{.name = "gyro", .axes = {{"gyro", 0.1, DegreesPerHour{10.6}}}}};
+  }
+
+  /// A second at rest or on the way: everything moves by `step` K.
+  void pass(int count, double step = 0) {
+    for (int i = 0; i < count; ++i) {
+      at_ += step;
+      around.sent = chamber().set_point = {std::round(at_ * 100) / 100};
+      if (!air_is_frozen) chamber().air = {read(at_, air_)};
+      for (std::size_t t = 0; t < sample.thermometers.size(); ++t)
+        if (!(t < 8 ? first_is_frozen : second_is_frozen) && sample.thermometers[t].value)
+          thermometer(t, read(at_ + 2 + 0.1 * static_cast<double>(t), thermometers_));
+      second();
+    }
+  }
+
+  bool first_is_frozen = false, second_is_frozen = false, air_is_frozen = false;
+
+ private:
+  double read(double value, const Quality& quality) {
+    if (quality.noise > 0) value += std::normal_distribution<>(0, quality.noise)(random_);
+    return quality.resolution > 0 ? std::round(value / quality.resolution) * quality.resolution : value;
+  }
+
+  Quality thermometers_, air_;
+  std::mt19937 random_{1};
+  double at_ = 20;
+};
+
+TEST(Frozen, FindsInstrumentWhoseChannelsAreAllIdentical) {
+  NoisyBench bench;
+  bench.pass(600);
+  bench.first_is_frozen = true;
+  bench.pass(59);
+  EXPECT_FALSE(bench.has(InterlockId::frozen));
+  bench.pass(10);
+  EXPECT_TRUE(bench.has(InterlockId::frozen));
+  EXPECT_EQ(bench.raised, std::vector<std::string>{"frozen thermometer 1"});
+  bench.first_is_frozen = false;
+  bench.pass(20);
+  EXPECT_EQ(bench.cleared, std::vector<std::string>{"frozen thermometer 1"});
+}
+
+TEST(Frozen, FindsSingleChannelAndFineAndSlowInstruments) {
+  for (const auto& quality : {Quality{0.01, 0.01}, Quality{0.3, 1e-6}, Quality{0.002, 0.001}}) {
+    NoisyBench bench(quality);
+    bench.pass(900);
+    bench.second_is_frozen = true;
+    bench.pass(300);
+    EXPECT_EQ(bench.raised, std::vector<std::string>{"frozen thermometer 2"}) << quality.noise;
+  }
+}
+
+TEST(Frozen, FindsInstrumentOnARampThoughReadingsAreLost) {
+  NoisyBench bench;
+  bench.pass(600);
+  bench.first_is_frozen = true;
+  for (int i = 0; i < 40; ++i) {
+    const auto known = bench.sample.thermometers;
+    bench.pass(2, 0.08);
+    for (std::size_t t = 0; t < 8; ++t) bench.sample.thermometers[t].value = silence();
+    bench.pass(1, 0.08);
+    bench.sample.thermometers = known;
+  }
+  EXPECT_TRUE(bench.has(InterlockId::frozen));
+}
+
+TEST(Frozen, FindsAirOfTheChamber) {
+  NoisyBench bench;
+  bench.pass(900);
+  bench.air_is_frozen = true;
+  bench.pass(400);
+  EXPECT_EQ(bench.raised, std::vector<std::string>{"frozen chamber"});
+}
+
+/// A scanner that is dead from the first second has shown no noise.
+TEST(Frozen, FindsInstrumentThatNeverChangedOnceTheAirHasMoved) {
+  NoisyBench bench;
+  bench.first_is_frozen = true;
+  bench.pass(600);
+  EXPECT_FALSE(bench.has(InterlockId::frozen));
+  bench.pass(200, 0.08);
+  EXPECT_TRUE(bench.has(InterlockId::frozen));
+}
+
+TEST(Frozen, LeavesCoarseAndNoiselessInstrumentsAtASoakAlone) {
+  for (const auto& quality : {Quality{0.005, 0.1}, Quality{0.02, 0.1}, Quality{0, 0.1}, Quality{0, 0}}) {
+    NoisyBench bench(quality, quality);
+    for (const double step : {0.05, -0.08}) {
+      bench.pass(2000);
+      bench.pass(400, step);
+      bench.pass(8000);
+    }
+    EXPECT_FALSE(bench.has(InterlockId::frozen)) << quality.noise << " K, in steps of " << quality.resolution;
+    EXPECT_EQ(std::ranges::count(bench.raised, "frozen chamber"), 0) << quality.noise;
+    EXPECT_EQ(std::ranges::count(bench.raised, "frozen thermometer 1"), 0) << quality.noise;
+  }
+}
+
+/// Air of 0.1 K that a fan stirs on ramps and that is quiet at holds.
+TEST(Frozen, LeavesAirThatIsQuietAtHoldsAlone) {
+  NoisyBench noisy({0.01, 0.01}, {0.15, 0.1});
+  NoisyBench bench({0.01, 0.01}, {0.01, 0.1});
+  bench.pass(300);
+  noisy.pass(1);
+  for (int i = 0; i < 600; ++i) {
+    bench.chamber().air = {std::round((20 + 0.1 * i + (i % 2 ? 0.3 : -0.3)) * 10) / 10};
+    bench.around.sent = bench.chamber().set_point = {20 + 0.1 * i};
+    bench.second();
+  }
+  bench.chamber().air = bench.chamber().set_point;
+  bench.air_is_frozen = true;
+  for (int i = 0; i < 3600; ++i) bench.second();
+  EXPECT_EQ(std::ranges::count(bench.raised, "frozen chamber"), 0);
+}
+
+TEST(Frozen, ReadingsCountNeitherForLimitsNorAsThermometersThatAnswer) {
+  NoisyBench bench;
+  bench.limits.thermometers_needed = 2;
+  bench.pass(600);
+  bench.first_is_frozen = true;
+  bench.pass(80);
+  EXPECT_TRUE(bench.has(InterlockId::thermometers_lost));
+  EXPECT_FALSE(bench.has(InterlockId::channel_lost)) << "frozen says it";
+  bench.limits.thermometers_highest = {21};
+  bench.limits.thermometers.assign(9, {{-60}, {21}});  // those that are frozen read more
+  bench.limits.thermometers[8] = {{-60}, {100}};
+  bench.pass(10);
+  EXPECT_FALSE(bench.has(InterlockId::thermometer_limit));
+}
+
+/// Counts of a second, of each axis.
+void count(InterlockBench& bench, const std::vector<std::int64_t>& pulses, int seconds) {
+  bench.sample.units[0].count.value = GyroCount{pulses, kSecond};
+  bench.seconds(seconds);
+}
+
+TEST(GyroDead, FindsAxisWithoutCountsWhereTheEarthTurnsIt) {
+  NoisyBench bench;
+  count(bench, {106}, 100);
+  count(bench, {0}, 59);
+  EXPECT_FALSE(bench.has(InterlockId::gyro_dead));
+  count(bench, {0}, 1);
+  EXPECT_EQ(bench.raised, std::vector<std::string>{"gyro_dead gyro"});
+  EXPECT_EQ(bench.second().reaction, Reaction::suspend);
+  count(bench, {106}, 12);
+  EXPECT_EQ(bench.cleared, std::vector<std::string>{"gyro_dead gyro"});
+}
+
+TEST(GyroDead, FindsOneAxisOfThree) {
+  NoisyBench bench;
+  bench.limits.units = {{.name = "u1",
+                         .axes = {{"u1.x", 0.1, DegreesPerHour{10.6}},
+                                  {"u1.y", 0.1, DegreesPerHour{0}},
+                                  {"u1.z", 0.1, DegreesPerHour{-10.6}}}}};
+  count(bench, {106, 0, -106}, 200);
+  EXPECT_TRUE(bench.raised.empty()) << "y points to the east, where there is nothing to count";
+  count(bench, {106, 0, 0}, 60);
+  EXPECT_EQ(bench.raised, std::vector<std::string>{"gyro_dead u1.z"});
+}
+
+TEST(GyroDead, FindsIdenticalCountsOfNoisyAxisThoughNoLatitudeIsKnown) {
+  NoisyBench bench;
+  bench.limits.units[0].axes[0].earth_rate.reset();
+  std::mt19937 random(1);
+  for (int i = 0; i < 600; ++i) count(bench, {100'000'000 + static_cast<std::int64_t>(random() % 1'000'000)}, 1);
+  EXPECT_TRUE(bench.raised.empty());
+  count(bench, {100'432'100}, 70);
+  EXPECT_EQ(bench.raised, std::vector<std::string>{"gyro_dead gyro"});
+}
+
+TEST(GyroDead, FindsRateFarFromTheEarths) {
+  const auto found = [](double deg_per_h, double band, bool is_turned) {
+    NoisyBench bench;
+    bench.limits.gyro_band = {band};
+    bench.around.is_turned = is_turned;
+    count(bench, {std::llround(deg_per_h * 10)}, 130);
+    return bench.has(InterlockId::gyro_dead);
+  };
+  EXPECT_FALSE(found(10.6, 1000, false));
+  EXPECT_FALSE(found(310, 1000, false)) << "a bias of 300 °/h";
+  EXPECT_TRUE(found(206'265, 1000, false)) << "radians taken for seconds of arc";
+  EXPECT_TRUE(found(10.6 * 57.3, 100, false)) << "degrees taken for radians";
+  EXPECT_TRUE(found(-10.6, 5, false)) << "the other way round";
+  EXPECT_FALSE(found(-10.6, 5, true)) << "it is turned";
+}
+
+TEST(GyroDead, LeavesUnitsAloneThatAreOffDroppedOrMoved) {
+  NoisyBench off, dropped, moved;
+  off.around.gyro_is_off = true;
+  dropped.around.dropped = {true};
+  moved.around.units_are_moved = true;
+  for (auto* bench : {&off, &dropped}) count(*bench, {0}, 300);
+  count(moved, {500'000}, 300);
+  for (auto* bench : {&off, &dropped, &moved}) EXPECT_TRUE(bench->raised.empty());
+}
+
+TEST(GyroDead, WarnsOfUnitWithoutWhichTheRunContinues) {
+  NoisyBench bench;
+  bench.limits.units = {{.name = "u1", .go_on_when_silent = true, .axes = {{"u1", 0.1, DegreesPerHour{10.6}}}},
+                        {.name = "u2", .go_on_when_silent = true, .axes = {{"u2", 0.1, DegreesPerHour{10.6}}}}};
+  bench.sample.units.assign(2, bench.sample.units.front());
+  count(bench, {0}, 70);
+  EXPECT_EQ(bench.raised, std::vector<std::string>{"gyro_dead u1"});
+  EXPECT_EQ(bench.second().reaction, Reaction::warn);
+}
+
+/// Air and set point move by 25 K; each thermometer follows by `share` of it.
+std::vector<std::string> raised_after_ramp(double share, int seconds) {
+  InterlockBench bench;
+  bench.limits.follow_band = {100};
+  for (int i = 0; i < 300 + seconds; ++i) {
+    const double way = std::min(25.0, i * 25.0 / 300);
+    bench.around.sent = bench.chamber().air = bench.chamber().set_point = {20 + way};
+    for (std::size_t t = 0; t < 9; ++t) bench.thermometer(t, 22 + share * way);
+    bench.second();
+  }
+  return bench.raised;
+}
+
+TEST(NoThermalResponse, HoldsWhenAirMovedAndNoThermometerFollowed) {
+  EXPECT_TRUE(raised_after_ramp(0, 1600).empty()) << "a heavy article is given its time";
+  EXPECT_EQ(raised_after_ramp(0, 1900), std::vector<std::string>{"no_thermal_response "});
+  EXPECT_TRUE(raised_after_ramp(0.05, 4000).empty());
+}
+
+TEST(NoThermalResponse, HoldsWhenOnlySetPointMoved) {
+  InterlockBench bench;
+  bench.limits.policy[static_cast<std::size_t>(InterlockId::following)] = Reaction::warn;
+  bench.seconds(10);
+  bench.around.sent = bench.chamber().set_point = {45};
+  EXPECT_NEAR(bench.seconds_until(Reaction::hold), 1800, 2);
+}
+
+TEST(NoThermalResponse, LeavesSmallStepsAndOneThermometerThatFollowsAlone) {
+  InterlockBench small, one;
+  for (auto* bench : {&small, &one}) bench->limits.follow_band = {100};
+  small.around.sent = small.chamber().air = small.chamber().set_point = {20};
+  small.seconds(10);
+  small.around.sent = small.chamber().air = small.chamber().set_point = {39};
+  small.seconds(4000);
+  EXPECT_FALSE(small.has(InterlockId::no_thermal_response));
+  for (int i = 0; i < 4000; ++i) {
+    one.around.sent = one.chamber().air = one.chamber().set_point = {20 + std::min(40.0, 0.1 * i)};
+    one.thermometer(8, 22 + std::min(35.0, 0.09 * i));
+    one.second();
+  }
+  EXPECT_FALSE(one.has(InterlockId::no_thermal_response)) << "the others sit in a heavy article";
+}
+
+TEST(Drifting, NamesBothOfTwoThermometersThatAreExchanged) {
+  NoisyBench bench;
+  bench.pass(100);
+  std::swap(bench.sample.thermometers[0], bench.sample.thermometers[5]);
+  InterlockBench still;
+  still.limits.channels = {"A", "B", "C", "D", "E", "F", "G", "H", "shell"};
+  still.thermometer(0, 24);
+  still.seconds(10);
+  still.thermometer(0, 22);
+  still.thermometer(5, 24);
+  still.seconds(31);
+  EXPECT_EQ(still.raised, (std::vector<std::string>{"drifting A", "drifting F"}));
+}
+
+TEST(Drifting, FindsThermometerThatMovesWhileEverythingRests) {
+  NoisyBench bench;
+  bench.pass(1300);
+  for (int i = 0; i < 240; ++i) {
+    bench.pass(1);
+    bench.sample.thermometers[3].value = Celsius{22.3 + i * 2.0 / 60};
+    bench.second();
+  }
+  EXPECT_EQ(std::ranges::count(bench.raised, "drifting D"), 1);
+}
+
+TEST(Drifting, LeavesSpikesRampsAndThermometersThatFollowTheAirAlone) {
+  NoisyBench bench;
+  bench.pass(100);
+  bench.thermometer(2, 60);
+  bench.second();
+  bench.pass(600, 0.1);
+  bench.pass(600, -0.1);
+  EXPECT_TRUE(bench.raised.empty());
+}
+
+}  // namespace
+}  // namespace gyrotherm::run

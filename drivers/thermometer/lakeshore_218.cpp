@@ -27,8 +27,8 @@ Result<Celsius> plausible(Celsius reading, std::size_t input) {
 /// As "{:+08.3f}" does for three decimals; a virtual run prints millions of them, and whole numbers are printed faster.
 void append_reading(std::string& line, double reading, int decimals) {
   constexpr double kMost = 999;
-  constexpr int kMostDecimals = 6;
-  if (!(std::abs(reading) < kMost) || decimals < 1 || decimals > kMostDecimals) {
+  constexpr int kMostPlaces = 6;
+  if (!(std::abs(reading) < kMost) || decimals < 1 || decimals > kMostPlaces) {
     line += fmt::format("{:+0{}.{}f}", reading, decimals + 5, decimals);
     return;
   }

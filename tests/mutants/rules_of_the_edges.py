@@ -73,7 +73,7 @@ MUTANTS = [
     # Lost channels.
     ("a lost channel is not told", "sequencer/interlocks/interlocks.cpp",
      "in, InterlockId::channel_lost, is_counted, \"\");",
-     "in, InterlockId::channel_lost, [](std::size_t) { return false; }, \"\");",
+     "in, InterlockId::channel_lost, [&](std::size_t i) { return false && is_counted(i); }, \"\");",
      "faults_test", shown_by("AThermometersLineCutThatTheAnalysisDoesNotNeed")),
     ("a channel that the analysis needs is lost without a word", "sequencer/interlocks/interlocks.cpp",
      "return lost_thermometers(in, InterlockId::needed_channel_lost, is_needed, \", which the analysis needs\");",

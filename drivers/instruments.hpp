@@ -29,8 +29,17 @@ class Identified {
   /// asked. Fails with timeout, disconnected, refused or corrupted, and with mismatch if it is not the instrument that
   /// its description expects.
   [[nodiscard]] virtual Result<std::string> identify() = 0;
+  /// Returns make, model and serial number alone, with which the words of identify() begin: enough for sending the safe
+  /// set point to an instrument whose settings were changed. Fails like identify().
+  [[nodiscard]] virtual Result<std::string> recognise() { return identify(); }
   /// Counts the connections that broke so far, those included that the driver made anew within one call.
   [[nodiscard]] virtual std::uint64_t breaks() const { return 0; }
+};
+
+/// Parts of an instrument's make, model and settings that identify() compared with its description, and parts that no
+/// answer of it shows, in words.
+struct IdentityReport {
+  std::vector<std::string> verified, not_verified;
 };
 
 /// How long it takes to speak to a chamber, where that can be told.
@@ -44,6 +53,8 @@ struct ChamberEffort {
 /// A temperature chamber that is driven by set points from the host, or carries out a program that the host gave it.
 class Chamber : public Identified {
  public:
+  /// Known after identify().
+  [[nodiscard]] virtual IdentityReport verification() const { return {}; }
   /// One read of the air and of the set point that the controller holds, back within a second plus one exchange. What
   /// need not be read in each second is read in turn, as far as there is time.
   [[nodiscard]] virtual Result<ChamberState> read() = 0;

@@ -82,6 +82,9 @@ Result<std::string> ask_chamber(drivers::Chamber& chamber, const Clock& clock) {
   auto line = fmt::format("{}, air {:.2f} °C, set point {:.2f} °C", *name, state->air.value, state->set_point.value);
   if (state->activity != ChamberActivity::unknown) line += fmt::format(", {}", gyrotherm::name(state->activity));
   if (!state->alarms.empty()) line += fmt::format(", ALARMS: {}", fmt::join(state->alarms, "; "));
+  const auto identity = chamber.verification();
+  if (!identity.verified.empty()) line += fmt::format("; verified: {}", fmt::join(identity.verified, ", "));
+  if (!identity.not_verified.empty()) line += fmt::format("; NOT verified: {}", fmt::join(identity.not_verified, ", "));
   for (const auto& one : chamber.missing()) line += "; WARNING: not watched, the unit does not have it: " + one;
   const auto effort = in_words(chamber.effort());
   return line + "; " + text(trips) + (effort.empty() ? "" : "; " + effort);

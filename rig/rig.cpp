@@ -124,8 +124,6 @@ std::vector<bool> lines_that_may_be_off(const RigFile& file, const RigStart& sta
   return may_be_off;
 }
 
-constexpr const char* kChamber = "chamber";
-
 std::string title_of_thermometer(std::size_t index) { return fmt::format("thermometer {}", index + 1); }
 
 std::string place_of(const GyroLine& line) {
@@ -175,7 +173,7 @@ class AssembledRig : public Rig {
 
   using Rig::prepare;
   Result<std::vector<std::string>> prepare(const Entrance& entrance, const drivers::ChamberProgram* program) override {
-    if (auto opened = open_gyros(); !opened) return failure(opened.error());  // nothing shall move if one is dead
+    if (auto opened = open_gyros(); !opened) return failure(opened.error());
     auto names = ask_names();
     if (!names) return names;
     const auto found = look_at_chamber();
@@ -201,7 +199,7 @@ class AssembledRig : public Rig {
  protected:
   [[nodiscard]] io::Instruments instruments() {
     io::Instruments all{.chamber = *chamber_, .thermometers = {}, .gyros = {}, .chamber_line = chamber_line_.get()};
-    all.chamber_known = known(kChamber);
+    all.chamber_known = known(kChamberTitle);
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
       all.thermometers.push_back({*thermometers_[i], file_.thermometers[i].channels, known(title_of_thermometer(i))});
     for (std::size_t i = 0; i < gyros_.size(); ++i) {
@@ -298,7 +296,7 @@ class AssembledRig : public Rig {
     bool may_be_off = false;
   };
   [[nodiscard]] std::vector<Asked> instruments_to_ask() {
-    std::vector<Asked> all{{kChamber, *chamber_}};
+    std::vector<Asked> all{{kChamberTitle, *chamber_}};
     for (std::size_t i = 0; i < thermometers_.size(); ++i) all.push_back({title_of_thermometer(i), *thermometers_[i]});
     for (std::size_t i = 0; i < analogue_.size(); ++i) all.push_back({title_of_analogue(i), *analogue_[i]});
     for (std::size_t i = 0; i < gyros_.size(); ++i)

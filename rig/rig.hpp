@@ -88,6 +88,9 @@ struct RigStart {
   std::vector<std::string> dropped_units{};  ///< … nor that of these (resume)
 };
 
+/// The chamber's title among a rig's instruments.
+inline constexpr const char* kChamberTitle = "chamber";
+
 /// The chamber before anything of it was moved.
 struct ChamberAsFound {
   ChamberState state;

@@ -75,7 +75,9 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
     if (const auto unit = simulator::read_simulated_unit(*map, named->path); !unit) return failure(unit.error());
   auto linked = on_line(std::move(*map), *line, wanted);
   if (!linked) return failure(FaultKind::bad_file, chamber.place("line"), linked.error().what);
-  return linked;
+  auto powered = with_power_switch(std::move(*linked), rig.chamber_power);
+  if (!powered) return failure(FaultKind::bad_file, chamber.place("power"), powered.error().what);
+  return powered;
 }
 
 /// What [analysis] says of units that do not say it themselves.
@@ -255,6 +257,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   else
     root->ignore("virtual");
   check_ports(*root, rig);
+  rig.chamber_power = chamber.text("power", "");
   rig.chamber_word_order = one_of_or_default(drivers::kWordOrders, chamber, "word_order");
   auto map = read_map(chamber, rig, known.chamber_map);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());

@@ -41,6 +41,7 @@ struct RigFile {
   std::string file;                  ///< its path, as given
   drivers::RegisterMap chamber_map;  ///< on the link that suits the line
   std::string chamber_line;
+  std::string chamber_power;                             ///< a power switch of the map, or empty
   std::optional<drivers::WordOrder> chamber_word_order;  ///< where the map's own does not suit the unit
   profile::ChamberLimits chamber_limits;
   Celsius safe_set_point;

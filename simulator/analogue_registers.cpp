@@ -7,6 +7,7 @@
 #include <cassert>
 #include <utility>
 
+#include "drivers/chamber/item_exchange.hpp"
 #include "drivers/chamber/status_turns.hpp"
 
 namespace gyrotherm::simulator {
@@ -49,11 +50,7 @@ std::vector<std::uint16_t> AnalogueRegisters::words_of(const drivers::RegisterIt
   const auto& print = map_.registers.identity;
   if (print && print->item == item.name && item.type != drivers::RegisterType::text)
     return encode_as_read(item, print->value);
-  if (print && print->item == item.name) {
-    auto text = print->pattern;
-    std::erase(text, '*');
-    return encode_text(item.text, text);
-  }
+  if (print && print->item == item.name) return encode_text(item.text, drivers::example_of(print->pattern));
   return std::vector<std::uint16_t>(word_count(item));
 }
 

@@ -80,10 +80,14 @@ RegisterImage::RegisterImage(const drivers::RegisterMap& map, const SimulatedUni
     for (std::size_t i = 0; i < words.size(); ++i) words_[image_address(item) + static_cast<int>(i)] = words[i];
   };
   for (const auto& [name, text] : unit.initial_texts) set_text(*map.find(name), text);
-  if (!map.identity || map.identity->pattern.empty()) return;
-  auto text = map.identity->pattern;
-  std::erase(text, '*');
-  set_text(*map.find(map.identity->item), text);
+  const auto is_set = [&](const std::string& name) {
+    return std::ranges::any_of(unit.initial_texts, [&](const auto& one) { return one.first == name; });
+  };
+  const auto set_example = [&](const std::string& name, const std::string& pattern) {
+    if (!pattern.empty() && !is_set(name)) set_text(*map.find(name), drivers::example_of(pattern));
+  };
+  if (map.identity) set_example(map.identity->item, map.identity->pattern);
+  for (const auto& setting : map.verification.settings) set_example(setting.item, setting.pattern);
 }
 
 MemoryImage::MemoryImage(const drivers::RegisterMap& map, RegisterImage& registers) : map_(map), registers_(registers) {

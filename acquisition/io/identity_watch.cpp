@@ -8,9 +8,9 @@
 namespace gyrotherm::io {
 namespace {
 
-/// In less time nobody puts another instrument in the place of one.
+/// Putting another instrument in the place of one takes longer than this many seconds.
 constexpr int kSilencesInDoubt = 3;
-/// A line that breaks so often while its instrument is asked is no line.
+/// After this many broken connections the question is left for the next second.
 constexpr int kMostTries = 3;
 
 }  // namespace
@@ -21,6 +21,11 @@ Result<void> IdentityWatch::confirm(drivers::Identified& instrument) {
   if (!in_doubt_ && instrument.breaks() == breaks_) return {};
   in_doubt_ = true;
   return compare(instrument);
+}
+
+bool IdentityWatch::is_known_by_name(drivers::Identified& instrument) const {
+  const auto who = instrument.recognise();
+  return who && known_.identity.starts_with(*who);
 }
 
 /// An answer in several parts is one instrument's if the line did not break between them.

@@ -40,6 +40,16 @@ class IdentityWatch {
     return answer;
   }
 
+  /// Makes a call that makes the instrument safe: also where it is the one that is known, with other settings.
+  template <class Call>
+  [[nodiscard]] std::invoke_result_t<Call&> guard_safe(drivers::Identified& instrument, Call call) {
+    if (auto same = confirm(instrument); !same && !is_known_by_name(instrument))
+      return failure(std::move(same.error()));
+    auto answer = call();
+    see(answer ? nullptr : &answer.error());
+    return answer;
+  }
+
   /// Takes note of how a call ended; null: with an answer.
   void see(const Fault* fault);
 
@@ -47,13 +57,14 @@ class IdentityWatch {
   [[nodiscard]] std::string stranger() const;
 
  private:
+  [[nodiscard]] bool is_known_by_name(drivers::Identified& instrument) const;
   [[nodiscard]] Result<void> compare(drivers::Identified& instrument);
   void set_stranger(std::string text);
 
   KnownAs known_;
   bool in_doubt_ = false;
-  int silences_ = 0;          ///< calls in a row that were not answered
-  std::uint64_t breaks_ = 0;  ///< of its line, when it was last confirmed
+  int silences_ = 0;          ///< unanswered calls in a row
+  std::uint64_t breaks_ = 0;  ///< when it was last confirmed
   bool has_begun_ = false;    ///< `breaks_` is known
   mutable std::mutex mutex_;  ///< guards the text
   std::string stranger_text_;

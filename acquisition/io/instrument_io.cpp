@@ -151,10 +151,11 @@ class WatchedChamber {
   }
   Result<void> insist(Celsius target) {
     chamber_.end_rest();
-    return watch_.guard(chamber_, [&] { return chamber_.insist(target); });
+    return watch_.guard_safe(chamber_, [&] { return chamber_.insist(target); });
   }
   Result<void> switch_on(bool on) {
-    return watch_.guard(chamber_, [&] { return on ? chamber_.start() : chamber_.stop(); });
+    if (on) return watch_.guard(chamber_, [&] { return chamber_.start(); });
+    return watch_.guard_safe(chamber_, [&] { return chamber_.stop(); });
   }
   [[nodiscard]] const IdentityWatch& watch() const { return watch_; }
 
@@ -180,7 +181,7 @@ struct Watches {
   }
 
   WatchedChamber chamber;
-  std::deque<IdentityWatch> thermometers{}, gyros{}, analogue{};  // deques, for a watch does not move
+  std::deque<IdentityWatch> thermometers{}, gyros{}, analogue{};  // a watch does not move
 };
 
 class InlineIo final : public InstrumentIo {
@@ -406,7 +407,7 @@ class WorkerIo final : public InstrumentIo {
   Instruments instruments_;
   InstrumentIoOptions options_;
   UnitSizes units_;
-  Watches watches_;  ///< each is called by its instrument's worker
+  Watches watches_;  ///< one for each worker
   Worker chamber_;
   std::deque<Worker> thermometers_, gyros_, analogue_;  // deques, for a worker does not move
   std::vector<FrameCount> frames_;                      ///< of each gyro, last known

@@ -108,7 +108,7 @@ struct RunInfo {
   bool imported{};                 ///< rows are a foreign record's, at its own times
   Duration started_utc{};          ///< of a real run that is read: as its first sample has it, once there is one
   std::string chamber_instrument;  ///< who reads the chamber, in words
-  /// Who each instrument reported to be when the run began, by its title ("chamber", "thermometer 2"). Empty for a
+  /// Identity that each instrument reported when the run began, by its title ("chamber", "thermometer 2"). Empty for a
   /// record of 0.1.0.
   std::map<std::string, std::string> identities{};
   std::vector<Channel> thermometers;

@@ -53,8 +53,9 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
   std::uint64_t breaks() const override { return registers_->breaks(); }
 
   Result<std::string> identify() override {
-    auto who = items_.identify(items_.item(input(wanted_.front()).item));
-    return who ? who : failure(here(std::move(who.error())));
+    auto found = items_.identify(items_.item(input(wanted_.front()).item));
+    if (!found) return failure(here(std::move(found.error())));
+    return std::move(found->who);
   }
 
   std::vector<Result<double>> read() override {

@@ -68,18 +68,68 @@ double finest_step(const RegisterItem& item) {
   return item.fahrenheit ? item.resolution / kFahrenheitPerKelvin : item.resolution;
 }
 
+namespace {
+
+/// Returns true if `c` is one of "A-C5", or none of "!A-C5".
+bool is_in_class(std::string_view characters, char c) {
+  const bool negated = characters.starts_with('!');
+  if (negated) characters.remove_prefix(1);
+  bool is_one = false;
+  while (!characters.empty()) {
+    const bool is_range = characters.size() > 2 && characters[1] == '-';
+    const char last = is_range ? characters[2] : characters[0];
+    is_one = is_one || (c >= characters[0] && c <= last);
+    characters.remove_prefix(is_range ? 3 : 1);
+  }
+  return is_one != negated;
+}
+
+/// The first token of a pattern that is not empty, and what follows it.
+struct PatternToken {
+  char kind{};  ///< '*', '?', '[' or 'c'
+  std::string_view characters;
+  std::string_view rest;
+};
+
+PatternToken first_token(std::string_view pattern) {
+  const char first = pattern.front();
+  if (first == '*' || first == '?') return {first, pattern.substr(0, 1), pattern.substr(1)};
+  const auto end = first == '[' ? pattern.find(']') : std::string_view::npos;
+  if (end == std::string_view::npos) return {'c', pattern.substr(0, 1), pattern.substr(1)};
+  return {'[', pattern.substr(1, end - 1), pattern.substr(end + 1)};
+}
+
+bool is_one_of(const PatternToken& token, char c) {
+  if (token.kind == '?') return true;
+  return token.kind == '[' ? is_in_class(token.characters, c) : token.characters.front() == c;
+}
+
+}  // namespace
+
 bool matches(std::string_view pattern, std::string_view text) {
-  const auto star = pattern.find('*');
-  if (star == std::string_view::npos) return pattern == text;
-  if (!text.starts_with(pattern.substr(0, star))) return false;
-  pattern.remove_prefix(star + 1);
-  for (std::size_t from = star; from <= text.size(); ++from)
-    if (matches(pattern, text.substr(from))) return true;
+  if (pattern.empty()) return text.empty();
+  const auto token = first_token(pattern);
+  if (token.kind != '*') return !text.empty() && is_one_of(token, text.front()) && matches(token.rest, text.substr(1));
+  for (std::size_t from = 0; from <= text.size(); ++from)
+    if (matches(token.rest, text.substr(from))) return true;
   return false;
 }
 
-Result<void> check_fingerprint(const RegisterMap& map, double found) {
-  const auto& print = *map.identity;
+std::string example_of(std::string_view pattern) {
+  constexpr std::string_view kCharacters = "A0BCDEFGHIJKLMNOPQRSTUVWXYZ123456789abcdefghijklmnopqrstuvwxyz -_.";
+  std::string example;
+  while (!pattern.empty()) {
+    const auto token = first_token(pattern);
+    pattern = token.rest;
+    if (token.kind == '*') continue;
+    const bool is_named = token.kind == 'c' || (token.kind == '[' && !token.characters.starts_with('!'));
+    const auto fits = std::ranges::find_if(kCharacters, [&](char c) { return is_one_of(token, c); });
+    example += is_named || fits == kCharacters.end() ? token.characters.front() : *fits;
+  }
+  return example;
+}
+
+Result<void> check_fingerprint(const RegisterMap& map, const Fingerprint& print, double found) {
   const auto masked = [&](double value) {
     return static_cast<std::uint32_t>(static_cast<std::int64_t>(value)) & print.mask;
   };
@@ -89,28 +139,81 @@ Result<void> check_fingerprint(const RegisterMap& map, double found) {
                  fmt::format("holds {}, expected {} of a {} {}", found, print.value, map.vendor, map.name));
 }
 
-Result<std::string> ItemExchange::identify(const RegisterItem& instead) {
-  auto found = ask_who(instead);
-  if (found) recognised_ = *found;
+Result<ItemExchange::Shown> ItemExchange::show(const RegisterItem& item) {
+  if (item.type == RegisterType::text) {
+    auto found = read_text(item);
+    if (!found) return failure(found.error());
+    return Shown{std::move(*found), std::nullopt};
+  }
+  const auto found = read(item);
+  if (!found) return failure(found.error());
+  return Shown{item.codes.empty() ? fmt::format("{}", *found) : meaning(item, *found), *found};
+}
+
+Result<void> ItemExchange::check(const Fingerprint& print, const Shown& shown) const {
+  if (shown.value) return check_fingerprint(map_, print, *shown.value);
+  if (matches(print.pattern, shown.words)) return {};
+  return failure(FaultKind::mismatch, place(item(print.item)),
+                 fmt::format("reads \"{}\", expected \"{}\"", shown.words, print.pattern));
+}
+
+Result<void> ItemExchange::check(const VerifiedSetting& setting, const Shown& shown) const {
+  const bool is_so = shown.value ? holds(setting.when, *shown.value) : matches(setting.pattern, shown.words);
+  if (setting.verifies.empty() || is_so) return {};
+  return failure(FaultKind::mismatch, place(item(setting.item)),
+                 fmt::format("is {}, expected: {}", shown.words, setting.verifies));
+}
+
+Result<void> ItemExchange::add_shown(const std::string& name, const VerifiedSetting* setting, IdentityFound& found) {
+  const auto shown = show(item(name));
+  const bool is_missing = !shown && shown.error().kind == FaultKind::refused;
+  const auto what = setting != nullptr && !setting->verifies.empty() ? setting->verifies : name;
+  if (is_missing) {
+    found.not_verified.push_back(fmt::format("{} (the unit has no {})", what, place(item(name))));
+    return {};
+  }
+  if (!shown) return failure(shown.error());
+  if (setting != nullptr)
+    if (auto good = check(*setting, *shown); !good) return good;
+  found.verified.push_back(what == name ? fmt::format("{} = {}", name, shown->words) : what);
+  found.who += fmt::format(", {} = {}", name, shown->words);
+  return {};
+}
+
+Result<IdentityFound> ItemExchange::recognise(const RegisterItem& instead) {
+  IdentityFound found{.who = fmt::format("{} {}", map_.vendor, map_.name), .verified = {}, .not_verified = {}};
+  const auto& wanted = map_.verification;
+  const auto shown = show(map_.identity ? item(map_.identity->item) : instead);
+  if (!shown) return failure(shown.error());
+  if (map_.identity) {
+    for (const auto& other : wanted.other_maps)
+      if (check(other.print, *shown))
+        return failure(FaultKind::mismatch, place(item(other.print.item)),
+                       fmt::format("is {}: {}; use the map {}", shown->words, other.what, other.map));
+    if (auto same = check(*map_.identity, *shown); !same) return failure(std::move(same.error()));
+    found.who += fmt::format(" ({} = {}", map_.identity->item, shown->words);
+    found.verified.push_back(wanted.verifies.empty() ? found.who + ")" : wanted.verifies);
+  } else {
+    found.who += " (its map has no fingerprint to check";
+  }
+  for (const auto& name : wanted.shows)
+    if (auto added = add_shown(name, nullptr, found); !added) return failure(std::move(added.error()));
+  found.who += ")";
+  recognised_ = found.who;
   recognised_by_ = &instead;
   return found;
 }
 
-Result<std::string> ItemExchange::ask_who(const RegisterItem& instead) {
-  const auto who = fmt::format("{} {}", map_.vendor, map_.name);
-  if (!map_.identity) return read(instead).map([&](double) { return who + " (its map has no fingerprint to check)"; });
-  const auto& print = item(map_.identity->item);
-  if (print.type == RegisterType::text) {
-    const auto found = read_text(print);
-    if (!found) return found;
-    if (matches(map_.identity->pattern, *found)) return fmt::format("{} ({} = {})", who, print.name, *found);
-    return failure(FaultKind::mismatch, place(print),
-                   fmt::format("reads \"{}\", expected \"{}\"", *found, map_.identity->pattern));
-  }
-  const auto found = read(print);
-  if (!found) return failure(found.error());
-  if (auto same = check_fingerprint(map_, *found); !same) return failure(std::move(same.error()));
-  return fmt::format("{} ({} = {})", who, print.name, *found);
+Result<IdentityFound> ItemExchange::identify(const RegisterItem& instead) {
+  auto found = recognise(instead);
+  if (!found) return found;
+  const auto& wanted = map_.verification;
+  for (const auto& setting : wanted.settings)
+    if (auto added = add_shown(setting.item, &setting, *found); !added) return failure(std::move(added.error()));
+  const bool reads_unit = std::ranges::any_of(map_.items, [](const auto& one) { return !one.unit.empty(); });
+  if (reads_unit) found->verified.emplace_back("°C or °F, read with each value");
+  found->not_verified.insert(found->not_verified.end(), wanted.not_verified.begin(), wanted.not_verified.end());
+  return found;
 }
 
 const RegisterItem& ItemExchange::item(std::string_view name) const { return named(map_, name); }
@@ -222,9 +325,9 @@ bool ItemExchange::is_trusted() {
   const auto now = registers_.breaks();
   if (now == trusted_ || recognised_.empty()) return true;
   const auto before = recognised_;
-  const auto who = identify(*recognised_by_);
+  const auto who = recognise(*recognised_by_);
   recognised_ = before;
-  if (!who || *who != before || registers_.breaks() != now) return false;
+  if (!who || who->who != before || registers_.breaks() != now) return false;
   trusted_ = now;
   return true;
 }

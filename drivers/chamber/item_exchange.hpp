@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,12 +28,22 @@ using ValueOf = std::function<Result<double>(const RegisterItem&)>;
 /// The finest step that the controller keeps, in this program's units.
 [[nodiscard]] double finest_step(const RegisterItem& item);
 
-/// Whether `text` is what `pattern` says, in which "*" stands for any characters or none.
+/// Returns true if `text` matches `pattern`, in which "*" stands for any characters or none, "?" for one, "[1-4]" for
+/// one of those and "[!1-4]" for any other one. A class has an end and at least one character.
 [[nodiscard]] bool matches(std::string_view pattern, std::string_view text);
+/// A short text that matches `pattern`.
+[[nodiscard]] std::string example_of(std::string_view pattern);
 
-/// Compares what the register of the map's fingerprint, which is a number, holds with what it should. Fails with
+/// A unit as it reported itself, and the parts of its identity that were compared with the map.
+struct IdentityFound {
+  /// Make, model, and the values of its registers: the same words from the same unit with the same settings.
+  std::string who;
+  std::vector<std::string> verified, not_verified;  ///< in words
+};
+
+/// Compares what the register of a fingerprint of the map, which is a number, holds with what it should. Fails with
 /// mismatch.
-[[nodiscard]] Result<void> check_fingerprint(const RegisterMap& map, double found);
+[[nodiscard]] Result<void> check_fingerprint(const RegisterMap& map, const Fingerprint& print, double found);
 
 class ItemExchange {
  public:
@@ -47,9 +58,12 @@ class ItemExchange {
 
   [[nodiscard]] const RegisterItem& item(std::string_view name) const;
 
-  /// Who the unit is, in words, by the map's fingerprint; where the map has none, whoever lets `instead` be read. Fails
-  /// with mismatch if it is another, or like read().
-  [[nodiscard]] Result<std::string> identify(const RegisterItem& instead);
+  /// Asks the unit for the map's fingerprint, for what names this one unit, and for the settings that the map compares;
+  /// where the map has no fingerprint, `instead` is read. Fails with mismatch if one of them is another, or like
+  /// read(). A setting or number that the unit does not have is listed as not verified.
+  [[nodiscard]] Result<IdentityFound> identify(const RegisterItem& instead);
+  /// Does the same without the settings.
+  [[nodiscard]] Result<IdentityFound> recognise(const RegisterItem& instead);
 
   /// The items that `items` need to be understood: decimals and units.
   [[nodiscard]] std::vector<const RegisterItem*> needed_by(std::span<const RegisterItem* const> items) const;
@@ -86,8 +100,17 @@ class ItemExchange {
   [[nodiscard]] Result<void> perform(const Sequence& sequence, const Parameters& parameters);
 
  private:
+  /// Reads an item, in words and as a number. Fails like read().
+  struct Shown {
+    std::string words;
+    std::optional<double> value;  ///< nothing: a text
+  };
+  [[nodiscard]] Result<Shown> show(const RegisterItem& item);
+  [[nodiscard]] Result<void> check(const Fingerprint& print, const Shown& shown) const;
+  [[nodiscard]] Result<void> check(const VerifiedSetting& setting, const Shown& shown) const;
+  [[nodiscard]] Result<void> add_shown(const std::string& name, const VerifiedSetting* setting, IdentityFound& found);
+
   [[nodiscard]] bool is_trusted();
-  [[nodiscard]] Result<std::string> ask_who(const RegisterItem& instead);
   [[nodiscard]] Result<void> write(const RegisterItem& item, double value, int tries);
   [[nodiscard]] Result<void> write_words(const RegisterItem& item, std::span<const std::uint16_t> words, int tries);
   [[nodiscard]] bool knows(const RegisterItem& item) const;
@@ -105,9 +128,9 @@ class ItemExchange {
   Pauses& pauses_;
   Snapshot known_;
   Duration known_since_{};
-  std::uint64_t trusted_ = 0;                    ///< breaks of the line when it was trusted
-  std::string recognised_;                       ///< who the unit was when it was last asked; empty: it never was
-  const RegisterItem* recognised_by_ = nullptr;  ///< what was read where the map has no fingerprint
+  std::uint64_t trusted_ = 0;                    ///< breaks, when it was trusted
+  std::string recognised_;                       ///< the last identity; empty: never asked
+  const RegisterItem* recognised_by_ = nullptr;  ///< in place of a fingerprint
 };
 
 }  // namespace gyrotherm::drivers

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -94,12 +95,24 @@ class ModbusChamber final : public Chamber {
   Result<std::string> identify() override {
     items_.trust_line();
     limits_.reset();
-    turns_.begin_anew_at_once();
-    auto who = items_.identify(air_);
-    if (!who) return who;
+    if (std::exchange(is_new_, false))
+      turns_.begin_anew_at_once();
+    else
+      turns_.begin_anew();  // within a tick there is no time for all of it
+    auto found = items_.identify(air_);
+    if (!found) return failure(std::move(found.error()));
     if (auto fits = check_step(); !fits) return failure(std::move(fits.error()));
-    return who;
+    if (auto fits = check_word_order(*found); !fits) return failure(std::move(fits.error()));
+    verification_ = {std::move(found->verified), std::move(found->not_verified)};
+    return std::move(found->who);
   }
+
+  Result<std::string> recognise() override {
+    items_.trust_line();
+    return items_.recognise(air_).map([](IdentityFound found) { return std::move(found.who); });
+  }
+
+  IdentityReport verification() const override { return verification_; }
 
   std::uint64_t breaks() const override { return registers_->breaks(); }
 
@@ -252,8 +265,9 @@ class ModbusChamber final : public Chamber {
     const auto core = look_at_core(began);
     if (!core) return failure(core.error());
     if (map_.one_block && identity_) {
-      const auto same =
-          items_.value_in(*core, *identity_).and_then([&](double found) { return check_fingerprint(map_, found); });
+      const auto same = items_.value_in(*core, *identity_).and_then([&](double found) {
+        return check_fingerprint(map_, *map_.identity, found);
+      });
       if (!same) return failure(same.error());
     }
     const auto air = air_in(*core);
@@ -383,6 +397,24 @@ class ModbusChamber final : public Chamber {
                                kept, expected));
   }
 
+  /// The order of words is a setting of some controllers, which only what they show betrays.
+  [[nodiscard]] Result<void> check_word_order(IdentityFound& found) {
+    if (word_count(air_) < 2 || word_count(set_point_) < 2) return {};
+    if (!set_point_.readable) {
+      found.not_verified.push_back("the word order (the set point cannot be read)");
+      return {};
+    }
+    const auto air = span_of(air_), set_point = span_of(set_point_);
+    const auto words = items_.look(std::array{air, set_point});
+    if (!words) return failure(words.error());
+    const auto findings = probe_word_order(air_, words->words_of(air_), set_point_, words->words_of(set_point_));
+    if (contradicts_its_order(findings)) return failure(FaultKind::mismatch, place(air_), in_words(findings));
+    const bool is_only_one = std::ranges::count_if(findings, &OrderFinding::plausible) == 1;
+    auto& list = findings.front().plausible && is_only_one ? found.verified : found.not_verified;
+    list.push_back(fmt::format("word order {}", name(air_.order)));
+    return {};
+  }
+
   [[nodiscard]] Result<void> check_limits(Celsius target) {
     if (auto known = learn_limits(); !known) return known;
     const auto refuse = [&](const char* side, Celsius limit) {
@@ -418,6 +450,8 @@ class ModbusChamber final : public Chamber {
   StatusTurns turns_{{}, 0};
   std::vector<const RegisterItem*> status_items_;  ///< with what says their decimals and units
   ChamberStatus status_;
+  IdentityReport verification_;
+  bool is_new_ = true;                   ///< it was never identified
   std::vector<std::string> missing_;     ///< of the status, in words
   std::string lost_;                     ///< why a piece of the status did not come, since it last was complete
   bool unhurried_ = false;               ///< outside a tick
@@ -439,7 +473,7 @@ ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registe
       items_(map_, *registers_, *pauses_),
       air_(items_.item("air_temperature")),
       set_point_(items_.item("set_point")),
-      identity_(map_.identity ? &items_.item(map_.identity->item) : nullptr) {
+      identity_(map_.identity && map_.identity->pattern.empty() ? &items_.item(map_.identity->item) : nullptr) {
   const auto at_most = map_.link.modbus.read_at_most;
   core_plan_ = plan_reads(core_items(), map_.one_block || map_.holes, at_most);
   status_items_ = status_items(map_);

@@ -48,6 +48,27 @@ Result<RegisterMap> on_line(RegisterMap map, const Line& line, std::optional<Lin
   return on_link(std::move(map), framing.value_or(kind));
 }
 
+Result<RegisterMap> with_power_switch(RegisterMap map, const std::string& name) {
+  if (name.empty()) return map;
+  const auto found = std::ranges::find(map.power_switches, name, &PowerSwitch::name);
+  if (found == map.power_switches.end()) {
+    std::vector<std::string> names;
+    for (const auto& one : map.power_switches) names.push_back(one.name);
+    return failure(FaultKind::usage, map.name,
+                   fmt::format("its map has no power switch \"{}\", expected one of: {}", name,
+                               names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+  }
+  const auto& [own_name, is_on, on, off] = *found;
+  auto& start = map.sequences["start"];
+  start.insert(start.begin(), on.begin(), on.end());
+  auto& stop = map.sequences["stop"];
+  stop.insert(stop.end(), off.begin(), off.end());
+  auto is_off = is_on;
+  is_off.not_these = !is_off.not_these;
+  map.states.insert(map.states.begin(), {ChamberActivity::off, is_off});
+  return map;
+}
+
 const char* name(LinkKind kind) { return word_of(kLinkKinds, kind); }
 const char* name(Confidence confidence) { return word_of(kConfidences, confidence); }
 
@@ -57,6 +78,8 @@ namespace {
 std::vector<const RegisterItem*> items_in_use(const RegisterMap& map) {
   std::vector<std::string> names{"air_temperature", "set_point", map.limits.lowest_item, map.limits.highest_item};
   if (map.identity) names.push_back(map.identity->item);
+  names.insert(names.end(), map.verification.shows.begin(), map.verification.shows.end());
+  for (const auto& setting : map.verification.settings) names.push_back(setting.item);
   if (map.control) names.insert(names.end(), {map.control->commanded, map.control->active});
   for (const auto& [command, steps] : map.sequences)
     for (const auto& step : steps) {
@@ -122,6 +145,7 @@ namespace {
 
 constexpr std::array kOrders{WordOrder::abcd, WordOrder::cdab, WordOrder::badc, WordOrder::dcba};
 constexpr double kNextToNothing = 1e-4;
+constexpr double kNearZero = 0.05;
 
 double value_in(RegisterItem item, WordOrder order, std::span<const std::uint16_t> words) {
   item.order = order;
@@ -131,10 +155,16 @@ double value_in(RegisterItem item, WordOrder order, std::span<const std::uint16_
   return value ? *value : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// What chambers do.
-bool is_plausible(double value) {
+/// Returns true for temperatures of chambers; `least`: distance from zero of a value that is not zero.
+bool is_plausible(double value, double least) {
   constexpr double kLowestC = -200, kHighestC = 400;
-  return value >= kLowestC && value <= kHighestC && (value == 0 || std::abs(value) >= kNextToNothing);
+  return value >= kLowestC && value <= kHighestC && (value == 0 || std::abs(value) >= least);
+}
+
+/// Two zeros read the same in every order: they show nothing for any of them.
+bool is_plausible(const OrderFinding& one, double least) {
+  const bool shows_nothing = one.air_c == 0 && one.set_point_c == 0;
+  return is_plausible(one.air_c, least) && is_plausible(one.set_point_c, least) && !shows_nothing;
 }
 
 std::string found(const OrderFinding& one) {
@@ -154,12 +184,18 @@ std::vector<OrderFinding> probe_word_order(const RegisterItem& air, std::span<co
     OrderFinding one{.order = order,
                      .air_c = value_in(air, order, air_words),
                      .set_point_c = value_in(set_point, order, set_point_words)};
-    // Two zeros read the same in every order: they say nothing for any of them.
-    one.plausible =
-        is_plausible(one.air_c) && is_plausible(one.set_point_c) && !(one.air_c == 0 && one.set_point_c == 0);
+    one.plausible = is_plausible(one, kNearZero);
     findings.push_back(one);
   }
+  if (std::ranges::none_of(findings, &OrderFinding::plausible))
+    for (auto& one : findings) one.plausible = is_plausible(one, kNextToNothing);
   return findings;
+}
+
+bool contradicts_its_order(const std::vector<OrderFinding>& findings) {
+  return !findings.empty() && !is_plausible(findings.front(), kNextToNothing) &&
+         !(findings.front().air_c == 0 && findings.front().set_point_c == 0) &&
+         std::ranges::any_of(findings, &OrderFinding::plausible);
 }
 
 std::string in_words(const std::vector<OrderFinding>& findings) {

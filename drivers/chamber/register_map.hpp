@@ -128,7 +128,34 @@ struct Fingerprint {
   std::string item;
   double value{};
   std::uint32_t mask = 0xFFFFFFFF;  ///< bits that count, of a whole number
-  std::string pattern;              ///< of a text: "F4T*", "*" stands for anything; then there is no value
+  /// Pattern of a text, in place of the value: "*" stands for any characters or none, "?" for one, "[1-4]" and "[!A-C]"
+  /// for one of those, or none of those.
+  std::string pattern;
+};
+
+/// A setting of the instrument that changes what its registers mean.
+struct VerifiedSetting {
+  std::string item;
+  /// In words: "the unit does not ramp set points by itself". Empty: it may have any value.
+  std::string verifies;
+  Condition when;       ///< for a number
+  std::string pattern;  ///< for a text
+};
+
+/// Another configuration of the same make, which has a map of its own.
+struct OtherMap {
+  Fingerprint print;
+  std::string map;   ///< "watlow_f4t_cascade"
+  std::string what;  ///< in words: "it has cascade control"
+};
+
+/// Everything that identify() compares beside the fingerprint, and everything that no register shows.
+struct Verification {
+  std::string verifies;            ///< by the fingerprint, in words
+  std::vector<std::string> shows;  ///< items such as a serial number
+  std::vector<VerifiedSetting> settings;
+  std::vector<OtherMap> other_maps;
+  std::vector<std::string> not_verified;  ///< in words
 };
 
 /// How conditioning is commanded: a code written to one item, and seen to take effect in another (or the same).
@@ -137,6 +164,13 @@ struct ControlMode {
   std::string active;
   std::int64_t on{};
   std::int64_t off{};
+};
+
+/// One way in which makers have wired what switches the chamber's power. The rig file names the one of its chamber.
+struct PowerSwitch {
+  std::string name;  ///< "event_1"
+  Condition is_on;
+  Sequence on, off;
 };
 
 /// What set points the controller takes: numbers, or the items that hold them.
@@ -156,7 +190,9 @@ struct RegisterMap {
   int status_every{};  ///< state and alarms are asked for at each n-th read; 0: never
   std::vector<RegisterItem> items;
   std::optional<Fingerprint> identity;
-  std::optional<ControlMode> control;         ///< absent: the chamber conditions whenever it is powered
+  Verification verification;
+  std::optional<ControlMode> control;  ///< absent: the chamber conditions whenever it is powered
+  std::vector<PowerSwitch> power_switches;
   std::map<std::string, Sequence> sequences;  ///< "start", "stop", "pause", "resume", "acknowledge", …
   std::vector<StateRule> states;
   std::vector<AlarmRule> alarms;
@@ -179,6 +215,10 @@ struct RegisterMap {
 /// The map for a unit at the end of `line`: a serial line wants RTU, a TCP line Modbus TCP where the map has it and
 /// otherwise RTU over TCP; a virtual line the map's first link. `framing`: the user's choice.
 [[nodiscard]] Result<RegisterMap> on_line(RegisterMap map, const Line& line, std::optional<LinkKind> framing = {});
+
+/// The map with the power switch of that name: "start" begins by switching it on, "stop" ends by switching it off, and
+/// a chamber whose power is off is off. An empty name changes nothing. Fails with usage if the map has no such switch.
+[[nodiscard]] Result<RegisterMap> with_power_switch(RegisterMap map, const std::string& name);
 
 /// "tcp", "rtu", "rtu_over_tcp", as files say it.
 [[nodiscard]] const char* name(LinkKind kind);
@@ -227,11 +267,15 @@ struct OrderFinding {
 };
 
 /// All four orders of the two items' words, the items' own first. Empty for items of one register: there is no order to
-/// find. A value below 10⁻⁴ of a degree that is not zero is the trace of a wrong order, not a temperature.
+/// find. A value nearer to zero than 0.05 °C that is not zero is taken for the trace of a wrong order, unless no order
+/// gives a larger one; below 10⁻⁴ °C always.
 [[nodiscard]] std::vector<OrderFinding> probe_word_order(const RegisterItem& air,
                                                          std::span<const std::uint16_t> air_words,
                                                          const RegisterItem& set_point,
                                                          std::span<const std::uint16_t> set_point_words);
+
+/// Returns true if the item's own order makes no sense of the words while another one does: the unit is set otherwise.
+[[nodiscard]] bool contradicts_its_order(const std::vector<OrderFinding>& findings);
 
 /// For people: "word order cdab fits (air 23.41 °C, set point 20.00 °C)", or what to change.
 [[nodiscard]] std::string in_words(const std::vector<OrderFinding>& findings);
@@ -243,6 +287,9 @@ struct OrderFinding {
 
 /// What the map of any Modbus unit has: name, vendor, source, [link], [[register]], [identity].
 void read_unit(const TomlTable& file, std::optional<WordOrder> word_order, RegisterMap& map);
+
+/// Reads [identity].
+void read_identity(const TomlTable& table, RegisterMap& map);
 
 /// The item that `key` names; nothing, and a mistake, if there is none.
 [[nodiscard]] const RegisterItem* named_item(const RegisterMap& map, const TomlTable& table, const char* key,

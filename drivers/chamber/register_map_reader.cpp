@@ -399,6 +399,25 @@ void read_sequences(const TomlTable& table, RegisterMap& map) {
   }
 }
 
+Sequence read_steps(const TomlTable& table, const char* key, const RegisterMap& map) {
+  Sequence steps;
+  for (const auto& step : table.tables(key)) steps.push_back(read_step(step, map));
+  if (steps.empty()) table.mistake(key, fmt::format("\"{}\" has no steps", key));
+  return steps;
+}
+
+void read_power_switches(const TomlTable& file, RegisterMap& map) {
+  for (const auto& table : file.tables("power")) {
+    if (!map.sequences.contains("start") || !map.sequences.contains("stop"))
+      table.mistake("name",
+                    "a power switch is a part of the commands \"start\" and \"stop\", and one of them is missing");
+    map.power_switches.push_back({.name = table.text("name"),
+                                  .is_on = read_condition(table, map),
+                                  .on = read_steps(table, "on", map),
+                                  .off = read_steps(table, "off", map)});
+  }
+}
+
 void check_required(const TomlTable& file, const RegisterMap& map) {
   const auto* air = map.find("air_temperature");
   const auto* set_point = map.find("set_point");
@@ -565,20 +584,6 @@ void read_links(const TomlTable& link, RegisterMap& map) {
   map.link.kind = LinkKind::tcp;  // of the addresses, until on_link() is asked
 }
 
-void read_identity(const TomlTable& table, RegisterMap& map) {
-  Fingerprint print;
-  print.item = table.text("register");
-  const auto* item = named_item(map, table, "register", print.item);
-  const bool is_text = item && item->type == RegisterType::text;
-  if (is_text)
-    print.pattern = table.text("pattern");
-  else
-    print.value = table.number("value");
-  if (!is_text) print.mask = whole<std::uint32_t>(table, "mask", 1, 0xFFFFFFFF, 0xFFFFFFFF);
-  if (item && !item->readable) table.mistake("register", fmt::format("register \"{}\" cannot be read", item->name));
-  map.identity = std::move(print);
-}
-
 void read_control(const TomlTable& table, RegisterMap& map) {
   ControlMode control;
   control.commanded = table.text("commanded");
@@ -708,6 +713,7 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
   const auto defaults = read_any_unit(*parsed, word_order, map);
   if (parsed->has("control")) read_control(parsed->table("control"), map);
   read_sequences(parsed->table("sequence"), map);
+  read_power_switches(*parsed, map);
   read_states(*parsed, map);
   read_alarms(*parsed, map);
   read_limits(parsed->table("limits"), map);

@@ -63,6 +63,29 @@ is = "open"
       << *answer;
 }
 
+TEST(Inquiry, ChamberPrintsWhatWasVerifiedAndWhatWasNot) {
+  for (const auto& [name, verified, not_verified] :
+       {std::tuple{"watlow_f4t", "Watlow F4T, control loops without cascade", "what switches the chamber's power"},
+        std::tuple{"watlow_f4", "Watlow F4", "whether the unit ramps set points by itself"},
+        std::tuple{"binder_mb1", "", "make and model: no source names a register that shows them"},
+        std::tuple{"csz_ezt570i", "the set point is that of the air (product control off)", "make and model"}}) {
+    auto rig_text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml").value();
+    const std::string map = "../chambers/virtual.toml";
+    ASSERT_NE(rig_text.find(map), std::string::npos);
+    rig_text.replace(rig_text.find(map), map.size(), fmt::format("../chambers/{}.toml", name));
+    const auto file = parse_rig(rig_text, GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml");
+    ASSERT_TRUE(file) << text(file.error());
+    const auto rig = Rig::assemble(*file, {.seed = {}, .already = {}, .replay = {}});
+    ASSERT_TRUE(rig) << text(rig.error());
+    const auto chamber = (*rig)->ask().front();
+    ASSERT_TRUE(chamber) << text(chamber.error());
+    const auto list = chamber->find("; NOT verified: ");
+    ASSERT_NE(list, std::string::npos) << *chamber;
+    EXPECT_NE(chamber->find(not_verified, list), std::string::npos) << *chamber;
+    EXPECT_LT(chamber->find(verified), list) << *chamber;
+  }
+}
+
 TEST(Inquiry, EveryInstrumentOfTheMixedRigSaysWhoItIsAndWhatItReads) {
   const auto file = read_rig(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual-mixed.toml");
   ASSERT_TRUE(file) << text(file.error());

@@ -243,9 +243,22 @@ TEST(RigFile, ThePolicyOfACauseCanBeChosenUnlessItWouldDamageTheArticle) {
             interlocks::Reaction::warn);
   EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(interlocks::InterlockId::restarted)],
             interlocks::Reaction::suspend);
+  EXPECT_EQ(rig->limits.policy[static_cast<std::size_t>(interlocks::InterlockId::restarted_off)],
+            interlocks::Reaction::hold);
   EXPECT_NE(mistake_in(with_tables("[policy]\nair_limit = \"warn\"\n")), "");
   EXPECT_NE(mistake_in(with_tables("[policy]\ndoors = \"hold\"\n")), "");
   EXPECT_NE(mistake_in(with_tables("[policy]\ndoor = \"stop\"\n")), "");
+}
+
+TEST(RigFile, WhatItSaysOfARestartHoldsForOneThatLeavesTheChamberOffToo) {
+  const auto policy_of = [](const std::string& policy) {
+    const auto rig = parse_rig(with_tables("[policy]\n" + policy), kRigs + "virtual.toml");
+    EXPECT_TRUE(rig) << text(rig.error());
+    return rig->limits.policy[static_cast<std::size_t>(interlocks::InterlockId::restarted_off)];
+  };
+  EXPECT_EQ(policy_of("restarted = \"suspend\"\n"), interlocks::Reaction::suspend) << "as in files of 0.1.0";
+  EXPECT_EQ(policy_of("restarted_off = \"suspend\"\n"), interlocks::Reaction::suspend);
+  EXPECT_EQ(policy_of("restarted = \"suspend\"\nrestarted_off = \"abort\"\n"), interlocks::Reaction::abort);
 }
 
 TEST(RigFile, SafeIsASequenceWithinTheChambersLimits) {

@@ -111,7 +111,7 @@ TEST(RegisterMap, WhereTheUnitOfTheSetPointIsAskedForThatOfTheProgramIsToo) {
           ++asked;
         }
   }
-  EXPECT_EQ(asked, 3) << "target and band of the F4T, target of the F4";
+  EXPECT_EQ(asked, 5) << "target and band of the two F4T maps, target of the F4";
 }
 
 TEST(RegisterMap, TheUserOverridesTheDefaultWordOrder) {

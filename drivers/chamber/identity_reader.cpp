@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads [identity] of a register map: the fingerprint, and the settings that are compared beside it.
+#include <fmt/format.h>
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "core/toml_reader.hpp"
+#include "drivers/chamber/register_map.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+/// "[1-4" has no end, "[]" no character.
+bool is_pattern(std::string_view pattern) {
+  for (std::size_t i = 0; i < pattern.size(); ++i) {
+    if (pattern[i] != '[') continue;
+    const auto end = pattern.find(']', i + 1);
+    if (end == std::string_view::npos || end == i + 1 || pattern.substr(i, end - i) == "[!") return false;
+    i = end;
+  }
+  return true;
+}
+
+std::string read_pattern(const TomlTable& table) {
+  auto pattern = table.text("pattern");
+  if (!is_pattern(pattern))
+    table.mistake("pattern", fmt::format("\"{}\" has a class without characters or end", pattern));
+  return pattern;
+}
+
+const RegisterItem* readable_item(const TomlTable& table, const RegisterMap& map, const std::string& name) {
+  const auto* item = named_item(map, table, "register", name);
+  if (item && !item->readable) table.mistake("register", fmt::format("register \"{}\" cannot be read", name));
+  return item;
+}
+
+Fingerprint read_fingerprint(const TomlTable& table, const RegisterMap& map, const std::string& name) {
+  Fingerprint print;
+  print.item = name;
+  const auto* item = readable_item(table, map, name);
+  if (item && item->type == RegisterType::text) {
+    print.pattern = read_pattern(table);
+    return print;
+  }
+  print.value = table.number("value");
+  print.mask = whole<std::uint32_t>(table, "mask", 1, 0xFFFFFFFF, 0xFFFFFFFF);
+  return print;
+}
+
+VerifiedSetting read_setting(const TomlTable& table, const RegisterMap& map) {
+  VerifiedSetting setting{
+      .item = table.text("register"), .verifies = table.text("verifies", ""), .when = {}, .pattern = {}};
+  const auto* item = readable_item(table, map, setting.item);
+  const bool is_text = item && item->type == RegisterType::text;
+  if (setting.verifies.empty()) return setting;
+  if (is_text)
+    setting.pattern = read_pattern(table);
+  else
+    setting.when = read_condition(table, map);
+  return setting;
+}
+
+}  // namespace
+
+void read_identity(const TomlTable& table, RegisterMap& map) {
+  auto& verification = map.verification;
+  if (table.has("register")) map.identity = read_fingerprint(table, map, table.text("register"));
+  verification.verifies = table.text("verifies", "");
+  for (const auto& name : table.texts("shows")) {
+    if (readable_item(table, map, name)) verification.shows.push_back(name);
+  }
+  for (const auto& one : table.tables("setting")) verification.settings.push_back(read_setting(one, map));
+  for (const auto& one : table.tables("other_map"))
+    verification.other_maps.push_back(
+        {read_fingerprint(one, map, map.identity ? map.identity->item : ""), one.text("map"), one.text("what")});
+  verification.not_verified = table.texts("not_verified");
+}
+
+}  // namespace gyrotherm::drivers

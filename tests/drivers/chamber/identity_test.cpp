@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Checks of make and model, and of the settings that change the meaning of registers, by the register maps. Units here
+/// are independent of the maps' [simulated] tables.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/file.hpp"
+#include "drivers/chamber/item_exchange.hpp"
+#include "drivers/chamber/modbus_chamber.hpp"
+
+namespace gyrotherm::drivers {
+namespace {
+
+const std::filesystem::path kMaps = GYROTHERM_SOURCE_DIR "/profiles/chambers";
+
+RegisterMap shipped_map(const std::string& name, const std::string& power = "") {
+  const auto map = parse_register_map(read_text_file((kMaps / (name + ".toml")).string()).value(), name);
+  EXPECT_TRUE(map) << (map ? "" : text(map.error()));
+  return with_power_switch(*map, power).value();
+}
+
+/// A unit in memory that does something when it is written to. Registers that it does not have are refused.
+class ActiveUnit {
+ public:
+  std::map<std::uint16_t, std::uint16_t> words;
+  std::vector<std::pair<std::uint16_t, std::uint16_t>> written;  ///< address and first word, in order
+  std::function<void(std::uint16_t address, std::uint16_t word)> reacts = [](auto, auto) {};
+
+  void set_text(std::uint16_t address, const std::string& text) {
+    for (const char c : text) words[address++] = static_cast<std::uint16_t>(c);
+  }
+  /// Low word first.
+  void set_float(std::uint16_t address, float value) {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    words[address] = static_cast<std::uint16_t>(bits);
+    words[static_cast<std::uint16_t>(address + 1)] = static_cast<std::uint16_t>(bits >> 16);
+  }
+  [[nodiscard]] std::unique_ptr<Chamber> on_map(RegisterMap map) {
+    return make_modbus_chamber(std::move(map), std::make_unique<Line>(*this), virtual_pauses());
+  }
+  /// Returns the words written to `address`, in order.
+  [[nodiscard]] std::vector<std::uint16_t> written_to(std::uint16_t address) const {
+    std::vector<std::uint16_t> all;
+    for (const auto& [where, word] : written)
+      if (where == address) all.push_back(word);
+    return all;
+  }
+
+ private:
+  class Line final : public Registers {
+   public:
+    explicit Line(ActiveUnit& unit) : unit_(unit) {}
+    Result<std::vector<std::uint16_t>> read(ReadFunction, std::uint16_t address, std::uint16_t count) override {
+      std::vector<std::uint16_t> found;
+      for (std::uint16_t i = 0; i < count; ++i) {
+        const auto word = unit_.words.find(static_cast<std::uint16_t>(address + i));
+        if (word == unit_.words.end()) return failure(FaultKind::refused, "unit", "exception 2, illegal data address");
+        found.push_back(word->second);
+      }
+      return found;
+    }
+    Result<void> write(WriteFunction, std::uint16_t address, std::span<const std::uint16_t> values) override {
+      if (!unit_.words.contains(address)) return failure(FaultKind::refused, "unit", "exception 2");
+      for (std::size_t i = 0; i < values.size(); ++i) unit_.words[static_cast<std::uint16_t>(address + i)] = values[i];
+      unit_.written.emplace_back(address, values.front());
+      unit_.reacts(address, values.front());
+      return {};
+    }
+
+   private:
+    ActiveUnit& unit_;
+  };
+};
+
+/// An F4T, whose twelfth character of the part number counts its loops and cascades.
+ActiveUnit f4t(const std::string& loops) {
+  ActiveUnit unit;
+  unit.set_text(16, "F4T1F2EAA1B" + loops + "AAA");
+  unit.words[6730] = 15;
+  for (const std::uint16_t address : {2782, 2820, 4042, 4182}) unit.set_float(address, 23);
+  for (const std::uint16_t address : {2774, 4034}) unit.set_float(address, -70);
+  for (const std::uint16_t address : {2776, 4036}) unit.set_float(address, 180);
+  for (const std::uint16_t address : {2730, 2814, 4010, 4012, 16568}) unit.words[address] = 62;
+  unit.words[16566] = 61;
+  return unit;
+}
+
+/// The control modes take effect at once.
+void take_modes(ActiveUnit& unit) {
+  unit.reacts = [&unit](std::uint16_t address, std::uint16_t word) {
+    if (address == 2730) unit.words[2814] = word;
+    if (address == 4010) unit.words[4012] = word;
+  };
+}
+
+TEST(Patterns, HaveSingleCharactersAndClasses) {
+  struct Case {
+    const char* pattern;
+    std::vector<std::string> yes, no;
+  };
+  const std::vector<Case> cases{{"F4T????????[1-4]*", {"F4T1F2EAA1B1AAA", "F4T1F2EAA1B4"}, {"F4T1F2EAA1B7AAA", "F4T1"}},
+                                {"F4T????????[6-9A-C]*", {"F4T1F2EAA1B9", "F4T1F2EAA1BCx"}, {"F4T1F2EAA1B5", ""}},
+                                {"[!A-C]?", {"D1", "d "}, {"A1", "C1", "D", "D12"}},
+                                {"*[0-9]", {"7", "ab7"}, {"", "7a"}},
+                                {"LSCI,MODEL218?,*", {"LSCI,MODEL218S,1,2"}, {"LSCI,MODEL218,1,2"}},
+                                {"a[-x]c", {"a-c", "axc"}, {"abc"}}};
+  for (const auto& one : cases) {
+    for (const auto& text : one.yes) EXPECT_TRUE(matches(one.pattern, text)) << one.pattern << " " << text;
+    for (const auto& text : one.no) EXPECT_FALSE(matches(one.pattern, text)) << one.pattern << " " << text;
+    EXPECT_TRUE(matches(one.pattern, example_of(one.pattern))) << one.pattern << " " << example_of(one.pattern);
+  }
+}
+
+TEST(Patterns, WithoutAnEndOrCharactersAreMistakes) {
+  auto text = read_text_file((kMaps / "watlow_f4t.toml").string()).value();
+  for (const auto* wrong : {"F4T[1-4", "F4T[]*", "F4T[!]"}) {
+    auto changed = text;
+    const std::string good = "pattern = \"F4T????????[1-4]*\"";
+    changed.replace(changed.find(good), good.size(), "pattern = \"" + std::string(wrong) + "\"");
+    EXPECT_FALSE(parse_register_map(changed, "map.toml")) << wrong;
+  }
+}
+
+TEST(Identity, TellsAnF4TWithCascadeFromOneWithoutAndNamesTheOtherMap) {
+  const auto identify = [](const char* map, const std::string& loops) {
+    auto unit = f4t(loops);
+    auto who = unit.on_map(shipped_map(map))->identify();
+    EXPECT_TRUE(unit.written.empty());
+    return who;
+  };
+  for (const std::string loops : {"1", "2", "3", "4"}) {
+    EXPECT_TRUE(identify("watlow_f4t", loops)) << loops;
+    const auto other = identify("watlow_f4t_cascade", loops);
+    ASSERT_FALSE(other) << loops;
+    EXPECT_EQ(other.error().kind, FaultKind::mismatch);
+    EXPECT_NE(other.error().what.find("use the map watlow_f4t"), std::string::npos) << other.error().what;
+  }
+  for (const std::string loops : {"6", "7", "8", "9", "A", "B", "C"}) {
+    EXPECT_TRUE(identify("watlow_f4t_cascade", loops)) << loops;
+    const auto other = identify("watlow_f4t", loops);
+    ASSERT_FALSE(other) << loops;
+    EXPECT_EQ(other.error().kind, FaultKind::mismatch);
+    EXPECT_NE(other.error().what.find("use the map watlow_f4t_cascade"), std::string::npos) << other.error().what;
+  }
+  for (const auto* map : {"watlow_f4t", "watlow_f4t_cascade"})
+    for (const std::string loops : {"5", "D", "0", " "}) EXPECT_FALSE(identify(map, loops)) << map << " " << loops;
+}
+
+TEST(Identity, OfACascadeUnitIsItsAirAndItsOwnLimits) {
+  auto unit = f4t("7");
+  take_modes(unit);
+  unit.set_float(2820, 45);
+  unit.set_float(2782, 45);
+  unit.words[4200] = 63;
+  const auto chamber = unit.on_map(shipped_map("watlow_f4t_cascade"));
+  ASSERT_TRUE(chamber->identify());
+  EXPECT_NEAR(chamber->read().value().air.value, 23, 1e-6);
+  EXPECT_EQ(chamber->limits().value().lowest, Celsius{-70});
+  ASSERT_TRUE(chamber->head_for(Celsius{30}));
+  ASSERT_TRUE(chamber->start());
+  EXPECT_TRUE(unit.written_to(2782).empty()) << "the set point of the humidity";
+  EXPECT_TRUE(unit.written_to(2730).empty());
+  EXPECT_EQ(unit.written_to(4042).size(), 1u);
+}
+
+/// Settings under which the same registers mean something else.
+TEST(Identity, RefusesAUnitWhoseSettingsChangeTheMeaningOfItsRegisters) {
+  struct Case {
+    const char* what;
+    const char* map;
+    std::string loops;
+    std::uint16_t address, good, bad;
+  };
+  const std::vector<Case> cases{{"the unit ramps set points", "watlow_f4t", "1", 2794, 62, 85},
+                                {"the unit ramps at startup and set points", "watlow_f4t", "2", 2794, 88, 13},
+                                {"the set point is that of the part", "watlow_f4t_cascade", "7", 4200, 63, 62},
+                                {"the cascade ramps set points", "watlow_f4t_cascade", "9", 4054, 62, 85}};
+  for (const auto& one : cases) {
+    auto unit = f4t(one.loops);
+    const auto chamber = unit.on_map(shipped_map(one.map));
+    ASSERT_TRUE(chamber->identify());
+    EXPECT_NE(fmt::format("{}", fmt::join(chamber->verification().not_verified, ", ")).find("the unit has no"),
+              std::string::npos)
+        << one.what << ": a setting that cannot be read is said to be not verified";
+    unit.words[one.address] = one.good;
+    const auto good = chamber->identify();
+    ASSERT_TRUE(good) << one.what << ": " << text(good.error());
+    unit.words[one.address] = one.bad;
+    const auto bad = chamber->identify();
+    ASSERT_FALSE(bad) << one.what;
+    EXPECT_EQ(bad.error().kind, FaultKind::mismatch);
+    EXPECT_TRUE(chamber->recognise()) << "it is the same unit all the same";
+    EXPECT_TRUE(good->starts_with(*chamber->recognise()));
+  }
+}
+
+TEST(Identity, OfAControllerWithProductControlIsRefusedWhileThatIsOn) {
+  ActiveUnit unit;
+  for (std::uint16_t i = 0; i <= 180; ++i) unit.words[i] = 0;
+  unit.words[0] = 1;
+  unit.words[60] = unit.words[61] = 230;
+  const auto chamber = unit.on_map(shipped_map("csz_ezt570i"));
+  for (const std::uint16_t off : {0, 4}) {
+    unit.words[12] = off;
+    EXPECT_TRUE(chamber->identify()) << off;
+  }
+  for (const std::uint16_t on : {1, 2, 5, 6}) {
+    unit.words[12] = on;
+    EXPECT_FALSE(chamber->identify()) << on;
+  }
+}
+
+TEST(Identity, NamesTheSerialNumberAndChangesWithIt) {
+  auto unit = f4t("1");
+  const auto chamber = unit.on_map(shipped_map("watlow_f4t"));
+  const auto without = chamber->identify();
+  unit.words[12] = 4711;
+  unit.words[13] = 0;
+  const auto first = chamber->identify();
+  unit.words[12] = 4712;
+  const auto second = chamber->identify();
+  ASSERT_TRUE(without && first && second);
+  EXPECT_NE(first->find("serial_number = 4711"), std::string::npos) << *first;
+  EXPECT_NE(*first, *second);
+  EXPECT_NE(*without, *first);
+}
+
+TEST(Identity, RefusesAUnitThatIsSetToAnotherWordOrder) {
+  auto unit = f4t("1");
+  const auto chamber = unit.on_map(shipped_map("watlow_f4t"));
+  ASSERT_TRUE(chamber->identify());
+  for (const std::uint16_t address : {2782, 2820}) std::swap(unit.words[address], unit.words[address + 1]);
+  const auto swapped = chamber->identify();
+  ASSERT_FALSE(swapped);
+  EXPECT_EQ(swapped.error().kind, FaultKind::mismatch);
+  for (const std::uint16_t address : {2782, 2820}) unit.set_float(address, 0);
+  EXPECT_TRUE(chamber->identify()) << "zeros show no order";
+}
+
+/// Reads a value next to zero in another order, whatever the set point is.
+TEST(WordOrder, IsNotDoubtedForTheTraceOfAWrongOne) {
+  const auto map = shipped_map("watlow_f4t");
+  for (const float celsius : {21.0F, 23.3F, -40.25F, 19.97F, 70.1F}) {
+    ActiveUnit unit;
+    unit.set_float(0, celsius);
+    const std::vector<std::uint16_t> words{unit.words[0], unit.words[1]};
+    const auto findings = probe_word_order(*map.find("air_temperature"), words, *map.find("set_point"), words);
+    EXPECT_TRUE(findings.front().plausible) << celsius;
+    for (std::size_t i = 1; i < findings.size(); ++i)
+      EXPECT_FALSE(findings[i].plausible && std::abs(findings[i].air_c) < 0.05) << celsius << " " << findings[i].air_c;
+    EXPECT_FALSE(contradicts_its_order(findings)) << celsius;
+  }
+  for (const float near_zero : {0.004F, -0.03F}) {
+    ActiveUnit unit;
+    unit.set_float(0, near_zero);
+    const std::vector<std::uint16_t> words{unit.words[0], unit.words[1]};
+    const auto findings = probe_word_order(*map.find("air_temperature"), words, *map.find("set_point"), words);
+    EXPECT_FALSE(contradicts_its_order(findings)) << near_zero << " is a temperature too";
+  }
+}
+
+TEST(EveryMap, StatesWhatItVerifiesAndWhatItCannot) {
+  std::set<std::string> seen;
+  for (const auto& file : std::filesystem::directory_iterator(kMaps)) {
+    if (file.path().extension() != ".toml") continue;
+    const auto name = file.path().stem().string();
+    const auto map = shipped_map(name);
+    const auto& verification = map.verification;
+    seen.insert(name);
+    if (name == "virtual") continue;
+    EXPECT_FALSE(verification.not_verified.empty()) << name;
+    if (map.identity) {
+      EXPECT_FALSE(verification.verifies.empty()) << name;
+    } else {
+      EXPECT_NE(verification.not_verified.front().find("make"), std::string::npos) << name;
+    }
+  }
+  EXPECT_EQ(seen.size(), 14u);
+}
+
+/// The basic mode falls back to idle by itself; the mode is a field of bits.
+TEST(BinderMb1, StopIsConfirmedByAnyModeThatDoesNotCondition) {
+  struct Case {
+    std::uint16_t shown;  ///< after the basic mode was commanded
+    bool is_stopped;
+  };
+  for (const auto& [shown, is_stopped] : {Case{0, true}, Case{0x1000, true}, Case{0x1001, true}, Case{0x0002, true},
+                                          Case{0x0800, false}, Case{0x0801, false}, Case{0x0400, false}}) {
+    ActiveUnit unit;
+    unit.words[0x1A22] = 0x0800;
+    unit.reacts = [&unit, shown = shown](std::uint16_t, std::uint16_t) { unit.words[0x1A22] = shown; };
+    const auto stopped = unit.on_map(shipped_map("binder_mb1"))->stop();
+    EXPECT_EQ(stopped.has_value(), is_stopped) << shown;
+    EXPECT_EQ(unit.written_to(0x1A22), std::vector<std::uint16_t>{0x1000});
+  }
+}
+
+TEST(BinderMb1, StartIsConfirmedByTheBitOfTheManualMode) {
+  for (const auto& [shown, is_started] : {std::pair<std::uint16_t, bool>{0x0800, true}, {0x0801, true}, {0, false}}) {
+    ActiveUnit unit;
+    unit.words[0x1A22] = 0;
+    unit.reacts = [&unit, shown = shown](std::uint16_t, std::uint16_t) { unit.words[0x1A22] = shown; };
+    EXPECT_EQ(unit.on_map(shipped_map("binder_mb1"))->start().has_value(), is_started) << shown;
+  }
+}
+
+/// The event of a TestEquity chamber.
+TEST(PowerSwitch, IsSwitchedOnBeforeTheLoopAndOffAfterIt) {
+  for (const auto* map : {"watlow_f4t", "watlow_f4t_cascade"}) {
+    auto unit = f4t(map == std::string("watlow_f4t") ? "1" : "7");
+    take_modes(unit);
+    unit.words[16594] = 62;
+    const auto chamber = unit.on_map(shipped_map(map, "event_1"));
+    EXPECT_EQ(chamber->inspect().value().activity, ChamberActivity::off);
+    ASSERT_TRUE(chamber->start());
+    EXPECT_EQ(unit.written.front(), (std::pair<std::uint16_t, std::uint16_t>{16594, 63}));
+    EXPECT_EQ(chamber->inspect().value().activity, ChamberActivity::running);
+    ASSERT_TRUE(chamber->start());
+    EXPECT_EQ(unit.written_to(16594).size(), 1u) << "it is on";
+    ASSERT_TRUE(chamber->stop());
+    EXPECT_EQ(unit.written.back(), (std::pair<std::uint16_t, std::uint16_t>{16594, 62}));
+    EXPECT_EQ(chamber->inspect().value().activity, ChamberActivity::off);
+  }
+}
+
+/// The key of an ESPEC chamber, which stops what it started when it is pressed again.
+TEST(PowerSwitch, IsAKeyThatIsPressedOnlyWhereTheOutputShowsTheNeed) {
+  auto unit = f4t("1");
+  unit.words[33718] = 62;
+  unit.words[6850] = 1456;
+  unit.reacts = [&unit](std::uint16_t address, std::uint16_t word) {
+    if (address == 2730) unit.words[2814] = word;
+    if (address == 6850 && word == 1457) unit.words[33718] = unit.words[33718] == 63 ? 62 : 63;
+  };
+  const auto chamber = unit.on_map(shipped_map("watlow_f4t", "key_1"));
+  const auto presses = [&] { return std::ranges::count(unit.written_to(6850), 1457); };
+  ASSERT_TRUE(chamber->start());
+  EXPECT_EQ(unit.words[33718], 63);
+  ASSERT_TRUE(chamber->start());
+  EXPECT_EQ(presses(), 1) << "a second press would stop it";
+  ASSERT_TRUE(chamber->stop());
+  EXPECT_EQ(unit.words[33718], 62);
+  ASSERT_TRUE(chamber->stop());
+  EXPECT_EQ(presses(), 2);
+}
+
+TEST(PowerSwitch, IsNotTouchedUnlessTheRigNamesIt) {
+  auto unit = f4t("1");
+  take_modes(unit);
+  unit.words[16594] = unit.words[33718] = 62;
+  unit.words[6850] = 1456;
+  const auto chamber = unit.on_map(shipped_map("watlow_f4t"));
+  ASSERT_TRUE(chamber->start());
+  ASSERT_TRUE(chamber->stop());
+  EXPECT_TRUE(unit.written_to(16594).empty());
+  EXPECT_TRUE(unit.written_to(6850).empty());
+  const auto map = shipped_map("watlow_f4t");
+  EXPECT_EQ(with_power_switch(map, "event_9").error().kind, FaultKind::usage);
+  EXPECT_EQ(with_power_switch(shipped_map("binder_mb1"), "event_1").error().kind, FaultKind::usage);
+}
+
+TEST(F4tLimitModule, EndsARunWhenItHasTripped) {
+  struct Case {
+    std::uint16_t address, code;
+  };
+  for (const auto& [address, code] : {Case{11250, 28}, Case{11264, 32}, Case{11288, 12}}) {
+    auto unit = f4t("1");
+    unit.words[11250] = 61;
+    unit.words[11264] = 61;
+    unit.words[11288] = 61;
+    const auto chamber = unit.on_map(shipped_map("watlow_f4t"));
+    EXPECT_FALSE(chamber->inspect().value().must_stop);
+    unit.words[address] = code;
+    EXPECT_TRUE(chamber->inspect().value().must_stop) << address;
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm::drivers

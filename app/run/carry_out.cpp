@@ -149,6 +149,12 @@ Fault begins_elsewhere(Celsius goal, Celsius air) {
                   air.value, goal.value)};
 }
 
+/// Returns the identity that the chamber reported; empty: none.
+std::string chamber_of(const rig::ChamberAsFound& found) {
+  const auto who = found.identities.find(rig::kChamberTitle);
+  return who == found.identities.end() ? "" : who->second;
+}
+
 /// The trace that gyrotherm-make-safe left beside the record.
 void remove_trace(const std::string& path) {
   std::error_code error;
@@ -281,7 +287,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
     store = record::Store::create(path, info, store_options(file.simulated));
     if (!store) return failure(store.error());
     remove_trace(path);  // of an earlier record of that name
-    return ownership->arm().map([&] { return entry.set_point; });
+    return ownership->arm(chamber_of(found)).map([&] { return entry.set_point; });
   };
   say_connecting(console, file);
   const auto names = (*rig)->prepare(entrance, upload ? &*program : nullptr);
@@ -328,7 +334,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
     if (auto good = check_controller(found.limits, on->profile, on->rig); !good) return failure(good.error());
     store = record::Store::reopen(path, store_options(on->rig.simulated));
     if (!store) return failure(store.error());
-    return ownership->arm().map([&] { return entry.set_point; });
+    return ownership->arm(chamber_of(found)).map([&] { return entry.set_point; });
   };
   say_connecting(console, on->rig);
   if (auto names = (*rig)->prepare(entrance, nullptr); !names) return not_begun(*ownership, **rig, names.error());

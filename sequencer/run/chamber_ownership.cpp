@@ -22,7 +22,8 @@ watchdog::SafeState safe_state_for(const rig::RigFile& rig, const std::string& r
           .switch_off = rig.safe_off,
           .by_program = by_program,
           .written_by = watchdog::own_identity(),
-          .map_text = rig.chamber_map.text};
+          .map_text = rig.chamber_map.text,
+          .power = rig.chamber_power};
 }
 
 }  // namespace
@@ -42,8 +43,9 @@ Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const s
   return ownership;
 }
 
-Result<void> ChamberOwnership::arm() {
+Result<void> ChamberOwnership::arm(const std::string& identity) {
   if (!safe_state_) return {};
+  safe_state_->identity = identity;
   auto line = watchdog::WatchdogClient::tie(*safe_state_);
   if (!line) return failure(line.error());
   watchdog_ = std::move(*line);

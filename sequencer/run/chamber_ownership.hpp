@@ -23,8 +23,9 @@ class ChamberOwnership {
                                                      bool by_program = false);
 
   /// The last thing before the chamber is moved for the first time: from now on somebody else makes it safe if this
-  /// program dies or hangs. Fails like WatchdogClient::tie().
-  [[nodiscard]] Result<void> arm();
+  /// program dies or hangs. `identity`: who the chamber reported to be; another one is then not made safe. Fails like
+  /// WatchdogClient::tie().
+  [[nodiscard]] Result<void> arm(const std::string& identity);
   /// At the end of a tick. `stuck`: how long the chamber's call that is under way has not got on; past its limit the
   /// watcher hears nothing.
   void heartbeat(Duration stuck);

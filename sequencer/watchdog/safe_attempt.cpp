@@ -24,6 +24,7 @@ namespace {
 constexpr Duration kBetweenTries = std::chrono::milliseconds(300);
 constexpr Duration kLastTryBefore = std::chrono::seconds(8);
 constexpr int kTriesOfTheRest = 3;
+constexpr int kMostQuestions = 3;
 
 class Attempt {
  public:
@@ -48,9 +49,27 @@ class Attempt {
     told(done_.reached, text(fault));
     means_.wait(kBetweenTries);
     if (fault.kind == FaultKind::disconnected) chamber_ = means_.connect();
+    if (fault.kind == FaultKind::disconnected) is_recognised_ = false;
+  }
+
+  /// Fails with mismatch where another instrument answers: nothing is sent to it. One that does not answer this
+  /// question is sent the set point all the same, for the run compared it before.
+  [[nodiscard]] Result<void> recognise_chamber() {
+    if (is_recognised_) return {};
+    const auto who = chamber_->recognise();
+    const bool is_other = who ? !goal_.identity.starts_with(*who) && !goal_.identity.empty()
+                              : who.error().kind == FaultKind::mismatch || who.error().kind == FaultKind::refused;
+    if (is_other)
+      return failure(FaultKind::mismatch, "chamber",
+                     fmt::format("nothing is sent to another instrument: {}; the run began with: {}",
+                                 who ? *who : text(who.error()), goal_.identity.empty() ? "its map" : goal_.identity));
+    is_recognised_ = who.has_value();
+    const bool is_asked_again = !who && ++unrecognised_ < kMostQuestions;
+    return is_asked_again ? failure(who.error()) : Result<void>{};
   }
 
   [[nodiscard]] Result<void> send_once() {
+    if (auto known = recognise_chamber(); !known) return known;
     if (!goal_.by_program) return chamber_->insist(goal_.set_point);
     chamber_->end_rest();
     const auto ended = chamber_->end_program();
@@ -73,6 +92,7 @@ class Attempt {
   /// The chamber's own word, once nothing overrules the set point any more.
   [[nodiscard]] Result<std::string> settle() {
     chamber_->end_rest();
+    if (auto known = recognise_chamber(); !known) return failure(known.error());
     if (auto ended = chamber_->end_program(); !ended) return failure(ended.error());
     if (auto sent = chamber_->insist(goal_.set_point); !sent) return failure(sent.error());
     if (goal_.switch_off)
@@ -96,6 +116,8 @@ class Attempt {
   const AttemptMeans& means_;
   Duration began_;
   std::unique_ptr<drivers::Chamber> chamber_;
+  bool is_recognised_ = false;
+  int unrecognised_ = 0;  ///< questions that were not answered
   SafeAttempt done_;
 };
 
@@ -152,14 +174,16 @@ Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
     return failure(FaultKind::bad_file, where, "its line leads to no chamber");
   auto map = parse_register_map(safe_state.map_text, where + " (register map)", safe_state.word_order);
   if (!map) return failure(map.error());
-  const auto linked = on_link(std::move(*map), safe_state.link);
+  const auto linked = on_link(std::move(*map), safe_state.link).and_then([&](drivers::RegisterMap used) {
+    return with_power_switch(std::move(used), safe_state.power);
+  });
   if (!linked) return failure(FaultKind::bad_file, where, linked.error().what);
-  return SafeStateChamber{
-      .place = drivers::chamber_place(*line, linked->link.modbus.port, linked->link.modbus.unit),
-      .goal = {safe_state.safe_set_point, set_point_tolerance(*linked), safe_state.switch_off, safe_state.by_program},
-      .connect = [map = *linked, line = *line] {
-        return make_modbus_chamber(map, make_modbus(line, map.link.modbus));
-      }};
+  return SafeStateChamber{.place = drivers::chamber_place(*line, linked->link.modbus.port, linked->link.modbus.unit),
+                          .goal = {safe_state.safe_set_point, set_point_tolerance(*linked), safe_state.switch_off,
+                                   safe_state.by_program, safe_state.identity},
+                          .connect = [map = *linked, line = *line] {
+                            return make_modbus_chamber(map, make_modbus(line, map.link.modbus));
+                          }};
 }
 
 Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice) {

@@ -45,6 +45,8 @@ struct SafeGoal {
   Kelvins tolerance;  ///< how often the set point was sent that it shows then (drivers/chamber/set_point_tolerance.hpp)
   bool switch_off{};
   bool by_program{};  ///< the controller may carry a program out, which would overrule a set point
+  /// Identity that the chamber reported when the run began. Empty: its map alone is compared.
+  std::string identity{};
 };
 
 /// Tries the set point again and again on one connection (on a new one after a line that broke), the last time before

@@ -61,12 +61,16 @@ std::string objection(int file) {
 std::string safe_state_path(const std::string& record) { return record + ".safe-state"; }
 
 std::string to_text(const SafeState& safe_state) {
+  const auto unless_empty = [](const char* key, const std::string& value) {
+    return value.empty() ? std::string() : fmt::format("{} = {}\n", key, toml_quoted(value));
+  };
   return fmt::format(
       "schema = \"{}\"\nrecord = {}\nline = {}\nlink = \"{}\"\nword_order = \"{}\"\nsafe_set_point_c = {}\n"
-      "switch_off = {}\nby_program = {}\npid = {}\nstarted = {}\nboot = {}\nmap = [\n{}]\n",
+      "switch_off = {}\nby_program = {}\npid = {}\nstarted = {}\nboot = {}\n{}{}map = [\n{}]\n",
       kSafeStateSchema, toml_quoted(safe_state.record), toml_quoted(safe_state.line), name(safe_state.link),
       to_string(safe_state.word_order), safe_state.safe_set_point.value, safe_state.switch_off, safe_state.by_program,
       safe_state.written_by.pid, safe_state.written_by.started, toml_quoted(safe_state.written_by.boot),
+      unless_empty("power", safe_state.power), unless_empty("identity", safe_state.identity),
       quoted_lines(safe_state.map_text));
 }
 
@@ -83,7 +87,9 @@ Result<SafeState> parse_safe_state(std::string_view text, const std::string& fil
                        .switch_off = table->boolean("switch_off"),
                        .by_program = table->boolean("by_program"),
                        .written_by = read_identity(*table),
-                       .map_text = fmt::format("{}", fmt::join(table->texts("map"), "\n"))};
+                       .map_text = fmt::format("{}", fmt::join(table->texts("map"), "\n")),
+                       .power = table->text("power", ""),
+                       .identity = table->text("identity", "")};
   if (auto verdict = table->verdict(); !verdict) return failure(std::move(verdict.error()));
   return safe_state;
 }

@@ -26,6 +26,8 @@ struct SafeState {
   bool by_program{};           ///< the controller carries the profile out: its program is ended first
   ProcessIdentity written_by;  ///< who commands the chamber meanwhile
   std::string map_text;        ///< the register map
+  std::string power{};         ///< a power switch of the map, or empty
+  std::string identity{};      ///< of the chamber; empty: not known
   bool operator==(const SafeState&) const = default;
 };
 

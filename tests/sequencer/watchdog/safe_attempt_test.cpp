@@ -29,10 +29,11 @@ class FakeChamber final : public drivers::Chamber {
     bool refuses_to_stop = false;
     bool drifts = false;  ///< shows another set point later
     int connections = 0;
+    Result<std::string> who = std::string("Watlow F4T (serial_number = 111)");
     std::string heard;
   };
   explicit FakeChamber(ProfileState& state) : state_(state) { ++state.connections; }
-  Result<std::string> identify() override { return std::string("fake"); }
+  Result<std::string> identify() override { return state_.who; }
   Result<ChamberState> read() override {
     state_.heard += "look ";
     return ChamberState{.air = {79}, .set_point = state_.drifts ? Celsius{60} : state_.set_point};
@@ -74,12 +75,40 @@ SafeAttempt attempt(FakeChamber::ProfileState& state, const SafeGoal& goal = {.s
                              .clock = state.clock});
 }
 
-constexpr SafeGoal kOff{.set_point = {23}, .tolerance = {0.1}, .switch_off = true};
+const SafeGoal kOff{.set_point = {23}, .tolerance = {0.1}, .switch_off = true};
 
 TEST(MakeSafe, SendsTheSetPointBeforeItAsksAnything) {
   FakeChamber::ProfileState state;
   EXPECT_EQ(attempt(state).reached, SafeStage::all);
   EXPECT_EQ(state.heard, "set program set look ");
+  EXPECT_EQ(state.set_point, (Celsius{23}));
+}
+
+TEST(MakeSafe, SendsNothingToAnotherInstrument) {
+  const SafeGoal known{.set_point = {23},
+                       .tolerance = {0.1},
+                       .switch_off = true,
+                       .identity = "Watlow F4T (serial_number = 111), ramp_action = off"};
+  const std::vector<Result<std::string>> others{failure(FaultKind::mismatch, "part_number", "reads \"F4T…7\""),
+                                                failure(FaultKind::refused, "part_number", "exception 2"),
+                                                std::string("Watlow F4T (serial_number = 222)")};
+  for (const auto& other : others) {
+    FakeChamber::ProfileState state;
+    state.who = other;
+    const auto tried = attempt(state, known);
+    EXPECT_EQ(tried.reached, SafeStage::nothing);
+    EXPECT_EQ(state.heard, "");
+    EXPECT_NE(tried.details.find("nothing is sent to another instrument"), std::string::npos) << tried.details;
+    EXPECT_NE(tried.details.find("serial_number = 111"), std::string::npos) << "names the one of the run";
+  }
+  FakeChamber::ProfileState state;
+  EXPECT_EQ(attempt(state, known).reached, SafeStage::all) << "with other settings it is the one of the run";
+}
+
+TEST(MakeSafe, SendsTheSetPointWhereTheQuestionWhoItIsIsLost) {
+  FakeChamber::ProfileState state;
+  state.who = failure(FaultKind::timeout, "part_number", "no reply");
+  EXPECT_EQ(attempt(state).reached, SafeStage::all);
   EXPECT_EQ(state.set_point, (Celsius{23}));
 }
 
@@ -129,7 +158,7 @@ TEST(MakeSafe, EndsConditioningWhereTheRigWantsItAndTheSetPointCountsByItself) {
 TEST(MakeSafe, AProgramOfTheControllersIsEndedBeforeASetPointCounts) {
   FakeChamber::ProfileState state;
   state.runs_program = true;
-  constexpr SafeGoal kUploaded{.set_point = {23}, .tolerance = {0.1}, .by_program = true};
+  const SafeGoal kUploaded{.set_point = {23}, .tolerance = {0.1}, .by_program = true};
   EXPECT_EQ(attempt(state, kUploaded).reached, SafeStage::all);
   EXPECT_TRUE(state.heard.starts_with("program set ")) << state.heard;
   state.keeps_program = true;

@@ -59,6 +59,8 @@ TEST(SafeStateFile, ReadsBackWhateverIsWritten) {
   written.link = drivers::LinkKind::rtu_over_tcp;
   written.safe_set_point = {-12.0625};
   written.map_text = "";
+  written.power = "event_1";
+  written.identity = "Watlow F4T (part_number = F4T1A2EAA1B1AAA, serial_number = 111), ramp_action = off";
   const auto read = parse_safe_state(to_text(written), "text");
   ASSERT_TRUE(read) << text(read.error());
   EXPECT_EQ(*read, written);

@@ -309,7 +309,8 @@ std::optional<std::string> altered(const CheckInputs& in) {
 bool was_restarted(const CheckInputs& in) {
   const bool off = in.chamber()->activity == ChamberActivity::off;
   const bool silent_before = !in.memory.chamber_answered || (off && !in.memory.activity_seen);
-  return (silent_before && !in.stood(InterlockId::foreign_set_point)) || in.stood(InterlockId::restarted);
+  return (silent_before && !in.stood(InterlockId::foreign_set_point)) || in.stood(InterlockId::restarted) ||
+         in.stood(InterlockId::restarted_off);
 }
 
 /// Somebody else's set point is not known to be gone while the chamber is silent: afterwards it is still that, and no
@@ -324,10 +325,14 @@ Found foreign_set_point(const CheckInputs& in) {
   return found("somebody else changed it: the chamber " + *what);
 }
 
-Found restarted(const CheckInputs& in) {
+Found restarted_and(const CheckInputs& in, bool off) {
   const auto what = altered(in);
-  return what && was_restarted(in) ? found("the chamber was restarted: it " + *what) : Found{};
+  const bool is_it = what && was_restarted(in) && (in.chamber()->activity == ChamberActivity::off) == off;
+  return is_it ? found("the chamber was restarted: it " + *what) : Found{};
 }
+Found restarted(const CheckInputs& in) { return restarted_and(in, false); }
+/// People may have taken it off the mains to reach inside.
+Found restarted_off(const CheckInputs& in) { return restarted_and(in, true); }
 
 // ---- the program and its record -------------------------------------------------------------------------------------
 
@@ -460,6 +465,8 @@ constexpr std::array<Interlock, kInterlocks> kTable{{
      .confirmation = {.samples = 2}, .check = foreign_set_point},
     {.id = InterlockId::restarted, .name = "restarted", .usual = Reaction::suspend,
      .check = restarted, .unread = no_chamber},
+    {.id = InterlockId::restarted_off, .name = "restarted_off", .usual = Reaction::hold,
+     .check = restarted_off, .unread = no_chamber},
     {.id = InterlockId::not_taken, .name = "not_taken", .usual = Reaction::suspend,
      .check = not_taken, .unread = no_chamber},
     {.id = InterlockId::slept, .name = "slept", .usual = Reaction::hold, .check = slept},
@@ -615,11 +622,23 @@ InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, con
 }
 
 InterlockDemand demand_beside(const InterlockMemory& memory, InterlockId one) {
+  return demand_beside(memory, std::vector{one});
+}
+
+InterlockDemand demand_beside(const InterlockMemory& memory, const std::vector<InterlockId>& some) {
   InterlockDemand most;
   for (std::size_t i = 0; i < kInterlocks; ++i)
     for (const auto& watch : memory.watches[i])
-      if (i != static_cast<std::size_t>(one)) demand(watch, most);
+      if (std::ranges::count(some, static_cast<InterlockId>(i)) == 0) demand(watch, most);
   return most;
+}
+
+std::vector<InterlockId> taken_over_by_resume(const InterlockMemory& memory) {
+  std::vector<InterlockId> some;
+  if (memory.stands(InterlockId::foreign_set_point)) some.push_back(InterlockId::foreign_set_point);
+  for (const auto id : {InterlockId::restarted, InterlockId::restarted_off})
+    if (memory.stands(id) && memory.of(id).reaction == Reaction::hold) some.push_back(id);
+  return some;
 }
 
 std::vector<std::string> standing_faults(const InterlockMemory& memory) {

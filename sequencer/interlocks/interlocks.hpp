@@ -100,6 +100,10 @@ struct InterlockResult {
 
 /// What the interlocks beside one of them demanded with the last sample that was judged.
 [[nodiscard]] InterlockDemand demand_beside(const InterlockMemory& memory, InterlockId one);
+[[nodiscard]] InterlockDemand demand_beside(const InterlockMemory& memory, const std::vector<InterlockId>& some);
+
+/// The causes that an operator's resume ends by taking the chamber over: a foreign set point, and a restart that holds.
+[[nodiscard]] std::vector<InterlockId> taken_over_by_resume(const InterlockMemory& memory);
 
 /// One line for each alarm that stands.
 [[nodiscard]] std::vector<std::string> standing_faults(const InterlockMemory& memory);

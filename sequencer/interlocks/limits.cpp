@@ -95,6 +95,9 @@ void read_policy(const TomlTable& table, Policy& policy) {
     if (!row.choosable && word != "abort") table.mistake(row.name, "this always ends the run, expected \"abort\"");
     policy[i] = reaction_of(word);
   }
+  const auto of = [&](InterlockId id) -> Reaction& { return policy[static_cast<std::size_t>(id)]; };
+  const bool says_restarted_alone = table.has("restarted") && !table.has("restarted_off");
+  if (says_restarted_alone) of(InterlockId::restarted_off) = of(InterlockId::restarted);
 }
 
 }  // namespace

@@ -42,6 +42,7 @@ enum class InterlockId {
   another_instrument,
   foreign_set_point,
   restarted,
+  restarted_off,
   not_taken,
   slept,
   storage,

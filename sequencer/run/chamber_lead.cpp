@@ -16,6 +16,20 @@ namespace gyrotherm::run {
 
 namespace {
 
+using interlocks::InterlockId;
+
+bool was_restarted(const interlocks::InterlockMemory& memory) {
+  return memory.stands(InterlockId::restarted) || memory.stands(InterlockId::restarted_off);
+}
+
+/// A chamber that was restarted is brought back without an operator, unless that holds the run.
+bool is_brought_back(const interlocks::InterlockMemory& memory) {
+  const auto acts_by_itself = [&](InterlockId id) {
+    return memory.stands(id) && memory.of(id).reaction < interlocks::Reaction::hold;
+  };
+  return acts_by_itself(InterlockId::restarted) || acts_by_itself(InterlockId::restarted_off);
+}
+
 constexpr std::int64_t kTakeOverEvery = 10;  ///< seconds, of a chamber that does not take set points
 constexpr Kelvins kAtLimit{0.5};             ///< air that is so near to a limit has come back to it
 
@@ -84,8 +98,8 @@ bool HostLead::waits_for_air(Celsius air) const {
 std::optional<std::string> HostLead::command(io::InstrumentIo& io, const LeadSecond& second, RunState state,
                                              bool returning, const interlocks::InterlockMemory& memory) {
   if (!may_command(state) || !second.sample.chamber.value) return std::nullopt;
-  if (memory.stands(interlocks::InterlockId::restarted) || std::exchange(taking_over_, false))
-    return bring_back(io, second);
+  if (std::exchange(taking_over_, false) || is_brought_back(memory)) return bring_back(io, second);
+  if (was_restarted(memory)) return std::nullopt;  // an operator decides
   if (memory.stands(interlocks::InterlockId::not_taken))
     return second.sample.slot % kTakeOverEvery == 0 ? bring_back(io, second) : std::nullopt;
   if (memory.is_seen(interlocks::InterlockId::foreign_set_point)) {

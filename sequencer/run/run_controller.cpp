@@ -15,7 +15,6 @@ namespace gyrotherm::run {
 namespace {
 
 constexpr int kSafeTries = 3;
-constexpr auto kForeign = interlocks::InterlockId::foreign_set_point;
 
 /// What is read once a second, by name, and its fault or null.
 struct Channelled {
@@ -109,7 +108,7 @@ void RunController::note(EventKind kind, std::string text, EventSubject about) {
 }
 
 bool RunController::takes_over(OperatorCommand command) const {
-  return command == OperatorCommand::resume && memory_.stands(kForeign);
+  return command == OperatorCommand::resume && !taken_over_by_resume(memory_).empty();
 }
 
 std::string RunController::objection(OperatorCommand command) const {
@@ -123,9 +122,9 @@ std::string RunController::standing_objection(OperatorCommand command, bool take
   return holds.empty() ? lead_->objection(command) : "what holds it still stands: " + holds;
 }
 
-/// An operator lets a run go on that somebody else's set point holds, and nothing besides.
+/// An operator resumes a run that a foreign set point or a restart holds, and nothing besides.
 std::string RunController::standing_cause(interlocks::Reaction reaction, bool takes_over) const {
-  const auto most = takes_over ? demand_beside(memory_, kForeign) : demand_;
+  const auto most = takes_over ? demand_beside(memory_, taken_over_by_resume(memory_)) : demand_;
   return most.reaction == reaction ? most.cause : "";
 }
 
@@ -320,7 +319,7 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
     note(EventKind::note, fmt::format("{} is not carried out: {}", name(request->command), why));
     request.reset();
   }
-  const bool takes_over = request && request->takes_over && memory_.stands(kForeign);
+  const bool takes_over = request && request->takes_over && !taken_over_by_resume(memory_).empty();
   if (takes_over) lead_->take_over();
   const bool leaves = request && request->command == OperatorCommand::stop && run_state() != RunState::aborting &&
                       demand.reaction < interlocks::Reaction::abort &&

@@ -70,6 +70,9 @@ class BenchIo final : public io::InstrumentIo {
     return {};
   }
 
+  std::vector<std::string> strangers() const override { return others; }
+
+  std::vector<std::string> others;  ///< strangers among the instruments
   double uut_c = 20;
   std::optional<double> thermometer_c;  ///< of the first one
   bool gyro_silent = false;             ///< of the units under test the first

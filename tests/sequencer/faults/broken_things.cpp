@@ -257,6 +257,19 @@ std::vector<BrokenThing> what_becomes_of_set_points() {
            .acts_within = 5,
            .over_within = 600,
            .brought_back = true},
+          {.shows = "AChamberTakenOffTheMains",
+           .cause = interlocks::InterlockId::restarted_off,
+           .reaction = interlocks::Reaction::hold,
+           .at = kHold,
+           .breaks =
+               [](D& d) {
+                 d.plant().chamber().line().trouble.gone = true;
+                 d.seconds(2);
+                 d.plant().restart_chamber({40}, false);
+                 d.plant().chamber().line().trouble.gone = false;
+               },
+           .acts_within = 5,
+           .mends = [](D& d) { d.plant().laboratory().switch_on(true); }},
           {.shows = "AnotherChamberAtTheAddress",
            .cause = interlocks::InterlockId::another_instrument,
            .reaction = interlocks::Reaction::hold,

@@ -89,6 +89,86 @@ TEST(BrokenRig, ARestartedChamberIsRampedBackFromWhereTheAirIs) {
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
 }
 
+/// Takes the chamber off the mains for 20 s and lets 2 s pass.
+void take_off_the_mains(tests::Bench& bench, bool keeps_its_set_point) {
+  bench.seconds(500);
+  bench.chamber().silent = true;
+  bench.seconds(20);
+  bench.chamber().silent = false;
+  bench.chamber().on = false;
+  if (!keeps_its_set_point) bench.chamber().restart();
+  bench.seconds(2);
+}
+
+TEST(BrokenRig, AChamberThatComesBackOffIsSwitchedOnByAnOperatorAlone) {
+  for (const bool keeps_its_set_point : {true, false}) {
+    tests::Bench bench(kSoak);
+    take_off_the_mains(bench, keeps_its_set_point);
+    EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
+    EXPECT_EQ(bench.count(EventKind::interlock, "restarted_off (hold)"), 1);
+    const auto sent = bench.chamber().sent_c.size();
+    bench.seconds(3600);
+    EXPECT_FALSE(bench.chamber().on) << "hands may be inside";
+    EXPECT_EQ(bench.chamber().sent_c.size(), sent);
+    ASSERT_EQ(bench.run_controller().objection(OperatorCommand::resume), "");
+    const double air = bench.chamber().air_c;
+    bench.run_controller().tell(OperatorCommand::resume, "Ada");
+    bench.seconds(1);
+    EXPECT_TRUE(bench.chamber().on);
+    ASSERT_GT(bench.chamber().sent_c.size(), sent);
+    EXPECT_NEAR(bench.chamber().sent_c[sent], air, 0.5) << "no jump";
+    ASSERT_NE(bench.until(RunState::execute, 2000), -1);
+    EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
+  }
+}
+
+TEST(BrokenRig, AChamberThatComesBackOffIsSwitchedOnWhereTheRigFileWantsIt) {
+  const auto suspends = [](rig::RigFile& file) {
+    file.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::restarted_off)] =
+        interlocks::Reaction::suspend;
+  };
+  tests::Bench bench(kSoak, suspends);
+  take_off_the_mains(bench, true);
+  EXPECT_TRUE(bench.chamber().on);
+  ASSERT_NE(bench.until(RunState::execute, 2000), -1);
+}
+
+TEST(BrokenRig, AChamberThatComesBackOtherwiseWaitsForTheOperatorWhereTheRigFileWantsIt) {
+  const auto holds = [](rig::RigFile& file) {
+    file.limits.policy[static_cast<std::size_t>(interlocks::InterlockId::restarted)] = interlocks::Reaction::hold;
+  };
+  tests::Bench bench(kSoak, holds);
+  bench.seconds(500);
+  bench.chamber().silent = true;
+  bench.seconds(20);
+  bench.chamber().silent = false;
+  bench.chamber().restart();
+  const auto sent = bench.chamber().sent_c.size();
+  bench.seconds(600);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
+  EXPECT_EQ(bench.chamber().sent_c.size(), sent);
+  bench.run_controller().tell(OperatorCommand::resume, "Ada");
+  ASSERT_NE(bench.until(RunState::execute, 2000), -1);
+  EXPECT_EQ(bench.chamber().set_point_c, 30);
+}
+
+TEST(BrokenRig, AnotherInstrumentHoldsTheRunUntilTheFirstOneIsBackAndAnOperatorResumes) {
+  tests::Bench bench(kSoak);
+  bench.seconds(500);
+  bench.instruments().others = {"chamber: another instrument, or other settings: F4T 222; the run began with: F4T 111"};
+  bench.chamber().silent = true;
+  bench.seconds(3);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
+  EXPECT_EQ(bench.count(EventKind::interlock, "F4T 222; the run began with: F4T 111"), 1) << "names both";
+  EXPECT_NE(bench.run_controller().objection(OperatorCommand::resume), "") << "not while it answers";
+  bench.instruments().others.clear();
+  bench.chamber().silent = false;
+  bench.seconds(60);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
+  bench.run_controller().tell(OperatorCommand::resume, "Ada");
+  ASSERT_NE(bench.until(RunState::execute, 2000), -1);
+}
+
 TEST(BrokenRig, AForeignSetPointIsNotFought) {
   tests::Bench bench(kSoak);
   bench.seconds(500);

@@ -405,7 +405,7 @@ TEST(InterlockId, AChamberFoundOffAfterASilenceWasRestartedThoughItsStateIsKnown
   bench.seconds(3);
   bench.chamber().activity = ChamberActivity::off;
   bench.second();
-  EXPECT_GT(bench.memory.of(interlocks::InterlockId::restarted).samples, 0);
+  EXPECT_GT(bench.memory.of(interlocks::InterlockId::restarted_off).samples, 0);
   EXPECT_EQ(bench.memory.of(interlocks::InterlockId::foreign_set_point).samples, 0);
 }
 

@@ -32,7 +32,8 @@ from typing import Any, Callable, Iterable
 UNIT = 1
 WORD_ORDER_LOW_FIRST = True  # cdab, as profiles/chambers/watlow_f4t.toml has it
 
-PART_NUMBER, ALARM_1 = 16, 1356
+SERIAL_NUMBER, PART_NUMBER, ALARM_1, RAMP_ACTION = 12, 16, 1356, 2794
+LIMIT_ERROR, LIMIT_STATE, LIMIT_STATUS = 11250, 11264, 11288
 CONTROL_MODE, CONTROL_MODE_ACTIVE = 2730, 2814
 SET_POINT_LOW, SET_POINT_HIGH = 2774, 2776
 SET_POINT, ACTIVE_SET_POINT, OUTPUT, AIR = 2782, 2810, 2808, 2820
@@ -366,6 +367,15 @@ class Chamber(Instrument):
             self._keep(address, value)
         for alarm in range(4):
             self._keep(ALARM_1 + 100 * alarm, NO_ALARM)
+        for address, value in {SERIAL_NUMBER: 111, RAMP_ACTION: OFF, LIMIT_ERROR: NO_ALARM, LIMIT_STATE: NO_ALARM,
+                               LIMIT_STATUS: NO_ALARM}.items():
+            self._keep(address, value)
+
+    def exchange(self, serial: int, air: float) -> None:
+        """Somebody puts another chamber in its place, at `air` and switched off."""
+        with self.lock:
+            self._keep(SERIAL_NUMBER, serial)
+            self.begin_at(air)
 
     def _keep(self, address: int, value: int) -> None:
         """Every parameter takes two registers; a 16-bit value sits in the first."""

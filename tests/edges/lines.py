@@ -169,3 +169,34 @@ for _name in ("rtu_every_other_lost", "rtu_half_lost", "rtu_late_0500_1500", "rt
     _link, _faults = HOSTILE[_name]
     enter("lines", f"killed_on_{_name}", functools.partial(killed_on_a_bad_line, link=_link, faults=_faults),
           long_only=_name in ("rtu_mix_b", "rtu_late_0500_1500"))
+
+
+def another_chamber(scene: Scene, *, link: str, serial: int, held_by: str) -> None:
+    """Somebody takes the chamber off the mains, and another one, or the same, answers at its address, switched off: the
+    run is held, nothing is sent to it, and it is not switched on."""
+    laboratory = scene.laboratory(link)
+    chamber = laboratory.chamber
+    run = scene.hot_run(laboratory)
+    chamber.break_as(silent=True)
+    time.sleep(9)
+    changed, acknowledged = time.monotonic(), run.acknowledged()
+    chamber.exchange(serial, 25.0)
+    chamber.heal()
+    time.sleep(15)
+    scene.expect(not chamber.writes(changed), f"it was sent {[(w.address, w.value) for w in chamber.writes(changed)]}")
+    scene.expect(chamber.mode == OFF, "it was switched on")
+    scene.stop(run)
+    record = scene.read(run.record)
+    airs = {slot: air for slot, air in record.airs().items() if slot > acknowledged and air is not None}
+    if held_by == "another_instrument":
+        scene.expect(not airs, f"its air is stored: {airs}")
+        scene.expect(any("111" in text and str(serial) in text for _, _, text in record.events), "no alarm names both")
+    scene.expect(any(text.startswith(held_by + " (hold)") for _, _, text in record.events), f"no alarm {held_by}")
+    scene.expect("held" in record.states().values(), "the run was not held")
+
+
+for _link in ("tcp", "rtu_over_tcp", "rtu"):
+    for _name, _serial, _held_by in (("another_chamber", 222, "another_instrument"),
+                                     ("power_off_hands", 111, "restarted_off")):
+        enter("lines", f"{_name}_{_link}", functools.partial(another_chamber, link=_link, serial=_serial,
+                                                             held_by=_held_by), limit=120, long_only=_link == "rtu")

@@ -365,8 +365,9 @@ Result<void> ItemExchange::write(const RegisterItem& item, double value, int tri
   auto sent = write_words(item, *words, tries);
   const bool is_seen = !item.self_clearing && !item.seen_later && (item.readable || !item.seen_in.empty());
   if (sent) return is_seen ? wait_until_seen(*set, written) : Result<void>{};
+  if (tries == 1 || !is_seen || sent.error().kind == FaultKind::refused) return sent;
   registers_.insist();
-  if (tries == 1 || !is_seen || sent.error().kind == FaultKind::refused || !is_trusted()) return sent;
+  if (!is_trusted()) return sent;
   return wait_until_seen(*set, written) ? Result<void>{} : sent;
 }
 

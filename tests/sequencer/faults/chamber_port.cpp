@@ -34,8 +34,19 @@ bool ChamberPort::shows_set_point(const drivers::ModbusRequest& request) const {
          request.address + request.count >= set_point_.address + word_count(set_point_);
 }
 
-/// A set point is read back by the next request that arrives; one that was not acknowledged may be tried again.
+bool ChamberPort::asks_who(const drivers::ModbusRequest& request) const {
+  const auto& map = registers_.map();
+  const auto is = [&](const drivers::RegisterItem& item) {
+    return request.address == item.address && request.count == word_count(item);
+  };
+  return reads(request.function) && map.identity &&
+         (is(*map.find(map.identity->item)) || is(*map.find("air_temperature")));
+}
+
+/// A set point is read back by the next request that arrives, other than those that ask who answers after a
+/// reconnection; one that was not acknowledged may be tried again.
 void ChamberPort::note(const drivers::ModbusRequest& request) {
+  if (asks_who(request)) return;
   const auto sent = reads(request.function) ? std::nullopt : set_point_in(request);
   const bool is_another = sent && to_be_read_back_ && abs(*sent - *to_be_read_back_) >= Kelvins{1e-3};
   if (to_be_read_back_ && !sent && !(reads(request.function) && shows_set_point(request))) ++not_read_back_;

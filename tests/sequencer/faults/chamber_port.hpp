@@ -56,6 +56,8 @@ class ChamberPort {
  private:
   [[nodiscard]] std::optional<Celsius> set_point_in(const drivers::ModbusRequest& request) const;
   [[nodiscard]] bool shows_set_point(const drivers::ModbusRequest& request) const;
+  /// Reads the fingerprint, or the air alone, by whose words the order is compared.
+  [[nodiscard]] bool asks_who(const drivers::ModbusRequest& request) const;
   void note(const drivers::ModbusRequest& request);
   void clamp();
   void spoil(Bytes& answer);

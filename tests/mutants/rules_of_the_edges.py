@@ -63,7 +63,8 @@ MUTANTS = [
      "if (is_other)", "if (false)",
      "watchdog_test", "MakeSafe.SendsNothingToAnotherInstrument"),
     ("another instrument is no alarm", "sequencer/interlocks/interlocks.cpp",
-     "return where_told(in.around.strangers);", "return {};",
+     "for (const auto& text : in.around.strangers) all.push_back",
+     "for (const auto& text : in.around.strangers) if (text.empty()) all.push_back",
      "faults_test", shown_by("AnotherChamberAtTheAddress")),
     ("a resumed run asks nobody who answers", "sequencer/run/resume.cpp",
      "if (!stood.strangers.empty()) return {Reentry::ask, stood.strangers};", "",
@@ -71,8 +72,8 @@ MUTANTS = [
 
     # Lost channels.
     ("a lost channel is not told", "sequencer/interlocks/interlocks.cpp",
-     "auto lost = lost_thermometers(in, InterlockId::channel_lost, [](std::size_t) { return true; }, \"\");",
-     "Found lost;",
+     "in, InterlockId::channel_lost, [](std::size_t) { return true; }, \"\");",
+     "in, InterlockId::channel_lost, [](std::size_t) { return false; }, \"\");",
      "faults_test", shown_by("AThermometersLineCutThatTheAnalysisDoesNotNeed")),
     ("a channel that the analysis needs is lost without a word", "sequencer/interlocks/interlocks.cpp",
      "return lost_thermometers(in, InterlockId::needed_channel_lost, is_needed, \", which the analysis needs\");",

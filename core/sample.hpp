@@ -55,6 +55,8 @@ void describe(auto& form, Like<FrameCount> auto& frames) {
 enum class ChamberActivity {
   off,
   running,  ///< it conditions at its set point
+  /// It conditions and does not follow its set point: a manual output, an open loop.
+  not_following,
   program,  ///< it carries out a program of its own
   ramping,  ///< it carries out a ramp of its program
   soaking,  ///< it carries out a soak of its program
@@ -153,9 +155,10 @@ struct RunStanding {
 };
 
 [[nodiscard]] inline const char* name(ChamberActivity activity) {
-  return word_in<ChamberActivity::unknown>({"off", "running", "program", "ramping", "soaking", "waiting", "holding",
-                                            "done", "alarm", "door open", "emergency stop", "power failure", "unknown"},
-                                           activity);
+  return word_in<ChamberActivity::unknown>(
+      {"off", "running", "not following its set point", "program", "ramping", "soaking", "waiting", "holding", "done",
+       "alarm", "door open", "emergency stop", "power failure", "unknown"},
+      activity);
 }
 [[nodiscard]] inline const char* name(Phase phase) {
   return word_in<Phase::complete>({"ramping", "holding", "waiting for soak", "overdue", "complete"}, phase);

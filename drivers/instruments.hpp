@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,6 +43,9 @@ struct IdentityReport {
   std::vector<std::string> verified, not_verified;
 };
 
+/// Settings of a controller on which its values depend (unit, decimals), by the name of the register, as last read.
+using ControllerSettings = std::map<std::string, double>;
+
 /// How long it takes to speak to a chamber, where that can be told.
 struct ChamberEffort {
   int each_second = 0;    ///< exchanges for its air and set point, in each second
@@ -72,6 +76,8 @@ class Chamber : public Identified {
   /// What of its state and alarms it says that it does not have, in words: nobody asks for that any more. Known after
   /// inspect().
   [[nodiscard]] virtual std::vector<std::string> missing() const { return {}; }
+  /// Returns the settings as last read; empty where there are none, or none was read.
+  [[nodiscard]] virtual ControllerSettings settings() const { return {}; }
   /// Carries out another command that the instrument knows: "acknowledge" (its alarms), "pause", "resume" (its own
   /// program), … Fails with refused where it knows none of that name.
   [[nodiscard]] virtual Result<void> perform(const std::string& command) {
@@ -81,7 +87,8 @@ class Chamber : public Identified {
   virtual void end_rest() {}
   /// `target` as head_for() makes it, but at once, on a line that rests too, and with nothing asked that the write
   /// itself does not need: where a line loses answers, each question more is one that it may lose. Only a program that
-  /// was started from here is ended before. Fails like head_for().
+  /// was started from here is ended before. From now on a unit or a number of decimals that cannot be read counts as it
+  /// was last read. Fails like head_for().
   [[nodiscard]] virtual Result<void> insist(Celsius target) {
     end_rest();
     return head_for(target);

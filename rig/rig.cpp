@@ -254,7 +254,7 @@ class AssembledRig : public Rig {
     if (!state) return failure(state.error());
     const auto limits = patiently([&] { return chamber_->limits(); });
     if (!limits) return failure(limits.error());
-    return ChamberAsFound{*state, *limits, chamber_->missing(), identities_};
+    return ChamberAsFound{*state, *limits, chamber_->missing(), identities_, chamber_->settings()};
   }
 
   /// Never start() at a set point that was not taken. Returns what the chamber says of the program that it keeps.

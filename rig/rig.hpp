@@ -98,6 +98,7 @@ struct ChamberAsFound {
   std::vector<std::string> missing{};  ///< of what its state and alarms are read from, in words
   /// Who each instrument of the rig reports to be, by its title ("chamber", "thermometer 2").
   std::map<std::string, std::string> identities{};
+  drivers::ControllerSettings settings{};
 };
 /// The set point that the chamber is to be sent to first, from where it stands; a fault is the reason why it may not be
 /// moved at all.

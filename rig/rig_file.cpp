@@ -117,6 +117,8 @@ void read_analysis(const TomlTable& table, const std::vector<std::string>& chann
 void read_safe(const TomlTable& table, RigFile& rig) {
   rig.safe_set_point = table.celsius("set_point", rig.safe_set_point);
   rig.safe_off = table.boolean("off", false);
+  rig.safe_observe = table.duration("observe", rig.safe_observe);
+  if (rig.safe_observe > std::chrono::hours(1)) table.mistake("observe", "\"observe\" is at most 1 h");
   if (table.has("set_point")) check_safe_set_point(table, "set_point", rig);
 }
 

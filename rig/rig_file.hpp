@@ -53,6 +53,8 @@ struct RigFile {
   std::vector<GyroLine> gyro_lines;
   std::vector<AnalogueSettings> analogue_inputs;
   bool safe_off{};  ///< safe is to be switched off, too
+  /// Time for which the air of a chamber that was made safe is watched; 0: it is not.
+  Duration safe_observe = std::chrono::minutes(5);
   interlocks::InterlockLimits limits;
   interlocks::RunLimits run_limits;
   bool simulated{};                     ///< every line is "virtual"; mixed rigs are refused

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/quantity.hpp"
 #include "simulator/laboratory_file.hpp"
@@ -26,7 +27,8 @@ class ChamberPlant {
   void step(Celsius set_point, bool on) {
     const auto& p = parameters_;
     if (!on) integral_ = 0;
-    const double wanted = on && std::isfinite(sensed().value) ? demand(set_point.value - sensed().value) : 0;
+    const double follows = on && std::isfinite(sensed().value) ? demand(set_point.value - sensed().value) : 0;
+    const double wanted = on && held_output_ ? *held_output_ : follows;
 
     constexpr double kAirByOpenDoorSeconds = 60;
     const double room_k_per_s = faults_.door_open ? (p.room_c - air_c_) / kAirByOpenDoorSeconds : 0;
@@ -40,6 +42,9 @@ class ChamberPlant {
 
   /// From the next step on.
   void inject(const PlantFaults& faults) { faults_ = faults; }
+
+  /// Manual mode: the output stays at this, −1 … 1, whatever the set point is; nothing: it follows.
+  void hold_output(std::optional<double> output) { held_output_ = output; }
 
   [[nodiscard]] Celsius air() const { return {air_c_}; }
   /// Behind the sensor's lag, or what it shows.
@@ -71,6 +76,7 @@ class ChamberPlant {
   double air_c_;
   double wall_c_;
   double sensed_c_;
+  std::optional<double> held_output_;
   double integral_{};  ///< the controller's, in units of its output
   double output_{};    ///< of heater (positive) and cooler (negative), −1…1
 };

@@ -25,6 +25,7 @@ SimulatedUnit unit_of(const TomlTable& table, const drivers::RegisterMap& map) {
   };
   conditions("turns_on", unit.turns_on);
   conditions("turns_off", unit.turns_off);
+  conditions("holds_output", unit.holds_output);
   conditions("starts_program", unit.starts_program);
   conditions("holds_program", unit.holds_program);
   conditions("resumes_program", unit.resumes_program);
@@ -37,7 +38,7 @@ SimulatedUnit unit_of(const TomlTable& table, const drivers::RegisterMap& map) {
   for (const auto& one : table.tables("shows")) {
     SimulatedUnit::Shows shows{.item = one.text("register"), .values = {}};
     const auto* item = drivers::named_item(map, one, "register", shows.item);
-    for (const auto* state : {"off", "on", "running", "ramping", "soaking", "held", "done"}) {
+    for (const auto* state : {"off", "on", "manual", "running", "ramping", "soaking", "held", "done"}) {
       if (!one.has(state)) continue;
       const auto code = item && !item->codes.empty() ? drivers::code_of(*item, one.text(state)) : one.number(state);
       if (!code) one.mistake(state, fmt::format("register \"{}\" has no such code", shows.item));
@@ -173,9 +174,10 @@ double ChamberRegisters::shown(const SimulatedUnit::Shows& shows) const {
       case ProgramRun::Stage::done: return "done";
       case ProgramRun::Stage::none: break;
     }
-    return laboratory_.is_on() ? "on" : "off";
+    return !laboratory_.is_on() ? "off" : laboratory_.holds_output() ? "manual" : "on";
   }();
-  auto found = shows.values.find(state);
+  auto found = shows.values.find(laboratory_.holds_output() && laboratory_.is_on() ? "manual" : state);
+  if (found == shows.values.end()) found = shows.values.find(state);
   if (found == shows.values.end() && run_.runs()) found = shows.values.find("running");
   if (found == shows.values.end()) found = shows.values.find(laboratory_.is_on() ? "on" : "off");
   return found == shows.values.end() ? 0 : found->second;
@@ -188,6 +190,8 @@ std::vector<std::uint16_t> ChamberRegisters::live_words(const Live& live) const 
     case Role::set_point: return image_.words_at(item, laboratory_.set_point().value);
     case Role::output: return image_.words_at(item, laboratory_.output_percent());
     case Role::mode: {
+      if (laboratory_.is_on() && laboratory_.holds_output())
+        return image_.words(image_address(item), word_count(item));  // as it was written
       const auto code = laboratory_.is_on() ? map_.control->on : map_.control->off;
       return image_.words_at(item, static_cast<double>(code));
     }
@@ -283,8 +287,12 @@ void ChamberRegisters::take_effect(const drivers::RegisterItem& item, double val
   if (item.name == "set_point") laboratory_.command({value});
   if (item.self_clearing && (item.name == unit.program_number || item.name == unit.program_step))
     image_.set_value(item, value);  // it is kept inside, and shows zero
+  const bool manual = any_holds(unit.holds_output, item, value);
   if (unit.turns_on.empty() && map_.control && item.name == map_.control->commanded)
-    laboratory_.switch_on(value == static_cast<double>(map_.control->on));
+    laboratory_.switch_on(manual || value == static_cast<double>(map_.control->on));
+  if (manual || any_holds(unit.turns_on, item, value) || any_holds(unit.turns_off, item, value) ||
+      (map_.control && item.name == map_.control->commanded))
+    laboratory_.hold_output(manual ? std::optional(1.0) : std::nullopt);
   if (any_holds(unit.turns_on, item, value)) laboratory_.switch_on(true);
   if (any_holds(unit.turns_off, item, value)) {
     laboratory_.switch_on(false);

@@ -29,9 +29,10 @@ struct SimulatedUnit {
   struct Shows {
     std::string item;
     std::map<std::string, double>
-        values;  ///< by state: "off", "on", "running" (or "ramping", "soaking"), "held", "done"
+        values;  ///< by state: "off", "on", "manual", "running" (or "ramping", "soaking"), "held", "done"
   };
   std::vector<drivers::Condition> turns_on, turns_off;  ///< by writing this
+  std::vector<drivers::Condition> holds_output;         ///< by writing this: manual mode, at full heating
   std::vector<drivers::Condition> starts_program, holds_program, resumes_program, ends_program;
   std::vector<drivers::Condition> creates_program;  ///< by writing this the memory is emptied
   std::vector<drivers::Condition> stores_program,

@@ -106,6 +106,7 @@ struct VirtualLaboratory::Parts {
   RandomStream air_noise;
   Celsius set_point;
   bool on = false;
+  bool holds_output = false;
   UnitState unit;
   Celsius measured_air;
 };
@@ -187,6 +188,11 @@ void VirtualLaboratory::command(Celsius set_point) {
 
 void VirtualLaboratory::switch_on(bool on) { parts_->on = on; }
 
+void VirtualLaboratory::hold_output(std::optional<double> output) {
+  parts_->holds_output = output.has_value();
+  parts_->plant.hold_output(output);
+}
+
 void VirtualLaboratory::bring_unit_to(const UnitState& state) {
   parts_->unit = state;
   for (auto& unit : parts_->units) unit.bring_to(state);
@@ -212,6 +218,7 @@ void VirtualLaboratory::inject(const LaboratoryFaults& faults) {
 
 Celsius VirtualLaboratory::set_point() const { return parts_->set_point; }
 bool VirtualLaboratory::is_on() const { return parts_->on; }
+bool VirtualLaboratory::holds_output() const { return parts_->holds_output; }
 const UnitState& VirtualLaboratory::unit() const { return parts_->unit; }
 Celsius VirtualLaboratory::air_as_measured() const { return parts_->measured_air; }
 double VirtualLaboratory::output_percent() const { return parts_->plant.output_percent(); }

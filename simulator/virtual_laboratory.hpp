@@ -81,6 +81,9 @@ class VirtualLaboratory {
   /// What the controller is told, which it must accept; in force from the next step on.
   void command(Celsius set_point);
   void switch_on(bool on);
+  /// Manual mode of the controller: its output stays at this, −1 (full cooling) … 1 (full heating), while it is on;
+  /// nothing: it follows the set point.
+  void hold_output(std::optional<double> output);
   /// Every unit is so from the next step on: without power it is silent, cools down and, switched on again, starts
   /// anew; turned around each axis sees the Earth's rate with the other sign.
   void bring_unit_to(const UnitState& state);
@@ -93,6 +96,7 @@ class VirtualLaboratory {
 
   [[nodiscard]] Celsius set_point() const;
   [[nodiscard]] bool is_on() const;
+  [[nodiscard]] bool holds_output() const;
   [[nodiscard]] const UnitState& unit() const;    ///< how people have left the units, all alike
   [[nodiscard]] Celsius air_as_measured() const;  ///< by the chamber's own sensor: noise, resolution
   [[nodiscard]] double output_percent() const;    ///< −100 (full cooling) … 100 (full heating)

@@ -83,6 +83,12 @@ tl::unexpected<Fault> interrupted_run(const UnderWay& run) {
                    fmt::format("stopped after {} s: {}; its guard remains until that is confirmed; \"gyrotherm resume "
                                "{}\" continues",
                                run.run_controller.next_slot(), run.run_controller.end_cause(), run.path));
+  if (const auto foreign = run.run_controller.foreign_hold(); !foreign.empty() && !run.rig.file().simulated)
+    return failure(
+        FaultKind::interrupted, run.path,
+        fmt::format("stopped after {} s: {}; the guard, gyrotherm-make-safe, sends it to {:g} °C and watches "
+                    "it; \"gyrotherm resume {} --accept\" continues",
+                    run.run_controller.next_slot(), foreign, run.rig.file().safe_set_point.value, run.path));
   run.ownership.release();
   const auto chamber =
       run.run_controller.is_left_to_the_controller() ? "goes on with its program" : "holds its set point";
@@ -331,7 +337,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
     store = record::Store::create(path, info, store_options(file.simulated));
     if (!store) return failure(store.error());
     remove_trace(path);  // of an earlier record of that name
-    return ownership->arm(chamber_of(found)).map([&] { return entry.set_point; });
+    return ownership->arm(chamber_of(found), found.settings).map([&] { return entry.set_point; });
   };
   say_readiness(console, file, check_readiness(file, path, (*rig)->will_start_utc()));
   say_connecting(console, file);
@@ -385,7 +391,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
     if (auto good = check_controller(found.limits, on->profile, on->rig); !good) return failure(good.error());
     store = record::Store::reopen(path, store_options(on->rig.simulated));
     if (!store) return failure(store.error());
-    return ownership->arm(chamber_of(found)).map([&] { return entry.set_point; });
+    return ownership->arm(chamber_of(found), found.settings).map([&] { return entry.set_point; });
   };
   say_connecting(console, on->rig);
   if (auto names = (*rig)->prepare(entrance, nullptr); !names) return not_begun(*ownership, **rig, names.error());

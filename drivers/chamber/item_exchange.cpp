@@ -216,6 +216,13 @@ Result<IdentityFound> ItemExchange::identify(const RegisterItem& instead) {
   return found;
 }
 
+ItemExchange::ItemExchange(const RegisterMap& map, Registers& registers, Pauses& pauses)
+    : map_(map), registers_(registers), pauses_(pauses) {
+  std::vector<const RegisterItem*> all;
+  for (const auto& one : map.items) all.push_back(&one);
+  contexts_ = needed_by(all);
+}
+
 const RegisterItem& ItemExchange::item(std::string_view name) const { return named(map_, name); }
 
 std::vector<const RegisterItem*> ItemExchange::needed_by(std::span<const RegisterItem* const> items) const {
@@ -236,13 +243,15 @@ Result<Snapshot> ItemExchange::look(std::span<const ReadSpan> spans) {
     if (!words) return failure(std::move(words.error()));
     snapshot.add(span, std::move(*words));
   }
+  confirm(snapshot);
   return snapshot;
 }
 
 Result<double> ItemExchange::value_in(const Snapshot& snapshot, const RegisterItem& item) const {
   const auto words = snapshot.words_of(item);
   if (words.size() != word_count(item)) return failure(FaultKind::refused, place(item), "not read");
-  const auto context = context_of(map_, item, [&](const RegisterItem& other) { return value_in(snapshot, other); });
+  const auto context =
+      context_of(map_, item, [&](const RegisterItem& other) { return or_as_before(other, value_in(snapshot, other)); });
   if (!context) return failure(context.error());
   auto value = context->is_empty() ? decode(item, words) : decode(in_context(item, *context), words);
   return value ? value : failure(at(item, std::move(value.error())));
@@ -252,9 +261,10 @@ Result<double> ItemExchange::read(const RegisterItem& item) {
   const RegisterItem* const self = &item;
   auto wanted = needed_by(std::span(&self, 1));
   wanted.push_back(self);
-  return look(plan_reads(wanted, map_.holes, map_.link.modbus.read_at_most)).and_then([&](const Snapshot& snapshot) {
-    return value_in(snapshot, item);
-  });
+  auto snapshot = look(plan_reads(wanted, map_.holes, map_.link.modbus.read_at_most));
+  const auto alone = span_of(item);
+  if (!snapshot && falls_back_ && wanted.size() > 1) snapshot = look(std::span(&alone, 1));
+  return snapshot.and_then([&](const Snapshot& found) { return value_in(found, item); });
 }
 
 Result<std::vector<std::uint16_t>> ItemExchange::read_words(const RegisterItem& item) {
@@ -281,12 +291,33 @@ void ItemExchange::know(const Snapshot& found) {
   known_since_ = pauses_.now();
 }
 
+void ItemExchange::confirm(const Snapshot& found) {
+  for (const auto* item : contexts_) {
+    if (found.words_of(*item).empty()) continue;
+    if (const auto value = value_in(found, *item)) confirmed_[item->name] = *value;
+  }
+}
+
+bool ItemExchange::can_do_without(const ReadSpan& span) const {
+  return falls_back_ && std::ranges::none_of(map_.items, [&](const RegisterItem& item) {
+           const bool inside = read_function(item) == span.function && item.address >= span.first &&
+                               item.address < span.first + span.count;
+           return inside && !confirmed_.contains(item.name);
+         });
+}
+
+Result<double> ItemExchange::or_as_before(const RegisterItem& item, Result<double> value) const {
+  if (value || !falls_back_) return value;
+  const auto before = confirmed_.find(item.name);
+  return before == confirmed_.end() ? value : Result<double>(before->second);
+}
+
 bool ItemExchange::knows(const RegisterItem& item) const {
   return pauses_.now() - known_since_ <= kKnownFor && !known_.words_of(item).empty();
 }
 
 Result<double> ItemExchange::context_value(const RegisterItem& item) {
-  return knows(item) ? value_in(known_, item) : read(item);
+  return or_as_before(item, knows(item) ? value_in(known_, item) : read(item));
 }
 
 /// The item alone is read if all that it needs to be understood is known.

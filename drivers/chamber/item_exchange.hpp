@@ -15,6 +15,7 @@
 #include "drivers/chamber/register_item.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/status_turns.hpp"
+#include "drivers/instruments.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm::drivers {
@@ -48,8 +49,7 @@ struct IdentityFound {
 class ItemExchange {
  public:
   /// All of them outlive it.
-  ItemExchange(const RegisterMap& map, Registers& registers, Pauses& pauses)
-      : map_(map), registers_(registers), pauses_(pauses) {}
+  ItemExchange(const RegisterMap& map, Registers& registers, Pauses& pauses);
 
   /// Takes the line as it is for the one to whose end is written. A break may put another unit there: before the next
   /// write after one the unit is asked again who it is, if it ever was, and the write fails with disconnected unless it
@@ -69,6 +69,17 @@ class ItemExchange {
   [[nodiscard]] std::vector<const RegisterItem*> needed_by(std::span<const RegisterItem* const> items) const;
   /// What was just read holds for a second: contexts in it are not asked for again meanwhile.
   void know(const Snapshot& found);
+  /// Keeps the units and decimals of the snapshot as the last that were read.
+  void confirm(const Snapshot& found);
+  [[nodiscard]] const ControllerSettings& confirmed() const { return confirmed_; }
+  /// Takes settings that another program has read before.
+  void assume(const ControllerSettings& settings) { confirmed_ = settings; }
+  /// Lets a unit or a number of decimals that cannot be read count as it was last read: one register must not keep a
+  /// chamber hot that is being made safe.
+  void fall_back() { falls_back_ = true; }
+  /// Returns true if nothing of the span is needed as long as it cannot be read: it holds contexts alone, which are
+  /// known from before.
+  [[nodiscard]] bool can_do_without(const ReadSpan& span) const;
 
   /// Reads the spans; fails with the first that fails.
   [[nodiscard]] Result<Snapshot> look(std::span<const ReadSpan> spans);
@@ -114,6 +125,7 @@ class ItemExchange {
   [[nodiscard]] Result<void> write(const RegisterItem& item, double value, int tries);
   [[nodiscard]] Result<void> write_words(const RegisterItem& item, std::span<const std::uint16_t> words, int tries);
   [[nodiscard]] bool knows(const RegisterItem& item) const;
+  [[nodiscard]] Result<double> or_as_before(const RegisterItem& item, Result<double> value) const;
   [[nodiscard]] Result<double> context_value(const RegisterItem& item);
   [[nodiscard]] Result<double> read_in_known_context(const RegisterItem& item);
   [[nodiscard]] Result<std::vector<std::uint16_t>> read_words(const RegisterItem& item);
@@ -131,6 +143,9 @@ class ItemExchange {
   std::uint64_t trusted_ = 0;                    ///< breaks, when it was trusted
   std::string recognised_;                       ///< the last identity; empty: never asked
   const RegisterItem* recognised_by_ = nullptr;  ///< in place of a fingerprint
+  std::vector<const RegisterItem*> contexts_;    ///< units and decimals of any item
+  ControllerSettings confirmed_;
+  bool falls_back_ = false;
 };
 
 }  // namespace gyrotherm::drivers

@@ -87,10 +87,19 @@ constexpr Duration kSlowExchange = std::chrono::milliseconds(50);
 constexpr int kMostStrayZeros = 6;
 /// No chamber's air goes further in a few seconds.
 constexpr double kNearZeroK = 2;
+/// Beyond what any chamber with registers does: such a value has another word order or unit, or is damaged.
+constexpr double kColdestAirC = -120, kWarmestAirC = 250;
+/// Less is the trace of a wrong word order.
+constexpr double kNextToNothingC = 1e-4;
+/// Air moves by less than this at once, and by no more than that in a second, in a thermal shock chamber too.
+constexpr double kJumpK = 10, kFastestKPerS = 5;
+/// A value that stays where it has jumped to in so many readings is the sensor's own.
+constexpr int kSensorsOwn = 10;
 
 class ModbusChamber final : public Chamber {
  public:
-  ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registers, std::unique_ptr<Pauses> pauses);
+  ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registers, std::unique_ptr<Pauses> pauses,
+                const ControllerSettings& before);
 
   Result<std::string> identify() override {
     items_.trust_line();
@@ -194,6 +203,7 @@ class ModbusChamber final : public Chamber {
   Result<void> insist(Celsius target) override {
     items_.trust_line();
     end_rest();
+    items_.fall_back();
     const auto free = end_known_program();
     auto seen_at_once = set_point_;
     seen_at_once.seen_later = false;
@@ -225,6 +235,7 @@ class ModbusChamber final : public Chamber {
   }
 
   std::vector<std::string> missing() const override { return missing_; }
+  ControllerSettings settings() const override { return items_.confirmed(); }
 
   Result<std::string> upload(const ChamberProgram& program) override {
     if (!map_.sequences.contains("start_program") || !map_.sequences.contains("stop_program"))
@@ -287,10 +298,12 @@ class ModbusChamber final : public Chamber {
         return failure(FaultKind::timeout, place(air_),
                        "the line is too slow, or loses too much, for a reading a second");
       auto words = registers_->read(span.function, span.first, span.count);
+      if (!words && items_.can_do_without(span)) continue;
       if (!words) return failure(std::move(words.error()));
       exchange_ = std::max(pauses_->now() - before, exchange_ * 3 / 4);
       core.add(span, std::move(*words));
     }
+    items_.confirm(core);
     items_.know(exchange_ >= kSlowExchange ? core : Snapshot());
     return core;
   }
@@ -299,6 +312,7 @@ class ModbusChamber final : public Chamber {
   [[nodiscard]] Result<double> air_in(const Snapshot& core) {
     const auto air = items_.value_in(core, air_);
     if (!air) return air;
+    if (auto sound = check_air(*air); !sound) return failure(std::move(sound.error()));
     const bool follows = std::abs(*air - last_air_c_) <= kNearZeroK;
     if (air_.stray_zeros && *air == 0 && !follows && zeros_ < kMostStrayZeros) {
       ++zeros_;
@@ -306,7 +320,30 @@ class ModbusChamber final : public Chamber {
     }
     zeros_ = 0;
     last_air_c_ = *air;
+    last_air_at_ = pauses_->now();
     return air;
+  }
+
+  /// Fails with out_of_range for a value that a chamber's air cannot have.
+  [[nodiscard]] Result<void> check_air(double air_c) {
+    const auto refuse = [&](const char* why) {
+      return failure(FaultKind::out_of_range, place(air_), fmt::format("reads {:g} °C, {}", air_c, why));
+    };
+    if (!(air_c >= kColdestAirC && air_c <= kWarmestAirC))
+      return refuse("which is no chamber's air: compare word order and unit");
+    const double moved = std::abs(air_c - last_air_c_);
+    if (air_c != 0 && std::abs(air_c) < kNextToNothingC && !(moved <= kNearZeroK))
+      return refuse("next to nothing, as in another word order");
+    const double reach = kJumpK + kFastestKPerS * to_seconds(pauses_->now() - last_air_at_);
+    if (std::isnan(last_air_c_) || moved <= reach || (air_.stray_zeros && air_c == 0)) {
+      jumps_ = 0;
+      return {};
+    }
+    jumps_ = jumps_ > 0 && std::abs(air_c - jumped_to_c_) <= kJumpK ? jumps_ + 1 : 1;
+    jumped_to_c_ = air_c;
+    if (jumps_ < kSensorsOwn) return refuse("farther from the last reading than air moves");
+    jumps_ = 0;
+    return {};
   }
 
   [[nodiscard]] Result<double> set_point_in(const Snapshot& core) {
@@ -463,10 +500,14 @@ class ModbusChamber final : public Chamber {
   bool to_be_seen_ = false;              ///< the set point that was sent shall show at the next reading
   double sent_c_ = std::numeric_limits<double>::quiet_NaN();  ///< the last set point that was acknowledged
   double last_air_c_ = std::numeric_limits<double>::quiet_NaN();
+  Duration last_air_at_{};
   int zeros_ = 0;  ///< in a row that were taken for nothing
+  int jumps_ = 0;  ///< readings in a row near `jumped_to_c_`
+  double jumped_to_c_{};
 };
 
-ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registers, std::unique_ptr<Pauses> pauses)
+ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registers, std::unique_ptr<Pauses> pauses,
+                             const ControllerSettings& before)
     : map_(std::move(map)),
       registers_(std::move(registers)),
       pauses_(std::move(pauses)),
@@ -474,6 +515,8 @@ ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registe
       air_(items_.item("air_temperature")),
       set_point_(items_.item("set_point")),
       identity_(map_.identity && map_.identity->pattern.empty() ? &items_.item(map_.identity->item) : nullptr) {
+  items_.assume(before);
+  if (!before.empty()) items_.fall_back();
   const auto at_most = map_.link.modbus.read_at_most;
   core_plan_ = plan_reads(core_items(), map_.one_block || map_.holes, at_most);
   status_items_ = status_items(map_);
@@ -486,8 +529,8 @@ ModbusChamber::ModbusChamber(RegisterMap map, std::unique_ptr<Registers> registe
 }  // namespace
 
 std::unique_ptr<Chamber> make_modbus_chamber(RegisterMap map, std::unique_ptr<Registers> registers,
-                                             std::unique_ptr<Pauses> pauses) {
-  return std::make_unique<ModbusChamber>(std::move(map), std::move(registers), std::move(pauses));
+                                             std::unique_ptr<Pauses> pauses, const ControllerSettings& before) {
+  return std::make_unique<ModbusChamber>(std::move(map), std::move(registers), std::move(pauses), before);
 }
 
 }  // namespace gyrotherm::drivers

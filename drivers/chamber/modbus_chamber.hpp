@@ -22,11 +22,19 @@ namespace gyrotherm::drivers {
 /// identify() fails with mismatch, too, if the controller is set to fewer decimals than set points need to keep within
 /// set_point_tolerance(): what it shows would pass for somebody else's.
 ///
+/// read() fails with out_of_range, too, if the air is what no chamber's air is: outside −120 … 250 °C, next to nothing
+/// where it was not near zero before, or farther from the last reading than air moves meanwhile. What jumped and stays
+/// where it jumped to in ten readings is what the sensor shows, and the interlocks judge it.
+///
+/// `before`: the controller's settings as another program has read them, which count where they cannot be read: for a
+/// chamber that is to be made safe.
+///
 /// head_for() fails with out_of_range, and writes nothing, if the register cannot hold the target or the map or the
 /// controller limits it. start(), stop() and perform() carry out the map's command of that name, which waits for the
 /// registers that show that it took effect. A map with neither commands nor [control] describes a chamber that
 /// conditions whenever it is powered: start() has nothing to do, stop() is refused.
 [[nodiscard]] std::unique_ptr<Chamber> make_modbus_chamber(RegisterMap map, std::unique_ptr<Registers> registers,
-                                                           std::unique_ptr<Pauses> pauses = real_pauses());
+                                                           std::unique_ptr<Pauses> pauses = real_pauses(),
+                                                           const ControllerSettings& before = {});
 
 }  // namespace gyrotherm::drivers

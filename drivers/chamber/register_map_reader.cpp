@@ -491,8 +491,8 @@ void read_exceptions(const TomlTable& link, ModbusLink& modbus) {
 }
 
 constexpr auto kActivities = words_in_order<ChamberActivity::off, ChamberActivity::unknown>(
-    "off", "running", "program", "ramping", "soaking", "waiting", "holding", "done", "alarm", "door_open",
-    "emergency_stop", "power_failure", "unknown");
+    "off", "running", "not_following", "program", "ramping", "soaking", "waiting", "holding", "done", "alarm",
+    "door_open", "emergency_stop", "power_failure", "unknown");
 constexpr auto kSeverities = words_in_order<AlarmSeverity::note, AlarmSeverity::stop>("note", "warning", "stop");
 
 std::vector<std::int64_t> every_code(const RegisterItem& item) {

@@ -251,6 +251,10 @@ Found emergency_stop(const CheckInputs& in) {
   return while_it_is(in, ChamberActivity::emergency_stop, "the chamber's emergency stop is pressed");
 }
 Found door(const CheckInputs& in) { return while_it_is(in, ChamberActivity::door_open, "the chamber's door is open"); }
+Found not_following(const CheckInputs& in) {
+  return while_it_is(in, ChamberActivity::not_following,
+                     "the chamber conditions without following its set point: manual mode, open loop");
+}
 Found supply(const CheckInputs& in) {
   return while_it_is(in, ChamberActivity::power_failure, "the chamber has lost its supply");
 }
@@ -436,6 +440,8 @@ constexpr std::array<Interlock, kInterlocks> kTable{{
      .check = another_instrument},
     {.id = InterlockId::foreign_set_point, .name = "foreign_set_point", .usual = Reaction::suspend,
      .confirmation = kSeveralReadings, .limits = "confirming_samples", .check = foreign_set_point},
+    {.id = InterlockId::not_following, .name = "not_following", .usual = Reaction::suspend,
+     .confirmation = kSeveralReadings, .limits = "confirming_samples", .check = not_following, .unread = no_chamber},
     {.id = InterlockId::restarted, .name = "restarted", .usual = Reaction::suspend,
      .check = restarted, .unread = no_chamber},
     {.id = InterlockId::restarted_off, .name = "restarted_off", .usual = Reaction::hold,
@@ -629,7 +635,8 @@ InterlockDemand demand_beside(const InterlockMemory& memory, const std::vector<I
 
 std::vector<InterlockId> taken_over_by_resume(const InterlockMemory& memory) {
   std::vector<InterlockId> some;
-  if (memory.stands(InterlockId::foreign_set_point)) some.push_back(InterlockId::foreign_set_point);
+  for (const auto id : {InterlockId::foreign_set_point, InterlockId::not_following})
+    if (memory.stands(id)) some.push_back(id);
   for (const auto id : {InterlockId::restarted, InterlockId::restarted_off})
     if (memory.stands(id) && memory.of(id).reaction == Reaction::hold) some.push_back(id);
   return some;

@@ -3,6 +3,7 @@
 /// comes out; it outranks the profile. Any thread.
 #pragma once
 
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
@@ -107,7 +108,8 @@ struct InterlockResult {
 [[nodiscard]] InterlockDemand demand_beside(const InterlockMemory& memory, InterlockId one);
 [[nodiscard]] InterlockDemand demand_beside(const InterlockMemory& memory, const std::vector<InterlockId>& some);
 
-/// The causes that an operator's resume ends by taking the chamber over: a foreign set point, and a restart that holds.
+/// The causes that an operator's resume ends by taking the chamber over: a foreign set point, a mode that
+/// does not follow it, and a restart that holds.
 [[nodiscard]] std::vector<InterlockId> taken_over_by_resume(const InterlockMemory& memory);
 
 /// One line for each alarm that stands.

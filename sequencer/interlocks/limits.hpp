@@ -45,6 +45,7 @@ enum class InterlockId {
   no_thermal_response,
   another_instrument,
   foreign_set_point,
+  not_following,
   restarted,
   restarted_off,
   not_taken,

@@ -89,10 +89,21 @@ std::optional<std::string> HostLead::bring_back(io::InstrumentIo& io, const Lead
   return taken ? std::nullopt : std::optional("taking the chamber over: " + text(taken.error()));
 }
 
+Result<void> HostLead::leave(io::InstrumentIo&, const LeadSecond& second) {
+  if (second.anothers)
+    return failure(FaultKind::refused, "chamber", "it does what somebody else has told it, not what the profile says");
+  return {};
+}
+
 /// Air beyond the limits is sent a set point at them, which goes on when the air has come there.
 bool HostLead::waits_for_air(Celsius air) const {
   const auto nearest = within(air, limits_);
   return approaching_ && path_.is_at(nearest) && abs(air - nearest) > kAtLimit;
+}
+
+bool is_anothers(const interlocks::InterlockMemory& memory) {
+  return memory.is_seen(interlocks::InterlockId::foreign_set_point) ||
+         memory.is_seen(interlocks::InterlockId::not_following);
 }
 
 std::optional<std::string> HostLead::command(io::InstrumentIo& io, const LeadSecond& second, RunState state,
@@ -102,8 +113,9 @@ std::optional<std::string> HostLead::command(io::InstrumentIo& io, const LeadSec
   if (was_restarted(memory)) return std::nullopt;  // an operator decides
   if (memory.stands(interlocks::InterlockId::not_taken))
     return second.sample.slot % kTakeOverEvery == 0 ? bring_back(io, second) : std::nullopt;
-  if (memory.is_seen(interlocks::InterlockId::foreign_set_point)) {
-    approaching_ = approaching_ || memory.stands(interlocks::InterlockId::foreign_set_point);
+  if (is_anothers(memory)) {
+    approaching_ = approaching_ || memory.stands(interlocks::InterlockId::foreign_set_point) ||
+                   memory.stands(interlocks::InterlockId::not_following);
     return std::nullopt;  // at the first poll too: what is not understood is not overwritten
   }
   if (state != RunState::execute && !returning) return std::nullopt;
@@ -183,10 +195,45 @@ std::string ControllerLead::objection(OperatorCommand command) const {
   return "the controller carries the profile out; only its panel can pause it";
 }
 
+/// The controller conditions at a set point, its program being over.
+bool has_finished(ChamberActivity activity) {
+  return activity == ChamberActivity::running || activity == ChamberActivity::done;
+}
+
+/// A program may end before the profile's last segment does. Its air then stays where the hold has brought it; at the
+/// end of a ramp the controller shows that set point.
+bool ControllerLead::may_have_finished(const LeadSecond& second) const {
+  const auto& chamber = *second.sample.chamber.value;
+  if (!second.in_last_segment || !has_finished(chamber.activity)) return false;
+  return second.in_last_hold ? !away_ : !(abs(chamber.set_point - second.end) > tolerance_);
+}
+
+std::string ControllerLead::objection_to_end(const LeadSecond& second) const {
+  const auto& chamber = second.sample.chamber.value;
+  if (silent_ >= kGoneForGood) return "at the end of its program the chamber has been silent for " + spoken(silent_);
+  if (!chamber) return {};
+  const auto activity = chamber->activity;
+  if (!may_get_on(activity) && !has_finished(activity) && activity != ChamberActivity::off)
+    return fmt::format("at the end of its program the controller does not carry it out: {}", name(activity));
+  if (away_)
+    return fmt::format("at the end of its program the air moves away from {:g} °C: {:.2f} °C", second.end.value,
+                       chamber->air.value);
+  return {};
+}
+
+/// The air of a hold that comes last comes to its set point, or is there.
+void ControllerLead::watch_end(const LeadSecond& second) {
+  const auto& chamber = second.sample.chamber.value;
+  silent_ = chamber ? Duration{} : silent_ + kSecond + second.missed;
+  if (!chamber || !second.in_last_hold) return;
+  if (!end_watch_) end_watch_.emplace(second.end, Duration::max());
+  away_ = end_watch_->see(chamber->air, second.at) == watchdog::AirVerdict::moves_away;
+}
+
 std::string ControllerLead::judge(const LeadSecond& second) {
   const auto& chamber = second.sample.chamber.value;
   if (!chamber) return {};
-  const bool gets_on = second.in_last_segment || may_get_on(chamber->activity);
+  const bool gets_on = may_get_on(chamber->activity) || may_have_finished(second);
   gone_ = gets_on ? Duration{} : gone_ + kSecond + second.missed;
   if (gone_ < kGoneForGood) return {};
   return fmt::format("the controller has not carried out its program for {}: {}", spoken(gone_),
@@ -195,6 +242,7 @@ std::string ControllerLead::judge(const LeadSecond& second) {
 
 void ControllerLead::inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) {
   inputs.led_by_controller = true;
+  watch_end(second);
   inputs.program = judge(second);
 }
 

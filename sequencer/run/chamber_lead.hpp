@@ -18,6 +18,7 @@
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/run/operator_requests.hpp"
 #include "sequencer/run/set_point_path.hpp"
+#include "sequencer/watchdog/air_watch.hpp"
 
 namespace gyrotherm::run {
 
@@ -28,6 +29,9 @@ struct LeadSecond {
   Duration at{};                        ///< the run's time when this second ends
   Duration missed{};                    ///< how long there was no tick before it
   bool in_last_segment{};               ///< the profile's own end may come before the chamber's, or after it
+  bool in_last_hold{};                  ///< … and it is a hold
+  bool anothers{};                      ///< another has changed the chamber
+  Celsius end{};                        ///< set point when it ends
   std::optional<Celsius> air_before{};  ///< the air as it was last known before this second
 };
 
@@ -56,6 +60,10 @@ class ChamberLead {
   /// there.
   [[nodiscard]] virtual Result<void> leave(io::InstrumentIo& io, const LeadSecond& second) = 0;
 
+  /// Returns why the profile, which has come to its end, cannot end there: what the chamber does is not what the
+  /// profile has left it at. Empty: it can.
+  [[nodiscard]] virtual std::string objection_to_end(const LeadSecond&) const { return {}; }
+
   /// Commands the chamber in this second, in a run that stands in `state` (`returning`: on its way back to the
   /// profile). Returns what the record is to be told of a failure, or nothing.
   [[nodiscard]] virtual std::optional<std::string> command(io::InstrumentIo& io, const LeadSecond& second,
@@ -64,6 +72,9 @@ class ChamberLead {
   /// How many set points the chamber did not take.
   [[nodiscard]] virtual std::int64_t missed_set_points() const = 0;
 };
+
+/// Returns true if the last reading shows another's set point or program, or a mode that does not follow.
+[[nodiscard]] bool is_anothers(const interlocks::InterlockMemory& memory);
 
 /// Sends the set points itself: a path that nothing makes jump, and that waits until the air has followed.
 class HostLead final : public ChamberLead {
@@ -85,7 +96,8 @@ class HostLead final : public ChamberLead {
   [[nodiscard]] bool is_in_place(const LeadSecond& second) const override;
   void arrived() override;
   void take_over() override { taking_over_ = true; }
-  [[nodiscard]] Result<void> leave(io::InstrumentIo&, const LeadSecond&) override { return {}; }
+  /// Fails for a chamber that another has changed.
+  [[nodiscard]] Result<void> leave(io::InstrumentIo&, const LeadSecond& second) override;
   /// A chamber that is silent, or has a set point that nobody understands, is sent nothing.
   [[nodiscard]] std::optional<std::string> command(io::InstrumentIo& io, const LeadSecond& second, RunState state,
                                                    bool returning, const interlocks::InterlockMemory& memory) override;
@@ -113,6 +125,8 @@ class HostLead final : public ChamberLead {
 /// controller that no longer carries its program out ends the run. It cannot be paused from here.
 class ControllerLead final : public ChamberLead {
  public:
+  explicit ControllerLead(Kelvins tolerance) : tolerance_(tolerance) {}
+
   [[nodiscard]] bool goes_on_by_itself() const override { return true; }
   [[nodiscard]] std::string objection(OperatorCommand command) const override;
   void inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
@@ -129,13 +143,20 @@ class ControllerLead final : public ChamberLead {
     return std::nullopt;
   }
   [[nodiscard]] std::int64_t missed_set_points() const override { return 0; }
+  [[nodiscard]] std::string objection_to_end(const LeadSecond& second) const override;
 
  private:
   /// Why the run cannot go on, or nothing. A controller that does not answer, or whose map names no states, is not
-  /// judged, nor one that may have finished before the profile's last segment ends.
+  /// judged. In the last segment one that holds the set point of the end may have finished.
   [[nodiscard]] std::string judge(const LeadSecond& second);
+  [[nodiscard]] bool may_have_finished(const LeadSecond& second) const;
+  void watch_end(const LeadSecond& second);
 
-  Duration gone_{};  ///< how long the controller has not carried its program out
+  Kelvins tolerance_;  ///< for the set point read back
+  Duration gone_{};    ///< how long the controller has not carried its program out
+  Duration silent_{};
+  std::optional<watchdog::AirWatch> end_watch_;
+  bool away_ = false;
 };
 
 }  // namespace gyrotherm::run

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sequencer/run/chamber_ownership.hpp"
 
+#include <chrono>
 #include <filesystem>
+#include <thread>
 
+#include "core/deadline.hpp"
 #include "drivers/line/line_address.hpp"
+#include "sequencer/watchdog/safe_attempt.hpp"
 
 namespace gyrotherm::run {
 namespace {
@@ -22,9 +26,20 @@ watchdog::SafeState safe_state_for(const rig::RigFile& rig, const std::string& r
           .safe_set_point = rig.safe_set_point,
           .switch_off = rig.safe_off,
           .by_program = by_program,
+          .observe = rig.safe_observe,
           .written_by = watchdog::own_identity(),
           .map_text = rig.chamber_map.text,
           .power = rig.chamber_power};
+}
+
+/// gyrotherm-make-safe, which watches the air of a chamber that it has made safe, has it for a moment at each look.
+constexpr Duration kLongestLook = std::chrono::seconds(5);
+constexpr auto kLookAgain = std::chrono::milliseconds(50);
+
+bool is_being_looked_at(const rig::RigFile& rig, const Fault& why) {
+  if (why.kind != FaultKind::refused) return false;
+  const auto holder = drivers::ChamberLock::holder(chamber_place(rig));
+  return !holder || holder->words.ends_with(watchdog::kMadeSafeMark);
 }
 
 }  // namespace
@@ -39,6 +54,10 @@ Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const s
   if (rig.simulated) return ownership;
   ownership.safe_state_ = safe_state_for(rig, record, by_program);
   auto lock = drivers::ChamberLock::take(chamber_place(rig), ownership.safe_state_->record);
+  for (const Deadline limit(kLongestLook); !lock && is_being_looked_at(rig, lock.error()) && !limit.over();) {
+    std::this_thread::sleep_for(kLookAgain);
+    lock = drivers::ChamberLock::take(chamber_place(rig), ownership.safe_state_->record);
+  }
   if (!lock) return failure(lock.error());
   ownership.lock_ = std::move(*lock);
   return ownership;
@@ -51,9 +70,10 @@ std::vector<std::string> ChamberOwnership::strangers() const {
   return words;
 }
 
-Result<void> ChamberOwnership::arm(const std::string& identity) {
+Result<void> ChamberOwnership::arm(const std::string& identity, const drivers::ControllerSettings& settings) {
   if (!safe_state_) return {};
   safe_state_->identity = identity;
+  safe_state_->settings = settings;
   auto line = watchdog::WatchdogClient::tie(*safe_state_);
   if (!line) return failure(line.error());
   watchdog_ = std::move(*line);

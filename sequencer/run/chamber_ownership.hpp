@@ -27,9 +27,9 @@ class ChamberOwnership {
   [[nodiscard]] std::vector<std::string> strangers() const;
 
   /// The last thing before the chamber is moved for the first time: from now on somebody else makes it safe if this
-  /// program dies or hangs. `identity`: who the chamber reported to be; another one is then not made safe. Fails like
-  /// WatchdogClient::tie().
-  [[nodiscard]] Result<void> arm(const std::string& identity);
+  /// program dies or hangs. `identity`: who the chamber reported to be; another one is then not made safe. `settings`:
+  /// the controller's own, as last read. Fails like WatchdogClient::tie().
+  [[nodiscard]] Result<void> arm(const std::string& identity, const drivers::ControllerSettings& settings = {});
   /// At the end of a tick. `stuck`: how long the chamber's call that is under way has not got on; past its limit the
   /// watcher hears nothing.
   void heartbeat(Duration stuck);

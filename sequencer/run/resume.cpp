@@ -156,7 +156,8 @@ std::map<std::string, std::string> streams_of(const record::RunInfo& info) {
 bool foreign_set_point_stood(const record::Record& record) {
   bool stood = false;
   for (const auto& [slot, event] : record.events) {
-    const bool is_of_it = event.about.interlock == name(interlocks::InterlockId::foreign_set_point);
+    const bool is_of_it = event.about.interlock == name(interlocks::InterlockId::foreign_set_point) ||
+                          event.about.interlock == name(interlocks::InterlockId::not_following);
     if (event.kind == EventKind::resumed || (is_of_it && event.kind == EventKind::recovered)) stood = false;
     if (is_of_it && (event.kind == EventKind::interlock || event.kind == EventKind::fault)) stood = true;
   }

@@ -291,6 +291,10 @@ LeadSecond RunController::second(const Sample& sample, Duration missed) const {
           .at = kSecond * (next_slot_ + 1),
           .missed = missed,
           .in_last_segment = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size()),
+          .in_last_hold = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size()) &&
+                          profile_.segments.back().kind == profile::SegmentKind::hold,
+          .anothers = is_anothers(memory_),
+          .end = profile_.segments.back().target,
           .air_before = air_};
 }
 
@@ -349,6 +353,18 @@ std::string RunController::prompt_of(const Sample& sample) {
   return {};
 }
 
+/// Judges the reading of a chamber that is being made safe, and raises or ends its alarm.
+void RunController::see_safe(const Sample& sample) {
+  const bool before = safe_.is_ineffective();
+  safe_.see(sample.chamber, kSecond * (next_slot_ + 1));
+  if (safe_.is_ineffective() == before) return;
+  const auto text = fmt::format("{} (abort): {}", kSafeIneffective, safe_.describe());
+  note(before ? EventKind::recovered : EventKind::interlock,
+       before ? fmt::format("{} is over: {}", kSafeIneffective, safe_.describe()) : text,
+       {.interlock = kSafeIneffective,
+        .reaction = name(before ? interlocks::Reaction::go_on : interlocks::Reaction::abort)});
+}
+
 void RunController::step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed) {
   demand_ = demand;
   auto request = take_request();
@@ -364,7 +380,7 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   const auto left = leaves ? lead_->leave(rig_.io(), second(sample, missed)) : Result<void>();
   if (!left)
     note(EventKind::fault, "the chamber cannot be left at its set point, and is made safe: " + text(left.error()));
-  if (run_state() == RunState::aborting) safe_.see(sample.chamber);
+  if (run_state() == RunState::aborting) see_safe(sample);
   const RunInputs now{.elapsed = kSecond + missed,
                       .demand = demand,
                       .request = std::move(request),
@@ -423,6 +439,7 @@ void RunController::step_profile(const Sample& sample) {
   if (stands) return;
   note_soak(sample.progress);
   if (!std::holds_alternative<profile::Complete>(state_)) return;
+  if (auto why = lead_->objection_to_end(second(sample, {})); !why.empty()) return change_to(Aborting{why, {}, false});
   change_to(next(rig_.file().run_limits, machine_,
                  RunInputs{.elapsed = {}, .demand = {}, .request = {}, .prompt = {}, .complete = true}));
   note(EventKind::finished, "profile complete");
@@ -436,6 +453,16 @@ void RunController::command_chamber(const Sample& sample) {
                         : lead_->command(rig_.io(), second(sample, {}), sample.state,
                                          std::holds_alternative<Returning>(machine_), memory_);
   if (told) note(EventKind::fault, *told);
+}
+
+void RunController::leave_to_the_controller() {
+  lead_ = std::make_unique<ControllerLead>(set_point_tolerance(rig_.file().chamber_map));
+}
+
+std::string RunController::foreign_hold() const {
+  for (const auto id : {interlocks::InterlockId::foreign_set_point, interlocks::InterlockId::not_following})
+    if (memory_.is_seen(id)) return memory_.of(id).text;
+  return {};
 }
 
 RunStanding RunController::standing() const {
@@ -458,7 +485,7 @@ void RunController::make_safe(const std::string& cause) {
   if (!is_over(machine_) && run_state() != RunState::aborting) change_to(Aborting{cause, {}, false});
   for (int i = 0; i < kSafeTries && !safe_.is_confirmed(); ++i) {
     (void)safe_.attempt(rig_.io(), kSecond * next_slot_);
-    safe_.see(rig_.io().read(next_slot_, rig_.clock()).chamber);
+    safe_.see(rig_.io().read(next_slot_, rig_.clock()).chamber, kSecond * next_slot_);
   }
   note(EventKind::interlock, end_cause());
 }

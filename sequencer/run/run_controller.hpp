@@ -67,12 +67,16 @@ class RunController {
   [[nodiscard]] bool owes_a_tick() const { return !events_.empty() || requests_.foremost() != nullptr; }
 
   /// Makes the chamber safe without a tick, for an end that cannot wait for one; end_cause() says whether it could be.
+  /// The air is left to the guard to watch.
   void make_safe(const std::string& cause);
 
   /// Before the first tick: the chamber's controller was given the profile, and leads the chamber instead of this
   /// program.
-  void leave_to_the_controller() { lead_ = std::make_unique<ControllerLead>(); }
+  void leave_to_the_controller();
   [[nodiscard]] bool is_left_to_the_controller() const { return lead_->goes_on_by_itself(); }
+
+  /// Returns in words how the last reading shows that another has changed the chamber; empty: it does not.
+  [[nodiscard]] std::string foreign_hold() const;
 
   /// Takes, by subject, why the chamber would not be made safe if this program died now; empty: it would be. It counts
   /// from the next tick on.
@@ -83,7 +87,7 @@ class RunController {
 
   /// Why the run ended, or is being ended, and whether the chamber is safe.
   [[nodiscard]] std::string end_cause() const;
-  /// The chamber has shown the safe set point since it was sent.
+  /// Returns true if the chamber has shown the safe set point, the mode that follows it, and its air.
   [[nodiscard]] bool is_safe() const { return safe_.is_confirmed(); }
   [[nodiscard]] std::int64_t next_slot() const { return next_slot_; }
   [[nodiscard]] const profile::ProfileState& state() const { return state_; }
@@ -115,6 +119,7 @@ class RunController {
   /// What of the last second that was judged is against a command.
   [[nodiscard]] std::string standing_objection(control::OperatorCommand command, bool takes_over) const;
   [[nodiscard]] std::optional<OperatorRequest> take_request();
+  void see_safe(const Sample& sample);
   [[nodiscard]] std::string prompt_of(const Sample& sample);
   void step_machine(const Sample& sample, const interlocks::InterlockDemand& demand, Duration missed);
   void change_to(RunStateMachine machine);

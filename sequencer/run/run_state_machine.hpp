@@ -65,7 +65,7 @@ struct RunInputs {
   std::optional<OperatorRequest> request;  ///< the one that is carried out
   std::string prompt{};                    ///< what the profile asks of people before it goes on; empty: nothing
   bool in_place = true;                    ///< the set point is the profile's, and the air is near it
-  bool safe_confirmed{};                   ///< the chamber has shown the safe set point after it was sent
+  bool safe_confirmed{};                   ///< set point, mode and air are shown
   bool complete{};                         ///< the profile has come to its end
   bool takes_over{};                       ///< the request ends what holds the run: somebody else's set point
   bool may_be_left = true;                 ///< a stop may leave the chamber at its set point, which it holds

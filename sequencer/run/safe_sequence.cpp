@@ -3,12 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
-#include "drivers/chamber/register_map.hpp"
-
 namespace gyrotherm::run {
 namespace {
+
+using watchdog::SafeAction;
 
 constexpr Duration kEachSecondFor = std::chrono::seconds(10);
 constexpr Duration kThenEvery = std::chrono::seconds(10);
@@ -16,24 +14,31 @@ constexpr Duration kTellEvery = std::chrono::seconds(60);
 
 bool is_due(const std::optional<Duration>& last, Duration at, Duration every) { return !last || at - *last >= every; }
 
+watchdog::SafeGoal goal_of(const rig::RigFile& rig) {
+  auto goal = watchdog::safe_goal(rig.chamber_map, rig.safe_set_point, rig.safe_observe);
+  goal.switch_off = rig.safe_off;
+  return goal;
+}
+
 }  // namespace
 
-SafeSequence::SafeSequence(const rig::RigFile& rig)
-    : target_(rig.safe_set_point),
-      off_(rig.safe_off),
-      tolerance_(set_point_tolerance(rig.chamber_map)),
-      ends_programs_(rig.chamber_map.sequences.contains("stop_program")) {}
+SafeSequence::SafeSequence(const rig::RigFile& rig) : target_(rig.safe_set_point), evidence_(goal_of(rig)) {}
 
+/// The set point, then the mode. A chamber that nothing else has helped is switched off whether it takes the set point
+/// or not.
 Result<void> SafeSequence::carry_out(io::InstrumentIo& io, bool at_once) {
-  if (!taken_) {
-    if (auto sent = at_once ? io.insist(target_) : io.command(target_); !sent) return sent;
-    taken_ = true;
+  Result<void> sent;
+  if (evidence_.next() == SafeAction::set_point) {
+    sent = at_once ? io.insist(target_) : io.command(target_);
+    if (sent) evidence_.acknowledge(SafeAction::set_point);
   }
-  if (off_ && !switched_) {
-    if (auto switched = io.switch_on(false); !switched) return switched;
-    switched_ = true;
-  }
-  return {};
+  const auto action = evidence_.next();
+  if (!at_once || action == SafeAction::keep) return sent;
+  if (action == SafeAction::set_point && !(evidence_.is_ineffective() && evidence_.wants_off())) return sent;
+  const bool off = evidence_.wants_off();
+  auto switched = io.switch_on(!off);
+  if (switched) evidence_.acknowledge(off ? SafeAction::off : SafeAction::follow);
+  return sent ? switched : sent;
 }
 
 std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration at) {
@@ -42,26 +47,28 @@ std::optional<std::string> SafeSequence::attempt(io::InstrumentIo& io, Duration 
   if (at_once) insisted_ = at;
   const auto done = carry_out(io, at_once);
   trouble_ = done ? "" : text(done.error());
-  if (done || !is_due(told_, at, kTellEvery)) return std::nullopt;
+  if ((done && !evidence_.is_ineffective()) || !is_due(told_, at, kTellEvery)) return std::nullopt;
   told_ = at;
   return describe() + "; it is tried until it can";
 }
 
-void SafeSequence::see(const Reading<ChamberState>& chamber) {
+void SafeSequence::see(const Reading<ChamberState>& chamber, Duration at) {
   if (!began_ || !chamber.value) return;
-  const auto shown = chamber.value->set_point;
-  const bool overruled = ends_programs_ && carries_out_program(chamber.value->activity);
-  const bool holds = abs(shown - target_) <= tolerance_ && !overruled;
-  if (holds) taken_ = true;  // though nobody may have acknowledged it
-  if (!taken_ || (off_ && !switched_)) return;
-  confirmed_ = holds || (std::isnan(shown.value) && !overruled);
-  if (!confirmed_) taken_ = switched_ = false;
+  evidence_.see(*chamber.value, at);
+  confirmed_ = evidence_.is_safe();
+}
+
+bool SafeSequence::is_only_being_watched() const {
+  return evidence_.set_point_shown() && evidence_.mode_shown() && !evidence_.is_ineffective();
 }
 
 std::string SafeSequence::describe() const {
-  const auto what = fmt::format("sent to {:g} °C{}", target_.value, off_ ? " and switched off" : "");
-  if (confirmed_) return "the chamber was " + what;
-  return fmt::format("the chamber could NOT be {} ({})", what, trouble_.empty() ? "it has not confirmed it" : trouble_);
+  const auto what = fmt::format("sent to {:g} °C{}", target_.value, evidence_.wants_off() ? " and switched off" : "");
+  const auto shown = evidence_.describe();
+  if (confirmed_) return fmt::format("the chamber was {} ({})", what, shown);
+  if (is_only_being_watched())
+    return fmt::format("the chamber was {}, and is NOT shown to be safe yet ({})", what, shown);
+  return fmt::format("the chamber could NOT be {} ({}{}{})", what, trouble_, trouble_.empty() ? "" : "; ", shown);
 }
 
 }  // namespace gyrotherm::run

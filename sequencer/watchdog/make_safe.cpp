@@ -7,11 +7,14 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "core/program_start.hpp"
 #include "sequencer/watchdog/child_work.hpp"
@@ -35,16 +38,20 @@ using std::chrono::seconds;
 
 constexpr auto kOrdersWithin = seconds(10);
 constexpr auto kProgramsEndWithin = seconds(2);
-constexpr auto kFilesWithin = seconds(5);       ///< beside the record, where somebody waits for them
-constexpr auto kUntilTheSetPoint = seconds(1);  ///< between two attempts, before the chamber has taken it
-constexpr auto kUntilTheRest = seconds(10);     ///< how often it tries afterwards
-constexpr int kGivesUpTo = 60;                  ///< s for which another program has driven the chamber
-constexpr int kWaitsFor = 15;                   ///< s, likewise, where somebody waits: it may be the guard, at work
+constexpr auto kFilesWithin = seconds(5);  ///< beside the record, where somebody waits for them
+constexpr auto kAfterAFault = seconds(1);
+/// Under a service manager, which starts the run anew only afterwards: a run that was down for longer than two minutes
+/// does not resume by itself, and the program that is started continues to watch.
+constexpr auto kLongestWatchOfService = seconds(60);
+constexpr int kGivesUpTo = 60;  ///< s for which another program has driven the chamber
+constexpr int kWaitsFor = 15;   ///< s, likewise, where somebody waits: it may be the guard, at work
 
 constexpr const char* kHelp =
     "Example: gyrotherm-make-safe run.db\n\n"
     "Makes the chamber of a run safe whose program has died. Does nothing if the run had ended in order.\n\n"
-    "  gyrotherm-make-safe RUN.db          once: its set point in at most 10 s, the rest in at most 25 s\n"
+    "  gyrotherm-make-safe RUN.db          its set point in at most 10 s, the mode in at most 25 s, then the air for "
+    "the\n"
+    "                                      time of [safe] observe; ends at once if the chamber does not answer\n"
     "  gyrotherm-make-safe --kill RUN.db   ends the program that drives the chamber first, if it still lives\n"
     "  gyrotherm-make-safe --insist RUN.db as --kill, and goes on until the chamber has confirmed it: for a service\n"
     "                                      manager\n"
@@ -70,6 +77,21 @@ enum class Manner { gently, kill, insist };
 
 MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateChamber& chamber, const char* because);
 
+SafeStateChamber for_service(SafeStateChamber chamber) {
+  chamber.goal.observe = std::min<Duration>(chamber.goal.observe, kLongestWatchOfService);
+  return chamber;
+}
+
+/// Continues while the chamber answers and may still show that it is safe.
+Rescued watch_to_the_end(SafeRescue& rescue, Rescued rescued, Trail& trail, Voice& voice) {
+  while (rescued.reached != SafeStage::all && !rescued.in_use && !rescue.is_out_of_means() && !rescue.is_lost()) {
+    if (trail.leave(rescued)) voice.say(trail.describe());
+    std::this_thread::sleep_for(rescue.pause());
+    rescued = rescue.attempt();
+  }
+  return rescued;
+}
+
 MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
   const auto safe_state = read_safe_state(safe_state_path(record));
   if (!safe_state) return complain(voice, safe_state.error(), MakeSafeExit::file);
@@ -88,18 +110,20 @@ MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
   const auto chamber = chamber_of(**safe_state);
   if (!chamber) return complain(voice, chamber.error(), MakeSafeExit::file);
   constexpr const char* kEnded = "the program that drove it had ended";
-  if (manner == Manner::insist) return rescue(voice, **safe_state, *chamber, kEnded);
+  if (manner == Manner::insist) return rescue(voice, **safe_state, for_service(*chamber), kEnded);
   if (!kill_surely(by, kProgramsEndWithin)) voice.say(fmt::format("process {} could not be ended", by.pid));
   Trail trail(**safe_state, kEnded);
-  auto rescued = attempt_once(**safe_state, *chamber, voice);
+  SafeRescue rescue(**safe_state, *chamber, voice);
+  auto rescued = rescue.attempt();
   for (int waited = 0; rescued.in_use && waited < kWaitsFor; ++waited) {
     std::this_thread::sleep_for(seconds(1));
     if (const auto now = read_safe_state(safe_state_path(record)); now && !*now) {
       voice.say(record + ": another program has made its chamber safe");
       return MakeSafeExit::safe;
     }
-    rescued = attempt_once(**safe_state, *chamber, voice);
+    rescued = rescue.attempt();
   }
+  rescued = watch_to_the_end(rescue, std::move(rescued), trail, voice);
   if (rescued.in_use) return exit_for(rescued);
   trail.leave(rescued);
   if (rescued.reached == SafeStage::all) trail.remove_safe_state();
@@ -118,9 +142,10 @@ MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateCh
   if (!kill_surely(safe_state.written_by, kProgramsEndWithin))
     voice.say(fmt::format("process {} could not be ended", safe_state.written_by.pid));
   Trail trail(safe_state, because);
-  auto rescued = attempt_once(safe_state, chamber, voice);
+  SafeRescue rescue(safe_state, chamber, voice);
+  auto rescued = rescue.attempt();
   voice.say(because);
-  for (int driven = 0;; rescued = attempt_once(safe_state, chamber, voice)) {
+  for (int driven = 0;; rescued = rescue.attempt()) {
     driven = rescued.is_driven ? driven + 1 : 0;
     if (!rescued.in_use && trail.leave(rescued)) voice.say(trail.describe());
     if (rescued.reached == SafeStage::all || driven >= kGivesUpTo) break;
@@ -128,7 +153,7 @@ MakeSafeExit rescue(Voice& voice, const SafeState& safe_state, const SafeStateCh
       voice.say(*why + ": this ends here");
       break;
     }
-    std::this_thread::sleep_for(rescued.reached == SafeStage::set_point ? kUntilTheRest : kUntilTheSetPoint);
+    std::this_thread::sleep_for(rescued.in_use ? Duration(kAfterAFault) : rescue.pause());
   }
   if (rescued.reached == SafeStage::all) trail.remove_safe_state();
   while (!trail.settle(kFilesWithin)) {  // nobody waits for this process: it stays until the disk answers
@@ -156,8 +181,9 @@ MakeSafeExit guard(Voice& voice, const std::string& record) {
   [[maybe_unused]] const auto told = ::write(STDIN_FILENO, &kWatching, 1);  // if nobody hears it, the line has its end
   const auto end = watch(STDIN_FILENO);
   if (end == WatchEnd::good_bye) return MakeSafeExit::safe;
-  for (;; std::this_thread::sleep_for(kUntilTheSetPoint)) try {
-      return rescue(voice, *safe_state, *chamber, describe(end));
+  const bool is_service = std::getenv("NOTIFY_SOCKET") != nullptr;
+  for (;; std::this_thread::sleep_for(kAfterAFault)) try {
+      return rescue(voice, *safe_state, is_service ? for_service(*chamber) : *chamber, describe(end));
     } catch (const std::exception& failed) {  // of whatever library: no reason to leave a chamber alone
       voice.say(fmt::format("{}; it is tried again", failed.what()));
     }

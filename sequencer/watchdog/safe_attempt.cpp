@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <string_view>
 #include <thread>
 
@@ -28,12 +29,16 @@ constexpr int kMostQuestions = 3;
 
 class Attempt {
  public:
-  Attempt(const SafeGoal& goal, const AttemptMeans& means)
-      : goal_(goal), means_(means), began_(means.clock.now().since_start), chamber_(means.connect()) {}
+  Attempt(const SafeGoal& goal, const AttemptMeans& means, SafeTask task)
+      : goal_(goal), means_(means), task_(task), began_(means.clock.now().since_start), chamber_(means.connect()) {}
 
   SafeAttempt carry_out() {
-    if (!send_set_point()) return done_;
-    for (int i = 0; i < kTriesOfTheRest && done_.reached != SafeStage::all; ++i) leave_as_wanted();
+    if (task_ == SafeTask::look) return look();
+    if (send_set_point())
+      for (int i = 0; i < kTriesOfTheRest && done_.reached != SafeStage::all; ++i) leave_as_wanted();
+    else
+      switch_off_all_the_same();
+    if (!done_.state && inspect()) told(done_.reached, done_.details);
     return done_;
   }
 
@@ -89,21 +94,55 @@ class Attempt {
     return false;
   }
 
+  /// Keeps the state even where a later command fails: it is evidence.
+  [[nodiscard]] Result<ChamberState> inspect() {
+    auto state = chamber_->inspect();
+    if (state) done_.state = *state;
+    return state;
+  }
+
+  SafeAttempt look() {
+    for (int i = 0; i < kTriesOfTheRest && !done_.state; ++i) {
+      const auto known = recognise_chamber();
+      const auto state = known ? inspect() : failure(known.error());
+      told(state ? SafeStage::all : SafeStage::nothing, state ? "read" : text(state.error()));
+    }
+    return done_;
+  }
+
+  /// A chamber that nothing else has helped is switched off even if it does not take the set point.
+  void switch_off_all_the_same() {
+    if (task_ != SafeTask::off || !recognise_chamber()) return;
+    if (const auto off = chamber_->stop(); !off) told(done_.reached, done_.details + "; " + text(off.error()));
+  }
+
+  [[nodiscard]] bool wants_off() const { return goal_.switch_off || task_ == SafeTask::off; }
+
+  /// Writes the mode that the chamber is to be left in, and reads what it shows then.
+  [[nodiscard]] Result<ChamberState> see_to_mode() {
+    const auto switched = wants_off() ? chamber_->stop() : Result<void>();
+    const auto state = inspect();
+    if (!switched) return failure(switched.error());
+    const bool wrong = state && (state->activity == ChamberActivity::not_following ||
+                                 state->activity == ChamberActivity::done || carries_out_program(state->activity));
+    if (wants_off() || !(wrong || task_ == SafeTask::follow)) return state;
+    if (auto started = chamber_->start(); !started) return failure(started.error());
+    return inspect();
+  }
+
   /// The chamber's own word, once nothing overrules the set point any more.
   [[nodiscard]] Result<std::string> settle() {
     chamber_->end_rest();
     if (auto known = recognise_chamber(); !known) return failure(known.error());
     if (auto ended = chamber_->end_program(); !ended) return failure(ended.error());
     if (auto sent = chamber_->insist(goal_.set_point); !sent) return failure(sent.error());
-    if (goal_.switch_off)
-      if (auto off = chamber_->stop(); !off) return failure(off.error());
-    const auto state = chamber_->inspect();
+    const auto state = see_to_mode();
     if (!state) return failure(state.error());
     if (!std::isnan(state->set_point.value) && abs(state->set_point - goal_.set_point) > goal_.tolerance)
       return failure(FaultKind::mismatch, "chamber set point",
                      fmt::format("reads {:g} after {:g} was written", state->set_point.value, goal_.set_point.value));
     return fmt::format("set point read back, air {:.2f} °C{}", state->air.value,
-                       goal_.switch_off ? ", conditioning switched off" : "");
+                       wants_off() ? ", conditioning switched off" : "");
   }
 
   void leave_as_wanted() {
@@ -114,6 +153,7 @@ class Attempt {
 
   const SafeGoal& goal_;
   const AttemptMeans& means_;
+  SafeTask task_;
   Duration began_;
   std::unique_ptr<drivers::Chamber> chamber_;
   bool is_recognised_ = false;
@@ -144,31 +184,53 @@ bool is_successor(const drivers::ChamberHolder& holder, const std::string& progr
   return program.empty() || std::ranges::count(kOwn, program) > 0;
 }
 
+/// "STAGE STATE AIR SET_POINT ACTIVITY DETAILS"; STATE is 0 where none was read.
 std::string line_of(const SafeAttempt& attempt) {
   auto details = attempt.details;
   std::replace(details.begin(), details.end(), '\n', ' ');
-  return fmt::format("{} {}", static_cast<int>(attempt.reached), details);
+  const auto state = attempt.state.value_or(ChamberState{});
+  return fmt::format("{} {} {} {} {} {}", static_cast<int>(attempt.reached), attempt.state ? 1 : 0, state.air.value,
+                     state.set_point.value, static_cast<int>(state.activity), details);
+}
+
+/// One number of the line, which is then shorter by it; NaN where there is none.
+double take_number(std::string_view& line) {
+  const auto end = std::min(line.find(' '), line.size());
+  double value = std::numeric_limits<double>::quiet_NaN();
+  std::from_chars(line.data(), line.data() + end, value);
+  line.remove_prefix(std::min(end + 1, line.size()));
+  return value;
 }
 
 void take(const std::string& line, Rescued& rescued) {
-  int stage = 0;
-  const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), stage);
-  if (error != std::errc() || stage < 0 || stage > static_cast<int>(SafeStage::all)) return;
-  rescued.reached = static_cast<SafeStage>(stage);
-  rescued.details = line.substr(std::min<std::size_t>(static_cast<std::size_t>(end - line.data()) + 1, line.size()));
+  std::string_view left = line;
+  const double stage = take_number(left);
+  if (!(stage >= 0 && stage <= static_cast<double>(SafeStage::all))) return;
+  rescued.reached = static_cast<SafeStage>(static_cast<int>(stage));
+  const bool has_state = take_number(left) == 1;
+  const Celsius air{take_number(left)}, set_point{take_number(left)};
+  const double activity = take_number(left);
+  const bool known = activity >= 0 && activity <= static_cast<double>(ChamberActivity::unknown);
+  if (has_state && known)
+    rescued.state = ChamberState{air, set_point, static_cast<ChamberActivity>(static_cast<int>(activity))};
+  rescued.details = left;
 }
 
-void carry_out(const SafeStateChamber& chamber, const ChildWork::Tell& tell) {
+void carry_out(const SafeStateChamber& chamber, SafeTask task, const ChildWork::Tell& tell) {
   const SteadyClock clock;
-  (void)attempt_safe(chamber.goal, {.connect = chamber.connect,
-                                    .wait = [](Duration time) { std::this_thread::sleep_for(time); },
-                                    .told = [&](const SafeAttempt& attempt) { tell(line_of(attempt)); },
-                                    .clock = clock});
+  (void)attempt_safe(chamber.goal,
+                     {.connect = chamber.connect,
+                      .wait = [](Duration time) { std::this_thread::sleep_for(time); },
+                      .told = [&](const SafeAttempt& attempt) { tell(line_of(attempt)); },
+                      .clock = clock},
+                     task);
 }
 
 }  // namespace
 
-SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means) { return Attempt(goal, means).carry_out(); }
+SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means, SafeTask task) {
+  return Attempt(goal, means, task).carry_out();
+}
 
 Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
   const auto where = safe_state_path(safe_state.record);
@@ -182,16 +244,20 @@ Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
           .and_then([&](auto on_its_link) { return with_power_switch(std::move(on_its_link), safe_state.power); })
           .and_then([&](auto powered) { return with_settings(std::move(powered), safe_state.link_settings); });
   if (!linked) return failure(FaultKind::bad_file, where, linked.error().what);
+  auto goal = safe_goal(*linked, safe_state.safe_set_point, safe_state.observe);
+  goal.switch_off = safe_state.switch_off;
+  goal.by_program = safe_state.by_program;
+  goal.identity = safe_state.identity;
   return SafeStateChamber{.place = drivers::chamber_place(*line, linked->link.modbus.port, linked->link.modbus.unit),
-                          .goal = {safe_state.safe_set_point, set_point_tolerance(*linked), safe_state.switch_off,
-                                   safe_state.by_program, safe_state.identity},
-                          .connect = [map = *linked, line = *line] {
-                            return make_modbus_chamber(map, make_modbus(line, map.link.modbus));
+                          .goal = goal,
+                          .connect = [map = *linked, line = *line, settings = safe_state.settings] {
+                            return make_modbus_chamber(map, make_modbus(line, map.link.modbus), drivers::real_pauses(),
+                                                       settings);
                           }};
 }
 
-Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice) {
-  const auto lock = drivers::ChamberLock::take(chamber.place, safe_state.record + " (made safe)");
+Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice, SafeTask task) {
+  const auto lock = drivers::ChamberLock::take(chamber.place, safe_state.record + std::string(kMadeSafeMark));
   if (!lock && lock.error().kind == FaultKind::refused) {
     const auto holder = drivers::ChamberLock::holder(chamber.place);
     const auto program = holder ? program_of(holder->pid) : "";
@@ -201,7 +267,7 @@ Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chambe
     }
   }
   Rescued rescued{.reached = {}, .details = "nothing came back", .in_use = false, .is_driven = false};
-  ChildWork work([&](const auto& tell) { carry_out(chamber, tell); });
+  ChildWork work([&](const auto& tell) { carry_out(chamber, task, tell); });
   const SteadyClock clock;
   for (Duration longest = kSafeWithin; !work.has_ended();) {
     const auto line = work.next(longest - clock.now().since_start);
@@ -211,6 +277,49 @@ Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chambe
   }
   if (!work.has_ended()) rescued.details += "; the attempt did not come to its end in time";
   return rescued;
+}
+
+SafeTask SafeRescue::task() const {
+  if (!in_touch_ || evidence_.next() == SafeAction::set_point)
+    return evidence_.is_ineffective() && evidence_.wants_off() ? SafeTask::off : SafeTask::leave_as_wanted;
+  switch (evidence_.next()) {
+    case SafeAction::follow: return SafeTask::follow;
+    case SafeAction::off: return SafeTask::off;
+    default: return SafeTask::look;
+  }
+}
+
+void SafeRescue::take(const Rescued& rescued, SafeTask task) {
+  if (task != SafeTask::look) {
+    if (rescued.reached != SafeStage::nothing) evidence_.acknowledge(SafeAction::set_point);
+    if (rescued.reached == SafeStage::all) evidence_.acknowledge(SafeAction::follow);
+    if (rescued.reached == SafeStage::all && evidence_.wants_off()) evidence_.acknowledge(SafeAction::off);
+  }
+  in_touch_ = rescued.state.has_value();
+  failures_ = in_touch_ ? 0 : failures_ + 1;
+  was_in_touch_ = was_in_touch_ || in_touch_;
+  if (rescued.state) evidence_.see(*rescued.state, since_boot());
+}
+
+Rescued SafeRescue::attempt() {
+  const auto what = task();
+  auto rescued = attempt_once(safe_state_, chamber_, voice_, what);
+  if (rescued.in_use) return rescued;
+  take(rescued, what);
+  const bool ineffective = evidence_.is_ineffective();
+  if (in_touch_) rescued.details = (ineffective ? "safe_ineffective: " : "") + evidence_.describe();
+  if (!in_touch_)
+    rescued.reached = std::min(rescued.reached, SafeStage::set_point);
+  else if (!evidence_.is_safe())
+    rescued.reached = evidence_.set_point_shown() ? SafeStage::set_point : SafeStage::nothing;
+  return rescued;
+}
+
+Duration SafeRescue::pause() const {
+  constexpr Duration kAtOnce = std::chrono::seconds(1), kLooks = std::chrono::seconds(2);
+  constexpr Duration kCommands = std::chrono::seconds(5);  // a controller that does not obey is not flooded
+  if (!in_touch_ || !evidence_.set_point_shown()) return kAtOnce;
+  return task() == SafeTask::look ? kLooks : kCommands;
 }
 
 }  // namespace gyrotherm::watchdog

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Making one chamber safe: its safe set point first, written and read back with nothing else asked on the way, for on
-/// a bad line each question more is one that may be lost; then a program of the controller's own ended, and
-/// conditioning too where the rig wants it.
+/// a bad line each question more is one that may be lost; then a program of the controller's own ended, the mode that
+/// follows the set point written, and conditioning ended where the rig wants it; then the air watched.
 #pragma once
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "drivers/instruments.hpp"
 #include "sequencer/watchdog/child_work.hpp"
+#include "sequencer/watchdog/safe_evidence.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"
 
 namespace gyrotherm::watchdog {
@@ -23,11 +26,23 @@ enum class SafeStage {
   all,        ///< the chamber is also left as the rig wants it
 };
 
+/// The task of an attempt beside sending the set point.
+enum class SafeTask {
+  leave_as_wanted,  ///< by the goal and the mode
+  follow,           ///< write the mode in any case
+  off,              ///< switch off in any case
+  look,             ///< send nothing, read alone
+};
+
 struct SafeAttempt {
   SafeStage reached{};
-  int tries{};          ///< how often the set point was sent
-  std::string details;  ///< what the chamber says now, or the last fault
+  int tries{};                        ///< how often the set point was sent
+  std::string details;                ///< what the chamber says now, or the last fault
+  std::optional<ChamberState> state;  ///< the last one read
 };
+
+/// Ends what the chamber's lock is taken for while it is made safe.
+inline constexpr std::string_view kMadeSafeMark = " (made safe)";
 
 /// What an attempt needs of the world.
 struct AttemptMeans {
@@ -39,19 +54,10 @@ struct AttemptMeans {
 
 inline constexpr Duration kSafeWithin = std::chrono::seconds(10);  ///< the set point, if the chamber answers
 
-/// How the chamber is to be left.
-struct SafeGoal {
-  Celsius set_point;
-  Kelvins tolerance;  ///< how often the set point was sent that it shows then (drivers/chamber/set_point_tolerance.hpp)
-  bool switch_off{};
-  bool by_program{};  ///< the controller may carry a program out, which would overrule a set point
-  /// Identity that the chamber reported when the run began. Empty: its map alone is compared.
-  std::string identity{};
-};
-
 /// Tries the set point again and again on one connection (on a new one after a line that broke), the last time before
 /// eight seconds are over; once the chamber has shown it, the rest, three times at most.
-[[nodiscard]] SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means);
+[[nodiscard]] SafeAttempt attempt_safe(const SafeGoal& goal, const AttemptMeans& means,
+                                       SafeTask task = SafeTask::leave_as_wanted);
 
 struct SafeStateChamber {
   std::string place;  ///< names its lock (drivers/chamber/chamber_lock.hpp)
@@ -66,6 +72,7 @@ struct Rescued {
   std::string details;
   bool in_use{};     ///< another program has the chamber by now: nothing was tried
   bool is_driven{};  ///< that program drives it, and does not make it safe
+  std::optional<ChamberState> state{};
 };
 
 /// Holds the chamber's lock meanwhile. Without it, it acts all the same, unless a program of this user or of root that
@@ -73,6 +80,39 @@ struct Rescued {
 /// is dying keeps its lock while it hangs in the disk, and a stranger who holds it must not keep a chamber hot. An
 /// attempt that hangs is ended, after ten seconds or, once the chamber has shown the safe set point, after fifteen
 /// more.
-[[nodiscard]] Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice);
+[[nodiscard]] Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice,
+                                   SafeTask task = SafeTask::leave_as_wanted);
+
+/// Makes a chamber safe by attempts, each on a connection of its own so that a program that takes the run over finds
+/// the chamber free, and judges what the chamber has shown in all of them.
+class SafeRescue {
+ public:
+  /// All of them outlive it.
+  SafeRescue(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice)
+      : safe_state_(safe_state), chamber_(chamber), voice_(voice), evidence_(chamber.goal) {}
+
+  /// Commands what is due, or looks at the chamber. `reached` is all only once set point, mode and air are shown.
+  [[nodiscard]] Rescued attempt();
+  /// Returns true if no means has made the chamber safe: only people can help.
+  [[nodiscard]] bool is_out_of_means() const { return evidence_.is_out_of_means(); }
+  /// Returns true if the chamber has not been read at all, or not in the last attempts.
+  [[nodiscard]] bool is_lost() const { return !was_in_touch_ || failures_ >= kLostAfter; }
+  /// Returns the pause before the next attempt.
+  [[nodiscard]] Duration pause() const;
+
+ private:
+  [[nodiscard]] SafeTask task() const;
+  void take(const Rescued& rescued, SafeTask task);
+
+  const SafeState& safe_state_;
+  const SafeStateChamber& chamber_;
+  Voice& voice_;
+  SafeEvidence evidence_;
+  static constexpr int kLostAfter = 5;
+
+  bool in_touch_ = false;  ///< in the last attempt
+  bool was_in_touch_ = false;
+  int failures_ = 0;
+};
 
 }  // namespace gyrotherm::watchdog

@@ -47,6 +47,27 @@ std::string quoted_lines(std::string_view text) {
   return lines + fmt::format("  {}\n", toml_quoted(text));
 }
 
+/// " communication_unit = 15 "
+std::string inline_settings(const drivers::ControllerSettings& settings) {
+  std::vector<std::string> pairs;
+  for (const auto& [name, value] : settings) pairs.push_back(fmt::format("{} = {}", toml_quoted(name), value));
+  return pairs.empty() ? "" : fmt::format(" {} ", fmt::join(pairs, ", "));
+}
+
+drivers::ControllerSettings read_settings(const TomlTable& table) {
+  drivers::ControllerSettings settings;
+  for (const auto& name : table.keys()) settings[name] = table.number(name);
+  return settings;
+}
+
+Duration read_observe(const TomlTable& table) {
+  constexpr double kLongestS = 3600;
+  const double seconds = table.number("observe_s");
+  if (seconds >= 0 && seconds <= kLongestS) return from_seconds(seconds);
+  table.mistake("observe_s", "expected seconds, at most an hour");
+  return kUsualObserve;
+}
+
 /// Why somebody else may have written the open file; empty: nobody has.
 std::string objection(int file) {
   struct stat found {};
@@ -66,11 +87,12 @@ std::string to_text(const SafeState& safe_state) {
   };
   return fmt::format(
       "schema = \"{}\"\nrecord = {}\nline = {}\nlink = \"{}\"\nlink_settings = {}\nword_order = \"{}\"\n"
-      "safe_set_point_c = {}\n"
-      "switch_off = {}\nby_program = {}\npid = {}\nstarted = {}\nboot = {}\n{}{}map = [\n{}]\n",
+      "safe_set_point_c = {}\nswitch_off = {}\nby_program = {}\nobserve_s = {}\nsettings = {{{}}}\npid = {}\n"
+      "started = {}\nboot = {}\n{}{}map = [\n{}]\n",
       kSafeStateSchema, toml_quoted(safe_state.record), toml_quoted(safe_state.line), name(safe_state.link),
       to_toml(safe_state.link_settings), to_string(safe_state.word_order), safe_state.safe_set_point.value,
-      safe_state.switch_off, safe_state.by_program, safe_state.written_by.pid, safe_state.written_by.started,
+      safe_state.switch_off, safe_state.by_program, to_seconds(safe_state.observe),
+      inline_settings(safe_state.settings), safe_state.written_by.pid, safe_state.written_by.started,
       toml_quoted(safe_state.written_by.boot), unless_empty("power", safe_state.power),
       unless_empty("identity", safe_state.identity), quoted_lines(safe_state.map_text));
 }
@@ -78,7 +100,8 @@ std::string to_text(const SafeState& safe_state) {
 Result<SafeState> parse_safe_state(std::string_view text, const std::string& file) {
   const auto table = TomlTable::parse(text, file);
   if (!table) return failure(table.error());
-  if (table->text("schema") != kFirstSafeStateSchema) table->expect("schema", kSafeStateSchema);
+  const bool is_new =
+      table->choice("schema", {std::string(kSafeStateSchema), std::string(kSafeStateSchemaBefore)}) == kSafeStateSchema;
   if (!table->is_list("map")) table->mistake("map", "\"map\" is no list, expected the lines of a register map");
   SafeState safe_state{.record = table->text("record"),
                        .line = table->text("line"),
@@ -88,6 +111,8 @@ Result<SafeState> parse_safe_state(std::string_view text, const std::string& fil
                        .safe_set_point = {table->number("safe_set_point_c")},
                        .switch_off = table->boolean("switch_off"),
                        .by_program = table->boolean("by_program"),
+                       .observe = is_new ? read_observe(*table) : kUsualObserve,
+                       .settings = is_new ? read_settings(table->table("settings")) : drivers::ControllerSettings{},
                        .written_by = read_identity(*table),
                        .map_text = fmt::format("{}", fmt::join(table->texts("map"), "\n")),
                        .power = table->text("power", ""),
@@ -164,8 +189,9 @@ Result<std::optional<MadeSafe>> read_trace(const std::string& record) {
 
 std::string describe(const MadeSafe& trace) {
   return fmt::format("{} by the guard at {} ({}): the chamber {} {:g} °C; {}",
-                     trace.confirmed ? "made safe" : "NOT made safe", civil_time(trace.at), trace.because,
-                     trace.confirmed ? "was sent to" : "has NOT confirmed", trace.set_point.value, trace.details);
+                     trace.confirmed ? "made safe" : "NOT yet made safe", civil_time(trace.at), trace.because,
+                     trace.confirmed ? "was sent to" : "is NOT shown to be safe at", trace.set_point.value,
+                     trace.details);
 }
 
 }  // namespace gyrotherm::watchdog

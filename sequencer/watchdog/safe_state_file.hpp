@@ -10,13 +10,15 @@
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "drivers/instruments.hpp"
 #include "sequencer/watchdog/guard.hpp"
+#include "sequencer/watchdog/safe_evidence.hpp"
 
 namespace gyrotherm::watchdog {
 
 inline constexpr std::string_view kSafeStateSchema = "gyrotherm-safe-state/2";
 /// Format of version 0.1.0, which is read too: the keys that it does not have take their defaults.
-inline constexpr std::string_view kFirstSafeStateSchema = "gyrotherm-safe-state/1";
+inline constexpr std::string_view kSafeStateSchemaBefore = "gyrotherm-safe-state/1";
 
 struct SafeState {
   std::string record;                            ///< its path, absolute
@@ -25,12 +27,14 @@ struct SafeState {
   std::optional<drivers::WordOrder> word_order;  ///< the rig's own, where the map's does not suit the unit
   drivers::LinkSettings link_settings{};         ///< replace those of the map
   Celsius safe_set_point;
-  bool switch_off{};           ///< then conditioning is ended too
-  bool by_program{};           ///< the controller carries the profile out: its program is ended first
-  ProcessIdentity written_by;  ///< who commands the chamber meanwhile
-  std::string map_text;        ///< the register map
-  std::string power{};         ///< a power switch of the map, or empty
-  std::string identity{};      ///< of the chamber; empty: not known
+  bool switch_off{};                       ///< then conditioning is ended too
+  bool by_program{};                       ///< the controller carries the profile out: its program is ended first
+  Duration observe = kUsualObserve;        ///< for which the air is watched
+  drivers::ControllerSettings settings{};  ///< unit and decimals, as last read
+  ProcessIdentity written_by;              ///< who commands the chamber meanwhile
+  std::string map_text;                    ///< the register map
+  std::string power{};                     ///< a power switch of the map, or empty
+  std::string identity{};                  ///< of the chamber; empty: not known
   bool operator==(const SafeState&) const = default;
 };
 
@@ -59,7 +63,7 @@ struct MadeSafe {
   Duration at{};        ///< UTC since 1970
   std::string because;  ///< "the program that drove it has ended", …
   Celsius set_point;
-  bool confirmed{};     ///< read back from the chamber
+  bool confirmed{};     ///< set point, mode and air were shown
   std::string details;  ///< what the chamber said, or why it could not be reached
   bool operator==(const MadeSafe&) const = default;
 };

@@ -26,8 +26,8 @@ Trail::Trail(const SafeState& safe_state, std::string because)
 }
 
 bool Trail::leave(const Rescued& rescued) {
-  const bool confirmed = rescued.reached != SafeStage::nothing;
-  const bool same = confirmed == trace_.confirmed && same_until_ && rescued.reached != SafeStage::all;
+  const bool confirmed = rescued.reached == SafeStage::all;
+  const bool same = confirmed == trace_.confirmed && same_until_ && !confirmed;
   if (same && (rescued.details == trace_.details || !same_until_->over())) return false;
   if (trace_.confirmed && !confirmed) return false;  // it was; that a later attempt was lost does not undo it
   same_until_.emplace(kSameFor);

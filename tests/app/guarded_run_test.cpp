@@ -63,6 +63,26 @@ TEST_F(GuardedRun, AKilledProgramLeavesTheChamberSafeWithinTwentySeconds) {
   EXPECT_NE(status.out.find("made safe by the guard at "), std::string::npos) << status.out << status.err;
 }
 
+TEST_F(GuardedRun, EndsManualModeAndWatchesTheAirWhenTheProgramIsKilled) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 5));
+  const auto mode = [&](const std::string& write) {
+    return shell("mbpoll -m tcp -a 1 -0 -1 -q -t 4 -r 105 -c 1 -p " + laboratory.chamber_port() + " 127.0.0.1 " + write)
+        .out;
+  };
+  const std::string manual = "2", on = "[105]: \t1";
+  (void)shell("mbpoll -m tcp -a 1 -0 -q -t 4 -r 105 -p " + laboratory.chamber_port() + " 127.0.0.1 " + manual);
+  EXPECT_NE(mode("").find("[105]: \t2"), std::string::npos) << mode("");
+  run.signal(SIGKILL);
+  EXPECT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << run.output();
+  for (int i = 0; i < 300 && std::filesystem::exists(record + ".safe-state"); ++i) shell("sleep 0.1");
+  EXPECT_FALSE(std::filesystem::exists(record + ".safe-state")) << "set point, mode and air are shown";
+  EXPECT_NE(mode("").find(on), std::string::npos) << mode("");
+  const auto status = gyrotherm_with("status " + record);
+  EXPECT_NE(status.out.find("set point read back; mode running; air "), std::string::npos) << status.out << status.err;
+}
+
 TEST_F(GuardedRun, AnOrderlyStopLeavesTheSetPointAndNobodyOnGuard) {
   Background run(warm_run(record), folder / "log");
   ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();

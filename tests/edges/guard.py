@@ -12,7 +12,7 @@ import time
 from typing import Any, Callable
 
 from attack import GUARD_LIMIT, Scene, enter
-from laboratory import AUTO, OFF, Chamber, Laboratory
+from laboratory import AUTO, MANUAL, OFF, UNIT_BY_TCP, Chamber, Laboratory
 from program import Run, descriptors_of, kill, until
 from rig import SAFE
 
@@ -267,3 +267,152 @@ def writes_unanswered(scene: Scene) -> None:
 
 
 enter("guard", "dead_writes_unanswered", writes_unanswered)
+
+
+def expect_air_to_fall(scene: Scene, chamber: Chamber, when: str) -> None:
+    """The air, asked for as any client does, is nearer to the safe set point a few seconds later, or there."""
+    def air() -> float:
+        with chamber.lock:
+            chamber._integrate()
+            return chamber.air
+    before = air()
+    time.sleep(3)
+    after = air()
+    scene.expect(abs(after - SAFE) <= 2 or abs(after - SAFE) < abs(before - SAFE),
+                 f"{when}: the air moves away from {SAFE:g} °C, from {before:.2f} to {after:.2f} °C")
+
+
+def manual_mode_killed(scene: Scene) -> None:
+    """Somebody puts the controller into manual mode, and the program is killed: the guard writes the mode that follows,
+    and leaves a chamber whose air falls."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory, at=40)
+    scene.expect_guarded(run)
+    laboratory.chamber.switch_to(MANUAL)
+    died = time.monotonic()
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    watch = GuardWatch(scene, run.record, run.guards)
+    watch.start()
+    scene.expect_safe(laboratory, died, GUARD_LIMIT, "manual mode")
+    expect_on_guard(scene, watch)
+    scene.expect(laboratory.chamber.active_mode == AUTO, f"it is left in mode {laboratory.chamber.active_mode}")
+    expect_air_to_fall(scene, laboratory.chamber, "the guard has left")
+
+
+enter("guard", "manual_mode_killed", manual_mode_killed)
+
+
+def manual_mode_stuck(scene: Scene, *, seconds: float) -> None:
+    """The controller stays in manual mode whatever is written: the guard stays while the air rises, and tries to switch
+    the chamber off; once the controller obeys, it is off, and the guard leaves."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory, at=40)
+    scene.expect_guarded(run)
+    laboratory.chamber.switch_to(MANUAL)
+    laboratory.chamber.break_as(mode_stuck=True, manual_rate=0.3)
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    watch = GuardWatch(scene, run.record, run.guards)
+    watch.start()
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        scene.need(not has_confirmed(run.record), "it counts as safe although the air rises")
+        time.sleep(0.5)
+    scene.expect(laboratory.chamber.mode == OFF, f"mode {laboratory.chamber.mode} is commanded, expected off")
+    laboratory.chamber.heal()
+    expect_on_guard(scene, watch)
+    expect_air_to_fall(scene, laboratory.chamber, "the guard has left")
+
+
+enter("guard", "manual_mode_stuck", functools.partial(manual_mode_stuck, seconds=75), limit=240)
+
+
+def manual_mode_by_hand(scene: Scene) -> None:
+    """gyrotherm-make-safe by hand ends manual mode, and reports what it has seen of set point, mode and air."""
+    laboratory = scene.laboratory()
+    run, _ = both_killed(scene, laboratory)
+    laboratory.chamber.switch_to(MANUAL)
+    made = scene.programs.finish([scene.programs.make_safe, run.record], 60)
+    scene.expect(made.code == 0, f"exit {made.code}: {made.text}")
+    for part in ("set point read back; mode running; air ", "made safe by the guard"):
+        scene.expect(part in made.text, f"\"{part}\" is not in {made.text}")
+    scene.expect(laboratory.chamber.active_mode == AUTO, f"it is left in mode {laboratory.chamber.active_mode}")
+    expect_air_to_fall(scene, laboratory.chamber, "make-safe has ended")
+
+
+enter("guard", "manual_mode_by_hand", manual_mode_by_hand)
+
+
+def manual_mode_aborted(scene: Scene) -> None:
+    """A run whose chamber is in manual mode is suspended, and aborted by an operator: it ends when the air falls, and
+    its message names set point, mode and air."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory, at=40)
+    laboratory.chamber.switch_to(MANUAL)
+    scene.expect(until(lambda: "not_following" in run.errors(), 20), f"no alarm: {run.errors()[-400:]}")
+    told = scene.programs.finish([scene.programs.gyrotherm, "tell", run.record, "abort"], 20)
+    scene.expect(told.code == 0, f"tell: exit {told.code}: {told.text}")
+    code = run.wait(60)
+    scene.expect(code == 6, f"exit {code}, expected 6")
+    for part in ("set point read back", "mode running", "towards 22 °C"):
+        scene.expect(part in run.errors(), f"\"{part}\" is not in {run.errors()[-400:]}")
+    expect_air_to_fall(scene, laboratory.chamber, "the run has ended")
+
+
+enter("guard", "manual_mode_aborted", manual_mode_aborted)
+
+
+def off_and_on_again(scene: Scene) -> None:
+    """Somebody switches the chamber on again half a second after the guard has switched it off: it is switched off
+    again before the guard leaves."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory, at=40, rig={"safe": {"off": "true", "observe": '"10 s"'}})
+    scene.expect_guarded(run)
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    scene.need(until(lambda: laboratory.chamber.active_mode == OFF, 30, 0.05), "it was not switched off")
+    time.sleep(0.5)
+    laboratory.chamber.switch_to(AUTO)
+    scene.expect(until(lambda: laboratory.chamber.active_mode == OFF, 30, 0.05), "it was not switched off again")
+    scene.expect(until(lambda: has_confirmed(run.record), 60), "nothing is confirmed within 60 s")
+    scene.expect(laboratory.chamber.active_mode == OFF, f"it is left in mode {laboratory.chamber.active_mode}")
+
+
+enter("guard", "off_and_on_again", off_and_on_again)
+
+
+def unit_register_refused(scene: Scene) -> None:
+    """The register of the unit answers with exception 2 from the moment in which the program is killed: the safe set
+    point goes out in the unit that was read last."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    scene.expect_guarded(run)
+    laboratory.chamber.break_as(refused={UNIT_BY_TCP})
+    began = time.monotonic()
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    scene.expect_safe(laboratory, began, GUARD_LIMIT, "the unit cannot be read")
+    scene.expect(until(lambda: has_confirmed(run.record), 60), "nothing is confirmed within 60 s")
+
+
+enter("guard", "unit_register_refused", unit_register_refused)
+
+
+def stopped_under_a_foreign_set_point(scene: Scene) -> None:
+    """Ctrl-C while somebody else's set point holds the run: the message names it, and the guard makes the chamber
+    safe."""
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory, at=40)
+    laboratory.chamber.change_set_point(55.0)
+    scene.expect(until(lambda: "foreign_set_point" in run.errors(), 20), f"no alarm: {run.errors()[-400:]}")
+    stopped = time.monotonic()
+    run.signal(signal.SIGINT)
+    code = run.wait(20)
+    scene.expect(code == 5, f"exit {code}, expected 5")
+    for part in ("55 °C", "gyrotherm-make-safe"):
+        scene.expect(part in run.errors(), f"\"{part}\" is not in {run.errors()[-400:]}")
+    scene.expect_safe(laboratory, stopped, GUARD_LIMIT, "stopped under a foreign set point")
+
+
+enter("guard", "stopped_under_a_foreign_set_point", stopped_under_a_foreign_set_point)

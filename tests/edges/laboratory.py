@@ -330,6 +330,7 @@ class Chamber(Instrument):
         # The controller.
         self.answer_time = 0.0  # s, for which it works at each request
         self.exception = 0  # that it answers everything with
+        self.refused: set[int] = set()  # registers that it answers with exception 2
         self.mode_stuck = False  # the active control mode does not follow the commanded one
         self.writes_unanswered = False  # done, and never acknowledged
         self.writes_ignored = False  # acknowledged and not done
@@ -343,6 +344,7 @@ class Chamber(Instrument):
         self.time_constant = 4.0  # s
         self.fastest = 3.0  # K/s
         self.heats_by_itself = 0.0  # K/s
+        self.manual_rate = 0.5  # K/s, at the output that manual mode keeps
         self.shown_air: float | None = None
         # What happened.
         self.exchanges: list[Exchange] = []
@@ -431,6 +433,13 @@ class Chamber(Instrument):
             self._keep(CONTROL_MODE, OFF)
             self._keep(CONTROL_MODE_ACTIVE, OFF)
 
+    def switch_to(self, mode: int) -> None:
+        """Somebody chooses a mode at the panel."""
+        with self.lock:
+            self._integrate()
+            self._keep(CONTROL_MODE, mode)
+            self._keep(CONTROL_MODE_ACTIVE, mode)
+
     def raise_alarm(self, number: int, active: bool = True) -> None:
         with self.lock:
             self._keep(ALARM_1 + 100 * (number - 1), 1 if active else NO_ALARM)
@@ -441,6 +450,7 @@ class Chamber(Instrument):
             self.loss_of_requests = self.loss_of_answers = self.delay = self.late_share = self.noise_share = 0.0
             self.every_other_lost = self.silent = self.gone = False
             self.answer_time, self.exception, self.clamp_to = 0.0, 0, None
+            self.refused = set()
             self.mode_stuck = self.writes_ignored = self.writes_unanswered = False
             self.profile_stuck = self.clamps = False
             self._follow_mode()
@@ -549,7 +559,7 @@ class Chamber(Instrument):
     def _read(self, pdu: bytes, utc: float, answer_lost: bool) -> bytes:
         address, count = struct.unpack(">HH", pdu[1:5])
         wanted = range(address, address + count)
-        if not 1 <= count <= 125 or any(a not in self._words for a in wanted):
+        if not 1 <= count <= 125 or any(a not in self._words or a in self.refused for a in wanted):
             return bytes([pdu[0] | 0x80, 2])
         if AIR in wanted or OUTPUT in wanted:
             self._integrate()
@@ -630,6 +640,8 @@ class Chamber(Instrument):
             wanted = self._float(SET_POINT) if self.profile_goal is None else self.profile_goal
             goal, constant = (wanted, self.time_constant) if on else (self.room, 600.0)
             rate = max(-self.fastest, min(self.fastest, (goal - self.air) / constant))
+            if self._words[CONTROL_MODE_ACTIVE] == MANUAL:
+                rate = self.manual_rate
             self.air += (rate + self.heats_by_itself) * dt
             self._integrated += dt
 

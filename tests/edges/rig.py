@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 MAP = (SOURCE / "profiles/chambers/watlow_f4t.toml").read_text(encoding="utf-8")
 SAFE = 22.0  # °C, the safe set point of every rig here
+OBSERVE = '"3 s"'  # how long the air is watched, unless an attack says otherwise
 CHANNELS = ("A", "B", "C", "D", "E", "F", "G", "H", "shell")
 
 GYRO_FRAME = """
@@ -86,7 +87,7 @@ elevation = 90.0
 gradients = [{", ".join(f'"{name}"' for name in self.gradients)}]
 three_point = ["A", "D", "shell"]
 
-{table("limits", self.limits)}{table("safe", self.safe)}{table("policy", self.policy)}"""
+{table("limits", self.limits)}{table("safe", {"observe": OBSERVE} | self.safe)}{table("policy", self.policy)}"""
 
     def write(self, folder: pathlib.Path, name: str = "rig.toml") -> pathlib.Path:
         """Writes the rig file, and its register map beside it."""

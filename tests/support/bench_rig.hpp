@@ -27,11 +27,21 @@ struct BenchChamber {
   bool ignores{};    ///< acknowledges set points and keeps the old one; the read-back finds it
   bool door_open{};  ///< and shows it
   bool must_stop{};
+  bool manual{};        ///< heats by half a kelvin a second, whatever the set point is, and shows it
+  bool keeps_manual{};  ///< … and whatever mode is written
+  bool hides_mode{};    ///< and says nothing of what it is doing
   double lag_s = 60;
   std::vector<double> sent_c;  ///< every set point that reached it
   int insisted = 0;            ///< of them, sent past the rests of the line
 
-  void second() { air_c += (on && !door_open ? set_point_c - air_c : 22 - air_c) / lag_s; }
+  void second() {
+    constexpr double kHeatsK = 0.5;
+    if (on && manual)
+      air_c += kHeatsK;
+    else
+      follow();
+  }
+  void follow() { air_c += (on && !door_open ? set_point_c - air_c : 22 - air_c) / lag_s; }
   /// A power cut: it comes back with the set point of its first day.
   void restart() { set_point_c = 20; }
 };
@@ -67,7 +77,9 @@ class BenchIo final : public io::InstrumentIo {
   }
   Result<void> switch_on(bool on) override {
     if (chamber_.silent) return silence("chamber");
+    switched.push_back(on);
     chamber_.on = on;
+    chamber_.manual = chamber_.manual && chamber_.keeps_manual;
     return {};
   }
 
@@ -79,6 +91,7 @@ class BenchIo final : public io::InstrumentIo {
   std::vector<std::size_t> silent_thermometers;
   bool gyro_silent = false;  ///< of the units under test the first
   std::size_t units = 1;
+  std::vector<bool> switched;            ///< every command to switch on or off
   std::vector<Result<double>> analogue;  ///< what analogue inputs measure of the first unit
 
  private:
@@ -88,9 +101,11 @@ class BenchIo final : public io::InstrumentIo {
   Result<ChamberState> state() const {
     if (chamber_.silent) return silence("chamber");
     ChamberState state{{chamber_.air_c}, {chamber_.set_point_c}};
-    state.activity = chamber_.door_open ? ChamberActivity::door_open
-                     : chamber_.on      ? ChamberActivity::running
-                                        : ChamberActivity::off;
+    state.activity = chamber_.hides_mode  ? ChamberActivity::unknown
+                     : chamber_.door_open ? ChamberActivity::door_open
+                     : !chamber_.on       ? ChamberActivity::off
+                     : chamber_.manual    ? ChamberActivity::not_following
+                                          : ChamberActivity::running;
     state.must_stop = chamber_.must_stop;
     return state;
   }
@@ -200,6 +215,7 @@ class Bench {
     file.simulated = true;
     file.chamber_limits = {{-45}, {70}, {6}, {6}};
     file.safe_set_point = {20};
+    file.safe_observe = {};  // tests of the air set it
     if (change) change(file);
     return file;
   }

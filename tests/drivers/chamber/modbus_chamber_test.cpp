@@ -225,7 +225,8 @@ TEST(StrayZeros, AreToldFromTheZeroDegreesOfARampByWhatWasReadBefore) {
     ASSERT_FALSE(stray) << map;
     EXPECT_EQ(stray.error().kind, FaultKind::out_of_range);
     EXPECT_EQ(stray.error().what, "a zero, which this unit sends for nothing");
-    for (const double ramp : {23.5, 0.3, 0.0, -0.2, 0.0, 0.0}) EXPECT_TRUE(unit.read(ramp)) << map << " at " << ramp;
+    for (const double ramp : {23.5, 15.0, 7.0, 0.3, 0.0, -0.2, 0.0, 0.0})
+      EXPECT_TRUE(unit.read(ramp)) << map << " at " << ramp;
   }
 }
 

@@ -120,7 +120,7 @@ TEST_F(PromptTest, OutranksNoInterlock) {
   const auto abort = control::request_of("abort", "");
   ASSERT_TRUE(abort);
   EXPECT_TRUE(run().carry_out(*abort, "ada (uid 1000)").done);
-  after(10);
+  after(310);  // the air is watched for five minutes
   EXPECT_EQ(harness_->outcome(), RunOutcome::made_safe);
 }
 

@@ -206,12 +206,14 @@ TEST(UploadedProgram, ThatWaitsForPeopleIsRefused) {
 }
 
 TEST(UploadedProgram, MayBeFinishedInTheLastSegmentAlone) {
-  ControllerLead lead;
+  ControllerLead lead({0.1});
   const auto after = [&](ChamberActivity activity, bool last) {
     Sample sample;
     sample.chamber = {ChamberState{{20}, {20}, activity}, {}};
     interlocks::InterlockInputs inputs;
-    lead.inform({.sample = sample, .goal = {20}, .missed = std::chrono::seconds(58), .in_last_segment = last}, inputs);
+    lead.inform(
+        {.sample = sample, .goal = {20}, .missed = std::chrono::seconds(58), .in_last_segment = last, .end = {20}},
+        inputs);
     return inputs.program;
   };
   EXPECT_EQ(after(ChamberActivity::program, false), "");

@@ -40,7 +40,7 @@ std::string with_beginning(std::string_view bytes, std::size_t lines) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  const auto text = with_beginning(bytes, data[0] % 13);
+  const auto text = with_beginning(bytes, data[0] % 15);
   if (const auto safe_state = parse_safe_state(text, "fuzz")) {
     require(std::isfinite(safe_state->safe_set_point.value) && safe_state->written_by.pid > 0);
     const auto again = parse_safe_state(to_text(*safe_state), "again");

@@ -28,6 +28,7 @@ class FakeChamber final : public drivers::Chamber {
     bool runs_program = false, keeps_program = false;
     bool refuses_to_stop = false;
     bool drifts = false;  ///< shows another set point later
+    ChamberActivity activity = ChamberActivity::running;
     int connections = 0;
     Result<std::string> who = std::string("Watlow F4T (serial_number = 111)");
     std::string heard;
@@ -36,7 +37,8 @@ class FakeChamber final : public drivers::Chamber {
   Result<std::string> identify() override { return state_.who; }
   Result<ChamberState> read() override {
     state_.heard += "look ";
-    return ChamberState{.air = {79}, .set_point = state_.drifts ? Celsius{60} : state_.set_point};
+    return ChamberState{
+        .air = {79}, .set_point = state_.drifts ? Celsius{60} : state_.set_point, .activity = state_.activity};
   }
   Result<void> head_for(Celsius) override {
     ADD_FAILURE() << "asks for limits and programs first";
@@ -57,10 +59,15 @@ class FakeChamber final : public drivers::Chamber {
     state_.runs_program = false;
     return {};
   }
-  Result<void> start() override { return {}; }
+  Result<void> start() override {
+    state_.heard += "start ";
+    state_.activity = ChamberActivity::running;
+    return {};
+  }
   Result<void> stop() override {
     if (state_.refuses_to_stop) return failure(FaultKind::refused, "chamber stop", "no");
     state_.heard += "off ";
+    state_.activity = ChamberActivity::off;
     return {};
   }
 
@@ -68,11 +75,14 @@ class FakeChamber final : public drivers::Chamber {
   ProfileState& state_;
 };
 
-SafeAttempt attempt(FakeChamber::ProfileState& state, const SafeGoal& goal = {.set_point = {23}, .tolerance = {0.1}}) {
-  return attempt_safe(goal, {.connect = [&] { return std::make_unique<FakeChamber>(state); },
-                             .wait = [&](Duration time) { state.clock.advance(time); },
-                             .told = [](const auto&) {},
-                             .clock = state.clock});
+SafeAttempt attempt(FakeChamber::ProfileState& state, const SafeGoal& goal = {.set_point = {23}, .tolerance = {0.1}},
+                    SafeTask task = SafeTask::leave_as_wanted) {
+  return attempt_safe(goal,
+                      {.connect = [&] { return std::make_unique<FakeChamber>(state); },
+                       .wait = [&](Duration time) { state.clock.advance(time); },
+                       .told = [](const auto&) {},
+                       .clock = state.clock},
+                      task);
 }
 
 const SafeGoal kOff{.set_point = {23}, .tolerance = {0.1}, .switch_off = true};
@@ -163,6 +173,40 @@ TEST(MakeSafe, AProgramOfTheControllersIsEndedBeforeASetPointCounts) {
   EXPECT_TRUE(state.heard.starts_with("program set ")) << state.heard;
   state.keeps_program = true;
   EXPECT_EQ(attempt(state, kUploaded).reached, SafeStage::nothing);
+}
+
+TEST(MakeSafe, WritesTheModeThatFollowsWhereTheChamberShowsAnother) {
+  for (const auto activity :
+       {ChamberActivity::not_following, ChamberActivity::program, ChamberActivity::holding, ChamberActivity::done}) {
+    FakeChamber::ProfileState state;
+    state.activity = activity;
+    const auto made = attempt(state);
+    EXPECT_EQ(state.heard, "set program set look start look ") << name(activity);
+    ASSERT_TRUE(made.state);
+    EXPECT_EQ(made.state->activity, ChamberActivity::running);
+  }
+  for (const auto activity : {ChamberActivity::off, ChamberActivity::door_open, ChamberActivity::unknown}) {
+    FakeChamber::ProfileState state;
+    state.activity = activity;
+    EXPECT_EQ(attempt(state).state->activity, activity) << "nothing is switched on";
+    EXPECT_EQ(state.heard, "set program set look ") << name(activity);
+  }
+}
+
+TEST(MakeSafe, DoesWhatTheEvidenceAsksFor) {
+  FakeChamber::ProfileState state;
+  EXPECT_EQ(attempt(state, {.set_point = {23}, .tolerance = {0.1}}, SafeTask::look).state->air, Celsius{79});
+  EXPECT_EQ(state.heard, "look ") << "nothing is sent";
+  state.heard.clear();
+  (void)attempt(state, {.set_point = {23}, .tolerance = {0.1}}, SafeTask::follow);
+  EXPECT_EQ(state.heard, "set program set look start look ");
+  state.heard.clear();
+  (void)attempt(state, {.set_point = {23}, .tolerance = {0.1}}, SafeTask::off);
+  EXPECT_EQ(state.heard, "set program set off look ");
+  state.heard.clear();
+  state.ignores = true;
+  (void)attempt(state, {.set_point = {23}, .tolerance = {0.1}}, SafeTask::off);
+  EXPECT_TRUE(state.heard.ends_with("set off look ")) << "although the set point is not taken: " << state.heard;
 }
 
 TEST(MakeSafe, TellsEachStageAsItComes) {

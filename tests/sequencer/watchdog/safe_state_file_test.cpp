@@ -27,6 +27,8 @@ SafeState safe_state() {
           .safe_set_point = {23.5},
           .switch_off = true,
           .by_program = false,
+          .observe = std::chrono::minutes(2),
+          .settings = {{"communication_unit", 15}, {"decimals", 1}},
           .written_by = {.pid = 4711, .started = 123456789, .boot = "0b5f1c52-29c2-4d6b-8a4b-3d1c0e6c2f10"},
           .map_text = "schema = \"gyrotherm-chamber/1\"\nname = \"F4T\"\n"};
 }
@@ -34,6 +36,7 @@ SafeState safe_state() {
 constexpr const char* kLinkSettings =
     "link_settings = { unit = 7, timeout = \"0.8 s\", read_at_most = 40, returns_other_transaction = true, "
     "miscounts_write_replies = false }\n";
+constexpr const char* kObserved = "observe_s = 120\nsettings = { \"communication_unit\" = 15, \"decimals\" = 1 }\n";
 
 const std::string kGolden =
     "schema = \"gyrotherm-safe-state/2\"\n"
@@ -44,7 +47,8 @@ const std::string kGolden =
     "word_order = \"cdab\"\n"
     "safe_set_point_c = 23.5\n"
     "switch_off = true\n"
-    "by_program = false\n"
+    "by_program = false\n" +
+    std::string(kObserved) +
     "pid = 4711\n"
     "started = 123456789\n"
     "boot = \"0b5f1c52-29c2-4d6b-8a4b-3d1c0e6c2f10\"\n"
@@ -59,6 +63,7 @@ std::string of_version_one() {
   auto text = kGolden;
   text.replace(text.find("state/2"), 7, "state/1");
   text.erase(text.find(kLinkSettings), std::string(kLinkSettings).size());
+  text.erase(text.find(kObserved), std::string(kObserved).size());
   return text;
 }
 
@@ -72,6 +77,8 @@ TEST(SafeStateFile, ReadsBothFormats) {
   ASSERT_TRUE(first) << text(first.error());
   auto expected = safe_state();
   expected.link_settings = {};
+  expected.observe = kUsualObserve;
+  expected.settings.clear();
   EXPECT_EQ(*first, expected);
   auto third = kGolden;
   third.replace(third.find("state/2"), 7, "state/3");

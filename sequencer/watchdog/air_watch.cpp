@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/watchdog/air_watch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/clock.hpp"
+
+namespace gyrotherm::watchdog {
+namespace {
+
+/// A chamber that turns round overshoots by less.
+constexpr double kAwayK = 3;
+/// This is more than a sensor's noise, and less than the slowest chamber moves in a quarter of an hour.
+constexpr double kTowardsK = 1;
+/// Temperatures of a room.
+constexpr double kColdestRoomC = 10, kWarmestRoomC = 35;
+constexpr Duration kLongestPause = std::chrono::seconds(30), kSparse = std::chrono::seconds(5);
+/// Air that has passed the set point on its way elsewhere leaves the band sooner.
+constexpr Duration kNearFor = std::chrono::seconds(60);
+constexpr Duration kStandsStill = std::chrono::minutes(15);
+constexpr int kStandsStillTimes = 3;
+
+double median(double a, double b, double c) { return std::max(std::min(a, b), std::min(std::max(a, b), c)); }
+
+}  // namespace
+
+void AirWatch::begin(AirSource source) {
+  *this = AirWatch(set_point_, observe_);
+  source_ = source;
+}
+
+/// Returns the distance from the set point or, if nothing conditions, from the range of it and room temperatures.
+double AirWatch::distance(double air_c) const {
+  const double at = set_point_.value;
+  if (source_ == AirSource::controller) return std::abs(air_c - at);
+  const double lowest = std::min(at, kColdestRoomC), highest = std::max(at, kWarmestRoomC);
+  return std::max({lowest - air_c, air_c - highest, 0.0});
+}
+
+AirVerdict AirWatch::judge(double air_c) const {
+  const double now = distance(air_c);
+  if (now > std::max(nearest_k_, kSafeBand.value) + kAwayK) return AirVerdict::moves_away;
+  if (observe_ <= Duration{}) return AirVerdict::shown;
+  if (watched_ < observe_) return AirVerdict::watching;
+  const bool stays = near_since_ && watched_ - *near_since_ >= std::min(observe_, kNearFor);
+  const bool comes = farthest_k_ - now >= kTowardsK && now <= nearest_k_ + kTowardsK;
+  if (stays || comes || source_ == AirSource::seen_off) return AirVerdict::shown;
+  return watched_ >= std::max(observe_ * kStandsStillTimes, kStandsStill) ? AirVerdict::stands_still
+                                                                          : AirVerdict::watching;
+}
+
+AirVerdict AirWatch::see(Celsius air, Duration at) {
+  const bool is_sparse = last_at_ && at - *last_at_ > kSparse;  // then each reading counts by itself
+  const double oldest = is_sparse ? air.value : before_c_.value_or(air.value);
+  const double middle = is_sparse ? air.value : last_c_.value_or(air.value);
+  now_c_ = median(oldest, middle, air.value);
+  before_c_ = middle;
+  last_c_ = air.value;
+  const double k = distance(now_c_);
+  if (!last_at_) {
+    first_c_ = now_c_;
+    nearest_k_ = farthest_k_ = k;
+  } else {
+    watched_ += std::min(at - *last_at_, kLongestPause);
+  }
+  last_at_ = at;
+  if (k > kSafeBand.value)
+    near_since_.reset();
+  else if (!near_since_)
+    near_since_ = watched_;
+  nearest_k_ = std::min(nearest_k_, k);
+  farthest_k_ = std::max(farthest_k_, k);
+  return verdict_ = judge(now_c_);
+}
+
+std::string AirWatch::describe() const {
+  if (!last_at_) return "the air has not been read";
+  if (observe_ <= Duration{}) return fmt::format("air {:.2f} °C, not watched", now_c_);
+  const auto seen = fmt::format("air {:.2f} °C, {:.2f} °C {} before", now_c_, first_c_,
+                                spoken(std::chrono::floor<std::chrono::seconds>(watched_)));
+  switch (verdict_) {
+    case AirVerdict::moves_away: return fmt::format("{}: moves AWAY from {:g} °C", seen, set_point_.value);
+    case AirVerdict::stands_still: return fmt::format("{}: does NOT move towards {:g} °C", seen, set_point_.value);
+    case AirVerdict::watching: return seen + ": being watched";
+    case AirVerdict::shown: break;
+  }
+  const bool is_near = std::abs(now_c_ - set_point_.value) <= kSafeBand.value;
+  if (is_near) return fmt::format("{}: near {:g} °C", seen, set_point_.value);
+  if (source_ != AirSource::controller) return seen + ": drifts as in a chamber that is off";
+  return fmt::format("{}: moves towards {:g} °C", seen, set_point_.value);
+}
+
+}  // namespace gyrotherm::watchdog

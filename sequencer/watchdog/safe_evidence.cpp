@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/watchdog/safe_evidence.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace gyrotherm::watchdog {
+namespace {
+
+/// A controller changes its mode within this time, a slow line included.
+constexpr Duration kModeWithin = std::chrono::seconds(60);
+constexpr int kSwitchesOff = 2;  ///< the escalation that does
+
+/// Nothing conditions the air: the chamber is off, or its own protection keeps it from conditioning.
+bool is_off(ChamberActivity activity) {
+  switch (activity) {
+    case ChamberActivity::off:
+    case ChamberActivity::alarm:
+    case ChamberActivity::door_open:
+    case ChamberActivity::emergency_stop:
+    case ChamberActivity::power_failure: return true;
+    default: return false;
+  }
+}
+
+}  // namespace
+
+SafeGoal safe_goal(const drivers::RegisterMap& map, Celsius set_point, Duration observe) {
+  SafeGoal goal{.set_point = set_point, .tolerance = set_point_tolerance(map), .observe = observe};
+  goal.shows_mode = !map.states.empty();
+  goal.shows_off = std::ranges::count(map.states, ChamberActivity::off, &drivers::StateRule::activity) > 0;
+  goal.can_start = map.control || map.sequences.contains("start");
+  goal.can_stop = map.control || map.sequences.contains("stop");
+  return goal;
+}
+
+SafeEvidence::SafeEvidence(const SafeGoal& goal)
+    : goal_(goal), air_(goal.set_point, goal.observe), trend_(goal.set_point, Duration::max()) {}
+
+void SafeEvidence::acknowledge(SafeAction action) {
+  if (action == SafeAction::set_point) taken_ = true;
+  if (action == SafeAction::follow) follow_due_ = false;
+  if (action == SafeAction::off) switched_off_ = true;
+}
+
+bool SafeEvidence::wants_off() const { return goal_.switch_off || (escalations_ >= kSwitchesOff && goal_.can_stop); }
+
+bool SafeEvidence::judge_mode() const {
+  const bool unseen = activity_ == ChamberActivity::unknown;
+  if (wants_off()) return is_off(activity_) || (unseen && !goal_.shows_off && switched_off_);
+  return is_off(activity_) || activity_ == ChamberActivity::running || (unseen && !goal_.shows_mode);
+}
+
+AirSource SafeEvidence::source() const {
+  if (is_off(activity_)) return AirSource::seen_off;
+  return wants_off() && switched_off_ && mode_shown_ ? AirSource::switched_off : AirSource::controller;
+}
+
+/// First the mode is written again; then, or if nothing conditions the air already, the chamber is switched off.
+void SafeEvidence::escalate(Celsius air, Duration at) {
+  ineffective_ = true;
+  trouble_ = trend_.verdict() == AirVerdict::moves_away ? trend_.describe() : air_.describe();
+  escalations_ = is_off(activity_) ? std::max(escalations_ + 1, kSwitchesOff) : escalations_ + 1;
+  follow_due_ = !wants_off() && goal_.can_start && activity_ != ChamberActivity::unknown && !is_off(activity_);
+  taken_ = switched_off_ = false;
+  mode_wrong_since_.reset();
+  air_.begin(source());
+  trend_.begin(source());
+  (void)trend_.see(air, at);
+}
+
+void SafeEvidence::watch_air(Celsius air, Duration at, bool was_complete) {
+  const bool complete = set_point_shown_ && mode_shown_;
+  if (trend_.source() != source()) trend_.begin(source());
+  if (complete != was_complete || air_.source() != source()) air_.begin(source());
+  const auto trend = trend_.see(air, at);
+  const auto verdict = complete ? air_.see(air, at) : AirVerdict::watching;
+  const bool mode_fails = mode_wrong_since_ && at - *mode_wrong_since_ > kModeWithin;
+  if (trend == AirVerdict::moves_away || verdict == AirVerdict::moves_away || verdict == AirVerdict::stands_still ||
+      mode_fails)
+    escalate(air, at);
+  if (is_safe()) ineffective_ = false;
+}
+
+void SafeEvidence::see(const ChamberState& chamber, Duration at) {
+  const bool was_complete = set_point_shown_ && mode_shown_;
+  shown_ = chamber.set_point;
+  activity_ = chamber.activity;
+  const bool unreadable = std::isnan(chamber.set_point.value);
+  const bool holds = abs(chamber.set_point - goal_.set_point) <= goal_.tolerance;
+  taken_ = holds || (taken_ && unreadable);  // acknowledged or not
+  set_point_shown_ = taken_;
+  if (switched_off_ && activity_ == ChamberActivity::running) switched_off_ = false;
+  mode_shown_ = judge_mode();
+  if (mode_shown_)
+    mode_wrong_since_.reset();
+  else if (!mode_wrong_since_)
+    mode_wrong_since_ = at;
+  watch_air(chamber.air, at, was_complete);
+}
+
+SafeAction SafeEvidence::next() const {
+  if (!taken_) return SafeAction::set_point;
+  if (wants_off()) return switched_off_ || activity_ == ChamberActivity::off ? SafeAction::keep : SafeAction::off;
+  const bool wrong = !mode_shown_ && activity_ != ChamberActivity::unknown;
+  return (wrong || follow_due_) && goal_.can_start ? SafeAction::follow : SafeAction::keep;
+}
+
+std::string SafeEvidence::describe() const {
+  std::string set_point = "the set point has not been read";
+  if (shown_ && std::isnan(shown_->value)) set_point = taken_ ? "set point acknowledged" : "set point NOT acknowledged";
+  if (shown_ && !std::isnan(shown_->value))
+    set_point =
+        set_point_shown_ ? "set point read back" : fmt::format("set point NOT shown: reads {:g} °C", shown_->value);
+  auto mode = fmt::format("mode {}{}", mode_shown_ ? "" : "NOT shown: ", name(activity_));
+  if (activity_ == ChamberActivity::unknown)
+    mode = goal_.shows_mode ? "mode NOT shown"
+           : switched_off_  ? "switched off, as acknowledged"
+                            : "mode not in its map";
+  return fmt::format("{}; {}; {}", set_point, mode, ineffective_ ? trouble_ : air_.describe());
+}
+
+}  // namespace gyrotherm::watchdog

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Runs that end by making the chamber safe, and chambers that acknowledge it and heat on.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "core/file.hpp"
+#include "sequencer/run/chamber_lead.hpp"
+#include "tests/support/bench_rig.hpp"
+
+namespace gyrotherm::run {
+namespace {
+
+const std::string kHoldAt30 = "[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"2 h\"\n";
+constexpr Kelvins kTolerance{0.1};
+
+/// A chamber with states, start and stop; its air is watched for five minutes.
+void is_watched(rig::RigFile& file) {
+  const auto name = GYROTHERM_SOURCE_DIR "/profiles/chambers/watlow_f4t.toml";
+  file.chamber_map = drivers::parse_register_map(read_text_file(name).value(), name).value();
+  file.safe_observe = std::chrono::minutes(5);
+}
+
+/// A run that an operator has aborted at 30 °C.
+void abort_warm(tests::Bench& bench) {
+  bench.chamber().air_c = 30;
+  bench.seconds(60);
+  bench.run_controller().tell(OperatorCommand::abort, "Ada");
+  bench.seconds(1);
+  ASSERT_EQ(bench.run_controller().run_state(), RunState::aborting);
+}
+
+TEST(SafeSequence, WatchesTheAirForItsTimeBeforeTheRunEnds) {
+  tests::Bench bench(kHoldAt30, is_watched);
+  abort_warm(bench);
+  EXPECT_EQ(bench.seconds(290), RunOutcome::going_on);
+  EXPECT_EQ(bench.seconds(30), RunOutcome::made_safe);
+  const auto cause = bench.run_controller().end_cause();
+  for (const auto* part : {"the chamber was sent to 20 °C (set point read back; mode running; air 20.", "near 20 °C"})
+    EXPECT_NE(cause.find(part), std::string::npos) << part << " in " << cause;
+  EXPECT_TRUE(bench.instruments().switched.empty()) << "the mode was right";
+}
+
+TEST(SafeSequence, WritesTheModeOfAChamberInManualMode) {
+  tests::Bench bench(kHoldAt30, is_watched);
+  abort_warm(bench);
+  bench.chamber().manual = true;
+  EXPECT_EQ(bench.seconds(1000), RunOutcome::made_safe);
+  EXPECT_FALSE(bench.chamber().manual);
+  EXPECT_EQ(bench.instruments().switched, std::vector<bool>{true});
+  EXPECT_LT(bench.chamber().air_c, 22);
+}
+
+TEST(SafeSequence, SwitchesOffAChamberThatHeatsOnAndRaisesAnAlarm) {
+  for (const bool hides_mode : {false, true}) {
+    tests::Bench bench(kHoldAt30, is_watched);
+    abort_warm(bench);
+    bench.chamber().manual = bench.chamber().keeps_manual = true;
+    bench.chamber().hides_mode = hides_mode;
+    int highest = 0;
+    for (int s = 0; s < 250; ++s) {
+      EXPECT_EQ(bench.seconds(1), RunOutcome::going_on) << "no run ends while the air moves away";
+      highest = std::max(highest, static_cast<int>(bench.chamber().air_c));
+    }
+    EXPECT_LT(highest, 50);
+    EXPECT_FALSE(bench.chamber().on);
+    EXPECT_EQ(bench.count(EventKind::interlock, "safe_ineffective (abort): "), 1);
+    bench.chamber().hides_mode = false;
+    EXPECT_EQ(bench.seconds(600), RunOutcome::made_safe);
+    const auto cause = bench.run_controller().end_cause();
+    EXPECT_NE(cause.find("sent to 20 °C and switched off (set point read back; mode off; air "), std::string::npos)
+        << cause;
+  }
+}
+
+TEST(SafeSequence, SwitchesOffAgainWhatComesOnAgain) {
+  tests::Bench bench(kHoldAt30, [](rig::RigFile& file) {
+    is_watched(file);
+    file.safe_off = true;
+  });
+  abort_warm(bench);
+  ASSERT_FALSE(bench.chamber().on);
+  for (int i = 0; i < 3; ++i) {
+    bench.seconds(100);
+    bench.chamber().on = true;
+    EXPECT_EQ(bench.seconds(20), RunOutcome::going_on);
+    EXPECT_FALSE(bench.chamber().on) << "within ten seconds";
+  }
+  EXPECT_EQ(bench.seconds(320), RunOutcome::made_safe);
+}
+
+TEST(SafeSequence, OfAStopShowsTheAirToo) {
+  tests::Bench bench(kHoldAt30, is_watched);
+  bench.chamber().air_c = 30;
+  bench.seconds(60);
+  bench.run_controller().tell(OperatorCommand::stop, "Ada");
+  bench.seconds(1);
+  bench.chamber().manual = bench.chamber().keeps_manual = true;
+  EXPECT_EQ(bench.seconds(300), RunOutcome::going_on);
+  EXPECT_EQ(bench.seconds(600), RunOutcome::stopped);
+  EXPECT_FALSE(bench.chamber().on);
+}
+
+TEST(SafeSequence, WithoutTicksLeavesTheAirToTheGuard) {
+  tests::Bench bench(kHoldAt30, is_watched);
+  bench.seconds(60);
+  bench.run_controller().make_safe("the disk is full");
+  EXPECT_EQ(bench.chamber().set_point_c, 20);
+  EXPECT_FALSE(bench.run_controller().is_safe()) << "the guard is not dismissed";
+  EXPECT_NE(bench.run_controller().end_cause().find("was sent to 20 °C, and is NOT shown to be safe yet"),
+            std::string::npos)
+      << bench.run_controller().end_cause();
+}
+
+TEST(NotFollowing, SuspendsUntilTheModeIsBackOrAnOperatorTakesOver) {
+  tests::Bench bench(kHoldAt30, is_watched);
+  bench.seconds(60);
+  bench.chamber().manual = bench.chamber().keeps_manual = true;
+  bench.seconds(2);
+  EXPECT_EQ(bench.run_controller().run_state(), RunState::suspended);
+  EXPECT_TRUE(bench.told(EventKind::interlock, "not_following (suspend): "));
+  const auto sent = bench.chamber().sent_c.size();
+  bench.seconds(20);
+  EXPECT_EQ(bench.chamber().sent_c.size(), sent) << "what somebody else has set is not fought";
+  EXPECT_TRUE(bench.instruments().switched.empty());
+  EXPECT_NE(bench.run_controller().foreign_hold(), "");
+  bench.chamber().keeps_manual = false;
+  bench.run_controller().tell(OperatorCommand::resume, "Ada");
+  bench.seconds(2);
+  EXPECT_FALSE(bench.chamber().manual);
+  EXPECT_NE(bench.until(RunState::execute, 2000), -1);
+  EXPECT_EQ(bench.run_controller().foreign_hold(), "");
+}
+
+TEST(NotFollowing, IsNoStateThatAStopMayLeave) {
+  for (const bool manual : {true, false}) {
+    tests::Bench bench(kHoldAt30, [](rig::RigFile& file) {
+      is_watched(file);
+      file.run_limits.on_stop = interlocks::OnStop::hold;
+    });
+    bench.seconds(60);
+    bench.chamber().manual = manual;
+    if (!manual) bench.chamber().set_point_c = 55;
+    bench.seconds(2);
+    bench.run_controller().tell(OperatorCommand::stop, "Ada");
+    bench.seconds(1);
+    EXPECT_EQ(bench.run_controller().run_state(), RunState::aborting);
+    EXPECT_TRUE(bench.told(EventKind::fault, "it does what somebody else has told it"));
+    EXPECT_EQ(bench.seconds(2000), RunOutcome::stopped);
+    EXPECT_EQ(bench.chamber().set_point_c, 20);
+  }
+}
+
+/// A program whose last segment is a hold at 30 °C, seen for `count` seconds with a chamber in that activity.
+class LastSegment {
+ public:
+  interlocks::InterlockInputs after(int count, ChamberActivity activity, double air, double rises = 0) {
+    interlocks::InterlockInputs inputs;
+    for (int i = 0; i < count; ++i) {
+      air_ = air + rises * i;
+      sample_.chamber = {ChamberState{{air_}, {30}, activity}, {}};
+      lead_.inform(second(), inputs);
+    }
+    return inputs;
+  }
+  [[nodiscard]] std::string objection() const { return lead_.objection_to_end(second()); }
+
+ private:
+  [[nodiscard]] LeadSecond second() const {
+    return {.sample = sample_,
+            .goal = {30},
+            .at = kSecond * ++at_,
+            .in_last_segment = true,
+            .in_last_hold = true,
+            .end = {30}};
+  }
+  mutable std::int64_t at_ = 0;
+  double air_{};
+  Sample sample_;
+  ControllerLead lead_{kTolerance};
+};
+
+TEST(LastSegment, EndsWhereTheControllerHoldsItsSetPoint) {
+  for (const auto activity : {ChamberActivity::program, ChamberActivity::soaking, ChamberActivity::running,
+                              ChamberActivity::done, ChamberActivity::unknown}) {
+    LastSegment last;
+    EXPECT_EQ(last.after(200, activity, 30).program, "") << name(activity);
+    EXPECT_EQ(last.objection(), "") << name(activity);
+  }
+}
+
+TEST(LastSegment, IsWatchedLikeAnyOther) {
+  for (const auto activity :
+       {ChamberActivity::not_following, ChamberActivity::holding, ChamberActivity::alarm, ChamberActivity::off}) {
+    LastSegment last;
+    EXPECT_EQ(last.after(37, activity, 30).program, "");
+    EXPECT_EQ(last.objection().empty(), activity == ChamberActivity::off) << name(activity);
+    EXPECT_NE(last.after(30, activity, 30).program, "") << name(activity) << ": for more than a minute";
+  }
+  LastSegment heats;
+  EXPECT_NE(heats.after(90, ChamberActivity::running, 30, 0.5).program, "") << "the mode is right, the air is not";
+  EXPECT_NE(heats.objection().find("the air moves away from 30 °C"), std::string::npos) << heats.objection();
+}
+
+TEST(LastSegment, ThatIsNotCarriedOutAtItsEndMakesTheChamberSafe) {
+  tests::Bench bench("[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"1 min\"\n", is_watched);
+  bench.chamber().air_c = bench.chamber().set_point_c = 30;
+  bench.run_controller().leave_to_the_controller();
+  bench.seconds(20);
+  bench.chamber().manual = true;
+  EXPECT_EQ(bench.seconds(1000), RunOutcome::made_safe);
+  EXPECT_NE(bench.run_controller().end_cause().find("at the end of its program"), std::string::npos)
+      << bench.run_controller().end_cause();
+  EXPECT_TRUE(bench.told(EventKind::fault, "not_following") || bench.told(EventKind::interlock, "not_following"));
+  EXPECT_EQ(bench.chamber().set_point_c, 20);
+  EXPECT_FALSE(bench.chamber().manual);
+}
+
+}  // namespace
+}  // namespace gyrotherm::run

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the air of a chamber that is being made safe may do, and what is no sign of safety.
+#include "sequencer/watchdog/air_watch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+namespace gyrotherm::watchdog {
+namespace {
+
+using std::chrono::minutes;
+using std::chrono::seconds;
+constexpr Celsius kSafe{22};
+
+/// The verdict after `length` of readings, one a second.
+AirVerdict after(Duration length, AirSource source, const std::function<double(double s)>& air_at,
+                 Duration observe = minutes(5)) {
+  AirWatch watch(kSafe, observe);
+  watch.begin(source);
+  AirVerdict verdict{};
+  for (Duration at{}; at <= length; at += kSecond) {
+    verdict = watch.see({air_at(to_seconds(at))}, at);
+    if (verdict == AirVerdict::moves_away || verdict == AirVerdict::stands_still) return verdict;
+  }
+  return verdict;
+}
+
+constexpr auto kController = AirSource::controller;
+
+TEST(AirWatch, ShowsAirThatArrivesOrIsOnItsWay) {
+  const auto cools = [](double s) { return 22 + 40 * std::exp(-s / 600); };
+  EXPECT_EQ(after(minutes(5) - kSecond, kController, cools), AirVerdict::watching) << "too early";
+  EXPECT_EQ(after(minutes(5), kController, cools), AirVerdict::shown);
+  EXPECT_EQ(after(minutes(5), kController, [](double s) { return 22 + 0.3 * std::sin(s); }), AirVerdict::shown);
+  EXPECT_EQ(after(minutes(5), kController, [](double s) { return -50 + s / 60; }), AirVerdict::shown) << "warms up";
+  EXPECT_EQ(after(minutes(5), kController, [](double s) { return s < 30 ? 60 + s / 15 : 62.4 - s / 30; }),
+            AirVerdict::shown)
+      << "turns round";
+}
+
+TEST(AirWatch, FindsAirThatMovesAway) {
+  EXPECT_EQ(after(minutes(1), kController, [](double s) { return 40 + 0.5 * s; }), AirVerdict::moves_away);
+  EXPECT_EQ(after(minutes(1), kController, [](double s) { return -20 - 0.5 * s; }), AirVerdict::moves_away);
+  EXPECT_EQ(after(minutes(1), kController, [](double s) { return 22 + 0.5 * s; }), AirVerdict::moves_away);
+  EXPECT_EQ(after(minutes(5), kController, [](double s) { return std::abs(60 - s) + 22; }), AirVerdict::moves_away)
+      << "passes the set point and goes on";
+}
+
+TEST(AirWatch, ExtendsTheWatchOfSlowAirAndEndsItForAirThatStands) {
+  const auto slow = [](double s) { return 60 - s / 500; };
+  EXPECT_EQ(after(minutes(8), kController, slow), AirVerdict::watching);
+  EXPECT_EQ(after(minutes(9), kController, slow), AirVerdict::shown);
+  EXPECT_EQ(after(minutes(14), kController, [](double) { return 60.0; }), AirVerdict::watching);
+  EXPECT_EQ(after(minutes(16), kController, [](double) { return 60.0; }), AirVerdict::stands_still);
+}
+
+TEST(AirWatch, IsNotMisledByOneReading) {
+  const auto with_spike = [](double spike) { return [=](double s) { return s == 100 ? spike : 22.0; }; };
+  for (const double spike : {22 + 40.0, 22 - 40.0})
+    EXPECT_EQ(after(minutes(5), kController, with_spike(spike)), AirVerdict::shown);
+  EXPECT_EQ(after(minutes(6), kController, [](double s) { return s == 100 ? 70 : 60; }), AirVerdict::watching)
+      << "the way back from a spike is no movement";
+}
+
+TEST(AirWatch, LetsAirOfAChamberThatIsOffDriftToTheRoomAndNoFarther) {
+  EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double s) { return 22 + s / 60; }), AirVerdict::shown);
+  EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double) { return 60.0; }), AirVerdict::shown) << "does not rise";
+  EXPECT_EQ(after(minutes(5), AirSource::switched_off, [](double) { return 60.0; }), AirVerdict::watching)
+      << "nothing shows that it is off";
+  EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double s) { return 40 + s / 10; }), AirVerdict::moves_away);
+  EXPECT_EQ(after(minutes(5), AirSource::seen_off, [](double s) { return -s / 10; }), AirVerdict::moves_away);
+}
+
+TEST(AirWatch, CountsTimeInWhichTheAirWasRead) {
+  AirWatch watch(kSafe, minutes(5));
+  EXPECT_EQ(watch.see({22}, {}), AirVerdict::watching);
+  EXPECT_EQ(watch.see({22}, minutes(60)), AirVerdict::watching) << "it was silent for an hour";
+  EXPECT_EQ(watch.watched(), seconds(30));
+}
+
+TEST(AirWatch, WithoutATimeBelievesTheFirstReadingAndSaysSo) {
+  AirWatch watch(kSafe, {});
+  EXPECT_EQ(watch.see({60}, {}), AirVerdict::shown);
+  EXPECT_EQ(watch.describe(), "air 60.00 °C, not watched");
+}
+
+}  // namespace
+}  // namespace gyrotherm::watchdog

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+/// When a chamber counts as safe, and what is done about one that is not: by chambers that follow, heat on in manual
+/// mode, carry a program out, or come on again.
+#include "sequencer/watchdog/safe_evidence.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "core/file.hpp"
+
+namespace gyrotherm::watchdog {
+namespace {
+
+using std::chrono::minutes;
+
+/// A chamber, a second at a time, and what it was told.
+struct Chamber {
+  double set_point = 60, air = 60, heats_k = 0.5;
+  ChamberActivity activity = ChamberActivity::running;
+  bool obeys_mode = true, obeys_off = true;
+  std::string told{};
+
+  void take(SafeAction action) {
+    if (action == SafeAction::set_point) set_point = 22, told += "set ";
+    if (action == SafeAction::follow) {
+      told += "follow ";
+      if (obeys_mode) activity = ChamberActivity::running;
+    }
+    if (action == SafeAction::off) {
+      told += "off ";
+      if (obeys_off) activity = ChamberActivity::off;
+    }
+  }
+  void second() {
+    const bool follows = activity == ChamberActivity::running && heats_k != 0;
+    if (activity == ChamberActivity::off || follows)
+      air += (22 - air) / 300;
+    else
+      air += heats_k;
+  }
+};
+
+constexpr SafeGoal kGoal{.set_point = {22},
+                         .tolerance = {0.1},
+                         .observe = minutes(5),
+                         .shows_mode = true,
+                         .shows_off = true,
+                         .can_start = true,
+                         .can_stop = true};
+
+/// Lets it go until it is safe; returns how many seconds that took, −1: more than an hour.
+int until_safe(SafeEvidence& evidence, Chamber& chamber, const std::function<void(int)>& meanwhile = {}) {
+  for (int s = 0; s < 3600; ++s) {
+    if (const auto action = evidence.next(); action != SafeAction::keep) {
+      chamber.take(action);
+      evidence.acknowledge(action);
+    }
+    chamber.second();
+    if (meanwhile) meanwhile(s);
+    evidence.see({{chamber.air}, {chamber.set_point}, chamber.activity}, kSecond * (s + 1));
+    if (evidence.is_safe()) return s + 1;
+  }
+  return -1;
+}
+
+TEST(SafeEvidence, WantsSetPointModeAndAir) {
+  Chamber chamber;
+  SafeEvidence evidence(kGoal);
+  EXPECT_EQ(until_safe(evidence, chamber), 301) << evidence.describe();
+  EXPECT_EQ(chamber.told, "set ");
+  EXPECT_EQ(evidence.describe().find("set point read back; mode running; air "), 0u) << evidence.describe();
+  EXPECT_NE(evidence.describe().find("moves towards 22 °C"), std::string::npos) << evidence.describe();
+}
+
+TEST(SafeEvidence, WritesTheModeOfAChamberThatDoesNotFollow) {
+  for (const auto activity :
+       {ChamberActivity::not_following, ChamberActivity::program, ChamberActivity::holding, ChamberActivity::done}) {
+    Chamber chamber{.activity = activity};
+    SafeEvidence evidence(kGoal);
+    EXPECT_GT(until_safe(evidence, chamber), 300) << name(activity);
+    EXPECT_EQ(chamber.told, "set follow ") << name(activity);
+  }
+}
+
+TEST(SafeEvidence, SwitchesOffWhatHeatsOnWhateverModeIsWritten) {
+  Chamber chamber{.activity = ChamberActivity::not_following, .obeys_mode = false};
+  SafeEvidence evidence(kGoal);
+  bool alarmed = false;
+  EXPECT_GT(until_safe(evidence, chamber, [&](int) { alarmed = alarmed || evidence.is_ineffective(); }), 300);
+  EXPECT_TRUE(alarmed);
+  EXPECT_TRUE(chamber.told.ends_with("off ")) << chamber.told;
+  EXPECT_LT(chamber.air, 75) << "found within some kelvin";
+  EXPECT_FALSE(evidence.is_ineffective()) << "it has helped";
+}
+
+TEST(SafeEvidence, SwitchesOffWhatShowsTheRightModeAndMovesAway) {
+  Chamber chamber{.heats_k = 0};  // "running", and does not follow
+  SafeEvidence evidence(kGoal);
+  EXPECT_GT(until_safe(evidence, chamber), 15 * 60) << "air that stands still is watched for longer";
+  EXPECT_TRUE(chamber.told.starts_with("set set follow ")) << chamber.told;
+  EXPECT_TRUE(chamber.told.ends_with("off ")) << chamber.told;
+}
+
+TEST(SafeEvidence, NeverEndsWhileTheAirMovesAway) {
+  Chamber chamber{.activity = ChamberActivity::not_following, .obeys_mode = false, .obeys_off = false};
+  SafeEvidence evidence(kGoal);
+  EXPECT_EQ(until_safe(evidence, chamber), -1);
+  EXPECT_TRUE(evidence.is_ineffective() && evidence.is_out_of_means());
+  EXPECT_NE(evidence.describe().find("mode NOT shown: not following its set point"), std::string::npos)
+      << evidence.describe();
+  EXPECT_NE(evidence.describe().find("moves AWAY from 22 °C"), std::string::npos) << evidence.describe();
+}
+
+TEST(SafeEvidence, SwitchesOffAgainWhatComesOnAgain) {
+  auto goal = kGoal;
+  goal.switch_off = true;
+  Chamber chamber{.air = 22};
+  SafeEvidence evidence(goal);
+  const auto on_again = [&](int s) {
+    if (s == 2 || s == 100) chamber.activity = ChamberActivity::running;
+  };
+  EXPECT_GT(until_safe(evidence, chamber, on_again), 400) << "watched anew";
+  EXPECT_EQ(chamber.told, "set off off off ");
+}
+
+TEST(SafeEvidence, SendsTheSetPointAgainThatSomebodyElseChanged) {
+  Chamber chamber;
+  SafeEvidence evidence(kGoal);
+  const auto change = [&](int s) {
+    if (s == 200) chamber.set_point = 60;
+  };
+  EXPECT_GT(until_safe(evidence, chamber, change), 500);
+  EXPECT_EQ(chamber.told, "set set ");
+}
+
+TEST(SafeEvidence, LeavesAChamberOffThatSomebodyHasSwitchedOff) {
+  Chamber chamber{.activity = ChamberActivity::off};
+  SafeEvidence evidence(kGoal);
+  EXPECT_EQ(until_safe(evidence, chamber), 301) << "somebody may reach into it";
+  EXPECT_EQ(chamber.told, "set ");
+}
+
+TEST(SafeEvidence, DoesNotBelieveAModeThatHasNoMeaning) {
+  Chamber chamber{.heats_k = 0, .activity = ChamberActivity::unknown};
+  SafeEvidence evidence(kGoal);
+  EXPECT_GT(until_safe(evidence, chamber), 120 + 300);
+  EXPECT_EQ(chamber.told.find("follow"), std::string::npos) << "it may be off";
+  EXPECT_TRUE(chamber.told.ends_with("off ")) << chamber.told;
+}
+
+TEST(SafeEvidence, OfAMapWithoutStatesTakesAirAlone) {
+  const SafeGoal bare{
+      .set_point = {22}, .tolerance = {0.1}, .observe = minutes(5), .can_start = true, .can_stop = true};
+  SafeEvidence evidence(bare);
+  evidence.acknowledge(SafeAction::set_point);
+  const auto see = [&](double air, int s) {
+    evidence.see({{air}, {std::numeric_limits<double>::quiet_NaN()}, ChamberActivity::unknown}, kSecond * s);
+  };
+  for (int s = 0; s <= 300; ++s) see(60 - s * 0.05, s);
+  EXPECT_TRUE(evidence.is_safe()) << evidence.describe();
+  EXPECT_EQ(evidence.describe().find("set point acknowledged; mode not in its map; "), 0u) << evidence.describe();
+  SafeEvidence rising(bare);
+  rising.acknowledge(SafeAction::set_point);
+  for (int s = 0; s <= 30; ++s) rising.see({{60 + s * 0.5}, {22}, ChamberActivity::unknown}, kSecond * s);
+  EXPECT_TRUE(rising.is_ineffective());
+  EXPECT_TRUE(rising.wants_off());
+}
+
+TEST(SafeEvidence, OfEveryShippedMapKnowsWhatItShows) {
+  int maps = 0, with_mode = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/chambers")) {
+    if (entry.path().extension() != ".toml") continue;
+    const auto map = drivers::parse_register_map(read_text_file(entry.path().string()).value(), entry.path().string());
+    ASSERT_TRUE(map) << text(map.error());
+    const auto goal = safe_goal(*map, {22}, minutes(5));
+    EXPECT_TRUE(goal.can_start || !goal.can_stop) << entry.path();
+    ++maps;
+    with_mode += goal.shows_mode ? 1 : 0;
+  }
+  EXPECT_GE(maps, 12);
+  EXPECT_GE(with_mode, 7);
+}
+
+}  // namespace
+}  // namespace gyrotherm::watchdog

@@ -46,7 +46,7 @@ struct GyroLine {
 /// "gyro", "gyro u1", "gyro x+y+z": the line's instrument, in words.
 [[nodiscard]] std::string title_of(const GyroLine& line, const std::vector<UnitSettings>& units);
 
-/// Compares what the gyro of a line says it is with the serial number in the rig file. Fails with mismatch if it names
+/// Compares the identity of a line's gyro with the serial number in the rig file. Fails with mismatch if it names
 /// another one. A line that several units share is not compared, nor a unit without a serial number.
 [[nodiscard]] Result<void> compare_serial_number(const GyroLine& line, const std::vector<UnitSettings>& units,
                                                  const std::string& identity);

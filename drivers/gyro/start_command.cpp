@@ -67,7 +67,7 @@ class Answer {
 
  private:
   /// Passes over the command itself, which an adapter may send back. `in_command`: where the command holds `text`; at
-  /// its very beginning an echo cannot be told from an answer. A longer number is another one.
+  /// its very beginning an echo is taken for an answer. A longer number is another one.
   [[nodiscard]] std::size_t find(const std::string& text, std::size_t in_command) const {
     for (auto at = heard_.find(text); at != std::string::npos; at = heard_.find(text, at + 1)) {
       const bool is_echo = in_command != 0 && in_command != std::string::npos && at >= in_command &&

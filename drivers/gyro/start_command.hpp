@@ -27,7 +27,7 @@ struct GyroCommand {
   std::optional<bool> then_silent{};
 };
 
-/// A question that a gyro answers with what tells it from others of its make.
+/// A question for the identity of a gyro.
 struct GyroQuestion {
   std::string send;
   Duration wait{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A gyro that sends at another rate than described, and bytes that are no frame of its stream.
+/// Gyros at another frame rate than described, and bytes that are not frames of the stream.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -63,7 +63,7 @@ class UnitAtRate {
   std::int64_t sent_ = 0;
 };
 
-/// A3 and its class: the time or the sequence of a frame goes on by a constant multiple.
+/// The time or the sequence of each frame advances by a constant multiple of the described step.
 TEST(OtherRate, IsReportedAsSuchAndNeverAsLostFrames) {
   const std::vector<std::pair<std::string, double>> units{
       {"vectornav", 50},       {"vectornav", 25},        {"vectornav", 200},
@@ -117,7 +117,6 @@ TEST(OtherRate, IsNotSeenInFramesThatAreLost) {
   }
 }
 
-/// A8 and its class.
 TEST(ForeignBytes, AreReportedWithTheirNumberAndTheFirstOfThem) {
   std::mt19937 random(5);
   std::vector<std::byte> drawn(2000);

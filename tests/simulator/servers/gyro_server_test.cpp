@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/deadline.hpp"
+#include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/line/line_address.hpp"
 #include "tests/support/frame_streams.hpp"
@@ -104,9 +105,9 @@ TEST(GyroServer, SendsAllAxesAndWhatTheyTellOfThemselves) {
 }
 
 /// A virtual unit that sends 15 °/h on a socket, a hundred frames a second, and its driver at the other end.
-class BothEnds {
+class UnitAndDriver {
  public:
-  BothEnds(const std::string& name, GyroUnitFaults faults) : stream_(tests::shipped_stream(name)) {
+  UnitAndDriver(const std::string& name, GyroUnitFaults faults) : stream_(tests::shipped_stream(name)) {
     auto listener = listen_on_loopback(0);
     if (!listener) throw std::runtime_error(text(listener.error()));
     const auto port = port_of(*listener);
@@ -124,7 +125,7 @@ class BothEnds {
                              {.start = stream_.start});
   }
   [[nodiscard]] drivers::Gyro& gyro() { return *gyro_; }
-  /// Counts of 300 frames, in arc seconds for each of them.
+  /// Reads a hundred frames or more. Returns their mean angle, arcsec.
   [[nodiscard]] double arcsec_a_frame() {
     double arcsec = 0;
     std::uint64_t frames = 0;
@@ -134,7 +135,7 @@ class BothEnds {
       const auto count = gyro_->read(std::chrono::milliseconds(50));
       if (!count) continue;
       frames += gyro_->frames().seen - before;
-      arcsec += static_cast<double>(count->pulses.at(0)) * *arcsec_per_count(stream_.frame, 0);
+      arcsec += static_cast<double>(count->pulses.at(0)) * *drivers::arcsec_per_count(stream_.frame, 0);
     }
     return frames == 0 ? 0 : arcsec / static_cast<double>(frames);
   }
@@ -147,20 +148,19 @@ class BothEnds {
   std::unique_ptr<drivers::Gyro> gyro_;
 };
 
-/// A2: the unit was left in degrees.
 TEST(GyroServer, IsSetRightByTheStartCommandsThoughItWasLeftInAnotherUnit) {
   const double kDegrees = 57.29577951308232;
   for (const auto* name : {"kvh-17xx-a", "kvh-17xx-b", "kvh-17xx-c"}) {
-    BothEnds ends(name, {.factor = kDegrees, .factor_until = "=ROTUNITS,RAD"});
+    UnitAndDriver ends(name, {.factor = kDegrees, .factor_until = "=ROTUNITS,RAD"});
     const auto opened = ends.gyro().open();
     ASSERT_TRUE(opened) << name << ": " << text(opened.error());
-    EXPECT_NEAR(ends.arcsec_a_frame(), 15.0 / BothEnds::kFramesASecond, 0.002) << name;
+    EXPECT_NEAR(ends.arcsec_a_frame(), 15.0 / UnitAndDriver::kFramesASecond, 0.002) << name;
   }
 }
 
 TEST(GyroServer, IsRefusedWhenItIgnoresOrRefusesACommand) {
   const auto kind = [](const std::string& stream, GyroUnitFaults faults) {
-    BothEnds ends(stream, std::move(faults));
+    UnitAndDriver ends(stream, std::move(faults));
     const auto opened = ends.gyro().open();
     return opened ? std::string("open") : std::string(gyrotherm::name(opened.error().kind));
   };

@@ -187,7 +187,7 @@ class RealTime {
     if (ended_) return;
     hang_up();
     listen(run_, ears_);  // what was told before outranks Ctrl-C
-    if (is_terminated() && !run_.ownership.trouble().empty()) return stay_without_a_guard();
+    if (is_terminated() && !run_.ownership.troubles().empty()) return stay_without_a_guard();
     if (stops() == 0 || (!is_terminated() && must_stay(run_))) return;
     leaves_ = run_.run_controller.owes_a_tick() && stops() == 1;  // who was told "held" finds it held
     if (!leaves_) leave();
@@ -205,7 +205,7 @@ class RealTime {
     if (!is_terminated()) return end(stopped(run_));
     run_.run_controller.make_safe("stopped by SIGTERM");
     run_.ownership.heartbeat({});  // before waiting for the disk
-    if (run_.ownership.trouble().empty()) return end(terminated(run_));
+    if (run_.ownership.troubles().empty()) return end(terminated(run_));
     arm();  // without a guard: ends once confirmed
   }
 

@@ -59,7 +59,7 @@ class ProgramOfOthers : public testing::Test {
     std::ofstream(folder / "rigs/rig.toml") << text;
     Background run(
         {"run", "tests/profiles/ten-minutes-warm.toml", "--rig", folder / "rigs/rig.toml", "--out", stopped, "--json"},
-        folder / "log");
+        new_log());
     ASSERT_TRUE(run.wait_for("\"acknowledged\": 2}", 60)) << run.output();
     run.signal(SIGINT);
     ASSERT_EQ(run.wait(), 5) << run.output();
@@ -68,13 +68,15 @@ class ProgramOfOthers : public testing::Test {
   [[nodiscard]] bool continues(const std::string& path, const std::vector<std::string>& options, std::string& output) {
     std::vector<std::string> words{"resume", path, "--json"};
     words.insert(words.end(), options.begin(), options.end());
-    Background resumed(words, folder / "resumed");
+    Background resumed(words, new_log());
     const bool goes_on = resumed.wait_for("acknowledged", 30);
     resumed.signal(SIGINT);
     const bool interrupted = resumed.wait() == 5;
     output = resumed.output();
     return goes_on && interrupted;
   }
+  /// Returns the name of a file that no program has written.
+  [[nodiscard]] std::string new_log() { return folder / ("log" + std::to_string(++logs)); }
   /// Executes SQL on a record without chaining it anew.
   static void edit(const std::string& path, const std::string& sql) {
     auto database = record::Database::open(path, record::Access::read_write, 1000);
@@ -91,6 +93,7 @@ class ProgramOfOthers : public testing::Test {
     return all;
   }
 
+  int logs = 0;
   const Folder folder;
   const RealLaboratory laboratory{folder / ""};
   const std::string rig = folder / "program.toml", record = folder / "run.db", stopped = folder / "runs/r.db";
@@ -124,7 +127,7 @@ TEST_F(ProgramOfOthers, ItsDeathIsAFaultOfItsChannelAndTheRunGoesOn) {
   std::ofstream(folder / "die") << "now\n";
   const auto reached = last_acknowledged(run.output()) + 6;
   EXPECT_TRUE(run.wait_for("\"acknowledged\": " + std::to_string(reached) + "}", 60)) << run.output();
-  run.signal(SIGTERM);
+  run.signal(SIGINT);
   EXPECT_EQ(run.wait(), 5) << run.output();
   EXPECT_GE(pids().size(), 2u) << "it was started anew";
   for (const auto pid : pids()) EXPECT_NE(::kill(pid, 0), 0) << "it is left";
@@ -163,14 +166,14 @@ TEST_F(ProgramOfOthers, IsNotStartedFromRecordThatWasChanged) {
       "UPDATE meta SET value = value || ' ' WHERE key = 'chamber_map_text'",
       "UPDATE meta SET value = value || ' ' WHERE key = 'profile_text'",
       "UPDATE sample SET chamber_air_c = 21 WHERE slot = 1",
-      "UPDATE event SET text = 'all is well' WHERE id = 1",
+      "UPDATE event SET text = 'all is well' WHERE id = (SELECT min(id) FROM event)",
   };
   for (std::size_t i = 0; i < edits.size(); ++i) {
     const auto copy = folder / ("runs/copy" + std::to_string(i) + ".db");
     std::filesystem::copy(stopped, copy);
     std::filesystem::copy(stopped + ".status", copy + ".status");
     edit(copy, edits[i]);
-    const auto resumed = gyrotherm_with("resume --accept --trust-commands " + copy);
+    const auto resumed = shell("timeout 60 gyrotherm resume --accept --trust-commands " + copy);
     EXPECT_EQ(resumed.exit_code, 4) << edits[i] << "\n" << resumed.err;
     EXPECT_FALSE(std::filesystem::exists(evil)) << edits[i];
   }
@@ -212,7 +215,7 @@ TEST_F(ProgramOfOthers, IsNotStartedFromForgedRecord) {
   for (std::size_t i = 0; i < forgeries.size(); ++i) {
     const auto copy = folder / ("runs/forged" + std::to_string(i) + ".db");
     forge(stopped, copy, forgeries[i].first, forgeries[i].second);
-    const auto resumed = gyrotherm_with("resume --accept " + copy);
+    const auto resumed = shell("timeout 60 gyrotherm resume --accept " + copy);
     EXPECT_EQ(resumed.exit_code, 3) << i << resumed.err;
     EXPECT_NE(resumed.err.find("is not started: this user has not confirmed it"), std::string::npos) << resumed.err;
     EXPECT_FALSE(std::filesystem::exists(evil)) << i;
@@ -222,7 +225,7 @@ TEST_F(ProgramOfOthers, IsNotStartedFromForgedRecord) {
 TEST_F(ProgramOfOthers, IsStartedByResumeOnlyAsItWasConfirmed) {
   record_from_rigs(R"(["/bin/sh", "acme.sh", "--port", "1"])");
   const auto expect_refused = [&](const char* why) {
-    const auto resumed = gyrotherm_with("resume --accept " + stopped);
+    const auto resumed = shell("timeout 60 gyrotherm resume --accept " + stopped);
     EXPECT_EQ(resumed.exit_code, 3) << why;
     EXPECT_NE(resumed.err.find(why), std::string::npos) << resumed.err;
     EXPECT_NE(resumed.err.find("--trust-commands"), std::string::npos) << resumed.err;
@@ -253,7 +256,7 @@ TEST_F(ProgramOfOthers, IsResumedOnlyByAcceptAfterRestartOfMachine) {
   ASSERT_NE(at, std::string::npos) << status;
   status.replace(at, 8, "00000000");
   std::ofstream(stopped + ".status") << status;
-  const auto asked = gyrotherm_with("resume " + stopped);
+  const auto asked = shell("timeout 60 gyrotherm resume " + stopped);
   EXPECT_EQ(asked.exit_code, 5) << asked.err;
   EXPECT_NE(asked.err.find("--accept"), std::string::npos) << asked.err;
   std::string output;

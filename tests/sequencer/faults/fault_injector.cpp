@@ -11,7 +11,7 @@ namespace {
 using Kind = InjectedFaultKind;
 
 constexpr double kOpenC = 850, kShortC = -200, kBrokenC = 1000, kNoNumber = std::numeric_limits<double>::quiet_NaN();
-constexpr double kDoorOpen = 1, kLimiterTripped = 2, kFilterDirty = 3;
+constexpr double kManual = 2, kDoorOpen = 1, kLimiterTripped = 2, kFilterDirty = 3;
 
 bool is_of_thermometer_line(Kind kind) { return kind >= Kind::thermometer_silent && kind <= Kind::thermometer_doubled; }
 bool is_of_gyro(Kind kind) { return kind >= Kind::gyro_silent && kind <= Kind::gyro_restarts; }
@@ -67,8 +67,12 @@ std::size_t FaultInjector::gyro_of(const InjectedFault& fault) const {
 void FaultInjector::happen(const InjectedFault& fault) {
   auto& laboratory = plant_.laboratory();
   switch (fault.kind) {
-    case Kind::chamber_restarts: return plant_.restart_chamber({fault.size}, fault.target == 0);
+    case Kind::chamber_restarts:
+      plant_.restart_chamber({fault.size}, fault.target != 1);
+      if (fault.target == 2) plant_.write("control_mode", kManual);
+      return;
     case Kind::chamber_switched_off: return laboratory.switch_on(false);
+    case Kind::chamber_manual: return plant_.write("control_mode", kManual);
     case Kind::panel_set_point: return laboratory.command({fault.size});
     case Kind::limiter_trips: return plant_.write("condition", kLimiterTripped);
     case Kind::gyro_restarts: return plant_.gyro(gyro_of(fault)).restart();

@@ -375,6 +375,18 @@ void Invariants::judge_limits(std::int64_t second, const Sample& sample) {
     add(all, chamber->air < limits.air_lowest || chamber->air > limits.air_highest);
 }
 
+/// I27: no run leaves while the air moves away from the safe set point, or in a mode that does not follow it.
+void Invariants::left_as_safe(std::int64_t second) {
+  constexpr double kMargin = 1.5;
+  const auto& laboratory = plant_.laboratory();
+  if (laboratory.is_on() && laboratory.holds_output()) broken("I27", second, "the chamber is left in manual mode");
+  const bool is_quiet = injector_.last_change() < second - 60 && !from_safe_k_.empty();
+  if (is_quiet && from_safe_k_.back() > from_safe_k_.front() + kMargin)
+    broken("I27", second,
+           fmt::format("the air is {} K from the safe set point, {} K a minute ago", from_safe_k_.back(),
+                       from_safe_k_.front()));
+}
+
 void Invariants::completed(std::int64_t second) {
   const int last = static_cast<int>(profile_.segments.size()) - 1;
   if (rows_.empty() || rows_.back().segment != last) broken("I15", second, "complete before the last segment");
@@ -506,6 +518,9 @@ void Invariants::after_tick(std::int64_t second, const RecordingStore& recording
   judge_segments(second, sample);
   judge_liveness(second, sample);
   judge_limits(second, sample);
+  constexpr std::size_t kMinute = 60;
+  from_safe_k_.push_back(std::abs((plant_.laboratory().air_as_measured() - file_.safe_set_point).value));
+  if (from_safe_k_.size() > kMinute) from_safe_k_.pop_front();
   count_ticks(sample);
   judge_reactions(second, sample);
 }

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,8 @@ class Invariants {
   void judge_record(std::int64_t second, const record::Record& record, std::int64_t acknowledged, bool left_unwritten);
   /// The profile's end was reported.
   void completed(std::int64_t second);
+  /// The run has ended and counts the chamber as safe.
+  void left_as_safe(std::int64_t second);
   /// Whether a injected fault of the kinds from `first` to `last` stands now.
   [[nodiscard]] bool stands(InjectedFaultKind first, InjectedFaultKind last) const;
   void broken(const char* invariant, std::int64_t second, const std::string& what);
@@ -109,6 +112,7 @@ class Invariants {
   Duration last_time_{Duration::min()};
   std::vector<RowBrief> rows_;
   std::vector<RecordingStore::GapSeen> gaps_;
+  std::deque<double> from_safe_k_;  ///< distance of the air from the safe set point, last minute
   std::int64_t last_slot_ = -1;  ///< that has a row or a gap
   Ticks quiet_ticks_;
   bool storage_told_ = false;

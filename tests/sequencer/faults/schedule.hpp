@@ -32,6 +32,7 @@ enum class InjectedFaultKind {
   chamber_clamps,        ///< size: °C from zero
   chamber_restarts,      ///< at its default set point
   chamber_switched_off,  ///< at its panel
+  chamber_manual,        ///< full heating, whatever its set point is
   panel_set_point,       ///< size: °C
   heater_weak,           ///< size: share of its power that is left
   cooler_weak,

@@ -315,7 +315,10 @@ void SimulatedRun::tick() {
     invariants_.completed(second_);
     end(Ending::complete);
   }
-  if (*outcome == run::RunOutcome::made_safe) end(Ending::made_safe);
+  if (*outcome == run::RunOutcome::made_safe) {
+    invariants_.left_as_safe(second_);
+    end(Ending::made_safe);
+  }
   if (*outcome == run::RunOutcome::stopped) end(Ending::stopped);
 }
 

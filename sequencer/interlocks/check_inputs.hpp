@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the checks of the table of interlocks see of one second. For sequencer/interlocks alone.
+/// Holds the inputs of the checks of one second. Used inside sequencer/interlocks only.
 #pragma once
 
 #include <fmt/format.h>

@@ -53,7 +53,7 @@ struct InterlockMemory {
     Duration unseen{};                    ///< since what shows it was last read
     Duration gone{};                      ///< how long it is not there, or not seen to be
     bool raised{};                        ///< its alarm
-    RecentCauses recent{};                ///< the last samples, with and without it
+    RecentCauses recent{};                ///< its last samples
     Reaction reaction{};                  ///< what it asks for, of what cannot be seen as it was last seen
     std::optional<std::size_t> column{};  ///< which thermometer showed it
     std::string text{};                   ///< as last seen

@@ -141,7 +141,7 @@ Found stuck(const CheckInputs& in) {
 // ---- silence --------------------------------------------------------------------------------------------------------
 
 Found chamber_silent(const CheckInputs& in) { return in.chamber() ? Found{} : found("chamber silent"); }
-/// The units that say nothing and should, and how many there are at all that should. A dead one has its own alarm.
+/// Lists the units that are silent, and counts those that must send. A dead unit is not silent.
 struct SilentUnits {
   std::vector<std::size_t> silent;
   std::size_t all{};

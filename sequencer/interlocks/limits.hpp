@@ -85,7 +85,7 @@ struct UnitLimits {
   std::string name;
   bool go_on_when_silent{};                 ///< the run goes on for the others
   std::vector<std::size_t> thermometers{};  ///< columns of those that its analysis cannot do without
-  std::vector<AxisLimits> axes{};           ///< in the sample's order; may be empty
+  std::vector<AxisLimits> axes{};           ///< sample order; may be empty
   std::vector<std::string> analogue{};      ///< names of what analogue inputs measure of it, in the sample's order
 };
 
@@ -109,7 +109,7 @@ struct InterlockLimits {
   Celsius thermometers_highest{100};
   std::vector<ThermometerLimits> thermometers;  ///< one per channel, or none where the file gives none of its own
   std::vector<std::string> channels;            ///< the thermometers' names, for messages; may be empty
-  std::vector<InstrumentChannels> instruments;  ///< which read them; may be empty
+  std::vector<InstrumentChannels> instruments;  ///< instruments of the thermometers; may be empty
   int confirming_samples = 2;                   ///< readings in a row beyond a limit before it counts
 
   CelsiusPerMinute air_fastest{20};  ///< over a minute; magnitude
@@ -130,12 +130,12 @@ struct InterlockLimits {
   Kelvins follow_band{2};
   Duration follow_time = std::chrono::minutes(5);
 
-  Duration frozen_after = std::chrono::seconds(60);     ///< readings identical for at least so long
-  Duration gyro_dead_after = std::chrono::seconds(60);  ///< likewise counts, or none; the rate's mean is of so long
-  DegreesPerHour gyro_band{1000};                       ///< between the rate at rest and the Earth's
-  Kelvins response_step{20};                            ///< of air or set point, which thermometers follow …
-  Duration response_time = std::chrono::minutes(30);    ///< … within this time
-  Kelvins drift{1.5};                                   ///< of a thermometer's jump
+  Duration frozen_after = std::chrono::seconds(60);     ///< shortest spell of identical readings
+  Duration gyro_dead_after = std::chrono::seconds(60);  ///< shortest spell without counts
+  DegreesPerHour gyro_band{1000};                       ///< around the Earth's rate
+  Kelvins response_step{20};                            ///< change of air or set point
+  Duration response_time = std::chrono::minutes(30);    ///< until a thermometer has followed
+  Kelvins drift{1.5};                                   ///< largest unexplained jump
 
   Duration backlog = std::chrono::seconds(60);      ///< how far the record may be behind before it is an alarm
   Duration clear_after = std::chrono::seconds(10);  ///< an alarm is over when its cause has been gone for so long

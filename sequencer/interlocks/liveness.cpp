@@ -17,17 +17,18 @@ constexpr int kTimesTheLongest = 5;
 /// An instrument whose noise is not known is frozen if the air moves by so much meanwhile, for so long.
 constexpr Kelvins kAirMoved{10};
 constexpr Duration kWhileAirMoved = std::chrono::minutes(10);
-/// The air follows a set point within this time, and what changes afterwards is noise.
+/// The air follows a set point within this time; later changes are noise.
 constexpr Duration kSettles = std::chrono::minutes(1);
 constexpr Kelvins kSameSetPoint{0.02};
 /// So many counts come in any case before their absence is a fault.
 constexpr double kExpectedCounts = 20;
-constexpr double kShareThatFollows = 0.05;  ///< of response_step
+constexpr double kShareThatFollows = 0.05;  ///< share of response_step
 constexpr int kStuckReadings = 120;
-/// No body changes faster, whatever the rig lets it do.
+/// A body does not change faster, even if the rig file has a lower limit.
 constexpr CelsiusPerMinute kFastestBody{15};
 
-/// A unit that is switched on or off warms up or cools down, which is no rest either.
+/// Measures how long the set point has not moved. A unit that is switched on or off ends the rest, too, because its
+/// temperature changes.
 void see_set_point(const Sample& sample, const LivenessSecond& second, LivenessMemory& memory) {
   const auto& chamber = sample.chamber.value;
   memory.at_rest += second.elapsed;
@@ -77,7 +78,7 @@ void see_thermometers(const InterlockLimits& limits, const Sample& sample, Durat
   see_identity(limits, memory.air_noise.identical(), memory.air_noise.improbability(), {}, elapsed, memory.air);
 }
 
-/// Counts in which a gyro at rest would be seen to turn with the Earth.
+/// Returns the counts that the Earth's rate makes in a time.
 double expected_counts(const AxisLimits& axis, Duration time) {
   if (!axis.earth_rate || axis.arcsec_per_count == 0) return 0;
   return std::abs(axis.earth_rate->value * to_seconds(time) / axis.arcsec_per_count);
@@ -118,7 +119,7 @@ void see_units(const InterlockLimits& limits, const Sample& sample, const Livene
   }
 }
 
-/// A thermometer that moves sets where everything is compared from.
+/// Measures how far air and set point have moved since a thermometer last moved.
 void see_response(const InterlockLimits& limits, const Sample& sample, ResponseMemory& memory) {
   const auto& chamber = sample.chamber.value;
   const auto same_size = memory.thermometers.size() == sample.thermometers.size();
@@ -143,7 +144,7 @@ void see_response(const InterlockLimits& limits, const Sample& sample, ResponseM
   if (has_set_point) memory.asked = std::max(memory.asked, abs(chamber->set_point - *memory.set_point));
 }
 
-/// A body cannot skip temperatures. A reading that comes back, or that was stuck before, is no jump.
+/// Adds up changes that are too fast for a body. A reading that comes back is not a jump.
 void see_jumps(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,
                LivenessMemory& memory) {
   memory.past.resize(sample.thermometers.size());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the interlocks remember of each instrument to find out whether it still measures: frozen readings, dead gyros,
-/// thermometers that do not respond, that jump or that drift. Values; any thread.
+/// Remembers each instrument's behaviour to decide whether it still measures: frozen readings, dead gyros, thermometers
+/// that do not respond, that jump or that drift. Values; any thread.
 #pragma once
 
 #include <optional>
@@ -33,7 +33,7 @@ struct AxisLiveness {
   double arcsec{};   ///< counted in the block under way
   Duration block{};  ///< its length
   bool no_counts{}, frozen{};
-  std::optional<DegreesPerHour> far{};  ///< the last block's rate, if it is far from the expected one
+  std::optional<DegreesPerHour> far{};  ///< rate of the last block
 
   [[nodiscard]] bool is_dead() const { return no_counts || frozen; }
 };
@@ -42,36 +42,36 @@ struct AxisLiveness {
 struct ResponseMemory {
   std::optional<Celsius> air{}, set_point{};
   std::vector<std::optional<Celsius>> thermometers{};
-  Kelvins asked{};  ///< how far air or set point have moved since then
+  Kelvins asked{};  ///< largest change of air, set point
 };
 
 /// One thermometer against its own past.
 struct ThermometerPast {
   std::optional<Celsius> last{};
   Duration unseen{};  ///< since it was last read
-  Kelvins jumped{};   ///< in all, faster than what it measures can change
+  Kelvins jumped{};   ///< sum of jumps
 };
 
 struct LivenessMemory {
-  std::vector<Noise> thermometers;    ///< by column
-  std::vector<Identity> instruments;  ///< as in InterlockLimits::instruments
+  std::vector<Noise> thermometers;    ///< one per column
+  std::vector<Identity> instruments;  ///< order of InterlockLimits::instruments
   Noise air_noise;
   Identity air;
   std::vector<std::vector<AxisLiveness>> units;
   ResponseMemory response;
-  std::vector<ThermometerPast> past;  ///< by column
+  std::vector<ThermometerPast> past;  ///< one per column
   std::optional<Celsius> set_point{};
-  Duration at_rest{};     ///< how long the set point has not moved
+  Duration at_rest{};     ///< since the set point moved
   bool units_were_off{};  ///< in the second before
 };
 
-/// What this second is about, beside the sample.
+/// Describes a second beside its sample.
 struct LivenessSecond {
   Duration elapsed{};      ///< seen
   Duration missed{};       ///< before it, without ticks
-  bool gyro_is_off{};      ///< the profile wants no unit to count
-  bool units_are_moved{};  ///< people may turn them now
-  bool is_turned{};        ///< the input axes point the other way
+  bool gyro_is_off{};      ///< units may be switched off
+  bool units_are_moved{};  ///< an operator may move them
+  bool is_turned{};        ///< input axes reversed
 };
 
 /// Takes a sample, as read, into the memory.

@@ -10,7 +10,7 @@ namespace {
 /// Long after the set point has moved, a thermometer that moves faster than the others by this much drifts.
 constexpr Duration kLongAtRest = std::chrono::minutes(20);
 constexpr CelsiusPerMinute kDrifts{1};
-constexpr std::size_t kFewest = 3;  ///< thermometers of which one can be told from the others
+constexpr std::size_t kFewest = 3;  ///< thermometers that can be compared
 
 std::string identical_for(const std::string& what, Duration time) {
   return fmt::format("{} identical to the last digit for {}", what, spoken(time));

@@ -8,9 +8,9 @@
 namespace gyrotherm::interlocks {
 namespace {
 
-constexpr double kWeight = 1.0 / 300;  ///< of one reading in the share
-constexpr double kTwoSteps = 1.5;      ///< steps; rounding makes two of them a little less
-constexpr double kMostShare = 0.9;     ///< so that no single reading proves much
+constexpr double kWeight = 1.0 / 300;  ///< weight of one reading
+constexpr double kTwoSteps = 1.5;      ///< steps, less rounding
+constexpr double kMostShare = 0.9;     ///< largest share that is used
 
 }  // namespace
 

@@ -229,7 +229,7 @@ std::vector<BrokenThing> what_the_chamber_does() {
        .setting = with([](rig::RigFile& file) { file.limits.air_lowest = {19.5}; })}};
 }
 
-/// They show what they show now until they are mended.
+/// Freezes the first `count` thermometers at their present readings.
 void freeze_thermometers(D& d, std::size_t count) {
   const auto shown = d.plant().laboratory().thermometers_as_measured_c();
   plant(d, [&](simulator::LaboratoryFaults& faults) {

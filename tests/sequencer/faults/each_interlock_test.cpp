@@ -194,7 +194,7 @@ TEST(Interlocks, NameBothThermometersThatWereExchanged) {
   for (const auto& alarm : alarms) EXPECT_EQ(alarm.cause, "drifting");
 }
 
-/// What it stored before it was found out is the price of finding it out; from then on there is nothing.
+/// Readings that were stored before the instrument was found frozen remain; later ones are faults.
 TEST(Interlocks, StoreNoReadingOfAFrozenInstrumentAndNoCountOfADeadGyro) {
   BreakableRun d({});
   d.seconds(900);

@@ -39,7 +39,7 @@ class FaultInjector {
   SimulatedClock& clock_;
   std::size_t next_ = 0;
   std::vector<InjectedFault> standing_;
-  /// What the instruments showed when each injected fault began: the thermometers, then the air.
+  /// Readings at the start of each injected fault: the thermometers, then the air.
   std::vector<std::vector<double>> shown_then_;
   std::int64_t second_ = 0;
   std::int64_t last_change_ = -1;

@@ -12,7 +12,7 @@
 
 namespace gyrotherm::app {
 
-std::vector<Connected> lines_of(const rig::RigFile& rig) {
+std::vector<Connected> instrument_lines(const rig::RigFile& rig) {
   std::vector<Connected> lines{{"chamber", rig.chamber_line, rig.chamber_map.link.modbus.port}};
   for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
     lines.push_back({.title = fmt::format("thermometer {}", i + 1),

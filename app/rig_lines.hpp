@@ -21,7 +21,7 @@ struct Connected {
 };
 
 /// Lists the chamber, the thermometers, the gyros and the analogue inputs, in this order.
-[[nodiscard]] std::vector<Connected> lines_of(const rig::RigFile& rig);
+[[nodiscard]] std::vector<Connected> instrument_lines(const rig::RigFile& rig);
 
 /// Returns why the name of a serial line's device may be another adapter's tomorrow, and the name to be used; empty if
 /// it is a stable one.

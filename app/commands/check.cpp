@@ -118,7 +118,7 @@ std::string analogue_lines(const rig::RigFile& rig) {
 /// A sentence for each serial line whose device may have another name tomorrow.
 std::vector<std::string> unstable_names(const rig::RigFile& rig) {
   std::vector<std::string> sentences;
-  for (const auto& connected : lines_of(rig))
+  for (const auto& connected : instrument_lines(rig))
     if (const auto why = unstable_name(connected.line); !why.empty())
       sentences.push_back(fmt::format("{}: {}", connected.title, why));
   return sentences;

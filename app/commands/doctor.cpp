@@ -103,7 +103,7 @@ std::vector<Finding> check_lines(const rig::RigFile& rig, const std::vector<Devi
                "ask again when the run has ended"}};
   std::vector<Finding> findings;
   std::set<std::string> seen;
-  for (const auto& connected : lines_of(rig)) {
+  for (const auto& connected : instrument_lines(rig)) {
     if (rig.simulated && !seen.insert(connected.line).second) continue;
     auto finding = check_line(connected, devices);
     finding.what = rig.simulated ? "lines" : connected.title;

@@ -25,7 +25,8 @@ constexpr std::array<std::string_view, 4> kTakenByBrltty{"403/6001", "10c4/ea60"
 /// Returns the text of a file of the system without blanks at its ends; empty if it cannot be read.
 std::string content(const fs::path& file) {
   std::ifstream stream(file);
-  const std::string text((std::istreambuf_iterator(stream)), {});
+  std::string text;
+  for (std::string line; std::getline(stream, line);) text += line + "\n";
   return std::string(trimmed(text, " \t\r\n"));
 }
 

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/line/link_settings.hpp"
+#include "rig/thermometer_settings.hpp"
 
 namespace gyrotherm::rig {
 
@@ -22,10 +24,18 @@ template <class Words>
 
 /// Returns the map with the instrument's `link` settings. A setting that its link in use cannot have is a mistake.
 [[nodiscard]] inline drivers::RegisterMap with_link_settings(drivers::RegisterMap map, const TomlTable& instrument,
+                                                             const std::string& line,
                                                              const drivers::LinkSettings& settings) {
+  const auto link = instrument.table("link");
+  if (line == kVirtualLine && settings.echo.value_or(false)) {
+    link.mistake("echo", "a virtual line does not echo");
+    return map;
+  }
+  if (line == kVirtualLine && settings.unit.value_or(map.link.modbus.unit) != map.link.modbus.unit)
+    link.mistake("unit", "a virtual unit has the number of its map");
   auto set = with_settings(map, settings);
   if (set) return std::move(*set);
-  instrument.table("link").mistake(set.error().where, set.error().what);
+  link.mistake(set.error().where, set.error().what);
   return map;
 }
 

@@ -49,10 +49,7 @@ std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Ce
 void read_chamber(const TomlTable& table, RigFile& rig) {
   rig.chamber_line = table.text("line");
   check_line(table, rig.chamber_line);
-  const auto link = table.table("link");
-  rig.chamber_link = drivers::read_link_settings(link);
-  if (rig.chamber_link.echo.value_or(false) && rig.chamber_line == kVirtualLine)
-    link.mistake("echo", "a virtual line does not echo");
+  rig.chamber_link = drivers::read_link_settings(table.table("link"));
   rig.chamber_limits = {
       .lowest = table.celsius("lowest"),
       .highest = table.celsius("highest"),
@@ -82,7 +79,7 @@ Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& r
   if (!linked) return failure(FaultKind::bad_file, chamber.place("line"), linked.error().what);
   auto powered = with_power_switch(std::move(*linked), rig.chamber_power);
   if (!powered) return failure(FaultKind::bad_file, chamber.place("power"), powered.error().what);
-  return with_link_settings(std::move(*powered), chamber, rig.chamber_link);
+  return with_link_settings(std::move(*powered), chamber, rig.chamber_line, rig.chamber_link);
 }
 
 /// Reads the word order and returns the framing that the file asks for, if any.

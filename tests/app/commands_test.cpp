@@ -274,8 +274,8 @@ TEST(Check, WarnsOfDevicesWhoseNameMayChange) {
 
 TEST(Check, ConnectSpeaksByTheLinkSettingsOfTheRig) {
   const Folder folder;
-  for (const auto* link : {"link = { unit = 7 }", "link = { returns_other_transaction = true, read_at_most = 9 }",
-                           "link = { unit = 0, timeout = \"1 s\", returns_other_unit = true }"}) {
+  for (const auto* link : {"link = { unit = 1 }", "link = { returns_other_transaction = true, read_at_most = 9 }",
+                           "link = { timeout = \"1 s\", returns_other_unit = true }"}) {
     const auto ran = gyrotherm_with("check --connect --rig " + rig_that_stores(folder, "", std::string(link) + "\\n"));
     EXPECT_EQ(ran.exit_code, 0) << link << ": " << ran.err;
     EXPECT_NE(ran.out.find("chamber: "), std::string::npos);

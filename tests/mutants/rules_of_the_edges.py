@@ -301,7 +301,7 @@ MUTANTS = [
      "is_numbered_ ? open(deadline) : open_silent(deadline)", "open(deadline)",
      "drivers_test", "ModbusTcpFaults.NoneDoesWhereTheUnitReturnsNoTransaction"),
     ("the guard forgets the settings of the link", "sequencer/watchdog/safe_attempt.cpp",
-     "return with_settings(std::move(on_its_link), safe_state.link_settings);",
-     "return Result<drivers::RegisterMap>(std::move(on_its_link));",
+     "return with_settings(std::move(powered), safe_state.link_settings);",
+     "return Result<drivers::RegisterMap>(std::move(powered));",
      "watchdog_test", "MakeSafe.SpeaksAsTheRigFileOfTheRunDid"),
 ]

@@ -93,13 +93,13 @@ TEST(AnalogueSettings, EveryMistakeIsToldWithItsPlace) {
 
 TEST(AnalogueSettings, LinkSettingsReplaceThoseOfTheMap) {
   const std::string line = "line = \"virtual\"                                    #";
-  const auto rig = parse_rig(triad_with(line, "link = { unit = 4, timeout = \"900 ms\" }\n" + line), kTriad);
+  const auto rig = parse_rig(triad_with(line, "link = { read_at_most = 40, timeout = \"900 ms\" }\n" + line), kTriad);
   ASSERT_TRUE(rig) << text(rig.error());
   const auto& link = rig->analogue_inputs.front().map.registers.link.modbus;
-  EXPECT_EQ(link.unit, 4);
+  EXPECT_EQ(link.read_at_most, 40);
   EXPECT_EQ(link.timeout, std::chrono::milliseconds(900));
   const auto echo = mistakes_in_triad(line, "link = { echo = true }\n" + line);
-  EXPECT_NE(echo.find("Modbus TCP has no echo"), std::string::npos) << echo;
+  EXPECT_NE(echo.find("a virtual line does not echo"), std::string::npos) << echo;
   EXPECT_NE(echo.find("virtual-triad.toml:"), std::string::npos) << echo;
 }
 

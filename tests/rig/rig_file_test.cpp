@@ -93,17 +93,17 @@ drivers::ModbusLink link_of(const std::string& text) {
 }
 
 TEST(RigFile, LinkSettingsOfTheInstallationReplaceThoseOfTheMap) {
-  using namespace std::chrono_literals;
+  using std::chrono::milliseconds;
   const auto plain = link_of(real_rig_with(""));
   EXPECT_EQ(plain.unit, 1);
-  EXPECT_EQ(plain.timeout, 600ms);
+  EXPECT_EQ(plain.timeout, milliseconds(600));
   EXPECT_FALSE(plain.echo || plain.returns_other_transaction || plain.returns_other_unit ||
                plain.miscounts_write_replies);
   const auto tcp = link_of(
       real_rig_with("link = { unit = 2, timeout = \"1500 ms\", read_at_most = 20, returns_other_transaction = true, "
                     "returns_other_unit = true, miscounts_write_replies = true }\n"));
   EXPECT_EQ(tcp.unit, 2);
-  EXPECT_EQ(tcp.timeout, 1500ms);
+  EXPECT_EQ(tcp.timeout, milliseconds(1500));
   EXPECT_EQ(tcp.read_at_most, 20);
   EXPECT_TRUE(tcp.returns_other_transaction && tcp.returns_other_unit && tcp.miscounts_write_replies);
   EXPECT_EQ(tcp.port, plain.port) << "what is not said remains the map's";
@@ -139,9 +139,12 @@ TEST(RigFile, LinkSettingsThatTheLinkCannotHaveAreMistakes) {
   expect("link = { miscounts_write_replies = true }\n", "RTU frames have no such field", kSerial);
   expect("link = { speed = 9600 }\n", "speed", kSerial);
   expect("framing = \"tcp\"\nlink = { framing = \"tcp\" }\n", "expected it once", kTcp);
-  EXPECT_NE(mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"virtual\"\nlink = { echo = true }"))
-                .find("a virtual line does not echo"),
-            std::string::npos);
+  const auto in_virtual = [](const std::string& link) {
+    return mistake_in(replaced(virtual_rig(), "line = \"virtual\"", "line = \"virtual\"\nlink = { " + link + " }"));
+  };
+  EXPECT_NE(in_virtual("echo = true").find("a virtual line does not echo"), std::string::npos);
+  EXPECT_NE(in_virtual("unit = 7").find("a virtual unit has the number of its map"), std::string::npos);
+  EXPECT_EQ(in_virtual("unit = 1, timeout = \"1 s\""), "");
 }
 
 TEST(RigFile, TextInstrumentsMayBeOnALineThatEchoes) {

@@ -8,7 +8,8 @@
 namespace gyrotherm::run {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
 
 profile::Profile profile_with(const std::string& segments) {
   const auto profile = profile::parse_profile("schema = \"gyrotherm-profile/1\"\nname = \"p\"\n" + segments, "p.toml");
@@ -24,9 +25,9 @@ constexpr const char* kRamp =
 TEST(SetPointPath, CountsASetPointEachSecondOfARamp) {
   const profile::ChamberLimits limits;
   EXPECT_EQ(count_set_points(profile_with(kRamp), limits, {}), 61);
-  EXPECT_EQ(count_set_points(profile_with(kRamp), limits, 500ms), 61) << "a tick sends one at most";
-  EXPECT_EQ(count_set_points(profile_with(kRamp), limits, 10s), 7);
-  EXPECT_EQ(count_set_points(profile_with(kRamp), limits, 7s), 10) << "the last one is sent early";
+  EXPECT_EQ(count_set_points(profile_with(kRamp), limits, milliseconds(500)), 61) << "a tick sends one at most";
+  EXPECT_EQ(count_set_points(profile_with(kRamp), limits, seconds(10)), 7);
+  EXPECT_EQ(count_set_points(profile_with(kRamp), limits, seconds(7)), 10) << "the last one is sent early";
 }
 
 TEST(SetPointPath, CountsOneOfHoldsAlone) {
@@ -43,7 +44,7 @@ TEST(SetPointPath, CountsTheWayToAHoldAtTheRateOfTheChamber) {
       "[[segment]]\nkind = \"hold\"\nat = 30\ntime = \"1 h\"\nguaranteed_soak = true\nsoak_band = \"2 K\"\n"
       "[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"1 h\"\nguaranteed_soak = true\nsoak_band = \"2 K\"\n");
   EXPECT_EQ(count_set_points(soaks, limits, {}), 1 + 120 + 300);
-  EXPECT_EQ(count_set_points(soaks, limits, 60s), 1 + 2 + 5);
+  EXPECT_EQ(count_set_points(soaks, limits, seconds(60)), 1 + 2 + 5);
 }
 
 TEST(SetPointPath, CountsEveryTurnOfARepeat) {

@@ -87,10 +87,11 @@ ActiveUnit f4t(const std::string& loops) {
   ActiveUnit unit;
   unit.set_text(16, "F4T1F2EAA1B" + loops + "AAA");
   unit.words[6730] = 15;
-  for (const std::uint16_t address : {2782, 2820, 4042, 4182}) unit.set_float(address, 23);
-  for (const std::uint16_t address : {2774, 4034}) unit.set_float(address, -70);
-  for (const std::uint16_t address : {2776, 4036}) unit.set_float(address, 180);
-  for (const std::uint16_t address : {2730, 2814, 4010, 4012, 16568}) unit.words[address] = 62;
+  for (const auto address : std::initializer_list<std::uint16_t>{2782, 2820, 4042, 4182}) unit.set_float(address, 23);
+  for (const auto address : std::initializer_list<std::uint16_t>{2774, 4034}) unit.set_float(address, -70);
+  for (const auto address : std::initializer_list<std::uint16_t>{2776, 4036}) unit.set_float(address, 180);
+  for (const auto address : std::initializer_list<std::uint16_t>{2730, 2814, 4010, 4012, 16568})
+    unit.words[address] = 62;
   unit.words[16566] = 61;
   return unit;
 }
@@ -210,11 +211,11 @@ TEST(Identity, OfAControllerWithProductControlIsRefusedWhileThatIsOn) {
   unit.words[0] = 1;
   unit.words[60] = unit.words[61] = 230;
   const auto chamber = unit.on_map(shipped_map("csz_ezt570i"));
-  for (const std::uint16_t off : {0, 4}) {
+  for (const auto off : std::initializer_list<std::uint16_t>{0, 4}) {
     unit.words[12] = off;
     EXPECT_TRUE(chamber->identify()) << off;
   }
-  for (const std::uint16_t on : {1, 2, 5, 6}) {
+  for (const auto on : std::initializer_list<std::uint16_t>{1, 2, 5, 6}) {
     unit.words[12] = on;
     EXPECT_FALSE(chamber->identify()) << on;
   }
@@ -239,11 +240,12 @@ TEST(Identity, RefusesAUnitThatIsSetToAnotherWordOrder) {
   auto unit = f4t("1");
   const auto chamber = unit.on_map(shipped_map("watlow_f4t"));
   ASSERT_TRUE(chamber->identify());
-  for (const std::uint16_t address : {2782, 2820}) std::swap(unit.words[address], unit.words[address + 1]);
+  for (const auto address : std::initializer_list<std::uint16_t>{2782, 2820})
+    std::swap(unit.words[address], unit.words[address + 1]);
   const auto swapped = chamber->identify();
   ASSERT_FALSE(swapped);
   EXPECT_EQ(swapped.error().kind, FaultKind::mismatch);
-  for (const std::uint16_t address : {2782, 2820}) unit.set_float(address, 0);
+  for (const auto address : std::initializer_list<std::uint16_t>{2782, 2820}) unit.set_float(address, 0);
   EXPECT_TRUE(chamber->identify()) << "zeros show no order";
 }
 

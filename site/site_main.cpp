@@ -53,9 +53,8 @@ Result<void> warn_of_unbounded_roles(Postgres& store) {
       " WHERE rolcanlogin AND NOT rolsuper AND rolconnlimit < 0 AND pg_has_role(oid, 'gyrotherm_rig', 'MEMBER')");
   if (!unbounded) return failure(unbounded.error());
   if (!unbounded->null(0, 0))
-    write_to_stderr(
-        fmt::format("warning: these roles have no connection limit: {}; ALTER ROLE … CONNECTION LIMIT 8\n",
-                    unbounded->text(0, 0)));
+    write_to_stderr(fmt::format("warning: these roles have no connection limit: {}; ALTER ROLE … CONNECTION LIMIT 8\n",
+                                unbounded->text(0, 0)));
   return {};
 }
 
@@ -69,7 +68,9 @@ Result<int> bring_up_to_date(const SiteOptions& options) {
     told = write_to_stdout(fmt::format("migration {}: {}\n", step.number, step.name));
   });
   if (migrated && !any) told = write_to_stdout("nothing to do\n");
-  return migrated.and_then([&] { return warn_of_unbounded_roles(*store); }).and_then([&] { return told; }).map([] { return kDoneExit; });
+  return migrated.and_then([&] { return warn_of_unbounded_roles(*store); }).and_then([&] { return told; }).map([] {
+    return kDoneExit;
+  });
 }
 
 Result<int> show(const SiteOptions& options, const Answer& answer) {

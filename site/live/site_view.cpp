@@ -64,10 +64,10 @@ std::optional<StatusMessage> read_status_message(const std::string& site, const 
 Result<std::unique_ptr<SiteView>> SiteView::connect(const BrokerAddress& address, const std::string& site,
                                                     std::function<void(const Fault&)> complain) {
   std::unique_ptr<SiteView> view(new SiteView);
-  auto broker = Broker::connect(
-      address, {}, rig_topic(site, "+") + "/status",
-      {.took = [view = view.get(), site](const Broker::Message& message) { view->take(site, message); },
-       .complain = std::move(complain)});
+  auto broker =
+      Broker::connect(address, {}, rig_topic(site, "+") + "/status",
+                      {.took = [view = view.get(), site](const Broker::Message& message) { view->take(site, message); },
+                       .complain = std::move(complain)});
   if (!broker) return failure(broker.error());
   view->broker_ = std::move(*broker);
   return view;

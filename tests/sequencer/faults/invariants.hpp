@@ -113,7 +113,7 @@ class Invariants {
   std::vector<RowBrief> rows_;
   std::vector<RecordingStore::GapSeen> gaps_;
   std::deque<double> from_safe_k_;  ///< distance of the air from the safe set point, last minute
-  std::int64_t last_slot_ = -1;  ///< that has a row or a gap
+  std::int64_t last_slot_ = -1;     ///< that has a row or a gap
   Ticks quiet_ticks_;
   bool storage_told_ = false;
   std::vector<std::size_t> places_;  ///< of each channel, in the laboratory

@@ -40,15 +40,27 @@ const std::set<std::string>& sources_tests() {
   return all;
 }
 
-/// Promise → the rest of its row.
-std::map<std::string, std::string> promises() {
-  std::istringstream text(read_text_file(GYROTHERM_SOURCE_DIR "/docs/reliability.md").value());
-  const std::regex row(R"(^\| (P\d+) \| [^|]+ \| (.+) \|$)");
+/// Reads the tables of a page whose rows begin with a letter and a number. Returns the last column of each row by it.
+std::map<std::string, std::string> rows_of(const std::string& page) {
+  std::istringstream text(read_text_file(GYROTHERM_SOURCE_DIR "/docs/" + page).value());
+  const std::regex row(R"(^\| ([PXA]\d+) \| [^|]+ \| (.+) \|$)");
   std::map<std::string, std::string> found;
   std::smatch match;
   for (std::string line; std::getline(text, line);)
     if (std::regex_match(line, match, row)) found[match[1]] = match[2];
   return found;
+}
+
+std::map<std::string, std::string> promises() { return rows_of("reliability.md"); }
+
+/// Returns the number of tests that the rows name.
+std::size_t expect_named_tests_exist(const std::map<std::string, std::string>& rows) {
+  const std::regex name(R"(`((?:[A-Z]\w*\.[A-Z]\w*)|(?:fuzz_\w+))`)");
+  std::size_t named = 0;
+  for (const auto& [row, held_by] : rows)
+    for (std::sregex_iterator match(held_by.begin(), held_by.end(), name), end; match != end; ++match, ++named)
+      EXPECT_TRUE(sources_tests().contains((*match)[1])) << row << ": " << (*match)[1];
+  return named;
 }
 
 TEST(ReliabilityTable, NamesEveryPromise) {
@@ -58,12 +70,14 @@ TEST(ReliabilityTable, NamesEveryPromise) {
 }
 
 TEST(ReliabilityTable, EveryTestThatItNamesExists) {
-  const std::regex name(R"(`((?:[A-Z]\w*\.[A-Z]\w*)|(?:fuzz_\w+))`)");
-  std::size_t named = 0;
-  for (const auto& [promise, held_by] : promises())
-    for (std::sregex_iterator match(held_by.begin(), held_by.end(), name), end; match != end; ++match, ++named)
-      EXPECT_TRUE(sources_tests().contains((*match)[1])) << promise << ": " << (*match)[1];
-  EXPECT_GT(named, 30u);
+  EXPECT_GT(expect_named_tests_exist(promises()), 30u);
+}
+
+TEST(VerifiedEffects, NamesATestForEachFinding) {
+  const auto rows = rows_of("verified-effects.md");
+  for (int i = 0; i <= 17; ++i) EXPECT_TRUE(rows.contains("X" + std::to_string(i))) << "X" << i;
+  for (int i = 1; i <= 12; ++i) EXPECT_TRUE(rows.contains("A" + std::to_string(i))) << "A" << i;
+  EXPECT_GE(expect_named_tests_exist(rows), rows.size());
 }
 
 }  // namespace

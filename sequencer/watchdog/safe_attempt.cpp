@@ -38,7 +38,7 @@ class Attempt {
       for (int i = 0; i < kTriesOfTheRest && done_.reached != SafeStage::all; ++i) leave_as_wanted();
     else
       switch_off_all_the_same();
-    if (!done_.state && inspect()) told(done_.reached, done_.details);
+    if (!done_.state && recognise_chamber() && inspect()) told(done_.reached, done_.details);
     return done_;
   }
 

@@ -331,14 +331,16 @@ TEST(MakeSafe, LeavesATraceThatReadsBack) {
 /// Writes that arrived and whose replies were not understood may have been carried out.
 TEST(MakeSafe, DoesNotClaimThatNothingWasSentWhenTheChamberHasNotConfirmed) {
   for (const auto* details : {"transaction of the reply is 0, expected 1", "no reply in 500 ms", "no connection"})
-    EXPECT_EQ(describe(MadeSafe{.at = std::chrono::seconds(1767225600),
-                                .because = "it hung",
-                                .set_point = {23},
-                                .confirmed = false,
-                                .details = details}),
-              std::string("NOT made safe by the guard at 2026-01-01T00:00:00Z (it hung): the chamber has NOT confirmed "
-                          "23 °C; ") +
-                  details);
+    EXPECT_EQ(
+        describe(MadeSafe{.at = std::chrono::seconds(1767225600),
+                          .because = "it hung",
+                          .set_point = {23},
+                          .confirmed = false,
+                          .details = details}),
+        std::string(
+            "NOT yet made safe by the guard at 2026-01-01T00:00:00Z (it hung): the chamber is NOT shown to be safe at "
+            "23 °C; ") +
+            details);
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ _KINDS = {
     "table numbers": "a list of numbers",
     "has": None, "mistake": None, "place": None, "is_list": None, "is_table": None, "append": None, "bounded": None, "check": None,
     "check_safe_set_point": None, "expect_set_point": None, "format": None, "failure": None, "node_of": None,
-    "has_person": None,
+    "has_role": None,
 }  # fmt: skip
 _LEFT_OUT = {
     "read_side", "read_time_if_any", "read_temperature_if_any", "read_rate_if_any", "read_uncertainty",

@@ -372,7 +372,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
     return admitted;
   const auto lost = record::lost_end(path);  // before the record is written again
   const auto stood = record::read_status(path);
-  const auto tally = run::tally_of(*record, stood ? stood->faults : 0);
+  auto tally = run::tally_of(*record, stood ? stood->faults : 0);
   if (!on->rig.simulated) console.never_wait();
   auto ownership = run::ChamberOwnership::take(on->rig, path);
   if (!ownership) return failure(ownership.error());
@@ -398,6 +398,7 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
   ownership->heartbeat({});
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
   if (auto recorded = record_absence(**store, on->stood, on->recorded + 1, first - 1); !recorded) return recorded;
+  if (first > on->recorded + 1) tally.see_gap(on->recorded + 1, first - 1);
   run::RunController run_controller(on->profile, **rig, **store, on->state, first);
   run_controller.leave_out(on->start.dropped_units);
   run_controller.continue_tally(tally);

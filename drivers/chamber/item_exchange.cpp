@@ -40,6 +40,8 @@ constexpr double kSameStep = 0.75;
 constexpr Duration kLookAgain = std::chrono::milliseconds(100);
 /// What a controller's settings were read as counts for so long: about the second in which they were read.
 constexpr Duration kKnownFor = std::chrono::milliseconds(1500);
+/// A unit is not exchanged for another one in so short a time.
+constexpr Duration kRecognisedFor = std::chrono::seconds(2);
 
 Fault at(const RegisterItem& item, Fault fault) {
   if (fault.where == item.name) fault.where = place(item);
@@ -200,6 +202,7 @@ Result<IdentityFound> ItemExchange::recognise(const RegisterItem& instead) {
     if (auto added = add_shown(name, nullptr, found); !added) return failure(std::move(added.error()));
   found.who += ")";
   recognised_ = found.who;
+  recognised_at_ = pauses_.now();
   recognised_by_ = &instead;
   return found;
 }
@@ -299,11 +302,13 @@ void ItemExchange::confirm(const Snapshot& found) {
 }
 
 bool ItemExchange::can_do_without(const ReadSpan& span) const {
-  return falls_back_ && std::ranges::none_of(map_.items, [&](const RegisterItem& item) {
-           const bool inside = read_function(item) == span.function && item.address >= span.first &&
-                               item.address < span.first + span.count;
-           return inside && !confirmed_.contains(item.name);
-         });
+  if (!falls_back_) return false;
+  const auto is_needed = [&](const RegisterItem& item) {
+    const bool inside =
+        read_function(item) == span.function && item.address >= span.first && item.address < span.first + span.count;
+    return inside && !confirmed_.contains(item.name);
+  };
+  return std::ranges::none_of(map_.items, is_needed);
 }
 
 Result<double> ItemExchange::or_as_before(const RegisterItem& item, Result<double> value) const {
@@ -352,29 +357,44 @@ Result<std::vector<std::uint16_t>> ItemExchange::words_for(const RegisterItem& i
   return words;
 }
 
-bool ItemExchange::is_trusted() {
+ItemExchange::Trust ItemExchange::trust() {
   const auto now = registers_.breaks();
-  if (now == trusted_ || recognised_.empty()) return true;
+  if (now == trusted_ || recognised_.empty()) return Trust::same;
   const auto before = recognised_;
+  const auto asked_at = recognised_at_;
   const auto who = recognise(*recognised_by_);
   recognised_ = before;
-  if (!who || who->who != before || registers_.breaks() != now) return false;
-  trusted_ = now;
-  return true;
+  const bool is_same = who && who->who == before && registers_.breaks() == now;
+  if (!is_same) recognised_at_ = asked_at;
+  if (is_same) trusted_ = now;
+  if (is_same) return Trust::same;
+  const bool has_answered = who || who.error().kind == FaultKind::mismatch || who.error().kind == FaultKind::refused;
+  return has_answered && registers_.breaks() == now ? Trust::another : Trust::unanswered;
 }
 
 Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const std::uint16_t> words) {
-  if (!is_trusted())
-    return failure(FaultKind::disconnected, place(item), "not sent: the line broke, and who answers now was not asked");
+  if (trust() != Trust::same) return not_sent(item);
   return registers_.write(write_function(item.write_function, words.size()), item.address, words);
 }
 
+/// A safe set point is sent to a unit that was recognised a moment ago, and to one that does not answer the question:
+/// on a line that loses every second exchange each question would cost the write that follows.
+Result<void> ItemExchange::write_safe_words(const RegisterItem& item, std::span<const std::uint16_t> words) {
+  const bool is_recent = !recognised_.empty() && pauses_.now() - recognised_at_ < kRecognisedFor;
+  if (!is_recent && trust() == Trust::another) return not_sent(item);
+  return registers_.write(write_function(item.write_function, words.size()), item.address, words);
+}
+
+tl::unexpected<Fault> ItemExchange::not_sent(const RegisterItem& item) const {
+  return failure(FaultKind::disconnected, place(item), "not sent: the line broke, and who answers now was not asked");
+}
+
 Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const std::uint16_t> words, int tries) {
+  if (tries == 1) return write_words(item, words);
   for (;;) {
-    auto sent = write_words(item, words);
+    auto sent = write_safe_words(item, words);
     if (sent || sent.error().kind == FaultKind::refused || --tries == 0) return sent;
     registers_.insist();
-    if (!is_trusted()) return sent;
   }
 }
 
@@ -398,7 +418,7 @@ Result<void> ItemExchange::write(const RegisterItem& item, double value, int tri
   if (sent) return is_seen ? wait_until_seen(*set, written) : Result<void>{};
   if (tries == 1 || !is_seen || sent.error().kind == FaultKind::refused) return sent;
   registers_.insist();
-  if (!is_trusted()) return sent;
+  if (trust() == Trust::another) return sent;
   return wait_until_seen(*set, written) ? Result<void>{} : sent;
 }
 

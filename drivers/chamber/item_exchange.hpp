@@ -121,7 +121,11 @@ class ItemExchange {
   [[nodiscard]] Result<void> check(const VerifiedSetting& setting, const Shown& shown) const;
   [[nodiscard]] Result<void> add_shown(const std::string& name, const VerifiedSetting* setting, IdentityFound& found);
 
-  [[nodiscard]] bool is_trusted();
+  enum class Trust { same, another, unanswered };
+  /// Asks who answers if the line broke since it was last trusted.
+  [[nodiscard]] Trust trust();
+  [[nodiscard]] Result<void> write_safe_words(const RegisterItem& item, std::span<const std::uint16_t> words);
+  [[nodiscard]] tl::unexpected<Fault> not_sent(const RegisterItem& item) const;
   [[nodiscard]] Result<void> write(const RegisterItem& item, double value, int tries);
   [[nodiscard]] Result<void> write_words(const RegisterItem& item, std::span<const std::uint16_t> words, int tries);
   [[nodiscard]] bool knows(const RegisterItem& item) const;
@@ -140,7 +144,8 @@ class ItemExchange {
   Pauses& pauses_;
   Snapshot known_;
   Duration known_since_{};
-  std::uint64_t trusted_ = 0;                    ///< breaks, when it was trusted
+  std::uint64_t trusted_ = 0;  ///< breaks, when it was trusted
+  Duration recognised_at_{};
   std::string recognised_;                       ///< the last identity; empty: never asked
   const RegisterItem* recognised_by_ = nullptr;  ///< in place of a fingerprint
   std::vector<const RegisterItem*> contexts_;    ///< units and decimals of any item

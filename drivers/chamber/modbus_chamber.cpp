@@ -94,7 +94,7 @@ constexpr double kNextToNothingC = 1e-4;
 /// Air moves by less than this at once, and by no more than that in a second, in a thermal shock chamber too.
 constexpr double kJumpK = 10, kFastestKPerS = 5;
 /// A value that stays where it has jumped to in so many readings is the sensor's own.
-constexpr int kSensorsOwn = 10;
+constexpr int kSensorsOwn = 3;
 
 class ModbusChamber final : public Chamber {
  public:

@@ -24,7 +24,7 @@ namespace gyrotherm::drivers {
 ///
 /// read() fails with out_of_range, too, if the air is what no chamber's air is: outside −120 … 250 °C, next to nothing
 /// where it was not near zero before, or farther from the last reading than air moves meanwhile. What jumped and stays
-/// where it jumped to in ten readings is what the sensor shows, and the interlocks judge it.
+/// where it jumped to in three readings is what the sensor shows, and the interlocks judge it.
 ///
 /// `before`: the controller's settings as another program has read them, which count where they cannot be read: for a
 /// chamber that is to be made safe.

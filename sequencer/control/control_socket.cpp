@@ -24,6 +24,7 @@ namespace {
 constexpr std::size_t kMostSpeakers = 8;
 constexpr int kMostNewSpeakers = 64;  ///< heard at once; the others wait for the next time
 constexpr mode_t kOwnerAndGroup = 0660, kOwner = 0600;
+constexpr Duration kNamedWithin = std::chrono::seconds(1), kLookAgain = std::chrono::milliseconds(50);
 constexpr const char* kStatusEnding = ".status";  ///< "RUN.db.status" names the writer of RUN.db
 
 /// The address of a socket in a folder, however long the folder's path is: through the open folder.
@@ -211,6 +212,14 @@ Result<void> check_listener(const Descriptor& socket, const std::string& record)
                              in_words(*expected)));
 }
 
+/// A run that begins or is resumed listens a moment before its status file names it.
+Result<void> await_listener(const Descriptor& socket, const std::string& record) {
+  auto known = check_listener(socket, record);
+  for (const Deadline limit(kNamedWithin); !known && !limit.over(); known = check_listener(socket, record))
+    (void)ready(socket.number(), POLLIN, Deadline(kLookAgain));
+  return known;
+}
+
 }  // namespace
 
 Result<ControlAnswer> tell(const std::string& record, const ControlRequest& request, Duration within) {
@@ -218,7 +227,7 @@ Result<ControlAnswer> tell(const std::string& record, const ControlRequest& requ
   const Deadline deadline(within);
   const auto socket = connected(record, deadline);
   if (!socket) return failure(socket.error());
-  if (const auto known = check_listener(*socket, record); !known) return failure(known.error());
+  if (const auto known = await_listener(*socket, record); !known) return failure(known.error());
   const auto message = to_message(request);
   if (::send(socket->number(), message.data(), message.size(), MSG_NOSIGNAL) < 0)
     return failure(FaultKind::disconnected, path, std::strerror(errno));

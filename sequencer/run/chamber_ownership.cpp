@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <filesystem>
-#include <thread>
 
 #include "core/deadline.hpp"
 #include "drivers/line/line_address.hpp"
@@ -53,9 +52,10 @@ Result<ChamberOwnership> ChamberOwnership::take(const rig::RigFile& rig, const s
   ChamberOwnership ownership;
   if (rig.simulated) return ownership;
   ownership.safe_state_ = safe_state_for(rig, record, by_program);
+  const auto pauses = drivers::real_pauses();
   auto lock = drivers::ChamberLock::take(chamber_place(rig), ownership.safe_state_->record);
   for (const Deadline limit(kLongestLook); !lock && is_being_looked_at(rig, lock.error()) && !limit.over();) {
-    std::this_thread::sleep_for(kLookAgain);
+    pauses->rest(kLookAgain);
     lock = drivers::ChamberLock::take(chamber_place(rig), ownership.safe_state_->record);
   }
   if (!lock) return failure(lock.error());

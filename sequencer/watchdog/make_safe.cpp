@@ -93,7 +93,7 @@ Rescued watch_to_the_end(SafeRescue& rescue, Rescued rescued, Trail& trail, Voic
 }
 
 MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
-  const auto safe_state = read_safe_state(safe_state_path(record));
+  auto safe_state = read_safe_state(safe_state_path(record));
   if (!safe_state) return complain(voice, safe_state.error(), MakeSafeExit::file);
   if (!*safe_state) {
     std::error_code error;
@@ -101,6 +101,10 @@ MakeSafeExit once(Voice& voice, const std::string& record, Manner manner) {
     voice.say(record + (is_there ? ": no run is under way; nothing to do"
                                  : ": there is no such record, and no safe-state file beside it"));
     return is_there ? MakeSafeExit::safe : MakeSafeExit::file;
+  }
+  if ((*safe_state)->record != record) {
+    voice.say(fmt::format("its safe-state file names {}, and is taken as that of {}", (*safe_state)->record, record));
+    (*safe_state)->record = record;
   }
   const auto& by = (*safe_state)->written_by;
   if (manner == Manner::gently && lives(by)) {

@@ -237,6 +237,10 @@ Result<SafeStateChamber> chamber_of(const SafeState& safe_state) {
   const auto line = drivers::parse_line(safe_state.line);
   if (!line || !drivers::carries_bytes(*line))
     return failure(FaultKind::bad_file, where, "its line leads to no chamber");
+  const bool is_serial = std::holds_alternative<drivers::SerialLine>(*line);
+  if (is_serial != (safe_state.link == drivers::LinkKind::rtu))
+    return failure(FaultKind::bad_file, where,
+                   fmt::format("link \"{}\" does not fit line {}", name(safe_state.link), safe_state.line));
   auto map = parse_register_map(safe_state.map_text, where + " (register map)", safe_state.word_order);
   if (!map) return failure(map.error());
   const auto linked =

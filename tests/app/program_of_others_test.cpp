@@ -173,7 +173,7 @@ TEST_F(ProgramOfOthers, IsNotStartedFromRecordThatWasChanged) {
     std::filesystem::copy(stopped, copy);
     std::filesystem::copy(stopped + ".status", copy + ".status");
     edit(copy, edits[i]);
-    const auto resumed = shell("timeout 60 gyrotherm resume --accept --trust-commands " + copy);
+    const auto resumed = shell("timeout 60 " GYROTHERM_PROGRAM " resume --accept --trust-commands " + copy);
     EXPECT_EQ(resumed.exit_code, 4) << edits[i] << "\n" << resumed.err;
     EXPECT_FALSE(std::filesystem::exists(evil)) << edits[i];
   }
@@ -215,7 +215,7 @@ TEST_F(ProgramOfOthers, IsNotStartedFromForgedRecord) {
   for (std::size_t i = 0; i < forgeries.size(); ++i) {
     const auto copy = folder / ("runs/forged" + std::to_string(i) + ".db");
     forge(stopped, copy, forgeries[i].first, forgeries[i].second);
-    const auto resumed = shell("timeout 60 gyrotherm resume --accept " + copy);
+    const auto resumed = shell("timeout 60 " GYROTHERM_PROGRAM " resume --accept " + copy);
     EXPECT_EQ(resumed.exit_code, 3) << i << resumed.err;
     EXPECT_NE(resumed.err.find("is not started: this user has not confirmed it"), std::string::npos) << resumed.err;
     EXPECT_FALSE(std::filesystem::exists(evil)) << i;
@@ -225,7 +225,7 @@ TEST_F(ProgramOfOthers, IsNotStartedFromForgedRecord) {
 TEST_F(ProgramOfOthers, IsStartedByResumeOnlyAsItWasConfirmed) {
   record_from_rigs(R"(["/bin/sh", "acme.sh", "--port", "1"])");
   const auto expect_refused = [&](const char* why) {
-    const auto resumed = shell("timeout 60 gyrotherm resume --accept " + stopped);
+    const auto resumed = shell("timeout 60 " GYROTHERM_PROGRAM " resume --accept " + stopped);
     EXPECT_EQ(resumed.exit_code, 3) << why;
     EXPECT_NE(resumed.err.find(why), std::string::npos) << resumed.err;
     EXPECT_NE(resumed.err.find("--trust-commands"), std::string::npos) << resumed.err;
@@ -256,7 +256,7 @@ TEST_F(ProgramOfOthers, IsResumedOnlyByAcceptAfterRestartOfMachine) {
   ASSERT_NE(at, std::string::npos) << status;
   status.replace(at, 8, "00000000");
   std::ofstream(stopped + ".status") << status;
-  const auto asked = shell("timeout 60 gyrotherm resume " + stopped);
+  const auto asked = shell("timeout 60 " GYROTHERM_PROGRAM " resume " + stopped);
   EXPECT_EQ(asked.exit_code, 5) << asked.err;
   EXPECT_NE(asked.err.find("--accept"), std::string::npos) << asked.err;
   std::string output;

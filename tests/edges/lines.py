@@ -10,7 +10,7 @@ import time
 from typing import Any
 
 from attack import GUARD_LIMIT, Scene, enter
-from laboratory import Chamber, Laboratory
+from laboratory import OFF, Chamber, Laboratory
 from records import Record
 from rig import SAFE, hold, ramp
 

@@ -324,7 +324,7 @@ MUTANTS = [
      "if (jumps_ < kSensorsOwn) return refuse(", "if (false) return refuse(",
      "drivers_test", "Maps/SoundAir.DoesNotJump/watlow_f4t"),
     ("one register keeps a chamber hot", "drivers/chamber/modbus_chamber.cpp",
-     "items_.fall_back();", "",
+     "items_.fall_back();\n    const auto free", "const auto free",
      "drivers_test", "Maps/UnitRegister.CountsAsLastReadForTheSafeSetPointAlone/watlow_f4t"),
     ("a run goes on by a unit of before", "drivers/chamber/item_exchange.cpp",
      "if (value || !falls_back_) return value;", "if (value) return value;",

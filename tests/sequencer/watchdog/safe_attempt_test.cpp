@@ -308,6 +308,21 @@ TEST(MakeSafe, ALineWithoutAChamberIsRefused) {
         << line;
 }
 
+TEST(MakeSafe, RefusesLinkThatDoesNotFitLine) {
+  using drivers::LinkKind;
+  const auto refusal = [](const char* line, LinkKind link) {
+    const auto chamber = chamber_of(armed(line, link, {}));
+    return chamber ? "" : text(chamber.error());
+  };
+  for (const auto& [line, link] : {std::pair("serial:/dev/ttyUSB9", LinkKind::tcp),
+                                   {"serial:/dev/ttyUSB9?9600,8N1", LinkKind::rtu_over_tcp},
+                                   {"tcp://10.0.0.7", LinkKind::rtu},
+                                   {"10.0.0.7", LinkKind::rtu}})
+    EXPECT_NE(refusal(line, link).find("does not fit line"), std::string::npos) << line;
+  EXPECT_EQ(refusal("serial:/dev/ttyUSB9", LinkKind::rtu), "");
+  EXPECT_EQ(refusal("tcp://10.0.0.7", LinkKind::tcp), "");
+}
+
 TEST(MakeSafe, LeavesATraceThatReadsBack) {
   const tests::TestFolder folder;
   const MadeSafe trace{.at = std::chrono::seconds(1767225600),

@@ -223,7 +223,9 @@ TEST_F(GuardedRun, WhoWasToldThatItStopsFindsItStoppedThoughCtrlCComesInTheSameS
       const auto answer = control::tell(path, control::request_of(word, "").value(), std::chrono::seconds(5));
       return answer && answer->done;
     };
-    EXPECT_TRUE(told("pause"));
+    const auto paused = control::tell(path, control::request_of("pause", "").value(), std::chrono::seconds(5));
+    ASSERT_TRUE(paused) << text(paused.error());
+    EXPECT_TRUE(paused->done) << paused->text;
     run.signal(SIGINT);
     shell("sleep 0.1");  // it has been seen
     const bool is_told = told("stop");

@@ -79,8 +79,9 @@ def goes_on(scene: Scene, *, kind: type[Disk]) -> None:
     beyond = time.monotonic()
     laboratory.chamber.shown_air = 120.0
     scene.expect_safe(laboratory, beyond, AFTER_THE_LIMIT, "the air beyond its limit")
+    laboratory.chamber.shown_air = None
     disk.answer()
-    code = run.wait(20)
+    code = run.wait(40)
     scene.expect(code == 6, f"an interlock ends a run with 6, not {code}")
     scene.expect_whole(scene.read(run.record), laboratory, run.acknowledged())
 
@@ -140,8 +141,9 @@ def messages(scene: Scene, *, then: str) -> None:
     else:
         laboratory.chamber.shown_air = 120.0
         scene.expect_safe(laboratory, since, AFTER_THE_LIMIT, "the air beyond its limit")
+        laboratory.chamber.shown_air = None
     disk.answer()
-    code = run.wait(20)
+    code = run.wait(40)
     scene.expect(code == (-signal.SIGKILL if then == "killed" else 6), f"exit {code}")
     scene.expect_whole(scene.read(run.record), laboratory, run.acknowledged())
 

@@ -3,7 +3,7 @@
 
 MUTANTS = [
     ("any process that listens is the run", "sequencer/control/control_socket.cpp",
-     "if (const auto known = check_listener(*socket, record); !known) return failure(known.error());", "",
+     "if (const auto known = await_listener(*socket, record); !known) return failure(known.error());", "",
      "control_test", "ControlSocket.RefusesListenerThatStatusFileDoesNotName"),
     ("the user of a run may be anyone", "sequencer/control/control_socket.cpp",
      " && may_carry_out(found.uid, record)) return {};", ") return {};",

@@ -199,9 +199,16 @@ Fault begins_elsewhere(Celsius goal, Celsius air) {
 }
 
 /// Returns the identity that the chamber reported; empty: none.
-std::string chamber_of(const rig::ChamberAsFound& found) {
-  const auto who = found.identities.find(rig::kChamberTitle);
-  return who == found.identities.end() ? "" : who->second;
+std::string chamber_of(const std::map<std::string, std::string>& identities) {
+  const auto who = identities.find(rig::kChamberTitle);
+  return who == identities.end() ? "" : who->second;
+}
+
+/// Guards a chamber that a program left when it died, although the run cannot be resumed: then it is made safe. A run
+/// that waits for an operator's word leaves it as it is.
+void guard_what_was_left(run::ChamberOwnership& ownership, const record::RunInfo& info, const Fault& why) {
+  if (!ownership.is_armed() && why.kind != FaultKind::interrupted)
+    static_cast<void>(ownership.arm(chamber_of(info.identities)));
 }
 
 /// The trace that gyrotherm-make-safe left beside the record.
@@ -337,7 +344,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
     store = record::Store::create(path, info, store_options(file.simulated));
     if (!store) return failure(store.error());
     remove_trace(path);  // of an earlier record of that name
-    return ownership->arm(chamber_of(found), found.settings).map([&] { return entry.set_point; });
+    return ownership->arm(chamber_of(found.identities), found.settings).map([&] { return entry.set_point; });
   };
   say_readiness(console, file, check_readiness(file, path, (*rig)->will_start_utc()));
   say_connecting(console, file);
@@ -391,10 +398,13 @@ Result<void> resume_run(Console& console, const std::string& path, const ResumeO
     if (auto good = check_controller(found.limits, on->profile, on->rig); !good) return failure(good.error());
     store = record::Store::reopen(path, store_options(on->rig.simulated));
     if (!store) return failure(store.error());
-    return ownership->arm(chamber_of(found), found.settings).map([&] { return entry.set_point; });
+    return ownership->arm(chamber_of(found.identities), found.settings).map([&] { return entry.set_point; });
   };
   say_connecting(console, on->rig);
-  if (auto names = (*rig)->prepare(entrance, nullptr); !names) return not_begun(*ownership, **rig, names.error());
+  if (auto names = (*rig)->prepare(entrance, nullptr); !names) {
+    guard_what_was_left(*ownership, record->info, names.error());
+    return not_begun(*ownership, **rig, names.error());
+  }
   ownership->heartbeat({});
   const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
   if (auto recorded = record_absence(**store, on->stood, on->recorded + 1, first - 1); !recorded) return recorded;

@@ -30,6 +30,7 @@ class ChamberOwnership {
   /// program dies or hangs. `identity`: who the chamber reported to be; another one is then not made safe. `settings`:
   /// the controller's own, as last read. Fails like WatchdogClient::tie().
   [[nodiscard]] Result<void> arm(const std::string& identity, const drivers::ControllerSettings& settings = {});
+  [[nodiscard]] bool is_armed() const { return watchdog_ != nullptr; }
   /// At the end of a tick. `stuck`: how long the chamber's call that is under way has not got on; past its limit the
   /// watcher hears nothing.
   void heartbeat(Duration stuck);

@@ -161,7 +161,7 @@ class Attempt {
   SafeAttempt done_;
 };
 
-constexpr Duration kForTheRest = std::chrono::seconds(15);
+constexpr Duration kForTheRest = std::chrono::seconds(30);
 
 /// Returns the name of the file that a process runs, also of one that was removed; "" where this user may not know.
 std::string program_of(std::int64_t pid) {

@@ -78,7 +78,7 @@ struct Rescued {
 /// Holds the chamber's lock meanwhile. Without it, it acts all the same, unless a program of this user or of root that
 /// drives chambers or makes them safe has it by now, does not stand still, and is not the one that has gone: one that
 /// is dying keeps its lock while it hangs in the disk, and a stranger who holds it must not keep a chamber hot. An
-/// attempt that hangs is ended, after ten seconds or, once the chamber has shown the safe set point, after fifteen
+/// attempt that hangs is ended, after ten seconds or, once the chamber has shown the safe set point, after thirty
 /// more.
 [[nodiscard]] Rescued attempt_once(const SafeState& safe_state, const SafeStateChamber& chamber, Voice& voice,
                                    SafeTask task = SafeTask::leave_as_wanted);

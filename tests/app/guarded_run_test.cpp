@@ -217,7 +217,7 @@ TEST_F(GuardedRun, WhoWasToldThatItIsHeldFindsItHeldThoughCtrlCComesInTheSameSec
 TEST_F(GuardedRun, WhoWasToldThatItStopsFindsItStoppedThoughCtrlCComesInTheSameSecond) {
   for (int tries = 0; tries < 6; ++tries) {
     const auto path = folder / ("run" + std::to_string(tries) + ".db");
-    Background run(warm_run(path), folder / "log");
+    Background run(warm_run(path), folder / ("log" + std::to_string(tries)));
     ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
     const auto told = [&](const std::string& word) {
       const auto answer = control::tell(path, control::request_of(word, "").value(), std::chrono::seconds(5));

@@ -152,7 +152,7 @@ def make_safe_by_hand(scene: Scene) -> None:
     laboratory = scene.laboratory()
     run, died = both_killed(scene, laboratory)
     laboratory.chamber.break_as(every_other_lost=True, delay=0.1)
-    made = scene.programs.finish([scene.programs.make_safe, run.record], 30)
+    made = scene.programs.finish([scene.programs.make_safe, run.record], 90)
     scene.expect(made.code == 0, f"exit {made.code}: {made.text}")
     scene.expect_safe(laboratory, died, 2 * GUARD_LIMIT, "by hand")
 
@@ -405,7 +405,7 @@ def stopped_under_a_foreign_set_point(scene: Scene) -> None:
     laboratory = scene.laboratory()
     run = scene.hot_run(laboratory, at=40)
     laboratory.chamber.change_set_point(55.0)
-    scene.expect(until(lambda: "foreign_set_point" in run.errors(), 20), f"no alarm: {run.errors()[-400:]}")
+    scene.expect(until(lambda: "foreign_set_point (suspend)" in run.errors(), 20), f"no alarm: {run.errors()[-400:]}")
     stopped = time.monotonic()
     run.signal(signal.SIGINT)
     code = run.wait(20)

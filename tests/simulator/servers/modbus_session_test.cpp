@@ -80,7 +80,7 @@ TEST_F(ModbusSessionTest, SwitchesTheControllerOnAndOff) {
   ASSERT_TRUE(
       ask({9, map.link.modbus.unit, drivers::ModbusFunction::write_single, map.find("control_mode")->address, 1, {0}}));
   EXPECT_FALSE(laboratory.is_on());
-  expect_exception(write("control_mode", 2), "3");
+  expect_exception(write("control_mode", 3), "3");
 }
 
 TEST_F(ModbusSessionTest, ReadsByFunctionFourWhatItReadsByThree) {

@@ -53,7 +53,8 @@ class ItemExchange {
 
   /// Takes the line as it is for the one to whose end is written. A break may put another unit there: before the next
   /// write after one the unit is asked again who it is, if it ever was, and the write fails with disconnected unless it
-  /// answers as before.
+  /// answers as before. write_insisting() sends also to a unit that was recognised within two seconds, and to one that
+  /// does not answer the question.
   void trust_line() { trusted_ = registers_.breaks(); }
 
   [[nodiscard]] const RegisterItem& item(std::string_view name) const;

@@ -621,10 +621,6 @@ InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, con
   return judged;
 }
 
-InterlockDemand demand_beside(const InterlockMemory& memory, InterlockId one) {
-  return demand_beside(memory, std::vector{one});
-}
-
 InterlockDemand demand_beside(const InterlockMemory& memory, const std::vector<InterlockId>& some) {
   InterlockDemand most;
   for (std::size_t i = 0; i < kInterlocks; ++i)

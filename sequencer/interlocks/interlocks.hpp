@@ -104,8 +104,7 @@ struct InterlockResult {
 [[nodiscard]] InterlockResult judge(const InterlockLimits& limits, InterlockMemory memory, const Sample& sample,
                                     Duration elapsed, const InterlockInputs& inputs = {});
 
-/// What the interlocks beside one of them demanded with the last sample that was judged.
-[[nodiscard]] InterlockDemand demand_beside(const InterlockMemory& memory, InterlockId one);
+/// Returns the demand of all interlocks but these, with the last sample that was judged.
 [[nodiscard]] InterlockDemand demand_beside(const InterlockMemory& memory, const std::vector<InterlockId>& some);
 
 /// The causes that an operator's resume ends by taking the chamber over: a foreign set point, a mode that

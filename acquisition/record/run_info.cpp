@@ -482,7 +482,9 @@ std::optional<sys_days> parse_day(std::string_view text) {
   if (!year || !month || !day) return std::nullopt;
   const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(*year)), std::chrono::month(*month),
                                          std::chrono::day(*day)};
-  return date.ok() ? std::optional<sys_days>(date) : std::nullopt;
+  constexpr std::chrono::year kFirst{1678}, kLast{2261};  // whole years that a Duration since 1970 can hold
+  const bool is_held = date.ok() && date.year() >= kFirst && date.year() <= kLast;
+  return is_held ? std::optional<sys_days>(date) : std::nullopt;
 }
 
 std::string format_day(sys_days day) { return fmt::format("{:%F}", day); }

@@ -157,7 +157,8 @@ struct RunInfo {
 /// polynomial.
 [[nodiscard]] Celsius calibrated(const Channel& channel, Celsius reading);
 
-/// "2027-03-01"; nothing if there is no such day.
+/// Reads "2027-03-01". Returns nothing if there is no such day, or if nanoseconds since 1970 cannot hold it, which
+/// reach from 1678 to 2261.
 [[nodiscard]] std::optional<std::chrono::sys_days> parse_day(std::string_view text);
 [[nodiscard]] std::string format_day(std::chrono::sys_days day);
 

@@ -27,9 +27,11 @@ TEST(Calibration, APolynomialStandsForTheWholeCorrection) {
 }
 
 TEST(Calibration, ADayIsFourDigitsTwoAndTwo) {
-  EXPECT_EQ(format_day(parse_day("2028-02-29").value()), "2028-02-29");
-  for (const char* text : {"", "2027-02-29", "2027-13-01", "2027-00-10", "2027-1-1", "27-01-01", "2027-01-0x",
-                           "+027-01-01", "2027-01-01T", "2027/01/01", "2027-01--1"})
+  for (const char* text : {"2028-02-29", "1678-01-01", "2261-12-31"})
+    EXPECT_EQ(format_day(parse_day(text).value()), text);
+  for (const char* text :
+       {"", "2027-02-29", "2027-13-01", "2027-00-10", "2027-1-1", "27-01-01", "2027-01-0x", "+027-01-01", "2027-01-01T",
+        "2027/01/01", "2027-01--1", "1677-12-31", "2262-01-01", "2999-12-31", "9999-12-31"})
     EXPECT_FALSE(parse_day(text)) << text;
 }
 

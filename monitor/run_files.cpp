@@ -66,8 +66,10 @@ namespace {
 
 /// Reports that stand in the record's folder, or in one of these below it.
 constexpr std::array kReportFolders{"", "report", "calibration"};
-constexpr std::array kReports{"report.html", "report.pdf",       "report.json",     "report.csv",
-                              "dcc.xml",     "calibration.html", "calibration.pdf", "calibration.json"};
+constexpr std::array kReports{
+    "report.html",      "report.pdf",        "report.json",         "report.csv",         "dcc.xml",
+    "calibration.html", "calibration.pdf",   "calibration.de.html", "calibration.de.pdf", "calibration.csv",
+    "calibration.json", "authorisation.json"};
 
 /// Whether an address may have it (request_head.hpp).
 bool can_be_asked_for(const std::string& name) {

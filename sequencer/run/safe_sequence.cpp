@@ -66,7 +66,8 @@ std::string SafeSequence::describe() const {
   const auto what = fmt::format("sent to {:g} °C{}", target_.value, evidence_.wants_off() ? " and switched off" : "");
   const auto shown = evidence_.describe();
   if (confirmed_) return fmt::format("the chamber was {} ({})", what, shown);
-  if (is_only_being_watched())
+  const bool is_acknowledged = began_ && trouble_.empty() && !evidence_.is_ineffective();
+  if (is_acknowledged || is_only_being_watched())
     return fmt::format("the chamber was {}, and is NOT shown to be safe yet ({})", what, shown);
   return fmt::format("the chamber could NOT be {} ({}{}{})", what, trouble_, trouble_.empty() ? "" : "; ", shown);
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import threading
@@ -218,6 +219,43 @@ enter("guard", "dead_silent_safe_state_file_removed",
       functools.partial(orders_gone, take_away=lambda record: pathlib.Path(f"{record}.safe-state").unlink()))
 enter("guard", "dead_silent_folder_moved",
       functools.partial(orders_gone, take_away=lambda record: record.parent.rename(record.parent.with_name("moved"))))
+
+
+def guard_program_changed(scene: Scene, *, change: Callable[[pathlib.Path], Any], at_once: bool) -> None:
+    """The guard's file is removed or replaced, as by an upgrade, and the guard ends. The run starts the program that it
+    began with again; when the run is killed, at once or later, that guard makes the chamber safe."""
+    folder = scene.folder / "bin"
+    folder.mkdir()
+    for path in (scene.programs.gyrotherm, scene.programs.make_safe):
+        shutil.copy2(path, folder)
+    scene.programs.gyrotherm = folder / scene.programs.gyrotherm.name
+    laboratory = scene.laboratory()
+    run = scene.hot_run(laboratory)
+    scene.expect_guarded(run)
+    change(scene.programs.make_safe)
+    before = run.guards()
+    for pid in before:
+        kill(pid)
+    again = until(lambda: [pid for pid in run.guards() if pid not in before], 10, 0.02)
+    scene.need(again, "the guard was not started anew")
+    if not at_once:
+        time.sleep(2)
+    died = time.monotonic()
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    scene.expect_safe(laboratory, died, GUARD_LIMIT, "the guard of a file that has gone")
+
+
+def replace_by_another(path: pathlib.Path) -> None:
+    path.with_name("new").write_text("#!/bin/false\n")
+    path.with_name("new").replace(path)
+
+
+for _name, _change in (("removed", pathlib.Path.unlink), ("replaced", replace_by_another)):
+    for _when, _at_once in (("", False), ("_and_killed_at_once", True)):
+        enter("guard", f"program_{_name}{_when}",
+              functools.partial(guard_program_changed, change=_change, at_once=_at_once),
+              long_only=_name == "replaced" and _at_once)
 
 
 def make_safe_that_is_stopped(scene: Scene) -> None:

@@ -99,7 +99,15 @@ Found following(const CheckInputs& in) {
                       .grave = near_a_limit}};
 }
 
-/// Finds the thermometer that is farthest from the median of the others among those that are not named in `found` yet.
+/// Measures how far a reading lies outside the range between the other thermometers and the chamber's air. Between them
+/// each part of the article lies by itself while heat flows through it.
+Kelvins unexplained(const CheckInputs& in, Celsius value, Celsius others) {
+  const auto air = in.chamber() ? in.chamber()->air : others;
+  const auto [lowest, highest] = std::minmax(air, others);
+  return std::max({Kelvins{}, lowest - value, value - highest});
+}
+
+/// Finds the thermometer that is farthest from air and median of the others among those that are not in `found` yet.
 std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
   Sample left = in.sample;
   for (const auto& one : found) left.thermometers[*one.column].value = failure(FaultKind::out_of_range, "", "");
@@ -109,8 +117,8 @@ std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
   for (std::size_t i = 0; i < left.thermometers.size(); ++i) {
     const auto value = value_of(left.thermometers[i]);
     const auto others = ranks.median_without(value);
-    if (!value || !others || abs(*value - *others) <= beyond) continue;
-    beyond = abs(*value - *others);
+    if (!value || !others || unexplained(in, *value, *others) <= beyond) continue;
+    beyond = unexplained(in, *value, *others);
     farthest = in.of_thermometer(
         i, fmt::format("{} reads {:.1f} °C, the others {:.1f} °C", in.channel(i), value->value, others->value));
   }

@@ -90,6 +90,28 @@ TEST(InterlockId, AThermometerFarFromTheOthersWarns) {
   EXPECT_TRUE(bench.has(interlocks::InterlockId::disagreement));
 }
 
+TEST(InterlockId, AThermometerBetweenTheOthersAndTheAirAgreesWithThem) {
+  for (const bool is_cooling : {true, false}) {
+    Bench bench;
+    bench.limits.disagreement = {10};
+    bench.limits.thermometers_fastest = {1e5};
+    const double sign = is_cooling ? 1 : -1;
+    bench.chamber().air = {22 - 60 * sign};
+    bench.thermometer(8, 22 - 45 * sign);
+    bench.seconds(200);
+    EXPECT_FALSE(bench.has(interlocks::InterlockId::disagreement)) << "the shell follows the air first";
+    bench.thermometer(8, 22 - 75 * sign);
+    bench.seconds(70);
+    EXPECT_TRUE(bench.has(interlocks::InterlockId::disagreement)) << "beyond the air";
+    bench.thermometer(8, 22 - 45 * sign);
+    bench.seconds(70);
+    EXPECT_FALSE(bench.has(interlocks::InterlockId::disagreement));
+    bench.sample.chamber.value = silence();
+    bench.seconds(70);
+    EXPECT_TRUE(bench.has(interlocks::InterlockId::disagreement)) << "without the air, the others alone count";
+  }
+}
+
 /// Of three, one that reads high stands between the others and their median as well as one that reads low.
 TEST(InterlockId, OfThreeThermometersTheOneThatIsWrongIsNamed) {
   for (const double wrong : {-60.0, 90.0}) {

@@ -52,8 +52,10 @@ void read_times(const TomlTable& table, InterlockLimits& limits) {
 void read_measurements(const TomlTable& table, InterlockLimits& limits) {
   limits.frozen_after = read_time(table, "frozen_after", limits.frozen_after);
   limits.gyro_dead_after = read_time(table, "gyro_dead_after", limits.gyro_dead_after);
-  limits.gyro_band.value = table.number("gyro_band", limits.gyro_band.value);
-  if (!(limits.gyro_band.value > 0)) table.mistake("gyro_band", "expected more than 0 °/h");
+  if (table.has("gyro_band")) {
+    limits.gyro_band = DegreesPerHour{table.number("gyro_band")};
+    if (!(limits.gyro_band->value > 0)) table.mistake("gyro_band", "expected more than 0 °/h");
+  }
   limits.response_step = read_band(table, "response_step", limits.response_step);
   limits.response_time = read_time(table, "response_time", limits.response_time);
   limits.drift = read_band(table, "drift", limits.drift);

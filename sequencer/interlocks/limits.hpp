@@ -77,7 +77,8 @@ struct ThermometerLimits {
 struct AxisLimits {
   std::string label;  ///< "gyro", "u1.x"
   double arcsec_per_count{};
-  std::optional<DegreesPerHour> earth_rate{};  ///< on the axis; unknown: nothing
+  std::optional<DegreesPerHour> earth_rate{};    ///< on the axis; unknown: nothing
+  std::optional<DegreesPerHour> largest_bias{};  ///< of a good unit; not stated: nothing
 };
 
 /// One of the units under test.
@@ -132,7 +133,7 @@ struct InterlockLimits {
 
   Duration frozen_after = std::chrono::seconds(60);     ///< shortest spell of identical readings
   Duration gyro_dead_after = std::chrono::seconds(60);  ///< shortest spell without counts
-  DegreesPerHour gyro_band{1000};                       ///< around the Earth's rate
+  std::optional<DegreesPerHour> gyro_band{};            ///< around the Earth's rate; not stated: from the bias
   Kelvins response_step{20};                            ///< change of air or set point
   Duration response_time = std::chrono::minutes(30);    ///< until a thermometer has followed
   Kelvins drift{1.5};                                   ///< largest unexplained jump

@@ -84,6 +84,15 @@ double expected_counts(const AxisLimits& axis, Duration time) {
   return std::abs(axis.earth_rate->value * to_seconds(time) / axis.arcsec_per_count);
 }
 
+/// Returns [limits] gyro_band or, where that is not stated, ten times what the unit's bias may be: a unit of rotation
+/// that is wrong by 57 then shows at the Earth's rate, and a bias beyond its data sheet ends no run.
+DegreesPerHour band_around_earth_rate(const InterlockLimits& limits, const AxisLimits& axis) {
+  constexpr double kAnyGyro = 1000, kTimesBias = 10, kLeast = 5;  // °/h
+  if (limits.gyro_band) return *limits.gyro_band;
+  if (!axis.largest_bias) return {kAnyGyro};
+  return {std::min(kAnyGyro, kLeast + kTimesBias * axis.largest_bias->value + std::abs(axis.earth_rate->value) / 2)};
+}
+
 void see_axis(const InterlockLimits& limits, const AxisLimits& axis, const LivenessSecond& second, std::int64_t pulses,
               Duration interval, AxisLiveness& memory) {
   memory.noise.add(static_cast<double>(pulses), true);
@@ -102,7 +111,8 @@ void see_axis(const InterlockLimits& limits, const AxisLimits& axis, const Liven
   if (memory.block < limits.gyro_dead_after) return;
   const DegreesPerHour rate{std::exchange(memory.arcsec, 0) / to_seconds(std::exchange(memory.block, {}))};
   const double expected = second.is_turned ? -axis.earth_rate->value : axis.earth_rate->value;
-  memory.far = std::abs(rate.value - expected) > limits.gyro_band.value ? std::optional(rate) : std::nullopt;
+  memory.far =
+      std::abs(rate.value - expected) > band_around_earth_rate(limits, axis).value ? std::optional(rate) : std::nullopt;
 }
 
 void see_units(const InterlockLimits& limits, const Sample& sample, const LivenessSecond& second,

@@ -317,7 +317,7 @@ TEST(RigFile, ALimitThatIsNotSaidIsTheDocumentedOne) {
   EXPECT_EQ(limits.follow_band, Kelvins{2});
   EXPECT_EQ(limits.follow_time, 5min);
   for (const auto time : {limits.frozen_after, limits.gyro_dead_after}) EXPECT_EQ(time, 60s);
-  EXPECT_EQ(limits.gyro_band, DegreesPerHour{1000});
+  EXPECT_EQ(limits.gyro_band, std::nullopt);
   EXPECT_EQ(limits.response_step, Kelvins{20});
   EXPECT_EQ(limits.response_time, 30min);
   EXPECT_EQ(limits.drift, Kelvins{1.5});
@@ -407,6 +407,7 @@ TEST(RigFile, AStreamBringsItsFramesItsScaleAndItsPort) {
   EXPECT_EQ(rig->gyro_lines[0].stream->port.baud, 38400u);
   EXPECT_EQ(rig->gyro_lines[0].stream->start.front().send, "RRR");
   EXPECT_EQ(rig->units[0].info.axes[0].scale, 1e-6) << "of a rate: a count is 1e-6 arcsec";
+  EXPECT_EQ(rig->limits.units[0].axes[0].largest_bias, DegreesPerHour{20});
 }
 
 std::string mixed_rig() { return read_text_file(kRigs + "virtual-mixed.toml").value(); }
@@ -424,11 +425,13 @@ TEST(RigFile, TheScaleIsSaidOnce) {
 
 TEST(RigFile, AGyroHasTheRateThatItsUnitIsSetTo) {
   const std::string axis = "axis = \"z\"\n";
-  const auto rig = parse_rig(replaced(mixed_rig(), axis, axis + "rate_hz = 100\nlisten_only = true\n"),
-                             kRigs + "virtual-mixed.toml");
+  const auto rig =
+      parse_rig(replaced(mixed_rig(), axis, axis + "rate_hz = 100\nlisten_only = true\nlargest_bias_deg_per_h = 3\n"),
+                kRigs + "virtual-mixed.toml");
   ASSERT_TRUE(rig) << text(rig.error());
   EXPECT_EQ(rig->gyro_lines[0].frame.rate_hz, 100);
   EXPECT_TRUE(rig->gyro_lines[0].listen_only);
+  EXPECT_EQ(rig->limits.units[0].axes[0].largest_bias, DegreesPerHour{3}) << "not the 20 of its stream";
   EXPECT_FALSE(read_rig(kRigs + "virtual-mixed.toml")->gyro_lines[0].listen_only);
   EXPECT_NE(mistake_in(replaced(mixed_rig(), axis, axis + "rate_hz = 0\n")).find("positive number of frames"),
             std::string::npos);

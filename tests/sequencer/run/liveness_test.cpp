@@ -198,15 +198,24 @@ TEST(GyroDead, FindsIdenticalCountsOfNoisyAxisThoughNoLatitudeIsKnown) {
 }
 
 TEST(GyroDead, FindsRateFarFromTheEarths) {
-  const auto found = [](double deg_per_h, double band, bool is_turned) {
+  const auto found = [](double deg_per_h, double band, bool is_turned,
+                        std::optional<DegreesPerHour> largest_bias = std::nullopt) {
     NoisyBench bench;
-    bench.limits.gyro_band = {band};
+    if (band > 0) bench.limits.gyro_band = DegreesPerHour{band};
+    bench.limits.units[0].axes[0].largest_bias = largest_bias;
     bench.around.is_turned = is_turned;
     count(bench, {std::llround(deg_per_h * 10)}, 130);
     return bench.has(InterlockId::gyro_dead);
   };
   EXPECT_FALSE(found(10.6, 1000, false));
   EXPECT_FALSE(found(310, 1000, false)) << "a bias of 300 °/h";
+  EXPECT_FALSE(found(900, 0, false)) << "any gyro, where no bias is stated";
+  EXPECT_TRUE(found(1100, 0, false));
+  EXPECT_TRUE(found(10.6 * 57.3, 0, false, DegreesPerHour{20})) << "degrees taken for radians, of a good gyro";
+  EXPECT_FALSE(found(200, 0, false, DegreesPerHour{20})) << "a bias ten times as large as it should be";
+  EXPECT_FALSE(found(900, 0, false, DegreesPerHour{500})) << "a gyro that bears such a bias";
+  EXPECT_TRUE(found(-10.6, 0, false, DegreesPerHour{0})) << "the other way round";
+  EXPECT_FALSE(found(900, 1000, false, DegreesPerHour{20})) << "the rig file's own band comes first";
   EXPECT_TRUE(found(206'265, 1000, false)) << "radians taken for seconds of arc";
   EXPECT_TRUE(found(10.6 * 57.3, 100, false)) << "degrees taken for radians";
   EXPECT_TRUE(found(-10.6, 5, false)) << "the other way round";

@@ -18,6 +18,7 @@ constexpr int kMostTries = 3;
 Result<void> IdentityWatch::confirm(drivers::Identified& instrument) {
   if (known_.identity.empty()) return {};
   if (!std::exchange(has_begun_, true)) breaks_ = instrument.breaks();
+  if (is_doubted_.exchange(false)) in_doubt_ = true;
   if (!in_doubt_ && instrument.breaks() == breaks_) return {};
   in_doubt_ = true;
   return compare(instrument);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Compares an instrument with the one that a run began with, after everything that may have put another in its place:
-/// a broken connection, or a silence. One thread calls it, that of the instrument; stranger() any.
+/// a broken connection, a silence, or seconds in which nobody called it. One thread calls it, that of the instrument;
+/// stranger() and doubt() any.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <mutex>
 #include <string>
@@ -53,6 +55,9 @@ class IdentityWatch {
   /// Takes note of how a call ended; null: with an answer.
   void see(const Fault* fault);
 
+  /// Has the instrument compared before its next call.
+  void doubt() { is_doubted_ = true; }
+
   /// Describes the instrument that answered in place of the expected one, when it was last asked; empty: none did.
   [[nodiscard]] std::string stranger() const;
 
@@ -62,6 +67,7 @@ class IdentityWatch {
   void set_stranger(std::string text);
 
   KnownAs known_;
+  std::atomic<bool> is_doubted_{};
   bool in_doubt_ = false;
   int silences_ = 0;          ///< unanswered calls in a row
   std::uint64_t breaks_ = 0;  ///< when it was last confirmed

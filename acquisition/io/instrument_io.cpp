@@ -157,6 +157,7 @@ class WatchedChamber {
     if (on) return watch_.guard(chamber_, [&] { return chamber_.start(); });
     return watch_.guard_safe(chamber_, [&] { return chamber_.stop(); });
   }
+  void doubt() { watch_.doubt(); }
   [[nodiscard]] const IdentityWatch& watch() const { return watch_; }
 
  private:
@@ -172,6 +173,17 @@ struct Watches {
     for (const auto& one : instruments.analogue) analogue.emplace_back(one.known);
   }
 
+  /// Takes note that a second is read. Where the program stood still before it, any instrument may have been exchanged.
+  void begin_second(std::int64_t slot) {
+    constexpr std::int64_t kStoodStill = 3;  // seconds, as for a silence
+    const bool stood_still = last_slot && slot - *last_slot > kStoodStill;
+    last_slot = slot;
+    if (!stood_still) return;
+    chamber.doubt();
+    for (auto* watches : {&thermometers, &gyros, &analogue})
+      for (auto& watch : *watches) watch.doubt();
+  }
+
   [[nodiscard]] std::vector<std::string> strangers() const {
     std::vector<std::string> all{chamber.watch().stranger()};
     for (const auto* watches : {&thermometers, &gyros, &analogue})
@@ -182,6 +194,7 @@ struct Watches {
 
   WatchedChamber chamber;
   std::deque<IdentityWatch> thermometers{}, gyros{}, analogue{};  // a watch does not move
+  std::optional<std::int64_t> last_slot{};
 };
 
 class InlineIo final : public InstrumentIo {
@@ -193,6 +206,7 @@ class InlineIo final : public InstrumentIo {
         watches_(instruments_) {}
 
   Sample read(std::int64_t slot, const Clock& clock) override {
+    watches_.begin_second(slot);
     Sample sample = empty_sample(slot, clock.now(), units_);
     sample.chamber = stamped(clock, watches_.chamber.read());
     for (std::size_t i = 0; i < instruments_.thermometers.size(); ++i) {
@@ -301,6 +315,7 @@ class WorkerIo final : public InstrumentIo {
         frames_(instruments_.gyros.size()) {}
 
   Sample read(std::int64_t slot, const Clock& clock) override {
+    watches_.begin_second(slot);
     const Instant now = clock.now();
     clock_ = &clock;
     read_at_ = now.since_start;

@@ -160,6 +160,20 @@ TEST_P(Exchanged, IsRefusedAfterASilence) {
   expect_refused();
 }
 
+/// The line of a serial instrument is not broken by an exchange.
+TEST_P(Exchanged, IsRefusedWhenTheProgramStoodStillMeanwhile) {
+  for (const std::int64_t pause : {0, 2}) {
+    slot_ += pause;
+    expect_all(second(), GetParam(), std::nullopt);
+    EXPECT_EQ(wire_.asked, 0) << "late by " << pause << " s";
+  }
+  slot_ += 4;
+  wire_.serial = "222";
+  expect_refused();
+  wire_.serial = "111";
+  expect_all(second(), GetParam(), std::nullopt);
+}
+
 TEST_P(Exchanged, IsRefusedAfterABrokenLine) {
   second();
   wire_.broken = FaultKind::disconnected;

@@ -74,6 +74,7 @@ void ChamberPort::answer(std::span<const std::byte> frame, Bytes& answer) {
   ++exchanges_;
   const auto function = drivers::byte_at(frame, is_tcp() ? kTcpFunctionAt : kRtuFunctionAt);
   const bool writes = function > kLastReadFunction;
+  if (writes && trouble.exchanged) ++sent_to_another_;
   std::optional<drivers::ModbusRequest> request;
   if (writes || to_be_read_back_)
     if (auto decoded = is_tcp() ? drivers::decode_request(frame) : drivers::decode_rtu_request(frame))

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "drivers/line/modbus_lines.hpp"
@@ -22,6 +23,7 @@ struct ChamberTrouble {
   bool wrong_number{};               ///< TCP: answers carry another transaction's number
   bool half_open{};                  ///< TCP: no connection comes about, and nobody says so
   bool ignores_writes{};             ///< acknowledged and not applied
+  bool exchanged{};                  ///< another chamber answers; its identity is the registers'
   std::optional<Celsius> clamps_at;  ///< a set point further from zero is applied as this one, by its magnitude
 };
 
@@ -49,6 +51,8 @@ class ChamberPort {
   [[nodiscard]] const std::vector<SetPointSent>& set_points_sent() const { return sent_; }
   [[nodiscard]] int not_read_back() const { return not_read_back_; }
   [[nodiscard]] std::int64_t exchanges() const { return exchanges_; }
+  /// Returns how many writes another chamber in this one's place was sent since the last call.
+  [[nodiscard]] int take_sent_to_another() { return std::exchange(sent_to_another_, 0); }
   /// The program died: what it would have read back it cannot.
   void start_afresh() { to_be_read_back_.reset(); }
   void forget() { sent_.clear(), not_read_back_ = 0, exchanges_ = 0; }
@@ -71,6 +75,7 @@ class ChamberPort {
   std::optional<Celsius> to_be_read_back_;
   int not_read_back_ = 0;
   std::int64_t exchanges_ = 0;
+  int sent_to_another_ = 0;
 };
 
 /// A Modbus TCP connection to the port.

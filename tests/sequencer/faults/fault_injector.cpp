@@ -11,9 +11,15 @@ namespace {
 using Kind = InjectedFaultKind;
 
 constexpr double kOpenC = 850, kShortC = -200, kBrokenC = 1000, kNoNumber = std::numeric_limits<double>::quiet_NaN();
+constexpr double kOwnIdentity = 21868, kAnotherIdentity = 21869;
+constexpr std::int64_t kUnplugged = 4;  ///< seconds before and after another instrument has the place of one
 constexpr double kManual = 2, kDoorOpen = 1, kLimiterTripped = 2, kFilterDirty = 3;
 
 bool is_of_thermometer_line(Kind kind) { return kind >= Kind::thermometer_silent && kind <= Kind::thermometer_doubled; }
+bool changes_by_itself(const InjectedFault& fault) {
+  return fault.kind == Kind::thermometer_alternates || fault.kind == Kind::chamber_exchanged ||
+         fault.kind == Kind::thermometer_exchanged;
+}
 bool is_of_gyro(Kind kind) { return kind >= Kind::gyro_silent && kind <= Kind::gyro_restarts; }
 
 }  // namespace
@@ -55,7 +61,7 @@ std::vector<InjectedFault> FaultInjector::pass(std::int64_t second) {
     standing_.push_back(lasting);
   }
   if (changed) last_change_ = second;
-  if (changed || std::ranges::count(standing_, Kind::thermometer_alternates, &InjectedFault::kind) > 0) settle();
+  if (changed || std::ranges::any_of(standing_, changes_by_itself)) settle();
   return of_program;
 }
 
@@ -87,7 +93,10 @@ void FaultInjector::settle() {
   plant_.chamber().trouble = {};
   plant_.chamber().line().trouble = {};
   for (std::size_t i = 0; i < plant_.gyro_count(); ++i) plant_.gyro(i).trouble = {}, plant_.gyro(i).line().trouble = {};
-  for (std::size_t i = 0; i < plant_.thermometer_count(); ++i) plant_.thermometer(i).trouble = {};
+  for (std::size_t i = 0; i < plant_.thermometer_count(); ++i) {
+    plant_.thermometer(i).trouble = {};
+    plant_.exchange_thermometer(i, false);
+  }
   bool tripped = false;
   for (const auto& fault : schedule_)
     tripped = tripped || (fault.kind == Kind::limiter_trips && fault.at <= last_change_);
@@ -106,6 +115,7 @@ void FaultInjector::settle() {
     for (const auto place : plant_.places(target % plant_.thermometer_count()))
       plant_.faults.thermometers[place].shown_c = then[place];
   }
+  plant_.write("identity", plant_.chamber().trouble.exchanged ? kAnotherIdentity : kOwnIdentity);
   double condition = 0;  // one code: the gravest
   for (const auto& fault : standing_)
     if (fault.kind == Kind::filter_dirty) condition = kFilterDirty;
@@ -127,6 +137,17 @@ void FaultInjector::stand(const InjectedFault& fault) {
   stand_in_thermometer(fault);
 }
 
+/// While the line is plugged from one instrument into the other, nothing answers.
+void FaultInjector::exchange(const InjectedFault& fault, LineEnd& line) {
+  const bool is_unplugged = second_ - fault.at < kUnplugged || fault.at + fault.lasts - second_ <= kUnplugged;
+  if (is_unplugged)
+    line.trouble.gone = true;
+  else if (fault.kind == Kind::chamber_exchanged)
+    plant_.chamber().trouble.exchanged = true;
+  else
+    plant_.exchange_thermometer(static_cast<std::size_t>(fault.target) % plant_.thermometer_count(), true);
+}
+
 void FaultInjector::stand_on_line(const InjectedFault& fault) {
   auto& chamber = plant_.chamber();
   auto& gyro = plant_.gyro(gyro_of(fault));
@@ -142,6 +163,8 @@ void FaultInjector::stand_on_line(const InjectedFault& fault) {
     case Kind::chamber_gone:
     case Kind::thermometer_gone:
     case Kind::gyro_gone: line.trouble.gone = true; return;
+    case Kind::chamber_exchanged:
+    case Kind::thermometer_exchanged: return exchange(fault, line);
     case Kind::chamber_answers_lost: line.trouble.answers_lost = true; return;
     case Kind::chamber_lossy:
     case Kind::thermometer_lossy: line.trouble.lost = fault.size; return;

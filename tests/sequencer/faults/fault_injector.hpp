@@ -31,6 +31,7 @@ class FaultInjector {
   void settle();
   void stand(const InjectedFault& fault);
   void stand_on_line(const InjectedFault& fault);
+  void exchange(const InjectedFault& fault, LineEnd& line);
   void stand_in_chamber(const InjectedFault& fault);
   void stand_in_thermometer(const InjectedFault& fault);
 

@@ -189,6 +189,20 @@ void Invariants::judge_values(std::int64_t second, const Sample& sample) {
     }
 }
 
+/// I28.
+void Invariants::judge_identities(std::int64_t second, const Sample& sample) {
+  if (plant_.chamber().take_sent_to_another() > 0) broken("I28", second, "another chamber was sent something");
+  if (plant_.chamber().trouble.exchanged && sample.chamber.value)
+    broken("I28", second, "a value of another chamber is stored as good");
+  for (std::size_t i = 0; i < plant_.thermometer_count(); ++i) {
+    if (!plant_.is_exchanged(i)) continue;
+    const auto& places = plant_.places(i);
+    for (std::size_t channel = 0; channel < sample.thermometers.size(); ++channel)
+      if (std::ranges::count(places, places_[channel]) > 0 && sample.thermometers[channel].value)
+        broken("I28", second, fmt::format("channel {} of another thermometer is stored as good", channel));
+  }
+}
+
 bool Invariants::is_troubled(std::size_t line) const {
   return std::ranges::any_of(injector_.standing(), [&](const auto& fault) {
     const bool of_this_gyro = fault.kind >= Kind::gyro_silent && fault.kind <= Kind::gyro_restarts &&
@@ -511,6 +525,7 @@ void Invariants::after_tick(std::int64_t second, const RecordingStore& recording
   const auto& sample = *recording.sample();
   judge_set_points(second, sample.state);
   judge_values(second, sample);
+  judge_identities(second, sample);
   judge_state(second, sample);
   judge_machine(second, recording, sample.state);
   judge_units(second, sample, operators);

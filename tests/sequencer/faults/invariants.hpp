@@ -84,6 +84,7 @@ class Invariants {
   void judge_set_points(std::int64_t second, RunState state);
   void judge_rows(std::int64_t second, const RecordingStore& recording);
   void judge_values(std::int64_t second, const Sample& sample);
+  void judge_identities(std::int64_t second, const Sample& sample);
   void judge_units(std::int64_t second, const Sample& sample, const Operators& operators);
   [[nodiscard]] bool is_troubled(std::size_t line) const;
   void judge_state(std::int64_t second, const Sample& sample);

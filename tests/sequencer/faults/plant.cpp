@@ -2,6 +2,7 @@
 #include "tests/sequencer/faults/plant.hpp"
 
 #include <algorithm>
+#include <string_view>
 
 #include "core/random.hpp"
 #include "simulator/servers/virtual_thermometers.hpp"
@@ -16,6 +17,14 @@ simulator::Lakeshore218Session::Inputs inputs_of(const rig::ThermometerSettings&
   for (std::size_t i = 0; i < entry.channels.size(); ++i)
     inputs[i] = static_cast<std::size_t>(std::ranges::find(names, entry.channels[i]) - names.begin());
   return inputs;
+}
+
+/// Gives the answer to *IDN? the serial number of another instrument.
+void name_another(Bytes& answer) {
+  constexpr std::string_view kOwn = "VIRTUAL1", kAnother = "VIRTUAL2";
+  const auto same = [](std::byte byte, char c) { return static_cast<char>(byte) == c; };
+  const auto found = std::ranges::search(answer, kOwn, same);
+  std::ranges::transform(kAnother.substr(0, found.size()), found.begin(), [](char c) { return std::byte(c); });
 }
 
 }  // namespace
@@ -35,9 +44,13 @@ Plant::Plant(const rig::RigFile& file, const simulator::LaboratoryParameters& pa
     auto& places = places_.emplace_back();
     for (const auto& channel : entry.channels)
       places.push_back(static_cast<std::size_t>(std::ranges::find(names, channel) - names.begin()));
+    are_exchanged_.push_back(std::make_unique<bool>(false));
     thermometers_.push_back(std::make_unique<LineEnd>(
         rig, splitmix64(seed + 2 + sessions_.size()),
-        [session = sessions_.back().get()](auto sent, Bytes& answer) { (void)session->feed(sent, answer); },
+        [session = sessions_.back().get(), is_another = are_exchanged_.back().get()](auto sent, Bytes& answer) {
+          (void)session->feed(sent, answer);
+          if (*is_another) name_another(answer);
+        },
         garble_text));
   }
 }

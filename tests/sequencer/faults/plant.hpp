@@ -38,6 +38,9 @@ class Plant {
   [[nodiscard]] LineEnd& thermometer(std::size_t index) { return *thermometers_[index]; }
   /// Returns the places of a thermometer instrument's channels in the laboratory.
   [[nodiscard]] const std::vector<std::size_t>& places(std::size_t index) const { return places_[index]; }
+  /// Puts another instrument in the place of a thermometer, or takes it away again.
+  void exchange_thermometer(std::size_t index, bool is_another) { *are_exchanged_[index] = is_another; }
+  [[nodiscard]] bool is_exchanged(std::size_t thermometer) const { return *are_exchanged_[thermometer]; }
   [[nodiscard]] std::size_t gyro_count() const { return gyros_.size(); }
   [[nodiscard]] GyroEnd& gyro(std::size_t line = 0) { return *gyros_[line]; }
 
@@ -51,6 +54,7 @@ class Plant {
   simulator::ChamberRegisters registers_;
   ChamberPort chamber_port_;
   std::vector<std::unique_ptr<simulator::Session>> sessions_;
+  std::vector<std::unique_ptr<bool>> are_exchanged_;  ///< of each thermometer; its line has the address
   std::vector<std::unique_ptr<LineEnd>> thermometers_;
   std::vector<std::vector<std::size_t>> places_;  ///< of each thermometer's channels
   std::vector<std::unique_ptr<GyroEnd>> gyros_;   ///< of each line

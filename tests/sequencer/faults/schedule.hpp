@@ -17,6 +17,7 @@ enum class InjectedFaultKind {
   chamber_silent,
   chamber_gone,
   chamber_half_open,
+  chamber_exchanged,  ///< another chamber has its place, and its air
   chamber_answers_lost,
   chamber_lossy,  ///< size: share of the exchanges of which the request or the answer is lost
   chamber_late,
@@ -55,6 +56,7 @@ enum class InjectedFaultKind {
   thermometers_frozen,     ///< all channels of an instrument, which is the target
   thermometer_silent,
   thermometer_gone,
+  thermometer_exchanged,  ///< another instrument has its place
   thermometer_lossy,
   thermometer_noise,
   thermometer_late,

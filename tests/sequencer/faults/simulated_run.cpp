@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
@@ -81,6 +82,7 @@ class SimulatedRun {
   void attack(const InjectedFault& fault);
   void see_to_the_record();
   [[nodiscard]] Result<run::RunContinuation> take_up();
+  [[nodiscard]] bool is_another_connected() const;
   void begin_run();
   void resume_run();
   void assemble();
@@ -109,7 +111,8 @@ class SimulatedRun {
   std::int64_t second_ = 0, down_ = 0, late_ = 0, asleep_ = 0, lives_ = 0, acknowledged_ = -1;
   bool recorded_ = false, accepted_ = false, left_unwritten_ = false;
   Operators operators_;
-  std::vector<std::string> dropped_;  ///< units, from the run before
+  std::vector<std::string> dropped_;               ///< units, from the run before
+  std::map<std::string, std::string> identities_;  ///< with which the run began, as its record has them
   std::optional<Listener> listener_;
   const bool cuts_power_;
   std::optional<std::int64_t> attacked_at_;  ///< acknowledged when a file was attacked, until the program has seen it
@@ -153,6 +156,7 @@ Result<run::RunContinuation> SimulatedRun::take_up() {
   const auto last_row = record->time_s.empty() ? Duration{} : from_seconds(record->time_s.back());
   auto on = run::continuation_of(*record, path_, clock_.now().since_start - last_row, 0);
   if (!on) return on;
+  identities_ = record->info.identities;
   if (on->recorded < acknowledged_)
     invariants_.broken("P1", second_,
                        fmt::format("the record ends at {}, {} was acknowledged", on->recorded, acknowledged_));
@@ -162,22 +166,33 @@ Result<run::RunContinuation> SimulatedRun::take_up() {
   return on;
 }
 
+/// Whether another instrument has the place of one. With that no operator begins a run.
+bool SimulatedRun::is_another_connected() const {
+  return invariants_.stands(InjectedFaultKind::chamber_exchanged, InjectedFaultKind::chamber_exchanged) ||
+         invariants_.stands(InjectedFaultKind::thermometer_exchanged, InjectedFaultKind::thermometer_exchanged);
+}
+
 /// The first program of a run, or one that cannot go on and is started again by its operator.
 void SimulatedRun::begin_run() {
-  if (disk_.hangs()) return end_life(kTriesAgainAfter);
+  if (disk_.hangs() || is_another_connected()) return end_life(kTriesAgainAfter);
   clock_.restart_at(-kSecond);
   assemble();
   const auto state = begin(ground_.profile);
-  if (const auto prepared = rig_->prepare(command(ground_.profile, state)); !prepared)
-    return end_life(kTriesAgainAfter);
+  auto info = info_of(ground_.profile, file_);
+  const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
+    info.identities = found.identities;
+    return command(ground_.profile, state);
+  };
+  if (const auto prepared = rig_->prepare(entrance, nullptr); !prepared) return end_life(kTriesAgainAfter);
   const bool excused = disk_.is_sick();
-  auto store = disk_.create(info_of(ground_.profile, file_));
+  auto store = disk_.create(info);
   if (!store) return end_at_storage("record", store.error(), excused);
   recorded_ = true;
   live(std::move(*store), state, 0);
 }
 
-/// Without leave from the resume rule, an operator looks at the chamber for a minute and then accepts.
+/// Without leave from the resume rule, an operator looks at the chamber for a minute and then accepts, unless another
+/// instrument is connected.
 void SimulatedRun::resume_run() {
   if (disk_.hangs()) return end_life(kTriesAgainAfter);
   const bool excused = disk_.is_sick();
@@ -188,8 +203,10 @@ void SimulatedRun::resume_run() {
   const auto goal = command(on->profile, on->state);
   run::EntryPoint entry;
   const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
+    on->stood.strangers = run::strangers_among(identities_, found.identities);
     const auto verdict = judge_reentry(on->stood, file_.safe_set_point, found.state.air);
-    if (verdict.way == run::Reentry::ask && !std::exchange(accepted_, true))
+    const bool asks = verdict.way == run::Reentry::ask;
+    if (asks && (!on->stood.strangers.empty() || !std::exchange(accepted_, true)))
       return failure(FaultKind::interrupted, path_, verdict.why);
     entry = run::entry_at(goal, found.state.air, run::is_in_place(found.state.air, goal, on->stood.air),
                           file_.chamber_limits);

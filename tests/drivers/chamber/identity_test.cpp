@@ -290,6 +290,77 @@ TEST(EveryMap, StatesWhatItVerifiesAndWhatItCannot) {
   EXPECT_EQ(seen.size(), 14u);
 }
 
+/// Returns what a map concludes from the values of its items, as the chamber does: the first rule that holds decides.
+ChamberActivity activity_of(const RegisterMap& map, const std::map<std::string, double>& values) {
+  for (const auto& rule : map.states)
+    if (const auto value = values.find(rule.when.item); value != values.end() && holds(rule.when, value->second))
+      return rule.activity;
+  return ChamberActivity::unknown;
+}
+
+/// Lists a value for each code of an item, and one for each bit that a rule names.
+std::vector<double> values_of(const RegisterMap& map, const RegisterItem& item) {
+  std::set<double> values;
+  for (const auto& [meaning, codes] : item.codes)
+    for (const auto code : codes) values.insert(static_cast<double>(code));
+  const bool is_of_bits = std::ranges::any_of(
+      map.states, [&](const StateRule& rule) { return rule.when.item == item.name && rule.when.bits != 0; });
+  if (is_of_bits || values.empty()) values.insert(0);
+  for (const auto& rule : map.states) {
+    if (rule.when.item != item.name) continue;
+    for (std::uint32_t bit = 1; bit != 0; bit <<= 1)
+      if ((rule.when.bits & bit) != 0) values.insert(bit);
+    if (rule.when.above) values.insert(*rule.when.above + 1);
+  }
+  return {values.begin(), values.end()};
+}
+
+/// Calls `see` with each combination of the values of the items that the rules of a map name.
+void for_each_combination(const RegisterMap& map,
+                          const std::function<void(const std::map<std::string, double>&)>& see) {
+  std::map<std::string, std::vector<double>> items;
+  for (const auto& rule : map.states) items.try_emplace(rule.when.item, values_of(map, *map.find(rule.when.item)));
+  std::map<std::string, double> values;
+  const auto next = [&](const auto& self, auto item) -> void {
+    if (item == items.end()) return see(values);
+    for (const double value : item->second) {
+      values[item->first] = value;
+      self(self, std::next(item));
+    }
+  };
+  next(next, items.begin());
+}
+
+/// A mode that belongs to no state would be no reason to distrust the set point.
+TEST(EveryMap, KnowsAStateForEachCodeOfItsModes) {
+  int combinations = 0;
+  std::set<std::string> not_following;
+  for (const auto& file : std::filesystem::directory_iterator(kMaps)) {
+    if (file.path().extension() != ".toml") continue;
+    const auto name = file.path().stem().string();
+    const auto map = shipped_map(name);
+    if (map.states.empty()) continue;
+    for_each_combination(map, [&](const auto& values) {
+      ++combinations;
+      const auto activity = activity_of(map, values);
+      std::string shown;
+      for (const auto& [item, value] : values) shown += fmt::format(" {} = {:g}", item, value);
+      EXPECT_NE(activity, ChamberActivity::unknown) << name << ":" << shown;
+      if (activity == ChamberActivity::not_following) not_following.insert(name);
+      const auto is_manual = [&](const auto& one) {
+        const auto* item = map.find(one.first);
+        const auto codes = item->codes.find("manual");
+        return codes != item->codes.end() && std::ranges::count(codes->second, std::int64_t(one.second)) > 0;
+      };
+      if (name.starts_with("watlow_f4t") && std::ranges::any_of(values, is_manual)) {
+        EXPECT_NE(activity, ChamberActivity::running) << name << ":" << shown << ": a manual output follows nothing";
+      }
+    });
+  }
+  EXPECT_GT(combinations, 100);
+  EXPECT_TRUE(not_following.contains("watlow_f4t") && not_following.contains("watlow_f4t_cascade"));
+}
+
 /// The basic mode falls back to idle by itself; the mode is a field of bits.
 TEST(BinderMb1, StopIsConfirmedByAnyModeThatDoesNotCondition) {
   struct Case {

@@ -218,7 +218,7 @@ class RealTimeRun:
         if self.run.poll() is None:
             gyrotherm("tell", str(self.record), "stop")
             try:
-                self.run.wait(timeout=30)
+                self.run.wait(timeout=120)
             except subprocess.TimeoutExpired:
                 self.run.kill()
                 self.run.wait()

@@ -253,14 +253,14 @@ class Following(unittest.TestCase):
                 lag = lambda: run.acknowledged - int(
                     store.sql("SELECT coalesce(max(last_slot), -1) FROM gyrotherm.run")[0][0]
                 )  # noqa: E731
-                self.assertTrue(until(lambda: run.acknowledged >= 4, 30))
-                self.assertTrue(until(lambda: lag() <= 3, 10), rig.log.read_text())
+                self.assertTrue(until(lambda: run.acknowledged >= 4, 120))
+                self.assertTrue(until(lambda: lag() <= 3, 60), rig.log.read_text())
                 self.assertEqual(store.sql("SELECT state, finished FROM gyrotherm.run"), [["execute", "f"]])
                 gyrotherm("tell", str(run.record), "pause")
-                self.assertTrue(until(lambda: store.sql("SELECT state FROM gyrotherm.run") == [["held"]], 10))
+                self.assertTrue(until(lambda: store.sql("SELECT state FROM gyrotherm.run") == [["held"]], 60))
             finally:
                 run.end()
-            self.assertTrue(until(lambda: finished(store, run_of(run.record))), rig.log.read_text())
+            self.assertTrue(until(lambda: finished(store, run_of(run.record)), 60), rig.log.read_text())
             self.assertEqual(stored_rows(store, run_of(run.record)), rows_of(run.record))
             self.assertEqual(stored_events(store, run_of(run.record)), events_of(run.record))
             self.assertEqual(store.sql("SELECT state FROM gyrotherm.run"), [["stopped"]])
@@ -275,11 +275,11 @@ class Following(unittest.TestCase):
             killed_in_its_middle(path)
             rig.start()
             self.assertTrue(
-                until(lambda: store.sql("SELECT rows > 0 FROM gyrotherm.run") == [["t"]]), rig.log.read_text()
+                until(lambda: store.sql("SELECT rows > 0 FROM gyrotherm.run") == [["t"]], 60), rig.log.read_text()
             )
             resumed = gyrotherm("resume", str(path), "--gap", "90 s", "--accept")
             self.assertEqual(resumed.returncode, 0, resumed.stderr)
-            self.assertTrue(until(lambda: finished(store, run_of(path))), rig.log.read_text())
+            self.assertTrue(until(lambda: finished(store, run_of(path)), 60), rig.log.read_text())
             self.assertEqual(stored_rows(store, run_of(path)), rows_of(path))
             self.assertEqual(stored_events(store, run_of(path)), events_of(path))
             self.assertGreaterEqual(int(store.sql("SELECT sum(seconds) FROM gyrotherm.v1_gap")[0][0]), 89)

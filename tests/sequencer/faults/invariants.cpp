@@ -437,7 +437,10 @@ void Invariants::count_ticks(const Sample& sample) {
   const bool air = sample.chamber.value &&
                    (sample.chamber.value->air < limits.air_lowest || sample.chamber.value->air > limits.air_highest);
   count(ticks.beyond, (air ? 1 : 0) + std::ranges::count_if(sample.thermometers, outside) >= 2);
-  const bool safe = abs(laboratory.set_point() - file_.safe_set_point) <= kSame || !laboratory.is_on();
+  // A set point that reads back as the safe one counts, whoever sent it.
+  const bool reads_back =
+      abs(laboratory.set_point() - file_.safe_set_point) <= drivers::set_point_tolerance(file_.chamber_map) + kSame;
+  const bool safe = reads_back || !laboratory.is_on();
   const bool obeys = !stands(Kind::chamber_ignores_writes, Kind::chamber_clamps);
   const bool lossy_alone = injector_.standing().size() == 1 && stands(Kind::chamber_lossy, Kind::chamber_lossy);
   count(ticks.lossy, lossy_alone && severity(sample.state) == severity(RunState::aborting) && !safe);

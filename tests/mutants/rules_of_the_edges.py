@@ -5,6 +5,10 @@ from rules_of_a_run import shown_by
 ON_THE_DISK = "OnTheDisk/FileAttacks.LoseNothingThatWasAcknowledgedAndAreTold/"
 
 MUTANTS = [
+    # The guard.
+    ("the guard is started by its name alone", "sequencer/watchdog/watchdog_client.cpp",
+     'return is_there ? path_ : fmt::format("/proc/self/fd/{}", file_.number());', "return path_;",
+     "gyrotherm", "program_removed"),
     # Several words within a second.
     ("the first word wins", "sequencer/run/operator_requests.cpp",
      "const auto most = std::max_element(waiting_.begin(), waiting_.end(), is_milder);",

@@ -258,6 +258,7 @@ def refused_by_name(*parts: str) -> Callable[[Scene], None]:
 SETTINGS: dict[str, tuple[Fake, tuple[str, ...]]] = {
     "cascade_on": (Fake(lambda: F4TCascade(cascade=True), ModbusTcp, "watlow_f4t_cascade"), ("cascade",)),
     "product_control_on": (Fake(lambda: Ezt570i(product_control=2), RtuInTcp, "csz_ezt570i"), ("product_control",)),
+    "offline": (Fake(lambda: Ezt570i(online=False), RtuInTcp, "csz_ezt570i"), ("online",)),
     "whole_degrees_fahrenheit": (Fake(lambda: F4(in_fahrenheit=True, decimals=0), RtuInTcp, "watlow_f4"),
                                  ("set_point", "0.555556 K")),
     "limits_narrower_than_rig": (Fake(lambda: F4T(lowest=10, highest=38), ModbusTcp, "watlow_f4t"), ("38 °C",)),
@@ -275,15 +276,12 @@ OTHERS: dict[str, tuple[Callable[[Scene], None], Fake, float | None]] = {
     "SetPointLostWhileOff.tt5166": (set_point_lost_while_off, FAKES["tt5166_zeros"], HOT),
     "NeverWrittenTo.yinhe_low_word_first": (
         never_written_to, Fake(lambda: Yinhe(words=low_first), ModbusTcp, "yinhe"), None),
-    "NeverWrittenTo.ezt_offline": (
-        never_written_to, Fake(lambda: Ezt570i(online=False), RtuInTcp, "csz_ezt570i"), None),
     "NoFalseFault.ezt": (no_false_fault, FAKES["ezt_held_profile"], None),
 }
 KNOWN = {
     "ProgramIsNoticed.mb2_program": "a set point that is refused under a program is sent again, and ends the program",
     "SetPointLostWhileOff.tt5166": "a set point that cannot be read back is sent once, before the unit is switched on",
     "NeverWrittenTo.yinhe_low_word_first": "one reading of the air that makes sense by chance is enough to begin",
-    "NeverWrittenTo.ezt_offline": "register 180 is not looked at before the first set point",
     "NoFalseFault.ezt": "a set point that waits for the unit's period is reported as not confirmed",
 }
 SLOW = ("csz_ezt570i",)  # maps whose units take half a second for each exchange: one test in the normal suite

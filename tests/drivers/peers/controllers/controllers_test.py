@@ -241,6 +241,21 @@ def no_false_fault(scene: Scene) -> None:
     scene.assertNotIn("fault", run.errors())
 
 
+def air_is_compared(scene: Scene) -> None:
+    """The air that the controller shows is 40 K from all thermometers: `check --connect` warns of it."""
+    checked = scene.bench.check(scene.bench.rig())
+    scene.assertRegex(checked.text, r"(?i)warning[^\n]*thermometer|fault[^\n]*thermometer")
+
+
+def read_back_is_not_claimed(scene: Scene) -> None:
+    """No message claims that a set point was read back that cannot be read."""
+    run = scene.begin()
+    run.signal(signal.SIGKILL)
+    run.wait(5)
+    scene.assertTrue(until(lambda: scene.confirmed(run), 90), run.errors()[-900:])
+    scene.assertNotIn("read back", run.errors())
+
+
 def refused_by_name(*parts: str) -> Callable[[Scene], None]:
     """Under its own map: `check --connect` refuses the setting and names it; a run writes nothing."""
     def act(scene: Scene) -> None:
@@ -276,12 +291,17 @@ OTHERS: dict[str, tuple[Callable[[Scene], None], Fake, float | None]] = {
     "SetPointLostWhileOff.tt5166": (set_point_lost_while_off, FAKES["tt5166_zeros"], HOT),
     "NeverWrittenTo.yinhe_low_word_first": (
         never_written_to, Fake(lambda: Yinhe(words=low_first), ModbusTcp, "yinhe"), None),
+    "AirIsCompared.ezt_fahrenheit": (
+        air_is_compared, Fake(lambda: Ezt570i(in_fahrenheit=True, air=12), RtuInTcp, "csz_ezt570i"), None),
+    "ReadBackIsNotClaimed.tt5166": (read_back_is_not_claimed, FAKES["tt5166_plain"], None),
     "NoFalseFault.ezt": (no_false_fault, FAKES["ezt_held_profile"], None),
 }
 KNOWN = {
     "ProgramIsNoticed.mb2_program": "a set point that is refused under a program is sent again, and ends the program",
     "SetPointLostWhileOff.tt5166": "a set point that cannot be read back is sent once, before the unit is switched on",
     "NeverWrittenTo.yinhe_low_word_first": "one reading of the air that makes sense by chance is enough to begin",
+    "AirIsCompared.ezt_fahrenheit": "nothing compares the controller's air with thermometers unless the rig file asks",
+    "ReadBackIsNotClaimed.tt5166": "an acknowledged set point is called read back until the chamber is safe",
     "NoFalseFault.ezt": "a set point that waits for the unit's period is reported as not confirmed",
 }
 SLOW = ("csz_ezt570i",)  # maps whose units take half a second for each exchange: one test in the normal suite

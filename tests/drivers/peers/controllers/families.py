@@ -485,15 +485,18 @@ class BinderMb2(Binder):
 
 # CSZ EZT-570i: its communication manual.
 
-class Ezt570i(Chamber):
-    """No exceptions: an absent register, and a request too early, get no answer; function 16 is ignored."""
+class Ezt570i(Temperatures, Chamber):
+    """No exceptions: an absent register, and a request too early, get no answer; function 16 is ignored. No register
+    shows the unit of temperature that is set at its panel."""
     read_at_most = 60
     loop_back = True
     PERIOD = 0.25  # s between the beginnings of two exchanges; the manual wants 0.5, and 0.2 of silence
 
     def __init__(self, *, air: float = 25.0, events: int = 0, profile: int = 0, product_control: int = 0,
-                 online: bool = True, lowest: float = -70.0, highest: float = 180.0) -> None:
+                 online: bool = True, lowest: float = -70.0, highest: float = 180.0,
+                 in_fahrenheit: bool = False) -> None:
         super().__init__(air)
+        self.in_fahrenheit = in_fahrenheit
         self.events, self.profile, self.product_control, self.online = events, profile, product_control, online
         self.lowest, self.highest, self.set_point, self.start_step = lowest, highest, ROOM, 0
         self._asked = 0.0
@@ -514,9 +517,8 @@ class Ezt570i(Chamber):
     def kept(self) -> object:
         return self.events & ~1, self.product_control, self.lowest, self.highest
 
-    @staticmethod
-    def whole(celsius: float) -> int:
-        return round(celsius * 10)
+    def whole(self, celsius: float) -> int:
+        return round(self.shown(celsius) * 10)
 
     def absent(self, address: int) -> bytes:
         raise Silent
@@ -530,7 +532,7 @@ class Ezt570i(Chamber):
         if function == WRITE_MANY:
             return
         if address == 60:
-            self.set_point = signed(words[0]) / 10
+            self.set_point = self.meant(signed(words[0]) / 10)
         elif address == 22:
             self.events = words[0]
         elif address == 24 and words[0] in (0, 1):

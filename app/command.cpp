@@ -57,10 +57,10 @@ CLI::App& add_subcommand(Program& program, CLI::App& parent, const std::string& 
 void add_outside_option(CLI::App& command, std::string& outside, const std::string& refused) {
   command
       .add_option("--outside", outside,
-                  fmt::format("inputs outside the trained range: clamp (default: to its nearer end), refuse ({}) or "
-                              "extrapolate",
+                  fmt::format("inputs outside the trained range: continue (default: the model's plane continues, all "
+                              "else is held at the range's end), refuse ({}) or extrapolate",
                               refused))
-      ->type_name("WORD:{clamp,refuse,extrapolate}");
+      ->type_name("WORD:{continue,refuse,extrapolate}");
 }
 
 CLI::Validator not_negative() {

@@ -126,6 +126,7 @@ void describe(auto& form, Like<ReportedTraining> auto& training) {
   form("profile", training.profile);
   form("simulated", training.simulated);
   form("clusters", training.clusters);
+  form.if_there("block", training.block.has_value(), training.block);
 }
 
 void describe(auto& form, Like<ReportedModel> auto& model) {

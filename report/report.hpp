@@ -121,6 +121,7 @@ struct ReportedTraining {
   std::string run_id, profile;
   bool simulated{};
   int clusters{};
+  std::optional<model::BlockRange> block{};
 };
 
 /// One of the three models: what it takes in, how the swarm found its parameters, and the certificate of the result.

@@ -74,6 +74,17 @@ std::string recommendation_of(const Report& report) {
   return fmt::format("Recommended by rule: <b>{}</b>, {}.", plot::escaped(found.recommended), statement);
 }
 
+/// Says where the models were trained; empty where no record says it.
+std::string range_sentence(const Report& report) {
+  std::vector<model::TrainingRecord> records;
+  for (const ReportedTraining& record : report.models.multi_point_t.trained_on)
+    records.push_back({.block = record.block});
+  const auto block = model::trained_block(records);
+  if (!block) return {};
+  return fmt::format("Trained with the {}: beyond it a model is an extrapolation, whatever air the chamber can make.",
+                     plot::escaped(model::in_words(*block)));
+}
+
 std::string describe_summary(const Report& report) {
   const ReportedRun& rate = report.rate;
   const ReportedRun& random = report.random;
@@ -143,6 +154,7 @@ std::string identity_section(const Report& report) {
 std::string summary_section(const Report& report) {
   std::string html =
       key_figures(report.random) + paragraph(describe_summary(report)) + paragraph(recommendation_of(report));
+  if (const std::string range = range_sentence(report); !range.empty()) html += paragraph("<b>" + range + "</b>");
   if (report.quick) {
     html += "<p class=\"caution\">Tuned with a small swarm (quick): for a try, not for a calibration.</p>\n";
   }
@@ -307,7 +319,8 @@ std::string describe_outside(const ReportedResidual& residual) {
 
 const char* describe(model::Outside policy) {
   switch (policy) {
-    case model::Outside::clamp: return "such inputs are moved to the nearer end of their range";
+    case model::Outside::continued:
+      return "a model's plane continues there, all else is held at the end of the range, and U is wider";
     case model::Outside::refuse: return "such means are not compensated and left out of the figures";
     case model::Outside::extrapolate: return "the models are used there as they are";
   }

@@ -22,26 +22,29 @@
 namespace gyrotherm::methods {
 namespace {
 
-Eigen::VectorXd value(const SvrModel& svr, const data::SampleMatrix& scaled) {
+// The plane of each function is taken at `scaled`, its other parts at `bounded`.
+
+Eigen::VectorXd value(const SvrModel& svr, const data::SampleMatrix&, const data::SampleMatrix& bounded) {
   const Eigen::VectorXd widths = Eigen::VectorXd::Constant(svr.beta.size(), svr.parameters.sigma);
-  return svm::GaussianSum(svr.support_vectors, widths, svr.beta).at(scaled).array() + svr.b;
+  return svm::GaussianSum(svr.support_vectors, widths, svr.beta).at(bounded).array() + svr.b;
 }
 
-Eigen::VectorXd value(const LinearModel& linear, const data::SampleMatrix& scaled) {
+Eigen::VectorXd value(const LinearModel& linear, const data::SampleMatrix& scaled, const data::SampleMatrix&) {
   return (scaled * linear.weights).array() + linear.b;
 }
 
-Eigen::VectorXd value(const ExpansionModel& expansion, const data::SampleMatrix& scaled) {
+Eigen::VectorXd value(const ExpansionModel& expansion, const data::SampleMatrix& scaled,
+                      const data::SampleMatrix& bounded) {
   const auto in_lengths = [&](const data::SampleMatrix& rows) -> data::SampleMatrix {
     return rows.array().rowwise() / expansion.lengths.array();
   };
   const svm::GaussianSum sum(in_lengths(expansion.centres), expansion.widths, expansion.weights);
-  const Eigen::VectorXd gaussians = sum.at(in_lengths(scaled)).array() + expansion.b;
+  const Eigen::VectorXd gaussians = sum.at(in_lengths(bounded)).array() + expansion.b;
   return expansion.slope.size() == 0 ? gaussians : Eigen::VectorXd(gaussians + scaled * expansion.slope);
 }
 
-Eigen::VectorXd value(const NetworkModel& network, const data::SampleMatrix& scaled) {
-  const Eigen::MatrixXd sums = (scaled * network.weights.transpose()).rowwise() + network.offsets.transpose();
+Eigen::VectorXd value(const NetworkModel& network, const data::SampleMatrix&, const data::SampleMatrix& bounded) {
+  const Eigen::MatrixXd sums = (bounded * network.weights.transpose()).rowwise() + network.offsets.transpose();
   return (sums.array().tanh().matrix() * network.out).array() + network.b;
 }
 
@@ -176,7 +179,12 @@ constexpr std::array kMethods = {
 }  // namespace
 
 Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled) {
-  return std::visit([&](const auto& form) { return value(form, scaled); }, function);
+  return value_of(function, scaled, scaled);
+}
+
+Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled,
+                         const data::SampleMatrix& bounded) {
+  return std::visit([&](const auto& form) { return value(form, scaled, bounded); }, function);
 }
 
 int numbers_in(const Function& function) {

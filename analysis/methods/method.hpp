@@ -83,6 +83,11 @@ using Function = std::variant<SvrModel, LinearModel, ExpansionModel, NetworkMode
 /// The value of the function at each row. `scaled` has the function's number of inputs.
 [[nodiscard]] Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled);
 
+/// Returns the value at each row with the plane taken at `scaled` and everything else, Gaussians and hidden units, at
+/// the same row of `bounded`. A linear function is all plane. Both have the function's number of inputs.
+[[nodiscard]] Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled,
+                                       const data::SampleMatrix& bounded);
+
 /// How many numbers the function stores: its size in a navigation computer.
 [[nodiscard]] int numbers_in(const Function& function);
 

@@ -116,4 +116,21 @@ CombinedUncertainty of_mean_over(const Uncertainty& uncertainty, double averagin
   return combined(at_averaging(uncertainty.budget, averaging_s).rows);
 }
 
+double widening(double excess) { return 3 * (std::pow(1 + 2 * excess, 2) - 1); }
+
+double form_variance(const std::vector<BudgetRow>& rows) {
+  double variance = 0;
+  for (const BudgetRow& row : rows)
+    if (row.source == Source::model_form) variance += std::pow(contribution_deg_per_h(row), 2);
+  return variance;
+}
+
+double expanded_outside(const Uncertainty& uncertainty, double averaging_s, double excess) {
+  const std::vector<BudgetRow> rows = at_averaging(uncertainty.budget, averaging_s).rows;
+  const CombinedUncertainty all = combined(rows);
+  if (!(excess > 0)) return all.expanded_deg_per_h;
+  return all.coverage_factor *
+         std::sqrt(std::pow(all.standard_deg_per_h, 2) + widening(excess) * form_variance(rows));
+}
+
 }  // namespace gyrotherm::model

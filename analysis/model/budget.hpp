@@ -111,6 +111,17 @@ struct Uncertainty {
 /// What the budget comes to for a mean over another time.
 [[nodiscard]] CombinedUncertainty of_mean_over(const Uncertainty& uncertainty, double averaging_s);
 
+/// Returns what is added to the variance of a mean whose worst input lies `excess` of its trained range outside, in
+/// units of the variance of the model's form: 3((1 + 2·excess)² − 1). It is how the square of an error that is a
+/// straight line over the range, with the form's mean square in it, grows beyond the end.
+[[nodiscard]] double widening(double excess);
+
+/// Returns the variance of the model's form in a budget, (°/h)²: the row that widening() multiplies.
+[[nodiscard]] double form_variance(const std::vector<BudgetRow>& rows);
+
+/// Returns U of a mean over that time whose worst input lies `excess` of its trained range outside, °/h.
+[[nodiscard]] double expanded_outside(const Uncertainty& uncertainty, double averaging_s, double excess);
+
 void describe(auto& form, Like<BudgetRow> auto& row) {
   form("source",
        one_of(row.source, {Source::angle_random_walk, Source::flicker, Source::rate_random_walk, Source::counting,

@@ -49,8 +49,10 @@ struct FusedAxes {
   Eigen::MatrixXd by_thermometer_drift{};
   Eigen::MatrixXd learnt{};  ///< … of what training and use have in common: certificates, angles, scale factors
   std::optional<fusion::Attitude> attitude{};  ///< where the record knows latitude and azimuths
-  /// Of each second the axes with an input beyond the trained range, of which no budget speaks.
+  /// Of each second the axes with an input beyond the trained range.
   std::vector<AxisSet> outside{};
+  /// Seconds × axes: variance, (°/h)², that is added to an axis outside (widening() of its model's form); 0 inside.
+  Eigen::MatrixXd widening{};
   std::vector<std::string> warnings{};  ///< a model of another gyro
   [[nodiscard]] Eigen::Index axes() const { return directions.rows(); }
 };
@@ -65,7 +67,7 @@ struct FusedAxes {
 /// uncertainty or is of another axis of the unit, or the Earth's rate on an axis is not known; if directions and angles
 /// of a record do not fit each other; and as CompensationStream and make_clusters do. It does not ask for three axes:
 /// geometry_of() does.
-[[nodiscard]] Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes, Outside outside = Outside::clamp);
+[[nodiscard]] Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes, Outside outside = Outside::continued);
 
 /// What makes a mean over some time uncertain, (°/h)².
 struct FusedUncertainty {

@@ -22,8 +22,15 @@ constexpr double kNotFused = std::numeric_limits<double>::quiet_NaN();
 struct SetOfAxes {
   fusion::Gains gains;
   fusion::FaultTest test;
-  Eigen::RowVector3d expanded_deg_per_h;
+  Eigen::Matrix3d covariance;  ///< of the rate vector, with what training and use have in common, (°/h)²
 };
+
+/// U of the rate vector's components, °/h, where its axes have so much variance beside.
+Eigen::RowVector3d expanded(const SetOfAxes& set, const Eigen::VectorXd& added) {
+  const Eigen::Matrix3d covariance =
+      set.covariance + set.gains.rate * added.asDiagonal() * set.gains.rate.transpose();
+  return kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
+}
 
 class Sets {
  public:
@@ -39,12 +46,11 @@ class Sets {
   [[nodiscard]] std::optional<SetOfAxes> made(AxisSet set) const {
     const auto geometry = geometry_of_set(axes_, set, second_.differing());
     if (!geometry) return std::nullopt;
-    SetOfAxes one{.gains = gains_of(*geometry), .test = {}, .expanded_deg_per_h = {}};
+    SetOfAxes one{.gains = gains_of(*geometry), .test = {}, .covariance = {}};
     one.test = parity_test(one.gains, *geometry);
     const auto in = members(set);
     const Eigen::MatrixXd learnt = second_.learnt(in, in);
-    const Eigen::Matrix3d covariance = one.gains.covariance + one.gains.rate * learnt * one.gains.rate.transpose();
-    one.expanded_deg_per_h = kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
+    one.covariance = one.gains.covariance + one.gains.rate * learnt * one.gains.rate.transpose();
     return one;
   }
   const FusedAxes& axes_;
@@ -119,7 +125,7 @@ Result<void> Fusing::second(Eigen::Index row) {
     note(std::move(alarm), kOneMatter_s);
   }
   run_.rate_deg_per_h.row(row) = (fusing->gains.rate * readings(members(set))).transpose();
-  if ((axes_.outside[at] & set) == 0) run_.expanded_deg_per_h.row(row) = fusing->expanded_deg_per_h;
+  run_.expanded_deg_per_h.row(row) = expanded(*fusing, axes_.widening.row(row).transpose()(members(set)));
   run_.used[at] = set;
   return {};
 }

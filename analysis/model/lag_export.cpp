@@ -83,6 +83,8 @@ CWords lag_words(const Model& model, std::string_view name, const std::vector<st
                {"lags_of", c_filled(kLagsOf, own)},
                {"lag_push", c_filled(kLagPush, own)},
                {"lag_pushed", "lags, "},
+               {"lag_pushed_last", ", lags"},
+               {"lag_last", fmt::format(",\n    const double lag_k[{}_LAGS]", name)},
                {"lag_tested", "test_lag[i], "}};
   if (lags.empty())
     for (auto& [word, text] : words) text.clear();

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -11,6 +12,25 @@
 #include "analysis/data/statistics.hpp"
 
 namespace gyrotherm::model {
+namespace {
+
+/// Looks at the thermometers whose differences are gradients; without any, at every temperature.
+std::optional<BlockRange> block_of(const data::Dataset& dataset, const data::Clusters& clusters) {
+  std::vector<Eigen::Index> columns;
+  for (std::size_t i = 0; i < clusters.thermometers.size(); ++i) {
+    const std::string& name = clusters.thermometers[i];
+    const bool counts = dataset.gradients.empty() ? data::is_temperature(name)
+                                                  : std::ranges::count(dataset.gradients, name) > 0;
+    if (counts) columns.push_back(static_cast<Eigen::Index>(i));
+  }
+  const Eigen::ArrayXXd values = clusters.temperature_c(Eigen::all, columns).array();
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  if (!values.isFinite().any()) return std::nullopt;
+  return BlockRange{values.isFinite().select(values, kNone).minCoeff(),
+                    values.isFinite().select(values, -kNone).maxCoeff()};
+}
+
+}  // namespace
 
 Result<void> check_records(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& records) {
   for (std::size_t i = 0; i < datasets.size(); ++i) {
@@ -38,7 +58,7 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
                                 static_cast<int>(count), records[i].start_s(0),
                                 records[i].start_s(count - 1) + records[i].length_s, dataset.of, dataset.identity,
-                                dataset.bias_zero});
+                                dataset.bias_zero, block_of(dataset, records[i])});
     const bool of_three_points = model.inputs.find("three-point") != std::string::npos;
     if (dataset.three_point_stand_in && of_three_points) {
       model.warnings.push_back(

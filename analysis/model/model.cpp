@@ -13,13 +13,62 @@
 namespace gyrotherm::model {
 namespace {
 
-constexpr std::array kPolicies = {Outside::clamp, Outside::refuse, Outside::extrapolate};
+constexpr std::array kPolicies = {Outside::continued, Outside::refuse, Outside::extrapolate};
 
 /// How far a value lies outside, as a part of the range; 0 inside, and for what the rounding of a mean may amount to.
 double excess(double value, double low, double high) {
   constexpr double kRounding = 1e-9;
   const double beyond = std::max(low - value, value - high);
   return beyond > kRounding * (high - low) ? beyond / std::max(high - low, std::numeric_limits<double>::min()) : 0;
+}
+
+/// Returns the share of the way from the training mean to the row that keeps each input of `bounding` in its range.
+double share_within(const Model& model, const Eigen::Ref<const Eigen::RowVectorXd>& row,
+                    const std::vector<bool>& bounding) {
+  double share = 1;
+  for (Eigen::Index term = 0; term < row.size(); ++term) {
+    const double low = model.input_min(term), high = model.input_max(term), mean = model.scaling.mean(term);
+    if (!bounding[static_cast<std::size_t>(term)] || !(row(term) < low || row(term) > high)) continue;
+    const double room = row(term) > high ? high - mean : low - mean;
+    share = std::min(share, std::max(room / (row(term) - mean), 0.0));
+  }
+  return share;
+}
+
+/// Moves each of `rows` to its bounded point.
+data::SampleMatrix bounded_points(const Model& model, data::SampleMatrix inputs,
+                                  const std::vector<Eigen::Index>& rows) {
+  const std::vector<RemadeProduct> remade = remade_products(model.terms);
+  std::vector<bool> bounding(model.terms.size(), true);
+  for (const RemadeProduct& product : remade) bounding[static_cast<std::size_t>(product.term)] = false;
+  for (const Eigen::Index row : rows) {
+    const double share = share_within(model, inputs.row(row), bounding);
+    for (Eigen::Index term = 0; term < inputs.cols(); ++term) {
+      const double mean = model.scaling.mean(term);
+      inputs(row, term) = mean + share * (inputs(row, term) - mean);
+    }
+    for (const RemadeProduct& product : remade) {
+      double value = 1;
+      for (const Eigen::Index factor : product.factors) value *= inputs(row, factor);
+      inputs(row, product.term) = value;
+    }
+  }
+  return inputs;
+}
+
+/// Only a linear function has nothing but a plane.
+bool has_bounded_part(const methods::Function& function) {
+  return !std::holds_alternative<methods::LinearModel>(function);
+}
+
+/// Predicts the bias, °/h, from scaled inputs; NaN where one is not finite.
+Eigen::VectorXd predict_scaled(const Model& model, const data::SampleMatrix& scaled,
+                               const data::SampleMatrix& bounded) {
+  Eigen::VectorXd f = value_of(model.function, scaled, bounded);
+  for (Eigen::Index k = 0; k < f.size(); ++k) {
+    if (!scaled.row(k).allFinite()) f(k) = std::numeric_limits<double>::quiet_NaN();
+  }
+  return f.array() * model.target_std_deg_per_h + model.target_mean_deg_per_h;
 }
 
 }  // namespace
@@ -37,11 +86,43 @@ int rows_in_cluster(const Model& model) {
 Eigen::VectorXd predict(const Model& model, const data::SampleMatrix& inputs) {
   assert(inputs.cols() == static_cast<Eigen::Index>(model.terms.size()));
   const data::SampleMatrix scaled = apply(model.scaling, inputs);
-  Eigen::VectorXd f = value_of(model.function, scaled);
-  for (Eigen::Index k = 0; k < f.size(); ++k) {
-    if (!inputs.row(k).allFinite()) f(k) = std::numeric_limits<double>::quiet_NaN();
+  return predict_scaled(model, scaled, scaled);
+}
+
+Eigen::VectorXd predict(const Model& model, const RangedInputs& ranged) {
+  if (ranged.bounded.size() == 0) return predict(model, ranged.inputs);
+  return predict_scaled(model, apply(model.scaling, ranged.inputs), apply(model.scaling, ranged.bounded));
+}
+
+std::vector<RemadeProduct> remade_products(const std::vector<data::Term>& terms) {
+  std::vector<RemadeProduct> remade;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (terms[i].factors.size() < 2) continue;
+    RemadeProduct product{.term = static_cast<Eigen::Index>(i)};
+    for (const data::Factor& factor : terms[i].factors) {
+      const auto at = std::ranges::find(terms, data::Term{{factor}});
+      if (at != terms.end()) product.factors.push_back(at - terms.begin());
+    }
+    if (product.factors.size() == terms[i].factors.size()) remade.push_back(std::move(product));
   }
-  return f.array() * model.target_std_deg_per_h + model.target_mean_deg_per_h;
+  return remade;
+}
+
+std::optional<BlockRange> trained_block(const std::vector<TrainingRecord>& records) {
+  std::optional<BlockRange> all;
+  for (const TrainingRecord& record : records) {
+    if (!record.block) continue;
+    if (!all) all = record.block;
+    all = BlockRange{std::min(all->low_c, record.block->low_c), std::max(all->high_c, record.block->high_c)};
+  }
+  return all;
+}
+
+std::string in_words(const BlockRange& range) {
+  const auto whole = [](double value) {
+    return fmt::format("{}{:.0f}", value < 0 ? "−" : "", std::abs(value));
+  };
+  return fmt::format("block {} to {} °C", whole(std::ceil(range.low_c)), whole(std::floor(range.high_c)));
 }
 
 const TrainingRecord* trained_on_another(const Model& model, std::string_view identity) {
@@ -93,7 +174,7 @@ int stored_numbers(const Model& model) {
 }
 
 const char* name(Outside outside) {
-  constexpr const char* kNames[] = {"clamp", "refuse", "extrapolate"};
+  constexpr const char* kNames[] = {"continue", "refuse", "extrapolate"};
   return kNames[static_cast<std::size_t>(outside)];
 }
 
@@ -101,29 +182,28 @@ Result<Outside> parse_outside(std::string_view text) {
   const auto* found = std::ranges::find_if(kPolicies, [&](Outside policy) { return text == name(policy); });
   if (found != kPolicies.end()) return *found;
   return failure(FaultKind::usage, "--outside",
-                 fmt::format("\"{}\" is no policy, expected clamp, refuse or extrapolate", text));
+                 fmt::format("\"{}\" is no policy, expected continue, refuse or extrapolate", text));
 }
 
 RangedInputs within_range(const Model& model, data::SampleMatrix inputs, Outside outside) {
   assert(inputs.cols() == model.input_min.size() && inputs.cols() == model.input_max.size());
   RangedInputs ranged;
+  ranged.excess = Eigen::VectorXd::Zero(inputs.rows());
   for (Eigen::Index row = 0; row < inputs.rows(); ++row) {
     if (!inputs.row(row).allFinite()) continue;
-    bool is_outside = false;
     for (Eigen::Index term = 0; term < inputs.cols(); ++term) {
       const double by = excess(inputs(row, term), model.input_min(term), model.input_max(term));
-      is_outside = is_outside || by > 0;
+      ranged.excess(row) = std::max(ranged.excess(row), by);
       if (by <= ranged.worst_excess) continue;
       ranged.worst_excess = by;
       ranged.worst_term = term;
     }
-    if (!is_outside) continue;
+    if (ranged.excess(row) == 0) continue;
     ranged.rows.push_back(row);
     if (outside == Outside::refuse) inputs.row(row).setConstant(std::numeric_limits<double>::quiet_NaN());
-    if (outside == Outside::clamp) {
-      inputs.row(row) = inputs.row(row).cwiseMax(model.input_min).cwiseMin(model.input_max).eval();
-    }
   }
+  if (outside == Outside::continued && !ranged.rows.empty() && has_bounded_part(model.function))
+    ranged.bounded = bounded_points(model, inputs, ranged.rows);
   ranged.inputs = std::move(inputs);
   return ranged;
 }

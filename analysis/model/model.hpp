@@ -27,6 +27,18 @@ inline constexpr const char* kModelSchema = "gyrotherm-model/1";
 /// learn from one unit's clusters alone.
 inline constexpr const char* kTypePriorMethod = "type-prior";
 
+/// The lowest and the highest mean of any thermometer of the block, °C.
+struct BlockRange {
+  double low_c{}, high_c{};
+  bool operator==(const BlockRange&) const = default;
+};
+
+void describe(auto& form, Like<BlockRange> auto& range) {
+  form("low_c", range.low_c);
+  form("high_c", range.high_c);
+  form.expect("high_c", range.high_c >= range.low_c, "expected no less than low_c");
+}
+
 /// A record that a model was trained on, and which part of it.
 struct TrainingRecord {
   std::string run_id;
@@ -38,6 +50,7 @@ struct TrainingRecord {
   data::AxisChoice of{};    ///< empty: of a record that has one
   std::string identity{};   ///< which gyro that is, as far as the record says
   std::string bias_zero{};  ///< what its bias is counted from; empty: not known
+  std::optional<BlockRange> block{};  ///< over those clusters; nothing without a thermometer
 };
 
 /// What it cost to make a model smaller.
@@ -82,6 +95,11 @@ struct Model {
   std::optional<Uncertainty> uncertainty;  ///< of what it leaves, as it was trained
 };
 
+/// Returns the range of the block over all records that a model was trained on; nothing if no record says it.
+[[nodiscard]] std::optional<BlockRange> trained_block(const std::vector<TrainingRecord>& records);
+/// Returns "block −17 to 58 °C", in whole degrees that lie inside the range.
+[[nodiscard]] std::string in_words(const BlockRange& range);
+
 /// The numbers that the model's function, the scaling of its inputs and its target store.
 [[nodiscard]] int stored_numbers(const Model& model);
 
@@ -114,10 +132,15 @@ struct Prediction {
 
 /// What is done with inputs beyond the range in which a model was trained.
 ///
-/// clamp, the default: an input beyond the range of its term is moved to the nearer end, so that the compensation goes
-/// on from its last trained value, bounded and without a step. refuse: nothing is predicted. extrapolate: the function
-/// is used as it is; Gaussians then die away towards the training mean within a few widths, straight lines run on.
-enum class Outside { clamp, refuse, extrapolate };
+/// continued, the default: the plane of the function continues as a plane, and its other parts, Gaussians and hidden
+/// units, are taken at the bounded point. Inputs that nearly repeat each other, as neighbouring thermometers do, keep
+/// their differences that way; moving each input to its own nearer end would invent gradients. refuse: nothing is
+/// predicted. extrapolate: the whole function is used as it is; Gaussians then die away within a few widths.
+///
+/// The bounded point lies on the straight line from the point to the training mean of its inputs, as far out as every
+/// input that is no product allows. A product is made anew from its factors there if each factor is an input itself;
+/// any other product is moved as an input of its own.
+enum class Outside { continued, refuse, extrapolate };
 
 [[nodiscard]] const char* name(Outside outside);
 /// Reads the name of a policy. Fails with usage, naming the three.
@@ -126,6 +149,8 @@ enum class Outside { clamp, refuse, extrapolate };
 /// Inputs of a model after the policy.
 struct RangedInputs {
   data::SampleMatrix inputs;       ///< unscaled; with refuse, NaN in every row that is outside
+  data::SampleMatrix bounded;      ///< where all but the plane is taken; empty: at `inputs`
+  Eigen::VectorXd excess;          ///< per row, of its worst input, as worst_excess; 0 inside
   std::vector<Eigen::Index> rows;  ///< those with an input outside, in order
   Eigen::Index worst_term = -1;    ///< the term that is farthest outside, as a part of its own range; −1: none is
   double worst_excess{};           ///< how far: 0.1 is a tenth of the term's trained range
@@ -134,6 +159,17 @@ struct RangedInputs {
 /// Applies the policy to `inputs`, rows × terms of the model, unscaled. A row that holds a NaN is not outside and stays
 /// NaN.
 [[nodiscard]] RangedInputs within_range(const Model& model, data::SampleMatrix inputs, Outside outside);
+
+/// Predicted bias of each row, °/h; NaN where an input is not finite.
+[[nodiscard]] Eigen::VectorXd predict(const Model& model, const RangedInputs& ranged);
+
+/// The factors of a product that are inputs themselves, as the bounded point needs them.
+struct RemadeProduct {
+  Eigen::Index term{};
+  std::vector<Eigen::Index> factors{};
+};
+/// Returns the products among the terms all of whose factors are terms themselves, in order.
+[[nodiscard]] std::vector<RemadeProduct> remade_products(const std::vector<data::Term>& terms);
 
 // Fewer vectors at a stated loss: a sum of Gaussians projected onto those of a few of its centres.
 //

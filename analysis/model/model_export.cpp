@@ -78,14 +78,16 @@ static double added(double sum, double term, double *rest) {
 
 )";
 
-constexpr const char* kConstant = R"(static double function_of(const double z[]) {
+constexpr const char* kConstant = R"(static double function_of(const double z[], const double bounded[]) {
   (void)z;
+  (void)bounded;
   return @b@;
 }
 )";
 
 constexpr const char* kLinear = R"(@weight@
-static double function_of(const double z[]) {
+static double function_of(const double z[], const double bounded[]) {
+  (void)bounded;
   double sum = @b@;
   for (int k = 0; k < @inputs@; ++k) sum += weight[k] * z[k];
   return sum;
@@ -95,8 +97,8 @@ static double function_of(const double z[]) {
 // Lengths are in the centres already.
 constexpr const char* kGaussians = R"(/* sum of weight * exp(narrowness * |@scaled@ - centre|^2), and a constant */
 @tables@
-static double function_of(const double z[]) {
-  double sum = @b@, rest = 0.0;
+static double function_of(const double z[], const double bounded[]) {
+@unused@  double sum = @b@, rest = 0.0;
   for (int i = 0; i < @terms@; ++i) {
     double square = 0.0;
     for (int k = 0; k < @inputs@; ++k) {
@@ -111,11 +113,12 @@ static double function_of(const double z[]) {
 
 constexpr const char* kNetwork = R"(/* sum of weight * tanh(inward * z + offset), and a constant */
 @inward@@offset@@weight@
-static double function_of(const double z[]) {
+static double function_of(const double z[], const double bounded[]) {
+  (void)z;
   double sum = @b@, rest = 0.0;
   for (int i = 0; i < @terms@; ++i) {
     double arrives = offset[i];
-    for (int k = 0; k < @inputs@; ++k) arrives += inward[i][k] * z[k];
+    for (int k = 0; k < @inputs@; ++k) arrives += inward[i][k] * bounded[k];
     sum = added(sum, weight[i] * tanh(arrives), &rest);
   }
   return sum + rest;
@@ -124,6 +127,8 @@ static double function_of(const double z[]) {
 
 constexpr const char* kPlane = R"(  for (int k = 0; k < @inputs@; ++k) sum = added(sum, slope[k] * z[k], &rest);
 )";
+
+constexpr const char* kUnusedPlane = "  (void)z;\n";
 
 std::string count(Eigen::Index number) { return fmt::format("{}", number); }
 
@@ -141,8 +146,9 @@ std::string text_of(const methods::SvrModel& svr) {
   return kAdd +
          c_filled(kGaussians,
                   {{"plane", ""},
+                   {"unused", kUnusedPlane},
                    {"scaled", "z"},
-                   {"scaled_k", "z[k]"},
+                   {"scaled_k", "bounded[k]"},
                    {"narrowness", "narrowness"},
                    {"tables", fmt::format("static const double narrowness = {};\n", c_number(-0.5 / (sigma * sigma))) +
                                   c_table("centre", svr.support_vectors) + c_vector("weight", svr.beta)},
@@ -160,8 +166,9 @@ std::string text_of(const methods::ExpansionModel& expansion) {
   const Eigen::VectorXd narrowness = -0.5 * expansion.widths.array().square().inverse();
   return kAdd + c_filled(kGaussians,
                          {{"plane", plane ? c_filled(kPlane, {{"inputs", count(centres.cols())}}) : ""},
+                          {"unused", plane ? "" : kUnusedPlane},
                           {"scaled", "z / length"},
-                          {"scaled_k", "z[k] / length[k]"},
+                          {"scaled_k", "bounded[k] / length[k]"},
                           {"narrowness", "narrowness[i]"},
                           {"tables", c_vector("length", expansion.lengths.transpose()) + c_table("centre", centres) +
                                          c_vector("narrowness", narrowness) + c_vector("weight", expansion.weights) +
@@ -204,7 +211,7 @@ bool is_finite(const methods::NetworkModel& network) {
          std::isfinite(network.b);
 }
 
-/// Tables and "static double function_of(const double z[])".
+/// Tables and "static double function_of(const double z[], const double bounded[])".
 std::string c_function(const methods::Function& function) {
   return std::visit([](const auto& form) { return text_of(form); }, function);
 }
@@ -256,6 +263,8 @@ std::string c_provenance(const Model& model) {
   lines.push_back("Residual in-sample (no verification): " + figures(model.in_sample) + ".");
   lines.push_back(fmt::format("Residual held out, {}: {}.", model.folds, figures(model.leave_cycle_out)));
   for (const std::string& warning : model.warnings) lines.push_back("Warning: " + warning + ".");
+  if (const auto block = trained_block(model.trained_on))
+    lines.push_back(fmt::format("Trained range of the block: {:.1f} to {:.1f} degC.", block->low_c, block->high_c));
   lines.emplace_back("Trained range of each input, degC:");
   for (Eigen::Index i = 0; i < model.input_min.size(); ++i) lines.push_back(range(model, i));
   std::string text;
@@ -268,7 +277,7 @@ struct KnownAnswers {
   data::SampleMatrix mean_c,
       before_c;                    ///< means of the last cluster length and of the one before; columns are thermometers
   data::SampleMatrix lag_k;        ///< columns are the model's lags
-  Eigen::VectorXd bias_deg_per_h;  ///< predicted, inputs outside the trained range clamped
+  Eigen::VectorXd bias_deg_per_h;  ///< predicted, as Outside::continued does
   std::vector<bool> outside;       ///< an input was
 };
 
@@ -359,8 +368,10 @@ void answer(const Model& model, const std::vector<std::string>& names, KnownAnsw
   std::ranges::transform(model.terms, terms.begin(), data::with_lags_as_temperatures);
   auto inputs = evaluate(terms, clusters);
   assert(inputs);
-  const RangedInputs ranged = within_range(model, std::move(*inputs), Outside::clamp);
-  answers.bias_deg_per_h = predict(model, ranged.inputs);
+  Model with_lags = model;
+  with_lags.terms = terms;
+  const RangedInputs ranged = within_range(with_lags, std::move(*inputs), Outside::continued);
+  answers.bias_deg_per_h = predict(with_lags, ranged);
   answers.outside.assign(static_cast<std::size_t>(answers.mean_c.rows()), false);
   for (const Eigen::Index row : ranged.rows) answers.outside[static_cast<std::size_t>(row)] = true;
 }
@@ -426,7 +437,7 @@ extern "C" {
 #define @name@_SECONDS @seconds@
 @lags_number@
 /* What a call returns: 0, or a sum of these. */
-#define @name@_OUTSIDE 1 /* an input was outside the trained range and was moved to the nearer end */
+#define @name@_OUTSIDE 1 /* an input was outside the trained range: the plane continues, all else is bounded */
 #define @name@_MISSING 2 /* a reading was not finite: nothing is predicted, the bias is 0 */
 #define @name@_NOT_YET 4 /* too few readings so far: nothing is predicted, the bias is 0 */
 
@@ -436,6 +447,10 @@ extern "C" {
 int @name@_predict(const double mean_c[@name@_THERMOMETERS], const double before_c[@name@_THERMOMETERS],
     @lag_parameter@double *bias_deg_per_h);
 
+/* How far the worst of the inputs that these make is outside the trained range, as a part of its range; 0 inside. */
+double @name@_excess(const double mean_c[@name@_THERMOMETERS],
+    const double before_c[@name@_THERMOMETERS]@lag_last@);
+
 /* The same from one reading a second. All that a gyro needs to remember is in its stream; the bias lags by half of
    @name@_SECONDS. */
 typedef struct {
@@ -444,6 +459,7 @@ typedef struct {
   double begun[@name@_THERMOMETERS];                    /* sum of this block so far */
 @past@@lag_ring@  int at;                                               /* seconds in this block */
   int known;                                            /* seconds so far, as far as it matters */
+  double excess;                                        /* of the last second that was predicted */
 } @name@_stream;
 
 void @name@_start(@name@_stream *stream);
@@ -476,34 +492,42 @@ constexpr const char* kSource = R"(#include "@name@.h"
 static void inputs_of(const double t[], const double before[], @lag_input@double x[]) {
 @terms@}
 
-/* Moves inputs beyond the trained range to its nearer end. What a mean's rounding may amount to is not beyond. */
-static int hold_in_range(double x[]) {
-  int outside = 0;
+/* How far the worst input is outside, as a part of its range. What a mean's rounding may amount to is not outside. */
+static double excess_of(const double x[]) {
+  double worst = 0.0;
   for (int k = 0; k < INPUTS; ++k) {
-    const double slack = 1e-9 * (high[k] - low[k]);
-    if (low[k] - x[k] > slack || x[k] - high[k] > slack) outside = @name@_OUTSIDE;
+    const double range = high[k] - low[k];
+    const double beyond = low[k] - x[k] > x[k] - high[k] ? low[k] - x[k] : x[k] - high[k];
+    if (beyond > 1e-9 * range && beyond / range > worst) worst = beyond / range;
   }
-  if (!outside) return 0;
-  for (int k = 0; k < INPUTS; ++k) {
-    if (x[k] < low[k]) x[k] = low[k];
-    if (x[k] > high[k]) x[k] = high[k];
-  }
-  return outside;
+  return worst;
 }
+@bounding@
 
 int @name@_predict(const double mean_c[@name@_THERMOMETERS], const double before_c[@name@_THERMOMETERS],
     @lag_parameter@double *bias_deg_per_h) {
-  double x[INPUTS];
+  double x[INPUTS], bounded[INPUTS];
   int outside;
   *bias_deg_per_h = 0.0;
   inputs_of(mean_c, before_c, @lag_argument@x);
   for (int k = 0; k < INPUTS; ++k) {
     if (!isfinite(x[k])) return @name@_MISSING;
   }
-  outside = hold_in_range(x);
-  for (int k = 0; k < INPUTS; ++k) x[k] = (x[k] - mean[k]) / deviation[k];
-  *bias_deg_per_h = function_of(x) * @target_std@ + @target_mean@;
+  outside = excess_of(x) > 0.0 ? @name@_OUTSIDE : 0;
+  for (int k = 0; k < INPUTS; ++k) bounded[k] = x[k];
+@bound@  for (int k = 0; k < INPUTS; ++k) {
+    x[k] = (x[k] - mean[k]) / deviation[k];
+    bounded[k] = (bounded[k] - mean[k]) / deviation[k];
+  }
+  *bias_deg_per_h = function_of(x, bounded) * @target_std@ + @target_mean@;
   return outside;
+}
+
+double @name@_excess(const double mean_c[@name@_THERMOMETERS],
+    const double before_c[@name@_THERMOMETERS]@lag_last@) {
+  double x[INPUTS];
+  inputs_of(mean_c, before_c, @lag_argument@x);
+  return excess_of(x);
 }
 
 void @name@_start(@name@_stream *stream) {
@@ -513,6 +537,7 @@ void @name@_start(@name@_stream *stream) {
   }
 @lag_start@  stream->at = 0;
   stream->known = 0;
+  stream->excess = 0.0;
 }
 @lags_of@
 /* A window is the rest of the block before and the beginning of this one. Nothing is ever subtracted, so that nothing
@@ -530,6 +555,7 @@ int @name@_push(@name@_stream *stream, const double temperature_c[@name@_THERMOM
   if (stream->known < @windows@ * @name@_SECONDS) ++stream->known;
 @lag_push@  if (stream->known == @windows@ * @name@_SECONDS) {
     result = @name@_predict(means, @before_means@, @lag_pushed@bias_deg_per_h);
+    stream->excess = result == @name@_OUTSIDE ? @name@_excess(means, @before_means@@lag_pushed_last@) : 0.0;
   }
 @keep@  stream->at = at + 1;
   if (stream->at < @name@_SECONDS) return result;
@@ -580,6 +606,46 @@ std::string terms_of(const Model& model, const std::vector<std::string>& names) 
   return lines;
 }
 
+constexpr const char* kBounding = R"(
+/* Moves the inputs towards their means, all by the same share, until each is in its range; products are made anew.
+   Factors of a product are numbers of inputs, -1 for none. */
+static void bound(double x[]) {
+@factors@  double share = 1.0;
+  for (int k = 0; k < INPUTS; ++k) {
+    if (@is_bounding@(x[k] < low[k] || x[k] > high[k])) {
+      const double part = ((x[k] > high[k] ? high[k] : low[k]) - mean[k]) / (x[k] - mean[k]);
+      if (part < share) share = part > 0.0 ? part : 0.0;
+    }
+  }
+  for (int k = 0; k < INPUTS; ++k) x[k] = mean[k] + share * (x[k] - mean[k]);
+@remake@}
+)";
+
+constexpr const char* kRemake = R"(  for (int k = 0; k < INPUTS; ++k) {
+    if (factors[k][0] < 0) continue;
+    x[k] = 1.0;
+    for (int i = 0; i < 3 && factors[k][i] >= 0; ++i) x[k] *= x[factors[k][i]];
+  }
+)";
+
+/// The C of the bounded point; empty where the function is all plane.
+std::string bounding_of(const Model& model) {
+  if (std::holds_alternative<methods::LinearModel>(model.function)) return {};
+  const std::vector<RemadeProduct> remade = remade_products(model.terms);
+  if (remade.empty()) return c_filled(kBounding, {{"factors", ""}, {"is_bounding", ""}, {"remake", ""}});
+  std::vector<std::vector<Eigen::Index>> factors(model.terms.size());
+  for (const RemadeProduct& product : remade) factors[static_cast<std::size_t>(product.term)] = product.factors;
+  std::string rows;
+  for (std::vector<Eigen::Index>& row : factors) {
+    row.resize(data::kMostFactors, -1);
+    rows += fmt::format("{}{{{}}}", rows.empty() ? "" : ", ", fmt::join(row, ", "));
+  }
+  return c_filled(kBounding,
+                  {{"factors", fmt::format("  static const int factors[INPUTS][{}] = {{{}}};\n", data::kMostFactors, rows)},
+                   {"is_bounding", "factors[k][0] < 0 && "},
+                   {"remake", kRemake}});
+}
+
 std::string results_of(const KnownAnswers& answers) {
   std::vector<int> results;
   for (const bool outside : answers.outside) results.push_back(outside ? 1 : 0);
@@ -611,6 +677,8 @@ Words source_words(const Model& model, const KnownAnswers& answers, std::string_
                 {"mean", c_vector("mean", model.scaling.mean.transpose())},
                 {"deviation", c_vector("deviation", model.scaling.std.transpose())},
                 {"function", c_function(model.function)},
+                {"bounding", bounding_of(model)},
+                {"bound", bounding_of(model).empty() ? "" : "  if (outside) bound(bounded);\n"},
                 {"terms", (rates ? "" : "  (void)before;\n") + terms_of(model, names)},
                 {"target_std", c_number(model.target_std_deg_per_h)},
                 {"target_mean", c_number(model.target_mean_deg_per_h)},

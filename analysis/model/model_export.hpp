@@ -23,11 +23,13 @@ struct CProgram {
 /// Writes the model as C. Names begin with NAME_; the header says what is there, which thermometers in which order,
 /// what the model was trained on and how good it was. The program has
 ///   NAME_predict  from the thermometers' means of the last cluster length and those of the one before (for rates), as
-///                 `predict` does it, in double, inputs outside the trained range clamped to it as Outside::clamp does;
+///                 `predict` does it, in double, with inputs outside the trained range as in Outside::continued;
+///   NAME_excess   how far the worst input is outside, as a part of its range;
 ///   NAME_push     the same from a reading a second, in a struct of fixed size, as CompensationStream does it;
 ///   NAME_self_test  0 if the values that this program predicted for a few means come out again;
 /// where the model has a budget,
 ///   NAME_uncertainty  U of a mean of compensated bias over the cluster length;
+///   NAME_uncertainty_outside  the same with an input outside;
 /// and, where the noise of what it leaves is given,
 ///   NAME_track     the bias that is left, from a compensated rate a second while at rest, as RestTracker does it.
 /// Each tells in its return value what was outside or missing. They agree with `predict` to c_tolerance_deg_per_h.

@@ -216,6 +216,7 @@ void describe(auto& form, Like<TrainingRecord> auto& record) {
   form.if_there("axis", !record.of.axis.empty(), record.of.axis);
   form.if_there("identity", !record.identity.empty(), record.identity);
   form.if_there("bias_zero", !record.bias_zero.empty(), record.bias_zero);
+  form.if_there("block", record.block.has_value(), record.block);
 }
 
 void describe(auto& form, Like<ReducedSetSummary> auto& reduction) {

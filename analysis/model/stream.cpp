@@ -116,7 +116,8 @@ Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const data::SampleMatr
   RangedInputs ranged = within_range(model_, std::move(*inputs), policy_);
   outside_ += static_cast<long long>(ranged.rows.size());
   rows_outside_ = std::move(ranged.rows);
-  return bias_deg_per_h - predict(model_, ranged.inputs);
+  excess_ = std::move(ranged.excess);
+  return bias_deg_per_h - predict(model_, ranged);
 }
 
 void CompensationStream::pass(Eigen::Index seconds) {
@@ -138,13 +139,14 @@ Eigen::VectorXd CompensationStream::push_at(const Eigen::Ref<const Eigen::Vector
     const auto missing = last_s_ ? static_cast<Eigen::Index>(std::llround(time_s(row) - *last_s_)) - 1 : 0;
     if (missing > 0) gaps_.push_back({row, missing});
   }
-  Eigen::VectorXd compensated(time_s.size());
+  Eigen::VectorXd compensated(time_s.size()), excess(time_s.size());
   std::vector<Eigen::Index> outside;
   const auto push_stretch = [&](Eigen::Index from, Eigen::Index end) {
     if (from == end) return;
     compensated.segment(from, end - from) =
         push(temperatures_c.middleRows(from, end - from), bias_deg_per_h.segment(from, end - from));
     for (const Eigen::Index row : rows_outside_) outside.push_back(from + row);
+    excess.segment(from, end - from) = excess_;
   };
   Eigen::Index from = 0;
   for (const Gap& gap : gaps_) {
@@ -154,6 +156,7 @@ Eigen::VectorXd CompensationStream::push_at(const Eigen::Ref<const Eigen::Vector
   }
   push_stretch(from, time_s.size());
   rows_outside_ = std::move(outside);
+  excess_ = std::move(excess);
   return compensated;
 }
 

@@ -65,7 +65,7 @@ class CompensationStream {
  public:
   /// `columns`: the thermometers of each row, in order. Fails with usage if the model needs another one.
   [[nodiscard]] static Result<CompensationStream> open(const Model& model, std::vector<std::string> columns,
-                                                       Outside outside = Outside::clamp);
+                                                       Outside outside = Outside::continued);
   /// The next rows: temperatures in °C in the order of `columns`, raw bias in °/h. Returns the compensated bias of
   /// each; NaN until a whole mean (two, where a rate is an input) has been seen, while one holds a NaN, and where the
   /// model refuses inputs outside its range. The same whether rows come one by one or together.
@@ -90,6 +90,8 @@ class CompensationStream {
   [[nodiscard]] long long outside() const { return outside_; }
   /// Of the rows last pushed, those with an input outside, rising; the first is 0.
   [[nodiscard]] const std::vector<Eigen::Index>& rows_outside() const { return rows_outside_; }
+  /// How far the worst input of each row last pushed is outside, as a part of its range; 0 inside.
+  [[nodiscard]] const Eigen::VectorXd& excess() const { return excess_; }
 
  private:
   CompensationStream(const Model& model, std::vector<std::string> columns, const std::vector<SlidingLags::Of>& lags,
@@ -103,6 +105,7 @@ class CompensationStream {
   Eigen::Index pushed_{};    ///< rows in all
   long long outside_{};
   std::vector<Eigen::Index> rows_outside_;
+  Eigen::VectorXd excess_;
   std::optional<double> last_s_;  ///< the time of the row that push_at() took last
   std::vector<Gap> gaps_;
   data::Clusters latest_;  ///< the means of the rows last pushed, and after them the lags

@@ -182,12 +182,12 @@ double added_noise(const std::vector<Sensitivity>& sensitivities, const TrainedO
   return std::sqrt(squares);
 }
 
-/// What the model itself knows of its variance in each cluster, (°/h)²; beyond the trained range that of its nearer
-/// end.
+/// Returns what the model itself knows of its variance in each cluster, (°/h)². Beyond the trained range it grows by
+/// itself.
 Result<Eigen::VectorXd> variance_of_function(const Model& model, const data::Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
-  return predict_with_std(model, within_range(model, *inputs, Outside::clamp).inputs)
+  return predict_with_std(model, *inputs)
       .map([](const Prediction& predicted) -> Eigen::VectorXd { return predicted.std_deg_per_h.cwiseAbs2(); });
 }
 
@@ -249,15 +249,19 @@ std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset) {
 Result<Eigen::MatrixXd> sensitivities(const Model& model, const data::Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
-  const data::SampleMatrix inside = within_range(model, *inputs, Outside::clamp).inputs;
+  const RangedInputs ranged = within_range(model, *inputs, Outside::continued);
+  const auto moved = [&](const data::SampleMatrix& by) {
+    RangedInputs there = ranged;
+    there.inputs += by;
+    if (there.bounded.size() > 0) there.bounded += by;
+    return predict(model, there);
+  };
   Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(clusters.temperature_c.rows(), clusters.temperature_c.cols());
   for (Eigen::Index i = 0; i < slopes.cols(); ++i) {
     if (!asks_for(model, clusters.thermometers[static_cast<std::size_t>(i)])) continue;
     const auto above = inputs_with(model, clusters, i, kStep_k), below = inputs_with(model, clusters, i, -kStep_k);
     if (!above || !below) return failure(above ? below.error() : above.error());
-    const Eigen::VectorXd difference =
-        predict(model, inside + (*above - *inputs)) - predict(model, inside + (*below - *inputs));
-    slopes.col(i) = difference / (2 * kStep_k);
+    slopes.col(i) = (moved(*above - *inputs) - moved(*below - *inputs)) / (2 * kStep_k);
   }
   return slopes;
 }
@@ -393,7 +397,10 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
   const auto slopes = sensitivities(model, clusters);
   if (!slopes) return failure(slopes.error());
   const auto rows = in_the_run(dataset, that_differ(at_averaging(trained.budget, clusters.length_s).rows));
-  Eigen::VectorXd variance = Eigen::VectorXd::Zero(slopes->rows());
+  const auto inputs = evaluate(model.terms, clusters);
+  if (!inputs) return failure(inputs.error());
+  const Eigen::VectorXd excess = within_range(model, *inputs, Outside::extrapolate).excess;
+  Eigen::VectorXd variance = form_variance(rows) * excess.unaryExpr(&widening);
   for (const BudgetRow& row : rows) {
     if (row.source == Source::coefficients && model.variance) {
       const auto open = variance_of_function(model, clusters);

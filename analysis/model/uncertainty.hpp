@@ -16,8 +16,8 @@ namespace gyrotherm::model {
 
 /// ∂b/∂T, °/h per K: a row per cluster, a column per thermometer of the clusters, for an error of a thermometer that is
 /// constant in time (neither a rate nor a lag sees it). Of a model of any method, by the central difference of
-/// `predict` over ± 1 mK. An input beyond the trained range is taken at its nearer end, and the model's slope there is
-/// what counts, not the 0 of what is clamped. NaN where an input is not known. Fails with usage if the clusters lack a
+/// `predict` over ± 1 mK. Beyond the trained range the plane has its slope and all else that of the bounded point
+/// (Outside::continued). NaN where an input is not known. Fails with usage if the clusters lack a
 /// thermometer that the model needs.
 [[nodiscard]] Result<Eigen::MatrixXd> sensitivities(const Model& model, const data::Clusters& clusters);
 
@@ -103,7 +103,7 @@ struct ThermometersInUse {
 /// run that the model has not seen: what differs within a run or between runs, at the cluster length, expanded as a
 /// budget is. What is the same in training and in use is not in it, for the model has learnt it. A thermometer counts
 /// by its sensitivity in that very cluster, and by its drift until the training and until this run, as if they were
-/// independent: of one walk that is an upper limit. Where neither day of calibration is known, a year is between. What
+/// independent: of one walk that is an upper limit. Outside the trained range widening() is added. Where neither day of calibration is known, a year is between. What
 /// is open of coefficients counts by the model's variance in that cluster. `trained` is that of the model. NaN where an
 /// input is not known. Fails as sensitivities() does.
 [[nodiscard]] Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,

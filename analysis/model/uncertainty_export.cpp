@@ -18,6 +18,8 @@ constexpr const char* kUncertaintyDeclarations =
     R"(/* The expanded uncertainty U, in degrees per hour, of a mean of compensated bias over @name@_SECONDS seconds,
    inside the trained range: @coverage@ % of errors lie within it, k = @k@. It is the same at any temperature. */
 double @name@_uncertainty(void);
+/* The same outside the range, where it is wider: excess is what @name@_excess() returns. */
+double @name@_uncertainty_outside(double excess);
 
 )";
 
@@ -27,6 +29,12 @@ static const double contribution[] = {
 
 double @name@_uncertainty(void) { return @expanded@; }
 
+/* An error of the model's form that is a straight line over the range goes on beyond its end. */
+double @name@_uncertainty_outside(double excess) {
+  const double square = @standard@ * @standard@ + 3.0 * ((1.0 + 2.0 * excess) * (1.0 + 2.0 * excess) - 1.0) * @form@;
+  return excess > 0.0 ? @k@ * sqrt(square) : @name@_uncertainty();
+}
+
 )";
 
 constexpr const char* kTest = R"(  double square = 0.0;
@@ -34,6 +42,7 @@ constexpr const char* kTest = R"(  double square = 0.0;
     square += contribution[i] * contribution[i];
   }
   if (!(fabs(@k@ * sqrt(square) - @name@_uncertainty()) <= 1e-12 * @name@_uncertainty())) return 1;
+  if (!(@name@_uncertainty_outside(1.0) >= @name@_uncertainty())) return 1;
 )";
 
 /// "  0.0003, /* angle random walk */"
@@ -57,7 +66,9 @@ Result<UncertaintyInC> uncertainty_in_c(const Model& model, std::string_view nam
                                                                  {"coverage", fmt::format("{:.0f}", 100 * kCoverage)},
                                                                  {"k", c_number(all.coverage_factor)},
                                                                  {"contributions", contributions},
-                                                                 {"expanded", c_number(all.expanded_deg_per_h)}};
+                                                                 {"expanded", c_number(all.expanded_deg_per_h)},
+                                                                 {"standard", c_number(all.standard_deg_per_h)},
+                                                                 {"form", c_number(form_variance(rows))}};
   return UncertaintyInC{.declarations = c_filled(kUncertaintyDeclarations, words),
                         .definitions = c_filled(kUncertaintyDefinitions, words),
                         .test = c_filled(kTest, words)};

@@ -116,7 +116,7 @@ OutsideTheRange outside_the_range(const Model& model, const RangedInputs& ranged
 }
 
 const char* what_is_done(Outside policy) {
-  constexpr const char* kDone[] = {"such inputs are moved to its nearer end",
+  constexpr const char* kDone[] = {"the plane continues there, all else is held at the range's end, and U is wider",
                                    "such clusters are not compensated and left out of the figures",
                                    "the model is used there as it is"};
   return kDone[static_cast<std::size_t>(policy)];
@@ -167,11 +167,12 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
   if (auto warning = over_fit_warning(result.compensated, result.floor, parameters_spent(model, result)))
     warnings.push_back(*warning);
   if (const OutsideTheRange& outside = result.outside; outside.clusters > 0) {
+    const auto block = trained_block(model.trained_on);
     warnings.push_back(
-        fmt::format("{} of {} clusters have an input outside the trained range (farthest: {}, by {:.2g} % of its "
+        fmt::format("{} of {} clusters have an input outside the trained range{} (farthest: {}, by {:.2g} % of its "
                     "range); {}",
-                    outside.clusters, clusters.start_s.size(), outside.farthest_term, 100 * outside.farthest,
-                    what_is_done(outside.policy)));
+                    outside.clusters, clusters.start_s.size(), block ? ", " + in_words(*block) : "",
+                    outside.farthest_term, 100 * outside.farthest, what_is_done(outside.policy)));
   }
   if (clusters.length_s != model.cluster_length_s) {
     warnings.push_back(fmt::format("the model was trained on means over {} s, these are over {} s",
@@ -209,7 +210,7 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   if (!inputs) return failure(inputs.error());
   const std::size_t known = data::finite_rows(*inputs).size();
   const RangedInputs ranged = within_range(model, std::move(*inputs), outside);
-  const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, ranged.inputs);
+  const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, ranged);
   const std::vector<Stretch> stretches = stretches_of(dataset);
   const auto figures_where = [&](auto wanted) { return figures_at(residual, clusters, rows_where(clusters, wanted)); };
   const auto part = [&](bool hold) {

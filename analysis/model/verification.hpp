@@ -37,7 +37,7 @@ struct OutsideTheRange {
 };
 
 void describe(auto& form, Like<OutsideTheRange> auto& outside) {
-  form("policy", one_of(outside.policy, {Outside::clamp, Outside::refuse, Outside::extrapolate}));
+  form("policy", one_of(outside.policy, {Outside::continued, Outside::refuse, Outside::extrapolate}));
   form("clusters", outside.clusters);
   form("farthest_term", outside.farthest_term);
   form("farthest", outside.farthest);
@@ -102,7 +102,7 @@ struct Verification {
 /// Compensates the record's clusters and judges what is left. Fails with usage if they lack a thermometer that the
 /// model needs, or the model refuses every cluster.
 [[nodiscard]] Result<Verification> verify(const Model& model, const data::Dataset& dataset,
-                                          const data::Clusters& clusters, Outside outside = Outside::clamp);
+                                          const data::Clusters& clusters, Outside outside = Outside::continued);
 
 /// How the means of whole runs differ, which no single run shows: type A, from two or more.
 struct BetweenRuns {

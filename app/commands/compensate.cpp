@@ -26,24 +26,24 @@ namespace gyrotherm::app {
 namespace {
 
 struct CompensateArguments {
-  std::string model, outside = "clamp";
+  std::string model, outside = "continue";
   bool uncertainty = false;
   bool unverified = false;
   data::AxisChoice axis;
   BiasTrackingArguments tracking;
 };
 
-/// One line for each row; an empty field where there is no value. With `expanded`, U in a second one, which is empty
-/// too in `rows_outside` the trained range, for which the budget does not speak.
-std::string lines_of(const Eigen::VectorXd& values, const std::optional<double>& expanded,
-                     const std::vector<Eigen::Index>& rows_outside) {
+/// Returns U, °/h, of a mean whose worst input lies so far outside the trained range.
+using Expanded = std::function<double(double excess)>;
+
+/// One line for each row; an empty field where there is no value. With `expanded`, U in a second one.
+std::string lines_of(const Eigen::VectorXd& values, const Expanded& expanded, const Eigen::VectorXd& excess) {
   std::string lines;
   for (Eigen::Index row = 0; row < values.size(); ++row) {
     const bool known = std::isfinite(values(row));
     if (known) fmt::format_to(std::back_inserter(lines), "{:.7f}", values(row));
     if (expanded) lines += ',';
-    if (expanded && known && !std::ranges::binary_search(rows_outside, row))
-      fmt::format_to(std::back_inserter(lines), "{:.7f}", *expanded);
+    if (expanded && known) fmt::format_to(std::back_inserter(lines), "{:.7f}", expanded(excess(row)));
     lines += '\n';
   }
   return lines;
@@ -55,7 +55,7 @@ class Compensation {
   using Noise = std::optional<tracking::BiasNoise>;
   [[nodiscard]] static Result<Compensation> open(const model::Model& model, CompensationTable table,
                                                  model::Outside outside, const Noise& noise,
-                                                 const std::optional<double>& expanded);
+                                                 const Expanded& expanded);
 
   [[nodiscard]] const CompensationTable& table() const { return table_; }
   /// A line for each row. Fails with bad_file, once those before it have their lines, at a row whose slot is none or
@@ -75,13 +75,13 @@ class Compensation {
   CompensationTable table_;
   model::CompensationStream stream_;
   std::optional<tracking::RestTracker> tracker_;
-  std::optional<double> expanded_;  ///< U, °/h, for a column of its own
+  Expanded expanded_;  ///< for a column of its own; may be empty
   double last_slot_ = -1;
   long long missing_s_{};  ///< seconds of which there is no row
 };
 
 Result<Compensation> Compensation::open(const model::Model& model, CompensationTable table, model::Outside outside,
-                                        const Noise& noise, const std::optional<double>& expanded) {
+                                        const Noise& noise, const Expanded& expanded) {
   auto stream = model::CompensationStream::open(model, table.thermometers(), outside);
   if (!stream) return failure(stream.error());
   Compensation compensation(std::move(table), std::move(*stream));
@@ -126,13 +126,13 @@ std::string Compensation::lines_for(const Rows& rows) {
   Eigen::VectorXd compensated = table_.says_second() ? stream_.push_at(table_.slot(rows), temperatures_c, bias)
                                                      : stream_.push(temperatures_c, bias);
   for (const auto& gap : stream_.gaps()) missing_s_ += gap.seconds;
-  if (!tracker_) return lines_of(compensated, expanded_, stream_.rows_outside());
+  if (!tracker_) return lines_of(compensated, expanded_, stream_.excess());
   auto gap = stream_.gaps().begin();
   for (Eigen::Index row = 0; row < rows.rows(); ++row) {
     if (gap != stream_.gaps().end() && gap->row == row) tracker_->pass((gap++)->seconds);
     compensated(row) -= tracker_->push(compensated(row), table_.at_rest(rows, row)).deg_per_h;
   }
-  return lines_of(compensated, expanded_, stream_.rows_outside());
+  return lines_of(compensated, expanded_, stream_.excess());
 }
 
 constexpr std::size_t kMostInput = 1 << 20;
@@ -200,18 +200,20 @@ Result<void> answer(Console& console, const Open& open, std::string_view head,
   return {};
 }
 
-/// U of a mean over the model's cluster length, °/h, said with its k; nothing if it was not asked for. Fails with usage
-/// if the model does not know it.
-Result<std::optional<double>> expanded_uncertainty(Console& console, const model::Model& model, bool wanted) {
-  if (!wanted) return std::optional<double>();
+/// Returns U of a mean over the model's cluster length and says it with its k; empty if it was not asked for. Fails
+/// with usage if the model does not know it. The model must outlive what is returned.
+Result<Expanded> expanded_uncertainty(Console& console, const model::Model& model, bool wanted) {
+  if (!wanted) return Expanded();
   if (!model.uncertainty)
     return failure(FaultKind::usage, "--uncertainty", "the model has no uncertainty budget; train it again");
   const model::CombinedUncertainty all = of_mean_over(*model.uncertainty, model.cluster_length_s);
   console.say(
       fmt::format("U = {:.5f} °/h (k = {:.2f}, {:.0f} %) is of a mean of these rows over {:g} s, inside the "
-                  "trained range; a single row has its own noise beside",
+                  "trained range, and wider outside; a single row has its own noise beside",
                   all.expanded_deg_per_h, all.coverage_factor, 100 * model::kCoverage, model.cluster_length_s));
-  return std::optional(all.expanded_deg_per_h);
+  return Expanded([&model](double excess) {
+    return expanded_outside(*model.uncertainty, model.cluster_length_s, excess);
+  });
 }
 
 Result<Exit> compensate(Console& console, const CompensateArguments& options) {

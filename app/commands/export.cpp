@@ -27,7 +27,7 @@ namespace gyrotherm::app {
 namespace {
 
 struct ExportArguments {
-  std::string run, out, model, outside = "clamp", format = "csv";
+  std::string run, out, model, outside = "continue", format = "csv";
   std::string from, to, every;
   bool compensated = false;
   bool follow = false;
@@ -39,9 +39,8 @@ struct ExportArguments {
 struct CompensatedRows {
   data::Dataset dataset;
   Eigen::VectorXd compensated_deg_per_h{};
-  std::vector<Eigen::Index> outside{};  ///< rows with an input beyond the trained range
   double averaging_s{};
-  std::optional<double> expanded_deg_per_h{};  ///< U of a mean over so many seconds
+  Eigen::VectorXd expanded_deg_per_h{};  ///< U of a mean over so many seconds; empty: no budget
 };
 
 /// A model takes rows for seconds: its means, rates and lags are of so many. A logger's second may be a little off.
@@ -70,9 +69,12 @@ Result<CompensatedRows> compensate(Console& console, const ExportArguments& opti
   CompensatedRows rows{.dataset = std::move(*dataset), .averaging_s = model->cluster_length_s};
   rows.compensated_deg_per_h =
       stream->push_at(rows.dataset.time_s, rows.dataset.temperature_c, rows.dataset.bias_deg_per_h);
-  rows.outside = stream->rows_outside();
-  if (model->uncertainty)
-    rows.expanded_deg_per_h = of_mean_over(*model->uncertainty, model->cluster_length_s).expanded_deg_per_h;
+  if (model->uncertainty) {
+    const auto expanded = [&](double excess) {
+      return expanded_outside(*model->uncertainty, model->cluster_length_s, excess);
+    };
+    rows.expanded_deg_per_h = stream->excess().unaryExpr(expanded);
+  }
   return rows;
 }
 
@@ -105,9 +107,8 @@ std::string table_of(const CompensatedRows& rows, const exchange::ExportChoice& 
     for (const double temperature : dataset.temperature_c.row(row)) add_number(text, temperature);
     add_number(text, dataset.bias_deg_per_h(row));
     add_number(text, rows.compensated_deg_per_h(row));
-    const bool has_budget = rows.expanded_deg_per_h && std::isfinite(rows.compensated_deg_per_h(row)) &&
-                            !std::ranges::binary_search(rows.outside, row);
-    add_number(text, has_budget ? *rows.expanded_deg_per_h : record::kMissing);
+    const bool has_budget = rows.expanded_deg_per_h.size() > 0 && std::isfinite(rows.compensated_deg_per_h(row));
+    add_number(text, has_budget ? rows.expanded_deg_per_h(row) : record::kMissing);
     text += '\n';
   }
   return text;

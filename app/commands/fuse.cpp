@@ -28,7 +28,7 @@ namespace {
 
 struct FuseArguments {
   std::vector<std::string> runs, models, axes;
-  std::string folder, inputs = "multi-point-t", healthy, out, report, export_c, outside = "clamp";
+  std::string folder, inputs = "multi-point-t", healthy, out, report, export_c, outside = "continue";
   model::FusionOptions fusion;
   bool keep_all = false;
   bool force = false, unverified = false;

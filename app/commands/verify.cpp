@@ -20,7 +20,7 @@ namespace gyrotherm::app {
 namespace {
 
 struct VerifyArguments {
-  std::string model, clusters, outside = "clamp";
+  std::string model, clusters, outside = "continue";
   std::vector<std::string> runs;
   bool unverified = false;
   data::AxisChoice axis;

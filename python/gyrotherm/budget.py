@@ -8,6 +8,10 @@ from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
 
+import numpy as np
+
+from .record import Numbers
+
 _EXPONENTS = {"angle random walk": -0.5, "thermometer noise": -0.5, "counting of pulses": -1.0,
               "rate random walk": 0.5}  # of τ; all else stays
 
@@ -72,3 +76,13 @@ def of_mean_over(uncertainty: dict[str, Any], averaging_s: float) -> Uncertainty
     freedom = 1 / of_it if of_it > 0 else math.inf
     k = coverage_factor(0.95, freedom)
     return Uncertainty(averaging_s, math.sqrt(variance), freedom, k, k * math.sqrt(variance))
+
+
+def expanded_outside(uncertainty: dict[str, Any], averaging_s: float, excess: Numbers) -> Numbers:
+    """U of means whose worst input lies `excess` of its trained range outside, °/h. The variance of the model's form
+    grows beyond the end as that of a straight line does: 3((1 + 2·excess)² − 1) of it is added."""
+    inside = of_mean_over(uncertainty, averaging_s)
+    form = sum((row["sensitivity_deg_per_h_per_unit"] * row["standard_uncertainty"]) ** 2
+               for row in uncertainty["budget"] if row["source"] == "model form")
+    added = 3 * ((1 + 2 * np.asarray(excess, dtype=np.float64)) ** 2 - 1) * form
+    return np.asarray(inside.coverage_factor * np.sqrt(inside.standard_deg_per_h**2 + added))

@@ -36,10 +36,10 @@ def _sum_of_gaussians(points: Numbers, centres: Numbers, widths: Numbers, weight
 
 @dataclass(frozen=True)
 class Function:
-    """f(z), and Σ|w|, by which its rounding grows."""
+    """f of the plane's point and of the point of all else, and Σ|w|, by which its rounding grows."""
 
     form: str
-    at: Callable[[Numbers], Numbers]
+    at: Callable[[Numbers, Numbers], Numbers]
     weight: float
 
 
@@ -76,21 +76,26 @@ def function_from_json(function: dict[str, Any], inputs: int) -> Function:
         if not sigma > 0:
             raise ValueError("sigma: expected a number above 0")
         widths = np.full(beta.size, sigma)
-        return Function(form, lambda z: _sum_of_gaussians(z, vectors, widths, beta) + b, float(np.abs(beta).sum()))
+        return Function(form, lambda z, bounded: _sum_of_gaussians(bounded, vectors, widths, beta) + b,
+                        float(np.abs(beta).sum()))
     if form == "linear":
         weights = _vector(function, "weights", inputs)
-        return Function(form, lambda z: z @ weights + b, float(np.abs(weights).sum()))
+        return Function(form, lambda z, bounded: z @ weights + b, float(np.abs(weights).sum()))
     if form == "expansion":
         weights, lengths = _vector(function, "weights"), _positive(function, "lengths", inputs)
         widths = _positive(function, "widths", weights.size)
         centres = _matrix(function, "centres", inputs, weights.size) / lengths
         slope = _vector(function, "slope", inputs) if "slope" in function else np.zeros(inputs)
-        return Function(form, lambda z: _sum_of_gaussians(z / lengths, centres, widths, weights) + b + z @ slope,
-                        float(np.abs(weights).sum() + np.abs(slope).sum()))
+
+        def at(z: Numbers, bounded: Numbers) -> Numbers:
+            return _sum_of_gaussians(bounded / lengths, centres, widths, weights) + b + z @ slope
+
+        return Function(form, at, float(np.abs(weights).sum() + np.abs(slope).sum()))
     if form == "network":
         out = _vector(function, "out")
         hidden, offsets = _matrix(function, "weights", inputs, out.size), _vector(function, "offsets", out.size)
-        return Function(form, lambda z: np.tanh(z @ hidden.T + offsets) @ out + b, float(np.abs(out).sum()))
+        return Function(form, lambda z, bounded: np.tanh(bounded @ hidden.T + offsets) @ out + b,
+                        float(np.abs(out).sum()))
     raise ModelError(f'the function has the form "{form}", expected svr, linear, expansion or network')
 
 

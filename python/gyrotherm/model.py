@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
-from .budget import Uncertainty, of_mean_over
+from .budget import Uncertainty, expanded_outside, of_mean_over
 from .clusters import Clusters
 from .errors import ModelError
 from .functions import function_from_json, variance_from_json
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .run import Run
 
 SCHEMA = "gyrotherm-model/1"
-OUTSIDE = ("clamp", "refuse", "extrapolate")
+OUTSIDE = ("continue", "refuse", "extrapolate")
 _ROUNDING = 1e-9  # of a range: what the rounding of a mean may amount to
 Predictable = Union["Run", Clusters, "pandas.DataFrame", "xarray.Dataset"]
 
@@ -77,25 +77,53 @@ class Model:
         add up to more than 1000."""
         return 1e-12 * self.target_std_deg_per_h * max(1.0, self.function.weight / 1000)
 
-    def within_range(self, inputs: Numbers, outside: str = "clamp") -> Numbers:
-        """Unscaled inputs (rows × terms) after the policy. clamp: one beyond the trained range is moved to its nearer
-        end; refuse: its row becomes NaN; extrapolate: as it is."""
+    def excess_of_inputs(self, inputs: Numbers) -> Numbers:
+        """How far the worst of each row of unscaled inputs (rows × terms) is outside, as a part of its trained range;
+        0 inside and where an input is not finite."""
+        width = self.max - self.min
+        beyond = np.maximum(self.min - inputs, inputs - self.max)
+        known = np.isfinite(inputs).all(axis=1, keepdims=True)
+        counts = known & (beyond > _ROUNDING * width)
+        return np.where(counts, beyond / np.maximum(width, np.finfo(float).tiny), 0.0).max(axis=1, initial=0.0)
+
+    def bounded_inputs(self, inputs: Numbers) -> Numbers:
+        """Where all but the plane of the function is taken: rows outside the trained range are moved towards the mean
+        of the training, all inputs by the same share, until each is in its range; a product whose factors are inputs
+        is made of them anew."""
+        rows = self.excess_of_inputs(inputs) > 0
+        bounded = inputs.copy()
+        if not rows.any():
+            return bounded
+        remade = self._remade_products()
+        simple = [i for i in range(len(self.terms)) if i not in remade]
+        away = inputs[rows] - self.mean
+        room = np.where(away > 0, self.max, self.min) - self.mean
+        is_out = (inputs[rows] < self.min) | (inputs[rows] > self.max)
+        part = np.where(is_out, room / np.where(away == 0, 1.0, away), 1.0)[:, simple]
+        share = np.clip(part.min(axis=1, initial=1.0), 0.0, 1.0)
+        bounded[rows] = self.mean + share[:, None] * away
+        for term, factors in remade.items():
+            bounded[rows, term] = np.prod(bounded[rows][:, factors], axis=1)
+        return bounded
+
+    def _remade_products(self) -> dict[int, list[int]]:
+        single = {term.factors[0]: i for i, term in enumerate(self.terms) if len(term.factors) == 1}
+        return {i: [single[factor] for factor in term.factors] for i, term in enumerate(self.terms)
+                if len(term.factors) > 1 and all(factor in single for factor in term.factors)}
+
+    def predict_inputs(self, inputs: Numbers, outside: str = "continue") -> Numbers:
+        """The bias of rows of unscaled inputs (rows × terms), °/h; NaN where an input is not finite. Outside the
+        trained range the plane of the function continues and all else is taken at `bounded_inputs`; refuse: NaN;
+        extrapolate: the whole function is used as it is."""
         if outside not in OUTSIDE:
             raise ModelError(f'outside="{outside}" is no policy, expected {", ".join(OUTSIDE)}')
-        if outside == "extrapolate":
-            return inputs
         known = np.isfinite(inputs).all(axis=1)
-        beyond = np.maximum(self.min - inputs, inputs - self.max) > _ROUNDING * (self.max - self.min)
-        rows = known & beyond.any(axis=1)
-        moved = inputs.copy()
-        moved[rows] = np.clip(inputs[rows], self.min, self.max) if outside == "clamp" else np.nan
-        return moved
-
-    def predict_inputs(self, inputs: Numbers) -> Numbers:
-        """The bias of rows of unscaled inputs (rows × terms), °/h; NaN where an input is not finite."""
-        known = np.isfinite(inputs).all(axis=1)
+        if outside == "refuse":
+            known &= self.excess_of_inputs(inputs) == 0
+        bounded = self.bounded_inputs(inputs) if outside == "continue" else inputs
         bias = np.full(len(inputs), np.nan)
-        bias[known] = self.function.at((inputs[known] - self.mean) / self.std)
+        bias[known] = self.function.at((inputs[known] - self.mean) / self.std,
+                                       (bounded[known] - self.mean) / self.std)
         return bias * self.target_std_deg_per_h + self.target_mean_deg_per_h
 
     def inputs_of(self, of: Predictable) -> tuple[Numbers, pandas.Index]:
@@ -109,24 +137,25 @@ class Model:
         columns, time = _columns(of, self)
         return inputs_each_second(self.terms, columns, self.cluster_length_s), time
 
-    def predict(self, of: Predictable, outside: str = "clamp") -> pandas.Series:
+    def predict(self, of: Predictable, outside: str = "continue") -> pandas.Series:
         """The bias in °/h, to be subtracted. Of clusters: of each mean, by its start. Of a run, or a frame or Dataset
         with a row per second and a column for each of `names`: in each second from the means over the last cluster
         length (causal: it lags by half of that), NaN until there are enough rows and where a reading is missing."""
         import pandas
 
         inputs, time = self.inputs_of(of)
-        return pandas.Series(self.predict_inputs(self.within_range(inputs, outside)), index=time, name="bias_deg_per_h")
+        return pandas.Series(self.predict_inputs(inputs, outside), index=time, name="bias_deg_per_h")
 
-    def predict_std(self, of: Predictable, outside: str = "clamp") -> pandas.Series:
+    def predict_std(self, of: Predictable) -> pandas.Series:
         """The standard deviation of the function, °/h, as far as the model knows it (a Gaussian process): without the
-        noise of a mean, and without what the thermometers do after the training."""
+        noise of a mean, and without what the thermometers do after the training. It grows outside the trained
+        range."""
         import pandas
 
         if self._variance is None:
             raise ModelError(f"standard deviation: a model of {self.method} does not know it")
         inputs, time = self.inputs_of(of)
-        scaled = (self.within_range(inputs, outside) - self.mean) / self.std
+        scaled = (inputs - self.mean) / self.std
         return pandas.Series(self.target_std_deg_per_h * np.sqrt(self._variance(scaled)), index=time,
                              name="std_deg_per_h")
 
@@ -136,6 +165,18 @@ class Model:
         if "uncertainty" not in self.json:
             raise ModelError("the model has no budget")
         return of_mean_over(self.json["uncertainty"], averaging_s or self.cluster_length_s)
+
+    def expanded_uncertainty(self, of: Predictable) -> pandas.Series:
+        """U of a mean over the cluster length beside each prediction, °/h: wider where an input is outside the trained
+        range."""
+        import pandas
+
+        if "uncertainty" not in self.json:
+            raise ModelError("the model has no budget")
+        inputs, time = self.inputs_of(of)
+        expanded = expanded_outside(self.json["uncertainty"], self.cluster_length_s, self.excess_of_inputs(inputs))
+        expanded[~np.isfinite(inputs).all(axis=1)] = np.nan
+        return pandas.Series(expanded, index=time, name="U_deg_per_h")
 
 
 def _columns(of: Any, model: Model) -> tuple[dict[str, Numbers], pandas.Index]:

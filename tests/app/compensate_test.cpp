@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The compensation of rows as text: in bulk, one by one, and wrong.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -194,21 +195,25 @@ TEST_F(Compensate, GivesTheUncertaintyBesideTheValue) {
   EXPECT_NE(with.err.find("95 %"), std::string::npos) << with.err;
 }
 
-TEST_F(Compensate, GivesNoUncertaintyOutsideTheTrainedRange) {
-  std::string hot = "A,B,bias\n";
-  for (int i = 0; i < 120; ++i) hot += "90,90,1\n";
-  const auto lines = lines_of(compensate(hot, "--uncertainty").out);
-  ASSERT_EQ(lines.size(), 121u);
-  EXPECT_EQ(lines[120].back(), ',') << "clamped: a value without a U";
-  EXPECT_GT(lines[120].size(), 1u);
+TEST_F(Compensate, WidensTheUncertaintyOutsideTheTrainedRange) {
+  const auto last_u = [](double temperature) {
+    std::string rows = "A,B,bias\n";
+    for (int i = 0; i < 120; ++i) rows += fmt::format("{0},{0},1\n", temperature);
+    const auto lines = lines_of(compensate(rows, "--uncertainty").out);
+    return lines.size() == 121 ? std::stod(lines[120].substr(lines[120].find(',') + 1)) : 0.0;
+  };
+  const auto inside = lines_of(compensate(small_rows(300), "--uncertainty").out);
+  const double u = std::stod(inside[300].substr(inside[300].find(',') + 1));
+  EXPECT_GT(last_u(90), u);
+  EXPECT_GT(last_u(120), last_u(90));
 }
 
 TEST_F(Compensate, SaysWhenInputsLeaveTheTrainedRange) {
   std::string hot = "A,B,bias\n";
   for (int i = 0; i < 120; ++i) hot += "90,90,1\n";
-  const auto clamped = compensate(hot), refused = compensate(hot, "--outside refuse");
-  EXPECT_NE(clamped.err.find("21 rows had an input outside"), std::string::npos) << clamped.err;
-  EXPECT_FALSE(lines_of(clamped.out)[120].empty());
+  const auto continued = compensate(hot), refused = compensate(hot, "--outside refuse");
+  EXPECT_NE(continued.err.find("21 rows had an input outside"), std::string::npos) << continued.err;
+  EXPECT_FALSE(lines_of(continued.out)[120].empty());
   EXPECT_TRUE(lines_of(refused.out)[120].empty());
   EXPECT_EQ(compensate(hot, "--outside guess").exit_code, 2);
 }

@@ -40,21 +40,21 @@ class Verify : public testing::Test {
 };
 
 TEST_F(Verify, DoesWithInputsOutsideTheTrainedRangeWhatItIsTold) {
-  const auto by_default = figures(""), clamped = figures("--outside clamp");
+  const auto by_default = figures(""), continued = figures("--outside continue");
   const auto refused = figures("--outside refuse"), extrapolated = figures("--outside extrapolate");
-  EXPECT_EQ(by_default, clamped);
-  EXPECT_EQ(clamped["outside"]["policy"], "clamp");
-  const int outside = clamped["outside_trained_range"];
+  EXPECT_EQ(by_default, continued);
+  EXPECT_EQ(continued["outside"]["policy"], "continue");
+  const int outside = continued["outside_trained_range"];
   EXPECT_GT(outside, 0);
-  EXPECT_EQ(refused["compensated"]["count"].get<int>(), clamped["compensated"]["count"].get<int>() - outside);
+  EXPECT_EQ(refused["compensated"]["count"].get<int>(), continued["compensated"]["count"].get<int>() - outside);
   EXPECT_EQ(extrapolated["outside_trained_range"], outside);
-  EXPECT_NE(extrapolated["compensated"], clamped["compensated"]);
+  EXPECT_NE(extrapolated["compensated"], continued["compensated"]);
 }
 
 TEST_F(Verify, NamesThePoliciesItKnows) {
   const auto ran = verified("--outside ignore");
   EXPECT_EQ(ran.exit_code, 2);
-  EXPECT_NE(ran.err.find("clamp, refuse or extrapolate"), std::string::npos) << ran.err;
+  EXPECT_NE(ran.err.find("continue, refuse or extrapolate"), std::string::npos) << ran.err;
 }
 
 TEST_F(Verify, GivesNoiseAndErrorBars) {

@@ -143,7 +143,7 @@ class Predictions(InAFolder):
     def test_beyond_the_trained_range(self):
         file = self.train(self.path, "part", "--method", "linear", "--inputs", "A,B", "--clusters", "0:60")
         run, model = module.open(self.path), module.load_model(file)
-        for outside in ("clamp", "refuse", "extrapolate"):
+        for outside in ("continue", "refuse", "extrapolate"):
             program, ours = self.predicted(file, self.path, "--outside", outside), model.predict(run, outside)
             np.testing.assert_array_equal(program.isna(), ours.isna())
             self.assertLess((program - ours).abs().max(), 1e-12 * model.target_std_deg_per_h)

@@ -152,7 +152,7 @@ model::Verification verification(const data::RecordedRun& run, double left_over,
   v.coverage = model::Coverage{0.95, 0.93, 150, 60, 0.0041};
   v.effective_parameters = 40;
   v.expected_in_sample_std = expected_in_sample_std(v.floor, trained_on_this ? 40 : 0, v.compensated.count);
-  if (!trained_on_this) v.outside = {model::Outside::clamp, 3, "A-B", 0.042};
+  if (!trained_on_this) v.outside = {model::Outside::continued, 3, "A-B", 0.042};
   for (int k = 0; k < static_cast<int>(run.dataset.segments.size()); ++k) {
     v.segments.push_back(segment_figures(run, k, v.residual_deg_per_h));
   }

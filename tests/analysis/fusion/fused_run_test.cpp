@@ -48,6 +48,7 @@ FusedAxes at_rest(const std::vector<fusion::InputAxis>& axes, Eigen::Index secon
   }
   fused.step_deg_per_h.assign(axes.size(), 0);
   fused.outside.assign(static_cast<std::size_t>(seconds), 0);
+  fused.widening = Eigen::MatrixXd::Zero(seconds, count);
   fused.by_thermometer_drift = fused.learnt = Eigen::MatrixXd::Zero(count, count);
   fused.sensitivity_deg_per_h_per_k = Eigen::MatrixXd::Zero(count, 0);
   fused.temperature_c.resize(seconds, 0);
@@ -205,16 +206,18 @@ TEST(FusedRun, OfTwoAxesInASecondIsNotKnown) {
   EXPECT_EQ(run.summary.fused, 9);
 }
 
-TEST(FusedRun, HasNoUncertaintyAndBlamesNobodyBeyondTheTrainedRange) {
+TEST(FusedRun, HasAWiderUncertaintyAndBlamesNobodyBeyondTheTrainedRange) {
   FusedAxes axes = at_rest(regular_tetrad(), 20000, 1);
   for (std::size_t row = 10000; row < 10500; ++row) {
     axes.rate_deg_per_h(static_cast<Eigen::Index>(row), 1) += 0.02;
     axes.outside[row] = 0b0010;
+    axes.widening(static_cast<Eigen::Index>(row), 1) = 0.04;
   }
   const FusedRun run = fused_run(axes);
   EXPECT_TRUE(run.rate_deg_per_h.row(10100).allFinite());
-  EXPECT_TRUE(run.expanded_deg_per_h.row(10100).hasNaN());
-  EXPECT_TRUE(run.expanded_deg_per_h.row(10600).allFinite());
+  // Each component takes √3/4 of an axis of a regular tetrad, so that 0.04 (°/h)² add 0.0075.
+  const double inside = run.expanded_deg_per_h(10600, 0), outside = run.expanded_deg_per_h(10100, 0);
+  EXPECT_NEAR(outside * outside - inside * inside, 4 * 0.04 * 3 / 16, 1e-12);
   EXPECT_TRUE(run.summary.alarms.empty());
   EXPECT_EQ(run.summary.axes[1].outside_s, 500);
 }

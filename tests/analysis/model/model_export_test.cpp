@@ -185,8 +185,10 @@ TEST(CExport, PredictsWhatIsPredictedHere) {
     data::SampleMatrix both(300, count + lag.cols());
     both << clusters.temperature_c, lag;
     clusters.temperature_c = both;
-    const RangedInputs ranged = within_range(model, *evaluate(terms, clusters), Outside::clamp);
-    const Eigen::VectorXd predicted = predict(model, ranged.inputs);
+    Model with_lags = model;
+    with_lags.terms = terms;
+    const RangedInputs ranged = within_range(with_lags, *evaluate(terms, clusters), Outside::continued);
+    const Eigen::VectorXd predicted = predict(with_lags, ranged);
     std::string lines;
     for (Eigen::Index i = 0; i < 300; ++i) {
       Eigen::RowVectorXd numbers(2 * count + lag.cols());

@@ -208,14 +208,63 @@ data::SampleMatrix two_outside() { return (data::SampleMatrix(4, 2) << 0.5, 1, 1
 
 /// What is predicted under the policy.
 Eigen::VectorXd predicted_under(Outside policy, const Model& model, const data::SampleMatrix& inputs) {
-  return predict(model, within_range(model, inputs, policy).inputs);
+  return predict(model, within_range(model, inputs, policy));
 }
 
-TEST(TrainedRange, ClampMovesEachInputToTheNearerEnd) {
+/// Means 0.1 and 0. Row 1: 0.9 of 1.4 of the way; row 2: 2/3 of the way, so that A − B is 0.1 − 2/30.
+TEST(TrainedRange, MovesTheBoundedPointTowardsTheTrainingMean) {
   const Model model = data::small_svr_model();
-  const RangedInputs ranged = within_range(model, two_outside(), Outside::clamp);
-  EXPECT_EQ(ranged.inputs, (data::SampleMatrix(4, 2) << 0.5, 1, 1, 1, 0, -5, -1, 5).finished());
+  const RangedInputs ranged = within_range(model, two_outside(), Outside::continued);
+  EXPECT_EQ(ranged.inputs, two_outside());
+  EXPECT_TRUE(ranged.bounded.isApprox(
+      (data::SampleMatrix(4, 2) << 0.5, 1, 1, 0.9 / 1.4, 0.1 / 3, -5, -1, 5).finished(), 1e-15));
   EXPECT_EQ(ranged.rows, (std::vector<Eigen::Index>{1, 2}));
+  EXPECT_TRUE(ranged.excess.isApprox(Eigen::Vector4d(0, 0.25, 0.25, 0)));
+}
+
+/// Two thermometers with opposed slopes, ± 0.01 °/h per K: only their difference counts, and it stays at 1 K.
+Model opposed_slopes() {
+  Model model = data::small_svr_model();
+  model.terms = {data::temperature_term("A"), data::temperature_term("B")};
+  model.scaling = {Eigen::RowVector2d{20, 20}, Eigen::RowVector2d{1, 1}};
+  model.target_mean_deg_per_h = 0;
+  model.target_std_deg_per_h = 1;
+  model.input_min = Eigen::RowVector2d{-17, -18};
+  model.input_max = Eigen::RowVector2d{58, 54};
+  model.function = methods::LinearModel{.weights = Eigen::Vector2d{0.01, -0.01}, .b = 0};
+  return model;
+}
+
+TEST(TrainedRange, InventsNoGradientBetweenThermometersThatLeaveItTogether) {
+  const data::SampleMatrix hot = (data::SampleMatrix(2, 2) << 50, 49, 69, 68).finished();
+  for (const Outside policy : {Outside::continued, Outside::extrapolate}) {
+    const Eigen::VectorXd predicted = predicted_under(policy, opposed_slopes(), hot);
+    EXPECT_NEAR(predicted(0), 0.01, 1e-15);
+    EXPECT_NEAR(predicted(1), 0.01, 1e-15);
+  }
+  Model beside = opposed_slopes();  // a plane beside one wide Gaussian
+  beside.function = methods::ExpansionModel{.centres = data::SampleMatrix::Zero(1, 2),
+                                            .lengths = Eigen::RowVector2d{100, 100},
+                                            .widths = Eigen::VectorXd::Ones(1),
+                                            .weights = Eigen::VectorXd::Ones(1),
+                                            .slope = Eigen::Vector2d{0.01, -0.01}};
+  // 34 of 48 of the way from 20 and 20: B reaches its end first, at 54.
+  const double a = 49.0 * 34 / 48, b = 34;
+  EXPECT_NEAR(predicted_under(Outside::continued, beside, hot)(1), 0.01 + std::exp(-(a * a + b * b) / 2e4), 1e-15);
+}
+
+TEST(TrainedRange, MakesProductsAnewFromBoundedFactors) {
+  Model model = opposed_slopes();
+  const data::Term a = data::temperature_term("A"), b = data::temperature_term("B");
+  model.terms = {a, b, a * b, a * data::rate_term("A")};
+  EXPECT_EQ(remade_products(model.terms).size(), 1u) << "the rate of A is no input by itself";
+  model.scaling = {Eigen::RowVector4d{20, 20, 410, 0}, Eigen::RowVector4d::Ones()};
+  model.input_min = Eigen::RowVector4d{-20, -20, 0, -100};
+  model.input_max = Eigen::RowVector4d{60, 60, 3600, 100};
+  model.function = methods::NetworkModel{};
+  const data::SampleMatrix row = (data::SampleMatrix(1, 4) << 100, 60, 6000, 8).finished();
+  const data::SampleMatrix bounded = within_range(model, row, Outside::continued).bounded;
+  EXPECT_EQ(bounded, (data::SampleMatrix(1, 4) << 60, 40, 2400, 4).finished()) << "half the way to the mean";
 }
 
 TEST(TrainedRange, NamesTheFarthestTermAsAPartOfItsRange) {
@@ -237,19 +286,23 @@ TEST(TrainedRange, RefusesWholeRows) {
 TEST(TrainedRange, PoliciesAgreeInside) {
   const Model model = data::small_svr_model();
   const data::SampleMatrix inside = (data::SampleMatrix(2, 2) << -1, 5, 0.25, -0.5).finished();
-  for (const Outside policy : {Outside::clamp, Outside::refuse, Outside::extrapolate}) {
+  for (const Outside policy : {Outside::continued, Outside::refuse, Outside::extrapolate}) {
     EXPECT_EQ(predicted_under(policy, model, inside), predict(model, inside)) << name(policy);
     EXPECT_EQ(within_range(model, inside, policy).worst_term, -1);
   }
 }
 
-TEST(TrainedRange, ClampGoesOnFromTheLastTrainedValueWithoutAStep) {
+TEST(TrainedRange, ContinuesWithoutAStepAndStaysBounded) {
   const Model model = data::small_svr_model();
   const data::SampleMatrix edge = (data::SampleMatrix(1, 2) << 1, 2).finished();
-  for (const double beyond : {1e-6, 0.1, 100.0}) {
+  const double last = predict(model, edge)(0);
+  for (const double beyond : {1e-12, 1e-9, 1e-6}) {
     const data::SampleMatrix outside = (data::SampleMatrix(1, 2) << 1 + beyond, 2).finished();
-    EXPECT_EQ(predicted_under(Outside::clamp, model, outside), predict(model, edge)) << beyond;
+    EXPECT_NEAR(predicted_under(Outside::continued, model, outside)(0), last, 10 * beyond) << beyond;
   }
+  const data::SampleMatrix far = (data::SampleMatrix(1, 2) << 0.1 + 0.9e6, 0).finished();
+  const data::SampleMatrix end = (data::SampleMatrix(1, 2) << 1, 0).finished();
+  EXPECT_NEAR(predicted_under(Outside::continued, model, far)(0), predict(model, end)(0), 1e-12);
 }
 
 TEST(TrainedRange, TheRoundingOfAMeanIsNotOutside) {
@@ -259,13 +312,13 @@ TEST(TrainedRange, TheRoundingOfAMeanIsNotOutside) {
 
 TEST(TrainedRange, AMissingInputIsNotOutside) {
   const data::SampleMatrix missing = (data::SampleMatrix(1, 2) << std::nan(""), 100).finished();
-  const RangedInputs ranged = within_range(data::small_svr_model(), missing, Outside::clamp);
+  const RangedInputs ranged = within_range(data::small_svr_model(), missing, Outside::continued);
   EXPECT_TRUE(ranged.rows.empty());
-  EXPECT_TRUE(std::isnan(predicted_under(Outside::clamp, data::small_svr_model(), missing)(0)));
+  EXPECT_TRUE(std::isnan(predicted_under(Outside::continued, data::small_svr_model(), missing)(0)));
 }
 
 TEST(TrainedRange, PoliciesAreReadByName) {
-  for (const Outside policy : {Outside::clamp, Outside::refuse, Outside::extrapolate}) {
+  for (const Outside policy : {Outside::continued, Outside::refuse, Outside::extrapolate}) {
     EXPECT_EQ(*parse_outside(name(policy)), policy);
   }
   const auto wrong = parse_outside("ignore");

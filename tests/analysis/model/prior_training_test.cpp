@@ -85,9 +85,9 @@ TEST_F(TypePriorTraining, AFewClustersOfItsOwnMakeAModelForTheWholeRange) {
   const auto few = trained_on(45), all = trained_on(clusters_.start_s.size());
   ASSERT_TRUE(few && all) << text((few ? all : few).error());
   const auto error = [&](const Model& model) -> Eigen::VectorXd {
-    const auto inputs = within_range(model, *evaluate(model.terms, used_clusters_), Outside::clamp);
+    const auto inputs = within_range(model, *evaluate(model.terms, used_clusters_), Outside::continued);
     EXPECT_LE(inputs.worst_excess, 0.05) << "an hour and a quarter is no bound";
-    return used_clusters_.bias_deg_per_h - predict(model, inputs.inputs);
+    return used_clusters_.bias_deg_per_h - predict(model, inputs);
   };
   const double raw = data::figures_of(used_clusters_.bias_deg_per_h).std;
   EXPECT_LT(rms(error(*few)), 0.25 * raw);

@@ -32,7 +32,7 @@ data::SampleMatrix random_temperatures(Eigen::Index rows, std::uint64_t seed) {
   return data::SampleMatrix::NullaryExpr(rows, 2, [&] { return normal(generator); });
 }
 
-CompensationStream open(std::vector<std::string> columns = {"A", "B"}, Outside outside = Outside::clamp) {
+CompensationStream open(std::vector<std::string> columns = {"A", "B"}, Outside outside = Outside::continued) {
   auto stream = CompensationStream::open(data::small_svr_model(), std::move(columns), outside);
   EXPECT_TRUE(stream);
   return std::move(*stream);
@@ -96,13 +96,15 @@ TEST(CompensationStream, ForgetsAMissingReadingWithItsRow) {
   expect_same(gap.tail(370), whole.tail(370));
 }
 
-TEST(CompensationStream, HoldsInputsInTheTrainedRange) {
+TEST(CompensationStream, ContinuesBeyondTheTrainedRangeAndCountsIt) {
   data::SampleMatrix temperatures = random_temperatures(400, 3);
   temperatures.col(1).array() -= 5;  // A − B was trained up to 1 °C
-  CompensationStream clamped = open();
-  const Eigen::VectorXd held = clamped.push(temperatures, zeros(400));
+  CompensationStream continued = open();
+  const Eigen::VectorXd held = continued.push(temperatures, zeros(400));
   EXPECT_TRUE(held.tail(201).allFinite());
-  EXPECT_EQ(clamped.outside(), 201);
+  EXPECT_EQ(continued.outside(), 201);
+  EXPECT_GT(continued.excess().tail(201).minCoeff(), 1) << "4 °C and more of 2";
+  EXPECT_EQ(continued.excess().head(199), zeros(199));
   const Eigen::VectorXd refused = open({"A", "B"}, Outside::refuse).push(temperatures, zeros(400));
   EXPECT_TRUE(refused.array().isNaN().all());
   temperatures.col(1) = temperatures.col(0).array() - 0.25;

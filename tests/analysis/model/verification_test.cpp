@@ -161,7 +161,7 @@ TEST_F(VerificationOfALinearModel, CountsClustersOutsideTheTrainedRange) {
   EXPECT_EQ(result.outside.clusters, 3);
   EXPECT_TRUE(result.outside.farthest_term.starts_with("A-")) << result.outside.farthest_term;
   EXPECT_GT(result.outside.farthest, 1) << "30 °C of a few";
-  EXPECT_TRUE(says(result, "moved to its nearer end"));
+  EXPECT_TRUE(says(result, "the plane continues there"));
 }
 
 TEST_F(VerificationOfALinearModel, DoesWithInputsOutsideWhatItIsTold) {
@@ -169,14 +169,14 @@ TEST_F(VerificationOfALinearModel, DoesWithInputsOutsideWhatItIsTold) {
   dataset.temperature_c.block(0, 0, 300, 1).array() += 30;
   const data::Clusters clusters = *make_clusters(dataset);
   const auto with = [&](Outside outside) { return *verify(model_, dataset, clusters, outside); };
-  const Verification clamped = with(Outside::clamp), refused = with(Outside::refuse);
+  const Verification continued = with(Outside::continued), refused = with(Outside::refuse);
   const Verification extrapolated = with(Outside::extrapolate);
-  EXPECT_LT(clamped.compensated.max_abs, 0.5 * extrapolated.compensated.max_abs);
-  EXPECT_EQ(refused.compensated.count, clamped.compensated.count - 3);
+  EXPECT_EQ(continued.residual_deg_per_h, extrapolated.residual_deg_per_h) << "a linear model is all plane";
+  EXPECT_EQ(refused.compensated.count, continued.compensated.count - 3);
   EXPECT_EQ(refused.ramps.count + refused.holds.count, refused.compensated.count);
-  EXPECT_LE(refused.compensated.max_abs, clamped.compensated.max_abs);
+  EXPECT_LE(refused.compensated.max_abs, continued.compensated.max_abs);
   EXPECT_TRUE(std::isnan(refused.residual_deg_per_h(0)));
-  EXPECT_EQ(refused.raw.count, clamped.raw.count);
+  EXPECT_EQ(refused.raw.count, continued.raw.count);
   EXPECT_TRUE(says(refused, "left out of the figures"));
   EXPECT_TRUE(says(extrapolated, "used there as it is"));
 }
@@ -197,7 +197,7 @@ TEST_F(VerificationOfALinearModel, OfClustersWithoutItsInputsSaysThatTheyAreMiss
   const data::Dataset dataset = unseen_run();
   const data::Clusters clusters = *make_clusters(dataset);
   const Model of_rates = *train({dataset}, {clusters}, options);
-  for (const Outside outside : {Outside::clamp, Outside::refuse}) {
+  for (const Outside outside : {Outside::continued, Outside::refuse}) {
     const auto result = verify(of_rates, dataset, pick(clusters, {0}), outside);  // the first of a run has no rate
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().kind, FaultKind::usage);

@@ -370,7 +370,7 @@ class MeasurementResults {
       of.values.push_back(row.of.empty() ? "-" : row.of);
       type.values.emplace_back(name(row.evaluation));
       distribution.values.emplace_back(name(row.distribution));
-      basis.values.emplace_back(row.assumed ? "yes" : "no");
+      basis.values.emplace_back(row.assumed ? "yes" : row.chosen_on_these_folds ? "chosen_on_these_folds" : "no");
       const std::string unit = unit_of(row.source);
       uncertainty.values.push_back({.value = row.standard_uncertainty});
       uncertainty.units.push_back(unit);

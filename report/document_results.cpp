@@ -242,7 +242,8 @@ std::vector<Cell> budget_row(const DocumentWriter& writer, const model::BudgetRo
   const std::string unit = model::unit_of(row.source);
   std::string source = writer.word_of(std::string("source.") + model::name(row.source));
   if (!row.of.empty()) source += " " + row.of;
-  return {{.text = std::move(source), .note = row.assumed ? writer.word_of("label.assumed") : ""},
+  const char* note = row.assumed ? "label.assumed" : row.chosen_on_these_folds ? "label.chosen_on_these_folds" : nullptr;
+  return {{.text = std::move(source), .note = note != nullptr ? writer.word_of(note) : ""},
           {.text = model::name(row.evaluation)},
           {.text = writer.word_of(std::string("distribution.") + model::name(row.distribution))},
           {.text = with_unit_behind("0", unit)},

@@ -22,7 +22,7 @@ Cells budget_row(const BudgetRow& row) {
           row.evaluation == model::Evaluation::a ? "A" : "B",
           name(row.distribution),
           name(differs(row.source)),
-          row.assumed ? "<b>assumed</b>" : "known",
+          *remark(row) != '\0' ? fmt::format("<b>{}</b>", remark(row)) : "known",
           fmt::format("{}&nbsp;{}", plot::significant(row.standard_uncertainty), unit_of(row.source)),
           plot::significant(row.sensitivity),
           plot::format_bias(contribution_deg_per_h(row)),

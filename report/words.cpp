@@ -229,6 +229,7 @@ constexpr Word kWords[] = {
   {"label.in_sample", "in-sample", "Trainingsdaten"},
   {"label.overdue", "overdue", "überfällig"},
   {"label.assumed", "assumed", "angenommen"},
+  {"label.chosen_on_these_folds", "chosen on these folds", "an diesen Teilen gewählt"},
   {"label.chain", "Chain of hashes", "Prüfsummenkette"},
 
   {"key.mean", "Mean compensated bias", "Mittlere kompensierte Nullpunktabweichung"},

@@ -273,15 +273,21 @@ Fitted fit_seen(const Problem& problem, Terms terms) {
   }
 }
 
-/// The upper limit of a square: fitted once more beside the terms that are seen.
-double limit_of(const Problem& problem, const Fitted& fitted, Eigen::Index term, const Eigen::MatrixXd& covariance) {
+/// A square and its standard error.
+struct Square {
+  double value{}, error{};
+};
+
+/// Returns the square of a term that is fitted once more beside the terms that are seen; nothing if there are too few
+/// points.
+std::optional<Square> fitted_once_more(const Problem& problem, const Fitted& fitted, Eigen::Index term,
+                                       const Eigen::MatrixXd& covariance) {
   Terms with = fitted.terms;
   if (std::ranges::count(with, term) == 0) with.push_back(term);
-  if (with.size() > problem.curve.size()) return kNone;
+  if (with.size() > problem.curve.size()) return std::nullopt;
   const auto place = std::ranges::find(with, term) - with.begin();
   const LeastSquares fit(problem, with, weights_about(problem, fitted.squares));
-  const double square = std::max(0.0, fit.solve(problem.variances)(place));
-  return square + kOneSided95 * errors_of(problem, with, fitted, covariance)(place);
+  return Square{std::max(0.0, fit.solve(problem.variances)(place)), errors_of(problem, with, fitted, covariance)(place)};
 }
 
 double unit_of(NoiseTerm term) { return term == NoiseTerm::quantisation ? kArcsecPerDegree : 1; }
@@ -290,12 +296,21 @@ NoiseCoefficient coefficient_of(const Problem& problem, const Fitted& fitted, No
                                 const Eigen::MatrixXd& covariance) {
   const auto index = static_cast<Eigen::Index>(term);
   NoiseCoefficient coefficient{.term = term};
-  coefficient.at_most = unit_of(term) * std::sqrt(limit_of(problem, fitted, index, covariance));
+  const double per_unit = std::pow(unit_of(term), 2);
+  if (const auto again = fitted_once_more(problem, fitted, index, covariance)) {
+    coefficient.at_most = unit_of(term) * std::sqrt(again->value + kOneSided95 * again->error);
+    coefficient.square = per_unit * again->value;
+    coefficient.square_error = per_unit * again->error;
+  } else {
+    coefficient.at_most = coefficient.square = coefficient.square_error = kNone;
+  }
   const double square = fitted.squares(index);
   coefficient.seen = square > 0 && square >= kSignificance * fitted.errors(index);
   if (!coefficient.seen) return coefficient;
   coefficient.value = unit_of(term) * std::sqrt(square);
   coefficient.error = unit_of(term) * fitted.errors(index) / (2 * std::sqrt(square));
+  coefficient.square = per_unit * square;
+  coefficient.square_error = per_unit * fitted.errors(index);
   return coefficient;
 }
 
@@ -382,6 +397,14 @@ std::array<NoiseCoefficient, kNoiseTerms> nothing_seen() {
   for (std::size_t k = 0; k < kNoiseTerms; ++k)
     coefficients[k] = {.term = static_cast<NoiseTerm>(k), .at_most = std::numeric_limits<double>::quiet_NaN()};
   return coefficients;
+}
+
+NoiseCoefficient estimate_of(const NoiseCoefficient& coefficient) {
+  NoiseCoefficient estimate = coefficient;
+  const bool is_known = std::isfinite(coefficient.square) && coefficient.square > 0;
+  estimate.value = is_known ? std::sqrt(coefficient.square) : 0;
+  estimate.error = is_known ? coefficient.square_error / (2 * estimate.value) : 0;
+  return estimate;
 }
 
 const NoiseCoefficient& of(const AllanFit& fit, NoiseTerm term) {

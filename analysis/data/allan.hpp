@@ -85,6 +85,9 @@ struct NoiseCoefficient {
   double value{};    ///< in the unit of its term (Q in arcsec); 0 if not seen
   double error{};    ///< standard error; 0 if not seen
   double at_most{};  ///< upper limit of 95 %, the terms that are seen held to their form
+  /// The square of the coefficient, in its unit squared, and its standard error, whether it is seen or not: of a term
+  /// that is not seen, as it is fitted beside those that are. Not negative; NaN where the curve has too few points.
+  double square{}, square_error{};
 };
 
 /// The coefficients in the order of NoiseTerm when nothing is seen, nor a limit known.
@@ -116,6 +119,10 @@ void describe(auto& form, Like<AllanFit> auto& fit) {
 
 /// The coefficient of a term.
 [[nodiscard]] const NoiseCoefficient& of(const AllanFit& fit, NoiseTerm term);
+
+/// The coefficient by its square alone, seen or not: what an uncertainty budget takes. A term that chance made small is
+/// then small, and no term is dropped. 0 where the square is not known.
+[[nodiscard]] NoiseCoefficient estimate_of(const NoiseCoefficient& coefficient);
 
 /// The σ that one term alone makes at `tau_s`, °/h.
 [[nodiscard]] double deviation_of(const NoiseCoefficient& coefficient, double tau_s);

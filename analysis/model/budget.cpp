@@ -61,6 +61,10 @@ const char* name(ErrorDistribution distribution) {
   return kNames[static_cast<std::size_t>(distribution)];
 }
 
+const char* remark(const BudgetRow& row) {
+  return row.assumed ? "assumed" : row.chosen_on_these_folds ? "chosen on these folds" : "";
+}
+
 double contribution_deg_per_h(const BudgetRow& row) { return std::abs(row.sensitivity) * row.standard_uncertainty; }
 
 double degrees_of_freedom_of(double uncertainty, double error) {

@@ -56,7 +56,11 @@ struct BudgetRow {
   double sensitivity = 1;         ///< °/h per unit: how far the bias goes with the source
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
   bool assumed{};  ///< the record does not say it: a default of this program
+  bool chosen_on_these_folds{};  ///< it rests on a residual that has chosen the model's parameters too
 };
+
+/// Returns what is to be said of a row beside its numbers: "assumed", "chosen on these folds" or nothing.
+[[nodiscard]] const char* remark(const BudgetRow& row);
 
 /// |c|·u, °/h.
 [[nodiscard]] double contribution_deg_per_h(const BudgetRow& row);
@@ -140,6 +144,7 @@ void describe(auto& form, Like<BudgetRow> auto& row) {
                 positive(row.degrees_of_freedom));
   form.derived("differs", name(differs(row.source)));
   form("assumed", row.assumed);
+  form.if_there("chosen_on_these_folds", row.chosen_on_these_folds, row.chosen_on_these_folds);
 }
 
 void describe(auto& form, Like<CombinedUncertainty> auto& uncertainty) {

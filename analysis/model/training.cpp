@@ -232,24 +232,31 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
   warn_of_over_fit(model, datasets, records);
 }
 
-/// What held-out clusters say of the recipe, the nested answer too where it is asked for.
-Result<void> judge_held_out(Model& model, const TrainingContext& context, const EstimatorOptions& estimator,
-                            bool nested, const ProgressSink& progress) {
+/// The residual that U rests on.
+struct JudgedBy {
+  Eigen::VectorXd residual;
+  bool chosen_on_these_folds{};  ///< it has chosen the hyper-parameters too
+};
+
+/// Judges the recipe by held-out clusters, nested too where that is asked for. Returns the nested residual if there is
+/// one: it has chosen nothing.
+Result<JudgedBy> judge_held_out(Model& model, const TrainingContext& context, const EstimatorOptions& estimator,
+                                bool nested, const ProgressSink& progress) {
   const data::Clusters& clusters = context.training_set.clusters;
   auto residual = leave_out_residual(context.splits, clusters.start_s.size(), estimator, progress);
   if (!residual) return failure(residual.error());
   model.folds = context.training_set.folds.statement;
   model.leave_cycle_out = figures_of(*residual, clusters);
-  model.leave_cycle_out_residual = std::move(*residual);
-  if (!nested) return {};
+  model.leave_cycle_out_residual = *residual;
   if (estimator.parameters.empty()) {  // nothing was chosen that could have seen a held-out fold
-    model.nested_leave_cycle_out = model.leave_cycle_out;
-    return {};
+    if (nested) model.nested_leave_cycle_out = model.leave_cycle_out;
+    return JudgedBy{std::move(*residual), false};
   }
-  const auto unseen = nested_residual(context.training_set, context.splits, context.inputs, estimator, progress);
+  if (!nested) return JudgedBy{std::move(*residual), true};
+  auto unseen = nested_residual(context.training_set, context.splits, context.inputs, estimator, progress);
   if (!unseen) return failure(unseen.error());
   model.nested_leave_cycle_out = figures_of(*unseen, clusters);
-  return {};
+  return JudgedBy{std::move(*unseen), false};
 }
 
 Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& clusters,
@@ -274,9 +281,8 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   estimator.parameters = choice->parameters;
   auto model = fit_to_keep(*context, estimator, progress);
   if (!model) return model;
-  if (const auto judged = judge_held_out(*model, *context, estimator, options.nested, progress); !judged) {
-    return failure(judged.error());
-  }
+  const auto by = judge_held_out(*model, *context, estimator, options.nested, progress);
+  if (!by) return failure(by.error());
   model->residual_noise = wander_of(*model, datasets, context->records, context->training_set.clusters);
   model->program_version = options.program_version;
   model->method = (*method)->name;
@@ -289,7 +295,7 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   record_sources(*model, datasets, context->records);
   if (const auto judged = judge_in_sample(*model, context->training_set.clusters); !judged)
     return failure(judged.error());
-  auto uncertainty = uncertainty_of(*model, {datasets, context->records, model->leave_cycle_out_residual});
+  auto uncertainty = uncertainty_of(*model, {datasets, context->records, by->residual, by->chosen_on_these_folds});
   if (!uncertainty) return failure(uncertainty.error());
   model->uncertainty = std::move(*uncertainty);
   if ((*method)->weighs_uncertainty && thermometers.assumed) {

@@ -17,6 +17,7 @@ namespace gyrotherm::model {
 namespace {
 
 constexpr double kStep_k = 1e-3;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 // What is assumed where the record does not say it.
 constexpr double kCalibration_k = 0.02, kDriftInAYear_k = 0.05, kYearsSinceCalibration = 1;
@@ -39,10 +40,10 @@ bool asks_for(const Model& model, const std::string& thermometer) {
   });
 }
 
-/// A noise that an Allan fit sees; nothing where it does not.
+/// Adds a noise as an Allan fit estimates it, whether it is significant or not; nothing where the estimate is 0.
 void add_noise(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data::NoiseTerm term, Source source) {
-  const data::NoiseCoefficient& coefficient = of(fit, term);
-  if (!coefficient.seen) return;
+  const data::NoiseCoefficient coefficient = estimate_of(of(fit, term));
+  if (!(coefficient.value > 0)) return;
   rows.push_back({.source = source,
                   .evaluation = Evaluation::a,
                   .standard_uncertainty = deviation_of(coefficient, kSecondsPerHour),
@@ -88,7 +89,8 @@ double counting_deg_per_h(const data::Dataset& dataset, double averaging_s) {
 void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedOn& on, const data::NoiseFloor& floor) {
   const data::Dataset& first = on.datasets.front();
   const data::HoldNoise noise = noise_of(model, on);
-  add_noise(rows, noise.fit, data::NoiseTerm::angle_random_walk, Source::angle_random_walk);
+  if (of(noise.fit, data::NoiseTerm::angle_random_walk).seen)
+    add_noise(rows, noise.fit, data::NoiseTerm::angle_random_walk, Source::angle_random_walk);
   if (rows.empty() && floor.differences > 0) {
     const double length_s = on.clusters.front().length_s;
     const double white = std::pow(floor.deg_per_h, 2) - std::pow(counting_deg_per_h(first, length_s), 2);
@@ -106,30 +108,37 @@ void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedO
                     .standard_uncertainty = counting_deg_per_h(first, kSecondsPerHour)});
 }
 
-/// What a model leaves of clusters it has not seen, beyond noise, as a square; 0 unless it is twice its standard error:
-/// a floor that chance made low is no fault of the model.
-double form_square(const data::Figures& figures, const data::NoiseFloor& floor, double hysteresis) {
-  const double square = std::pow(figures.rmse, 2) - std::pow(floor.deg_per_h, 2) - std::pow(hysteresis, 2);
-  const double error = 2 * std::hypot(figures.rmse * std_error(figures), floor.deg_per_h * floor.error_deg_per_h);
-  return square > 2 * error ? square : 0;
+/// Returns what a model leaves of clusters it has not seen beyond noise and hysteresis: the estimate itself, however
+/// uncertain it is. Its degrees of freedom are those of the difference of the squares (GUM G.3 and G.4); where the
+/// residual is far above the floor, they are its effective number less one.
+BudgetRow form_row(const data::Figures& figures, const data::NoiseFloor& floor, double hysteresis, bool chosen) {
+  BudgetRow row{.source = Source::model_form, .evaluation = Evaluation::a, .chosen_on_these_folds = chosen};
+  const double residual = std::pow(figures.rmse, 2);
+  const double square = residual - std::pow(floor.deg_per_h, 2) - std::pow(hysteresis, 2);
+  row.standard_uncertainty = std::sqrt(std::max(0.0, square));
+  const double freedom = std::max(1.0, figures.effective.of_std - 1);
+  const double error = std::hypot(residual * std::sqrt(2 / freedom), 2 * floor.deg_per_h * floor.error_deg_per_h);
+  row.degrees_of_freedom = std::max(1.0, 2 * std::pow(square / error, 2));
+  if (!(square > 0)) row.degrees_of_freedom = 1;
+  return row;
 }
 
-/// What is known of the model itself: its form, and its hysteresis.
-void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const Eigen::VectorXd& residual,
+/// Adds what is known of the model itself: its form, and its hysteresis.
+void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const TrainedOn& on,
                const data::NoiseFloor& floor) {
+  const Eigen::VectorXd& residual = on.held_out_residual_deg_per_h;
   const std::vector<Eigen::Index> known = data::finite_rows(residual);
   if (known.size() < 2) return;
   const data::Figures figures = figures_of(residual(known), clusters, known);
-  const double half = hysteresis_deg_per_h(residual, clusters);
-  const double as_limits = half / std::numbers::sqrt3;
-  rows.push_back({.source = Source::model_form,
-                  .evaluation = Evaluation::a,
-                  .standard_uncertainty = std::sqrt(form_square(figures, floor, as_limits)),
-                  .degrees_of_freedom = std::max(1.0, figures.effective.of_std - 1)});
+  const Hysteresis hysteresis = hysteresis_of(residual, clusters);
+  const double as_limits = hysteresis.half_deg_per_h / std::numbers::sqrt3;
+  rows.push_back(form_row(figures, floor, as_limits, on.chosen_on_these_folds));
   rows.push_back({.source = Source::hysteresis,
-                  .evaluation = Evaluation::b,
+                  .evaluation = Evaluation::a,
                   .distribution = ErrorDistribution::rectangular,
-                  .standard_uncertainty = as_limits});
+                  .standard_uncertainty = as_limits,
+                  .degrees_of_freedom = hysteresis.degrees_of_freedom,
+                  .chosen_on_these_folds = on.chosen_on_these_folds});
 }
 
 /// What a record says of the thermometer of that name; nothing if nothing.
@@ -303,10 +312,10 @@ Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data:
   return noise;
 }
 
-double hysteresis_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters) {
+Hysteresis hysteresis_of(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters) {
   constexpr double kStep_c = 5, kMoves_c_per_min = 0.05;
   const std::vector<Eigen::Index> columns = columns_of_temperature(clusters.thermometers);
-  if (columns.empty()) return 0;
+  if (columns.empty()) return {};
   std::map<long, AtOneTemperature> steps;
   for (Eigen::Index k = 0; k < residual_deg_per_h.size(); ++k) {
     const double rate = clusters.rate_c_per_min(k, columns).mean();
@@ -318,15 +327,20 @@ double hysteresis_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, const dat
   }
   std::erase_if(steps,
                 [](const auto& step) { return std::min(step.second.rises, step.second.falls) < kFewestEachWay; });
-  if (steps.empty()) return 0;
+  if (steps.empty()) return {};
   const std::vector<Eigen::Index> known = data::finite_rows(residual_deg_per_h);
   const double variance = residual_deg_per_h(known).squaredNorm() / static_cast<double>(known.size());
-  double squares = 0;
+  double squares = 0, error_squares = 0;
   for (const auto& [number, step] : steps) {
     const double half = 0.5 * (step.rising / step.rises - step.falling / step.falls);
-    squares += half * half - 0.25 * variance * (1.0 / step.rises + 1.0 / step.falls);
+    const double chance = 0.25 * variance * (1.0 / step.rises + 1.0 / step.falls);
+    squares += half * half - chance;
+    error_squares += 2 * chance * chance + 4 * std::max(0.0, half * half - chance) * chance;
   }
-  return std::sqrt(std::max(0.0, squares / static_cast<double>(steps.size())));
+  if (!(squares > 0)) return {};
+  const double freedom = error_squares > 0 ? 2 * squares * squares / error_squares : kInfinite;
+  return {.half_deg_per_h = std::sqrt(squares / static_cast<double>(steps.size())),
+          .degrees_of_freedom = std::max(1.0, freedom)};
 }
 
 Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
@@ -346,7 +360,7 @@ Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
       {.source = Source::thermometer_noise,
        .evaluation = Evaluation::a,
        .standard_uncertainty = result.added_noise_deg_per_h * std::sqrt(clusters->length_s / kSecondsPerHour)});
-  add_model(rows, *clusters, on.held_out_residual_deg_per_h, floor);
+  add_model(rows, *clusters, on, floor);
   for (const Sensitivity& one : result.sensitivities)
     for (BudgetRow& row : budget_of_thermometer(on.datasets.front(), one)) rows.push_back(std::move(row));
   add_gyro(rows, on.datasets);

@@ -30,11 +30,17 @@ namespace gyrotherm::model {
 /// samples in a cluster. It is taken to be white; resolution is in it.
 [[nodiscard]] Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data::Clusters& clusters);
 
-/// Half of how the residual differs between warming and cooling at equal temperatures, °/h: the root mean square, over
-/// steps of 5 °C of the thermometers' mean, of half the difference between the mean residual where it rises and where
-/// it falls by more than 0.05 °C/min, less what chance makes of such means. The unit's own values are not among these
-/// thermometers; without any, its own temperature stands for them. 0 if no step has three of both.
-[[nodiscard]] double hysteresis_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters);
+/// Half of how a residual differs between warming and cooling at equal temperatures.
+struct Hysteresis {
+  double half_deg_per_h{};
+  double degrees_of_freedom = 1;  ///< ½(u/Δu)² of that half, Δu what chance makes of the means (GUM G.3); at least 1
+};
+
+/// Returns the root mean square, over steps of 5 °C of the thermometers' mean, of half the difference between the mean
+/// residual where it rises and where it falls by more than 0.05 °C/min, less what chance makes of such means. The
+/// unit's own values are not among these thermometers; without any, its own temperature stands for them. 0 if no step
+/// has three of both, or chance makes more.
+[[nodiscard]] Hysteresis hysteresis_of(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters);
 
 /// The training records of a model, each with the clusters that it was trained on, and what it leaves of these where it
 /// has not seen them: the held-out residual, one record after the other, NaN where there is none.
@@ -42,17 +48,19 @@ struct TrainedOn {
   const std::vector<data::Dataset>& datasets;
   const std::vector<data::Clusters>& clusters;
   const Eigen::VectorXd& held_out_residual_deg_per_h;
+  bool chosen_on_these_folds = false;  ///< that residual has chosen the model's parameters too
 };
 
 /// The budget of a mean over 1 h, and what it is made of. The sources:
 /// - angle random walk, flicker (its Allan deviation, 0.664 B) and rate random walk (K√(τ/3)) as the Allan fit of the
-///   compensated holds sees them (of the record with most of them), their degrees of freedom ½(u/Δu)² (GUM G.3); where
-///   it sees no angle random walk, the noise floor, less what counting makes of it, as if it were white; nothing where
-///   there is no hold;
+///   compensated holds estimates them (of the record with most of them), their degrees of freedom ½(u/Δu)² (GUM G.3);
+///   where it sees no angle random walk, the noise floor, less what counting makes of it, as if it were white; nothing
+///   where there is no hold. No row is left out because it is not significant: a row that is uncertain has few degrees
+///   of freedom;
 /// - counting, where the first record counts pulses of q: each end of a mean is off by up to half a pulse, evenly, so
 ///   that the mean is off by up to q/τ, as a triangle: q/(√6 τ) (GUM 4.3.9);
 /// - noise of the thermometers, as above;
-/// - model form: the held-out RMSE² less noise floor² and hysteresis², if that is twice its standard error;
+/// - model form: the held-out RMSE² less noise floor² and hysteresis², with the degrees of freedom of that difference;
 /// - hysteresis as limits, ± a: a/√3;
 /// - turn-on, once in use and once in training, there divided by the root of the records;
 /// - each thermometer's calibration, and its drift u·√(years since), by the root mean square of its sensitivity;

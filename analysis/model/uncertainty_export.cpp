@@ -47,8 +47,8 @@ constexpr const char* kTest = R"(  double square = 0.0;
 
 /// "  0.0003, /* angle random walk */"
 std::string line_of(const BudgetRow& row) {
-  const std::string what =
-      fmt::format("{}{}{}{}", name(row.source), row.of.empty() ? "" : " ", row.of, row.assumed ? " (assumed)" : "");
+  std::string what = fmt::format("{}{}{}", name(row.source), row.of.empty() ? "" : " ", row.of);
+  if (const std::string_view said = remark(row); !said.empty()) what += fmt::format(" ({})", said);
   return fmt::format("  {}, /* {} */\n", c_number(contribution_deg_per_h(row)), c_comment(what));
 }
 

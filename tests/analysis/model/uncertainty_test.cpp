@@ -202,9 +202,10 @@ TEST_F(UncertaintyOfAModel, HysteresisIsHalfOfWhatTheWayUpDiffersFromTheWayDown)
     chance(k) = noise(random);
     residual(k) = chance(k) + std::copysign(0.003, clusters_.rate_c_per_min.row(k).mean());
   }
-  EXPECT_NEAR(hysteresis_deg_per_h(residual, clusters_), 0.003, 0.0004);
-  EXPECT_LT(hysteresis_deg_per_h(chance, clusters_), 0.0006) << "of noise alone there is hardly any";
-  EXPECT_EQ(hysteresis_deg_per_h(Eigen::VectorXd::Zero(residual.size()), clusters_), 0);
+  EXPECT_NEAR(hysteresis_of(residual, clusters_).half_deg_per_h, 0.003, 0.0004);
+  EXPECT_LT(hysteresis_of(chance, clusters_).half_deg_per_h, 0.0006) << "of noise alone there is hardly any";
+  EXPECT_EQ(hysteresis_of(Eigen::VectorXd::Zero(residual.size()), clusters_).half_deg_per_h, 0);
+  EXPECT_GT(hysteresis_of(residual, clusters_).degrees_of_freedom, 5 * hysteresis_of(chance, clusters_).degrees_of_freedom);
 }
 
 TEST_F(UncertaintyOfAModel, HysteresisIsOfThermometersAndNotOfWhatAGyroTellsOfItself) {
@@ -220,18 +221,18 @@ TEST_F(UncertaintyOfAModel, HysteresisIsOfThermometersAndNotOfWhatAGyroTellsOfIt
   own.rate_c_per_min.col(columns) = own.rate_c_per_min.col(0);
   own.temperature_c.col(columns + 1).setLinSpaced(rows, 0, 1e6);  // rises all the time
   own.rate_c_per_min.col(columns + 1).setConstant(1e4);
-  const double expected = hysteresis_deg_per_h(residual, clusters_);
+  const double expected = hysteresis_of(residual, clusters_).half_deg_per_h;
   EXPECT_NEAR(expected, 0.003, 0.0004);
-  EXPECT_EQ(hysteresis_deg_per_h(residual, own), expected);
+  EXPECT_EQ(hysteresis_of(residual, own).half_deg_per_h, expected);
   own.rate_c_per_min.rightCols(2).setConstant(std::nan(""));
-  EXPECT_EQ(hysteresis_deg_per_h(residual, own), expected) << "missing";
+  EXPECT_EQ(hysteresis_of(residual, own).half_deg_per_h, expected) << "missing";
   data::Clusters alone = clusters_;
   alone.thermometers = {"self"};
   alone.temperature_c = clusters_.temperature_c.col(0);
   alone.rate_c_per_min = clusters_.rate_c_per_min.col(0);
-  EXPECT_NEAR(hysteresis_deg_per_h(residual, alone), 0.003, 0.0004) << "the only temperature there is";
+  EXPECT_NEAR(hysteresis_of(residual, alone).half_deg_per_h, 0.003, 0.0004) << "the only temperature there is";
   alone.thermometers = {"aux:current"};
-  EXPECT_EQ(hysteresis_deg_per_h(residual, alone), 0);
+  EXPECT_EQ(hysteresis_of(residual, alone).half_deg_per_h, 0);
 }
 
 TEST_F(UncertaintyOfAModel, SaysWhatItWasToldAndWhatItAssumes) {

@@ -12,15 +12,7 @@ namespace gyrotherm::rig {
 namespace {
 
 constexpr double kRadian = std::numbers::pi / 180;
-/// A slope of the Earth's rate so small, relative to Ω, that no tilt is told by it.
-constexpr double kNoSlope = 1e-6;
-
 using Vector = std::array<double, 3>;  ///< north, west, up
-
-Vector cross(const Vector& a, const Vector& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /// About the axis numbered `about`, right-handed.
 Vector turned(const Vector& v, std::size_t about, double radians) {
@@ -35,19 +27,6 @@ Vector in_the_room(const Fixture& fixture, const FixtureVector& vector) {
   const auto rolled = turned(vector, 0, fixture.roll * kRadian);
   const auto raised = turned(rolled, 1, -fixture.elevation * kRadian);
   return turned(raised, 2, -fixture.azimuth * kRadian);
-}
-
-/// How the Earth's rate on `axis`, as a share of Ω, changes with a small turn about `about`, per degree.
-double slope(const Vector& axis, const Vector& about, double latitude_deg) {
-  const Vector earth{std::cos(latitude_deg * kRadian), 0, std::sin(latitude_deg * kRadian)};
-  return kRadian * dot(earth, cross(about, axis));
-}
-
-/// Of a turn by 1° that may have any direction at right angles to the axis, the mean square's root.
-double slope_of_any_turn(const Vector& axis, double latitude_deg) {
-  const Vector earth{std::cos(latitude_deg * kRadian), 0, std::sin(latitude_deg * kRadian)};
-  const auto across = cross(earth, axis);
-  return kRadian * std::sqrt(dot(across, across) / 2);
 }
 
 }  // namespace
@@ -97,21 +76,11 @@ void place_axis(const Fixture& fixture, const FixtureVector& direction,
   known.elevation_deg = elevation;
   known.latitude_uncertainty_deg = fixture.latitude_uncertainty;
   known.azimuth_uncertainty_deg = fixture.azimuth_uncertainty;
-  if (!fixture.elevation_uncertainty && !fixture.roll_uncertainty && !direction_uncertainty) return;
-  // The fixture is raised about its own horizontal axis, which is west where its azimuth is zero.
-  const auto about_west = turned({0, 1, 0}, 2, -fixture.azimuth * kRadian);
-  const auto about_x = in_the_room(fixture, {1, 0, 0});
-  const double by_elevation = slope(points, about_west, fixture.latitude) * fixture.elevation_uncertainty.value_or(0);
-  const double by_roll = slope(points, about_x, fixture.latitude) * fixture.roll_uncertainty.value_or(0);
-  const double by_direction = slope_of_any_turn(points, fixture.latitude) * direction_uncertainty.value_or(0);
-  const double together = std::hypot(by_elevation, by_roll, by_direction);
-  // What the budget multiplies it with: the Earth's rate by the elevation of the axis.
-  const double phi = fixture.latitude * kRadian, az = azimuth * kRadian, el = elevation * kRadian;
-  const double by_tilt = kRadian * std::abs(std::sin(phi) * std::cos(el) - std::cos(phi) * std::cos(az) * std::sin(el));
-  known.tilt_uncertainty_deg = by_tilt > kNoSlope * kRadian ? together / by_tilt
-                                                            : std::hypot(fixture.elevation_uncertainty.value_or(0),
-                                                                         fixture.roll_uncertainty.value_or(0),
-                                                                         direction_uncertainty.value_or(0));
+  known.fixture_azimuth_deg = fixture.azimuth;
+  known.fixture_elevation_deg = fixture.elevation;
+  known.elevation_uncertainty_deg = fixture.elevation_uncertainty;
+  known.roll_uncertainty_deg = fixture.roll_uncertainty;
+  known.direction_uncertainty_deg = direction_uncertainty;
 }
 
 }  // namespace gyrotherm::rig

@@ -36,9 +36,9 @@ struct Fixture {
 [[nodiscard]] DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevation_deg);
 
 /// Puts what the fixture's attitude says of an input axis along `direction` into `axis`: its azimuth and elevation, the
-/// Earth's rate on it, and how well these are known. Elevation and roll of the fixture, and where the axis lies in it
-/// (`direction_uncertainty`, degrees), become one tilt of the axis, of which the Earth's rate is as uncertain to first
-/// order.
+/// Earth's rate on it, and how well the fixture's latitude, azimuth, elevation and roll are known, and where the axis
+/// lies in it (`direction_uncertainty`, degrees): each as it was said, for no angle of one axis can stand for two of a
+/// fixture. A budget takes each by its own slope of the Earth's rate.
 void place_axis(const Fixture& fixture, const FixtureVector& direction,
                 const std::optional<double>& direction_uncertainty, record::AxisInfo& axis);
 

@@ -51,6 +51,18 @@ constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertaint
     {"turn_on_repeatability_deg_per_h", &GyroUncertainty::turn_on_repeatability_deg_per_h},
 }};
 
+/// What the list `fixture` says of an axis: a table of its own would be no record's of before.
+constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 5> kOfItsFixture{{
+    {"fixture_azimuth_deg", &GyroUncertainty::fixture_azimuth_deg},
+    {"fixture_elevation_deg", &GyroUncertainty::fixture_elevation_deg},
+    {"elevation_uncertainty_deg", &GyroUncertainty::elevation_uncertainty_deg},
+    {"roll_uncertainty_deg", &GyroUncertainty::roll_uncertainty_deg},
+    {"direction_uncertainty_deg", &GyroUncertainty::direction_uncertainty_deg},
+}};
+
+/// Names an axis in the list `fixture`, by its unit's position and its own.
+std::string place_in_list(std::size_t unit, std::size_t axis) { return fmt::format("{}.{}", unit, axis); }
+
 Result<void> write_meta(Database& database, const RunInfo& info) {
   auto insert = database.prepare("INSERT INTO meta(key, value) VALUES(?, ?)");
   if (!insert) return failure(insert.error());
@@ -180,7 +192,27 @@ Result<void> write_segments(Database& database, const std::vector<RunInfo::Segme
 }
 
 constexpr const char *kCycles = "cycles", *kGradients = "gradients", *kThreePoint = "three_point",
-                     *kAnalogueMaps = "analogue_map_texts", *kIdentities = "identities";
+                     *kAnalogueMaps = "analogue_map_texts", *kIdentities = "identities", *kFixture = "fixture";
+
+/// Returns "key number" of each that is known.
+std::vector<std::string> fixture_lines(const GyroUncertainty& known) {
+  std::vector<std::string> lines;
+  for (const auto& [key, number] : kOfItsFixture)
+    if (known.*number) lines.push_back(fmt::format("{} {}", key, *(known.*number)));
+  return lines;
+}
+
+/// Takes a line of fixture_lines(); ignores one that is not.
+void take_fixture_line(std::string_view line, GyroUncertainty& known) {
+  const auto blank = line.find(' ');
+  if (blank == line.npos) return;
+  for (const auto& [key, number] : kOfItsFixture) {
+    if (line.substr(0, blank) != key) continue;
+    double value{};
+    const auto read = std::from_chars(line.data() + blank + 1, line.data() + line.size(), value);
+    if (read.ec == std::errc{} && std::isfinite(value)) known.*number = value;
+  }
+}
 
 Result<void> write_lists(Database& database, const RunInfo& info) {
   auto insert = database.prepare("INSERT INTO list(name, of, value, position) VALUES(?, ?, ?, ?)");
@@ -196,6 +228,9 @@ Result<void> write_lists(Database& database, const RunInfo& info) {
     put(kGradients, unit.name, unit.gradients);
     put(kThreePoint, unit.name, unit.three_point);
   }
+  for (std::size_t i = 0; i < info.units.size(); ++i)
+    for (std::size_t axis = 0; axis < info.units[i].axes.size(); ++axis)
+      put(kFixture, place_in_list(i, axis), fixture_lines(info.units[i].axes[axis].uncertainty));
   return written;
 }
 
@@ -372,6 +407,12 @@ Result<void> read_lists(Database& database, RunInfo& info) {
     if (list == kCycles) info.cycles.emplace_back(row.text(2));
     if (list == kAnalogueMaps) info.analogue_map_texts.emplace_back(row.text(2));
     if (list == kIdentities) info.identities.emplace(row.text(1), row.text(2));
+    if (list == kFixture) {
+      for (std::size_t i = 0; i < info.units.size(); ++i)
+        for (std::size_t axis = 0; axis < info.units[i].axes.size(); ++axis)
+          if (row.text(1) == place_in_list(i, axis))
+            take_fixture_line(row.text(2), info.units[i].axes[axis].uncertainty);
+    }
     const auto unit = std::ranges::find(info.units, row.text(1), &UnitInfo::name);
     if (unit == info.units.end()) return;
     if (list == kGradients) unit->gradients.emplace_back(row.text(2));

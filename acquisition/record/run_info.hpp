@@ -51,6 +51,10 @@ enum class GyroKind { pulse_count, rate };
 struct GyroUncertainty {
   std::optional<double> latitude_deg{}, azimuth_deg{}, elevation_deg{};  ///< from true north, above the horizontal
   std::optional<double> latitude_uncertainty_deg{}, azimuth_uncertainty_deg{}, tilt_uncertainty_deg{};
+  /// Of an axis in a fixture: how that stands, and how well its elevation, its roll and where the axis lies in it are
+  /// known, each by itself. Such an axis has no tilt of its own.
+  std::optional<double> fixture_azimuth_deg{}, fixture_elevation_deg{};
+  std::optional<double> elevation_uncertainty_deg{}, roll_uncertainty_deg{}, direction_uncertainty_deg{};
   std::optional<double> scale_factor_uncertainty_ppm{};
   std::optional<double> turn_on_repeatability_deg_per_h{};  ///< standard deviation of the bias from run to run
   bool operator==(const GyroUncertainty&) const = default;

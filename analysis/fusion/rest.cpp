@@ -43,6 +43,7 @@ Result<void> check(const Geometry& geometry, const Attitude& attitude, const Bia
   if (!prior.mean_deg_per_h.allFinite() || !prior.covariance.allFinite()) return wrong("a bias is not finite");
   for (const double std : {attitude.tilt_std_deg, attitude.azimuth_std_deg, attitude.latitude_std_deg})
     if (!std::isfinite(std) || std < 0) return wrong(fmt::format("an angle's uncertainty is {}°", std));
+  if (!attitude.turn_covariance_deg2.allFinite()) return wrong("a covariance of angles is not finite");
   constexpr double kPole = 90;
   if (!(std::abs(attitude.latitude_deg) <= kPole))
     return wrong(fmt::format("the latitude is {}°", attitude.latitude_deg));
@@ -53,11 +54,11 @@ Result<void> check(const Geometry& geometry, const Attitude& attitude, const Bia
   return {};
 }
 
-/// Of the angles about north, east and down, rad².
+/// Computes the covariance of the angles about north, east and down, rad²; an error of the latitude is one about east.
 Eigen::Matrix3d angle_covariance(const Attitude& attitude) {
-  const Eigen::Vector3d deg(attitude.tilt_std_deg, std::hypot(attitude.tilt_std_deg, attitude.latitude_std_deg),
-                            attitude.azimuth_std_deg);
-  return (kRadians * deg).cwiseAbs2().asDiagonal();
+  Eigen::Matrix3d covariance = pose_covariance(attitude);
+  covariance(1, 1) += std::pow(kRadians * attitude.latitude_std_deg, 2);
+  return covariance;
 }
 
 /// What the axes see of the Earth if the fixture is turned by ψ, and how that goes with ψ.
@@ -73,6 +74,12 @@ Seen seen_of_earth(const Geometry& geometry, const Attitude& attitude, const Eig
 }
 
 }  // namespace
+
+Eigen::Matrix3d pose_covariance(const Attitude& attitude) {
+  const Eigen::Vector3d deg(attitude.tilt_std_deg, attitude.tilt_std_deg, attitude.azimuth_std_deg);
+  return kRadians * kRadians *
+         (attitude.turn_covariance_deg2 + Eigen::Matrix3d(deg.cwiseAbs2().asDiagonal()));
+}
 
 Eigen::Matrix3d level_fixture(double heading_deg) {
   return Eigen::AngleAxisd(heading_deg * kRadians, Eigen::Vector3d::UnitZ()).toRotationMatrix();

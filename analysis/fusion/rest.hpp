@@ -17,7 +17,14 @@ struct Attitude {
   double azimuth_std_deg{};                                ///< about down
   double latitude_deg{};
   double latitude_std_deg{};
+  /// What is uncertain beside these: the covariance of the angles about north, east and down, as a fixture's elevation
+  /// and roll make it; deg².
+  Eigen::Matrix3d turn_covariance_deg2 = Eigen::Matrix3d::Zero();
 };
+
+/// Returns the covariance of the angles by which the fixture is turned about north, east and down, rad², without the
+/// latitude.
+[[nodiscard]] Eigen::Matrix3d pose_covariance(const Attitude& attitude);
 
 /// The attitude of a level fixture whose first axis has this heading and whose third points down.
 [[nodiscard]] Eigen::Matrix3d level_fixture(double heading_deg);

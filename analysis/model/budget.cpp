@@ -22,7 +22,7 @@ struct SourceInfo {
 };
 
 /// In the order of Source.
-constexpr std::array<SourceInfo, 15> kSources{
+constexpr std::array<SourceInfo, 18> kSources{
     {{"angle random walk", "°/h", Differs::within_a_run, WithTime::falls},
      {"flicker", "°/h", Differs::within_a_run, WithTime::stays},
      {"rate random walk", "°/h", Differs::within_a_run, WithTime::grows},
@@ -37,6 +37,9 @@ constexpr std::array<SourceInfo, 15> kSources{
      {"latitude", "°", Differs::never, WithTime::stays},
      {"azimuth", "°", Differs::never, WithTime::stays},
      {"tilt", "°", Differs::never, WithTime::stays},
+     {"fixture elevation", "°", Differs::never, WithTime::stays},
+     {"fixture roll", "°", Differs::never, WithTime::stays},
+     {"axis direction", "°", Differs::never, WithTime::stays},
      {"scale factor", "ppm", Differs::never, WithTime::stays}}};
 
 const SourceInfo& info_of(Source source) { return kSources[static_cast<std::size_t>(source)]; }

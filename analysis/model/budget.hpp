@@ -27,7 +27,10 @@ enum class Source {
   thermometer_calibration,  ///< of its certificate
   latitude,
   azimuth,
-  tilt,
+  tilt,               ///< of an axis that stands in no fixture
+  fixture_elevation,  ///< … and of one that does
+  fixture_roll,
+  axis_direction,  ///< where it lies in its fixture
   scale_factor
 };
 [[nodiscard]] const char* name(Source source);
@@ -131,7 +134,8 @@ void describe(auto& form, Like<BudgetRow> auto& row) {
        one_of(row.source, {Source::angle_random_walk, Source::flicker, Source::rate_random_walk, Source::counting,
                            Source::thermometer_noise, Source::model_form, Source::coefficients, Source::hysteresis,
                            Source::turn_on, Source::thermometer_drift, Source::thermometer_calibration,
-                           Source::latitude, Source::azimuth, Source::tilt, Source::scale_factor}));
+                           Source::latitude, Source::azimuth, Source::tilt, Source::fixture_elevation,
+                           Source::fixture_roll, Source::axis_direction, Source::scale_factor}));
   form.if_there("of", !row.of.empty(), row.of);
   form("type", one_of(row.evaluation, {Evaluation::a, Evaluation::b}));
   form("distribution", one_of(row.distribution, {ErrorDistribution::normal, ErrorDistribution::rectangular,

@@ -156,16 +156,54 @@ void add_slopes(FusedAxes& fused, const std::vector<CompensatedAxis>& axes, cons
   }
 }
 
-/// The budget's standard uncertainty of a source, in its unit; 0 if it has none.
-double standard_of(const Model& model, Source source) {
-  const auto& rows = model.uncertainty->budget.rows;
+/// Returns the row of a source; null if there is none.
+const BudgetRow* find_row(const std::vector<BudgetRow>& rows, Source source) {
   const auto at = std::ranges::find(rows, source, &BudgetRow::source);
-  return at == rows.end() ? 0 : at->standard_uncertainty;
+  return at == rows.end() ? nullptr : &*at;
 }
 
 Eigen::Vector3d points(const record::GyroUncertainty& known) {
   const double azimuth = *known.azimuth_deg * kRadian, elevation = *known.elevation_deg * kRadian;
   return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), -std::sin(elevation)};
+}
+
+/// Returns the physical tilt, degrees, that makes the Earth's rates of axes without a fixture's angles as uncertain as
+/// their rows say: √(Σ(c u)²/Σ c²). One axis alone cannot say it, since its slope may vanish.
+double common_tilt_deg(const std::vector<const BudgetRow*>& rows) {
+  double rates = 0, slopes = 0;
+  for (const BudgetRow* row : rows) {
+    rates += std::pow(contribution_deg_per_h(*row), 2);
+    slopes += std::pow(row->sensitivity, 2);
+  }
+  return slopes > 0 ? std::sqrt(rates / slopes) : 0;
+}
+
+/// Puts what the record says of the fixture's angles into its attitude, or what is assumed where it says nothing.
+/// Elevation turns it about its own horizontal axis, roll about its x.
+void add_angles(fusion::Attitude& attitude, const std::vector<CompensatedAxis>& axes) {
+  std::vector<const BudgetRow*> tilts;
+  std::vector<std::vector<BudgetRow>> all;
+  for (const CompensatedAxis& axis : axes) all.push_back(budget_of_earth_rate(axis.dataset));
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const auto widen = [&](double& widest, Source source) {
+      if (const BudgetRow* row = find_row(all[a], source)) widest = std::max(widest, row->standard_uncertainty);
+    };
+    widen(attitude.latitude_std_deg, Source::latitude);
+    widen(attitude.azimuth_std_deg, Source::azimuth);
+    if (const BudgetRow* row = find_row(all[a], Source::tilt)) tilts.push_back(row);
+  }
+  attitude.tilt_std_deg = common_tilt_deg(tilts);
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const BudgetRow *elevation = find_row(all[a], Source::fixture_elevation),
+                    *roll = find_row(all[a], Source::fixture_roll);
+    if (elevation == nullptr || roll == nullptr) continue;
+    const Eigen::Vector3d x = attitude.to_local.col(0);
+    const double azimuth = *axes[a].dataset.gyro_uncertainty.fixture_azimuth_deg * kRadian;
+    const Eigen::Vector3d level(-std::sin(azimuth), std::cos(azimuth), 0);
+    attitude.turn_covariance_deg2 = std::pow(elevation->standard_uncertainty, 2) * level * level.transpose() +
+                                    std::pow(roll->standard_uncertainty, 2) * x * x.transpose();
+    return;  // the axes of a record stand in one fixture
+  }
 }
 
 /// Nothing where the record does not know how its axes stand.
@@ -177,12 +215,6 @@ Result<std::optional<fusion::Attitude>> attitude_of(const FusedAxes& fused, cons
     if (!known.latitude_deg || !known.azimuth_deg || !known.elevation_deg) return std::nullopt;
     sum += points(known) * fused.directions.row(static_cast<Eigen::Index>(a));
     attitude.latitude_deg = *known.latitude_deg;
-    const auto widen = [&](double& widest, const std::optional<double>& said, Source source) {
-      widest = std::max(widest, said.value_or(standard_of(axes[a].model, source)));
-    };
-    widen(attitude.latitude_std_deg, known.latitude_uncertainty_deg, Source::latitude);
-    widen(attitude.azimuth_std_deg, known.azimuth_uncertainty_deg, Source::azimuth);
-    widen(attitude.tilt_std_deg, known.tilt_uncertainty_deg, Source::tilt);
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const double handed = svd.matrixU().determinant() * svd.matrixV().determinant();
@@ -194,30 +226,26 @@ Result<std::optional<fusion::Attitude>> attitude_of(const FusedAxes& fused, cons
     if ((turned - points(axes[a].dataset.gyro_uncertainty)).norm() > kFits)
       return refused(axes[a].dataset, "its direction in the fixture and its azimuth and elevation do not fit together");
   }
+  add_angles(attitude, axes);
   return std::optional(attitude);
 }
 
-/// What the angles of the fixture that the models were trained on do to all axes together, and scale factors to each.
+/// Adds what was uncertain of the training: latitude, azimuth, elevation and roll of the fixture do to each axis what its
+/// own row says, and to all axes together; direction, tilt and scale factor are each axis's own.
 void add_training(FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
+  for (const Source source : {Source::latitude, Source::azimuth, Source::fixture_elevation, Source::fixture_roll}) {
+    Eigen::VectorXd column = Eigen::VectorXd::Zero(fused.axes());
+    for (std::size_t a = 0; a < axes.size(); ++a)
+      if (const BudgetRow* row = find_row(axes[a].model.uncertainty->budget.rows, source))
+        column(static_cast<Eigen::Index>(a)) = row->sensitivity * row->standard_uncertainty;
+    fused.learnt += column * column.transpose();
+  }
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const auto at = static_cast<Eigen::Index>(a);
-    for (const BudgetRow& row : axes[a].model.uncertainty->budget.rows)
-      if (row.source == Source::scale_factor) fused.learnt(at, at) += std::pow(contribution_deg_per_h(row), 2);
+    for (const Source source : {Source::tilt, Source::axis_direction, Source::scale_factor})
+      if (const BudgetRow* row = find_row(axes[a].model.uncertainty->budget.rows, source))
+        fused.learnt(at, at) += std::pow(contribution_deg_per_h(*row), 2);
   }
-  if (!fused.attitude) return;
-  double latitude = 0, azimuth = 0, tilt = 0;
-  for (const CompensatedAxis& axis : axes) {
-    latitude = std::max(latitude, standard_of(axis.model, Source::latitude) * kRadian);
-    azimuth = std::max(azimuth, standard_of(axis.model, Source::azimuth) * kRadian);
-    tilt = std::max(tilt, standard_of(axis.model, Source::tilt) * kRadian);
-  }
-  const Eigen::Vector3d earth = fusion::earth_rate(fused.attitude->latitude_deg);
-  Eigen::Matrix3d turns;  // of the Earth's rotation, by a turn about north, east and down; an error of latitude is east
-  turns << 0, earth(2), -earth(1), -earth(2), 0, earth(0), earth(1), -earth(0), 0;
-  const Eigen::Vector3d angles(tilt, std::hypot(tilt, latitude), azimuth);
-  const Eigen::MatrixXd columns =
-      fused.directions * fused.attitude->to_local.transpose() * turns * Eigen::Matrix3d(angles.asDiagonal());
-  fused.learnt += columns * columns.transpose();
 }
 
 }  // namespace

@@ -107,8 +107,10 @@ double said_heading(const fusion::Attitude& attitude) {
 }
 
 void add_heading(RestStretch& rest, const fusion::FusedRate& rate, const fusion::Attitude& attitude) {
-  const auto north =
-      north_of(levelled(rate, attitude, said_heading(attitude)), attitude.latitude_deg, attitude.tilt_std_deg);
+  const Eigen::Matrix3d turns = pose_covariance(attitude);
+  const fusion::Tilt tilt{.about_north_deg = kDegrees * std::sqrt(turns(0, 0)),
+                          .about_east_deg = kDegrees * std::sqrt(turns(1, 1))};
+  const auto north = north_of(levelled(rate, attitude, said_heading(attitude)), attitude.latitude_deg, tilt);
   if (!north) {
     rest.no_heading = north.error().what;
     return;

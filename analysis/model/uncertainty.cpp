@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/model/uncertainty.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
 #include <chrono>
@@ -249,7 +250,16 @@ std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset) {
     const EarthRateSlopes slopes = earth_rate_slopes(*gyro.latitude_deg, *gyro.azimuth_deg, *gyro.elevation_deg);
     rows.push_back(said_or_assumed(Source::latitude, gyro.latitude_uncertainty_deg, kLatitude_deg, slopes.latitude));
     rows.push_back(said_or_assumed(Source::azimuth, gyro.azimuth_uncertainty_deg, kAzimuth_deg, slopes.azimuth));
-    rows.push_back(said_or_assumed(Source::tilt, gyro.tilt_uncertainty_deg, kTilt_deg, slopes.elevation));
+    if (gyro.fixture_azimuth_deg && gyro.fixture_elevation_deg) {
+      const FixtureSlopes of = fixture_slopes(gyro);
+      rows.push_back(
+          said_or_assumed(Source::fixture_elevation, gyro.elevation_uncertainty_deg, kTilt_deg, of.elevation));
+      rows.push_back(said_or_assumed(Source::fixture_roll, gyro.roll_uncertainty_deg, kTilt_deg, of.roll));
+      rows.push_back(
+          said_or_assumed(Source::axis_direction, gyro.direction_uncertainty_deg, kTilt_deg, of.direction));
+    } else {
+      rows.push_back(said_or_assumed(Source::tilt, gyro.tilt_uncertainty_deg, kTilt_deg, slopes.elevation));
+    }
   }
   if (dataset.earth_rate_deg_per_h) rows.push_back(budget_of_scale_factor(dataset, *dataset.earth_rate_deg_per_h));
   return rows;
@@ -431,6 +441,22 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
     variance.array() += (slopes->col(at).array() * row.standard_uncertainty).square();
   }
   return combined(rows).coverage_factor * variance.cwiseSqrt();
+}
+
+FixtureSlopes fixture_slopes(const record::GyroUncertainty& known) {
+  constexpr double kRadian = std::numbers::pi / 180;
+  const auto along = [](double azimuth_deg, double elevation_deg) {  // north, east, down
+    const double az = azimuth_deg * kRadian, el = elevation_deg * kRadian;
+    return Eigen::Vector3d(std::cos(el) * std::cos(az), std::cos(el) * std::sin(az), -std::sin(el));
+  };
+  const double phi = *known.latitude_deg * kRadian;
+  const Eigen::Vector3d earth = kEarthRateDegPerHour * Eigen::Vector3d(std::cos(phi), 0, -std::sin(phi));
+  const Eigen::Vector3d axis = along(*known.azimuth_deg, *known.elevation_deg);
+  const Eigen::Vector3d about_level = along(*known.fixture_azimuth_deg + 90, 0);
+  const Eigen::Vector3d about_x = along(*known.fixture_azimuth_deg, *known.fixture_elevation_deg);
+  return {.elevation = kRadian * earth.dot(about_level.cross(axis)),
+          .roll = kRadian * earth.dot(about_x.cross(axis)),
+          .direction = kRadian * earth.cross(axis).norm() / std::numbers::sqrt2};
 }
 
 EarthRateSlopes earth_rate_slopes(double latitude_deg, double azimuth_deg, double elevation_deg) {

@@ -64,10 +64,12 @@ struct TrainedOn {
 /// - hysteresis as limits, ± a: a/√3;
 /// - turn-on, once in use and once in training, there divided by the root of the records;
 /// - each thermometer's calibration, and its drift u·√(years since), by the root mean square of its sensitivity;
-/// - latitude, azimuth and tilt by the slopes of the Earth rate on the input axis, and the scale factor by the Earth
-///   rate, where that is removed.
+/// - latitude, azimuth and tilt by the slopes of the Earth rate on the input axis, of an axis in a fixture its elevation,
+///   roll and the axis's direction each by its own instead of the tilt, and the scale factor by the Earth rate, where
+///   that is removed.
 /// What the record does not say is assumed, and marked: thermometers 0.02 K of calibration, 0.05 K of drift in a year,
-/// a year since the calibration; turn-on 0.001 °/h; latitude 0.01°, azimuth 0.1°, tilt 1′; scale factor 10 ppm.
+/// a year since the calibration; turn-on 0.001 °/h; latitude 0.01°, azimuth 0.1°, tilt, elevation, roll and
+/// direction 1′ each; scale factor 10 ppm.
 /// What thermometers and gyro are is what the first record says. Fails with usage if the clusters lack a thermometer
 /// that the model needs.
 [[nodiscard]] Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on);
@@ -75,8 +77,8 @@ struct TrainedOn {
 /// The scale factor's row for a rate that was measured by it, °/h, as in a budget.
 [[nodiscard]] BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_per_h);
 
-/// What makes a bias uncertain from which the Earth's rate was taken away: latitude, azimuth and tilt by the slopes of
-/// that rate, where the record says the angles, and the scale factor by the rate itself, as in a budget. Empty where
+/// What makes a bias uncertain from which the Earth's rate was taken away: latitude, azimuth and tilt, or the angles of
+/// a fixture, by the slopes of that rate, where the record says the angles, and the scale factor by the rate itself, as in a budget. Empty where
 /// none was taken away.
 [[nodiscard]] std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset);
 
@@ -117,6 +119,15 @@ struct ThermometersInUse {
 [[nodiscard]] Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
                                                            const data::Dataset& dataset,
                                                            const data::Clusters& clusters);
+
+/// How the Earth rate on an axis in a fixture goes with the fixture's elevation and roll, signed, and with where the axis
+/// lies in it: of a turn that may have any direction across the axis, root mean square. °/h per degree.
+struct FixtureSlopes {
+  double elevation{}, roll{}, direction{};
+};
+/// Computes them from latitude, azimuth and elevation of the axis, and azimuth and elevation of the fixture, which must
+/// all be known. The fixture is raised about its own horizontal axis and rolled about its x.
+[[nodiscard]] FixtureSlopes fixture_slopes(const record::GyroUncertainty& known);
 
 /// The Earth rate on an axis, Ω(cos φ cos az cos el + sin φ sin el), by each of its angles, °/h per degree.
 struct EarthRateSlopes {

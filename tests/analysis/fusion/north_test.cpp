@@ -16,7 +16,7 @@ TEST(North, IsTheHeadingOfTheFixture) {
   for (const double latitude : {-60.0, 0.0, 48.0}) {
     for (double heading = -179; heading <= 180; heading += 13) {
       const Eigen::Vector3d rate = level_fixture(heading).transpose() * earth_rate(latitude);
-      const auto north = north_of({rate, gains.covariance}, latitude, 0);
+      const auto north = north_of({rate, gains.covariance}, latitude, {});
       ASSERT_TRUE(north) << text(north.error());
       EXPECT_NEAR(north->heading_deg, heading, 1e-9);
     }
@@ -28,7 +28,8 @@ TEST(North, IsAsUncertainAsTheEastAxisOverTheHorizontalEarth) {
   Eigen::Matrix3d covariance = Eigen::Vector3d(9, 1, 25).asDiagonal();
   covariance *= u * u;
   const auto at = [&](double heading, double tilt_std_deg) {
-    return *north_of({level_fixture(heading).transpose() * earth_rate(latitude), covariance}, latitude, tilt_std_deg);
+    return *north_of({level_fixture(heading).transpose() * earth_rate(latitude), covariance}, latitude,
+                     {tilt_std_deg, tilt_std_deg});
   };
   const double horizontal = kEarthRateDegPerHour * std::cos(latitude * kDegree);
   EXPECT_NEAR(at(0, 0).standard_deg, u / horizontal / kDegree, 1e-9) << "the second axis points east";
@@ -56,7 +57,7 @@ TEST(North, IsWrongAsOftenAsItSays) {
           Eigen::AngleAxisd(tilted.norm(), tilted.normalized()).toRotationMatrix() * level_fixture(heading);
       const Eigen::VectorXd readings =
           geometry.directions * turned.transpose() * earth_rate(latitude) + draws.with(geometry.covariance);
-      const auto north = north_of(fused(gains, readings), latitude, tilt);
+      const auto north = north_of(fused(gains, readings), latitude, {tilt, tilt});
       ASSERT_TRUE(north) << text(north.error());
       const double error = std::remainder(north->heading_deg - heading, 360);
       squares += std::pow(error / north->standard_deg, 2);
@@ -73,7 +74,7 @@ TEST(North, AgreesWithWhatTheRestSays) {
   const Geometry geometry = made_of(triad_axes(u));
   const Attitude attitude{.azimuth_std_deg = 20, .latitude_deg = latitude};
   const Eigen::Vector3d readings = level_fixture(8).transpose() * earth_rate(latitude);
-  const auto north = north_of(fused(gains_of(geometry), readings), latitude, 0);
+  const auto north = north_of(fused(gains_of(geometry), readings), latitude, {});
   const auto rest =
       at_rest(geometry, readings, attitude, {Eigen::Vector3d::Zero(), 1e-14 * Eigen::Matrix3d::Identity()});
   ASSERT_TRUE(north && rest);
@@ -84,7 +85,7 @@ TEST(North, AgreesWithWhatTheRestSays) {
 TEST(North, IsRefusedWhereItCannotBeFound) {
   const Eigen::Matrix3d covariance = 1e-4 * Eigen::Matrix3d::Identity();
   const auto kind = [&](const Eigen::Vector3d& rate, double latitude, double tilt) {
-    const auto north = north_of({rate, covariance}, latitude, tilt);
+    const auto north = north_of({rate, covariance}, latitude, {tilt, 0});
     return north ? std::nullopt : std::optional(north.error().kind);
   };
   EXPECT_EQ(kind(earth_rate(45), 45, 0), std::nullopt);

@@ -54,6 +54,16 @@ TEST(Budget, OfASingleSourceHasItsDegreesOfFreedom) {
   EXPECT_NEAR(combined({row_of(1e-100, 1, 7)}).degrees_of_freedom, 7, 1e-9) << "however small";
 }
 
+TEST(Budget, IsWiderOutsideTheTrainedRangeByWhatALineOfThatFormDoes) {
+  EXPECT_EQ(widening(0), 0);
+  EXPECT_DOUBLE_EQ(widening(0.5), 9) << "3(2² − 1)";
+  const Uncertainty known{.budget = {.averaging_s = 3600,
+                                     .rows = {{.source = Source::model_form, .standard_uncertainty = 0.003},
+                                              {.source = Source::turn_on, .standard_uncertainty = 0.004}}}};
+  EXPECT_NEAR(expanded_outside(known, 3600, 0), 1.959964 * 0.005, 1e-8);
+  EXPECT_NEAR(expanded_outside(known, 3600, 0.5), 1.959964 * std::sqrt(25e-6 + 9 * 9e-6), 1e-8);
+}
+
 TEST(Budget, OfALongerMeanHasLessOfWhatIsWhite) {
   const Budget hour{.averaging_s = 3600,
                     .rows = {{.source = Source::angle_random_walk, .standard_uncertainty = 2},
@@ -171,7 +181,7 @@ TEST_F(UncertaintyOfAModel, AnyMethodIsAsSensitiveAsItsPredictionsMove) {
   }
 }
 
-TEST_F(UncertaintyOfAModel, WhatIsClampedIsAsSensitiveAsAtTheEndOfItsRange) {
+TEST_F(UncertaintyOfAModel, APlaneIsAsSensitiveBeyondItsRangeAsInIt) {
   data::Clusters far = clusters_;
   far.temperature_c.col(0).array() += 100;
   EXPECT_TRUE(sensitivities(model_, far)->isApprox(*sensitivities(model_, clusters_), 1e-6));
@@ -267,6 +277,39 @@ TEST_F(UncertaintyOfAModel, OfCountedPulsesAMeanEndsBetweenTwo) {
   EXPECT_NEAR(counting.standard_uncertainty, std::sqrt(squares / kMeans), 0.02 * counting.standard_uncertainty);
   const BudgetRow of_a_cluster = at_averaging({.averaging_s = 3600, .rows = {counting}}, 100).rows.front();
   EXPECT_NEAR(of_a_cluster.standard_uncertainty, 0.0061, 5e-5) << "°/h: more than all else of a good gyro";
+}
+
+/// A residual of one slow wave tells little of its own size; a test of its significance would call it nothing.
+TEST_F(UncertaintyOfAModel, AModelFormOfFewEffectiveMeansIsCountedWithFewDegreesOfFreedom) {
+  const std::vector<data::Dataset> datasets{dataset_};
+  const std::vector<data::Clusters> clusters{clusters_};
+  const Eigen::Index count = clusters_.start_s.size();
+  Model model = model_;
+  const auto judged_by = [&](const Eigen::VectorXd& residual) {
+    model.uncertainty = *uncertainty_of(model_, {datasets, clusters, residual});
+    return row(model, Source::model_form);
+  };
+  const Eigen::VectorXd angle = Eigen::VectorXd::LinSpaced(count, 0, 2 * std::numbers::pi);
+  const BudgetRow wave = judged_by(0.05 * angle.array().sin());
+  EXPECT_LT(wave.degrees_of_freedom, 8);
+  const double form = std::hypot(wave.standard_uncertainty, row(model, Source::hysteresis).standard_uncertainty);
+  EXPECT_NEAR(form, 0.05 / std::numbers::sqrt2, 0.001);
+  EXPECT_GT(combined(model.uncertainty->budget.rows).expanded_deg_per_h, 2.3 * form) << "Student's t of these";
+  EXPECT_EQ(judged_by(Eigen::VectorXd::Zero(count)).standard_uncertainty, 0) << "zero where the estimate is";
+  EXPECT_EQ(judged_by(Eigen::VectorXd::Zero(count)).degrees_of_freedom, 1);
+}
+
+TEST_F(UncertaintyOfAModel, SaysWhetherItsFoldsHaveChosenToo) {
+  const std::vector<data::Dataset> datasets{dataset_};
+  const std::vector<data::Clusters> clusters{clusters_};
+  Model model = model_;
+  EXPECT_STREQ(remark(row(model, Source::model_form)), "") << "a linear model has nothing to choose";
+  model.uncertainty = *uncertainty_of(model_, {datasets, clusters, model_.leave_cycle_out_residual, true});
+  EXPECT_STREQ(remark(row(model, Source::model_form)), "chosen on these folds");
+  const auto back = model_from_json(to_json(model), "model.json");
+  ASSERT_TRUE(back) << text(back.error());
+  EXPECT_TRUE(row(*back, Source::model_form).chosen_on_these_folds);
+  EXPECT_FALSE(row(*back, Source::turn_on).chosen_on_these_folds);
 }
 
 TEST_F(UncertaintyOfAModel, DriftGrowsWithTheRootOfTheDaysSinceTheCalibration) {

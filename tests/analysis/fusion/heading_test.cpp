@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The U of a heading against draws of everything that is uncertain, anywhere on Earth.
+#include <Eigen/Geometry>
+#include <cmath>
+#include <vector>
+
+#include "analysis/model/fused_run.hpp"
+#include "analysis/model/uncertainty.hpp"
+#include "core/quantity.hpp"
+#include "tests/analysis/fusion/fixtures.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+using fusion::Draws;
+using fusion::kDegree;
+
+#ifdef GYROTHERM_NIGHTLY
+constexpr int kPoses = 200, kDraws = 10000;
+#else
+constexpr int kPoses = 40, kDraws = 2500;
+#endif
+
+constexpr double kTurnOn_deg_per_h = 0.0005, kSecond_deg_per_h = 0.01;
+
+/// A fixture's angles in degrees; also what they are off by.
+struct Pose {
+  double latitude{}, azimuth{}, elevation{}, roll{};
+};
+
+/// From the fixture to north, west and up: rolled about x, raised, turned over east.
+Eigen::Matrix3d to_room(const Pose& pose) {
+  return (Eigen::AngleAxisd(-pose.azimuth * kDegree, Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(-pose.elevation * kDegree, Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(pose.roll * kDegree, Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+/// The Earth's rotation in the fixture, °/h.
+Eigen::Vector3d earth_in(const Pose& pose) {
+  const double phi = pose.latitude * kDegree;
+  return kEarthRateDegPerHour * to_room(pose).transpose() * Eigen::Vector3d(std::cos(phi), 0, std::sin(phi));
+}
+
+constexpr Pose kUncertain{.latitude = 0.001, .azimuth = 0.02, .elevation = 0.01, .roll = 0.015};
+constexpr double kDirection_deg = 0.008;
+
+/// What the rig file says of an axis there.
+record::GyroUncertainty said_of(const Pose& pose, const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d room = to_room(pose) * direction;
+  return {.latitude_deg = pose.latitude,
+          .azimuth_deg = std::atan2(-room(1), room(0)) / kDegree,
+          .elevation_deg = std::asin(std::clamp(room(2), -1.0, 1.0)) / kDegree,
+          .latitude_uncertainty_deg = kUncertain.latitude,
+          .azimuth_uncertainty_deg = kUncertain.azimuth,
+          .scale_factor_uncertainty_ppm = 0,
+          .fixture_azimuth_deg = pose.azimuth,
+          .fixture_elevation_deg = pose.elevation,
+          .elevation_uncertainty_deg = kUncertain.elevation,
+          .roll_uncertainty_deg = kUncertain.roll,
+          .direction_uncertainty_deg = kDirection_deg};
+}
+
+/// Axes that read the Earth and nothing else, each with a model that takes nothing away and the budget of its record.
+std::vector<CompensatedAxis> axes_at(const Pose& pose, const std::vector<fusion::InputAxis>& axes) {
+  constexpr Eigen::Index kSeconds = 1000;
+  std::vector<CompensatedAxis> all;
+  for (const fusion::InputAxis& axis : axes) {
+    data::Dataset dataset;
+    dataset.of = {.unit = axis.name};
+    dataset.thermometers = {"A"};
+    dataset.direction = {axis.direction(0), axis.direction(1), axis.direction(2)};
+    dataset.gyro_uncertainty = said_of(pose, axis.direction);
+    dataset.earth_rate_deg_per_h = earth_in(pose).dot(axis.direction);
+    dataset.segments = {{}};
+    dataset.segments.front().hold = true;
+    dataset.time_s = Eigen::VectorXd::LinSpaced(kSeconds, 0, kSeconds - 1);
+    dataset.temperature_c = Eigen::MatrixXd::Constant(kSeconds, 1, 20);
+    dataset.bias_deg_per_h = Eigen::VectorXd::Zero(kSeconds);
+    dataset.segment = Eigen::VectorXi::Zero(kSeconds);
+    dataset.cycle = Eigen::VectorXi::Constant(kSeconds, -1);
+    dataset.set_point_c = Eigen::VectorXd::Constant(kSeconds, 20);
+    Model model;
+    model.method = "linear";
+    model.terms = {data::temperature_term("A")};
+    model.scaling = {Eigen::RowVectorXd::Constant(1, 20), Eigen::RowVectorXd::Constant(1, 1)};
+    model.target_std_deg_per_h = 1;
+    model.function = methods::LinearModel{.weights = Eigen::VectorXd::Zero(1), .b = 0};
+    model.input_min = Eigen::RowVectorXd::Constant(1, -50);
+    model.input_max = Eigen::RowVectorXd::Constant(1, 70);
+    model.residual_noise = {.angle_random_walk_deg_per_sqrt_h = kSecond_deg_per_h / 60,
+                            .start_deg_per_h = kTurnOn_deg_per_h};
+    Budget budget{.averaging_s = kSecondsPerHour,
+                  .rows = {{.source = Source::angle_random_walk, .standard_uncertainty = kSecond_deg_per_h / 60},
+                           {.source = Source::turn_on, .standard_uncertainty = kTurnOn_deg_per_h}}};
+    for (BudgetRow& row : budget_of_earth_rate(dataset)) budget.rows.push_back(std::move(row));
+    model.uncertainty = {.budget = std::move(budget), .sensitivities = {}};
+    all.push_back({std::move(dataset), std::move(model)});
+  }
+  return all;
+}
+
+Pose off_by(const Pose& pose, const Pose& uncertain, Draws& draws) {
+  const Eigen::VectorXd by = draws.normal(4);
+  return {.latitude = pose.latitude + uncertain.latitude * by(0),
+          .azimuth = pose.azimuth + uncertain.azimuth * by(1),
+          .elevation = pose.elevation + uncertain.elevation * by(2),
+          .roll = pose.roll + uncertain.roll * by(3)};
+}
+
+/// The standard deviation of the heading's error, degrees: the training takes the said pose for true while the fixture
+/// stands otherwise and the axes lie otherwise in it; in use the fixture is put up anew, and heads as it is said to.
+double drawn_std_deg(const Pose& pose, const std::vector<fusion::InputAxis>& axes, double mean_s, Draws& draws) {
+  const auto count = std::ssize(axes);
+  Eigen::MatrixX3d directions(count, 3);
+  for (Eigen::Index a = 0; a < count; ++a) directions.row(a) = axes[static_cast<std::size_t>(a)].direction.transpose();
+  const Eigen::MatrixXd to_rate = (directions.transpose() * directions).inverse() * directions.transpose();
+  const Pose in_use{.elevation = kUncertain.elevation, .roll = kUncertain.roll};
+  double squares = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const Pose trained = off_by(pose, kUncertain, draws), used = off_by(pose, in_use, draws);
+    Eigen::VectorXd readings = directions * earth_in(used);
+    const Eigen::VectorXd chance =
+        std::hypot(kTurnOn_deg_per_h, kSecond_deg_per_h / std::sqrt(mean_s)) * draws.normal(count);
+    for (Eigen::Index a = 0; a < count; ++a) {
+      const Eigen::Vector3d nominal = directions.row(a).transpose();
+      // Two components across the axis, so that a turn of any direction has the said root mean square in each.
+      const Eigen::Vector3d turn = kDirection_deg * kDegree / std::sqrt(2) * draws.normal(3);
+      const Eigen::Vector3d lies = nominal + turn.cross(nominal);
+      const double learnt = earth_in(trained).dot(lies) - earth_in(pose).dot(nominal);
+      readings(a) += chance(a) - learnt;
+    }
+    const Eigen::Vector3d room = to_room({.azimuth = pose.azimuth}) * (to_rate * readings);
+    squares += std::pow(std::atan2(room(1), room(0)) / kDegree, 2);  // west is to the left of where it should head
+  }
+  return std::sqrt(squares / kDraws);
+}
+
+void expect_u_everywhere(const std::vector<fusion::InputAxis>& axes, std::uint64_t seed) {
+  Draws draws(seed);
+  int compared = 0;
+  for (int n = 0; n < kPoses; ++n) {
+    const Pose pose{.latitude = 65 * (2.0 * n / (kPoses - 1) - 1), .azimuth = 360 * std::fmod(0.618034 * n, 1) - 180};
+    const auto fused = fused_axes(axes_at(pose, axes));
+    ASSERT_TRUE(fused) << text(fused.error());
+    const auto run = fuse(*fused, std::nullopt, {});
+    ASSERT_TRUE(run) << text(run.error());
+    ASSERT_TRUE(run->summary.rest && run->summary.rest->heading_expanded_deg);
+    const double mean_s = run->summary.rest->end_s - run->summary.rest->start_s;
+    const double u = *run->summary.rest->heading_expanded_deg / 1.959964;
+    const double drawn = drawn_std_deg(pose, axes, mean_s, draws);
+    EXPECT_NEAR(u / drawn, 1, 0.1) << "latitude " << pose.latitude << ", azimuth " << pose.azimuth;
+    ++compared;
+  }
+  EXPECT_EQ(compared, kPoses);
+}
+
+TEST(Heading, OfATetradIsAsUncertainAsAMonteCarloAtAnyLatitudeAndAzimuth) {
+  expect_u_everywhere({fusion::axis("a", 1, 1, 1, 1), fusion::axis("b", 1, -1, -1, 1), fusion::axis("c", -1, 1, -1, 1),
+                       fusion::axis("d", -1, -1, 1, 1)},
+                      1);
+}
+
+TEST(Heading, OfATriadIsAsUncertainAsAMonteCarloAtAnyLatitudeAndAzimuth) {
+  expect_u_everywhere(fusion::triad_axes(1), 2);
+}
+
+/// The shipped tetrad in Shanghai: an axis whose Earth rate hardly goes with its tilt had 0.3° of it, and the heading
+/// 543′ of U where its azimuth was 14°.
+TEST(Heading, DoesNotHangOnASlopeThatVanishes) {
+  for (const double azimuth : {12.0, 14.0, 60.0}) {
+    const auto fused = fused_axes(axes_at({.latitude = 31.2, .azimuth = azimuth}, fusion::triad_axes(1)));
+    ASSERT_TRUE(fused && fused->attitude);
+    const auto run = fuse(*fused, std::nullopt, {});
+    ASSERT_TRUE(run && run->summary.rest && run->summary.rest->heading_expanded_deg);
+    EXPECT_LT(*run->summary.rest->heading_expanded_deg, 0.1);
+  }
+}
+
+TEST(FixtureAngles, HaveTheSlopesOfTheEarthsRate) {
+  const Pose pose{.latitude = 31.2, .azimuth = 12, .elevation = 20, .roll = -35};
+  constexpr double kStep_deg = 1e-4;
+  for (const Eigen::Vector3d& direction : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0.6, 0, -0.8)}) {
+    Pose raised = pose, rolled = pose;
+    raised.elevation += kStep_deg;
+    rolled.roll += kStep_deg;
+    const auto by = [&](const Pose& other) { return (earth_in(other) - earth_in(pose)).dot(direction) / kStep_deg; };
+    const FixtureSlopes slopes = fixture_slopes(said_of(pose, direction));
+    EXPECT_NEAR(slopes.elevation, by(raised), 1e-5);
+    EXPECT_NEAR(slopes.roll, by(rolled), 1e-5);
+    EXPECT_NEAR(slopes.direction, kDegree * earth_in(pose).cross(direction).norm() / std::sqrt(2), 1e-9);
+  }
+}
+
+TEST(FixtureAngles, ThatAreMissingAreAssumedOneByOne) {
+  const Pose pose{.latitude = 45, .azimuth = 30};
+  data::Dataset dataset;
+  dataset.gyro_uncertainty = said_of(pose, {0, 0.6, 0.8});
+  const auto row = [&](Source source) {
+    const auto rows = budget_of_earth_rate(dataset);
+    return *std::ranges::find(rows, source, &BudgetRow::source);
+  };
+  const double known = contribution_deg_per_h(row(Source::fixture_elevation));
+  EXPECT_FALSE(row(Source::fixture_elevation).assumed);
+  dataset.gyro_uncertainty.elevation_uncertainty_deg.reset();
+  EXPECT_TRUE(row(Source::fixture_elevation).assumed);
+  EXPECT_DOUBLE_EQ(row(Source::fixture_elevation).standard_uncertainty, 1.0 / 60) << "1′";
+  EXPECT_GT(contribution_deg_per_h(row(Source::fixture_elevation)), known) << "who says less has more U";
+  EXPECT_FALSE(row(Source::fixture_roll).assumed);
+  EXPECT_EQ(row(Source::fixture_roll).standard_uncertainty, kUncertain.roll);
+  dataset.gyro_uncertainty.roll_uncertainty_deg.reset();
+  dataset.gyro_uncertainty.direction_uncertainty_deg.reset();
+  for (const Source source : {Source::fixture_roll, Source::axis_direction}) EXPECT_TRUE(row(source).assumed);
+}
+
+}  // namespace
+}  // namespace gyrotherm::model

@@ -61,7 +61,8 @@ ReportedResidual residual_of(const model::Verification& verification) {
           .to_truth = verification.to_truth,
           .outside = verification.outside,
           .effective_parameters = known_or_nan(verification.effective_parameters),
-          .expected_in_sample_std = verification.expected_in_sample_std};
+          .expected_in_sample_std = verification.expected_in_sample_std,
+          .streamed = verification.streamed};
 }
 
 /// Neighbouring clusters of one cycle.

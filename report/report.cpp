@@ -65,6 +65,7 @@ void describe(auto& form, Like<ReportedResidual> auto& residual) {
   form("outside", residual.outside);
   form("effective_parameters", residual.effective_parameters);
   form("expected_in_sample_std_deg_per_h", residual.expected_in_sample_std);
+  form.if_there("streamed", residual.streamed.has_value(), residual.streamed);
 }
 
 void describe(auto& form, Like<ReportedCycle> auto& cycle) {

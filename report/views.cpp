@@ -427,6 +427,21 @@ std::string result_table(const ReportedRun& run, const std::string& heading) {
     table.rows.push_back(to_truth("Prediction less the <b>true bias</b>, STD", &data::Figures::std));
     table.rows.push_back(to_truth("… RMSE", &data::Figures::rmse));
   }
+  if (r.multi_point.streamed) {
+    const auto streamed = [&](const char* head, auto figure) {
+      return cells(head, r, [&](const ReportedResidual& v) {
+        return v.streamed ? plot::format_bias(figure(*v.streamed)) : std::string("–");
+      });
+    };
+    table.rows.push_back(streamed("As streamed second by second, STD of the same means",
+                                  [](const model::Streamed& s) { return s.residual.std; }));
+    table.rows.push_back(streamed("… if it did not lag (predictions of the same seconds)",
+                                  [](const model::Streamed& s) { return s.aligned.std; }));
+    if (r.multi_point.streamed->to_truth)
+      table.rows.push_back(streamed("… streamed prediction less the <b>true bias</b>, STD", [](const model::Streamed& s) {
+        return s.to_truth ? s.to_truth->figures.std : kNotKnown;
+      }));
+  }
   return html_of(table) + fmt::format("<p class=\"note\">Noise floor: {}.</p>\n", plot::escaped(run.floor.statement));
 }
 

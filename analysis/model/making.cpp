@@ -10,6 +10,7 @@
 
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/statistics.hpp"
+#include "analysis/model/streamed.hpp"
 
 namespace gyrotherm::model {
 namespace {
@@ -72,7 +73,9 @@ Result<void> judge_in_sample(Model& model, const data::Clusters& clusters) {
   if (!inputs) return failure(inputs.error());
   model.input_min = inputs->colwise().minCoeff();
   model.input_max = inputs->colwise().maxCoeff();
-  const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, *inputs);
+  const Eigen::VectorXd predicted = predict(model, *inputs);
+  model.latency = latency_of(model, clusters, predicted);
+  const Eigen::VectorXd residual = clusters.bias_deg_per_h - predicted;
   model.in_sample = figures_of(residual, clusters);
   const double freedom = static_cast<double>(residual.size()) - model.effective_parameters;
   model.residual_std_deg_per_h = freedom > 0 ? std::sqrt(residual.squaredNorm() / freedom) : std::nan("");

@@ -62,6 +62,21 @@ struct ReducedSetSummary {
   int clusters{};  ///< how many those were
 };
 
+/// What a stream of the model's predictions lags behind, and what that costs; see latency_of().
+struct Latency {
+  double lag_s{};                  ///< half the cluster length
+  double lagging_rms_deg_per_h{};  ///< error by the lag over the training, if nothing is done
+  double led_rms_deg_per_h{};      ///< the same if predictions are led by half a cluster
+  bool is_led{};                   ///< they are, since that is less
+};
+
+void describe(auto& form, Like<Latency> auto& latency) {
+  form("lag_s", not_negative(latency.lag_s));
+  form("lagging_rms_deg_per_h", not_negative(latency.lagging_rms_deg_per_h));
+  form("led_rms_deg_per_h", not_negative(latency.led_rms_deg_per_h));
+  form("is_led", latency.is_led);
+}
+
 struct Model {
   std::string program_version;
   std::string inputs;             ///< "multi-point", "multi-point-t", "three-point" or the terms as given
@@ -92,6 +107,7 @@ struct Model {
   std::optional<tracking::BiasNoise> residual_noise;  ///< of that residual, if it is long enough: for bias tracking
   Eigen::RowVectorXd input_min, input_max;            ///< trained range of each term, unscaled
   std::vector<std::string> warnings;
+  std::optional<Latency> latency;          ///< of its stream, over the training
   std::optional<Uncertainty> uncertainty;  ///< of what it leaves, as it was trained
 };
 
@@ -105,6 +121,8 @@ struct Model {
 
 /// Predicted bias of each cluster, °/h. Fails with usage if the clusters lack a thermometer that the model needs.
 [[nodiscard]] Result<Eigen::VectorXd> predict(const Model& model, const data::Clusters& clusters);
+/// Whether a stream of its predictions is led by half a cluster, p + ½(p − p a cluster before).
+[[nodiscard]] inline bool is_led(const Model& model) { return model.latency && model.latency->is_led; }
 /// The rows of one a second that make a mean over the model's cluster length: at least one.
 [[nodiscard]] int rows_in_cluster(const Model& model);
 

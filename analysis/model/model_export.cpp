@@ -451,13 +451,12 @@ int @name@_predict(const double mean_c[@name@_THERMOMETERS], const double before
 double @name@_excess(const double mean_c[@name@_THERMOMETERS],
     const double before_c[@name@_THERMOMETERS]@lag_last@);
 
-/* The same from one reading a second. All that a gyro needs to remember is in its stream; the bias lags by half of
-   @name@_SECONDS. */
+/* The same from one reading a second. All that a gyro needs to remember is in its stream; @latency@ */
 typedef struct {
   double block[@name@_SECONDS][@name@_THERMOMETERS];    /* the readings of this block of seconds */
   double ends[@name@_SECONDS + 1][@name@_THERMOMETERS]; /* sums of the block before, from each second to its end */
   double begun[@name@_THERMOMETERS];                    /* sum of this block so far */
-@past@@lag_ring@  int at;                                               /* seconds in this block */
+@past@@told@@lag_ring@  int at;                                               /* seconds in this block */
   int known;                                            /* seconds so far, as far as it matters */
   double excess;                                        /* of the last second that was predicted */
 } @name@_stream;
@@ -477,6 +476,26 @@ int @name@_self_test(void);
 
 constexpr const char* kPast =
     R"(  double past[@name@_SECONDS][@name@_THERMOMETERS];     /* means of the last seconds, as a ring */
+)";
+
+constexpr const char* kTold =
+    R"(  double told[@name@_SECONDS];                          /* predictions of the last seconds, as a ring */
+  int is_told[@name@_SECONDS];
+)";
+
+constexpr const char* kLead = R"(  {
+    const double now = *bias_deg_per_h;
+    const int is_known = result < @name@_MISSING;
+    if (is_known && stream->is_told[at]) *bias_deg_per_h = now + 0.5 * (now - stream->told[at]);
+    stream->told[at] = now;
+    stream->is_told[at] = is_known;
+  }
+)";
+
+constexpr const char* kLeadStart = R"(  for (int i = 0; i < @name@_SECONDS; ++i) {
+    stream->told[i] = 0.0;
+    stream->is_told[i] = 0;
+  }
 )";
 
 constexpr const char* kSource = R"(#include "@name@.h"
@@ -538,7 +557,7 @@ void @name@_start(@name@_stream *stream) {
 @lag_start@  stream->at = 0;
   stream->known = 0;
   stream->excess = 0.0;
-}
+@lead_start@}
 @lags_of@
 /* A window is the rest of the block before and the beginning of this one. Nothing is ever subtracted, so that nothing
    drifts and a reading that was not finite leaves with its second. */
@@ -557,7 +576,7 @@ int @name@_push(@name@_stream *stream, const double temperature_c[@name@_THERMOM
     result = @name@_predict(means, @before_means@, @lag_pushed@bias_deg_per_h);
     stream->excess = result == @name@_OUTSIDE ? @name@_excess(means, @before_means@@lag_pushed_last@) : 0.0;
   }
-@keep@  stream->at = at + 1;
+@lead@@keep@  stream->at = at + 1;
   if (stream->at < @name@_SECONDS) return result;
   for (int j = 0; j < @name@_THERMOMETERS; ++j) {
     stream->ends[@name@_SECONDS][j] = 0.0;
@@ -652,6 +671,15 @@ std::string results_of(const KnownAnswers& answers) {
   return fmt::format("{}", fmt::join(results, ", "));
 }
 
+/// What a stream lags, in words.
+std::string latency_in_c(const Model& model, std::string_view name) {
+  if (!is_led(model)) return fmt::format("the bias lags by half of\n   {}_SECONDS.", name);
+  return fmt::format(
+      "means lag by half of\n   {}_SECONDS; the bias is extrapolated by as much, which leaves {:.2g} deg/h (rms, in "
+      "training)\n   where the lag would leave {:.2g}.",
+      name, model.latency->led_rms_deg_per_h, model.latency->lagging_rms_deg_per_h);
+}
+
 Words header_words(const Model& model, std::string_view name, const std::vector<std::string>& names, bool rates) {
   const Words own{{"name", std::string(name)}};
   Words words = lag_words(model, name, names);
@@ -661,7 +689,9 @@ Words header_words(const Model& model, std::string_view name, const std::vector<
                 {"seconds", fmt::format("{}", rows_in_cluster(model))},
                 {"before", rates ? " (for the rates)" : " (not asked for by this model: may be null)"},
                 {"order", c_comment(fmt::format("{}", fmt::join(names, ", ")))},
-                {"past", rates ? c_filled(kPast, own) : ""}});
+                {"past", rates ? c_filled(kPast, own) : ""},
+                {"told", is_led(model) ? c_filled(kTold, own) : ""},
+                {"latency", latency_in_c(model, name)}});
   return words;
 }
 
@@ -685,6 +715,8 @@ Words source_words(const Model& model, const KnownAnswers& answers, std::string_
                 {"windows", rates ? "2" : "1"},
                 {"before_means", rates ? "stream->past[at]" : "means"},
                 {"keep", rates ? keep : ""},
+                {"lead", is_led(model) ? c_filled(kLead, {{"name", std::string(name)}}) : ""},
+                {"lead_start", is_led(model) ? c_filled(kLeadStart, {{"name", std::string(name)}}) : ""},
                 {"test_mean", c_table("test_mean", answers.mean_c)},
                 {"test_before", c_table("test_before", answers.before_c)},
                 {"test_lag", answers.lag_k.cols() > 0 ? c_table("test_lag", answers.lag_k) : ""},

@@ -291,6 +291,7 @@ void describe(auto& form, Like<Model> auto& model) {
   form.if_there("residual_noise", model.residual_noise.has_value(), model.residual_noise);
   form.expect("residual_noise", !model.residual_noise || is_sane(*model.residual_noise),
               "expected noises of a sane size");
+  form.if_there("latency", model.latency.has_value(), model.latency);
   form.if_there("reduction", model.reduction.has_value(), model.reduction);
   form.if_there("uncertainty", model.uncertainty.has_value(), model.uncertainty);
   form.expect("uncertainty",

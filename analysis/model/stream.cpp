@@ -89,6 +89,7 @@ CompensationStream::CompensationStream(const Model& model, std::vector<std::stri
       lags_(rows_in_cluster(model), lags) {
   const auto count = static_cast<Eigen::Index>(columns.size());
   if (rates_) past_.setConstant(rows_in_cluster(model), count, kNotYet);
+  if (is_led(model)) told_.setConstant(rows_in_cluster(model), kNotYet);
   latest_.length_s = model.cluster_length_s;
   latest_.thermometers = std::move(columns);
   for (const data::Factor& lag : data::lags_in(model.terms)) latest_.thermometers.push_back(lag_name(lag));
@@ -117,7 +118,20 @@ Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const data::SampleMatr
   outside_ += static_cast<long long>(ranged.rows.size());
   rows_outside_ = std::move(ranged.rows);
   excess_ = std::move(ranged.excess);
-  return bias_deg_per_h - predict(model_, ranged);
+  return bias_deg_per_h - led(predict(model_, ranged));
+}
+
+/// Leads the predictions of the rows last pushed by half a cluster length.
+Eigen::VectorXd CompensationStream::led(Eigen::VectorXd predicted) {
+  if (told_.size() == 0) return predicted;
+  const Eigen::Index first = pushed_ - predicted.size();
+  for (Eigen::Index i = 0; i < predicted.size(); ++i) {
+    double& before = told_((first + i) % told_.size());
+    const double now = predicted(i);
+    if (std::isfinite(before)) predicted(i) = now + 0.5 * (now - before);
+    before = now;
+  }
+  return predicted;
 }
 
 void CompensationStream::pass(Eigen::Index seconds) {

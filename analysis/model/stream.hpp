@@ -58,9 +58,10 @@ class SlidingLags {
   Eigen::RowVectorXd latest_;
 };
 
-/// Inputs are trailing means over the model's cluster length, one row a second (causal; lag: half of it), rates the
-/// difference of two neighbouring means, lags those of SlidingLags. At the end of each whole cluster they are that
-/// cluster's.
+/// Inputs are trailing means over the model's cluster length, one row a second (causal), rates the difference of two
+/// neighbouring means, lags those of SlidingLags. At the end of each whole cluster they are that cluster's. What is
+/// predicted from them is the bias of half a cluster length ago; a model that is_led() extrapolates it by as much, from
+/// the prediction of one cluster length before, where there is one.
 class CompensationStream {
  public:
   /// `columns`: the thermometers of each row, in order. Fails with usage if the model needs another one.
@@ -96,6 +97,7 @@ class CompensationStream {
  private:
   CompensationStream(const Model& model, std::vector<std::string> columns, const std::vector<SlidingLags::Of>& lags,
                      Outside policy);
+  [[nodiscard]] Eigen::VectorXd led(Eigen::VectorXd predicted);
   Model model_;  ///< with the lags as temperatures
   Outside policy_;
   SlidingMeans means_;
@@ -106,6 +108,7 @@ class CompensationStream {
   long long outside_{};
   std::vector<Eigen::Index> rows_outside_;
   Eigen::VectorXd excess_;
+  Eigen::VectorXd told_;  ///< the predictions of the last cluster length, as a ring; empty if the model is not led
   std::optional<double> last_s_;  ///< the time of the row that push_at() took last
   std::vector<Gap> gaps_;
   data::Clusters latest_;  ///< the means of the rows last pushed, and after them the lags

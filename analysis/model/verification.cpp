@@ -94,19 +94,6 @@ std::vector<SegmentFigures> segment_figures(const data::Dataset& dataset, const 
   return figures;
 }
 
-/// Nothing where no cluster has both.
-std::optional<ErrorToTruth> error_to_truth(const data::Dataset& dataset, const data::Clusters& clusters,
-                                           const Eigen::VectorXd& residual) {
-  if (clusters.true_bias_deg_per_h.size() == 0) return {};
-  Eigen::VectorXd error = clusters.bias_deg_per_h - residual - clusters.true_bias_deg_per_h;
-  const Rows rows = rows_where(clusters, [&](Eigen::Index k) { return std::isfinite(error(k)); });
-  if (rows.empty()) return {};
-  ErrorToTruth result{.figures = {}, .mean_removed = dataset.zero_is_its_own};
-  if (result.mean_removed) error.array() -= error(rows).mean();
-  result.figures = figures_of(error(rows), clusters, rows);
-  return result;
-}
-
 OutsideTheRange outside_the_range(const Model& model, const RangedInputs& ranged, Outside policy) {
   OutsideTheRange outside{.policy = policy, .clusters = static_cast<int>(ranged.rows.size()), .farthest_term = {}};
   if (ranged.worst_term < 0) return outside;
@@ -203,6 +190,18 @@ std::optional<Coverage> coverage_of(const Eigen::VectorXd& residual, const Eigen
 }
 
 }  // namespace
+
+std::optional<ErrorToTruth> error_to_truth(const data::Dataset& dataset, const data::Clusters& clusters,
+                                           const Eigen::VectorXd& residual) {
+  if (clusters.true_bias_deg_per_h.size() == 0) return {};
+  Eigen::VectorXd error = clusters.bias_deg_per_h - residual - clusters.true_bias_deg_per_h;
+  const Rows rows = rows_where(clusters, [&](Eigen::Index k) { return std::isfinite(error(k)); });
+  if (rows.empty()) return {};
+  ErrorToTruth result{.figures = {}, .mean_removed = dataset.zero_is_its_own};
+  if (result.mean_removed) error.array() -= error(rows).mean();
+  result.figures = figures_of(error(rows), clusters, rows);
+  return result;
+}
 
 Result<Verification> verify(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters,
                             Outside outside) {

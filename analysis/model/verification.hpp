@@ -74,6 +74,20 @@ void describe(auto& form, Like<Coverage> auto& coverage) {
   form("mean_half_width_deg_per_h", coverage.mean_half_width_deg_per_h);
 }
 
+/// The bias that the stream leaves, in means over the clusters, beside what predictions of the same means leave that are
+/// aligned with them: of those clusters alone in which every second has a value.
+struct Streamed {
+  data::Figures residual, aligned;
+  std::optional<ErrorToTruth> to_truth, aligned_to_truth;  ///< a virtual rig's
+};
+
+void describe(auto& form, Like<Streamed> auto& streamed) {
+  form("residual", streamed.residual);
+  form("aligned", streamed.aligned);
+  form("to_truth", streamed.to_truth);
+  form("aligned_to_truth", streamed.aligned_to_truth);
+}
+
 /// What a model leaves of a record's bias, as a whole and in parts; figures in °/h.
 struct Verification {
   std::string run_id;
@@ -96,8 +110,14 @@ struct Verification {
   std::vector<SegmentFigures> segments;
   OutsideTheRange outside;
   std::optional<Coverage> coverage;   ///< nothing if the model says nothing of its uncertainty
+  std::optional<Streamed> streamed;   ///< nothing unless as_streamed() was asked (streamed.hpp)
   std::vector<std::string> warnings;  ///< residual below the floor (over-fit), inputs out of range, …
 };
+
+/// Returns how far predictions are from the true bias, given what they leave of each cluster's mean: of those clusters
+/// at which there is a residual. Nothing where the truth is not known.
+[[nodiscard]] std::optional<ErrorToTruth> error_to_truth(const data::Dataset& dataset, const data::Clusters& clusters,
+                                                         const Eigen::VectorXd& residual_deg_per_h);
 
 /// Compensates the record's clusters and judges what is left. Fails with usage if they lack a thermometer that the
 /// model needs, or the model refuses every cluster.

@@ -216,6 +216,16 @@ Result<Expanded> expanded_uncertainty(Console& console, const model::Model& mode
   });
 }
 
+/// What the compensation lags, what that costs, and what is done about it.
+std::string describe_latency(const model::Model& model) {
+  const std::string means = fmt::format("inputs are trailing {:g} s means", model.cluster_length_s);
+  if (!is_led(model)) return fmt::format("{}: the compensation lags by {:g} s", means, model.cluster_length_s / 2);
+  return fmt::format(
+      "{}, which lag by {:g} s: the compensation is extrapolated by as much, which leaves {:.2g} °/h (rms, in training) "
+      "where the lag would leave {:.2g}",
+      means, model.latency->lag_s, model.latency->led_rms_deg_per_h, model.latency->lagging_rms_deg_per_h);
+}
+
 Result<Exit> compensate(Console& console, const CompensateArguments& options) {
   const auto outside = model::parse_outside(options.outside);
   if (!outside) return failure(outside.error());
@@ -233,8 +243,7 @@ Result<Exit> compensate(Console& console, const CompensateArguments& options) {
     console.say("what is left is tracked, " + describe(**noise) +
                 ": where the gyro moves, a last column at_rest must say 0");
   }
-  console.say(fmt::format("inputs are trailing {:g} s means: the compensation lags by {:g} s", model->cluster_length_s,
-                          model->cluster_length_s / 2));
+  console.say(describe_latency(*model));
   const auto expanded = expanded_uncertainty(console, *model, options.uncertainty);
   if (!expanded) return failure(expanded.error());
   watch_for_interrupts(SecondInterrupt::ends);

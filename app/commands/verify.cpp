@@ -7,6 +7,7 @@
 
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/model/characterisation.hpp"
+#include "analysis/model/streamed.hpp"
 #include "analysis/model/verification.hpp"
 #include "analysis/tracking/assessment.hpp"
 #include "app/bias_tracking.hpp"
@@ -23,6 +24,7 @@ struct VerifyArguments {
   std::string model, clusters, outside = "continue";
   std::vector<std::string> runs;
   bool unverified = false;
+  bool as_streamed = false;
   data::AxisChoice axis;
   BiasTrackingArguments tracking;
 };
@@ -59,6 +61,16 @@ std::string describe_coverage(const model::Verification& v) {
       "  intervals of {:.0f} %: ± {:.5f} °/h on average, {:.1f} % of {} means lie within theirs (n_eff {:.0f}){}\n",
       100 * c.nominal, c.mean_half_width_deg_per_h, 100 * c.seen, c.clusters, c.effective,
       v.trained_on_this ? ", in-sample" : "");
+}
+
+/// What is delivered second by second, in means over the same clusters, and what the lag costs.
+std::string describe_streamed(const model::Verification& v) {
+  if (!v.streamed) return {};
+  const model::Streamed& s = *v.streamed;
+  std::string text = row("as streamed", s.residual) + row("  without its lag", s.aligned);
+  if (s.to_truth) text += row("  error to truth", s.to_truth->figures);
+  if (s.aligned_to_truth) text += row("  … without its lag", s.aligned_to_truth->figures);
+  return text;
 }
 
 std::string describe(const model::BetweenRuns& between) {
@@ -162,7 +174,7 @@ std::string describe(const std::string& run, const model::Verification& v, const
   if (v.to_truth) text += row("error to truth", v.to_truth->figures);
   if (v.to_truth && v.to_truth->mean_removed)
     text += "  the zero of the bias is the record's own: the mean of the error to truth is removed\n";
-  text += describe_coverage(v) + describe_floor(v) + describe_noise(behaviour.raw) +
+  text += describe_streamed(v) + describe_coverage(v) + describe_floor(v) + describe_noise(behaviour.raw) +
           describe_noise(behaviour.compensated) + describe(behaviour.characterisation);
   if (tracked) text += describe(*tracked);
   for (const auto& warning : v.warnings) text += "  warning: " + warning + "\n";
@@ -192,6 +204,7 @@ std::string json(const std::string& run, const model::Verification& v, const Beh
               {"outside", json_of(v.outside)},
               {"coverage", json_of(v.coverage)},
               {"warnings", v.warnings}};
+  if (v.streamed) object["as_streamed"] = json_of(*v.streamed);
   if (tracked) object["tracking"] = json_of(*tracked);
   return text_of(object) + "\n";
 }
@@ -214,6 +227,11 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
     const auto& [dataset, clusters] = *recorded;
+    if (options.as_streamed) {
+      auto streamed = as_streamed(*model, dataset, clusters, verification->residual_deg_per_h, *outside);
+      if (!streamed) return failure(streamed.error());
+      verification->streamed = std::move(*streamed);
+    }
     const Behaviour behaviour{options.clusters.empty() ? noise_of_holds(dataset) : noise_of_holds(dataset, clusters),
                               noise_of_compensated_holds(dataset, clusters, verification->residual_deg_per_h),
                               model::characterise(dataset, clusters, verification->residual_deg_per_h)};
@@ -247,6 +265,8 @@ void add_verify(Program& program) {
   command.add_option("--clusters", options.clusters, "only these clusters of each record, like 14:21")
       ->type_name("FIRST:END");
   add_outside_option(command, options.outside, "not compensated, left out of the figures");
+  command.add_flag("--as-streamed", options.as_streamed,
+                   "also judge what compensate and the C export deliver second by second, which lags");
   add_tracking_options(command, options.tracking,
                        "also judge how well the bias that is left can be followed while the gyro stands still, by a "
                        "Kalman filter and by what it is compared with");

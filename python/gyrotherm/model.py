@@ -15,7 +15,7 @@ from .clusters import Clusters
 from .errors import ModelError
 from .functions import function_from_json, variance_from_json
 from .record import Numbers
-from .stream import inputs_each_second
+from .stream import inputs_each_second, led
 from .terms import term_from_json
 
 if TYPE_CHECKING:
@@ -51,6 +51,7 @@ class Model:
             self.target_std_deg_per_h = float(content["target"]["std_deg_per_h"])
             if not self.target_std_deg_per_h > 0:
                 raise ValueError("a target whose std is not above 0")
+            self.is_led = bool(content.get("latency", {}).get("is_led", False))
             self.function = function_from_json(content["function"], len(self.terms))
             self._variance = variance_from_json(content["variance"], len(self.terms)) if "variance" in content else None
         except (KeyError, TypeError, ValueError) as error:
@@ -140,11 +141,15 @@ class Model:
     def predict(self, of: Predictable, outside: str = "continue") -> pandas.Series:
         """The bias in °/h, to be subtracted. Of clusters: of each mean, by its start. Of a run, or a frame or Dataset
         with a row per second and a column for each of `names`: in each second from the means over the last cluster
-        length (causal: it lags by half of that), NaN until there are enough rows and where a reading is missing."""
+        length (causal: it lags by half of that), NaN until there are enough rows and where a reading is missing. A model
+        that `is_led` extrapolates by that half from the prediction of one cluster length before, as `compensate`."""
         import pandas
 
         inputs, time = self.inputs_of(of)
-        return pandas.Series(self.predict_inputs(inputs, outside), index=time, name="bias_deg_per_h")
+        bias = self.predict_inputs(inputs, outside)
+        if self.is_led and not isinstance(of, Clusters):
+            bias = led(bias, max(1, round(self.cluster_length_s)))
+        return pandas.Series(bias, index=time, name="bias_deg_per_h")
 
     def predict_std(self, of: Predictable) -> pandas.Series:
         """The standard deviation of the function, °/h, as far as the model knows it (a Gaussian process): without the

@@ -143,14 +143,39 @@ Model trained_model() {
   return *model;
 }
 
+/// Beyond its range its products are made anew from their factors.
+Model model_of_remade_products() {
+  Model model = small_bent_plane_model();
+  const data::Term a = data::temperature_term("A"), b = data::gradient_term("A", "B");
+  model.terms = {a, b, a * b, a * a * data::rate_term("A")};
+  model.scaling = {Eigen::RowVector4d{20, 0, 0.1, 3}, Eigen::RowVector4d{0.5, 0.5, 9, 90}};
+  model.function =
+      methods::ExpansionModel{.centres = (data::SampleMatrix(2, 4) << 0.5, -1, 0.2, 0, 0.3, 1, -1, 0.1).finished(),
+                              .lengths = Eigen::RowVector4d{2, 3, 4, 5},
+                              .widths = Eigen::Vector2d{1, 2},
+                              .weights = Eigen::Vector2d{1.5, -0.25},
+                              .b = 0.3,
+                              .slope = Eigen::Vector4d{0.1, -0.2, 0.3, 0.04}};
+  model.input_min = Eigen::RowVector4d{19.6, -0.4, -10, -200};
+  model.input_max = Eigen::RowVector4d{20.4, 0.4, 10, 200};
+  return model;
+}
+
+/// Its stream is led by half a cluster.
+Model led_model() {
+  Model model = small_bent_plane_model();
+  model.latency = {.lag_s = 50, .lagging_rms_deg_per_h = 0.01, .led_rms_deg_per_h = 0.001, .is_led = true};
+  return model;
+}
+
 std::vector<Model> models() {
-  return {data::small_svr_model(),  small_linear_model(),    small_expansion_model(),
+  return {model_of_remade_products(), led_model(), data::small_svr_model(),  small_linear_model(),    small_expansion_model(),
           small_bent_plane_model(), small_network_model(),   model_of_products(),
           model_of_lags(),          model_without_vectors(), trained_model()};
 }
 
 std::vector<std::string> names_of(const Model& model) {
-  if (model.terms.size() > 2) return {"A", "B", "C", "D", "E", "F", "G", "H"};
+  if (model.terms.size() > 4) return {"A", "B", "C", "D", "E", "F", "G", "H"};
   return model.terms[0].factors.size() > 1 ? std::vector<std::string>{"A", "B", "C"}
                                            : std::vector<std::string>{"A", "B"};
 }

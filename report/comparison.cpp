@@ -158,7 +158,9 @@ class Comparing {
       if (table.stage != before_at || table.in_sample) continue;
       const ResultTable* other = partner_of(table, before_, now_, now_at);
       if (other == nullptr) continue;
-      const bool have_one_zero = zero_of(before_, table) == zero_of(now_, *other);
+      // A mean of a record's own is no zero that another record has.
+      const std::string zero = zero_of(before_, table);
+      const bool have_one_zero = zero == zero_of(now_, *other) && zero != data::kOwnZero;
       for (const Column& column : table.columns) {
         if (!have_one_zero && is_counted_from_a_zero(column.quantity)) continue;
         const Column* theirs = column.quantity == kCondition ? nullptr : find_column(*other, column.quantity);

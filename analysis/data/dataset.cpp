@@ -159,7 +159,7 @@ void set_zero(Dataset& dataset, const record::Record& record, const std::optiona
   if (dataset.imported || jumps_by_turning(dataset)) return;
   if (const double mean = mean_of_first_hold(dataset); !std::isnan(mean)) {
     dataset.bias_deg_per_h.array() -= mean;
-    dataset.bias_zero = "mean of the first hold removed";
+    dataset.bias_zero = kOwnZero;
     dataset.zero_is_its_own = true;
   }
 }
@@ -288,7 +288,12 @@ Result<void> check_one_gyro(const Dataset& one, const Dataset& other, std::strin
 }
 
 Result<void> check_one_zero(const Dataset& one, std::string_view other_zero, std::string_view called) {
-  if (one.bias_zero == other_zero) return {};
+  if (one.bias_zero == other_zero && one.bias_zero != kOwnZero) return {};
+  if (one.bias_zero == other_zero)
+    return failure(FaultKind::usage, one.path,
+                   fmt::format("counts its bias from a mean of its own ({}), and so does {}: an unknown constant lies "
+                               "between the two. Learn from one of them, or give the rig file a latitude",
+                               one.bias_zero, called));
   return failure(FaultKind::usage, one.path,
                  fmt::format("counts its bias from another zero ({}) than {} ({}): what is learnt of both would have "
                              "the difference in it",

@@ -44,8 +44,12 @@ struct Dataset;
 [[nodiscard]] Result<void> check_one_gyro(const Dataset& one, const Dataset& other, std::string_view called,
                                           std::string_view so = "");
 
+/// The zero of a record that knows no better: a mean of its own, which no other record counts from.
+inline constexpr std::string_view kOwnZero = "mean of the first hold removed";
+
 /// Fails with usage where the biases of two records are counted from different zeros, which tells them apart by what is
-/// no gyro's: the one "counts its bias from another zero (…) than", as the other is `called`, "(…)".
+/// no gyro's: the one "counts its bias from another zero (…) than", as the other is `called`, "(…)". Two records that
+/// each count from a mean of their own have different zeros although both say the same.
 [[nodiscard]] Result<void> check_one_zero(const Dataset& one, std::string_view other_zero, std::string_view called);
 
 /// One axis of a record as matrices, one row per sample; NaN where a reading was missing.

@@ -214,6 +214,10 @@ TEST_F(TypePriorTraining, RefusesWhatItCannotLearnFrom) {
   ASSERT_FALSE(of_two_zeros);
   EXPECT_NE(of_two_zeros.error().what.find("another zero (earth rate removed) than the prior"), std::string::npos)
       << of_two_zeros.error().what;
+  data::Dataset own_zero = own_;
+  own_zero.bias_zero = of_another_zero.records.front().bias_zero = data::kOwnZero;
+  EXPECT_FALSE(train_with_prior(of_another_zero, {own_zero}, {clusters_}, {.folds = {}, .program_version = {}}))
+      << "two means of two records";
   const auto selecting = learn_prior(own_, {}, {.inputs = "multi-point"});
   ASSERT_FALSE(selecting);
   EXPECT_EQ(selecting.error().kind, FaultKind::usage);

@@ -275,6 +275,12 @@ TEST(Training, NamesWhatIsWrong) {
   EXPECT_EQ(of_two_zeros.error().kind, FaultKind::usage);
   EXPECT_NE(of_two_zeros.error().what.find("from another zero (nothing removed)"), std::string::npos)
       << of_two_zeros.error().what;
+  one.bias_zero = other.bias_zero = data::kOwnZero;
+  const auto of_own_zeros = train({one, other}, {clusters, clusters}, linear("A,A-B"));
+  ASSERT_FALSE(of_own_zeros) << "both say the same, and it is not the same";
+  EXPECT_EQ(of_own_zeros.error().kind, FaultKind::usage);
+  EXPECT_NE(of_own_zeros.error().what.find("from a mean of its own"), std::string::npos) << of_own_zeros.error().what;
+  EXPECT_TRUE(train({one}, {clusters}, linear("A,A-B"))) << "one record may have its own";
   data::Dataset turned = dataset;
   turned.earth_rate_deg_per_h.reset();
   turned.segments.back().unit.turned = true;

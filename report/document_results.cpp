@@ -239,7 +239,7 @@ std::string freedom_of(Language language, double degrees_of_freedom) {
 
 std::vector<Cell> budget_row(const DocumentWriter& writer, const model::BudgetRow& row) {
   const Language language = writer.language;
-  const std::string unit = model::unit_of(row.source);
+  const std::string unit = model::unit_of(row);
   std::string source = writer.word_of(std::string("source.") + model::name(row.source));
   if (!row.of.empty()) source += " " + row.of;
   const char* note = row.assumed ? "label.assumed" : row.chosen_on_these_folds ? "label.chosen_on_these_folds" : nullptr;

@@ -23,7 +23,7 @@ Cells budget_row(const BudgetRow& row) {
           name(row.distribution),
           name(differs(row.source)),
           *remark(row) != '\0' ? fmt::format("<b>{}</b>", remark(row)) : "known",
-          fmt::format("{}&nbsp;{}", plot::significant(row.standard_uncertainty), unit_of(row.source)),
+          fmt::format("{}&nbsp;{}", plot::significant(row.standard_uncertainty), plot::escaped(unit_of(row))),
           plot::significant(row.sensitivity),
           plot::format_bias(contribution_deg_per_h(row)),
           format_freedom(row.degrees_of_freedom)};

@@ -123,6 +123,7 @@ constexpr Word kWords[] = {
   {"source.hysteresis", "Thermal hysteresis", "Thermische Hysterese"},
   {"source.turn-on", "Turn-on to turn-on", "Einschaltstreuung"},
   {"source.thermometer drift", "Drift of the thermometer", "Drift des Thermometers"},
+  {"source.input drift", "Drift of the input", "Drift der Eingangsgröße"},
   {"source.thermometer calibration", "Calibration of the thermometer", "Kalibrierung des Thermometers"},
   {"source.latitude", "Latitude", "Geografische Breite"},
   {"source.azimuth", "Azimuth of the axis", "Azimut der Achse"},

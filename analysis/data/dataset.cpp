@@ -76,6 +76,7 @@ void add_inputs(Dataset& dataset, const record::Record& record, const Place& at)
     if (!record::serves(channels[c], at.unit)) continue;
     dataset.thermometers.push_back(channels[c].name);
     dataset.thermometer_uncertainty.push_back(channels[c].uncertainty);
+    dataset.input_units.emplace_back("°C");
     columns.push_back(column(record.thermometers_c[c], rows).unaryExpr([&](double reading_c) {
       return calibrated(channels[c], {reading_c}).value;
     }));
@@ -88,6 +89,7 @@ void add_inputs(Dataset& dataset, const record::Record& record, const Place& at)
     dataset.thermometers.push_back(is_self ? std::string(kSelf) : std::string(kAux) + value.name);
     columns.push_back(column(at.columns.values[i], rows));
     dataset.thermometer_uncertainty.push_back(uncertainty_of_own(value.is_temperature, columns.back()));
+    dataset.input_units.push_back(value.is_temperature ? "°C" : value.unit);
   }
   dataset.temperature_c.resize(rows, std::ssize(columns));
   for (std::size_t c = 0; c < columns.size(); ++c) dataset.temperature_c.col(static_cast<Eigen::Index>(c)) = columns[c];

@@ -64,6 +64,7 @@ struct Dataset {
   std::string profile_name;
   std::vector<std::string> thermometers;  ///< names of the columns of temperature_c: the thermometers on the unit and
                                           ///< the rig's, then "self" and "aux:NAME", what the unit tells of itself
+  std::vector<std::string> input_units;   ///< of each of these; "°C" of a temperature. Empty: all are temperatures
   std::vector<std::string> gradients;     ///< those whose differences are the multi-point gradients
   std::vector<std::string> three_point;   ///< cathode, anode, shell (or a stand-in)
   bool three_point_stand_in{};            ///< the record names no shell; G stands in (errata 3.3)

@@ -22,7 +22,7 @@ struct SourceInfo {
 };
 
 /// In the order of Source.
-constexpr std::array<SourceInfo, 18> kSources{
+constexpr std::array<SourceInfo, 19> kSources{
     {{"angle random walk", "°/h", Differs::within_a_run, WithTime::falls},
      {"flicker", "°/h", Differs::within_a_run, WithTime::stays},
      {"rate random walk", "°/h", Differs::within_a_run, WithTime::grows},
@@ -33,6 +33,7 @@ constexpr std::array<SourceInfo, 18> kSources{
      {"hysteresis", "°/h", Differs::within_a_run, WithTime::stays},
      {"turn-on", "°/h", Differs::between_runs, WithTime::stays},
      {"thermometer drift", "K", Differs::between_runs, WithTime::stays},
+     {"input drift", "1", Differs::between_runs, WithTime::stays},
      {"thermometer calibration", "K", Differs::never, WithTime::stays},
      {"latitude", "°", Differs::never, WithTime::stays},
      {"azimuth", "°", Differs::never, WithTime::stays},
@@ -48,7 +49,9 @@ const SourceInfo& info_of(Source source) { return kSources[static_cast<std::size
 
 const char* name(Source source) { return info_of(source).name; }
 
-const char* unit_of(Source source) { return info_of(source).unit; }
+std::string unit_of(const BudgetRow& row) {
+  return row.source == Source::input_drift && !row.unit.empty() ? row.unit : info_of(row.source).unit;
+}
 
 const char* name(Differs differs) {
   constexpr std::array kNames = {"within a run", "between runs", "never"};

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "core/form.hpp"
@@ -24,6 +25,7 @@ enum class Source {
   hysteresis,
   turn_on,
   thermometer_drift,        ///< since the thermometer was calibrated
+  input_drift,              ///< … of another input that a unit tells of itself, in its own unit
   thermometer_calibration,  ///< of its certificate
   latitude,
   azimuth,
@@ -34,8 +36,10 @@ enum class Source {
   scale_factor
 };
 [[nodiscard]] const char* name(Source source);
-/// Of what the row's standard uncertainty is in: "°/h", "K", "°", "ppm".
-[[nodiscard]] const char* unit_of(Source source);
+/// Whether its error is how far a thermometer or another input has drifted: it grows with the time since.
+[[nodiscard]] inline bool is_drift(Source source) {
+  return source == Source::thermometer_drift || source == Source::input_drift;
+}
 
 /// Whether the error of a source is another one in each mean, in each run, or the same in training and in use: then the
 /// model has learnt it, and no run of the same rig shows it.
@@ -52,7 +56,8 @@ enum class ErrorDistribution { normal, rectangular, triangular };
 
 struct BudgetRow {
   Source source{};
-  std::string of{};  ///< the thermometer; else empty
+  std::string of{};    ///< the thermometer or other input; else empty
+  std::string unit{};  ///< of an input_drift; else empty, for the source has its own
   Evaluation evaluation{};
   ErrorDistribution distribution{};
   double standard_uncertainty{};  ///< k = 1, in the unit of its source
@@ -61,6 +66,9 @@ struct BudgetRow {
   bool assumed{};  ///< the record does not say it: a default of this program
   bool chosen_on_these_folds{};  ///< it rests on a residual that has chosen the model's parameters too
 };
+
+/// Returns what the row's standard uncertainty is in: "°/h", "K", "°", "ppm", or the unit of its input; "1" without one.
+[[nodiscard]] std::string unit_of(const BudgetRow& row);
 
 /// Returns what is to be said of a row beside its numbers: "assumed", "chosen on these folds" or nothing.
 [[nodiscard]] const char* remark(const BudgetRow& row);
@@ -133,7 +141,7 @@ void describe(auto& form, Like<BudgetRow> auto& row) {
   form("source",
        one_of(row.source, {Source::angle_random_walk, Source::flicker, Source::rate_random_walk, Source::counting,
                            Source::thermometer_noise, Source::model_form, Source::coefficients, Source::hysteresis,
-                           Source::turn_on, Source::thermometer_drift, Source::thermometer_calibration,
+                           Source::turn_on, Source::thermometer_drift, Source::input_drift, Source::thermometer_calibration,
                            Source::latitude, Source::azimuth, Source::tilt, Source::fixture_elevation,
                            Source::fixture_roll, Source::axis_direction, Source::scale_factor}));
   form.if_there("of", !row.of.empty(), row.of);
@@ -141,7 +149,10 @@ void describe(auto& form, Like<BudgetRow> auto& row) {
   form("distribution", one_of(row.distribution, {ErrorDistribution::normal, ErrorDistribution::rectangular,
                                                  ErrorDistribution::triangular}));
   form("standard_uncertainty", not_negative(row.standard_uncertainty));
-  form.derived("unit", unit_of(row.source));
+  auto unit = unit_of(row);
+  form("unit", unit);
+  if constexpr (!std::is_const_v<std::remove_reference_t<decltype(row)>>)
+    if (row.source == Source::input_drift) row.unit = unit;
   form("sensitivity_deg_per_h_per_unit", row.sensitivity);
   form.derived("contribution_deg_per_h", contribution_deg_per_h(row));
   form.if_there("degrees_of_freedom", row.degrees_of_freedom < std::numeric_limits<double>::infinity(),

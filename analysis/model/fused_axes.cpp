@@ -131,7 +131,7 @@ ThermometerBudget budget_of(const std::string& thermometer, const std::vector<Co
     ThermometerBudget found;
     for (const BudgetRow& row : axis.model.uncertainty->budget.rows) {
       if (row.of != thermometer) continue;
-      if (row.source == Source::thermometer_drift) found.drift_k = drift_between_k(row, axis.dataset);
+      if (is_drift(row.source)) found.drift_k = drift_between_k(row, axis.dataset);
       if (row.source == Source::thermometer_calibration) found.calibration_k = row.standard_uncertainty;
     }
     if (found.drift_k > 0 || found.calibration_k > 0) return found;
@@ -307,7 +307,9 @@ FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s)
       if (source == Source::thermometer_noise)
         result.noise(a) += std::pow(contribution_deg_per_h(over_mean.rows[row]), 2);
       const bool is_noise = source == Source::angle_random_walk || source == Source::thermometer_noise;
-      if (is_noise || source == Source::thermometer_drift || differs(source) == Differs::never) continue;
+      // The drift of thermometers is shared; that of what a unit tells of itself is the axis's own.
+      const bool is_shared = source == Source::thermometer_drift && !data::is_own_value(over.rows[row].of);
+      if (is_noise || is_shared || differs(source) == Differs::never) continue;
       result.bias(a, a) += variance;
     }
     // The ends of a count are off by up to half a step each, uniformly: together by 1/√6 of a step.

@@ -149,6 +149,14 @@ record::ThermometerUncertainty said_of(const data::Dataset& dataset, const std::
   return dataset.thermometer_uncertainty[static_cast<std::size_t>(at)];
 }
 
+/// Returns the unit of an input as the record has it; empty where it says none.
+std::string unit_of_input(const data::Dataset& dataset, const std::string& input) {
+  const auto at = std::ranges::find(dataset.thermometers, input) - dataset.thermometers.begin();
+  const std::string unit =
+      at < std::ssize(dataset.input_units) ? dataset.input_units[static_cast<std::size_t>(at)] : std::string();
+  return unit == "°C" ? "K" : unit;  // how far it drifts is a difference
+}
+
 /// Nothing where the day of the calibration is not known or lies after the record.
 std::optional<double> years_since_calibration(const data::Dataset& dataset,
                                               const record::ThermometerUncertainty& thermometer) {
@@ -234,7 +242,11 @@ std::vector<BudgetRow> budget_of_thermometer(const data::Dataset& dataset, const
   drift.standard_uncertainty *= std::sqrt(years.value_or(kYearsSinceCalibration));
   drift.assumed = drift.assumed || !years;
   calibration.of = drift.of = sensitivity.thermometer;
-  return {std::move(calibration), std::move(drift)};
+  if (data::is_temperature(sensitivity.thermometer)) return {std::move(calibration), std::move(drift)};
+  // Whatever an input of the unit's own is off by is a part of the unit: it drifts, and nobody calibrates it.
+  drift.source = Source::input_drift;
+  drift.unit = unit_of_input(dataset, sensitivity.thermometer);
+  return {std::move(drift)};
 }
 
 BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_per_h) {
@@ -408,7 +420,7 @@ double drift_between_k(const BudgetRow& row, const data::Dataset& dataset) {
 
 std::vector<BudgetRow> in_the_run(const data::Dataset& dataset, std::vector<BudgetRow> rows) {
   for (BudgetRow& row : rows) {
-    if (row.source != Source::thermometer_drift) continue;
+    if (!is_drift(row.source)) continue;
     const record::ThermometerUncertainty said = said_of(dataset, row.of);
     row.standard_uncertainty = drift_between_k(row, dataset);
     row.assumed = row.assumed || !said.drift_in_a_year || !years_since_calibration(dataset, said);
@@ -432,7 +444,7 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
       variance += *open;
       continue;
     }
-    if (row.source != Source::thermometer_drift) {
+    if (!is_drift(row.source)) {
       variance.array() += std::pow(contribution_deg_per_h(row), 2);
       continue;
     }

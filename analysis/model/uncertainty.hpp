@@ -63,7 +63,7 @@ struct TrainedOn {
 /// - model form: the held-out RMSE² less noise floor² and hysteresis², with the degrees of freedom of that difference;
 /// - hysteresis as limits, ± a: a/√3;
 /// - turn-on, once in use and once in training, there divided by the root of the records;
-/// - each thermometer's calibration, and its drift u·√(years since), by the root mean square of its sensitivity;
+/// - each thermometer's calibration (of another input none, for what it is off by is a part of the unit), and its drift u·√(years since), by the root mean square of its sensitivity;
 /// - latitude, azimuth and tilt by the slopes of the Earth rate on the input axis, of an axis in a fixture its elevation,
 ///   roll and the axis's direction each by its own instead of the tilt, and the scale factor by the Earth rate, where
 ///   that is removed.

@@ -189,6 +189,7 @@ TEST(Dataset, IsOfOneAxisOfOneUnit) {
   EXPECT_EQ(dataset.true_bias_deg_per_h(0), 1);
   EXPECT_EQ(dataset.thermometers, (std::vector<std::string>{"B", "air", "aux:current", "self", "aux:outside"}))
       << "those on the unit, the rig's, and what the unit tells of itself";
+  EXPECT_EQ(dataset.input_units, (std::vector<std::string>{"°C", "°C", "mA", "°C", "°C"}));
   EXPECT_EQ(dataset.temperature_c.col(3), Eigen::Vector4d(30, 31, 32, 33));
   EXPECT_EQ(dataset.gradients, std::vector<std::string>{"B"});
   EXPECT_EQ(make_dataset(record, "run.db", {"u1", ""}).thermometers, (std::vector<std::string>{"A", "air"}));

@@ -331,6 +331,28 @@ TEST_F(UncertaintyOfAModel, DriftGrowsWithTheRootOfTheDaysSinceTheCalibration) {
   EXPECT_EQ(row(model, Source::thermometer_calibration).standard_uncertainty, 0.01);
 }
 
+/// 0.0041 mA of a discharge current are no kelvins.
+TEST_F(UncertaintyOfAModel, AnInputOfTheUnitsOwnDriftsInItsOwnUnit) {
+  data::Dataset dataset = dataset_;
+  dataset.thermometers = {"A", "aux:current"};
+  dataset.input_units = {"°C", "mA"};
+  dataset.thermometer_uncertainty = {{}, {.calibration = Kelvins{}, .drift_in_a_year = Kelvins{0.0041}}};
+  const auto rows = budget_of_thermometer(dataset, {.thermometer = "aux:current", .rms = 2});
+  ASSERT_EQ(rows.size(), 1u) << "what its sensor is off by is a part of the unit";
+  EXPECT_EQ(rows[0].source, Source::input_drift);
+  EXPECT_EQ(unit_of(rows[0]), "mA");
+  EXPECT_DOUBLE_EQ(contribution_deg_per_h(rows[0]), 0.0082);
+  const auto of_a = budget_of_thermometer(dataset, {.thermometer = "A", .rms = 2});
+  ASSERT_EQ(of_a.size(), 2u);
+  EXPECT_EQ(unit_of(of_a[1]), "K");
+  Model model = model_;
+  model.uncertainty->budget.rows = rows;
+  const auto back = model_from_json(to_json(model), "model.json");
+  ASSERT_TRUE(back) << text(back.error());
+  EXPECT_EQ(unit_of(row(*back, Source::input_drift)), "mA");
+  EXPECT_NEAR(in_the_run(dataset, rows)[0].standard_uncertainty, 0.0041, 1e-12) << "neither day is known";
+}
+
 TEST_F(UncertaintyOfAModel, HasDriftedOnInARunThatItHasNotSeen) {
   const auto rows_in = [&](const data::Dataset& run) {
     Model model = model_;

@@ -28,7 +28,11 @@ using RowNumbers = std::vector<Eigen::Index>;
 constexpr double kMemorySeconds = 5400;
 constexpr double kSpanK = 10;
 constexpr double kMovingKPerMin = 0.1;
-constexpr double kSameSetPointK = 0.5;
+/// What a chamber's controller can tell apart, and its rounding: holds that lie farther apart are of two set points. A
+/// slope of 0.5 K would else go into what is said of their scatter.
+constexpr double kSameSetPointK = 0.1 + 1e-6;
+/// A slope with temperature wants at least this standard deviation of the temperatures.
+constexpr double kLeastSpreadK = 0.5;
 constexpr int kFewestClusters = 3;
 constexpr double kWarmUpMeanSeconds = 1000;
 
@@ -142,7 +146,7 @@ Measured slope_of(const std::vector<StabilisedBias>& points, Measured BeforeAfte
   }
   if (freedom < 1 || !b.allFinite()) return {};
   const double spread = t.squaredNorm();
-  if (spread < kSameSetPointK * kSameSetPointK * static_cast<double>(count)) return {};
+  if (spread < kLeastSpreadK * kLeastSpreadK * static_cast<double>(count)) return {};
   const double slope = t.dot(b) / spread;
   return {slope, std::sqrt((b - slope * t).squaredNorm() / freedom / spread), freedom};
 }

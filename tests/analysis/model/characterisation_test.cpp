@@ -147,6 +147,18 @@ TEST(Characterisation, OfOneSetPointIsWhatIsNearIt) {
   EXPECT_EQ(found.front().set_point_c, 19.74) << "the first of them, as it was asked for";
 }
 
+/// With 0.01 °/h per K, starts at −40 and −39.5 °C would scatter by 0.003 °/h that no start made.
+TEST(Characterisation, OfOneSetPointIsNotWhatIsHalfAKelvinAway) {
+  MadeToOrder run;
+  std::vector<Characterisation> starts;
+  for (const double set_point_c : {-40.0, -40.0, -39.5, -39.5}) {
+    run.dataset.segments.front().target = Celsius{set_point_c};
+    run.dataset.run_id = "run " + std::to_string(starts.size());
+    starts.push_back(run.found(noise_of(run.temperature_c, 7)));
+  }
+  EXPECT_TRUE(turn_on_of(starts).empty()) << "two starts each, of three that are wanted";
+}
+
 /// The unit is off in the holds at −20 °C, so that it starts anew in the ones at 50 °C.
 TEST(Characterisation, OfThreeStartsInOneRecordKnowsHowTheyDiffer) {
   MadeToOrder run;

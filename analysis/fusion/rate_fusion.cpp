@@ -24,6 +24,14 @@ Gains gains_of(const Geometry& geometry) {
           .parity = q.rightCols(axes - 3).transpose() * whitening};
 }
 
+Gains gains_weighed_by(const Geometry& geometry, const Geometry& weights) {
+  assert(geometry.axes() == weights.axes());
+  Gains gains = gains_of(geometry);
+  gains.rate = gains_of(weights).rate;
+  gains.covariance = gains.rate * geometry.covariance * gains.rate.transpose();
+  return gains;
+}
+
 FusedRate fused(const Gains& gains, const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h) {
   return {gains.rate * readings_deg_per_h, gains.covariance};
 }

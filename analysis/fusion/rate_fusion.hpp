@@ -24,6 +24,11 @@ struct Gains {
 /// Three axes have no parity: V has no rows.
 [[nodiscard]] Gains gains_of(const Geometry& geometry);
 
+/// The gains of readings that are weighed as `weights` has it, a geometry of the same axes with another covariance; the
+/// covariance of the vector and the parity are of `geometry`. With other weights than its own the vector is not that of
+/// least variance in this very geometry, and is without bias all the same.
+[[nodiscard]] Gains gains_weighed_by(const Geometry& geometry, const Geometry& weights);
+
 struct FusedRate {
   Eigen::Vector3d deg_per_h;   ///< in the axes of the fixture
   Eigen::Matrix3d covariance;  ///< (°/h)²

@@ -178,7 +178,7 @@ void alarm_at(const RestStretch& rest, std::vector<Alarm>& alarms) {
 
 /// The share of the components of means over clusters that lie within U of the axes that made their last second.
 std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty& uncertainty,
-                                   const ClusterMeans& means, const FusedRun& run) {
+                                   const Eigen::MatrixXd& weighed_by, const ClusterMeans& means, const FusedRun& run) {
   const Eigen::RowVector3d earth = earth_in_fixture(*axes.attitude).transpose();
   std::map<AxisSet, Eigen::RowVector3d> expanded;
   double within = 0, known = 0;
@@ -187,9 +187,11 @@ std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty
     const auto last = std::ranges::lower_bound(run.time_s, means.end_s(k)) - run.time_s.begin() - 1;
     const AxisSet set = run.used[static_cast<std::size_t>(last)];
     const auto [at, is_new] = expanded.try_emplace(set, Eigen::RowVector3d::Zero());
-    if (const auto geometry = geometry_of_set(axes, set, uncertainty.differing()); is_new && geometry) {
+    const auto geometry = geometry_of_set(axes, set, uncertainty.differing());
+    const auto weights = geometry_of_set(axes, set, weighed_by);
+    if (is_new && geometry && weights) {
       const auto in = members(set);
-      const fusion::Gains gains = gains_of(*geometry);
+      const fusion::Gains gains = gains_weighed_by(*geometry, *weights);
       const Eigen::MatrixXd learnt = uncertainty.learnt(in, in);
       const Eigen::Matrix3d covariance = gains.covariance + gains.rate * learnt * gains.rate.transpose();
       at->second = kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
@@ -208,7 +210,7 @@ void judge_errors(const FusedAxes& axes, const FusionOptions& options, FusedRun&
   const AxisSet all = ~AxisSet{0} >> static_cast<unsigned>(64 - axes.axes());
   FusionSummary& summary = run.summary;
   summary.error = error_of(means.mean, earth);
-  const Eigen::MatrixXd differing = uncertainty.differing();
+  const Eigen::MatrixXd differing = uncertainty_of_means(axes, options.averaging_s).differing();
   summary.of_all_axes = error_of(rates_of_set(axes, all, differing, readings), earth);
   summary.of_three = error_of(rates_of_set(axes, first_three(axes, differing), differing, readings), earth);
   const Eigen::VectorXd on_axes = axes.directions * earth;
@@ -218,7 +220,7 @@ void judge_errors(const FusedAxes& axes, const FusionOptions& options, FusedRun&
     summary.axes[static_cast<std::size_t>(a)].error_rms_deg_per_h =
         std::sqrt(by.isFinite().select(by.square(), 0).sum() / known);
   }
-  summary.within_expanded = share_within(axes, uncertainty, means, run);
+  summary.within_expanded = share_within(axes, uncertainty, differing, means, run);
 }
 
 }  // namespace

@@ -34,7 +34,8 @@ Eigen::RowVector3d expanded(const SetOfAxes& set, const Eigen::VectorXd& added) 
 
 class Sets {
  public:
-  explicit Sets(const FusedAxes& axes) : axes_(axes), second_(uncertainty_of_means(axes, 1)) {}
+  Sets(const FusedAxes& axes, double averaging_s)
+      : axes_(axes), second_(uncertainty_of_means(axes, 1)), averaged_(uncertainty_of_means(axes, averaging_s)) {}
   /// Null if these axes do not span space.
   const SetOfAxes* operator()(AxisSet set) {
     const auto [at, is_new] = known_.try_emplace(set);
@@ -46,7 +47,9 @@ class Sets {
   [[nodiscard]] std::optional<SetOfAxes> made(AxisSet set) const {
     const auto geometry = geometry_of_set(axes_, set, second_.differing());
     if (!geometry) return std::nullopt;
-    SetOfAxes one{.gains = gains_of(*geometry), .test = {}, .covariance = {}};
+    const auto weights = geometry_of_set(axes_, set, averaged_.differing());
+    if (!weights) return std::nullopt;
+    SetOfAxes one{.gains = gains_weighed_by(*geometry, *weights), .test = {}, .covariance = {}};
     one.test = parity_test(one.gains, *geometry);
     const auto in = members(set);
     const Eigen::MatrixXd learnt = second_.learnt(in, in);
@@ -54,7 +57,7 @@ class Sets {
     return one;
   }
   const FusedAxes& axes_;
-  FusedUncertainty second_;
+  FusedUncertainty second_, averaged_;
   std::map<AxisSet, std::optional<SetOfAxes>> known_;
 };
 
@@ -72,7 +75,7 @@ class Fusing {
  public:
   Fusing(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
          const FusionOptions& options, FusedRun& run)
-      : axes_(axes), thermometers_(thermometers), options_(options), run_(run), sets_(axes) {
+      : axes_(axes), thermometers_(thermometers), options_(options), run_(run), sets_(axes, options.averaging_s) {
     test_ = {.false_alarm_probability = options.watch.false_alarm_probability, .margin = options.watch.margin};
     all_ = bit(axes.axes() - 1) | (bit(axes.axes() - 1) - 1);
   }
@@ -257,7 +260,8 @@ ClusterMeans with_missing(const ClusterMeans& means, double cluster_s) {
   return all;
 }
 
-FusedRun empty_run(const FusedAxes& axes, const FusionOptions& options, const fusion::Geometry& geometry) {
+FusedRun empty_run(const FusedAxes& axes, const FusionOptions& options, const fusion::Geometry& geometry,
+                   const fusion::Geometry& weights) {
   const Eigen::Index rows = axes.time_s.size();
   FusedRun run{.time_s = axes.time_s,
                .rate_deg_per_h = Eigen::MatrixX3d::Constant(rows, 3, kNotFused),
@@ -266,11 +270,13 @@ FusedRun empty_run(const FusedAxes& axes, const FusionOptions& options, const fu
                .used = std::vector<AxisSet>(static_cast<std::size_t>(rows)),
                .contradicts = std::vector<bool>(static_cast<std::size_t>(rows)),
                .geometry = geometry,
+               .weights = weights,
                .summary = {}};
   run.summary.simulated = axes.simulated;
   run.summary.run_id = axes.run_id;
   run.summary.profile = axes.profile_name;
   run.summary.false_alarm_probability = options.watch.false_alarm_probability;
+  run.summary.averaging_s = options.averaging_s;
   run.summary.false_alarms_per_h = options.watch.false_alarms_per_h;
   run.summary.latitude_deg = kNotFused;
   run.summary.warnings = axes.warnings;
@@ -289,7 +295,9 @@ Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::Thermom
   const AxisSet all = bit(axes.axes() - 1) | (bit(axes.axes() - 1) - 1);
   const auto geometry = geometry_of_set(axes, all, uncertainty_of_means(axes, 1).differing());
   if (!geometry) return failure(geometry.error());
-  FusedRun run = empty_run(axes, options, *geometry);
+  const auto weights = geometry_of_set(axes, all, uncertainty_of_means(axes, options.averaging_s).differing());
+  if (!weights) return failure(weights.error());
+  FusedRun run = empty_run(axes, options, *geometry, *weights);
   run.summary.thermometers_vote = thermometers.has_value();
   const auto means_of = [&](const Eigen::MatrixXd& rows) {
     return with_missing(cluster_means(axes.time_s, rows, options.cluster_s), options.cluster_s);

@@ -24,6 +24,7 @@ struct FusionOptions {
   WatchOptions watch;
   bool leave_out = true;  ///< an axis that was named, from then on; a second that contradicts itself loses one anyway
   double cluster_s = 100;
+  double averaging_s = 100;  ///< of the means that the rate is used in: axes are weighed for these
 };
 
 /// One axis as it went in.
@@ -112,6 +113,7 @@ struct FusionSummary {
   bool simulated{};
   std::string run_id{}, profile{};
   std::vector<FusedAxisSummary> axes{};
+  double averaging_s{};               ///< of the means that axes are weighed for
   double false_alarm_probability{}, false_alarms_per_h{}, limit{};  ///< limit: of pᵀp of all axes; NaN: no parity
   std::int64_t seconds{}, fused{}, contradictions{};  ///< contradictions: seconds whose parity is above its limit
   bool thermometers_vote{};
@@ -133,6 +135,7 @@ void describe(auto& form, Like<FusionSummary> auto& summary) {
   form("run_id", summary.run_id);
   form("profile", summary.profile);
   form("axes", summary.axes);
+  form("averaging_s", summary.averaging_s);
   form("false_alarm_probability", summary.false_alarm_probability);
   form("false_alarms_per_h", summary.false_alarms_per_h);
   form("parity_limit", summary.limit);
@@ -157,19 +160,21 @@ void describe(auto& form, Like<FusionSummary> auto& summary) {
 struct FusedRun {
   Eigen::VectorXd time_s;
   Eigen::MatrixX3d rate_deg_per_h;  ///< NaN where fewer than three axes are known, or they lie in a plane
-  /// U, k = 2, with what training and use have in common; NaN where an axis that was used had an input beyond its
-  /// trained range, of which its budget does not speak.
+  /// U of a second, k = 2, with what training and use have in common; wider where an axis that was used had an input
+  /// beyond its trained range.
   Eigen::MatrixX3d expanded_deg_per_h;
   Eigen::VectorXd statistic;      ///< pᵀp of the axes that were asked; NaN of three
   std::vector<AxisSet> used;      ///< who made the rate; 0: nobody
   std::vector<bool> contradicts;  ///< the statistic is above its limit
-  fusion::Geometry geometry;      ///< of all axes, in one second
+  fusion::Geometry geometry;      ///< of all axes, in one second: what their parity is tested by
+  fusion::Geometry weights;       ///< of all axes, over the averaging time: what they are weighed by
   FusionSummary summary;
 };
 
 /// Fuses the axes second by second, as a navigation computer would: what is known of a second comes of it and of those
-/// before. A second's axes are weighted by their uncertainty in one second, without what training and use have in
-/// common; their parity is tested, and one that is isolated has no part in that second. Means over clusters, but those
+/// before. A second's axes are weighted by their uncertainty in means over `averaging_s`, without what training
+/// and use have in common: a rate is used in means, and in a second noise hides which axis is biased. Their parity is
+/// tested by the uncertainty of that second, and one that is isolated has no part in that second. Means over clusters, but those
 /// of axes with an input beyond its trained range, go through the watches (fault_watch.hpp). If one is named, axes are
 /// left out from then on as long as that makes the mean square error of the rate less: by how much each is then off is
 /// the size of its hop, or of a thermometer's fault by its model's mean slope. What a sum says within an hour of a vote

@@ -232,12 +232,12 @@ Tolerances tolerances_of(const fusion::Gains& gains, const KnownFusion& known) {
 }  // namespace
 
 Result<CProgram> fusion_to_c(const fusion::Geometry& geometry, std::string_view name,
-                             const fusion::TestOptions& options) {
+                             const fusion::TestOptions& options, const std::optional<fusion::Geometry>& weights) {
   if (name != c_name(name)) {
     return failure(FaultKind::usage, "C export",
                    fmt::format("\"{}\" cannot begin the names of a C program; \"{}\" can", name, c_name(name)));
   }
-  const fusion::Gains gains = gains_of(geometry);
+  const fusion::Gains gains = weights ? gains_weighed_by(geometry, *weights) : gains_of(geometry);
   const int parities = static_cast<int>(gains.parity.rows());
   const auto limit = [&](int freedom) {
     return freedom < 1 ? "HUGE_VAL" : c_number(data::chi_squared_limit(options.false_alarm_probability, freedom));

@@ -2,6 +2,7 @@
 /// Fusion as C: the gains of a fixture as constants, for a navigation computer.
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 #include "analysis/fusion/fault_test.hpp"
@@ -22,7 +23,9 @@ namespace gyrotherm::model {
 /// With three axes there is no parity: NAME_fuse finds no contradiction, and the rest is not there. The limit is for
 /// one reading by itself; a hop that is smaller than the noise of a second is for fusion::ChangeDetector to find. Fails
 /// with usage if `name` cannot begin the names of a C program.
+/// `weights`, where given: what the axes are weighed by (fusion::gains_weighed_by).
 [[nodiscard]] Result<CProgram> fusion_to_c(const fusion::Geometry& geometry, std::string_view name,
-                                           const fusion::TestOptions& options = {});
+                                           const fusion::TestOptions& options = {},
+                                           const std::optional<fusion::Geometry>& weights = {});
 
 }  // namespace gyrotherm::model

@@ -232,7 +232,8 @@ Result<void> write_c(Console& console, const model::FusedRun& run, const FuseArg
   const std::string name = model::c_name(source.stem().string());
   const auto program = model::fusion_to_c(
       run.geometry, name,
-      {.false_alarm_probability = options.fusion.watch.false_alarm_probability, .margin = options.fusion.watch.margin});
+      {.false_alarm_probability = options.fusion.watch.false_alarm_probability, .margin = options.fusion.watch.margin},
+      run.weights);
   if (!program) return failure(program.error());
   auto header = source;
   header.replace_filename(name + ".h");
@@ -328,6 +329,11 @@ void add_fuse(Program& program) {
       .add_option("--false-alarms-per-hour", options.fusion.watch.false_alarms_per_h,
                   "of each cumulative sum, while nothing is at fault (default: 0.001)")
       ->check(CLI::Range(1e-6, 3.0));
+  command
+      .add_option("--averaging", options.fusion.averaging_s,
+                  "seconds of the means that the rate is used in: the axes are weighed for these (default: 100)")
+      ->check(CLI::Range(1.0, 86400.0))
+      ->type_name("SECONDS");
   command.add_flag("--keep-all", options.keep_all, "leave out nobody but from seconds that contradict themselves");
   add_outside_option(command, options.outside);
   add_unverified_flag(command, options.unverified);

@@ -206,6 +206,32 @@ TEST(FusedRun, OfTwoAxesInASecondIsNotKnown) {
   EXPECT_EQ(run.summary.fused, 9);
 }
 
+/// An axis whose bias is five times worse counts as much as the others in a second, in which noise hides it; it is
+/// weighed by what it does to the mean that the rate is used in. Two axes along x of u₁ and u₂ have the weights
+/// u₂²/(u₁² + u₂²) and u₁²/(u₁² + u₂²).
+TEST(FusedRun, WeighsAxesForTheMeansThatTheRateIsUsedIn) {
+  auto along_x_twice = fusion::triad_axes(1);
+  along_x_twice.push_back(fusion::axis("x2", 1, 0, 0, 1));
+  FusedAxes axes = at_rest(along_x_twice, 300, 1);
+  constexpr double kWorse = 5 * kTurnOn_deg_per_h;
+  axes.models[3].uncertainty->budget.rows[1].standard_uncertainty = kWorse;
+  const auto share_of_the_worse = [&](double averaging_s) {
+    const FusedRun run = fused_run(axes, {.averaging_s = averaging_s});
+    EXPECT_EQ(run.summary.averaging_s, averaging_s);
+    const Eigen::RowVectorXd readings = axes.rate_deg_per_h.row(10);
+    return (run.rate_deg_per_h(10, 0) - readings(0)) / (readings(3) - readings(0));
+  };
+  const auto expected = [&](double averaging_s) {
+    const double noise = std::pow(kSecond_deg_per_h, 2) / averaging_s;
+    const double good = noise + std::pow(kTurnOn_deg_per_h, 2), worse = noise + std::pow(kWorse, 2);
+    return good / (good + worse);
+  };
+  EXPECT_NEAR(share_of_the_worse(1), expected(1), 1e-9);
+  EXPECT_NEAR(share_of_the_worse(100), expected(100), 1e-9);
+  EXPECT_GT(expected(1), 0.48);
+  EXPECT_LT(expected(100), 0.14);
+}
+
 TEST(FusedRun, HasAWiderUncertaintyAndBlamesNobodyBeyondTheTrainedRange) {
   FusedAxes axes = at_rest(regular_tetrad(), 20000, 1);
   for (std::size_t row = 10000; row < 10500; ++row) {

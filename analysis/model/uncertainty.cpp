@@ -112,9 +112,10 @@ void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedO
 /// Returns what a model leaves of clusters it has not seen beyond noise and hysteresis: the estimate itself, however
 /// uncertain it is. Its degrees of freedom are those of the difference of the squares (GUM G.3 and G.4); where the
 /// residual is far above the floor, they are its effective number less one.
-BudgetRow form_row(const data::Figures& figures, const data::NoiseFloor& floor, double hysteresis, bool chosen) {
+BudgetRow form_row(const data::Figures& figures, double standard, const data::NoiseFloor& floor, double hysteresis,
+                   bool chosen) {
   BudgetRow row{.source = Source::model_form, .evaluation = Evaluation::a, .chosen_on_these_folds = chosen};
-  const double residual = std::pow(figures.rmse, 2);
+  const double residual = std::pow(standard, 2);
   const double square = residual - std::pow(floor.deg_per_h, 2) - std::pow(hysteresis, 2);
   row.standard_uncertainty = std::sqrt(std::max(0.0, square));
   const double freedom = std::max(1.0, figures.effective.of_std - 1);
@@ -133,7 +134,8 @@ void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, con
   const data::Figures figures = figures_of(residual(known), clusters, known);
   const Hysteresis hysteresis = hysteresis_of(residual, clusters);
   const double as_limits = hysteresis.half_deg_per_h / std::numbers::sqrt3;
-  rows.push_back(form_row(figures, floor, as_limits, on.chosen_on_these_folds));
+  const double standard = robust_standard_deg_per_h(residual(known), figures.effective.of_std);
+  rows.push_back(form_row(figures, standard, floor, as_limits, on.chosen_on_these_folds));
   rows.push_back({.source = Source::hysteresis,
                   .evaluation = Evaluation::a,
                   .distribution = ErrorDistribution::rectangular,
@@ -230,6 +232,20 @@ struct AtOneTemperature {
 };
 
 }  // namespace
+
+double robust_standard_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, double effective) {
+  constexpr double kOneSigma = 0.6827, kTwoSided95 = 1.959964;
+  const auto count = static_cast<double>(residual_deg_per_h.size());
+  Eigen::VectorXd magnitude = residual_deg_per_h.cwiseAbs();
+  std::ranges::sort(magnitude);
+  const double more = effective >= 1 ? 1 + 1 / effective : 2;
+  const auto quantile = [&](double share) {
+    const double rank = std::ceil(std::min(1.0, share * more) * count);
+    return magnitude(static_cast<Eigen::Index>(std::clamp(rank, 1.0, count)) - 1);
+  };
+  return std::min(std::sqrt(residual_deg_per_h.squaredNorm() / count),
+                  std::max(quantile(kCoverage) / kTwoSided95, quantile(kOneSigma)));
+}
 
 std::vector<BudgetRow> budget_of_thermometer(const data::Dataset& dataset, const Sensitivity& sensitivity) {
   const record::ThermometerUncertainty said = said_of(dataset, sensitivity.thermometer);

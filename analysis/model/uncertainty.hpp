@@ -30,6 +30,13 @@ namespace gyrotherm::model {
 /// samples in a cluster. It is taken to be white; resolution is in it.
 [[nodiscard]] Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data::Clusters& clusters);
 
+/// Returns the standard uncertainty by which a residual is to be expanded, °/h: its root mean square, unless that is set
+/// by a transient that few means have. Then it is the greater of q₉₅/1.96 and q₆₈, the quantiles of its magnitude that
+/// hold 95 % and 68.27 % of the means of another run (split conformal prediction: Vovk et al., Algorithmic Learning in a
+/// Random World (2005); Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094), (n + 1)/n of the share, n the effective number
+/// of means. Of normal residuals all three are the same; the quantiles are never taken where they are more.
+[[nodiscard]] double robust_standard_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, double effective);
+
 /// Half of how a residual differs between warming and cooling at equal temperatures.
 struct Hysteresis {
   double half_deg_per_h{};
@@ -60,7 +67,7 @@ struct TrainedOn {
 /// - counting, where the first record counts pulses of q: each end of a mean is off by up to half a pulse, evenly, so
 ///   that the mean is off by up to q/τ, as a triangle: q/(√6 τ) (GUM 4.3.9);
 /// - noise of the thermometers, as above;
-/// - model form: the held-out RMSE² less noise floor² and hysteresis², with the degrees of freedom of that difference;
+/// - model form: the held-out RMSE², or where a transient sets that robust_standard_deg_per_h()², less noise floor² and hysteresis², with the degrees of freedom of that difference;
 /// - hysteresis as limits, ± a: a/√3;
 /// - turn-on, once in use and once in training, there divided by the root of the records;
 /// - each thermometer's calibration (of another input none, for what it is off by is a part of the unit), and its drift u·√(years since), by the root mean square of its sensitivity;

@@ -299,6 +299,19 @@ TEST_F(UncertaintyOfAModel, AModelFormOfFewEffectiveMeansIsCountedWithFewDegrees
   EXPECT_EQ(judged_by(Eigen::VectorXd::Zero(count)).degrees_of_freedom, 1);
 }
 
+TEST(RobustStandard, IsTheRootMeanSquareUnlessATransientSetsIt) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal(0, 1);
+  Eigen::VectorXd residual = Eigen::VectorXd::NullaryExpr(20000, [&] { return normal(random); });
+  EXPECT_NEAR(robust_standard_deg_per_h(residual, 20000), 1, 0.02);
+  residual.head(200).array() += 20;  // 1 % of the means
+  EXPECT_NEAR(std::sqrt(residual.squaredNorm() / 20000), std::sqrt(1 + 4), 0.05);
+  EXPECT_NEAR(robust_standard_deg_per_h(residual, 20000), 1.04, 0.03) << "of 95 in 99";
+  const Eigen::VectorXd wave = Eigen::VectorXd::LinSpaced(1000, 0, 20 * std::numbers::pi).array().sin();
+  EXPECT_NEAR(robust_standard_deg_per_h(wave, 500), std::sqrt(0.5), 1e-3) << "a wave has no tails";
+  EXPECT_EQ(robust_standard_deg_per_h(Eigen::Vector4d(0, 0, 0, 10), 4), 5) << "of four means nobody knows the tails";
+}
+
 TEST_F(UncertaintyOfAModel, SaysWhetherItsFoldsHaveChosenToo) {
   const std::vector<data::Dataset> datasets{dataset_};
   const std::vector<data::Clusters> clusters{clusters_};

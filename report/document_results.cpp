@@ -242,8 +242,14 @@ std::vector<Cell> budget_row(const DocumentWriter& writer, const model::BudgetRo
   const std::string unit = model::unit_of(row);
   std::string source = writer.word_of(std::string("source.") + model::name(row.source));
   if (!row.of.empty()) source += " " + row.of;
-  const char* note = row.assumed ? "label.assumed" : row.chosen_on_these_folds ? "label.chosen_on_these_folds" : nullptr;
-  return {{.text = std::move(source), .note = note != nullptr ? writer.word_of(note) : ""},
+  std::string note;
+  const auto say = [&](bool holds, const char* key) {
+    if (holds) note += (note.empty() ? "" : ", ") + writer.word_of(key);
+  };
+  say(row.assumed, "label.assumed");
+  say(row.chosen_on_these_folds, "label.chosen_on_these_folds");
+  say(row.only_start_held_out, "label.only_start_held_out");
+  return {{.text = std::move(source), .note = std::move(note)},
           {.text = model::name(row.evaluation)},
           {.text = writer.word_of(std::string("distribution.") + model::name(row.distribution))},
           {.text = with_unit_behind("0", unit)},

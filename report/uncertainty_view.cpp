@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <utility>
@@ -22,7 +23,7 @@ Cells budget_row(const BudgetRow& row) {
           row.evaluation == model::Evaluation::a ? "A" : "B",
           name(row.distribution),
           name(differs(row.source)),
-          *remark(row) != '\0' ? fmt::format("<b>{}</b>", remark(row)) : "known",
+          remarks(row).empty() ? "known" : fmt::format("<b>{}</b>", fmt::join(remarks(row), ", ")),
           fmt::format("{}&nbsp;{}", plot::significant(row.standard_uncertainty), plot::escaped(unit_of(row))),
           plot::significant(row.sensitivity),
           plot::format_bias(contribution_deg_per_h(row)),

@@ -233,6 +233,7 @@ constexpr Word kWords[] = {
   {"label.in_sample", "in-sample", "Trainingsdaten"},
   {"label.overdue", "overdue", "überfällig"},
   {"label.assumed", "assumed", "angenommen"},
+  {"label.only_start_held_out", "its only power-on held out", "einziges Einschalten ausgelassen"},
   {"label.chosen_on_these_folds", "chosen on these folds", "an diesen Teilen gewählt"},
   {"label.chain", "Chain of hashes", "Prüfsummenkette"},
 

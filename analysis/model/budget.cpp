@@ -67,8 +67,12 @@ const char* name(ErrorDistribution distribution) {
   return kNames[static_cast<std::size_t>(distribution)];
 }
 
-const char* remark(const BudgetRow& row) {
-  return row.assumed ? "assumed" : row.chosen_on_these_folds ? "chosen on these folds" : "";
+std::vector<std::string> remarks(const BudgetRow& row) {
+  std::vector<std::string> all;
+  if (row.assumed) all.emplace_back("assumed");
+  if (row.chosen_on_these_folds) all.emplace_back("chosen on these folds");
+  if (row.only_start_held_out) all.emplace_back("its only power-on held out");
+  return all;
 }
 
 double contribution_deg_per_h(const BudgetRow& row) { return std::abs(row.sensitivity) * row.standard_uncertainty; }

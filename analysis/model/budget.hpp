@@ -65,13 +65,15 @@ struct BudgetRow {
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
   bool assumed{};  ///< the record does not say it: a default of this program
   bool chosen_on_these_folds{};  ///< it rests on a residual that has chosen the model's parameters too
+  bool only_start_held_out{};    ///< the training has one power-on: where that is held out, none is left to learn from
 };
 
 /// Returns what the row's standard uncertainty is in: "°/h", "K", "°", "ppm", or the unit of its input; "1" without one.
 [[nodiscard]] std::string unit_of(const BudgetRow& row);
 
-/// Returns what is to be said of a row beside its numbers: "assumed", "chosen on these folds" or nothing.
-[[nodiscard]] const char* remark(const BudgetRow& row);
+/// Returns what is to be said of a row beside its numbers: "assumed", "chosen on these folds", "its only power-on held
+/// out", those of them that hold, in this order; empty if none does.
+[[nodiscard]] std::vector<std::string> remarks(const BudgetRow& row);
 
 /// |c|·u, °/h.
 [[nodiscard]] double contribution_deg_per_h(const BudgetRow& row);
@@ -160,6 +162,7 @@ void describe(auto& form, Like<BudgetRow> auto& row) {
   form.derived("differs", name(differs(row.source)));
   form("assumed", row.assumed);
   form.if_there("chosen_on_these_folds", row.chosen_on_these_folds, row.chosen_on_these_folds);
+  form.if_there("only_start_held_out", row.only_start_held_out, row.only_start_held_out);
 }
 
 void describe(auto& form, Like<CombinedUncertainty> auto& uncertainty) {

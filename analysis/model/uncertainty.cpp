@@ -125,6 +125,16 @@ BudgetRow form_row(const data::Figures& figures, double standard, const data::No
   return row;
 }
 
+/// Counts the power-ons that clusters follow: that of the record, and one after each segment in which the unit was off.
+int starts_in(const data::Dataset& dataset, const data::Clusters& clusters) {
+  int starts = clusters.start_s.size() > 0 ? 1 : 0;
+  for (std::size_t s = 1; s < dataset.segments.size(); ++s) {
+    const bool begins = dataset.segments[s - 1].unit.off && !dataset.segments[s].unit.off;
+    if (begins && (clusters.segment.array() == static_cast<int>(s)).any()) ++starts;
+  }
+  return starts;
+}
+
 /// Adds what is known of the model itself: its form, and its hysteresis.
 void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const TrainedOn& on,
                const data::NoiseFloor& floor) {
@@ -136,6 +146,9 @@ void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, con
   const double as_limits = hysteresis.half_deg_per_h / std::numbers::sqrt3;
   const double standard = robust_standard_deg_per_h(residual(known), figures.effective.of_std);
   rows.push_back(form_row(figures, standard, floor, as_limits, on.chosen_on_these_folds));
+  int starts = 0;
+  for (std::size_t i = 0; i < on.datasets.size(); ++i) starts += starts_in(on.datasets[i], on.clusters[i]);
+  rows.back().only_start_held_out = starts < 2;
   rows.push_back({.source = Source::hysteresis,
                   .evaluation = Evaluation::a,
                   .distribution = ErrorDistribution::rectangular,

@@ -2,6 +2,7 @@
 #include "analysis/model/uncertainty_export.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <map>
@@ -48,7 +49,7 @@ constexpr const char* kTest = R"(  double square = 0.0;
 /// "  0.0003, /* angle random walk */"
 std::string line_of(const BudgetRow& row) {
   std::string what = fmt::format("{}{}{}", name(row.source), row.of.empty() ? "" : " ", row.of);
-  if (const std::string_view said = remark(row); !said.empty()) what += fmt::format(" ({})", said);
+  if (const auto said = remarks(row); !said.empty()) what += fmt::format(" ({})", fmt::join(said, ", "));
   return fmt::format("  {}, /* {} */\n", c_number(contribution_deg_per_h(row)), c_comment(what));
 }
 

@@ -316,13 +316,24 @@ TEST_F(UncertaintyOfAModel, SaysWhetherItsFoldsHaveChosenToo) {
   const std::vector<data::Dataset> datasets{dataset_};
   const std::vector<data::Clusters> clusters{clusters_};
   Model model = model_;
-  EXPECT_STREQ(remark(row(model, Source::model_form)), "") << "a linear model has nothing to choose";
+  using Remarks = std::vector<std::string>;
+  EXPECT_EQ(remarks(row(model, Source::model_form)), Remarks{"its only power-on held out"}) << "and nothing chosen";
   model.uncertainty = *uncertainty_of(model_, {datasets, clusters, model_.leave_cycle_out_residual, true});
-  EXPECT_STREQ(remark(row(model, Source::model_form)), "chosen on these folds");
+  EXPECT_EQ(remarks(row(model, Source::model_form)), (Remarks{"chosen on these folds", "its only power-on held out"}));
   const auto back = model_from_json(to_json(model), "model.json");
   ASSERT_TRUE(back) << text(back.error());
   EXPECT_TRUE(row(*back, Source::model_form).chosen_on_these_folds);
   EXPECT_FALSE(row(*back, Source::turn_on).chosen_on_these_folds);
+}
+
+TEST_F(UncertaintyOfAModel, OfTwoStartsOneIsLeftToLearnFrom) {
+  std::vector<data::Dataset> datasets{dataset_};
+  const std::vector<data::Clusters> clusters{clusters_};
+  Model model = model_;
+  ASSERT_GE(datasets.front().segments.size(), 3u);
+  datasets.front().segments[1].unit.off = true;
+  model.uncertainty = *uncertainty_of(model_, {datasets, clusters, model_.leave_cycle_out_residual});
+  EXPECT_TRUE(remarks(row(model, Source::model_form)).empty());
 }
 
 TEST_F(UncertaintyOfAModel, DriftGrowsWithTheRootOfTheDaysSinceTheCalibration) {

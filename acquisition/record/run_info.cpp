@@ -51,7 +51,7 @@ constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertaint
     {"turn_on_repeatability_deg_per_h", &GyroUncertainty::turn_on_repeatability_deg_per_h},
 }};
 
-/// What the list `fixture` says of an axis: a table of its own would be no record's of before.
+/// The lines of the list `fixture` about an axis. A new column of `axis` would make older records unreadable.
 constexpr std::array<std::pair<const char*, std::optional<double> GyroUncertainty::*>, 5> kOfItsFixture{{
     {"fixture_azimuth_deg", &GyroUncertainty::fixture_azimuth_deg},
     {"fixture_elevation_deg", &GyroUncertainty::fixture_elevation_deg},

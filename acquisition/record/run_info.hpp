@@ -51,8 +51,8 @@ enum class GyroKind { pulse_count, rate };
 struct GyroUncertainty {
   std::optional<double> latitude_deg{}, azimuth_deg{}, elevation_deg{};  ///< from true north, above the horizontal
   std::optional<double> latitude_uncertainty_deg{}, azimuth_uncertainty_deg{}, tilt_uncertainty_deg{};
-  /// Of an axis in a fixture: how that stands, and how well its elevation, its roll and where the axis lies in it are
-  /// known, each by itself. Such an axis has no tilt of its own.
+  /// The fixture of an axis, and the standard uncertainties of its elevation, its roll and the axis's direction in it,
+  /// each by itself. Such an axis has no tilt of its own.
   std::optional<double> fixture_azimuth_deg{}, fixture_elevation_deg{};
   std::optional<double> elevation_uncertainty_deg{}, roll_uncertainty_deg{}, direction_uncertainty_deg{};
   std::optional<double> scale_factor_uncertainty_ppm{};

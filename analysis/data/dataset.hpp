@@ -48,8 +48,8 @@ struct Dataset;
 inline constexpr std::string_view kOwnZero = "mean of the first hold removed";
 
 /// Fails with usage where the biases of two records are counted from different zeros, which tells them apart by what is
-/// no gyro's: the one "counts its bias from another zero (…) than", as the other is `called`, "(…)". Two records that
-/// each count from a mean of their own have different zeros although both say the same.
+/// no gyro's: the one "counts its bias from another zero (…) than", as the other is `called`, "(…)". The zeros
+/// of two records are different too if each is a mean of its own record.
 [[nodiscard]] Result<void> check_one_zero(const Dataset& one, std::string_view other_zero, std::string_view called);
 
 /// One axis of a record as matrices, one row per sample; NaN where a reading was missing.
@@ -64,7 +64,7 @@ struct Dataset {
   std::string profile_name;
   std::vector<std::string> thermometers;  ///< names of the columns of temperature_c: the thermometers on the unit and
                                           ///< the rig's, then "self" and "aux:NAME", what the unit tells of itself
-  std::vector<std::string> input_units;   ///< of each of these; "°C" of a temperature. Empty: all are temperatures
+  std::vector<std::string> input_units;   ///< one each; empty: all are temperatures
   std::vector<std::string> gradients;     ///< those whose differences are the multi-point gradients
   std::vector<std::string> three_point;   ///< cathode, anode, shell (or a stand-in)
   bool three_point_stand_in{};            ///< the record names no shell; G stands in (errata 3.3)

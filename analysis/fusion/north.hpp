@@ -12,7 +12,7 @@ struct North {
   double expanded_deg{};  ///< U, 95 %, k = 1.96
 };
 
-/// How a fixture that should be level may be tilted; standard uncertainties.
+/// Standard uncertainties of the tilt of a fixture that should be level.
 struct Tilt {
   double about_north_deg{}, about_east_deg{};
 };

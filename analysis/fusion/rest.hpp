@@ -17,8 +17,8 @@ struct Attitude {
   double azimuth_std_deg{};                                ///< about down
   double latitude_deg{};
   double latitude_std_deg{};
-  /// What is uncertain beside these: the covariance of the angles about north, east and down, as a fixture's elevation
-  /// and roll make it; deg².
+  /// The covariance of the angles about north, east and down that is added to these, as a fixture's elevation and roll
+  /// make it; deg².
   Eigen::Matrix3d turn_covariance_deg2 = Eigen::Matrix3d::Zero();
 };
 

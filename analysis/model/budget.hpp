@@ -25,18 +25,18 @@ enum class Source {
   hysteresis,
   turn_on,
   thermometer_drift,        ///< since the thermometer was calibrated
-  input_drift,              ///< … of another input that a unit tells of itself, in its own unit
+  input_drift,              ///< drift of any other input
   thermometer_calibration,  ///< of its certificate
   latitude,
   azimuth,
-  tilt,               ///< of an axis that stands in no fixture
-  fixture_elevation,  ///< … and of one that does
+  tilt,               ///< no fixture
+  fixture_elevation,  ///< fixture
   fixture_roll,
-  axis_direction,  ///< where it lies in its fixture
+  axis_direction,  ///< in its fixture
   scale_factor
 };
 [[nodiscard]] const char* name(Source source);
-/// Whether its error is how far a thermometer or another input has drifted: it grows with the time since.
+/// Returns true if its error is the drift of a thermometer or another input, which grows with time.
 [[nodiscard]] inline bool is_drift(Source source) {
   return source == Source::thermometer_drift || source == Source::input_drift;
 }
@@ -56,23 +56,25 @@ enum class ErrorDistribution { normal, rectangular, triangular };
 
 struct BudgetRow {
   Source source{};
-  std::string of{};    ///< the thermometer or other input; else empty
-  std::string unit{};  ///< of an input_drift; else empty, for the source has its own
+  std::string of{};    ///< thermometer or other input
+  std::string unit{};  ///< for input_drift alone
   Evaluation evaluation{};
   ErrorDistribution distribution{};
   double standard_uncertainty{};  ///< k = 1, in the unit of its source
   double sensitivity = 1;         ///< °/h per unit: how far the bias goes with the source
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
   bool assumed{};  ///< the record does not say it: a default of this program
-  bool chosen_on_these_folds{};  ///< it rests on a residual that has chosen the model's parameters too
-  bool only_start_held_out{};    ///< the training has one power-on: where that is held out, none is left to learn from
+  /// The residual of this row has also chosen the model's parameters.
+  bool chosen_on_these_folds{};
+  /// The training has one power-on: the fold that holds it out has none left to learn from.
+  bool only_start_held_out{};
 };
 
-/// Returns what the row's standard uncertainty is in: "°/h", "K", "°", "ppm", or the unit of its input; "1" without one.
+/// Returns the unit of the standard uncertainty: "°/h", "K", "°", "ppm", or that of its input; "1" without one.
 [[nodiscard]] std::string unit_of(const BudgetRow& row);
 
-/// Returns what is to be said of a row beside its numbers: "assumed", "chosen on these folds", "its only power-on held
-/// out", those of them that hold, in this order; empty if none does.
+/// Returns the remarks on a row that hold, in this order: "assumed", "chosen on these folds", "its only power-on held
+/// out".
 [[nodiscard]] std::vector<std::string> remarks(const BudgetRow& row);
 
 /// |c|·u, °/h.

@@ -28,8 +28,8 @@ using RowNumbers = std::vector<Eigen::Index>;
 constexpr double kMemorySeconds = 5400;
 constexpr double kSpanK = 10;
 constexpr double kMovingKPerMin = 0.1;
-/// What a chamber's controller can tell apart, and its rounding: holds that lie farther apart are of two set points. A
-/// slope of 0.5 K would else go into what is said of their scatter.
+/// The resolution of a chamber's controller and its rounding: holds farther apart have two set points. The slope over
+/// 0.5 K would add to the scatter of one.
 constexpr double kSameSetPointK = 0.1 + 1e-6;
 /// A slope with temperature wants at least this standard deviation of the temperatures.
 constexpr double kLeastSpreadK = 0.5;

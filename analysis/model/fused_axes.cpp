@@ -168,7 +168,7 @@ Eigen::Vector3d points(const record::GyroUncertainty& known) {
 }
 
 /// Returns the physical tilt, degrees, that makes the Earth's rates of axes without a fixture's angles as uncertain as
-/// their rows say: √(Σ(c u)²/Σ c²). One axis alone cannot say it, since its slope may vanish.
+/// their rows: √(Σ(c u)²/Σ c²). One axis alone does not suffice, since its slope may vanish.
 double common_tilt_deg(const std::vector<const BudgetRow*>& rows) {
   double rates = 0, slopes = 0;
   for (const BudgetRow* row : rows) {
@@ -178,8 +178,7 @@ double common_tilt_deg(const std::vector<const BudgetRow*>& rows) {
   return slopes > 0 ? std::sqrt(rates / slopes) : 0;
 }
 
-/// Puts what the record says of the fixture's angles into its attitude, or what is assumed where it says nothing.
-/// Elevation turns it about its own horizontal axis, roll about its x.
+/// Puts the recorded or assumed uncertainties of the fixture's angles into its attitude. Elevation turns it about its own horizontal axis, roll about its x.
 void add_angles(fusion::Attitude& attitude, const std::vector<CompensatedAxis>& axes) {
   std::vector<const BudgetRow*> tilts;
   std::vector<std::vector<BudgetRow>> all;
@@ -202,7 +201,7 @@ void add_angles(fusion::Attitude& attitude, const std::vector<CompensatedAxis>& 
     const Eigen::Vector3d level(-std::sin(azimuth), std::cos(azimuth), 0);
     attitude.turn_covariance_deg2 = std::pow(elevation->standard_uncertainty, 2) * level * level.transpose() +
                                     std::pow(roll->standard_uncertainty, 2) * x * x.transpose();
-    return;  // the axes of a record stand in one fixture
+    return;  // one fixture holds all axes
   }
 }
 
@@ -230,8 +229,8 @@ Result<std::optional<fusion::Attitude>> attitude_of(const FusedAxes& fused, cons
   return std::optional(attitude);
 }
 
-/// Adds what was uncertain of the training: latitude, azimuth, elevation and roll of the fixture do to each axis what its
-/// own row says, and to all axes together; direction, tilt and scale factor are each axis's own.
+/// Adds the uncertainties of the training: latitude, azimuth, elevation and roll of the fixture move all axes together,
+/// each by its own row; direction, tilt and scale factor belong to one axis.
 void add_training(FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
   for (const Source source : {Source::latitude, Source::azimuth, Source::fixture_elevation, Source::fixture_roll}) {
     Eigen::VectorXd column = Eigen::VectorXd::Zero(fused.axes());
@@ -307,7 +306,7 @@ FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s)
       if (source == Source::thermometer_noise)
         result.noise(a) += std::pow(contribution_deg_per_h(over_mean.rows[row]), 2);
       const bool is_noise = source == Source::angle_random_walk || source == Source::thermometer_noise;
-      // The drift of thermometers is shared; that of what a unit tells of itself is the axis's own.
+      // Axes share the drift of thermometers. The drift of a unit's own values belongs to the axis.
       const bool is_shared = source == Source::thermometer_drift && !data::is_own_value(over.rows[row].of);
       if (is_noise || is_shared || differs(source) == Differs::never) continue;
       result.bias(a, a) += variance;

@@ -49,9 +49,9 @@ struct FusedAxes {
   Eigen::MatrixXd by_thermometer_drift{};
   Eigen::MatrixXd learnt{};  ///< … of what training and use have in common: certificates, angles, scale factors
   std::optional<fusion::Attitude> attitude{};  ///< where the record knows latitude and azimuths
-  /// Of each second the axes with an input beyond the trained range.
+  /// The axes with an input beyond the trained range, per second.
   std::vector<AxisSet> outside{};
-  /// Seconds × axes: variance, (°/h)², that is added to an axis outside (widening() of its model's form); 0 inside.
+  /// Seconds × axes: the variance, (°/h)², that is added to an axis outside, widening() of its model's form; 0 inside.
   Eigen::MatrixXd widening{};
   std::vector<std::string> warnings{};  ///< a model of another gyro
   [[nodiscard]] Eigen::Index axes() const { return directions.rows(); }

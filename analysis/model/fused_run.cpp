@@ -22,10 +22,11 @@ constexpr double kNotFused = std::numeric_limits<double>::quiet_NaN();
 struct SetOfAxes {
   fusion::Gains gains;
   fusion::FaultTest test;
-  Eigen::Matrix3d covariance;  ///< of the rate vector, with what training and use have in common, (°/h)²
+  /// The covariance of the rate vector, with the part that training and use share, (°/h)².
+  Eigen::Matrix3d covariance;
 };
 
-/// U of the rate vector's components, °/h, where its axes have so much variance beside.
+/// Returns U of the rate vector's components, °/h, with this variance added to each axis.
 Eigen::RowVector3d expanded(const SetOfAxes& set, const Eigen::VectorXd& added) {
   const Eigen::Matrix3d covariance =
       set.covariance + set.gains.rate * added.asDiagonal() * set.gains.rate.transpose();

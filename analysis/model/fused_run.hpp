@@ -24,7 +24,7 @@ struct FusionOptions {
   WatchOptions watch;
   bool leave_out = true;  ///< an axis that was named, from then on; a second that contradicts itself loses one anyway
   double cluster_s = 100;
-  double averaging_s = 100;  ///< of the means that the rate is used in: axes are weighed for these
+  double averaging_s = 100;  ///< means that axes are weighed for
 };
 
 /// One axis as it went in.
@@ -113,7 +113,7 @@ struct FusionSummary {
   bool simulated{};
   std::string run_id{}, profile{};
   std::vector<FusedAxisSummary> axes{};
-  double averaging_s{};               ///< of the means that axes are weighed for
+  double averaging_s{};               ///< means that axes are weighed for
   double false_alarm_probability{}, false_alarms_per_h{}, limit{};  ///< limit: of pᵀp of all axes; NaN: no parity
   std::int64_t seconds{}, fused{}, contradictions{};  ///< contradictions: seconds whose parity is above its limit
   bool thermometers_vote{};
@@ -166,8 +166,8 @@ struct FusedRun {
   Eigen::VectorXd statistic;      ///< pᵀp of the axes that were asked; NaN of three
   std::vector<AxisSet> used;      ///< who made the rate; 0: nobody
   std::vector<bool> contradicts;  ///< the statistic is above its limit
-  fusion::Geometry geometry;      ///< of all axes, in one second: what their parity is tested by
-  fusion::Geometry weights;       ///< of all axes, over the averaging time: what they are weighed by
+  fusion::Geometry geometry;      ///< all axes, one second: parity
+  fusion::Geometry weights;       ///< all axes, averaging time: weights
   FusionSummary summary;
 };
 

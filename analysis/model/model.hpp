@@ -50,7 +50,7 @@ struct TrainingRecord {
   data::AxisChoice of{};    ///< empty: of a record that has one
   std::string identity{};   ///< which gyro that is, as far as the record says
   std::string bias_zero{};  ///< what its bias is counted from; empty: not known
-  std::optional<BlockRange> block{};  ///< over those clusters; nothing without a thermometer
+  std::optional<BlockRange> block{};  ///< over those clusters
 };
 
 /// What it cost to make a model smaller.
@@ -62,11 +62,11 @@ struct ReducedSetSummary {
   int clusters{};  ///< how many those were
 };
 
-/// What a stream of the model's predictions lags behind, and what that costs; see latency_of().
+/// The lag of a stream of the model's predictions and its cost; see latency_of().
 struct Latency {
   double lag_s{};                  ///< half the cluster length
-  double lagging_rms_deg_per_h{};  ///< error by the lag over the training, if nothing is done
-  double led_rms_deg_per_h{};      ///< the same if predictions are led by half a cluster
+  double lagging_rms_deg_per_h{};  ///< error over the training, not led
+  double led_rms_deg_per_h{};      ///< error, led by half a cluster
   bool is_led{};                   ///< they are, since that is less
 };
 
@@ -107,11 +107,11 @@ struct Model {
   std::optional<tracking::BiasNoise> residual_noise;  ///< of that residual, if it is long enough: for bias tracking
   Eigen::RowVectorXd input_min, input_max;            ///< trained range of each term, unscaled
   std::vector<std::string> warnings;
-  std::optional<Latency> latency;          ///< of its stream, over the training
+  std::optional<Latency> latency;          ///< measured over the training
   std::optional<Uncertainty> uncertainty;  ///< of what it leaves, as it was trained
 };
 
-/// Returns the range of the block over all records that a model was trained on; nothing if no record says it.
+/// Returns the range of the block over all training records; nothing where none has it.
 [[nodiscard]] std::optional<BlockRange> trained_block(const std::vector<TrainingRecord>& records);
 /// Returns "block −17 to 58 °C", in whole degrees that lie inside the range.
 [[nodiscard]] std::string in_words(const BlockRange& range);
@@ -121,7 +121,7 @@ struct Model {
 
 /// Predicted bias of each cluster, °/h. Fails with usage if the clusters lack a thermometer that the model needs.
 [[nodiscard]] Result<Eigen::VectorXd> predict(const Model& model, const data::Clusters& clusters);
-/// Whether a stream of its predictions is led by half a cluster, p + ½(p − p a cluster before).
+/// Returns true if a stream of its predictions is led by half a cluster, p + ½(p − p a cluster before).
 [[nodiscard]] inline bool is_led(const Model& model) { return model.latency && model.latency->is_led; }
 /// The rows of one a second that make a mean over the model's cluster length: at least one.
 [[nodiscard]] int rows_in_cluster(const Model& model);
@@ -156,7 +156,7 @@ struct Prediction {
 /// predicted. extrapolate: the whole function is used as it is; Gaussians then die away within a few widths.
 ///
 /// The bounded point lies on the straight line from the point to the training mean of its inputs, as far out as every
-/// input that is no product allows. A product is made anew from its factors there if each factor is an input itself;
+/// single factor allows. A product is made anew from its factors there if each factor is an input itself;
 /// any other product is moved as an input of its own.
 enum class Outside { continued, refuse, extrapolate };
 
@@ -167,8 +167,8 @@ enum class Outside { continued, refuse, extrapolate };
 /// Inputs of a model after the policy.
 struct RangedInputs {
   data::SampleMatrix inputs;       ///< unscaled; with refuse, NaN in every row that is outside
-  data::SampleMatrix bounded;      ///< where all but the plane is taken; empty: at `inputs`
-  Eigen::VectorXd excess;          ///< per row, of its worst input, as worst_excess; 0 inside
+  data::SampleMatrix bounded;      ///< points of all but the plane
+  Eigen::VectorXd excess;          ///< worst_excess of each row
   std::vector<Eigen::Index> rows;  ///< those with an input outside, in order
   Eigen::Index worst_term = -1;    ///< the term that is farthest outside, as a part of its own range; −1: none is
   double worst_excess{};           ///< how far: 0.1 is a tenth of the term's trained range

@@ -671,7 +671,7 @@ std::string results_of(const KnownAnswers& answers) {
   return fmt::format("{}", fmt::join(results, ", "));
 }
 
-/// What a stream lags, in words.
+/// Describes the lag of a stream.
 std::string latency_in_c(const Model& model, std::string_view name) {
   if (!is_led(model)) return fmt::format("the bias lags by half of\n   {}_SECONDS.", name);
   return fmt::format(

@@ -91,7 +91,7 @@ class CompensationStream {
   [[nodiscard]] long long outside() const { return outside_; }
   /// Of the rows last pushed, those with an input outside, rising; the first is 0.
   [[nodiscard]] const std::vector<Eigen::Index>& rows_outside() const { return rows_outside_; }
-  /// How far the worst input of each row last pushed is outside, as a part of its range; 0 inside.
+  /// Returns the excess of each row last pushed: the distance of its worst input from its range, in ranges; 0 inside.
   [[nodiscard]] const Eigen::VectorXd& excess() const { return excess_; }
 
  private:
@@ -108,7 +108,8 @@ class CompensationStream {
   long long outside_{};
   std::vector<Eigen::Index> rows_outside_;
   Eigen::VectorXd excess_;
-  Eigen::VectorXd told_;  ///< the predictions of the last cluster length, as a ring; empty if the model is not led
+  /// A ring of the predictions of the last cluster length; empty if the model is not led.
+  Eigen::VectorXd told_;
   std::optional<double> last_s_;  ///< the time of the row that push_at() took last
   std::vector<Gap> gaps_;
   data::Clusters latest_;  ///< the means of the rows last pushed, and after them the lags

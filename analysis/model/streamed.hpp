@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a navigation computer gets second by second, judged as a record's means are: compensate and the C export see the
-/// past alone, and lag behind.
+/// Judges what a navigation computer gets second by second as a record's means are judged. compensate and the C export
+/// see the past alone, and lag.
 #pragma once
 
 #include <optional>

@@ -232,7 +232,7 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
   warn_of_over_fit(model, datasets, records);
 }
 
-/// The residual that U rests on.
+/// The residual of the budget.
 struct JudgedBy {
   Eigen::VectorXd residual;
   bool chosen_on_these_folds{};  ///< it has chosen the hyper-parameters too

@@ -109,8 +109,8 @@ void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedO
                     .standard_uncertainty = counting_deg_per_h(first, kSecondsPerHour)});
 }
 
-/// Returns what a model leaves of clusters it has not seen beyond noise and hysteresis: the estimate itself, however
-/// uncertain it is. Its degrees of freedom are those of the difference of the squares (GUM G.3 and G.4); where the
+/// Computes the row of the model's form from its held-out residual beyond noise and hysteresis: the estimate itself,
+/// however uncertain. Its degrees of freedom are those of the difference of the squares (GUM G.3 and G.4); where the
 /// residual is far above the floor, they are its effective number less one.
 BudgetRow form_row(const data::Figures& figures, double standard, const data::NoiseFloor& floor, double hysteresis,
                    bool chosen) {
@@ -164,12 +164,12 @@ record::ThermometerUncertainty said_of(const data::Dataset& dataset, const std::
   return dataset.thermometer_uncertainty[static_cast<std::size_t>(at)];
 }
 
-/// Returns the unit of an input as the record has it; empty where it says none.
+/// Returns the unit of an input in the record; empty without one.
 std::string unit_of_input(const data::Dataset& dataset, const std::string& input) {
   const auto at = std::ranges::find(dataset.thermometers, input) - dataset.thermometers.begin();
   const std::string unit =
       at < std::ssize(dataset.input_units) ? dataset.input_units[static_cast<std::size_t>(at)] : std::string();
-  return unit == "°C" ? "K" : unit;  // how far it drifts is a difference
+  return unit == "°C" ? "K" : unit;  // a drift is a difference
 }
 
 /// Nothing where the day of the calibration is not known or lies after the record.
@@ -272,7 +272,7 @@ std::vector<BudgetRow> budget_of_thermometer(const data::Dataset& dataset, const
   drift.assumed = drift.assumed || !years;
   calibration.of = drift.of = sensitivity.thermometer;
   if (data::is_temperature(sensitivity.thermometer)) return {std::move(calibration), std::move(drift)};
-  // Whatever an input of the unit's own is off by is a part of the unit: it drifts, and nobody calibrates it.
+  // The constant error of an input of the unit is a part of the unit. It drifts, and has no calibration.
   drift.source = Source::input_drift;
   drift.unit = unit_of_input(dataset, sensitivity.thermometer);
   return {std::move(drift)};

@@ -40,7 +40,7 @@ namespace gyrotherm::model {
 /// Half of how a residual differs between warming and cooling at equal temperatures.
 struct Hysteresis {
   double half_deg_per_h{};
-  double degrees_of_freedom = 1;  ///< ½(u/Δu)² of that half, Δu what chance makes of the means (GUM G.3); at least 1
+  double degrees_of_freedom = 1;  ///< ½(u/Δu)², GUM G.3
 };
 
 /// Returns the root mean square, over steps of 5 °C of the thermometers' mean, of half the difference between the mean
@@ -55,15 +55,14 @@ struct TrainedOn {
   const std::vector<data::Dataset>& datasets;
   const std::vector<data::Clusters>& clusters;
   const Eigen::VectorXd& held_out_residual_deg_per_h;
-  bool chosen_on_these_folds = false;  ///< that residual has chosen the model's parameters too
+  bool chosen_on_these_folds = false;  ///< the residual chose parameters too
 };
 
 /// The budget of a mean over 1 h, and what it is made of. The sources:
 /// - angle random walk, flicker (its Allan deviation, 0.664 B) and rate random walk (K√(τ/3)) as the Allan fit of the
 ///   compensated holds estimates them (of the record with most of them), their degrees of freedom ½(u/Δu)² (GUM G.3);
 ///   where it sees no angle random walk, the noise floor, less what counting makes of it, as if it were white; nothing
-///   where there is no hold. No row is left out because it is not significant: a row that is uncertain has few degrees
-///   of freedom;
+///   where there is no hold. No row is tested for significance: a row that is uncertain has few degrees of freedom;
 /// - counting, where the first record counts pulses of q: each end of a mean is off by up to half a pulse, evenly, so
 ///   that the mean is off by up to q/τ, as a triangle: q/(√6 τ) (GUM 4.3.9);
 /// - noise of the thermometers, as above;
@@ -84,8 +83,8 @@ struct TrainedOn {
 /// The scale factor's row for a rate that was measured by it, °/h, as in a budget.
 [[nodiscard]] BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_per_h);
 
-/// What makes a bias uncertain from which the Earth's rate was taken away: latitude, azimuth and tilt, or the angles of
-/// a fixture, by the slopes of that rate, where the record says the angles, and the scale factor by the rate itself, as in a budget. Empty where
+/// Returns the rows of a bias from which the Earth's rate was taken away: latitude, azimuth and tilt, or the angles of a
+/// fixture, by the slopes of that rate, where the record says the angles, and the scale factor by the rate itself, as in a budget. Empty where
 /// none was taken away.
 [[nodiscard]] std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset);
 

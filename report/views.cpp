@@ -78,7 +78,7 @@ std::string recommendation_of(const Report& report) {
 std::string range_sentence(const Report& report) {
   std::vector<model::TrainingRecord> records;
   for (const ReportedTraining& record : report.models.multi_point_t.trained_on)
-    records.push_back({.block = record.block});
+    records.emplace_back().block = record.block;
   const auto block = model::trained_block(records);
   if (!block) return {};
   return fmt::format("Trained with the {}: beyond it a model is an extrapolation, whatever air the chamber can make.",

@@ -59,7 +59,8 @@ TEST(Budget, IsWiderOutsideTheTrainedRangeByWhatALineOfThatFormDoes) {
   EXPECT_DOUBLE_EQ(widening(0.5), 9) << "3(2² − 1)";
   const Uncertainty known{.budget = {.averaging_s = 3600,
                                      .rows = {{.source = Source::model_form, .standard_uncertainty = 0.003},
-                                              {.source = Source::turn_on, .standard_uncertainty = 0.004}}}};
+                                              {.source = Source::turn_on, .standard_uncertainty = 0.004}}},
+                          .sensitivities = {}};
   EXPECT_NEAR(expanded_outside(known, 3600, 0), 1.959964 * 0.005, 1e-8);
   EXPECT_NEAR(expanded_outside(known, 3600, 0.5), 1.959964 * std::sqrt(25e-6 + 9 * 9e-6), 1e-8);
 }

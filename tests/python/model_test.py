@@ -68,7 +68,9 @@ class Predictions(InAFolder):
         self.assertLess((program - ours).abs().max(), allowed, file)
         clusters = run.clusters()  # the last second of each stands for its mean
         means = model.predict(clusters)
-        at_ends = program.loc[clusters.start_s + clusters.length_s - 1].to_numpy()
+        inputs, time = model.inputs_of(run)
+        seconds = pd.Series(model.predict_inputs(inputs), index=time)  # not led, as means are not
+        at_ends = seconds.loc[clusters.start_s + clusters.length_s - 1].to_numpy()
         self.assertLess(np.nanmax(np.abs(means - at_ends)), 100 * allowed, file)  # means are summed in another order
         residual = module.figures(clusters.bias_deg_per_h - means)
         verified = json.loads(gyrotherm("verify", file, path, "--json", "--unverified"))["compensated"]
@@ -141,12 +143,22 @@ class Predictions(InAFolder):
                                      "self,aux:acceleration_x,rate:self,lag:300:self,self*A"))
 
     def test_beyond_the_trained_range(self):
-        file = self.train(self.path, "part", "--method", "linear", "--inputs", "A,B", "--clusters", "0:60")
-        run, model = module.open(self.path), module.load_model(file)
-        for outside in ("continue", "refuse", "extrapolate"):
-            program, ours = self.predicted(file, self.path, "--outside", outside), model.predict(run, outside)
-            np.testing.assert_array_equal(program.isna(), ours.isna())
-            self.assertLess((program - ours).abs().max(), 1e-12 * model.target_std_deg_per_h)
+        run = module.open(self.path)
+        for method, inputs in (("linear", "A,B"), ("gp", "A,B,A*B"), ("ls-svm", "A,A-B")):
+            file = self.train(self.path, f"part-{method}", "--method", method, "--inputs", inputs, "--clusters", "0:60",
+                              "--quick")
+            model, answers = module.load_model(file), {}
+            for outside in ("continue", "refuse", "extrapolate"):
+                program, answers[outside] = self.predicted(file, self.path, "--outside", outside), model.predict(run, outside)
+                np.testing.assert_array_equal(program.isna(), answers[outside].isna())
+                self.assertLess((program - answers[outside]).abs().max(),
+                                model.rounding_deg_per_h + 1e-12 * model.target_std_deg_per_h, (method, outside))
+            same = np.array_equal(answers["continue"], answers["extrapolate"], equal_nan=True)
+            self.assertEqual(same, method == "linear", "a linear model is all plane")
+            table = pd.read_csv(file.with_suffix(".csv"), comment="#", float_precision="round_trip")
+            ours = model.expanded_uncertainty(run)
+            self.assertGreater(ours.max(), model.uncertainty().expanded_deg_per_h, "wider outside")
+            self.assertLess((table.iloc[:, -1].to_numpy() - ours.to_numpy())[~np.isnan(ours)].__abs__().max(), 1e-12)
 
     def test_of_frames_and_datasets_with_a_row_per_second(self):
         file = self.train(self.path, "frame", "--method", "linear", "--inputs", "A,A-B")

@@ -169,8 +169,8 @@ ReportedModel model_of(const model::TrainedModel& trained) {
                          .folds = model.folds,
                          .uncertainty = model.uncertainty};
   for (const model::TrainingRecord& record : model.trained_on)
-    reported.trained_on.push_back({record.run_id, record.profile_name, record.simulated, record.clusters,
-                                   record.block});
+    reported.trained_on.push_back(
+        {record.run_id, record.profile_name, record.simulated, record.clusters, record.block});
   return reported;
 }
 

@@ -158,7 +158,7 @@ class Comparing {
       if (table.stage != before_at || table.in_sample) continue;
       const ResultTable* other = partner_of(table, before_, now_, now_at);
       if (other == nullptr) continue;
-      // A mean of a record's own is no zero that another record has.
+      // No other record counts from the mean of this one.
       const std::string zero = zero_of(before_, table);
       const bool have_one_zero = zero == zero_of(now_, *other) && zero != data::kOwnZero;
       for (const Column& column : table.columns) {

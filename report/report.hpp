@@ -75,7 +75,7 @@ struct ReportedResidual {
   model::OutsideTheRange outside;
   double effective_parameters = kNotKnown;
   double expected_in_sample_std = kNotKnown;  ///< not known also where the record was not trained on
-  std::optional<model::Streamed> streamed;    ///< what is delivered second by second
+  std::optional<model::Streamed> streamed;    ///< second by second
 };
 
 struct ReportedCycle {

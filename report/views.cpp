@@ -74,7 +74,7 @@ std::string recommendation_of(const Report& report) {
   return fmt::format("Recommended by rule: <b>{}</b>, {}.", plot::escaped(found.recommended), statement);
 }
 
-/// Says where the models were trained; empty where no record says it.
+/// Names the range of the block in training; empty if no record has it.
 std::string range_sentence(const Report& report) {
   std::vector<model::TrainingRecord> records;
   for (const ReportedTraining& record : report.models.multi_point_t.trained_on)
@@ -438,9 +438,9 @@ std::string result_table(const ReportedRun& run, const std::string& heading) {
     table.rows.push_back(streamed("… if it did not lag (predictions of the same seconds)",
                                   [](const model::Streamed& s) { return s.aligned.std; }));
     if (r.multi_point.streamed->to_truth)
-      table.rows.push_back(streamed("… streamed prediction less the <b>true bias</b>, STD", [](const model::Streamed& s) {
-        return s.to_truth ? s.to_truth->figures.std : kNotKnown;
-      }));
+      table.rows.push_back(
+          streamed("… streamed prediction less the <b>true bias</b>, STD",
+                   [](const model::Streamed& s) { return s.to_truth ? s.to_truth->figures.std : kNotKnown; }));
   }
   return html_of(table) + fmt::format("<p class=\"note\">Noise floor: {}.</p>\n", plot::escaped(run.floor.statement));
 }

@@ -287,7 +287,8 @@ std::optional<Square> fitted_once_more(const Problem& problem, const Fitted& fit
   if (with.size() > problem.curve.size()) return std::nullopt;
   const auto place = std::ranges::find(with, term) - with.begin();
   const LeastSquares fit(problem, with, weights_about(problem, fitted.squares));
-  return Square{std::max(0.0, fit.solve(problem.variances)(place)), errors_of(problem, with, fitted, covariance)(place)};
+  return Square{std::max(0.0, fit.solve(problem.variances)(place)),
+                errors_of(problem, with, fitted, covariance)(place)};
 }
 
 double unit_of(NoiseTerm term) { return term == NoiseTerm::quantisation ? kArcsecPerDegree : 1; }

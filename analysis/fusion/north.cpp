@@ -15,8 +15,7 @@ namespace gyrotherm::fusion {
 Result<North> north_of(const FusedRate& rate, double latitude_deg, const Tilt& tilt) {
   constexpr const char* kWhere = "north finding";
   constexpr double kDegrees = 180 / std::numbers::pi, kPole_deg = 90, kEnough = 10, kCoverage = 0.95;
-  if (!(std::abs(latitude_deg) <= kPole_deg) || !(tilt.about_north_deg >= 0) ||
-      !(tilt.about_east_deg >= 0))
+  if (!(std::abs(latitude_deg) <= kPole_deg) || !(tilt.about_north_deg >= 0) || !(tilt.about_east_deg >= 0))
     return failure(FaultKind::usage, kWhere,
                    fmt::format("a latitude of {}° and a tilt known to {}° about north and {}° about east", latitude_deg,
                                tilt.about_north_deg, tilt.about_east_deg));
@@ -25,8 +24,10 @@ Result<North> north_of(const FusedRate& rate, double latitude_deg, const Tilt& t
   const double vertical = kEarthRateDegPerHour * std::sin(latitude);
   const double heading = std::atan2(-rate.deg_per_h(1), rate.deg_per_h(0));
   const Eigen::Vector3d north(std::cos(heading), -std::sin(heading), 0), east(std::sin(heading), std::cos(heading), 0);
-  const double of_east = std::sqrt(east.dot(rate.covariance * east) + std::pow(tilt.about_north_deg / kDegrees * vertical, 2));
-  const double of_north = std::sqrt(north.dot(rate.covariance * north) + std::pow(tilt.about_east_deg / kDegrees * vertical, 2));
+  const double of_east =
+      std::sqrt(east.dot(rate.covariance * east) + std::pow(tilt.about_north_deg / kDegrees * vertical, 2));
+  const double of_north =
+      std::sqrt(north.dot(rate.covariance * north) + std::pow(tilt.about_east_deg / kDegrees * vertical, 2));
   if (!(horizontal > kEnough * of_east))
     return failure(
         FaultKind::numeric, kWhere,

@@ -77,8 +77,7 @@ Seen seen_of_earth(const Geometry& geometry, const Attitude& attitude, const Eig
 
 Eigen::Matrix3d pose_covariance(const Attitude& attitude) {
   const Eigen::Vector3d deg(attitude.tilt_std_deg, attitude.tilt_std_deg, attitude.azimuth_std_deg);
-  return kRadians * kRadians *
-         (attitude.turn_covariance_deg2 + Eigen::Matrix3d(deg.cwiseAbs2().asDiagonal()));
+  return kRadians * kRadians * (attitude.turn_covariance_deg2 + Eigen::Matrix3d(deg.cwiseAbs2().asDiagonal()));
 }
 
 Eigen::Matrix3d level_fixture(double heading_deg) {

@@ -143,8 +143,7 @@ double expanded_outside(const Uncertainty& uncertainty, double averaging_s, doub
   const std::vector<BudgetRow> rows = at_averaging(uncertainty.budget, averaging_s).rows;
   const CombinedUncertainty all = combined(rows);
   if (!(excess > 0)) return all.expanded_deg_per_h;
-  return all.coverage_factor *
-         std::sqrt(std::pow(all.standard_deg_per_h, 2) + widening(excess) * form_variance(rows));
+  return all.coverage_factor * std::sqrt(std::pow(all.standard_deg_per_h, 2) + widening(excess) * form_variance(rows));
 }
 
 }  // namespace gyrotherm::model

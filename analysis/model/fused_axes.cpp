@@ -178,7 +178,8 @@ double common_tilt_deg(const std::vector<const BudgetRow*>& rows) {
   return slopes > 0 ? std::sqrt(rates / slopes) : 0;
 }
 
-/// Puts the recorded or assumed uncertainties of the fixture's angles into its attitude. Elevation turns it about its own horizontal axis, roll about its x.
+/// Puts the recorded or assumed uncertainties of the fixture's angles into its attitude. Elevation turns it about its
+/// own horizontal axis, roll about its x.
 void add_angles(fusion::Attitude& attitude, const std::vector<CompensatedAxis>& axes) {
   std::vector<const BudgetRow*> tilts;
   std::vector<std::vector<BudgetRow>> all;

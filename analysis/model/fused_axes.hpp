@@ -67,7 +67,8 @@ struct FusedAxes {
 /// uncertainty or is of another axis of the unit, or the Earth's rate on an axis is not known; if directions and angles
 /// of a record do not fit each other; and as CompensationStream and make_clusters do. It does not ask for three axes:
 /// geometry_of() does.
-[[nodiscard]] Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes, Outside outside = Outside::continued);
+[[nodiscard]] Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes,
+                                           Outside outside = Outside::continued);
 
 /// What makes a mean over some time uncertain, (°/h)².
 struct FusedUncertainty {

@@ -28,8 +28,7 @@ struct SetOfAxes {
 
 /// Returns U of the rate vector's components, °/h, with this variance added to each axis.
 Eigen::RowVector3d expanded(const SetOfAxes& set, const Eigen::VectorXd& added) {
-  const Eigen::Matrix3d covariance =
-      set.covariance + set.gains.rate * added.asDiagonal() * set.gains.rate.transpose();
+  const Eigen::Matrix3d covariance = set.covariance + set.gains.rate * added.asDiagonal() * set.gains.rate.transpose();
   return kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
 }
 

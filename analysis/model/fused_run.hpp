@@ -113,7 +113,7 @@ struct FusionSummary {
   bool simulated{};
   std::string run_id{}, profile{};
   std::vector<FusedAxisSummary> axes{};
-  double averaging_s{};               ///< means that axes are weighed for
+  double averaging_s{};                                             ///< means that axes are weighed for
   double false_alarm_probability{}, false_alarms_per_h{}, limit{};  ///< limit: of pᵀp of all axes; NaN: no parity
   std::int64_t seconds{}, fused{}, contradictions{};  ///< contradictions: seconds whose parity is above its limit
   bool thermometers_vote{};
@@ -174,11 +174,12 @@ struct FusedRun {
 /// Fuses the axes second by second, as a navigation computer would: what is known of a second comes of it and of those
 /// before. A second's axes are weighted by their uncertainty in means over `averaging_s`, without what training
 /// and use have in common: a rate is used in means, and in a second noise hides which axis is biased. Their parity is
-/// tested by the uncertainty of that second, and one that is isolated has no part in that second. Means over clusters, but those
-/// of axes with an input beyond its trained range, go through the watches (fault_watch.hpp). If one is named, axes are
-/// left out from then on as long as that makes the mean square error of the rate less: by how much each is then off is
-/// the size of its hop, or of a thermometer's fault by its model's mean slope. What a sum says within an hour of a vote
-/// against a thermometer names nobody. Alarms of one kind and of the same name that follow within an hour are one.
+/// tested by the uncertainty of that second, and one that is isolated has no part in that second. Means over clusters,
+/// but those of axes with an input beyond its trained range, go through the watches (fault_watch.hpp). If one is named,
+/// axes are left out from then on as long as that makes the mean square error of the rate less: by how much each is
+/// then off is the size of its hop, or of a thermometer's fault by its model's mean slope. What a sum says within an
+/// hour of a vote against a thermometer names nobody. Alarms of one kind and of the same name that follow within an
+/// hour are one.
 ///
 /// At rest, in the last hour of each hold, the mean is held against the Earth's rotation: north of the rate vector,
 /// biases and turn by fusion::at_rest(); an alarm where readings and priors contradict each other. `thermometers`: as

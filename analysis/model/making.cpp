@@ -20,8 +20,8 @@ std::optional<BlockRange> block_of(const data::Dataset& dataset, const data::Clu
   std::vector<Eigen::Index> columns;
   for (std::size_t i = 0; i < clusters.thermometers.size(); ++i) {
     const std::string& name = clusters.thermometers[i];
-    const bool counts = dataset.gradients.empty() ? data::is_temperature(name)
-                                                  : std::ranges::count(dataset.gradients, name) > 0;
+    const bool counts =
+        dataset.gradients.empty() ? data::is_temperature(name) : std::ranges::count(dataset.gradients, name) > 0;
     if (counts) columns.push_back(static_cast<Eigen::Index>(i));
   }
   const Eigen::ArrayXXd values = clusters.temperature_c(Eigen::all, columns).array();

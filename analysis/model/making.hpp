@@ -26,8 +26,8 @@ namespace gyrotherm::model {
 void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
                     const std::vector<data::Clusters>& records);
 
-/// Writes down what the fit does on its own training clusters, the range of its inputs there, and what a stream lags. Fails with usage if
-/// the clusters lack a thermometer.
+/// Writes down what the fit does on its own training clusters, the range of its inputs there, and what a stream lags.
+/// Fails with usage if the clusters lack a thermometer.
 [[nodiscard]] Result<void> judge_in_sample(Model& model, const data::Clusters& clusters);
 
 /// Warns where the in-sample residual lies further below a record's noise floor than its parameters account for.

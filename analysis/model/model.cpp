@@ -119,9 +119,7 @@ std::optional<BlockRange> trained_block(const std::vector<TrainingRecord>& recor
 }
 
 std::string in_words(const BlockRange& range) {
-  const auto whole = [](double value) {
-    return fmt::format("{}{:.0f}", value < 0 ? "−" : "", std::abs(value));
-  };
+  const auto whole = [](double value) { return fmt::format("{}{:.0f}", value < 0 ? "−" : "", std::abs(value)); };
   return fmt::format("block {} to {} °C", whole(std::ceil(range.low_c)), whole(std::floor(range.high_c)));
 }
 

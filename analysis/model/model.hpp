@@ -46,10 +46,10 @@ struct TrainingRecord {
   std::string profile_name;
   bool simulated{};
   int clusters{};
-  double from_s{}, to_s{};  ///< start of its first cluster and end of its last, since that run started
-  data::AxisChoice of{};    ///< empty: of a record that has one
-  std::string identity{};   ///< which gyro that is, as far as the record says
-  std::string bias_zero{};  ///< what its bias is counted from; empty: not known
+  double from_s{}, to_s{};            ///< start of its first cluster and end of its last, since that run started
+  data::AxisChoice of{};              ///< empty: of a record that has one
+  std::string identity{};             ///< which gyro that is, as far as the record says
+  std::string bias_zero{};            ///< what its bias is counted from; empty: not known
   std::optional<BlockRange> block{};  ///< over those clusters
 };
 

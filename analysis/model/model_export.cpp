@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "analysis/model/lag_export.hpp"
+#include "analysis/model/range_export.hpp"
 #include "analysis/model/tracking_export.hpp"
 #include "analysis/model/uncertainty_export.hpp"
 #include "core/quantity.hpp"
@@ -625,46 +626,6 @@ std::string terms_of(const Model& model, const std::vector<std::string>& names) 
   return lines;
 }
 
-constexpr const char* kBounding = R"(
-/* Moves the inputs towards their means, all by the same share, until each is in its range; products are made anew.
-   Factors of a product are numbers of inputs, -1 for none. */
-static void bound(double x[]) {
-@factors@  double share = 1.0;
-  for (int k = 0; k < INPUTS; ++k) {
-    if (@is_bounding@(x[k] < low[k] || x[k] > high[k])) {
-      const double part = ((x[k] > high[k] ? high[k] : low[k]) - mean[k]) / (x[k] - mean[k]);
-      if (part < share) share = part > 0.0 ? part : 0.0;
-    }
-  }
-  for (int k = 0; k < INPUTS; ++k) x[k] = mean[k] + share * (x[k] - mean[k]);
-@remake@}
-)";
-
-constexpr const char* kRemake = R"(  for (int k = 0; k < INPUTS; ++k) {
-    if (factors[k][0] < 0) continue;
-    x[k] = 1.0;
-    for (int i = 0; i < 3 && factors[k][i] >= 0; ++i) x[k] *= x[factors[k][i]];
-  }
-)";
-
-/// The C of the bounded point; empty where the function is all plane.
-std::string bounding_of(const Model& model) {
-  if (std::holds_alternative<methods::LinearModel>(model.function)) return {};
-  const std::vector<RemadeProduct> remade = remade_products(model.terms);
-  if (remade.empty()) return c_filled(kBounding, {{"factors", ""}, {"is_bounding", ""}, {"remake", ""}});
-  std::vector<std::vector<Eigen::Index>> factors(model.terms.size());
-  for (const RemadeProduct& product : remade) factors[static_cast<std::size_t>(product.term)] = product.factors;
-  std::string rows;
-  for (std::vector<Eigen::Index>& row : factors) {
-    row.resize(data::kMostFactors, -1);
-    rows += fmt::format("{}{{{}}}", rows.empty() ? "" : ", ", fmt::join(row, ", "));
-  }
-  return c_filled(kBounding,
-                  {{"factors", fmt::format("  static const int factors[INPUTS][{}] = {{{}}};\n", data::kMostFactors, rows)},
-                   {"is_bounding", "factors[k][0] < 0 && "},
-                   {"remake", kRemake}});
-}
-
 std::string results_of(const KnownAnswers& answers) {
   std::vector<int> results;
   for (const bool outside : answers.outside) results.push_back(outside ? 1 : 0);
@@ -707,8 +668,8 @@ Words source_words(const Model& model, const KnownAnswers& answers, std::string_
                 {"mean", c_vector("mean", model.scaling.mean.transpose())},
                 {"deviation", c_vector("deviation", model.scaling.std.transpose())},
                 {"function", c_function(model.function)},
-                {"bounding", bounding_of(model)},
-                {"bound", bounding_of(model).empty() ? "" : "  if (outside) bound(bounded);\n"},
+                {"bounding", bounding_in_c(model)},
+                {"bound", bounding_in_c(model).empty() ? "" : "  if (outside) bound(bounded);\n"},
                 {"terms", (rates ? "" : "  (void)before;\n") + terms_of(model, names)},
                 {"target_std", c_number(model.target_std_deg_per_h)},
                 {"target_mean", c_number(model.target_mean_deg_per_h)},

@@ -63,8 +63,7 @@ Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset, c
   for (Eigen::Index k = 0; k < residual.size(); ++k)
     if (!std::isfinite(residual(k)) || !std::isfinite(aligned(k))) residual(k) = aligned(k) = kMissing;
   const std::vector<Eigen::Index> rows = data::finite_rows(residual);
-  if (rows.empty())
-    return failure(FaultKind::usage, dataset.path, "no cluster has a streamed value in every second");
+  if (rows.empty()) return failure(FaultKind::usage, dataset.path, "no cluster has a streamed value in every second");
   return Streamed{.residual = figures_of(residual(rows), clusters, rows),
                   .aligned = figures_of(aligned(rows), clusters, rows),
                   .to_truth = error_to_truth(dataset, clusters, residual),

@@ -220,8 +220,9 @@ double added_noise(const std::vector<Sensitivity>& sensitivities, const TrainedO
 Result<Eigen::VectorXd> variance_of_function(const Model& model, const data::Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
-  return predict_with_std(model, *inputs)
-      .map([](const Prediction& predicted) -> Eigen::VectorXd { return predicted.std_deg_per_h.cwiseAbs2(); });
+  return predict_with_std(model, *inputs).map([](const Prediction& predicted) -> Eigen::VectorXd {
+    return predicted.std_deg_per_h.cwiseAbs2();
+  });
 }
 
 /// The columns whose mean tells how warm the gyro is and whether it warms: all thermometers, whatever a model asks for,
@@ -296,8 +297,7 @@ std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset) {
       rows.push_back(
           said_or_assumed(Source::fixture_elevation, gyro.elevation_uncertainty_deg, kTilt_deg, of.elevation));
       rows.push_back(said_or_assumed(Source::fixture_roll, gyro.roll_uncertainty_deg, kTilt_deg, of.roll));
-      rows.push_back(
-          said_or_assumed(Source::axis_direction, gyro.direction_uncertainty_deg, kTilt_deg, of.direction));
+      rows.push_back(said_or_assumed(Source::axis_direction, gyro.direction_uncertainty_deg, kTilt_deg, of.direction));
     } else {
       rows.push_back(said_or_assumed(Source::tilt, gyro.tilt_uncertainty_deg, kTilt_deg, slopes.elevation));
     }

@@ -30,11 +30,11 @@ namespace gyrotherm::model {
 /// samples in a cluster. It is taken to be white; resolution is in it.
 [[nodiscard]] Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data::Clusters& clusters);
 
-/// Returns the standard uncertainty by which a residual is to be expanded, °/h: its root mean square, unless that is set
-/// by a transient that few means have. Then it is the greater of q₉₅/1.96 and q₆₈, the quantiles of its magnitude that
-/// hold 95 % and 68.27 % of the means of another run (split conformal prediction: Vovk et al., Algorithmic Learning in a
-/// Random World (2005); Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094), (n + 1)/n of the share, n the effective number
-/// of means. Of normal residuals all three are the same; the quantiles are never taken where they are more.
+/// Returns the standard uncertainty by which a residual is to be expanded, °/h: its root mean square, unless a transient
+/// of few means sets that. Then it is the greater of q₉₅/1.96 and q₆₈, the quantiles of its magnitude that hold 95 % and
+/// 68.27 % of the means of another run (conformal prediction: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094),
+/// (n + 1)/n of the share, n the effective number of means. Of normal residuals all three are the same. Quantiles above
+/// the root mean square are not used.
 [[nodiscard]] double robust_standard_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, double effective);
 
 /// Half of how a residual differs between warming and cooling at equal temperatures.
@@ -66,11 +66,14 @@ struct TrainedOn {
 /// - counting, where the first record counts pulses of q: each end of a mean is off by up to half a pulse, evenly, so
 ///   that the mean is off by up to q/τ, as a triangle: q/(√6 τ) (GUM 4.3.9);
 /// - noise of the thermometers, as above;
-/// - model form: the held-out RMSE², or where a transient sets that robust_standard_deg_per_h()², less noise floor² and hysteresis², with the degrees of freedom of that difference;
+/// - model form: the held-out RMSE², or where a transient sets that robust_standard_deg_per_h()², less noise floor² and
+/// hysteresis², with the degrees of freedom of that difference;
 /// - hysteresis as limits, ± a: a/√3;
 /// - turn-on, once in use and once in training, there divided by the root of the records;
-/// - each thermometer's calibration (of another input none, for what it is off by is a part of the unit), and its drift u·√(years since), by the root mean square of its sensitivity;
-/// - latitude, azimuth and tilt by the slopes of the Earth rate on the input axis, of an axis in a fixture its elevation,
+/// - each thermometer's calibration (of another input none, for what it is off by is a part of the unit), and its drift
+/// u·√(years since), by the root mean square of its sensitivity;
+/// - latitude, azimuth and tilt by the slopes of the Earth rate on the input axis, of an axis in a fixture its
+/// elevation,
 ///   roll and the axis's direction each by its own instead of the tilt, and the scale factor by the Earth rate, where
 ///   that is removed.
 /// What the record does not say is assumed, and marked: thermometers 0.02 K of calibration, 0.05 K of drift in a year,
@@ -83,9 +86,9 @@ struct TrainedOn {
 /// The scale factor's row for a rate that was measured by it, °/h, as in a budget.
 [[nodiscard]] BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_per_h);
 
-/// Returns the rows of a bias from which the Earth's rate was taken away: latitude, azimuth and tilt, or the angles of a
-/// fixture, by the slopes of that rate, where the record says the angles, and the scale factor by the rate itself, as in a budget. Empty where
-/// none was taken away.
+/// Returns the rows of a bias from which the Earth's rate was taken away: latitude, azimuth and tilt, or the angles of
+/// a fixture, by the slopes of that rate, where the record says the angles, and the scale factor by the rate itself, as
+/// in a budget. Empty where none was taken away.
 [[nodiscard]] std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset);
 
 /// The calibration of a thermometer and its drift until the run of a record, as in a budget, for that sensitivity.
@@ -119,15 +122,15 @@ struct ThermometersInUse {
 /// run that the model has not seen: what differs within a run or between runs, at the cluster length, expanded as a
 /// budget is. What is the same in training and in use is not in it, for the model has learnt it. A thermometer counts
 /// by its sensitivity in that very cluster, and by its drift until the training and until this run, as if they were
-/// independent: of one walk that is an upper limit. Outside the trained range widening() is added. Where neither day of calibration is known, a year is between. What
-/// is open of coefficients counts by the model's variance in that cluster. `trained` is that of the model. NaN where an
-/// input is not known. Fails as sensitivities() does.
+/// independent: of one walk that is an upper limit. Outside the trained range widening() is added. Where neither day of
+/// calibration is known, a year is between. What is open of coefficients counts by the model's variance in that
+/// cluster. `trained` is that of the model. NaN where an input is not known. Fails as sensitivities() does.
 [[nodiscard]] Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
                                                            const data::Dataset& dataset,
                                                            const data::Clusters& clusters);
 
-/// How the Earth rate on an axis in a fixture goes with the fixture's elevation and roll, signed, and with where the axis
-/// lies in it: of a turn that may have any direction across the axis, root mean square. °/h per degree.
+/// The slopes of the Earth rate on an axis in a fixture by the fixture's elevation and roll, signed, and with where the
+/// axis lies in it: of a turn that may have any direction across the axis, root mean square. °/h per degree.
 struct FixtureSlopes {
   double elevation{}, roll{}, direction{};
 };

@@ -74,8 +74,8 @@ void describe(auto& form, Like<Coverage> auto& coverage) {
   form("mean_half_width_deg_per_h", coverage.mean_half_width_deg_per_h);
 }
 
-/// The bias that the stream leaves, in means over the clusters, beside what predictions of the same means leave that are
-/// aligned with them: of those clusters alone in which every second has a value.
+/// The bias that the stream leaves, in means over the clusters, beside what predictions of the same means leave that
+/// are aligned with them: of those clusters alone in which every second has a value.
 struct Streamed {
   data::Figures residual, aligned;
   std::optional<ErrorToTruth> to_truth, aligned_to_truth;  ///< a virtual rig's

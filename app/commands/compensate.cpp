@@ -54,8 +54,7 @@ class Compensation {
  public:
   using Noise = std::optional<tracking::BiasNoise>;
   [[nodiscard]] static Result<Compensation> open(const model::Model& model, CompensationTable table,
-                                                 model::Outside outside, const Noise& noise,
-                                                 const Expanded& expanded);
+                                                 model::Outside outside, const Noise& noise, const Expanded& expanded);
 
   [[nodiscard]] const CompensationTable& table() const { return table_; }
   /// A line for each row. Fails with bad_file, once those before it have their lines, at a row whose slot is none or
@@ -75,7 +74,7 @@ class Compensation {
   CompensationTable table_;
   model::CompensationStream stream_;
   std::optional<tracking::RestTracker> tracker_;
-  Expanded expanded_;  ///< for a column of its own; may be empty
+  Expanded expanded_;  ///< may be empty
   double last_slot_ = -1;
   long long missing_s_{};  ///< seconds of which there is no row
 };
@@ -211,17 +210,17 @@ Result<Expanded> expanded_uncertainty(Console& console, const model::Model& mode
       fmt::format("U = {:.5f} °/h (k = {:.2f}, {:.0f} %) is of a mean of these rows over {:g} s, inside the "
                   "trained range, and wider outside; a single row has its own noise beside",
                   all.expanded_deg_per_h, all.coverage_factor, 100 * model::kCoverage, model.cluster_length_s));
-  return Expanded([&model](double excess) {
-    return expanded_outside(*model.uncertainty, model.cluster_length_s, excess);
-  });
+  return Expanded(
+      [&model](double excess) { return expanded_outside(*model.uncertainty, model.cluster_length_s, excess); });
 }
 
-/// What the compensation lags, what that costs, and what is done about it.
+/// Describes the lag of the compensation and its cost.
 std::string describe_latency(const model::Model& model) {
   const std::string means = fmt::format("inputs are trailing {:g} s means", model.cluster_length_s);
   if (!is_led(model)) return fmt::format("{}: the compensation lags by {:g} s", means, model.cluster_length_s / 2);
   return fmt::format(
-      "{}, which lag by {:g} s: the compensation is extrapolated by as much, which leaves {:.2g} °/h (rms, in training) "
+      "{}, which lag by {:g} s: the compensation is extrapolated by as much, which leaves {:.2g} °/h (rms, in "
+      "training) "
       "where the lag would leave {:.2g}",
       means, model.latency->lag_s, model.latency->led_rms_deg_per_h, model.latency->lagging_rms_deg_per_h);
 }

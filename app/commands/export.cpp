@@ -40,7 +40,7 @@ struct CompensatedRows {
   data::Dataset dataset;
   Eigen::VectorXd compensated_deg_per_h{};
   double averaging_s{};
-  Eigen::VectorXd expanded_deg_per_h{};  ///< U of a mean over so many seconds; empty: no budget
+  Eigen::VectorXd expanded_deg_per_h{};  ///< empty without a budget
 };
 
 /// A model takes rows for seconds: its means, rates and lags are of so many. A logger's second may be a little off.

@@ -36,7 +36,8 @@ std::string describe(const model::Model& model) {
     text += fmt::format("{}trained on {}{}\n", run.simulated ? "SIMULATED: " : "",
                         is_named(run.of) ? in_words(run.of) + " of " : "", run.path);
   text += fmt::format("{} on {} ({} inputs)\n", model.method, model.inputs, model.terms.size());
-  if (const auto block = trained_block(model.trained_on)) text += fmt::format("  trained range: {}\n", in_words(*block));
+  if (const auto block = trained_block(model.trained_on))
+    text += fmt::format("  trained range: {}\n", in_words(*block));
   if (model.method == model::kTypePriorMethod) text += "  " + model.particulars + "\n";
   if (!model.selection.statement.empty()) text += "  selection: " + model.selection.statement + "\n";
   if (std::isfinite(model.residual_std_deg_per_h))

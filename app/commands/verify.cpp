@@ -63,7 +63,7 @@ std::string describe_coverage(const model::Verification& v) {
       v.trained_on_this ? ", in-sample" : "");
 }
 
-/// What is delivered second by second, in means over the same clusters, and what the lag costs.
+/// Describes the stream in means over the same clusters, beside predictions without its lag.
 std::string describe_streamed(const model::Verification& v) {
   if (!v.streamed) return {};
   const model::Streamed& s = *v.streamed;

@@ -17,9 +17,8 @@ TEST_P(ShippedProfile, RunsToItsEndOnTheVirtualRig) {
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedProfile,
                          ::testing::Values("cold-soak.toml", "cold-start.toml", "cold-starts.toml", "flight.toml",
-                                           "hot-soak.toml", "qualification.toml",
-                                           "qualification-soaked.toml", "random.toml", "shipboard.toml",
-                                           "two-position.toml"));
+                                           "hot-soak.toml", "qualification.toml", "qualification-soaked.toml",
+                                           "random.toml", "shipboard.toml", "two-position.toml"));
 
 }  // namespace
 }  // namespace gyrotherm::rig

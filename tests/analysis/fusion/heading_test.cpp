@@ -28,7 +28,7 @@ struct Pose {
   double latitude{}, azimuth{}, elevation{}, roll{};
 };
 
-/// From the fixture to north, west and up: rolled about x, raised, turned over east.
+/// Rotates the fixture to north, west and up: rolled about x, raised, turned over east.
 Eigen::Matrix3d to_room(const Pose& pose) {
   return (Eigen::AngleAxisd(-pose.azimuth * kDegree, Eigen::Vector3d::UnitZ()) *
           Eigen::AngleAxisd(-pose.elevation * kDegree, Eigen::Vector3d::UnitY()) *
@@ -45,7 +45,7 @@ Eigen::Vector3d earth_in(const Pose& pose) {
 constexpr Pose kUncertain{.latitude = 0.001, .azimuth = 0.02, .elevation = 0.01, .roll = 0.015};
 constexpr double kDirection_deg = 0.008;
 
-/// What the rig file says of an axis there.
+/// Returns the angles of an axis and their uncertainties.
 record::GyroUncertainty said_of(const Pose& pose, const Eigen::Vector3d& direction) {
   const Eigen::Vector3d room = to_room(pose) * direction;
   return {.latitude_deg = pose.latitude,
@@ -131,7 +131,7 @@ double drawn_std_deg(const Pose& pose, const std::vector<fusion::InputAxis>& axe
       readings(a) += chance(a) - learnt;
     }
     const Eigen::Vector3d room = to_room({.azimuth = pose.azimuth}) * (to_rate * readings);
-    squares += std::pow(std::atan2(room(1), room(0)) / kDegree, 2);  // west is to the left of where it should head
+    squares += std::pow(std::atan2(room(1), room(0)) / kDegree, 2);
   }
   return std::sqrt(squares / kDraws);
 }

@@ -169,9 +169,17 @@ Model led_model() {
 }
 
 std::vector<Model> models() {
-  return {model_of_remade_products(), led_model(), data::small_svr_model(),  small_linear_model(),    small_expansion_model(),
-          small_bent_plane_model(), small_network_model(),   model_of_products(),
-          model_of_lags(),          model_without_vectors(), trained_model()};
+  return {model_of_remade_products(),
+          led_model(),
+          data::small_svr_model(),
+          small_linear_model(),
+          small_expansion_model(),
+          small_bent_plane_model(),
+          small_network_model(),
+          model_of_products(),
+          model_of_lags(),
+          model_without_vectors(),
+          trained_model()};
 }
 
 std::vector<std::string> names_of(const Model& model) {

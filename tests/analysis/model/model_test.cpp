@@ -216,8 +216,8 @@ TEST(TrainedRange, MovesTheBoundedPointTowardsTheTrainingMean) {
   const Model model = data::small_svr_model();
   const RangedInputs ranged = within_range(model, two_outside(), Outside::continued);
   EXPECT_EQ(ranged.inputs, two_outside());
-  EXPECT_TRUE(ranged.bounded.isApprox(
-      (data::SampleMatrix(4, 2) << 0.5, 1, 1, 0.9 / 1.4, 0.1 / 3, -5, -1, 5).finished(), 1e-15));
+  EXPECT_TRUE(ranged.bounded.isApprox((data::SampleMatrix(4, 2) << 0.5, 1, 1, 0.9 / 1.4, 0.1 / 3, -5, -1, 5).finished(),
+                                      1e-15));
   EXPECT_EQ(ranged.rows, (std::vector<Eigen::Index>{1, 2}));
   EXPECT_TRUE(ranged.excess.isApprox(Eigen::Vector4d(0, 0.25, 0.25, 0)));
 }

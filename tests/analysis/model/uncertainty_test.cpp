@@ -216,7 +216,8 @@ TEST_F(UncertaintyOfAModel, HysteresisIsHalfOfWhatTheWayUpDiffersFromTheWayDown)
   EXPECT_NEAR(hysteresis_of(residual, clusters_).half_deg_per_h, 0.003, 0.0004);
   EXPECT_LT(hysteresis_of(chance, clusters_).half_deg_per_h, 0.0006) << "of noise alone there is hardly any";
   EXPECT_EQ(hysteresis_of(Eigen::VectorXd::Zero(residual.size()), clusters_).half_deg_per_h, 0);
-  EXPECT_GT(hysteresis_of(residual, clusters_).degrees_of_freedom, 5 * hysteresis_of(chance, clusters_).degrees_of_freedom);
+  EXPECT_GT(hysteresis_of(residual, clusters_).degrees_of_freedom,
+            5 * hysteresis_of(chance, clusters_).degrees_of_freedom);
 }
 
 TEST_F(UncertaintyOfAModel, HysteresisIsOfThermometersAndNotOfWhatAGyroTellsOfItself) {

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/range_export.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cstddef>
+#include <variant>
+#include <vector>
+
+#include "analysis/model/model_export.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr const char* kBounding = R"(
+/* Moves the inputs towards their means, all by the same share, until each is in its range; products are made anew.
+   Factors of a product are numbers of inputs, -1 for none. */
+static void bound(double x[]) {
+@factors@  double share = 1.0;
+  for (int k = 0; k < INPUTS; ++k) {
+    if (@is_bounding@(x[k] < low[k] || x[k] > high[k])) {
+      const double part = ((x[k] > high[k] ? high[k] : low[k]) - mean[k]) / (x[k] - mean[k]);
+      if (part < share) share = part > 0.0 ? part : 0.0;
+    }
+  }
+  for (int k = 0; k < INPUTS; ++k) x[k] = mean[k] + share * (x[k] - mean[k]);
+@remake@}
+)";
+
+constexpr const char* kRemake = R"(  for (int k = 0; k < INPUTS; ++k) {
+    if (factors[k][0] < 0) continue;
+    x[k] = 1.0;
+    for (int i = 0; i < 3 && factors[k][i] >= 0; ++i) x[k] *= x[factors[k][i]];
+  }
+)";
+
+}  // namespace
+
+std::string bounding_in_c(const Model& model) {
+  if (std::holds_alternative<methods::LinearModel>(model.function)) return {};
+  const std::vector<RemadeProduct> remade = remade_products(model.terms);
+  if (remade.empty()) return c_filled(kBounding, {{"factors", ""}, {"is_bounding", ""}, {"remake", ""}});
+  std::vector<std::vector<Eigen::Index>> factors(model.terms.size());
+  for (const RemadeProduct& product : remade) factors[static_cast<std::size_t>(product.term)] = product.factors;
+  std::string rows;
+  for (std::vector<Eigen::Index>& row : factors) {
+    row.resize(data::kMostFactors, -1);
+    rows += fmt::format("{}{{{}}}", rows.empty() ? "" : ", ", fmt::join(row, ", "));
+  }
+  return c_filled(
+      kBounding,
+      {{"factors", fmt::format("  static const int factors[INPUTS][{}] = {{{}}};\n", data::kMostFactors, rows)},
+       {"is_bounding", "factors[k][0] < 0 && "},
+       {"remake", kRemake}});
+}
+
+}  // namespace gyrotherm::model

@@ -133,10 +133,10 @@ TEST(Record, KeepsHowWellThermometersAndGyroAreKnown) {
                                        .elevation_deg = 90,
                                        .latitude_uncertainty_deg = 0.01,
                                        .tilt_uncertainty_deg = 0.0,
-                                       .turn_on_repeatability_deg_per_h = 1e-3,
                                        .fixture_azimuth_deg = -120.1,
                                        .fixture_elevation_deg = 0.0,
-                                       .roll_uncertainty_deg = 1.0 / 7};
+                                       .roll_uncertainty_deg = 1.0 / 7,
+                                       .turn_on_repeatability_deg_per_h = 1e-3};
   ASSERT_TRUE(Store::create(folder / "run.db", info));
   const auto back = read_record(folder / "run.db").value().info;
   EXPECT_EQ(back.thermometers[0].uncertainty, ThermometerUncertainty{});

@@ -216,7 +216,9 @@ TEST(FusedRun, WeighsAxesForTheMeansThatTheRateIsUsedIn) {
   constexpr double kWorse = 5 * kTurnOn_deg_per_h;
   axes.models[3].uncertainty->budget.rows[1].standard_uncertainty = kWorse;
   const auto share_of_the_worse = [&](double averaging_s) {
-    const FusedRun run = fused_run(axes, {.averaging_s = averaging_s});
+    FusionOptions options;
+    options.averaging_s = averaging_s;
+    const FusedRun run = fused_run(axes, options);
     EXPECT_EQ(run.summary.averaging_s, averaging_s);
     const Eigen::RowVectorXd readings = axes.rate_deg_per_h.row(10);
     return (run.rate_deg_per_h(10, 0) - readings(0)) / (readings(3) - readings(0));

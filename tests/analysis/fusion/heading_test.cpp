@@ -16,12 +16,12 @@ using fusion::Draws;
 using fusion::kDegree;
 
 #ifdef GYROTHERM_NIGHTLY
-constexpr int kPoses = 200, kDraws = 10000;
+constexpr int kPoses = 200, kDrawsOfPose = 10000;
 #else
-constexpr int kPoses = 40, kDraws = 2500;
+constexpr int kPoses = 40, kDrawsOfPose = 2500;
 #endif
 
-constexpr double kTurnOn_deg_per_h = 0.0005, kSecond_deg_per_h = 0.01;
+constexpr double kStarts_deg_per_h = 0.0005, kWhite_deg_per_h = 0.01;
 
 /// A fixture's angles in degrees; also what they are off by.
 struct Pose {
@@ -53,12 +53,12 @@ record::GyroUncertainty said_of(const Pose& pose, const Eigen::Vector3d& directi
           .elevation_deg = std::asin(std::clamp(room(2), -1.0, 1.0)) / kDegree,
           .latitude_uncertainty_deg = kUncertain.latitude,
           .azimuth_uncertainty_deg = kUncertain.azimuth,
-          .scale_factor_uncertainty_ppm = 0,
           .fixture_azimuth_deg = pose.azimuth,
           .fixture_elevation_deg = pose.elevation,
           .elevation_uncertainty_deg = kUncertain.elevation,
           .roll_uncertainty_deg = kUncertain.roll,
-          .direction_uncertainty_deg = kDirection_deg};
+          .direction_uncertainty_deg = kDirection_deg,
+          .scale_factor_uncertainty_ppm = 0};
 }
 
 /// Axes that read the Earth and nothing else, each with a model that takes nothing away and the budget of its record.
@@ -88,11 +88,11 @@ std::vector<CompensatedAxis> axes_at(const Pose& pose, const std::vector<fusion:
     model.function = methods::LinearModel{.weights = Eigen::VectorXd::Zero(1), .b = 0};
     model.input_min = Eigen::RowVectorXd::Constant(1, -50);
     model.input_max = Eigen::RowVectorXd::Constant(1, 70);
-    model.residual_noise = {.angle_random_walk_deg_per_sqrt_h = kSecond_deg_per_h / 60,
-                            .start_deg_per_h = kTurnOn_deg_per_h};
+    model.residual_noise = {.angle_random_walk_deg_per_sqrt_h = kWhite_deg_per_h / 60,
+                            .start_deg_per_h = kStarts_deg_per_h};
     Budget budget{.averaging_s = kSecondsPerHour,
-                  .rows = {{.source = Source::angle_random_walk, .standard_uncertainty = kSecond_deg_per_h / 60},
-                           {.source = Source::turn_on, .standard_uncertainty = kTurnOn_deg_per_h}}};
+                  .rows = {{.source = Source::angle_random_walk, .standard_uncertainty = kWhite_deg_per_h / 60},
+                           {.source = Source::turn_on, .standard_uncertainty = kStarts_deg_per_h}}};
     for (BudgetRow& row : budget_of_earth_rate(dataset)) budget.rows.push_back(std::move(row));
     model.uncertainty = {.budget = std::move(budget), .sensitivities = {}};
     all.push_back({std::move(dataset), std::move(model)});
@@ -117,11 +117,11 @@ double drawn_std_deg(const Pose& pose, const std::vector<fusion::InputAxis>& axe
   const Eigen::MatrixXd to_rate = (directions.transpose() * directions).inverse() * directions.transpose();
   const Pose in_use{.elevation = kUncertain.elevation, .roll = kUncertain.roll};
   double squares = 0;
-  for (int draw = 0; draw < kDraws; ++draw) {
+  for (int draw = 0; draw < kDrawsOfPose; ++draw) {
     const Pose trained = off_by(pose, kUncertain, draws), used = off_by(pose, in_use, draws);
     Eigen::VectorXd readings = directions * earth_in(used);
     const Eigen::VectorXd chance =
-        std::hypot(kTurnOn_deg_per_h, kSecond_deg_per_h / std::sqrt(mean_s)) * draws.normal(count);
+        std::hypot(kStarts_deg_per_h, kWhite_deg_per_h / std::sqrt(mean_s)) * draws.normal(count);
     for (Eigen::Index a = 0; a < count; ++a) {
       const Eigen::Vector3d nominal = directions.row(a).transpose();
       // Two components across the axis, so that a turn of any direction has the said root mean square in each.
@@ -133,7 +133,7 @@ double drawn_std_deg(const Pose& pose, const std::vector<fusion::InputAxis>& axe
     const Eigen::Vector3d room = to_room({.azimuth = pose.azimuth}) * (to_rate * readings);
     squares += std::pow(std::atan2(room(1), room(0)) / kDegree, 2);
   }
-  return std::sqrt(squares / kDraws);
+  return std::sqrt(squares / kDrawsOfPose);
 }
 
 void expect_u_everywhere(const std::vector<fusion::InputAxis>& axes, std::uint64_t seed) {

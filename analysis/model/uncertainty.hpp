@@ -30,11 +30,11 @@ namespace gyrotherm::model {
 /// samples in a cluster. It is taken to be white; resolution is in it.
 [[nodiscard]] Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data::Clusters& clusters);
 
-/// Returns the standard uncertainty by which a residual is to be expanded, °/h: its root mean square, unless a transient
-/// of few means sets that. Then it is the greater of q₉₅/1.96 and q₆₈, the quantiles of its magnitude that hold 95 % and
-/// 68.27 % of the means of another run (conformal prediction: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094),
-/// (n + 1)/n of the share, n the effective number of means. Of normal residuals all three are the same. Quantiles above
-/// the root mean square are not used.
+/// Returns the standard uncertainty by which a residual is to be expanded, °/h: its root mean square, unless a
+/// transient of few means sets that. Then it is the greater of q₉₅/1.96 and q₆₈, the quantiles of its magnitude that
+/// hold 95 % and 68.27 % of the means of another run (conformal prediction: Lei et al., J. Am. Stat. Assoc. 113 (2018)
+/// 1094), (n + 1)/n of the share, n the effective number of means. Of normal residuals all three are the same.
+/// Quantiles above the root mean square are not used.
 [[nodiscard]] double robust_standard_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, double effective);
 
 /// Half of how a residual differs between warming and cooling at equal temperatures.

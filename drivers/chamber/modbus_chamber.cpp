@@ -158,8 +158,10 @@ class ModbusChamber final : public Chamber {
   Result<void> head_for(Celsius target) override {
     items_.trust_line();
     if (auto allowed = check_limits(target); !allowed) return allowed;
-    if (std::isnan(sent_c_))
+    if (std::isnan(sent_c_)) {
       if (auto free = end_program(); !free) return free;
+      if (auto sound = confirm_air(); !sound) return sound;
+    }
     if (auto free = end_known_program(); !free) return free;
     auto done = items_.write(set_point_, target.value);
     if (done) sent_c_ = target.value;
@@ -175,7 +177,8 @@ class ModbusChamber final : public Chamber {
     if (status_.activity == ChamberActivity::off) status_.activity = ChamberActivity::unknown;
     if (!map_.sequences.contains("start")) return map_.control ? switch_to(map_.control->on) : Result<void>{};
     if (auto started = perform("start"); !started) return started;
-    if (!set_point_.readable || std::isnan(sent_c_)) return {};
+    if (std::isnan(sent_c_)) return {};
+    if (!set_point_.readable) return head_for({sent_c_});  // some units ignore it while they are off
     const auto now = items_.read(set_point_);
     if (!now) return failure(now.error());
     const bool kept = std::abs(*now - sent_c_) <= set_point_tolerance(map_).value;
@@ -208,6 +211,8 @@ class ModbusChamber final : public Chamber {
     auto seen_at_once = set_point_;
     seen_at_once.seen_later = false;
     auto done = items_.write_insisting(seen_at_once, target.value);
+    const bool may_run_program = !done && done.error().kind == FaultKind::refused;
+    if (may_run_program && end_program()) done = items_.write_insisting(seen_at_once, target.value);
     if (done) sent_c_ = target.value;
     to_be_seen_ = false;
     return done ? free : done;
@@ -322,6 +327,20 @@ class ModbusChamber final : public Chamber {
     last_air_c_ = *air;
     last_air_at_ = pauses_->now();
     return air;
+  }
+
+  /// Reads the air twice more where nothing else shows the order of its words: in another order a single reading may
+  /// make sense by chance. Before the first set point alone.
+  [[nodiscard]] Result<void> confirm_air() {
+    constexpr int kReadings = 2;
+    if (set_point_.readable || word_count(air_.type) < 2) return {};
+    for (int good = 0; good < kReadings;) {
+      pauses_->rest(std::chrono::seconds(1));
+      const auto state = look();
+      if (!state && zeros_ == 0) return failure(state.error());  // a stray zero is read over
+      if (state) ++good;
+    }
+    return {};
   }
 
   /// Fails with out_of_range for a value that a chamber's air cannot have.
@@ -467,7 +486,10 @@ class ModbusChamber final : public Chamber {
   [[nodiscard]] Result<void> end_known_program() {
     const bool foreign = status_known_ && carries_out_program(status_.activity);
     if (!program_runs_ && !(foreign && map_.sequences.contains("stop_program"))) return {};
-    return perform("stop_program").map([&] { program_runs_ = false; });
+    return perform("stop_program").map([&] {
+      program_runs_ = false;
+      status_.activity = ChamberActivity::unknown;
+    });
   }
 
   [[nodiscard]] Result<void> switch_to(std::int64_t code) {

@@ -387,6 +387,22 @@ TEST(BinderMb1, StartIsConfirmedByTheBitOfTheManualMode) {
   }
 }
 
+/// A unit that ignores a set point while it is off, and cannot be asked for it.
+TEST(UnreadableSetPoint, IsSentAgainOnceTheUnitIsOn) {
+  ActiveUnit unit;
+  const auto map = shipped_map("tt5166");
+  const auto address = static_cast<std::uint16_t>(map.find("set_point")->address);
+  ASSERT_FALSE(map.find("set_point")->readable);
+  for (int word = 0; word < 4096; ++word) unit.words[static_cast<std::uint16_t>(word)] = 0;
+  const auto chamber = unit.on_map(map);
+  ASSERT_TRUE(chamber->head_for({30}));
+  ASSERT_EQ(unit.written_to(address).size(), 1U);
+  (void)chamber->start();
+  ASSERT_EQ(unit.written_to(address).size(), 2U);
+  EXPECT_EQ(unit.written_to(address)[0], unit.written_to(address)[1]);
+  EXPECT_EQ(unit.written.back().first, address) << "after the command that starts it";
+}
+
 /// The event of a TestEquity chamber.
 TEST(PowerSwitch, IsSwitchedOnBeforeTheLoopAndOffAfterIt) {
   for (const auto* map : {"watlow_f4t", "watlow_f4t_cascade"}) {

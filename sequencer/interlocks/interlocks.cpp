@@ -292,13 +292,14 @@ bool was_restarted(const CheckInputs& in) {
 }
 
 /// Somebody else's set point is not known to be gone while the chamber is silent: afterwards it is still that, and no
-/// restart.
+/// restart. A set point that is sent again explains another one, and no program: a chamber refuses it while one runs.
 Found foreign_set_point(const CheckInputs& in) {
   if (!in.chamber())
     return in.stood(InterlockId::foreign_set_point) ? found(in.memory.of(InterlockId::foreign_set_point).text)
                                                     : Found{};
   const auto what = altered(in);
-  const bool is_our_own = in.around.sends_again || in.stood(InterlockId::not_taken);
+  const bool is_our_own =
+      (in.around.sends_again || in.stood(InterlockId::not_taken)) && !carries_out_program(in.chamber()->activity);
   if (!what || was_restarted(in) || is_our_own) return {};
   return found("somebody else changed it: the chamber " + *what);
 }

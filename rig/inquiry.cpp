@@ -79,7 +79,9 @@ Result<std::string> ask_chamber(drivers::Chamber& chamber, const Clock& clock) {
   const auto state = chamber.inspect();
   if (!state) return failure(state.error());
   const auto trips = time_calls([&] { (void)chamber.read(); }, clock);
-  auto line = fmt::format("{}, air {:.2f} °C, set point {:.2f} °C", *name, state->air.value, state->set_point.value);
+  auto line = fmt::format("{}, air {:.2f} °C, ", *name, state->air.value);
+  line += std::isnan(state->set_point.value) ? "set point not readable"
+                                             : fmt::format("set point {:.2f} °C", state->set_point.value);
   if (state->activity != ChamberActivity::unknown) line += fmt::format(", {}", gyrotherm::name(state->activity));
   if (!state->alarms.empty()) line += fmt::format(", ALARMS: {}", fmt::join(state->alarms, "; "));
   const auto identity = chamber.verification();
@@ -114,6 +116,19 @@ Result<std::string> ask_analogue(drivers::AnalogueInputs& inputs, const std::vec
                         : fmt::format(", {} {}", channel, readings[i].error().what);
   }
   return line + "; " + text(time_calls([&] { (void)inputs.read(); }, clock));
+}
+
+std::string warn_of_air(Celsius air, const std::vector<Celsius>& thermometers) {
+  constexpr Kelvins kFar{15};
+  const auto distance = [&](Celsius one) { return abs(air - one); };
+  const auto nearest = std::ranges::min_element(thermometers, {}, distance);
+  if (nearest == thermometers.end() || distance(*nearest) <= kFar) return {};
+  constexpr double kFahrenheitPerKelvin = 1.8, kZeroInFahrenheit = 32;
+  const Celsius in_fahrenheit{nearest->value * kFahrenheitPerKelvin + kZeroInFahrenheit};
+  return fmt::format(
+      "WARNING: the chamber shows air of {:.1f} °C, the nearest thermometer {:.1f} °C{}; check the "
+      "chamber's unit of temperature, and that the thermometers are in this chamber",
+      air.value, nearest->value, abs(air - in_fahrenheit) <= Kelvins{5} ? ", as if the chamber showed °F" : "");
 }
 
 std::string describe_rate(const std::string& axis, DegreesPerHour measured, std::optional<DegreesPerHour> earth_rate,

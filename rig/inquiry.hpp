@@ -49,6 +49,9 @@ struct AnalogueReading {
 /// Who it is, and one value of each channel, likewise.
 [[nodiscard]] Result<std::string> ask_analogue(drivers::AnalogueInputs& inputs,
                                                const std::vector<AnalogueReading>& channels, const Clock& clock);
+/// Warns if the air that a chamber shows is more than 15 K from every thermometer: then one of them is probably read in
+/// another unit, or is not in this chamber. Empty: it is near one, or there is none.
+[[nodiscard]] std::string warn_of_air(Celsius air, const std::vector<Celsius>& thermometers);
 /// Describes an axis: the rate that it measured, beside the Earth's rotation on it; a warning if they disagree by more
 /// than half of that rotation (at least 1.5 °/h), the bias that the unit may have, and one count.
 [[nodiscard]] std::string describe_rate(const std::string& axis, DegreesPerHour measured,

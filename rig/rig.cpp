@@ -159,6 +159,7 @@ class AssembledRig : public Rig {
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
       answers.push_back(titled(title_of_thermometer(i), "on " + file_.thermometers[i].line,
                                ask_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
+    if (const auto warning = compare_air(); answers.front() && !warning.empty()) *answers.front() += "; " + warning;
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) {
       const auto gyro = drivers_->gyro(file_, i, kGyroAskedWithin);
       answers.push_back(
@@ -232,6 +233,16 @@ class AssembledRig : public Rig {
     auto answer = gyrotherm::rig::ask_chamber(*chamber_, watch);
     if (answer && !order->empty()) *answer += "; " + *order;
     return answer;
+  }
+
+  /// Warns if the chamber's air is far from all that the thermometers read.
+  [[nodiscard]] std::string compare_air() {
+    const auto state = chamber_->read();
+    std::vector<Celsius> read;
+    for (const auto& thermometer : thermometers_)
+      for (const auto& one : thermometer->read())
+        if (one) read.push_back(*one);
+    return state ? warn_of_air(state->air, read) : std::string();
   }
 
   /// Of a unit of analogue inputs, for people.

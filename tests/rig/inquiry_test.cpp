@@ -26,6 +26,19 @@ TEST(Inquiry, RoundTripsAreOrdered) {
   EXPECT_EQ(text(trips), "10 reads: 1.000, 6.500, 100.000 ms (least, median, most)");
 }
 
+TEST(Inquiry, WarnsOfAirThatIsFarFromEveryThermometer) {
+  EXPECT_EQ(warn_of_air({20}, {}), "");
+  EXPECT_EQ(warn_of_air({20}, {{-40}, {33}}), "") << "one that is near is enough";
+  EXPECT_EQ(warn_of_air({20}, {{35}}), "");
+  const auto hot = warn_of_air({20}, {{60}, {35.5}});
+  EXPECT_NE(hot.find("WARNING: the chamber shows air of 20.0 °C, the nearest thermometer 35.5 °C;"), std::string::npos)
+      << hot;
+  for (const double celsius : {23.0, -40.0, 85.0, 12.0}) {
+    const auto warning = warn_of_air({celsius * 1.8 + 32}, {{celsius - 0.5}, {celsius + 1}});
+    EXPECT_EQ(warning.find("as if the chamber showed °F") != std::string::npos, celsius != -40.0) << warning;
+  }
+}
+
 TEST(Inquiry, TellsWhichAlarmNobodyWatches) {
   const auto map = drivers::parse_register_map(R"(schema = "gyrotherm-chamber/1"
 name = "oven"

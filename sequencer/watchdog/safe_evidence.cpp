@@ -30,6 +30,8 @@ bool is_off(ChamberActivity activity) {
 
 SafeGoal safe_goal(const drivers::RegisterMap& map, Celsius set_point, Duration observe) {
   SafeGoal goal{.set_point = set_point, .tolerance = set_point_tolerance(map), .observe = observe};
+  const auto* set_point_item = map.find("set_point");
+  goal.reads_back = set_point_item != nullptr && set_point_item->readable;
   goal.shows_mode = !map.states.empty();
   goal.shows_off = std::ranges::count(map.states, ChamberActivity::off, &drivers::StateRule::activity) > 0;
   goal.can_start = map.control || map.sequences.contains("start");

@@ -23,6 +23,7 @@ struct SafeGoal {
   bool switch_off{};
   bool by_program{};              ///< the controller may carry out a program
   Duration observe = Duration{};  ///< 0: the air is not watched
+  bool reads_back = true;         ///< the map reads the set point
   bool shows_mode{};              ///< the map has states
   bool shows_off{};               ///< and one of them is off
   bool can_start{}, can_stop{};   ///< the map has the command

@@ -288,20 +288,11 @@ SETTINGS: dict[str, tuple[Fake, tuple[str, ...]]] = {
 
 OTHERS: dict[str, tuple[Callable[[Scene], None], Fake, float | None]] = {
     "ReadBackLate.f4t": (read_back_late, Fake(lambda: F4T(set_point_lag=1.0), ModbusTcp, "watlow_f4t"), None),
-    "SetPointLostWhileOff.tt5166": (set_point_lost_while_off, FAKES["tt5166_zeros"], HOT),
-    "NeverWrittenTo.yinhe_low_word_first": (
         never_written_to, Fake(lambda: Yinhe(words=low_first), ModbusTcp, "yinhe"), None),
-    "AirIsCompared.ezt_fahrenheit": (
         air_is_compared, Fake(lambda: Ezt570i(in_fahrenheit=True, air=12), RtuInTcp, "csz_ezt570i"), None),
-    "ReadBackIsNotClaimed.tt5166": (read_back_is_not_claimed, FAKES["tt5166_plain"], None),
     "NoFalseFault.ezt": (no_false_fault, FAKES["ezt_held_profile"], None),
 }
 KNOWN = {
-    "ProgramIsNoticed.mb2_program": "a set point that is refused under a program is sent again, and ends the program",
-    "SetPointLostWhileOff.tt5166": "a set point that cannot be read back is sent once, before the unit is switched on",
-    "NeverWrittenTo.yinhe_low_word_first": "one reading of the air that makes sense by chance is enough to begin",
-    "AirIsCompared.ezt_fahrenheit": "nothing compares the controller's air with thermometers unless the rig file asks",
-    "ReadBackIsNotClaimed.tt5166": "an acknowledged set point is called read back until the chamber is safe",
     "NoFalseFault.ezt": "a set point that waits for the unit's period is reported as not confirmed",
 }
 SLOW = ("csz_ezt570i",)  # maps whose units take half a second for each exchange: one test in the normal suite

@@ -91,7 +91,9 @@ TEST(ForeignWay, GoesToItsEndWithoutEditing) {
     const auto imported = gyrotherm_with("import " + (folder / "f.csv") + " --map " + (folder / "f.toml") + " --out " +
                                          (folder / "f.db") + " --json");
     ASSERT_EQ(imported.exit_code, 0) << imported.err << read_text_file(folder / "f.toml").value_or("");
-    EXPECT_EQ(imported.out.rfind("{\"rows\":2160,\"seconds\":21590.0,\"gaps\":0,", 0), 0u) << imported.out;
+    EXPECT_EQ(imported.out.rfind("{\"rows\":2160,\"seconds\":", 0), 0u) << imported.out;
+    EXPECT_NEAR(std::stod(imported.out.substr(imported.out.find("seconds") + 9)), 21590, 0.01) << imported.out;
+    EXPECT_NE(imported.out.find("\"gaps\":0,"), std::string::npos) << imported.out;
     const auto trained = gyrotherm_with("train " + (folder / "f.db") + " --inputs temperatures --method linear " +
                                         foreign.axis + " --out " + (folder / "m.json"));
     ASSERT_EQ(trained.exit_code, 0) << trained.err;

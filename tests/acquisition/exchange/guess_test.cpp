@@ -236,10 +236,10 @@ TEST(Guess, KnowsUnitsAndSerialDates) {
     return std::pair(std::llround(to_seconds(guess.rows.time.back())),
                      guess.rows.utc.front() ? std::llround(to_seconds(*guess.rows.utc.front())) : -1LL);
   };
-  constexpr long long kNone = -1;
-  EXPECT_EQ(unit_of("Time [min]", 0, 1.0 / 6, 5), std::pair(190LL, kNone));
-  EXPECT_EQ(unit_of("t (hours)", 3, 0.5, 2), std::pair(34200LL, kNone));
-  EXPECT_EQ(unit_of("Elapsed [d]", 0, 1, 0), std::pair(1641600LL, kNone));
+  constexpr long long kUnknown = -1;
+  EXPECT_EQ(unit_of("Time [min]", 0, 1.0 / 6, 5), std::pair(190LL, kUnknown));
+  EXPECT_EQ(unit_of("t (hours)", 3, 0.5, 2), std::pair(34200LL, kUnknown));
+  EXPECT_EQ(unit_of("Elapsed [d]", 0, 1, 0), std::pair(1641600LL, kUnknown));
   EXPECT_EQ(unit_of("Date", 46082 + 1 / 3., 10 / 86400., 8), std::pair(190LL, 1772352000LL));
   EXPECT_EQ(unit_of("Zeit", 740042.25, 10 / 86400., 8), std::pair(190LL, 1772344800LL));
   EXPECT_EQ(unit_of("X_Value", 3855192000, 10, 0), std::pair(190LL, 1772347200LL));

@@ -216,9 +216,9 @@ TEST(ImportMap, GivesEachThermometerToItsUnit) {
             units,
         "m.toml");
     EXPECT_TRUE(map) << text(map.error());
-    std::vector<std::string> owners;
-    for (const auto& channel : channels_of(*map, "")) owners.push_back(channel.unit_under_test);
-    return owners;
+    std::vector<std::string> found;
+    for (const auto& channel : channels_of(*map, "")) found.push_back(channel.unit_under_test);
+    return found;
   };
   const auto unit = [](const std::string& name, const std::string& thermometers) {
     return "[[gyro]]\nname = \"" + name + "\"\n" + thermometers + "[[gyro.axis]]\nname = \"x\"\ncolumn = \"" + name +

@@ -51,10 +51,10 @@ TEST(LocalTime, RefusesWhatIsNone) {
 }
 
 TEST(LocalTime, ReadsTimesOfDay) {
-  for (const auto& [text, seconds] :
+  for (const auto& [text, after_midnight_s] :
        {std::pair("08:00:10", 28810), std::pair("8:00", 28800), std::pair("8:00:10 PM", 72010),
         std::pair("080010", 28810), std::pair("08h00", 28800), std::pair("12:30 am", 1800)})
-    EXPECT_EQ(parse_clock(text), std::chrono::seconds(seconds)) << text;
+    EXPECT_EQ(parse_clock(text), std::chrono::seconds(after_midnight_s)) << text;
   for (const char* text : {"", "8", "8:0", "25:00", "13:00 PM", "08:00:61", "8.5"})
     EXPECT_FALSE(parse_clock(text)) << text;
 }

@@ -205,8 +205,9 @@ TEST(Ulog, GoesOnBehindDamage) {
     ASSERT_TRUE(rows) << text(rows.error());
     EXPECT_GE(rows->time.size(), 200 - touched - 1) << damage.size();
     EXPECT_EQ(rows->columns[1].back(), 199);
+    if (damage.size() == 1) continue;
     for (const double temperature : rows->columns[0])
-      if (damage.size() > 1) EXPECT_EQ(temperature, 30) << "what damage follows is not believed";
+      EXPECT_EQ(temperature, 30) << "what damage follows is not believed";
   }
 }
 

@@ -30,7 +30,9 @@ Result<std::optional<tracking::BiasNoise>> noise_to_track(Console& console, cons
                    "the model does not say how its residual wanders; name a record of the gyro with --noise");
   }
   const auto recorded = load_recorded_run(console, arguments.noise,
-                                          {.unverified = options.unverified, .axis = axis_for(model, options.axis)});
+                                          {.unverified = options.unverified,
+                                           .axis = axis_for(model, options.axis),
+                                           .cluster_length_s = model.cluster_length_s});
   if (!recorded) return failure(recorded.error());
   const auto verification = verify(model, recorded->dataset, recorded->clusters);
   if (!verification) return failure(verification.error());

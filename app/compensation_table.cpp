@@ -12,7 +12,7 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr std::string_view kBias = "bias", kRest = "at_rest", kFirstOfExport = "slot";
+constexpr std::string_view kBias = "bias", kRest = "at_rest", kFirstOfExport = "slot", kTimeOfExport = "time [s]";
 constexpr std::size_t kSlotColumn = 0;
 
 /// "A [°C]" without its unit.
@@ -137,7 +137,9 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
   const auto scale = number_after(said, "scale "), earth_rate = number_after(said, "earth rate ");
   if (!scale || !earth_rate)
     return failure(FaultKind::bad_file, "stdin",
-                   fmt::format("does not say the Earth's rate on {}, without which there is no bias", label));
+                   fmt::format("does not say the Earth's rate on {}, without which there is no bias; of an imported "
+                               "record the map says it, earth_rate in [gyro] (0 where it is not removed)",
+                               label));
   const auto turned = find_if(header, [](const std::string& title) { return title == record::kTurnedTitle; });
   table.rotation_ = Rotation{*scale, *earth_rate, unit_in(header[*rotation]).starts_with("pulses"), turned.has_value()};
   table.columns_.push_back(*rotation);
@@ -148,6 +150,9 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
     table.columns_.push_back(*interval);
   }
   if (turned) table.columns_.push_back(*turned);
+  const auto time = find_if(header, [](const std::string& title) { return title == kTimeOfExport; });
+  if (!time) return failure(FaultKind::bad_file, "stdin", fmt::format("has no column \"{}\"", kTimeOfExport));
+  table.columns_.push_back(*time);
   table.columns_.push_back(kSlotColumn);
   return table;
 }
@@ -174,6 +179,10 @@ Eigen::VectorXd CompensationTable::bias_deg_per_h(const Eigen::Ref<const data::S
 
 bool CompensationTable::at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const {
   return !says_rest_ || rows(row, temperatures() + 1) > 0;
+}
+
+Eigen::VectorXd CompensationTable::time_s(const Eigen::Ref<const data::SampleMatrix>& rows) const {
+  return rows.col(rows.cols() - 2);
 }
 
 Eigen::VectorXd CompensationTable::slot(const Eigen::Ref<const data::SampleMatrix>& rows) const {

@@ -28,7 +28,7 @@ class CompensationTable {
                                                     const data::AxisChoice& axis, bool tracked);
 
   /// The columns to be read: the temperatures, then what the bias is made of, then perhaps at_rest or, of a table of
-  /// export, the slot.
+  /// export, the time and the slot.
   [[nodiscard]] const std::vector<std::size_t>& columns() const { return columns_; }
   [[nodiscard]] const std::vector<std::string>& thermometers() const { return thermometers_; }
   [[nodiscard]] bool says_rest() const { return says_rest_; }
@@ -41,6 +41,8 @@ class CompensationTable {
   [[nodiscard]] Eigen::VectorXd bias_deg_per_h(const Eigen::Ref<const data::SampleMatrix>& rows) const;
   [[nodiscard]] bool at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const;
   [[nodiscard]] Eigen::VectorXd slot(const Eigen::Ref<const data::SampleMatrix>& rows) const;
+  /// Seconds since the run started, of a table of export.
+  [[nodiscard]] Eigen::VectorXd time_s(const Eigen::Ref<const data::SampleMatrix>& rows) const;
 
  private:
   [[nodiscard]] Eigen::Index temperatures() const { return static_cast<Eigen::Index>(thermometers_.size()); }

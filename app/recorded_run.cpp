@@ -9,6 +9,7 @@
 #include <numeric>
 #include <optional>
 
+#include "analysis/data/outliers.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm::app {
@@ -67,7 +68,8 @@ Result<data::RecordedRun> load_recorded_run(Console& console, const std::string&
   if (auto checked = check_recorded_run(console, path, options.unverified); !checked) return failure(checked.error());
   auto dataset = data::load_dataset(path, options.axis);
   if (!dataset) return failure(dataset.error());
-  auto clusters = data::make_clusters(*dataset);
+  if (options.leaves_out_outliers) data::remove(*dataset, data::find_spikes(*dataset));
+  auto clusters = data::make_clusters(*dataset, options.cluster_length_s);
   if (!clusters) return failure(clusters.error());
   if (const auto& wanted = *range) {
     const auto there = clusters->start_s.size();
@@ -86,8 +88,18 @@ Result<RecordedRuns> load_recorded_runs(Console& console, const std::vector<std:
                                         const RecordedRunOptions& options) {
   RecordedRuns records;
   for (const auto& path : paths) {
-    auto recorded = load_recorded_run(console, path, options);
+    auto with_outliers = options;
+    with_outliers.leaves_out_outliers = false;
+    auto recorded = load_recorded_run(console, path, with_outliers);
     if (!recorded) return failure(recorded.error());
+    if (const auto spikes = data::find_spikes(recorded->dataset); !spikes.empty()) {
+      records.outliers.push_back(fmt::format("{}: {}{}", path, describe(spikes),
+                                             options.leaves_out_outliers
+                                                 ? "; the clusters that they lie in were left out"
+                                                 : "; --outliers leave-out does without them"));
+      if (options.leaves_out_outliers) recorded = load_recorded_run(console, path, options);
+      if (!recorded) return failure(recorded.error());
+    }
     records.datasets.push_back(std::move(recorded->dataset));
     records.clusters.push_back(std::move(recorded->clusters));
   }
@@ -99,6 +111,16 @@ std::string model_path(const std::string& folder, const data::AxisChoice& axis, 
   if (is_named(axis)) path /= axis.unit;
   if (!axis.axis.empty()) path /= axis.axis;
   return (path / fmt::format("model-{}.json", inputs)).string();
+}
+
+Result<void> write_model(const std::string& path, const model::Model& model) {
+  const auto json = to_json(model);
+  if (const auto read = model::model_from_json(json, path); !read)
+    return failure(FaultKind::numeric, path,
+                   fmt::format("the model cannot be written, for nothing could read it: {}; look at the values that it "
+                               "was trained on",
+                               text(read.error())));
+  return replace_text_file(path, json);
 }
 
 Result<model::Model> load_model(const std::string& path) {

@@ -23,6 +23,8 @@ struct RecordedRunOptions {
   std::string clusters{};  ///< only these of those that it has: "0:14" for 0 … 13, "14:" for the others; empty: all
   bool unverified = false;
   data::AxisChoice axis{};  ///< empty names: of the only one that it has
+  double cluster_length_s = 100;
+  bool leaves_out_outliers = false;  ///< samples of the bias that data::find_spikes() finds
 };
 /// Adds --unit and --axis.
 void add_axis_options(CLI::App& command, data::AxisChoice& axis);
@@ -40,6 +42,7 @@ void add_unverified_flag(CLI::App& command, bool& unverified);
 struct RecordedRuns {
   std::vector<data::Dataset> datasets;
   std::vector<data::Clusters> clusters;
+  std::vector<std::string> outliers;  ///< of each record that has any: what was found, and what became of it
 };
 [[nodiscard]] Result<RecordedRuns> load_recorded_runs(Console& console, const std::vector<std::string>& paths,
                                                       const RecordedRunOptions& options);
@@ -48,6 +51,10 @@ struct RecordedRuns {
 /// where the unit has one, without UNIT where the rig file names none.
 [[nodiscard]] std::string model_path(const std::string& folder, const data::AxisChoice& axis,
                                      const std::string& inputs);
+
+/// Writes a model, replacing a file of that name. Fails with numeric, and writes nothing, where load_model() would
+/// refuse what is to be written; with storage if it cannot be written.
+[[nodiscard]] Result<void> write_model(const std::string& path, const model::Model& model);
 
 /// Fails with bad_file.
 [[nodiscard]] Result<model::Model> load_model(const std::string& path);

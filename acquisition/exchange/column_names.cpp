@@ -5,6 +5,7 @@
 #include <cctype>
 #include <initializer_list>
 
+#include "acquisition/record/csv.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::exchange {
@@ -89,7 +90,10 @@ bool is_temperature_name(std::string_view name) {
 bool is_gyro_name(std::string_view name) {
   const auto lower = in_lower_case(name);
   const auto bare = in_lower_case(field_of(without_unit(name)));
-  if (has_any(lower, {"temp", "time", "device", "error", "clip", "samples", "_id", "count_"})) return false;
+  if (has_any(lower, {"temp",     "time",   "device",    "error",    "clip",     "samples", "_id",
+                      "count_",   "_count", "estimator", "ekf",      "xkf",      "nkf",     "_dt",
+                      "integral", "_bias",  "bias_",     "setpoint", "variance", "offset",  "filter"}))
+    return false;
   if (is_any(bare, {"gx", "gy", "gz", "wx", "wy", "wz", "w", "omega", "rate", "pulses", "bias"})) return true;
   if (has_any(bare, {"gyr", "omega", "angular", "dtheta", "delta_angle", "pulses"})) return true;
   return has_any(lower, {"gyro"}) && is_any(bare, {"x", "y", "z"});
@@ -97,29 +101,114 @@ bool is_gyro_name(std::string_view name) {
 
 bool is_time_name(std::string_view name) {
   const auto bare = in_lower_case(without_unit(name));
-  return has_any(bare, {"time", "date", "stamp", "zeit"}) ||
-         is_any(bare, {"t", "s", "ms", "us", "ns", "sec", "seconds", "second"});
+  return has_any(bare, {"time", "date", "stamp", "zeit", "elapsed"}) ||
+         is_any(bare,
+                {"t",     "s",       "ms",    "us",      "ns",   "sec", "seconds", "second",  "micros",  "millis",
+                 "ticks", "x_value", "hours", "minutes", "h",    "min", "datum",   "uhr",     "uhrzeit", "elapsed",
+                 "utc",   "fecha",   "hora",  "heure",   "data", "ora", "tow",     "datenum", "epoch",   "days"});
 }
 
-std::optional<double> degrees_per_hour_in(std::string_view name) {
+namespace {
+
+/// A unit's prefix or factor, and the unit: 0.001 and "dps" of "mdps", 0.01 and "deg/s" of "0.01 deg/s".
+struct PrefixedUnit {
+  double factor = 1;
+  std::string unit{};
+};
+
+/// Every way to part a unit from a prefix, the unit as a whole first.
+std::vector<PrefixedUnit> parted(std::string_view text) {
+  std::string unit(trimmed(text));
+  std::vector<PrefixedUnit> ways{{1, unit}};
+  const std::size_t number = unit.find_first_not_of("0123456789.eE-+");
+  if (number > 0 && number != std::string::npos) {
+    auto rest = trimmed(std::string_view(unit).substr(number));
+    if (rest.starts_with('*') || rest.starts_with('x')) rest = trimmed(rest.substr(1));
+    if (const auto factor = record::number_in(unit.substr(0, number)); factor && *factor > 0)
+      ways.push_back({*factor, std::string(rest)});
+    return ways;
+  }
+  for (const auto& [prefix, factor] : std::initializer_list<std::pair<std::string_view, double>>{
+           {"m", 1e-3}, {"c", 1e-2}, {"d", 1e-1}, {"µ", 1e-6}, {"μ", 1e-6}, {"u", 1e-6}})
+    if (unit.size() > prefix.size() && unit.starts_with(prefix)) ways.push_back({factor, unit.substr(prefix.size())});
+  return ways;
+}
+
+/// Returns the candidates for a unit in a name: the text in brackets, or the text behind each "_", longest first.
+std::vector<std::string> units_in(std::string_view name) {
+  if (const auto unit = unit_in_brackets(name); !unit.empty()) return {std::string(unit)};
+  std::vector<std::string> units;
+  const auto lower = std::string(name.ends_with(']') ? name.substr(0, name.rfind('[')) : name);
+  for (std::size_t at = lower.find_first_of("_. "); at != std::string::npos; at = lower.find_first_of("_. ", at + 1)) {
+    const auto before = std::string_view(lower).substr(0, at);
+    if (!is_all_digits(before.substr(before.find_last_of("_. ") + 1))) units.push_back(lower.substr(at + 1));
+  }
+  units.push_back(lower);
+  return units;
+}
+
+std::optional<double> rate_unit(std::string_view text) {
   constexpr double kRadian = 206264.80624709636, kDegree = 3600;
-  if (has_unit(name, {"°/h", "deg/h", "°/hr", "deg/hr", "deg_per_h", "deg_h", "dph"})) return 1;
-  if (has_unit(name, {"rad/s", "rad/sec", "rad_per_s", "rad_s", "radps", "gyro_rad"})) return kRadian;
-  if (has_unit(name, {"°/s", "deg/s", "°/sec", "deg/sec", "deg_per_s", "deg_s", "dps"})) return kDegree;
+  auto unit = in_lower_case(text);
+  std::erase(unit, ' ');
+  if (is_any(unit, {"°/h", "deg/h", "°/hr", "deg/hr", "deg_per_h", "deg_h", "dph", "deg/hour", "°/hour", "arcsec/s",
+                    "arcsec/sec", "as/s", "degh-1", "degreeh-1", "degreesh-1"}))
+    return 1;
+  if (is_any(unit, {"rad/s", "rad/sec", "rad_per_s", "rad_s", "radps", "gyro_rad", "rads", "rads-1", "rads^-1",
+                    "rad.s-1", "rad·s⁻¹"}))
+    return kRadian;
+  if (is_any(unit, {"°/s", "deg/s", "°/sec", "deg/sec", "deg_per_s", "deg_s", "dps", "degree/s", "degrees/s", "degs-1",
+                    "deg.s-1", "degree_s", "degrees/second", "degrees-1", "degreess-1"}))
+    return kDegree;
+  if (is_any(unit, {"°/min", "deg/min", "dpm"})) return 60;
+  if (is_any(unit, {"rad/h", "rad/hr"})) return kRadian / kDegree;
+  if (is_any(unit, {"rpm", "r/min", "1/min"})) return 21600;
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<double> degrees_per_hour_in(std::string_view name) {
+  for (const auto& unit : units_in(name))
+    for (const auto& [factor, bare] : parted(unit))
+      if (const auto scale = rate_unit(bare)) return factor * *scale;
   return std::nullopt;
 }
 
 std::string temperature_unit_in(std::string_view name) {
-  if (has_unit(name, {"°c", "℃", "degc", "deg_c", "c", "celsius"})) return "°C";
-  if (has_unit(name, {"k", "kelvin"})) return "K";
+  if (has_unit(name, {"°c", "℃", "degc", "deg_c", "c", "celsius", "degreec", "degreescelsius", "degree_celsius",
+                      "degree_c", "degrees_c", "degrees_celsius", "grad", "gradc"}))
+    return "°C";
+  if (has_unit(name, {"k", "kelvin", "degk"})) return "K";
+  if (has_unit(name, {"°f", "℉", "degf", "deg_f", "f", "fahrenheit", "degreef", "degree_f", "degrees_f"})) return "°F";
   return std::string(unit_in_brackets(name));
 }
 
+std::optional<CelsiusScale> celsius_scale_of(std::string_view unit) {
+  constexpr double kZero_k = -273.15, kFahrenheit = 5.0 / 9, kZero_f = -32 * kFahrenheit;
+  for (const auto& [factor, bare] : parted(unit)) {
+    const auto known = temperature_unit_in("T [" + bare + "]");
+    if (known == "°C") return CelsiusScale{factor, 0};
+    if (known == "K") return CelsiusScale{factor, kZero_k};
+    if (known == "°F") return CelsiusScale{factor * kFahrenheit, kZero_f};
+  }
+  return std::nullopt;
+}
+
+bool is_increment_name(std::string_view name) {
+  return has_any(in_lower_case(name), {"pulse", "dtheta", "delta_angle", "count", "increment"}) &&
+         !degrees_per_hour_in(name);
+}
+
 std::string time_unit_in(std::string_view name) {
-  if (has_unit(name, {"ns", "nsec", "nanoseconds"})) return "ns";
-  if (has_unit(name, {"us", "µs", "μs", "usec", "microseconds"})) return "us";  // micro, and the Greek letter
-  if (has_unit(name, {"ms", "msec", "milliseconds"})) return "ms";
-  if (has_unit(name, {"s", "sec", "second", "seconds"})) return "s";
+  if (has_unit(name, {"ns", "nsec", "nanosec", "nanosecond", "nanoseconds"})) return "ns";
+  if (has_unit(name, {"us", "µs", "μs", "usec", "microsec", "microsecond", "microseconds"}))
+    return "us";  // micro, and the Greek letter
+  if (has_unit(name, {"ms", "msec", "millisec", "millisecond", "milliseconds"})) return "ms";
+  if (has_unit(name, {"s", "sec", "secs", "second", "seconds", "sek", "sekunden"})) return "s";
+  if (has_unit(name, {"min", "mins", "minute", "minutes", "minuten"})) return "min";
+  if (has_unit(name, {"h", "hr", "hrs", "hour", "hours", "std", "stunden"})) return "h";
+  if (has_unit(name, {"d", "day", "days", "tage"})) return "d";
   if (const auto unit = unit_in_brackets(name); !unit.empty()) return std::string(unit);
   const auto lower = in_lower_case(name);
   const auto ends = [&](std::initializer_list<std::string_view> endings) {
@@ -129,6 +218,8 @@ std::string time_unit_in(std::string_view name) {
   if (ends({"timeus", "micros", "usec", "microseconds"})) return "us";
   if (ends({"timems", "millis", "msec", "milliseconds"})) return "ms";
   if (ends({"sec", "seconds"})) return "s";
+  if (ends({"minutes"})) return "min";
+  if (ends({"hours"})) return "h";
   return "";
 }
 

@@ -15,6 +15,7 @@ namespace gyrotherm::exchange {
 struct CountedTime {
   std::int64_t seconds{};
   Duration part{};  ///< of the next second
+  bool operator==(const CountedTime&) const = default;
 };
 
 /// So many units. Beyond what can be told, which no record can have, it is the longest time that can.

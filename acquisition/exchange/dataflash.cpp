@@ -275,7 +275,7 @@ Result<Notes> read_dataflash(Bytes bytes, const ImportMap& map, const TakeRow& t
 
 Result<std::vector<LogColumn>> columns_of_dataflash(Bytes bytes) {
   DataflashReader reader(std::move(bytes), LogReading());
-  return reader.read().map([&] { return reader.reading().there(); });
+  return reader.read().map([&] { return reader.reading().published(); });
 }
 
 }  // namespace gyrotherm::exchange

@@ -2,7 +2,9 @@
 /// What the readers of foreign files hand on.
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -25,6 +27,18 @@ using TakeRow = std::function<Result<void>(const ForeignRow& row)>;
 
 /// What a reader had to pass over, in sentences for the record; empty: nothing.
 using Notes = std::vector<std::string>;
+
+/// Counts of the texts that marked missing values in a column.
+using MissingTexts = std::map<std::string, std::size_t>;
+
+/// Findings of a reader about a whole file.
+struct Findings {
+  Notes notes{};
+  std::vector<MissingTexts> missing{};  ///< per column of ImportMap::columns()
+  std::size_t lines_left_out{};         ///< unreadable lines
+  std::string other_clock{};            ///< a time column the map does not use
+  std::vector<Duration> other_spans{};  ///< its durations, one per reading
+};
 
 /// Times of a foreign file are such that a record can have them.
 inline constexpr Duration kLongestForeignTime = std::chrono::hours(24 * 3652);  ///< ten years

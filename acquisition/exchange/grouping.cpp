@@ -7,42 +7,30 @@
 #include <chrono>
 #include <cmath>
 
+#include "acquisition/exchange/row_order.hpp"
 #include "acquisition/record/row.hpp"
 
 namespace gyrotherm::exchange {
 
 namespace {
 
+/// A log's topics may be written seconds after they were measured, each at its own pace; rows of a table are late by a
+/// stretch at most.
+std::size_t stretches_open(const ImportMap& map) {
+  constexpr std::size_t kOfTable = 2, kMost = 1000;
+  constexpr Duration kLatest = std::chrono::seconds(5);
+  const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
+  if (!is_log || map.every <= Duration{}) return kOfTable;
+  return std::clamp<std::size_t>(static_cast<std::size_t>(kLatest / map.every) + 1, kOfTable, kMost);
+}
+
 constexpr std::size_t kMostRowsHeldBack = 1 << 16, kMostNumbersHeldBack = 1 << 22;
-
-/// Whether the row before may have had the time 23:59:60, which counts as 00:00:00: so far they were put in after
-/// 30 June and 31 December alone.
-bool may_follow_leap_second(std::optional<Duration> utc) {
-  if (!utc) return false;
-  const std::chrono::sys_time<Duration> at(*utc);
-  const auto midnight = std::chrono::floor<std::chrono::days>(at);
-  const std::chrono::year_month_day day(midnight);
-  const bool is_half_year = day.month() == std::chrono::January || day.month() == std::chrono::July;
-  return is_half_year && day.day() == std::chrono::day(1) && at - midnight < kSecond;
-}
-
-tl::unexpected<Fault> out_of_order(Duration back, std::optional<Duration> utc) {
-  const auto how =
-      back == Duration{} ? std::string("does not increase") : fmt::format("goes back {:g} s", to_seconds(back));
-  const bool is_leap = back < kSecond && may_follow_leap_second(utc);
-  return failure(FaultKind::bad_file, "",
-                 fmt::format("the time {}{}, expected one after the row before, or out_of_order = \"skip\" in [time]",
-                             how, is_leap ? " (a leap second, 23:59:60, counts as 00:00:00)" : ""));
-}
 
 }  // namespace
 
 Result<void> Spacing::push(const ForeignRow& row) {
-  if (last_ && row.time <= *last_) {
-    if (!map_.skips_out_of_order) return out_of_order(*last_ - row.time, row.utc);
-    ++left_out_;
-    return {};
-  }
+  if (last_ && (row.time < *last_ || (row.time == *last_ && map_.every == Duration{})))
+    return failure(out_of_order(map_, *last_ - row.time, row.utc));
   if (!first_) first_ = row.time;
   const auto since_before = last_ ? std::optional(row.time - *last_) : std::nullopt;
   last_ = row.time;
@@ -69,7 +57,10 @@ Result<void> Spacing::hand_on(const ForeignRow& row, std::optional<Duration> sin
 
 Result<void> Spacing::finish() {
   if (times_.empty()) return {};
-  usual_ = usual_step(times_);
+  auto distinct = times_;
+  const auto repeated = std::ranges::unique(distinct);
+  distinct.erase(repeated.begin(), repeated.end());
+  usual_ = std::max(usual_step(distinct), Duration(1));
   const std::size_t columns = numbers_.size() / times_.size();
   for (std::size_t i = 0; i < times_.size(); ++i) {
     const auto since_before = i > 0 ? std::optional(times_[i] - times_[i - 1]) : std::nullopt;
@@ -83,7 +74,7 @@ Result<void> Spacing::finish() {
 }
 
 Grouping::Grouping(const ImportMap& map, TakeImported take)
-    : map_(map), take_(std::move(take)), columns_(map.columns().size()) {
+    : map_(map), take_(std::move(take)), columns_(map.columns().size()), most_open_(stretches_open(map)) {
   if (!map.counts_increments()) return;
   first_sum_ = map.thermometer_columns.size();
   end_of_sums_ = first_sum_ + map.axis_columns.size();
@@ -108,13 +99,14 @@ void Grouping::add(Stretch& stretch, const ImportedRow& row) const {
 Result<void> Grouping::push(const ImportedRow& row) {
   const std::int64_t number = row.time / map_.every;
   if (first_ && number <= handed_on_) {
-    if (!map_.skips_out_of_order) return out_of_order(map_.every * (handed_on_ + 1) - row.time, row.utc);
+    if (map_.out_of_order == OutOfOrder::refuse)
+      return failure(out_of_order(map_, map_.every * (handed_on_ + 1) - row.time, row.utc));
     ++left_out_;
     return {};
   }
   const auto place = std::ranges::lower_bound(open_, number, {}, &Stretch::number);
   add(stretch_at(place, number), row);
-  while (open_.size() > 2)
+  while (open_.size() > most_open_)
     if (auto handed = hand_on_first(); !handed) return handed;
   return {};
 }

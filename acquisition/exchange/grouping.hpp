@@ -49,13 +49,11 @@ class Spacing {
  public:
   Spacing(const ImportMap& map, TakeImported take) : map_(map), take_(std::move(take)), usual_(map.interval) {}
 
-  /// Fails with bad_file and no place where the time does not increase (a map may have such rows left out), or as
-  /// `take` does.
+  /// Fails with bad_file and no place where the time does not increase, unless it stands still and rows are put
+  /// together; or as `take` does.
   [[nodiscard]] Result<void> push(const ForeignRow& row);
   /// Hands on what is held back.
   [[nodiscard]] Result<void> finish();
-  /// Rows that were left out because their time did not increase.
-  [[nodiscard]] std::size_t left_out() const { return left_out_; }
 
  private:
   [[nodiscard]] Result<void> hand_on(const ForeignRow& row, std::optional<Duration> since_before);
@@ -68,7 +66,6 @@ class Spacing {
   std::vector<Duration> times_{};  ///< of the rows held back
   std::vector<std::optional<Duration>> utcs_{};
   std::vector<double> numbers_{};
-  std::size_t left_out_{};
 };
 
 /// Puts all rows of a stretch of ImportMap::every together: temperatures, rates and values are the means of what was
@@ -77,7 +74,7 @@ class Grouping {
  public:
   Grouping(const ImportMap& map, TakeImported take);
 
-  /// Rows may be late by a stretch, as a log's messages are. Fails as Spacing::push() does where one is later.
+  /// Rows may be late by a stretch, those of a log by 5 s. Fails as Spacing::push() does where one is later.
   [[nodiscard]] Result<void> push(const ImportedRow& row);
   [[nodiscard]] Result<void> finish();
   [[nodiscard]] std::size_t left_out() const { return left_out_; }
@@ -99,9 +96,10 @@ class Grouping {
   TakeImported take_;
   std::size_t columns_{};
   std::size_t first_sum_{}, end_of_sums_{};  ///< the columns that are increments
-  std::deque<Stretch> open_{};               ///< in order of their numbers, two at most
-  std::optional<std::int64_t> first_{};      ///< that was handed on
-  std::int64_t handed_on_{};                 ///< the last
+  std::size_t most_open_{};
+  std::deque<Stretch> open_{};           ///< in order of their numbers
+  std::optional<std::int64_t> first_{};  ///< that was handed on
+  std::int64_t handed_on_{};             ///< the last
   std::size_t left_out_{};
 };
 

@@ -15,13 +15,16 @@
 #include <vector>
 
 #include "acquisition/exchange/dataflash.hpp"
+#include "acquisition/exchange/known_formats.hpp"
 #include "acquisition/exchange/netcdf_table.hpp"
+#include "acquisition/exchange/row_order.hpp"
 #include "acquisition/exchange/row_pipe.hpp"
 #include "acquisition/exchange/text_table.hpp"
 #include "acquisition/exchange/ulog.hpp"
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/run_file.hpp"
 #include "acquisition/record/schema.hpp"
+#include "core/clock.hpp"
 #include "core/sha256.hpp"
 #include "core/text.hpp"
 
@@ -33,9 +36,10 @@ using record::GyroKind, record::RunFile, record::RunInfo, record::SampleRow;
 
 /// A file that another reader is for: its map is told so, rather than where the first byte of it is no text.
 Result<void> check_format(Bytes& bytes, FileFormat format) {
-  constexpr std::size_t kBeginning = 16;
-  const auto beginning = bytes.ahead(kBeginning);
+  const auto beginning = bytes.ahead(kBeginningOfFormats);
   if (!beginning) return failure(beginning.error());
+  if (const auto known = way_out_of_format(*beginning); !known.empty())
+    return failure(FaultKind::bad_file, bytes.name(), known);
   const auto is = is_ulog(*beginning)        ? std::optional(FileFormat::ulog)
                   : is_dataflash(*beginning) ? std::optional(FileFormat::dataflash)
                   : is_netcdf(*beginning)    ? std::optional(FileFormat::netcdf)
@@ -46,82 +50,62 @@ Result<void> check_format(Bytes& bytes, FileFormat format) {
                              name(format), name(*is)));
 }
 
-Result<Notes> read_by_format(Bytes bytes, const ImportMap& map, const TakeRow& take) {
+Findings findings_of(Notes notes) { return {.notes = std::move(notes)}; }
+
+Result<Findings> read_by_format(Bytes bytes, const ImportMap& map, const TakeRow& take) {
   if (auto fits = check_format(bytes, map.format); !fits) return failure(fits.error());
-  if (map.format == FileFormat::ulog) return read_ulog(std::move(bytes), map, take);
-  if (map.format == FileFormat::dataflash) return read_dataflash(std::move(bytes), map, take);
-  return read_text_table(std::move(bytes), map, take).map([] { return Notes(); });
+  if (map.format == FileFormat::ulog) return read_ulog(std::move(bytes), map, take).map(findings_of);
+  if (map.format == FileFormat::dataflash) return read_dataflash(std::move(bytes), map, take).map(findings_of);
+  return read_text_table(std::move(bytes), map, take);
 }
-
-void note_left_out(Notes& notes, std::size_t rows) {
-  if (rows > 0) notes.push_back(fmt::format("{} rows whose time was not after the row before were left out", rows));
-}
-
-/// What the map makes of each column's number must be one: infinity is no value of a record.
-class Scales {
- public:
-  explicit Scales(const ImportMap& map) {
-    const auto add = [&](const ColumnName& column, double scale, double offset) {
-      scales_.push_back({column.name.empty() ? std::to_string(column.number) : plain(column.name), scale, offset});
-    };
-    for (const auto& [column, scale, offset] : map.thermometer_columns) add(column, scale, offset);
-    auto column = map.axis_columns.begin();
-    for (const auto& unit : map.units)
-      for (const auto& axis : unit.axes) add(*column++, axis.scale, 0);
-    for (const auto& [of, scale, offset] : map.value_columns) add(of, scale, offset);
-  }
-
-  [[nodiscard]] Result<void> check(const ForeignRow& row) const {
-    for (std::size_t i = 0; i < scales_.size(); ++i) {
-      const auto& [name, scale, offset] = scales_[i];
-      if (!std::isinf(row.numbers[i] * scale + offset)) continue;
-      return failure(
-          FaultKind::bad_file, "",
-          fmt::format("{:g} of column \"{}\" is beyond all numbers by the map's scale {:g}, expected a smaller one",
-                      row.numbers[i], name, scale));
-    }
-    return {};
-  }
-
- private:
-  struct Scale {
-    std::string name;
-    double scale{}, offset{};
-  };
-  std::vector<Scale> scales_{};  ///< per column of the map
-};
 
 /// Hands the rows of a file to whoever takes them; returns what was passed over.
-using ReadRows = std::function<Result<Notes>(const TakeRow& take)>;
+using ReadRows = std::function<Result<Findings>(const TakeRow& take)>;
 
-/// A log's messages come out of order within a stretch: they go there at once.
-Result<Notes> read_log_in_stretches(const ReadRows& read, const ImportMap& map, const TakeImported& take) {
-  Grouping grouping(map, take);
-  const Scales scales(map);
-  auto notes = read([&](const ForeignRow& row) {
-    return scales.check(row).and_then(
-        [&] { return grouping.push({.time = row.time, .utc = row.utc, .numbers = row.numbers}); });
-  });
-  if (!notes) return notes;
-  if (auto finished = grouping.finish(); !finished) return failure(finished.error());
-  note_left_out(*notes, grouping.left_out());
-  return notes;
-}
+/// Holds the findings about a file that has been read.
+struct ReadFile {
+  explicit ReadFile(const ImportMap& map) : tally(map) {}
+  ChannelTally tally;
+  Findings findings{};
+  std::size_t rows{}, rows_left_out{};
+};
 
-Result<Notes> read_foreign(const ReadRows& read, const ImportMap& map, const TakeImported& take) {
+/// A log's messages come out of order within a stretch: they go there at once. Other rows are put in order before.
+Result<void> read_foreign(const ReadRows& read, const ImportMap& map, const TakeImported& take, ReadFile& file) {
   const bool in_stretches = map.every > Duration{};
   const bool is_log = map.format == FileFormat::ulog || map.format == FileFormat::dataflash;
-  if (is_log && in_stretches) return read_log_in_stretches(read, map, take);
+  const bool goes_straight = is_log && in_stretches;
   Grouping grouping(map, take);
   Spacing spacing(map, [&](const ImportedRow& row) { return in_stretches ? grouping.push(row) : take(row); });
-  const Scales scales(map);
-  auto notes =
-      read([&](const ForeignRow& row) { return scales.check(row).and_then([&] { return spacing.push(row); }); });
-  if (!notes) return notes;
-  const auto finished = spacing.finish().and_then([&] { return grouping.finish(); });
-  if (!finished) return failure(finished.error());
-  note_left_out(*notes, spacing.left_out());
-  return notes;
+  RowOrder order(map, [&](const ForeignRow& row) { return spacing.push(row); });
+  std::vector<double> numbers;
+  auto findings = read([&](const ForeignRow& row) -> Result<void> {
+    numbers.assign(row.numbers.begin(), row.numbers.end());
+    if (auto possible = file.tally.push(numbers); !possible) return possible;
+    ++file.rows;
+    if (goes_straight) return grouping.push({.time = row.time, .utc = row.utc, .numbers = numbers});
+    return order.push({row.time, row.utc, numbers});
+  });
+  if (!findings) return failure(findings.error());
+  const auto finished =
+      order.finish().and_then([&] { return spacing.finish(); }).and_then([&] { return grouping.finish(); });
+  if (!finished) return finished;
+  file.findings = std::move(*findings);
+  file.rows_left_out = order.left_out() + grouping.left_out();
+  order.note(file.findings.notes);
+  if (grouping.left_out() > 0)
+    file.findings.notes.push_back(
+        fmt::format("{} rows whose time was not after the row before were left out", grouping.left_out()));
+  return {};
+}
+
+Result<void> read_path(const std::string& path, const ImportMap& map, const TakeImported& take, ReadFile& file) {
+  const auto read = [&](const TakeRow& row) -> Result<Findings> {
+    if (map.format == FileFormat::netcdf) return read_netcdf(path, map, row).map([] { return Findings(); });
+    auto bytes = Bytes::open(path);
+    return bytes ? read_by_format(std::move(*bytes), map, row) : failure(bytes.error());
+  };
+  return read_foreign(read, map, take, file);
 }
 
 /// The id of an import depends on its input alone.
@@ -172,6 +156,16 @@ class Silences {
   std::int64_t first_after_{};
 };
 
+/// Lists the channels' values on one line, at most 100 of them.
+std::string values_of(const std::vector<ChannelSummary>& channels) {
+  constexpr std::size_t kMost = 100;
+  std::string text = "values of the file: ";
+  for (std::size_t i = 0; i < std::min(channels.size(), kMost); ++i)
+    text += (i > 0 ? "; " : "") + in_words(channels[i]);
+  if (channels.size() > kMost) text += fmt::format("; and {} channels more", channels.size() - kMost);
+  return text;
+}
+
 /// The record that is being made; it begins with the first row, which may know when that was.
 class ImportedRecord {
  public:
@@ -189,6 +183,7 @@ class ImportedRecord {
     silences_.pass(taken_, imported);
     take(imported, rows_[waiting_++]);
     last_ = imported.time;
+    usual_ = imported.usual;
     ++taken_;
     if (waiting_ == rows_.size())
       if (auto written = write_waiting(); !written) return written;
@@ -196,10 +191,21 @@ class ImportedRecord {
     return write_rest().and_then([&] { return commit(); }).and_then([&] { return file_->begin(); });
   }
 
-  Result<ImportSummary> finish(const Notes& notes) {
-    auto told = notes;
-    if (silences_.count() > 0) told.insert(told.begin(), silences_.described());
+  Result<ImportSummary> finish(const ReadFile& file) {
     if (!file_) return failure(FaultKind::bad_file, "", "the file has no row, expected at least one");
+    ImportSummary summary{.rows = static_cast<std::size_t>(taken_),
+                          .file_rows = file.rows,
+                          .lines_left_out = file.findings.lines_left_out,
+                          .rows_left_out = file.rows_left_out,
+                          .span = last_,
+                          .step = usual_,
+                          .started = first_utc_,
+                          .silences = silences_.count(),
+                          .notes = file.findings.notes,
+                          .channels = file.tally.channels(file.findings.missing)};
+    auto told = summary.notes;
+    if (silences_.count() > 0) told.insert(told.begin(), silences_.described());
+    told.push_back(values_of(summary.channels));
     auto done = write_rest();
     for (const std::string& note : told)
       if (done) done = file_->insert_event(taken_ - 1, {{last_, {}}, EventKind::note, note});
@@ -207,8 +213,12 @@ class ImportedRecord {
     file_.reset();
     if (done) done = record::write_manifest(path_, 1);
     if (!done) return failure(done.error());
-    return ImportSummary{static_cast<std::size_t>(taken_), last_, silences_.count(), notes};
+    return summary;
   }
+
+  [[nodiscard]] std::int64_t rows() const { return taken_; }
+  [[nodiscard]] Duration span() const { return last_; }
+  [[nodiscard]] std::optional<Duration> started() const { return first_utc_; }
 
   /// Leaves nothing of a record that was begun.
   void remove() {
@@ -220,6 +230,7 @@ class ImportedRecord {
 
  private:
   Result<void> begin(const ImportedRow& first) {
+    first_utc_ = first.utc;
     info_.started_utc = first.utc.value_or(Duration{});
     auto file = RunFile::create_at_once(path_, info_);
     if (!file) return failure(file.error());
@@ -284,40 +295,82 @@ class ImportedRecord {
   std::future<Result<void>> writing_{};  ///< of the latter
   std::int64_t taken_{};
   Duration last_{};  ///< time of the last that was taken
+  Duration usual_{};
+  std::optional<Duration> first_utc_{};
   Silences silences_;
 };
+
+/// Fails if another column of dates or times of day gives the rows another duration than the map.
+Result<void> check_span(const std::string& path, const Findings& findings, Duration span) {
+  constexpr double kAlike = 0.02;
+  constexpr Duration kAtLeast = std::chrono::minutes(1);
+  const auto agrees = [&](Duration other) {
+    const Duration most = std::max(span, other);
+    return std::chrono::abs(span - other) <= std::max(kAtLeast, from_seconds(kAlike * to_seconds(most)));
+  };
+  if (findings.other_spans.empty() || std::ranges::any_of(findings.other_spans, agrees)) return {};
+  return failure(
+      FaultKind::bad_file, path,
+      fmt::format("by the map's [time] the rows last {}, by column \"{}\" {}; expected the same, or other_clocks = "
+                  "\"ignore\" in [time]",
+                  spoken(span), plain(findings.other_clock), spoken(findings.other_spans.front())));
+}
+
+/// Looks at the whole of what was read for signs that the map is not the file's.
+Result<void> judge(const std::string& path, const ImportMap& map, const ImportedRecord& made,
+                   std::optional<Duration> utc, ReadFile& file) {
+  constexpr std::size_t kMany = 20;
+  constexpr double kFastest_hz = 2000;
+  const auto rows = static_cast<std::size_t>(made.rows());
+  if (map.every > Duration{} && rows == 1 && file.rows >= kMany)
+    return failure(
+        FaultKind::bad_file, path,
+        fmt::format("all {} rows fall into one stretch of {:g} s: is the unit in [time] right? Expected rows "
+                    "in two stretches at least",
+                    file.rows, to_seconds(map.every)));
+  if (auto fits = check_span(path, file.findings, made.span()); !fits) return fits;
+  if (auto judged = file.tally.judge(path, file.findings.missing, file.findings.notes); !judged) return judged;
+  const double rate = made.span() > Duration{} ? static_cast<double>(file.rows) / to_seconds(made.span()) : 0;
+  if (file.rows >= kMany && rate > kFastest_hz)
+    file.findings.notes.push_back(fmt::format("{:.0f} rows a second: is the unit in [time] right?", rate));
+  if (utc && made.started() && *made.started() > *utc + std::chrono::hours(24))
+    file.findings.notes.push_back(fmt::format("the first row is of {}, in the future", civil_time(*made.started())));
+  return {};
+}
 
 }  // namespace
 
 Result<Notes> read_foreign_text(std::string_view text, const std::string& name, const ImportMap& map,
                                 const TakeImported& take) {
-  return read_foreign([&](const TakeRow& row) { return read_by_format(Bytes(text, name), map, row); }, map, take);
+  ReadFile file(map);
+  return read_foreign([&](const TakeRow& row) { return read_by_format(Bytes(text, name), map, row); }, map, take, file)
+      .map([&] { return file.findings.notes; });
 }
 
 Result<Notes> read_foreign_file(const std::string& path, const ImportMap& map, const TakeImported& take) {
-  const auto read = [&](const TakeRow& row) -> Result<Notes> {
-    if (map.format == FileFormat::netcdf) return read_netcdf(path, map, row).map([] { return Notes(); });
-    auto bytes = Bytes::open(path);
-    return bytes ? read_by_format(std::move(*bytes), map, row) : failure(bytes.error());
-  };
-  return read_foreign(read, map, take);
+  ReadFile file(map);
+  return read_path(path, map, take, file).map([&] { return file.findings.notes; });
 }
 
 Result<ImportSummary> import_record(const std::string& path, const std::string& map_path,
                                     const std::string& record_path, const std::string& program_version,
-                                    const std::function<bool()>& goes_on) {
+                                    const std::function<bool()>& goes_on, std::optional<Duration> utc) {
   const auto map = load_import_map(map_path);
   if (!map) return failure(map.error());
   auto info = describe(*map, path, program_version);
   if (!info) return failure(info.error());
   ImportedRecord made(record_path, *map, std::move(*info));
   RowPipe writing([&](const ImportedRow& row) { return made.insert(row); });
-  auto notes = read_foreign_file(path, *map, [&](const ImportedRow& row) -> Result<void> {
+  ReadFile file(*map);
+  file.tally.refuse_impossible();
+  const auto take = [&](const ImportedRow& row) -> Result<void> {
     if (!goes_on()) return failure(FaultKind::interrupted, path, "stopped; nothing is left of " + record_path);
     return writing.push(row);
-  });
-  if (auto written = writing.finish(); !written && notes) notes = failure(written.error());
-  auto summary = notes ? made.finish(*notes) : Result<ImportSummary>(failure(notes.error()));
+  };
+  auto read = read_path(path, *map, take, file);
+  if (auto written = writing.finish(); !written && read) read = failure(written.error());
+  if (read) read = judge(path, *map, made, utc, file);
+  auto summary = read ? made.finish(file) : Result<ImportSummary>(failure(read.error()));
   if (!summary) made.remove();
   return summary;
 }

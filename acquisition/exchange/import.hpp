@@ -4,9 +4,12 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "acquisition/exchange/bytes.hpp"
+#include "acquisition/exchange/channel_summary.hpp"
 #include "acquisition/exchange/foreign_row.hpp"
 #include "acquisition/exchange/grouping.hpp"
 #include "acquisition/exchange/import_map.hpp"
@@ -25,19 +28,27 @@ namespace gyrotherm::exchange {
                                               const TakeImported& take);
 
 struct ImportSummary {
-  std::size_t rows{};
-  Duration span{};         ///< from the first row to the last
-  std::size_t silences{};  ///< stretches that miss rows
-  Notes notes{};           ///< what was passed over
+  std::size_t rows{};       ///< in the record
+  std::size_t file_rows{};  ///< in the file
+  std::size_t lines_left_out{}, rows_left_out{};
+  Duration span{};                    ///< from the first row to the last
+  Duration step{};                    ///< usual spacing of the record's rows
+  std::optional<Duration> started{};  ///< UTC of the first row
+  std::size_t silences{};             ///< stretches that miss rows
+  Notes notes{};                      ///< sentences for people
+  std::vector<ChannelSummary> channels{};
 };
 
 /// Makes a finished record at `record_path` of the file at `path`, as the map at `map_path` says: each row at its own
 /// time, its slot the row's number from 0, no segments and no cycles; in UTC where the file knows it. Missing stretches
-/// (spacings longer than 10 times the usual one; where rows are put together, stretches without any) and what was
-/// passed over are told in events of the last row. `goes_on` is asked at each row. Fails with bad_file
-/// (`file:line:column: what, what was expected`), storage (the record exists) or interrupted; then nothing is left.
+/// (spacings longer than 10 times the usual one; where rows are put together, stretches without any), what was passed
+/// over, and what values each channel has, are told in events of the last row. `goes_on` is asked at each row, `utc` is
+/// the time of the import. Fails with bad_file (`file:line:column: what, what was expected`), also where the values, or
+/// the time by another column of dates, show that the map is not the file's; with storage (the record exists) or
+/// interrupted; then nothing is left.
 [[nodiscard]] Result<ImportSummary> import_record(
     const std::string& path, const std::string& map_path, const std::string& record_path,
-    const std::string& program_version, const std::function<bool()>& goes_on = [] { return true; });
+    const std::string& program_version, const std::function<bool()>& goes_on = [] { return true; },
+    std::optional<Duration> utc = {});
 
 }  // namespace gyrotherm::exchange

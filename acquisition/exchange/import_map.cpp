@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 
 #include "acquisition/exchange/civil_time.hpp"
@@ -22,7 +24,11 @@ constexpr auto kFormats = words_in_order<FileFormat::text, FileFormat::netcdf>("
 constexpr Vocabulary<char, 4> kSeparators{{{",", ','}, {";", ';'}, {"\t", '\t'}, {" ", ' '}}};
 constexpr Vocabulary<char, 2> kDecimals{{{".", '.'}, {",", ','}}};
 constexpr Vocabulary<GyroKind, 2> kKinds{{{"rate", GyroKind::rate}, {"increment", GyroKind::pulse_count}}};
-constexpr Vocabulary<bool, 2> kOutOfOrder{{{"refuse", false}, {"skip", true}}};
+constexpr auto kOutOfOrder = words_in_order<OutOfOrder::refuse, OutOfOrder::go_on>("refuse", "skip", "continue");
+constexpr Vocabulary<bool, 2> kDamaged{{{"refuse", false}, {"skip", true}}};
+constexpr Vocabulary<char, 4> kThousands{{{",", ','}, {".", '.'}, {" ", ' '}, {"'", '\''}}};
+constexpr auto kDateOrders =
+    words_in_order<DateOrder::year_first, DateOrder::month_first>("year-month-day", "day-month-year", "month-day-year");
 
 /// Where the names of a map stand.
 struct NamedTables {
@@ -30,11 +36,22 @@ struct NamedTables {
   std::vector<std::vector<TomlTable>> axes{}, values{};  ///< of each unit
 };
 
-ColumnName read_column(const TomlTable& table, bool header) {
-  if (header) return {.name = table.text("column")};
-  const auto number = table.integer("column");
-  if (number < 1) table.mistake("column", "a column of a file without a header is its number from 1");
+ColumnName read_column(const TomlTable& table, bool header, const char* key = "column") {
+  const std::string by_number = std::string(key) + "_number";
+  const bool is_numbered = header && table.has(by_number);
+  if (is_numbered && table.has(key)) table.mistake(by_number, fmt::format("{} says it too, expected one of them", key));
+  if (header && !is_numbered) return {.name = table.text(key)};
+  const auto number = table.integer(is_numbered ? by_number.c_str() : key);
+  if (number < 1) table.mistake(is_numbered ? by_number.c_str() : key, "a column's number counts from 1");
   return {.number = static_cast<std::size_t>(std::max<std::int64_t>(number, 1))};
+}
+
+std::optional<ValidRange> read_valid(const TomlTable& table) {
+  if (!table.has("valid")) return std::nullopt;
+  const auto bounds = table.numbers("valid");
+  if (bounds.size() == 2 && bounds[0] < bounds[1]) return ValidRange{bounds[0], bounds[1]};
+  table.mistake("valid", "expected the least and the greatest number that can be, like [-60, 120]");
+  return std::nullopt;
 }
 
 double read_scale(const TomlTable& table, std::optional<double> fallback) {
@@ -42,6 +59,12 @@ double read_scale(const TomlTable& table, std::optional<double> fallback) {
   if (table.has("scale") && (scale == 0 || !std::isfinite(scale)))
     table.mistake("scale", "expected a number that is not zero");
   return scale;
+}
+
+std::size_t read_lines(const TomlTable& table, const char* key) {
+  const auto lines = table.integer(key, 0);
+  if (lines < 0) table.mistake(key, "expected a number of lines, 0 or more");
+  return static_cast<std::size_t>(std::max<std::int64_t>(lines, 0));
 }
 
 void read_text_format(const TomlTable& table, ImportMap& map) {
@@ -52,9 +75,13 @@ void read_text_format(const TomlTable& table, ImportMap& map) {
   map.comment = table.text("comment", "");
   map.missing = table.texts("missing");
   map.header = table.boolean("header", true);
-  const auto skip = table.integer("skip", 0);
-  if (skip < 0) table.mistake("skip", "expected a number of lines, 0 or more");
-  map.skip = static_cast<std::size_t>(std::max<std::int64_t>(skip, 0));
+  map.preamble = read_lines(table, "preamble");
+  map.skip = read_lines(table, "skip");
+  if (table.has("thousands")) map.thousands = one_of(kThousands, table, "thousands");
+  if (map.thousands != '\0' && map.thousands == map.decimal)
+    table.mistake("thousands", "the decimal sign is the same, expected another one");
+  map.cell_units = table.texts("cell_units");
+  map.leaves_out_damaged = one_of(kDamaged, table, "damaged", "refuse");
 }
 
 Duration read_positive(const TomlTable& table, const char* key) {
@@ -68,7 +95,7 @@ void read_since(const TomlTable& table, ImportMap& map) {
   const auto time = parse_civil_time(table.text("since"));
   if (!time || !time->zone)
     return table.mistake("since", "expected a time with its zone, like \"2026-03-01T12:00:00Z\"");
-  map.since = time->reading - *time->zone;
+  map.since = counted_time((time->reading - *time->zone).count(), Duration(1));
 }
 
 void read_zone(const TomlTable& table, ImportMap& map) {
@@ -77,30 +104,84 @@ void read_zone(const TomlTable& table, ImportMap& map) {
   if (!map.zone) table.mistake("zone", "expected a zone like \"Z\" or \"+01:00\"");
 }
 
+/// A unit of numbers that count time; of those that count since a fixed instant, that, in days after 1970.
+struct TimeUnit {
+  Duration unit{};
+  std::optional<std::int64_t> since_days{};
+};
+
+constexpr std::int64_t kExcel1900 = -25569, kExcel1904 = -24107, kMatlab = -719529, kGps = 3657;
+
+TimeUnit unit_called(const std::string& word) {
+  using std::chrono::microseconds, std::chrono::milliseconds, std::chrono::minutes, std::chrono::hours;
+  const Duration day = hours(24);
+  const std::array<std::pair<const char*, TimeUnit>, 13> units{{{"s", {kSecond}},
+                                                                {"ms", {milliseconds(1)}},
+                                                                {"us", {microseconds(1)}},
+                                                                {"µs", {microseconds(1)}},
+                                                                {"ns", {Duration(1)}},
+                                                                {"min", {minutes(1)}},
+                                                                {"h", {hours(1)}},
+                                                                {"d", {day}},
+                                                                {"excel", {day, kExcel1900}},
+                                                                {"excel-1904", {day, kExcel1904}},
+                                                                {"matlab", {day, kMatlab}},
+                                                                {"labview", {kSecond, kExcel1904}},
+                                                                {"gps", {kSecond, kGps}}}};
+  const auto* const found = std::ranges::find(units, word, [](const auto& unit) { return std::string(unit.first); });
+  return found == units.end() ? TimeUnit{kSecond} : found->second;
+}
+
+void read_counted_time(const TomlTable& table, const std::string& unit, ImportMap& map) {
+  const TimeUnit counted = unit_called(unit);
+  map.time_unit = counted.unit;
+  constexpr std::int64_t kSecondsOfDay = 86400;
+  if (counted.since_days) {
+    map.since = CountedTime{*counted.since_days * kSecondsOfDay};
+    map.counts_gps = unit == "gps";
+    map.counts_local_days = !map.counts_gps && unit != "labview";
+    read_zone(table, map);
+  } else {
+    read_since(table, map);
+  }
+  if (unit == "gps" && (table.has("week") || table.has("week_number")))
+    map.week = read_column(table, map.header, "week");
+  if (!table.has("wrap")) return;
+  const double wrap = table.number("wrap");
+  if (!(wrap > 0)) return table.mistake("wrap", "expected the number at which the counter begins at 0 again");
+  map.wrap = counted_time(wrap, map.time_unit);
+}
+
+void read_dated_time(const TomlTable& table, ImportMap& map) {
+  read_zone(table, map);
+  if (map.time_form != TimeForm::date) return;
+  map.date_order = one_of(kDateOrders, table, "order");
+  if (table.has("clock") || table.has("clock_number")) map.clock = read_column(table, map.header, "clock");
+}
+
 void read_text_time(const TomlTable& table, ImportMap& map) {
-  constexpr Vocabulary<Duration, 5> kUnits{{{"s", kSecond},
-                                            {"ms", std::chrono::milliseconds(1)},
-                                            {"us", std::chrono::microseconds(1)},
-                                            {"ns", std::chrono::nanoseconds(1)},
-                                            {"iso", Duration{}}}};
+  constexpr Vocabulary<bool, 2> kOtherClocks{{{"compare", false}, {"ignore", true}}};
+  map.ignores_other_clocks = one_of(kOtherClocks, table, "other_clocks", "compare");
   if (table.has("interval")) {
     map.interval = read_positive(table, "interval");
     return;
   }
   map.time = read_column(table, map.header);
-  map.time_unit = one_of(kUnits, table, "unit");
-  map.time_form = map.time_unit == Duration{} ? TimeForm::civil : TimeForm::number;
-  if (map.time_form == TimeForm::civil)
-    read_zone(table, map);
-  else
-    read_since(table, map);
+  const std::string unit = table.choice("unit", {"s", "ms", "us", "µs", "ns", "min", "h", "d", "iso", "date", "clock",
+                                                 "excel", "excel-1904", "matlab", "labview", "gps"});
+  map.time_form = unit == "iso"     ? TimeForm::civil
+                  : unit == "date"  ? TimeForm::date
+                  : unit == "clock" ? TimeForm::clock
+                                    : TimeForm::number;
+  if (map.time_form == TimeForm::number) return read_counted_time(table, unit, map);
+  if (map.time_form != TimeForm::clock) read_dated_time(table, map);
 }
 
 void read_time(const TomlTable& table, ImportMap& map) {
   if (map.format == FileFormat::text) read_text_time(table, map);
   if (map.format == FileFormat::netcdf) map.time = ColumnName{.name = table.text("column", "time")};
   if (table.has("every")) map.every = read_positive(table, "every");
-  map.skips_out_of_order = one_of(kOutOfOrder, table, "out_of_order", "refuse");
+  map.out_of_order = one_of(kOutOfOrder, table, "out_of_order", "refuse");
 }
 
 std::vector<std::string> read_choice(const TomlTable& table, std::string_view key, const ImportMap& map) {
@@ -116,11 +197,15 @@ std::vector<std::string> read_choice(const TomlTable& table, std::string_view ke
 GyroKind kind_of(const ImportMap& map) { return map.units.front().axes.front().kind; }
 
 ImportMap::ScaledColumn read_scaled(const TomlTable& table, bool header) {
-  return {.column = read_column(table, header), .scale = read_scale(table, 1), .offset = table.number("offset", 0)};
+  return {.column = read_column(table, header),
+          .scale = read_scale(table, 1),
+          .offset = table.number("offset", 0),
+          .valid = read_valid(table)};
 }
 
 void read_axis(const TomlTable& table, ImportMap& map, UnitInfo& unit) {
   map.axis_columns.push_back(read_column(table, map.header));
+  map.axis_valid.push_back(read_valid(table));
   AxisInfo& axis = unit.axes.emplace_back();
   axis.kind = one_of(kKinds, table, "kind");
   axis.scale = read_scale(table, {});
@@ -194,6 +279,11 @@ void read_units(const TomlTable& root, ImportMap& map, NamedTables& tables) {
 
 }  // namespace
 
+std::string in_words(const ColumnName& column) {
+  return column.name.empty() && column.number > 0 ? fmt::format("column {}", column.number)
+                                                  : fmt::format("\"{}\"", plain(column.name));
+}
+
 const char* name(FileFormat format) { return word_of(kFormats, format); }
 
 bool ImportMap::counts_increments() const { return kind_of(*this) == GyroKind::pulse_count; }
@@ -203,6 +293,15 @@ std::vector<ColumnName> ImportMap::columns() const {
   for (const auto& thermometer : thermometer_columns) all.push_back(thermometer.column);
   all.insert(all.end(), axis_columns.begin(), axis_columns.end());
   for (const auto& value : value_columns) all.push_back(value.column);
+  return all;
+}
+
+std::vector<std::optional<ValidRange>> ImportMap::valid_ranges() const {
+  std::vector<std::optional<ValidRange>> all;
+  for (const auto& thermometer : thermometer_columns) all.push_back(thermometer.valid);
+  all.insert(all.end(), axis_valid.begin(), axis_valid.end());
+  all.resize(thermometer_columns.size() + axis_columns.size());
+  for (const auto& value : value_columns) all.push_back(value.valid);
   return all;
 }
 
@@ -236,10 +335,29 @@ Result<ImportMap> load_import_map(const std::string& path) {
   return parse_import_map(*text, path);
 }
 
+namespace {
+
+/// The unit that a thermometer belongs to; empty: to all of them.
+std::string owner_of(const std::string& thermometer, const ImportMap& map) {
+  if (map.units.size() == 1) return map.units.front().name;
+  std::string owner;
+  std::size_t owners = 0;
+  for (const UnitInfo& unit : map.units)
+    for (const auto* list : {&unit.gradients, &unit.three_point})
+      if (std::ranges::find(*list, thermometer) != list->end() && (owners == 0 || owner != unit.name)) {
+        owner = unit.name;
+        ++owners;
+      }
+  return owners == 1 ? owner : "";
+}
+
+}  // namespace
+
 std::vector<record::Channel> channels_of(const ImportMap& map, const std::string& instrument) {
   std::vector<record::Channel> channels;
   for (const auto& thermometer : map.thermometers)
-    channels.push_back({.name = thermometer, .instrument = instrument, .offset = {}});
+    channels.push_back(
+        {.name = thermometer, .instrument = instrument, .offset = {}, .unit_under_test = owner_of(thermometer, map)});
   return channels;
 }
 

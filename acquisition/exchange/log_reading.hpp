@@ -51,6 +51,8 @@ class LogReading {
   /// Whether a column of such messages is wanted.
   [[nodiscard]] bool wants(std::string_view message) const;
   [[nodiscard]] const std::vector<LogColumn>& there() const { return there_; }
+  /// Those of them of whose series at least one message has come.
+  [[nodiscard]] std::vector<LogColumn> published() const;
   [[nodiscard]] std::size_t damaged() const { return damaged_; }
 
  private:
@@ -62,6 +64,8 @@ class LogReading {
     LogField time{};
     std::size_t size{};
     std::vector<Wanted> wanted{};
+    std::size_t first_column{}, columns{};  ///< of those that are there
+    std::size_t messages{};
   };
   [[nodiscard]] Result<void> check_alone(std::size_t series, const std::string& file) const;
 
@@ -74,6 +78,8 @@ class LogReading {
   std::vector<double> numbers_{};
   std::size_t rows_{}, damaged_{};
   std::size_t only_{};  ///< the series of the first row
+  bool counts_since_1970_ = false;
+  double origin_us_{};  ///< where it does: the first message
 };
 
 }  // namespace gyrotherm::exchange

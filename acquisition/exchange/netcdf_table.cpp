@@ -128,9 +128,11 @@ struct Variable {
   nc_type type{};
   double scale = 1, offset = 0;
   std::vector<double> no_values{};  ///< numbers that stand for a value which is not there
+  double valid_low = -std::numeric_limits<double>::infinity(), valid_high = std::numeric_limits<double>::infinity();
 
   [[nodiscard]] double value(double number) const {
-    const bool is_there = std::isfinite(number) && std::ranges::find(no_values, number) == no_values.end();
+    const bool is_there = std::isfinite(number) && number >= valid_low && number <= valid_high &&
+                          std::ranges::find(no_values, number) == no_values.end();
     return is_there ? number * scale + offset : kMissing;
   }
   [[nodiscard]] bool is_packed() const { return scale != 1 || offset != 0; }
@@ -211,6 +213,13 @@ class NetcdfTable {
     if (const auto fill = default_fill(type); fill && variable.no_values.empty()) variable.no_values.push_back(*fill);
     for (const double missing : numbers_of_attribute(id, "missing_value")) variable.no_values.push_back(missing);
     for (double& number : variable.no_values) number = as_type(type, number);
+    const auto bound = [&](const char* name, std::size_t at, double& limit) {
+      if (const auto numbers = numbers_of_attribute(id, name); numbers.size() > at) limit = as_type(type, numbers[at]);
+    };
+    bound("valid_min", 0, variable.valid_low);
+    bound("valid_max", 0, variable.valid_high);
+    bound("valid_range", 0, variable.valid_low);
+    bound("valid_range", 1, variable.valid_high);
     return variable;
   }
 
@@ -294,6 +303,33 @@ class NetcdfTable {
     return wrong(fmt::format("\"{}\" counts by the calendar \"{}\", expected the usual one", name, *calendar));
   }
 
+  /// The map's scale must be that of the units which the file says, but for what a calibration makes of it.
+  Result<void> check_units(const ImportMap& map) {
+    for (std::size_t i = 0; i < map.thermometer_columns.size(); ++i) {
+      const auto& [column, scale, offset, valid] = map.thermometer_columns[i];
+      const auto units = text_attribute(columns_[i].id, "units", column.name);
+      const auto said = units && !units->empty() ? celsius_scale_of(*units) : std::nullopt;
+      constexpr double kCalibrated = 0.2, kCalibrated_k = 20;
+      if (said && (std::abs(scale / said->scale - 1) > kCalibrated || std::abs(offset - said->offset) > kCalibrated_k))
+        return wrong(
+            fmt::format("\"{}\" has the units \"{}\", expected scale = {:.15g} and offset = {:.15g} in the map",
+                        column.name, *units, said->scale, said->offset));
+    }
+    auto column = columns_.begin() + static_cast<std::ptrdiff_t>(map.thermometer_columns.size());
+    auto name = map.axis_columns.begin();
+    for (const auto& unit : map.units)
+      for (const auto& axis : unit.axes) {
+        const auto units = text_attribute((column++)->id, "units", name->name);
+        const auto said = units && !units->empty() ? degrees_per_hour_in("w [" + *units + "]") : std::nullopt;
+        constexpr double kCalibrated = 0.2;
+        if (said && axis.kind == record::GyroKind::rate && std::abs(std::abs(axis.scale) / *said - 1) > kCalibrated)
+          return wrong(fmt::format("\"{}\" has the units \"{}\", expected scale = {:.15g} in the map", name->name,
+                                   *units, *said));
+        ++name;
+      }
+    return {};
+  }
+
   Result<void> find_columns(const ImportMap& map) {
     std::vector<std::string> missing;
     for (const ColumnName& column : map.columns())
@@ -303,7 +339,8 @@ class NetcdfTable {
       } else {
         missing.push_back(column.name);
       }
-    return missing.empty() ? Result<void>{} : wrong(describe_missing_columns(missing, names_along({map.time->name})));
+    if (missing.empty()) return check_units(map);
+    return wrong(describe_missing_columns(missing, names_along({map.time->name})));
   }
 
   Result<void> read_part(std::size_t first, std::size_t count) {

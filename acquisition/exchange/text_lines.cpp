@@ -126,6 +126,7 @@ Result<bool> TextLines::read_line() {
   const std::size_t end = end_of_line(window, encoding_);
   const bool ended = end != std::string_view::npos;
   cut_short_ = !ended && window.size() == most;
+  has_end_ = ended;
   to_pass_ = ended ? end + size : window.size();
   line_ = window.substr(0, std::min(end, window.size()));
   if (encoding_ != Encoding::utf8) {
@@ -166,6 +167,12 @@ Result<bool> TextLines::next() {
     if (good) return true;
     if (auto passed = pass_rest(); !passed) return failure(passed.error());
   }
+}
+
+Result<bool> TextLines::pass_any() {
+  const auto read = read_line();
+  if (!read || !*read) return read;
+  return pass_rest().map([] { return true; });
 }
 
 Result<bool> TextLines::pass() {

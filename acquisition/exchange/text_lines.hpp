@@ -29,12 +29,18 @@ class TextLines {
   [[nodiscard]] Result<bool> next();
   /// Goes over the next line that is no comment, whatever stands in it; false at the end.
   [[nodiscard]] Result<bool> pass();
+  /// Goes over the next line, a comment too; false at the end.
+  [[nodiscard]] Result<bool> pass_any();
+  /// Goes to the end of the line at which next() has failed, so that it can be called again.
+  [[nodiscard]] Result<void> recover() { return pass_rest(); }
 
   /// Without its end; good until next().
   [[nodiscard]] std::string_view line() const { return line_; }
   /// Its number, from 1; of the last line passed over, where there is none. 0 before the first.
   [[nodiscard]] std::size_t number() const { return number_; }
   [[nodiscard]] const std::string& file() const { return bytes_.name(); }
+  /// Whether the line has an end; the last of a file that was being written may have none.
+  [[nodiscard]] bool has_end() const { return has_end_; }
 
   /// A mistake of the line at a column, from 1: "file:line:column".
   [[nodiscard]] Fault mistake(std::size_t column, std::string what) const;
@@ -55,6 +61,7 @@ class TextLines {
   std::string decoded_{};
   std::size_t to_pass_{};   ///< bytes of the line that line_ shows, with its end
   bool cut_short_ = false;  ///< line_ shows the beginning of a longer one
+  bool has_end_ = true;
   std::size_t number_{};
 };
 

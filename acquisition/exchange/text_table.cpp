@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
 
-#include "acquisition/exchange/civil_time.hpp"
-#include "acquisition/exchange/counted_time.hpp"
+#include "acquisition/exchange/cell_number.hpp"
+#include "acquisition/exchange/other_clocks.hpp"
+#include "acquisition/exchange/row_clock.hpp"
 #include "acquisition/exchange/text_lines.hpp"
 #include "acquisition/record/csv.hpp"
 #include "acquisition/record/row.hpp"
@@ -21,27 +23,56 @@ namespace {
 
 using record::Field, record::into, record::kMissing;
 
-/// One pass over the file; the first fault ends it.
+bool is_empty(const Field& field) { return trimmed(field.text).empty(); }
+
+/// Lines that could not be read.
+class DamagedLines {
+ public:
+  void add(const Fault& fault) {
+    if (count_++ == 0) first_ = fault;
+  }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] const Fault& first() const { return first_; }
+  [[nodiscard]] std::string described() const {
+    return fmt::format("{} line{} cannot be read and {} left out; the first: {}", count_, count_ > 1 ? "s" : "",
+                       count_ > 1 ? "were" : "was", text(first_));
+  }
+
+ private:
+  std::size_t count_{};
+  Fault first_{};
+};
+
+/// One pass over the file; the first fault ends it, unless it is of a line that may be left out.
 class TextTable {
  public:
   TextTable(TextLines lines, const ImportMap& map, const TakeRow& take)
-      : lines_(std::move(lines)), map_(map), take_(take), columns_(map.columns()), numbers_(columns_.size()) {
-    if (map.since) since_ = counted_time(map.since->count(), Duration(1));
+      : lines_(std::move(lines)),
+        map_(map),
+        take_(take),
+        columns_(map.columns()),
+        style_{map.decimal, map.thousands, map.cell_units},
+        clock_(map),
+        numbers_(columns_.size()),
+        missing_(columns_.size()) {
+    for (const std::string& missing : map.missing)
+      if (const auto number = record::number_in(style_.normalised(missing, changed_)))
+        missing_numbers_.push_back(*number);
   }
 
-  Result<void> read() {
-    if (map_.header)
-      if (auto header = read_header(); !header) return header;
-    for (std::size_t i = 0; i < map_.skip; ++i)
-      if (auto line = expect(lines_.pass(), "the file ends among the lines to skip"); !line) return line;
+  Result<Findings> read() {
+    if (auto begun = begin(); !begun) return failure(begun.error());
     while (true) {
       const auto line = lines_.next();
-      if (!line) return failure(line.error());
-      if (!*line) break;
-      if (auto row = read_row(); !row) return row;
+      if (line && !*line) break;
+      auto row = line ? read_row() : Result<void>(failure(line.error()));
+      if (row) continue;
+      if (is_of_taker_ || !map_.leaves_out_damaged || row.error().kind != FaultKind::bad_file)
+        return failure(std::move(row.error()));
+      damaged_.add(row.error());
+      if (auto passed = lines_.recover(); !passed) return failure(passed.error());
     }
-    if (rows_ == 0) return failure(mistake(1, "the file ends, expected at least one row"));
-    return {};
+    return finish();
   }
 
  private:
@@ -50,6 +81,40 @@ class TextTable {
   Result<void> expect(const Result<bool>& line, const char* otherwise) const {
     if (!line) return failure(line.error());
     return *line ? Result<void>{} : failure(mistake(1, otherwise));
+  }
+
+  Result<void> begin() {
+    for (std::size_t i = 0; i < map_.preamble; ++i)
+      if (auto line = expect(lines_.pass_any(), "the file ends within its preamble"); !line) return line;
+    if (map_.header)
+      if (auto header = read_header(); !header) return header;
+    for (std::size_t i = 0; i < map_.skip; ++i)
+      if (auto line = expect(lines_.pass(), "the file ends among the lines to skip"); !line) return line;
+    return {};
+  }
+
+  Result<Findings> finish() {
+    if (rows_ == 0 && damaged_.count() > 0) return failure(damaged_.first());
+    if (rows_ == 0) return failure(mistake(1, "the file ends, expected at least one row"));
+    if (damaged_.count() > static_cast<std::size_t>(rows_)) {
+      Fault fault = damaged_.first();
+      fault.what += fmt::format("; {} lines are so, more than the {} rows", damaged_.count(), rows_);
+      return failure(std::move(fault));
+    }
+    Findings findings{.missing = std::move(missing_), .lines_left_out = damaged_.count()};
+    if (damaged_.count() > 0) findings.notes.push_back(damaged_.described());
+    if (!lines_.has_end()) findings.notes.push_back(torn_ ? torn_note() : open_note());
+    other_clocks_.report(findings);
+    return findings;
+  }
+
+  std::string open_note() const {
+    return fmt::format("the last line, {}, has no end: its last value may be cut off", lines_.number());
+  }
+  std::string torn_note() const {
+    return fmt::format(
+        "the last line, {}, has no end and its last number fewer decimals than all before: it was left out",
+        lines_.number());
   }
 
   Result<void> part_line() {
@@ -68,14 +133,16 @@ class TextTable {
 
   /// Where a column stands; the number of columns if it is none of them.
   Result<std::size_t> place_of(const ColumnName& column) const {
-    if (!map_.header) return std::min(column.number - 1, width_);
+    const bool is_numbered = !map_.header || (column.name.empty() && column.number > 0);
+    if (is_numbered) return std::min(column.number - 1, width_);
     const std::string wanted(trimmed(column.name));
     const auto found = std::ranges::find(header_, wanted);
     if (found == header_.end()) return width_;
     const auto place = static_cast<std::size_t>(found - header_.begin());
     if (const auto again = std::find(found + 1, header_.end(), wanted); again != header_.end())
       return failure(mistake(fields_[static_cast<std::size_t>(again - header_.begin())].column,
-                             fmt::format("a second column \"{}\", expected one", column.name)));
+                             fmt::format("a second column \"{}\", expected one, or column_number = {} in the map",
+                                         column.name, place + 1)));
     return place;
   }
 
@@ -89,25 +156,21 @@ class TextTable {
       highest = std::max(highest, column.number);
       return place;
     };
-    if (map_.time)
-      if (auto place = into(time_at_.emplace(), locate(*map_.time)); !place) return place;
+    const auto locate_if_any = [&](const std::optional<ColumnName>& column, std::optional<std::size_t>& place) {
+      return column ? into(place.emplace(), locate(*column)) : Result<void>{};
+    };
+    if (auto place = locate_if_any(map_.time, time_at_); !place) return place;
+    if (auto place = locate_if_any(map_.clock, clock_at_); !place) return place;
+    if (auto place = locate_if_any(map_.week, week_at_); !place) return place;
     for (const ColumnName& column : columns_)
       if (auto place = into(places_.emplace_back(), locate(column)); !place) return place;
     if (missing.empty()) return {};
-    return failure(mistake(1, map_.header ? describe_missing_columns(missing, header_)
-                                          : fmt::format("{} columns, expected at least {}", width_, highest)));
+    const bool is_named = map_.header && highest == 0;
+    return failure(mistake(1, is_named ? describe_missing_columns(missing, header_)
+                                       : fmt::format("{} columns, expected at least {}", width_, highest)));
   }
 
   bool is_missing(std::string_view text) const { return std::ranges::find(map_.missing, text) != map_.missing.end(); }
-
-  /// What is no number stays none.
-  std::string_view with_decimal_point(std::string_view text) {
-    if (map_.decimal == '.') return text;
-    if (text.find('.') != std::string_view::npos) return {};
-    decimal_ = text;
-    std::ranges::replace(decimal_, ',', '.');
-    return decimal_;
-  }
 
   /// A row's time must be there.
   Fault no_number(const Field& field, bool is_time) const {
@@ -115,100 +178,161 @@ class TextTable {
     const bool has_comma = field.text.find(',') != std::string_view::npos;
     if (map_.decimal == '.' && has_comma) expected += " with a decimal point";
     if (map_.decimal == '.' && has_comma && map_.separator != ',') expected += ", or decimal = \",\" in [file]";
+    const auto shown = plain(in_utf8(field.text));
     if (!is_time && !has_comma && std::ranges::none_of(field.text, [](char c) { return c >= '0' && c <= '9'; }))
-      expected += fmt::format(", or missing = [\"{}\"] in [file]", plain(in_utf8(field.text)));
-    return mistake(field.column, fmt::format("\"{}\", expected {}", plain(in_utf8(field.text)), expected));
+      expected += fmt::format(", or missing = [\"{}\"] in [file]", shown);
+    if (const auto unit = unit_behind_number(field.text);
+        is_utf8(unit) && unit.size() < field.text.size() && !unit.empty())
+      expected += fmt::format(", or cell_units = [\"{}\"] in [file]", plain(unit));
+    return mistake(field.column, fmt::format("\"{}\"{}, expected {}", shown, of_column(field), expected));
   }
 
-  Result<double> number_at(std::size_t index) {
-    const Field& field = fields_[index];
+  /// " in column "T1"", by the header.
+  std::string of_column(const Field& field) const {
+    const auto at = static_cast<std::size_t>(&field - fields_.data());
+    return at < header_.size() ? fmt::format(" in column \"{}\"", plain(header_[at])) : "";
+  }
+
+  void count_missing(std::size_t i, std::string_view text) {
+    constexpr std::size_t kMostTexts = 8;
+    MissingTexts& texts = missing_[i];
+    if (const auto known = texts.find(std::string(text)); known != texts.end())
+      ++known->second;
+    else if (texts.size() < kMostTexts)
+      texts.emplace(text, 1);
+  }
+
+  Result<double> number_at(std::size_t i) {
+    const Field& field = fields_[places_[i]];
     const auto text = trimmed(field.text);
-    if (!map_.missing.empty() && is_missing(text)) return kMissing;
-    if (const auto number = record::number_in(with_decimal_point(text))) return *number;
-    const bool is_missing_text = field.has_doubled_quotes || !is_utf8(text);
-    if (is_missing_text && is_missing(in_utf8(record::unquoted(field)))) return kMissing;
+    if (!map_.missing.empty() && is_missing(text)) {
+      count_missing(i, text);
+      return kMissing;
+    }
+    if (const auto number = record::number_in(style_.normalised(text, changed_))) {
+      if (missing_numbers_.empty() || std::ranges::find(missing_numbers_, *number) == missing_numbers_.end())
+        return *number;
+      count_missing(i, text);
+      return kMissing;
+    }
+    if ((field.has_doubled_quotes || !is_utf8(text)) && is_missing(in_utf8(record::unquoted(field)))) {
+      count_missing(i, in_utf8(record::unquoted(field)));
+      return kMissing;
+    }
     return failure(no_number(field, false));
   }
 
-  Result<void> read_number_of_time(ForeignRow& row) {
+  Result<void> read_counted_time(ForeignRow& row) {
     const Field& field = fields_[*time_at_];
-    const auto counted = parse_counted_time(with_decimal_point(trimmed(field.text)), map_.time_unit);
+    const auto counted = parse_counted_time(style_.normalised(trimmed(field.text), changed_), map_.time_unit);
     if (!counted) return failure(no_number(field, true));
-    if (!first_number_) first_number_ = *counted;
-    const auto since_first = between(*first_number_, *counted);
-    if (!since_first) return failure(mistake(field.column, "more than ten years after the first row"));
-    row.time = *since_first;
-    if (!since_) return {};
-    row.utc = utc_of(*since_ + *counted);
-    if (row.utc) return {};
-    return failure(mistake(field.column, "a time outside 1970 to 2116: do unit and since in [time] fit?"));
-  }
-
-  Result<void> read_civil_time(ForeignRow& row) {
-    const Field& field = fields_[*time_at_];
-    const auto time = parse_civil_time(trimmed(field.text));
-    if (!time)
-      return failure(mistake(field.column, fmt::format("\"{}\", expected a time like \"2026-03-01T12:30:05.25Z\"",
-                                                       plain(in_utf8(field.text)))));
-    const auto zone = time->zone ? time->zone : map_.zone;
-    if (!zone)
-      return failure(mistake(field.column, fmt::format("\"{}\" has no zone, expected one behind it, or zone = \"Z\" "
-                                                       "in [time]",
-                                                       field.text)));
-    row.utc = time->reading - *zone;
-    if (!record::is_possible_time(*row.utc)) return failure(mistake(field.column, "a time outside 1970 to 2116"));
-    if (!first_utc_) first_utc_ = *row.utc;
-    row.time = *row.utc - *first_utc_;
-    if (std::chrono::abs(row.time) <= kLongestForeignTime) return {};
-    return failure(mistake(field.column, "more than ten years after the first row"));
+    std::optional<double> week;
+    if (week_at_) {
+      week = record::number_in(style_.normalised(trimmed(fields_[*week_at_].text), changed_));
+      if (!week) return failure(no_number(fields_[*week_at_], true));
+    }
+    return clock_.read_number(*counted, week, row);
   }
 
   Result<void> read_time(ForeignRow& row) {
-    if (time_at_) return map_.time_form == TimeForm::civil ? read_civil_time(row) : read_number_of_time(row);
-    row.time = map_.interval * rows_;
-    return {};
+    if (!time_at_) {
+      row.time = map_.interval * rows_;
+      return {};
+    }
+    const auto text = trimmed(fields_[*time_at_].text);
+    const auto clock = clock_at_ ? trimmed(fields_[*clock_at_].text) : std::string_view();
+    auto read = map_.time_form == TimeForm::number  ? read_counted_time(row)
+                : map_.time_form == TimeForm::clock ? clock_.read_clock(text, row)
+                                                    : clock_.read_date(text, clock, row);
+    if (!read && read.error().where.empty())
+      return failure(mistake(fields_[*time_at_].column, std::move(read.error().what)));
+    return read;
+  }
+
+  /// Empty fields behind the last column do not count, nor does an empty name behind the last field.
+  Result<void> check_width() {
+    while (fields_.size() > width_ && is_empty(fields_.back())) fields_.pop_back();
+    if (fields_.size() == width_) return {};
+    const bool ends_in_separator = !header_.empty() && header_.back().empty() && fields_.size() + 1 == width_;
+    const auto reaches = [&](std::size_t place) { return place < fields_.size(); };
+    if (ends_in_separator && std::ranges::all_of(places_, reaches)) return {};
+    return failure(
+        mistake(1, fmt::format("{} fields, expected {}{}", fields_.size(), width_,
+                               rows_ > 0 && !map_.leaves_out_damaged ? ", or damaged = \"skip\" in [file]" : "")));
+  }
+
+  /// Whether the last number of a last line without an end has fewer decimals than each before.
+  bool is_torn() {
+    constexpr std::int64_t kEnough = 3;
+    const auto text = trimmed(fields_.back().text);
+    const std::size_t point = text.find(map_.decimal);
+    const std::size_t decimals = point == std::string_view::npos ? 0 : text.size() - point - 1;
+    const bool is_last = !lines_.has_end();
+    if (rows_ == 0) decimals_ = decimals;
+    if (is_last) return rows_ >= kEnough && decimals_ && decimals < *decimals_;
+    if (decimals_ && decimals != *decimals_) decimals_ = std::nullopt;
+    return false;
   }
 
   Result<void> read_row() {
+    is_of_taker_ = false;
     if (auto parted = part_line(); !parted) return parted;
     if (width_ == 0) {
       width_ = fields_.size();
       if (auto located = locate_columns(); !located) return located;
     }
-    if (fields_.size() != width_)
-      return failure(mistake(1, fmt::format("{} fields, expected {}", fields_.size(), width_)));
+    if (auto fits = check_width(); !fits) return fits;
     ForeignRow row;
     if (auto time = read_time(row); !time) return time;
     for (std::size_t i = 0; i < places_.size(); ++i)
-      if (auto number = into(numbers_[i], number_at(places_[i])); !number) return number;
+      if (auto number = into(numbers_[i], number_at(i)); !number) return number;
+    torn_ = is_torn();
+    if (torn_) return {};
     row.numbers = numbers_;
+    if (!map_.ignores_other_clocks) watch_other_clocks();
     ++rows_;
     auto taken = take_(row);
+    is_of_taker_ = !taken;
     if (!taken && taken.error().where.empty())
       return failure(mistake(time_at_ ? fields_[*time_at_].column : 1, std::move(taken.error().what)));
     return taken;
+  }
+
+  void watch_other_clocks() {
+    if (rows_ == 0)
+      for (std::size_t i = 0; i < fields_.size(); ++i)
+        if (i != time_at_ && i != clock_at_ && i != week_at_ && std::ranges::find(places_, i) == places_.end())
+          other_clocks_.begin(i, i < header_.size() ? header_[i] : std::to_string(i + 1), trimmed(fields_[i].text));
+    for (auto& clock : other_clocks_.clocks())
+      if (clock.column < fields_.size()) clock.last = trimmed(fields_[clock.column].text);
   }
 
   TextLines lines_;
   const ImportMap& map_;
   const TakeRow& take_;
   std::vector<ColumnName> columns_;
+  NumberStyle style_;
+  RowClock clock_;
   std::vector<double> numbers_;
+  std::vector<MissingTexts> missing_;
+  std::vector<double> missing_numbers_{};
   std::vector<std::string> header_{};
   std::vector<Field> fields_{};
   std::size_t width_{};  ///< fields of the header, or of the first row
-  std::optional<std::size_t> time_at_{};
+  std::optional<std::size_t> time_at_{}, clock_at_{}, week_at_{};
   std::vector<std::size_t> places_{};
-  std::optional<CountedTime> since_{};  ///< after 1970, if the map says so
-  std::optional<CountedTime> first_number_{};
-  std::optional<Duration> first_utc_{};
-  std::string decimal_{};
+  OtherClocks other_clocks_{};
+  DamagedLines damaged_{};
+  std::optional<std::size_t> decimals_{};  ///< of the last field of every row so far
+  bool torn_ = false;                      ///< the last line was left out
+  bool is_of_taker_ = false;               ///< the fault is of a row that was read
+  std::string changed_{};
   std::int64_t rows_{};
 };
 
 }  // namespace
 
-Result<void> read_text_table(Bytes bytes, const ImportMap& map, const TakeRow& take) {
+Result<Findings> read_text_table(Bytes bytes, const ImportMap& map, const TakeRow& take) {
   auto lines = TextLines::open(std::move(bytes), map.comment);
   if (!lines) return failure(lines.error());
   return TextTable(std::move(*lines), map, take).read();

@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::string_view kUlogMagic("\x55\x4C\x6F\x67\x01\x12\x35", 7);
 constexpr std::size_t kUlogHeader = 16, kMessageHeader = 3, kLargestMessage = 65535;
+constexpr std::size_t kLookedAt = 16;  ///< bytes behind a message's header that show whether it is one
 constexpr int kNewestVersion = 1, kDeepest = 8;
 constexpr std::size_t kMostExpanded = 1'000'000;  ///< fields, of all series
 
@@ -86,12 +87,15 @@ class Formats {
     LogSeries series{.message = name, .instance = instance};
     std::size_t place = 0;
     if (!expand(name, "", place, series, kDeepest)) return std::nullopt;
+    whole_ = place;
     const auto time = std::ranges::find(series.fields, "timestamp", &LogField::name);
     if (time == series.fields.end() || time->type != NumberType::uint64) return std::nullopt;
     series.time = *time;
     return series;
   }
 
+  /// Bytes of a message of the last series, with what it pads its end with.
+  [[nodiscard]] std::size_t whole() const { return whole_; }
   /// Returns true if the series so far have more fields than a log may have.
   [[nodiscard]] bool is_exhausted() const { return expanded_ > kMostExpanded; }
 
@@ -138,6 +142,7 @@ class Formats {
 
   std::map<std::string, std::vector<DeclaredField>> formats_;
   std::size_t expanded_{};
+  std::size_t whole_{};
 };
 
 /// One pass over a log.
@@ -151,6 +156,12 @@ class UlogReader {
       const auto size = next_size();
       if (!size) return failure(size.error());
       if (*size == 0) return reading_.finish(bytes_.name());
+      const auto is_whole = is_followed(*size);
+      if (!is_whole) return failure(is_whole.error());
+      if (!*is_whole) {
+        if (auto found = pass_damage(); !found) return found;
+        continue;
+      }
       const std::string_view message = bytes_.ahead(*size)->substr(0, *size);
       if (auto read = read_message(message[2], message.substr(kMessageHeader)); !read) return read;
       bytes_.pass(*size);
@@ -165,6 +176,9 @@ class UlogReader {
     if (dropouts_ > 0) notes.push_back(fmt::format("{} drop-outs of the log, {} ms in all", dropouts_, dropped_ms_));
     note(unknown_, "messages of an unknown kind were passed over");
     note(reading_.damaged(), "messages are damaged and were left out");
+    if (damaged_places_ > 0)
+      notes.push_back(
+          fmt::format("{} bytes in {} places are no messages and were passed over", damaged_bytes_, damaged_places_));
     if (ends_within_ > 0) notes.push_back(fmt::format("the log ends within a message, {} bytes of it", ends_within_));
     return notes;
   }
@@ -203,6 +217,91 @@ class UlogReader {
       ends_within_ = ahead->size();
       return 0;
     }
+  }
+
+  /// Whether the so many bytes of a message are followed by one, or by the end of the log: a message that damage
+  /// follows is believed no more. One of an unknown kind, or of the wrong size, counts where a good one comes soon
+  /// after it.
+  Result<bool> is_followed(std::size_t size) {
+    constexpr std::size_t kMostBetween = 4, kLargestWhole = kLargestMessage + kMessageHeader;
+    auto ahead = bytes_.ahead(size + kMessageHeader + kLookedAt);
+    if (!ahead) return failure(ahead.error());
+    std::string_view rest = ahead->substr(size);
+    if (!appended_.empty() || rest.size() < kMessageHeader || looks_like_message(rest)) return true;
+    const std::size_t wanted = size + kMostBetween * kLargestWhole;
+    ahead = bytes_.ahead(wanted);
+    if (!ahead) return failure(ahead.error());
+    const bool sees_end = ahead->size() < wanted;
+    rest = ahead->substr(size, kMostBetween * kLargestWhole);
+    for (std::size_t between = 0; between < kMostBetween; ++between) {
+      if (rest.size() < kMessageHeader) return sees_end;
+      if (looks_like_message(rest) && between > 0) return true;
+      if (rest[2] <= ' ' || rest[2] > '~') return false;
+      const std::size_t next = kMessageHeader + whole_number_at(rest, 0, 2);
+      if (next > rest.size()) return sees_end && (looks_like_message(rest) || is_data(rest));
+      rest.remove_prefix(next);
+    }
+    return false;
+  }
+
+  /// Whether it is data of a series that is known, of whatever size.
+  bool is_data(std::string_view bytes) const {
+    constexpr std::size_t kId = 2;
+    return bytes.size() >= kMessageHeader + kId && bytes[2] == 'D' &&
+           sizes_.contains(static_cast<std::uint16_t>(whole_number_at(bytes, kMessageHeader, kId)));
+  }
+
+  static bool is_known_kind(char kind) {
+    return std::string_view("BFIMPQRLCSOAD").find(kind) != std::string_view::npos;
+  }
+
+  /// Whether these bytes begin with a message that can be, as far as its first bytes show.
+  bool looks_like_message(std::string_view bytes) const {
+    constexpr std::string_view kSync("\x2F\x73\x13\x20\x25\x0C\xBB\x12", 8);
+    if (bytes.size() < kMessageHeader || !is_known_kind(bytes[2])) return false;
+    const std::size_t size = whole_number_at(bytes, 0, 2);
+    const std::string_view content = bytes.substr(kMessageHeader, std::min(size, kLookedAt));
+    switch (bytes[2]) {
+      case 'D': {
+        if (size < 2 || content.size() < 2) return false;
+        const auto known = sizes_.find(static_cast<std::uint16_t>(whole_number_at(content, 0, 2)));
+        return known != sizes_.end() && size - 2 >= known->second.first && size - 2 <= known->second.second;
+      }
+      case 'S': return content.substr(0, kSync.size()) == kSync.substr(0, content.size());
+      case 'O': return size == 2;
+      case 'A': return size >= 4;
+      case 'B': return size >= 40;
+      case 'L': return size >= 9 && !content.empty() && content[0] >= '0' && content[0] <= '7';
+      default: return size >= 2;
+    }
+  }
+
+  /// Goes on to the next byte from which three messages follow each other, or all that are left.
+  Result<void> pass_damage() {
+    constexpr std::size_t kWindow = 1 << 19, kChain = 3;
+    ++damaged_places_;
+    for (std::size_t passed = 0;;) {
+      const auto ahead = bytes_.ahead(kWindow);
+      if (!ahead) return failure(ahead.error());
+      const bool is_end = ahead->size() < kWindow;
+      const std::size_t last = is_end ? ahead->size() : ahead->size() - kChain * (kLargestMessage + kMessageHeader);
+      std::size_t at = passed == 0 ? 1 : 0;
+      while (at < last && !is_chain(ahead->substr(at), kChain)) ++at;
+      bytes_.pass(std::min(at, ahead->size()));
+      damaged_bytes_ += std::min(at, ahead->size());
+      passed += at;
+      if (at < last || is_end) return {};
+    }
+  }
+
+  bool is_chain(std::string_view bytes, std::size_t count) const {
+    for (; count > 0; --count) {
+      if (!looks_like_message(bytes)) return false;
+      const std::size_t size = kMessageHeader + whole_number_at(bytes, 0, 2);
+      if (size >= bytes.size()) return size == bytes.size();
+      bytes.remove_prefix(size);
+    }
+    return true;
   }
 
   /// How far it is to where data were appended after a crash, if that is within so many bytes.
@@ -255,6 +354,8 @@ class UlogReader {
     const auto id = static_cast<std::uint16_t>(whole_number_at(message, 1, 2));
     auto series = formats_.series(std::string(message.substr(3)), instance);
     subscribed_.erase(id);
+    sizes_[id] = series ? std::pair(std::min(series->size, formats_.whole()), formats_.whole())
+                        : std::pair(std::size_t{}, kLargestMessage);
     if (formats_.is_exhausted())
       return wrong(fmt::format("its series come to more than {} fields, expected fewer", kMostExpanded));
     if (!series) return {};
@@ -273,7 +374,9 @@ class UlogReader {
   Formats formats_{};
   std::map<std::uint16_t, std::size_t> subscribed_{};
   std::vector<std::uint64_t> appended_{};
-  std::size_t dropouts_{}, unknown_{}, ends_within_{};
+  std::map<std::uint16_t, std::pair<std::size_t, std::size_t>> sizes_{};  ///< of the data of each series
+  std::size_t dropouts_{}, unknown_{}, ends_within_{}, damaged_places_{};
+  std::uint64_t damaged_bytes_{};
   std::uint64_t dropped_ms_{};
 };
 
@@ -288,7 +391,7 @@ Result<Notes> read_ulog(Bytes bytes, const ImportMap& map, const TakeRow& take) 
 
 Result<std::vector<LogColumn>> columns_of_ulog(Bytes bytes) {
   UlogReader reader(std::move(bytes), LogReading());
-  return reader.read().map([&] { return reader.reading().there(); });
+  return reader.read().map([&] { return reader.reading().published(); });
 }
 
 }  // namespace gyrotherm::exchange

@@ -19,7 +19,7 @@ namespace gyrotherm::exchange {
 /// columns come from several messages and the map does not put rows together; and as `take` does.
 [[nodiscard]] Result<Notes> read_ulog(Bytes bytes, const ImportMap& map, const TakeRow& take);
 
-/// Every column of a log, in order of its series.
+/// Every column of a log of which a message came, in order of its series.
 [[nodiscard]] Result<std::vector<LogColumn>> columns_of_ulog(Bytes bytes);
 
 /// Whether a file that begins so is one.

@@ -39,6 +39,12 @@ struct Place {
   std::size_t index;  ///< of the axis
 };
 
+/// Whether people may call an axis so: "x", "imu.x", or a column's name that ends in it, "gyro_x".
+bool is_called(const AxisChoice& axis, const std::string& name) {
+  if (axis.axis == name || in_words(axis) == name) return true;
+  return !axis.axis.empty() && name.ends_with("_" + axis.axis);
+}
+
 /// By choose_axis() it is there.
 Place place_of(const record::Record& record, const AxisChoice& of) {
   const auto& units = record.info.units;
@@ -242,8 +248,10 @@ std::vector<AxisChoice> axes_of(const record::RunInfo& info) {
 Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& wanted, const std::string& path) {
   std::vector<AxisChoice> found = axes_of(info);
   const std::string all = names_of(found);
+  const bool is_exact = std::ranges::any_of(found, [&](const AxisChoice& axis) { return axis.axis == wanted.axis; });
   std::erase_if(found, [&](const AxisChoice& axis) {
-    return (!wanted.unit.empty() && axis.unit != wanted.unit) || (!wanted.axis.empty() && axis.axis != wanted.axis);
+    const bool is_axis = wanted.axis.empty() || (is_exact ? axis.axis == wanted.axis : is_called(axis, wanted.axis));
+    return (!wanted.unit.empty() && axis.unit != wanted.unit) || !is_axis;
   });
   if (found.size() == 1) return found.front();
   if (found.empty())

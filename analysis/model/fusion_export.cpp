@@ -66,7 +66,12 @@ int @name@_fuse_without(const double reading[@name@_AXES], int axis, double rate
 
 constexpr const char* kFusionSource = R"(#include "@name@.h"
 
+#include <float.h>
 #include <math.h>
+
+#if DBL_MANT_DIG < 53
+#error "@name@ needs a double of 64 bits: with fewer, as AVR has, its predictions do not pass its self-test"
+#endif
 
 static const double gain[3][@name@_AXES] = {@gain@};
 @parity_constants@

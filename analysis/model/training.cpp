@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "analysis/data/input_noise.hpp"
+#include "analysis/data/outliers.hpp"
 #include "analysis/model/making.hpp"
 #include "analysis/model/uncertainty.hpp"
 
@@ -229,6 +230,9 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
                     context.without_input, context.without_input + context.training_set.clusters.start_s.size()));
   }
   model.warnings.insert(model.warnings.end(), of_choice.begin(), of_choice.end());
+  if (auto outlying = data::describe_outlying_clusters(context.training_set.clusters, model.leave_cycle_out_residual);
+      !outlying.empty())
+    model.warnings.push_back(std::move(outlying));
   warn_of_over_fit(model, datasets, records);
 }
 
@@ -334,7 +338,15 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
     data::TrainingSet training = within(training_set, rows.training);
     training.clusters = as_learnt_by(method, std::move(training.clusters));
     auto preparation = prepare(inputs, training);
-    if (!preparation) return failure(preparation.error());
+    if (!preparation) {
+      Fault fault = preparation.error();
+      if (fault.kind == FaultKind::usage)
+        fault.what += fmt::format(
+            ", of those that are learnt from without fold {} of {} ({}); expected other --folds, or "
+            "--inputs without it",
+            fold + 1, folds, training_set.folds.statement);
+      return failure(std::move(fault));
+    }
     splits.push_back({.training = std::move(training),
                       .held_out = pick(training_set.clusters, rows.held_out),
                       .training_rows = rows.training,

@@ -11,6 +11,7 @@
 #include <functional>
 #include <iterator>
 #include <optional>
+#include <utility>
 
 #include "acquisition/record/csv.hpp"
 #include "acquisition/record/schema.hpp"
@@ -69,14 +70,22 @@ class Compensation {
 
   using Rows = Eigen::Ref<const data::SampleMatrix>;
   [[nodiscard]] Eigen::Index rows_in_order(const Rows& rows);
-  [[nodiscard]] std::string lines_for(const Rows& rows);
+  struct Pace {
+    Eigen::Index row{};
+    double step_s{};
+  };
+  [[nodiscard]] std::optional<Pace> find_seconds(const Rows& rows, Eigen::VectorXd& seconds);
+  [[nodiscard]] std::string lines_for(const Rows& rows, const Eigen::VectorXd& seconds);
 
   CompensationTable table_;
   model::CompensationStream stream_;
   std::optional<tracking::RestTracker> tracker_;
   Expanded expanded_;  ///< may be empty
   double last_slot_ = -1;
-  long long missing_s_{};  ///< seconds of which there is no row
+  std::optional<double> late_s_;   ///< a row's time less its slot
+  double shift_s_{};               ///< by which seconds are more than slots
+  long long rows_{}, rows_off_{};  ///< rows, and those that are not a slot's time after the one before
+  long long missing_s_{};          ///< seconds of which there is no row
 };
 
 Result<Compensation> Compensation::open(const model::Model& model, CompensationTable table, model::Outside outside,
@@ -97,7 +106,14 @@ Result<void> Compensation::answer(Console& console, const record::LiveRows& rows
   const auto count = static_cast<Eigen::Index>(rows.lines().size());
   const Eigen::Map<const data::SampleMatrix> numbers(rows.numbers().data(), count, columns);
   const Eigen::Index good = rows_in_order(numbers);
-  if (good > 0) console.data(lines_for(numbers.topRows(good)));
+  Eigen::VectorXd seconds;
+  if (const auto pace = table_.says_second() ? find_seconds(numbers.topRows(good), seconds) : std::nullopt)
+    return failure(
+        FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(pace->row)]),
+        fmt::format("compensate takes a row a second, and by \"time [s]\" these are {:g} s apart; import them "
+                    "anew with every = \"1 s\" in [time], or take verify",
+                    pace->step_s));
+  if (good > 0) console.data(lines_for(numbers.topRows(good), seconds));
   if (good == count) return {};
   const double slot = table_.slot(numbers)(good);
   return failure(FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(good)]),
@@ -119,11 +135,32 @@ Eigen::Index Compensation::rows_in_order(const Rows& rows) {
   return row;
 }
 
-std::string Compensation::lines_for(const Rows& rows) {
+/// Puts into `seconds` when each row was: its slot, and the seconds by which its time went on further than its slot.
+/// Our own records have a row a second and count the missing ones; those that were imported number their rows, and keep
+/// the times of their file. Returns the row at which most rows so far are not a second apart, if there is one.
+std::optional<Compensation::Pace> Compensation::find_seconds(const Rows& rows, Eigen::VectorXd& seconds) {
+  constexpr double kOff_s = 0.5;
+  constexpr int kEnough = 3;
+  seconds = table_.slot(rows);
+  const Eigen::VectorXd times = table_.time_s(rows);
+  for (Eigen::Index row = 0; row < seconds.size(); ++row) {
+    const double late_s = times(row) - seconds(row), more_s = late_s - std::exchange(late_s_, late_s).value_or(late_s);
+    ++rows_;
+    if (std::abs(more_s) > kOff_s) {
+      shift_s_ += std::round(more_s);
+      const bool are_most = ++rows_off_ >= kEnough && 2 * rows_off_ >= rows_;
+      if (are_most || more_s < 0) return Pace{row, more_s + 1};
+    }
+    seconds(row) += shift_s_;
+  }
+  return std::nullopt;
+}
+
+std::string Compensation::lines_for(const Rows& rows, const Eigen::VectorXd& seconds) {
   const data::SampleMatrix temperatures_c = table_.temperatures_c(rows);
   const Eigen::VectorXd bias = table_.bias_deg_per_h(rows);
-  Eigen::VectorXd compensated = table_.says_second() ? stream_.push_at(table_.slot(rows), temperatures_c, bias)
-                                                     : stream_.push(temperatures_c, bias);
+  Eigen::VectorXd compensated =
+      table_.says_second() ? stream_.push_at(seconds, temperatures_c, bias) : stream_.push(temperatures_c, bias);
   for (const auto& gap : stream_.gaps()) missing_s_ += gap.seconds;
   if (!tracker_) return lines_of(compensated, expanded_, stream_.excess());
   auto gap = stream_.gaps().begin();

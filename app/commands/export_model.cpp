@@ -33,7 +33,9 @@ Result<void> put(Console& console, const std::string& path, const std::string& t
 
 Result<void> export_data(Console& console, const ExportModelArguments& options, const model::Model& model) {
   const auto recorded = load_recorded_run(console, options.run,
-                                          {.unverified = options.unverified, .axis = axis_for(model, options.axis)});
+                                          {.unverified = options.unverified,
+                                           .axis = axis_for(model, options.axis),
+                                           .cluster_length_s = model.cluster_length_s});
   if (!recorded) return failure(recorded.error());
   const auto rows = to_libsvm_data(model, recorded->clusters);
   if (!rows) return failure(rows.error());

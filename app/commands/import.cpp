@@ -13,7 +13,9 @@
 #include "app/value.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
+#include "core/json.hpp"
 #include "core/shipped.hpp"
+#include "core/text.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -39,6 +41,52 @@ Result<Exit> guess(Console& console, const ImportArguments& options) {
   return Exit::done;
 }
 
+/// What is known of the rows and of each channel, for people.
+std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
+  constexpr std::size_t kMost = 40;
+  std::string rows = fmt::format("of {} rows of the file", summary.file_rows);
+  if (summary.step > Duration{}) rows += fmt::format(", usually {:g} s apart", to_seconds(summary.step));
+  if (summary.started) rows += ", from " + civil_time(*summary.started);
+  std::vector<std::string> lines{rows};
+  for (const auto& channel : summary.channels)
+    if (lines.size() <= kMost) lines.push_back(in_words(channel));
+  if (summary.channels.size() > kMost)
+    lines.push_back(fmt::format("and {} channels more; --json has all", summary.channels.size() - kMost));
+  return lines;
+}
+
+std::string json(const exchange::ImportSummary& summary) {
+  Json channels = Json::array();
+  for (const auto& channel : summary.channels) {
+    Json object{{"name", channel.name},
+                {"column", channel.column},
+                {"unit", channel.unit},
+                {"values", channel.values},
+                {"missing", channel.missing},
+                {"outside", channel.outside},
+                {"missing_texts", Json::object()},
+                {"least", nullptr},
+                {"greatest", nullptr}};
+    for (const auto& [text, count] : channel.missing_texts) object["missing_texts"][plain(text)] = count;
+    if (channel.values > 0) {
+      object["least"] = channel.least;
+      object["greatest"] = channel.greatest;
+    }
+    channels.push_back(std::move(object));
+  }
+  Json object{{"rows", summary.rows},
+              {"seconds", to_seconds(summary.span)},
+              {"gaps", summary.silences},
+              {"file_rows", summary.file_rows},
+              {"step_s", to_seconds(summary.step)},
+              {"lines_left_out", summary.lines_left_out},
+              {"rows_left_out", summary.rows_left_out},
+              {"started_utc", summary.started ? Json(civil_time(*summary.started)) : Json(nullptr)},
+              {"notes", summary.notes},
+              {"channels", std::move(channels)}};
+  return text_of(object) + "\n";
+}
+
 Result<Exit> import(Console& console, const ImportArguments& options) {
   if (options.guess) return guess(console, options);
   if (options.map.empty())
@@ -49,16 +97,17 @@ Result<Exit> import(Console& console, const ImportArguments& options) {
   const auto map = path_of(options.map, kShippedImportMap);
   if (!map) return failure(map.error());
   watch_for_interrupts(SecondInterrupt::ends);
-  const auto summary =
-      exchange::import_record(options.file, *map, options.out, GYROTHERM_VERSION, [] { return !interrupted(); });
+  const auto summary = exchange::import_record(
+      options.file, *map, options.out, GYROTHERM_VERSION, [] { return !interrupted(); }, SteadyClock().now().utc);
   if (!summary) return failure(summary.error());
   for (const std::string& note : summary->notes) console.say(fmt::format("{}: {}", options.file, note));
-  if (console.json)
-    console.data(fmt::format("{{\"rows\": {}, \"seconds\": {:.3f}, \"gaps\": {}}}\n", summary->rows,
-                             to_seconds(summary->span), summary->silences));
-  else
-    console.say(fmt::format("{}: {} rows over {}, {} gaps", options.out, summary->rows, spoken(summary->span),
-                            summary->silences));
+  if (console.json) {
+    console.data(json(*summary));
+    return Exit::done;
+  }
+  console.say(fmt::format("{}: {} rows over {}, {} gaps", options.out, summary->rows, spoken(summary->span),
+                          summary->silences));
+  for (const std::string& line : value_lines(*summary)) console.say("  " + line);
   return Exit::done;
 }
 

@@ -38,8 +38,8 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
   if (!model) return failure(model.error());
   std::vector<data::Clusters> clusters;
   for (const auto& run : options.runs) {
-    auto recorded =
-        load_recorded_run(console, run, {options.clusters, options.unverified, axis_for(*model, options.axis)});
+    auto recorded = load_recorded_run(
+        console, run, {options.clusters, options.unverified, axis_for(*model, options.axis), model->cluster_length_s});
     if (!recorded) return failure(recorded.error());
     if (const auto warning = without_training(*model, *recorded); !warning.empty()) console.say("warning: " + warning);
     clusters.push_back(std::move(recorded->clusters));
@@ -48,9 +48,8 @@ Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) 
   if (!all) return failure(all.error());
   const auto smaller = reduce(*model, *all, options.goal);
   if (!smaller) return failure(smaller.error());
-  const auto json = to_json(*smaller);
-  if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
-  console.data(console.json ? json : describe(*smaller->reduction));
+  if (auto written = write_model(options.out, *smaller); !written) return failure(written.error());
+  console.data(console.json ? to_json(*smaller) : describe(*smaller->reduction));
   return Exit::done;
 }
 

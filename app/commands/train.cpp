@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <vector>
 
 #include "analysis/model/prior_training.hpp"
 #include "analysis/model/training.hpp"
@@ -11,15 +12,15 @@
 #include "app/output_file.hpp"
 #include "app/recorded_run.hpp"
 #include "app/value.hpp"
-#include "core/file.hpp"
 
 namespace gyrotherm::app {
 namespace {
 
 struct TrainArguments {
   std::vector<std::string> runs;
-  std::string out, clusters, folds = "auto", select, choose = "best", prior;
+  std::string out, clusters, folds = "auto", select, choose = "best", prior, outliers = "name";
   double guard_minutes = -1, threshold = -1;  ///< negative: not given
+  double cluster_length_s = 100;
   bool force = false, unverified = false;
   data::AxisChoice axis;
   model::TrainingOptions training;
@@ -30,7 +31,30 @@ std::string figures(const data::Figures& f) {
                      f.max_abs, f.count);
 }
 
-std::string describe(const model::Model& model) {
+/// The bias without any model, of all clusters together.
+data::Figures raw_figures(const RecordedRuns& records) {
+  std::vector<double> bias;
+  for (const data::Clusters& clusters : records.clusters)
+    bias.insert(bias.end(), clusters.bias_deg_per_h.begin(), clusters.bias_deg_per_h.end());
+  return data::figures_of(Eigen::Map<const Eigen::VectorXd>(bias.data(), static_cast<Eigen::Index>(bias.size())));
+}
+
+/// What the records and the choice of clusters say of the model beside its own warnings.
+void add_warnings(model::Model& model, const RecordedRuns& records, const data::Figures& raw, double cluster_length_s) {
+  constexpr double kUsual_s = 100;
+  model.warnings.insert(model.warnings.end(), records.outliers.begin(), records.outliers.end());
+  if (cluster_length_s != kUsual_s)
+    model.warnings.push_back(fmt::format(
+        "clusters are means over {:g} s, not {:g} s: the gyro's noise in them is {:.2g} times as large, and "
+        "rates of temperatures, lags and uncertainties are of this length",
+        cluster_length_s, kUsual_s, std::sqrt(kUsual_s / cluster_length_s)));
+  if (model.leave_cycle_out.count > 1 && !(model.leave_cycle_out.std < raw.std))
+    model.warnings.push_back(
+        fmt::format("no better than no model: held out it leaves std {:.5g} °/h, and the raw bias has {:.5g} °/h",
+                    model.leave_cycle_out.std, raw.std));
+}
+
+std::string describe_trained(const model::Model& model, const data::Figures& raw) {
   std::string text;
   for (const auto& run : model.trained_on)
     text += fmt::format("{}trained on {}{}\n", run.simulated ? "SIMULATED: " : "",
@@ -52,6 +76,7 @@ std::string describe(const model::Model& model) {
         "  the simplest of {} positions within one standard error of the best (C {:.6g}, sigma {:.6g}, epsilon "
         "{:.6g})\n",
         rule->within, rule->best.C, rule->best.sigma, rule->best.epsilon);
+  text += "  raw bias, without a model: " + figures(raw) + "\n";
   text += "  in-sample (fitted to these data): " + figures(model.in_sample) + "\n";
   text += fmt::format("  held out, {}: {}\n", model.folds, figures(model.leave_cycle_out));
   if (model.nested_leave_cycle_out)
@@ -104,14 +129,17 @@ Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
   if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
   const auto training = training_options(options);
   if (!training) return failure(training.error());
-  const auto records = load_recorded_runs(console, options.runs, {options.clusters, options.unverified, options.axis});
+  const auto records = load_recorded_runs(
+      console, options.runs,
+      {options.clusters, options.unverified, options.axis, options.cluster_length_s, options.outliers == "leave-out"});
   if (!records) return failure(records.error());
   watch_for_interrupts(SecondInterrupt::ends);
-  const auto model = train_by(console, options, *records, *training);
+  auto model = train_by(console, options, *records, *training);
   if (!model) return failure(model.error());
-  const auto json = to_json(*model);
-  if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
-  console.data(console.json ? json : describe(*model));
+  const data::Figures raw = raw_figures(*records);
+  add_warnings(*model, *records, raw, options.cluster_length_s);
+  if (auto written = write_model(options.out, *model); !written) return failure(written.error());
+  console.data(console.json ? to_json(*model) : describe_trained(*model, raw));
   return Exit::done;
 }
 
@@ -180,6 +208,19 @@ void add_train(Program& program) {
   command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14")
       ->type_name("FIRST:END");
   add_axis_options(command, options.axis);
+  command
+      .add_option("--cluster-length", options.cluster_length_s,
+                  "seconds of each mean that is learnt from; default: 100. Shorter ones let a short warm-up be learnt "
+                  "from, and each has more noise")
+      ->check(CLI::Range(1.0, 3600.0))
+      ->type_name("SECONDS");
+  command
+      .add_option(
+          "--outliers", options.outliers,
+          "what becomes of samples of the bias that lie far from all around them: name (default) says how many, "
+          "how large and when; leave-out does without the clusters that they lie in")
+      ->check(CLI::IsMember({"name", "leave-out"}))
+      ->type_name("CHOICE:{name,leave-out}");
   add_unverified_flag(command, options.unverified);
   command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the model says so");
   command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());

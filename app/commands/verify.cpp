@@ -221,11 +221,15 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
   std::vector<model::Characterisation> starts;
   std::set<std::string> gyros;
   for (const auto& run : options.runs) {
-    const auto recorded =
-        load_recorded_run(console, run, {options.clusters, options.unverified, axis_for(*model, options.axis)});
+    const auto recorded = load_recorded_run(
+        console, run, {options.clusters, options.unverified, axis_for(*model, options.axis), model->cluster_length_s});
     if (!recorded) return failure(recorded.error());
     auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
+    if (verification->compensated.count > 1 && !(verification->compensated.std < verification->raw.std))
+      verification->warnings.push_back(
+          fmt::format("no better than no model: compensated std {:.5g} °/h, and the raw bias has {:.5g} °/h",
+                      verification->compensated.std, verification->raw.std));
     const auto& [dataset, clusters] = *recorded;
     if (options.as_streamed) {
       auto streamed = as_streamed(*model, dataset, clusters, verification->residual_deg_per_h, *outside);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "acquisition/record/csv.hpp"
+#include "app/recorded_run.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "report/views.hpp"
@@ -36,7 +37,7 @@ Result<model::Qualification> train_all(const AxisExperiment& experiment, const A
   for_each_model(*models, [&](const char*, const model::TrainedModel& trained) {
     if (!written) return;
     const model::Model& model = trained.model;
-    written = replace_text_file(fmt::format("{}/model-{}.json", options.folder, model.inputs), to_json(model));
+    written = write_model(fmt::format("{}/model-{}.json", options.folder, model.inputs), model);
   });
   if (!written) return failure(written.error());
   model::Qualification qualification{.models = std::move(*models), .comparison = {}};

@@ -82,7 +82,7 @@ std::vector<ForeignFile> foreign_files() {
        1},
       {"missing values", table_map("missing = [\"\", \"NaN\"]"), "t,T,w\n0,20.5,0.25\n1,NaN,0.25\n2,20.5,\n", 3},
       {"missing values of which the map says nothing", table_map(""), "t,T,w\n0,20.5,0.25\n1,NaN,0.25\n", 0,
-       ":3:3: \"NaN\", expected a number, or missing = [\"NaN\"] in [file]"},
+       ":3:3: \"NaN\" in column \"T\", expected a number, or missing = [\"NaN\"] in [file]"},
       {"gaps", table_map(""), "t,T,w\n0,20.5,0.25\n1,20.5,0.25\n2,20.5,0.25\n600,20.5,0.25\n", 4},
       {"times with a zone", table_map("", iso),
        "t,T,w\n2026-03-29T01:59:59+01:00,20.5,0.25\n2026-03-29T03:00:00+02:00,20.5,0.25\n", 2},
@@ -107,9 +107,10 @@ std::vector<ForeignFile> foreign_files() {
       {"another column's name", table_map("", "column = \"t\"\nunit = \"s\"", "T", "omega"), good, 0,
        ":1:1: no column \"omega\", expected one of: \"t\", \"T\", \"w\""},
       {"a header alone", table_map(""), "t,T,w\n", 0, ":1:1: the file ends, expected at least one row"},
-      {"a row that is cut off", table_map(""), good + "3,20", 0, ":5:1: 2 fields, expected 3"},
+      {"a row that is cut off", table_map(""), good + "3,20", 0,
+       ":5:1: 2 fields, expected 3, or damaged = \"skip\" in [file]"},
       {"decimal commas of which the map says nothing", table_map("separator = \";\""), "t;T;w\n0;20,5;0,25\n", 0,
-       ":2:3: \"20,5\", expected a number with a decimal point, or decimal = \",\" in [file]"},
+       ":2:3: \"20,5\" in column \"T\", expected a number with a decimal point, or decimal = \",\" in [file]"},
       {"a log of PX4", log_map("ulog", "sensor_baro.temperature", "sensor_gyro.x"), px4_log(), 4},
       {"a log of PX4 that is cut off", log_map("ulog", "sensor_baro.temperature", "sensor_gyro.x"),
        px4_log().substr(0, 12'000), 3},
@@ -162,11 +163,12 @@ TEST(ForeignFiles, WhatWasPassedOverStandsInTheRecord) {
                                                   "sensor_gyro.x");
   const auto summary = import_record(folder / "file", folder / "map.toml", folder / "run.db", "0.1.0");
   ASSERT_TRUE(summary) << text(summary.error());
-  ASSERT_EQ(summary->notes.size(), 1u);
+  ASSERT_FALSE(summary->notes.empty());
   const auto made = record::read_record(folder / "run.db").value();
-  ASSERT_EQ(made.events.size(), 1u);
+  ASSERT_EQ(made.events.size(), summary->notes.size() + 1) << "and the values of the channels";
   EXPECT_EQ(made.events[0].event.text, summary->notes[0]);
   EXPECT_EQ(made.events[0].event.text.rfind("the log ends within a message", 0), 0u);
+  EXPECT_EQ(made.events.back().event.text.rfind("values of the file: oven wall: ", 0), 0u);
 }
 
 }  // namespace

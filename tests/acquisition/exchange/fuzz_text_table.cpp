@@ -25,7 +25,7 @@ ImportMap chosen_map(std::uint8_t choice) {
   map.time_unit = std::chrono::milliseconds(1);
   if (!map.time) map.interval = std::chrono::seconds(1);
   if ((choice & 64) != 0) map.every = std::chrono::seconds(2);
-  map.skips_out_of_order = (choice & 8) != 0;
+  map.out_of_order = (choice & 8) != 0 ? OutOfOrder::skip : OutOfOrder::refuse;
   map.thermometers = {"T"};
   map.thermometer_columns = {{{"b", 2}, 2, 1}};
   map.units = {{.axes = {record::AxisInfo{}}}};

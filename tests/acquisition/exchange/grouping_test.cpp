@@ -109,7 +109,7 @@ TEST(Grouping, MessagesMayBeLateByAStretchAndNoMore) {
   ASSERT_FALSE(late);
   EXPECT_EQ(text(late.error()),
             "the time goes back 0.3 s, expected one after the row before, or out_of_order = \"skip\" in [time]");
-  map.skips_out_of_order = true;
+  map.out_of_order = OutOfOrder::skip;
   EXPECT_TRUE(push(700, 1));
   EXPECT_EQ(grouping.left_out(), 1u);
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/exchange/guess.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <utility>
 
 #include "tests/acquisition/exchange/foreign.hpp"
@@ -74,7 +76,7 @@ TEST(Guess, FastRowsArePutTogether) {
 }
 
 TEST(Guess, TimesSince1970AndOfTheCalendarAreKnown) {
-  EXPECT_EQ(guessed("time,T,w\n1772362800000,20,1\n1772362801000,20,1\n").since, Duration{});
+  EXPECT_EQ(guessed("time,T,w\n1772362800000,20,1\n1772362801000,20,1\n").since, CountedTime{});
   const ImportMap map = guessed("when\tT\tw\n2026-03-01 12:00:00\t20\t1\n2026-03-01 12:00:01\t20\t1\n");
   EXPECT_EQ(map.time_form, TimeForm::civil);
   EXPECT_EQ(map.zone, Duration{});
@@ -96,19 +98,19 @@ TEST(Guess, ACounterOfMicrosecondsIsNoClock) {
 
 TEST(Guess, AClockAgreesWithTheUnitInItsName) {
   const Guessed named = guessed_of(counter("time_us", 1'772'362'800'000'000));
-  EXPECT_EQ(named.map.since, Duration{});
+  EXPECT_EQ(named.map.since, CountedTime{});
   EXPECT_NE(line_of(named.text, "since").find("# by the size of its numbers"), std::string::npos) << named.text;
   const Guessed bare = guessed_of(counter("time", 1'772'362'800'000));
   EXPECT_EQ(bare.map.time_unit, std::chrono::milliseconds(1));
   EXPECT_EQ(line_of(bare.text, "unit"), "unit = \"ms\"        # a guess by the size of its numbers");
-  EXPECT_EQ(guessed(counter("time [s]", 1'772'362'800, 1)).since, Duration{});
-  EXPECT_EQ(guessed(counter("time [UTC]", 1'772'362'800, 300)).since, Duration{}) << "a row every five minutes";
+  EXPECT_EQ(guessed(counter("time [s]", 1'772'362'800, 1)).since, CountedTime{});
+  EXPECT_EQ(guessed(counter("time [UTC]", 1'772'362'800, 300)).since, CountedTime{}) << "a row every five minutes";
   EXPECT_EQ(guessed(counter("time [ms]", 1'772'362'800, 1)).since, std::nullopt);
 }
 
 TEST(Guess, AUnitThatAMapHasNotIsSaidBesideTheGuess) {
-  EXPECT_EQ(line_of(guessed_of("t [min],T,w\n0,20,1\n0.5,20,1\n1,20,1\n").text, "unit"),
-            "unit = \"s\"        # a guess by its steps, a map knows no \"min\"");
+  EXPECT_EQ(line_of(guessed_of("t [weeks],T,w\n0,20,1\n0.5,20,1\n1,20,1\n").text, "unit"),
+            "unit = \"s\"        # a guess by its steps, a map knows no \"weeks\"");
 }
 
 TEST(Guess, AUnitOfARateCountsAsAWholeOrIsAGuess) {
@@ -117,9 +119,8 @@ TEST(Guess, AUnitOfARateCountsAsAWholeOrIsAGuess) {
     const bool is_said = line_of(guess.text, "scale").find("a guess") != std::string::npos;
     return std::pair(guess.map.units[0].axes[0].scale, is_said);
   };
-  for (const char* name : {"gyro_x [mdps]", "gyro_x [mdeg/s]", "gyro_x [kdeg/s]", "gyro_x [0.01 deg/s]",
-                           "gyro_x (mrad/s)", "gyro_x [µrad/s]", "gyro_x_mdps", "gyro_x_100_dps", "gyro_x [deg/s/s]",
-                           "gyro_x_mrad", "gyro_x [deg/s] [raw]", "gyro_x"})
+  for (const char* name : {"gyro_x [kdeg/s]", "gyro_x_100_dps", "gyro_x [deg/s/s]", "gyro_x_mrad",
+                           "gyro_x [deg/s] [raw]", "gyro_x", "gyro_x [LSB]"})
     EXPECT_EQ(scale_of(name), std::pair(1., true)) << name;
   for (const char* name : {"gyro_x [dps]", "gyro_x [deg/s]", "gyro_x (°/s)", "gyro_x_dps", "gyro_x_deg_per_s",
                            "gyro_x dps", "gyro_x [ deg / s ]", "gyro_1x_dps"})
@@ -127,6 +128,13 @@ TEST(Guess, AUnitOfARateCountsAsAWholeOrIsAGuess) {
   for (const char* name : {"gyro_x [rad/s]", "gyro_x_radps", "sensor_combined.gyro_rad[0]"})
     EXPECT_NEAR(scale_of(name).first, 206264.806247, 1e-6) << name;
   EXPECT_EQ(scale_of("gyro_x [°/h]"), std::pair(1., false));
+  for (const char* name : {"gyro_x [mdps]", "gyro_x [mdeg/s]", "gyro_x_mdps", "gyro_x [0.001 deg/s]"})
+    EXPECT_NEAR(scale_of(name).first, 3.6, 1e-12) << name;
+  for (const char* name : {"gyro_x (mrad/s)", "gyro_x [1e-3 rad/s]"})
+    EXPECT_NEAR(scale_of(name).first, 206.264806247, 1e-9) << name;
+  EXPECT_NEAR(scale_of("gyro_x [µrad/s]").first, 0.206264806247, 1e-12);
+  EXPECT_NEAR(scale_of("gyro_x [0.01 deg/s]").first, 36, 1e-12);
+  EXPECT_NEAR(scale_of("gyro_x [°/min]").first, 60, 1e-12);
 }
 
 TEST(Guess, AThermometerThatIsNotInCelsiusIsCorrectedOrSaid) {
@@ -138,7 +146,18 @@ TEST(Guess, AThermometerThatIsNotInCelsiusIsCorrectedOrSaid) {
   for (const char* name : {"Temp [°C]", "T1 (degC)", "die T [C]", "temp_c", "temp_degC"})
     EXPECT_EQ(lines_of(name), "column = \"" + std::string(name) + "\"");
   EXPECT_EQ(lines_of("Temp [K]"), "column = \"Temp [K]\"\noffset = -273.15        # of kelvins");
-  for (const char* unit : {"°F", "mK", "m°C", "0.01 °C"})
+  const auto scale_of = [](const std::string& name) {
+    const auto column = guessed("t [s]," + name + ",gyro_x\n0,20,1\n1,20,1\n").thermometer_columns[0];
+    return std::pair(column.scale, column.offset);
+  };
+  for (const char* name : {"Temp [°F]", "T1 (degF)", "temp_f"}) {
+    EXPECT_NEAR(scale_of(name).first, 5.0 / 9, 1e-12) << name;
+    EXPECT_NEAR(scale_of(name).second, -160.0 / 9, 1e-12) << name;
+  }
+  EXPECT_EQ(scale_of("Temp [m°C]"), std::pair(1e-3, 0.));
+  EXPECT_EQ(scale_of("Temp [0.01 °C]"), std::pair(1e-2, 0.));
+  EXPECT_EQ(scale_of("Temp [mK]"), std::pair(1e-3, -273.15));
+  for (const char* unit : {"°R", "raw", "Ohm"})
     EXPECT_EQ(lines_of("Temp [" + std::string(unit) + "]"), "column = \"Temp [" + std::string(unit) +
                                                                 "]\"        # a guess, \"" + unit +
                                                                 "\" is not known: °C = number × scale + offset");
@@ -147,18 +166,170 @@ TEST(Guess, AThermometerThatIsNotInCelsiusIsCorrectedOrSaid) {
               "column = \"" + std::string(name) + "\"        # a guess that it is in °C: °C = number × scale + offset");
 }
 
-TEST(Guess, ADateApartFromTheTimeOfDayIsNoTime) {
-  const Guessed guess = guessed_of(
-      "Index,Date,Time,T1,gyro_x\n5,2026-03-01,12:00:00,20,1\n6,2026-03-01,12:00:01,20,1\n"
-      "7,2026-03-01,12:00:02,20,1\n8,2026-03-01,12:00:03,20,1\n");
-  EXPECT_EQ(guess.map.time->name, "Index");
-  EXPECT_EQ(guess.rows.time.size(), 4u) << "no row is left out";
-  const auto none = guess_map_of("Date,T1,gyro_x\n2026-03-01,20,1\n2026-03-01,20,1\n2026-03-01,20,1\n", "f").value();
-  EXPECT_EQ(line_of(none, "column", "[time]").rfind("column = \"T1\"", 0), 0u) << none;
-  EXPECT_EQ(none.find("out_of_order"), std::string::npos) << none;
-  EXPECT_EQ(guessed("time,T,w\n5,20,1\n5,20,1\n5,20,1\n6,20,1\n").interval, std::chrono::seconds(1))
-      << "most rows are not after the one before";
+TEST(Guess, JoinsDateAndTimeOfDay) {
+  for (const auto& [table, start_s] :
+       {std::pair("Index,Date,Time,T1,gyro_x\n5,2026-03-01,23:59:59,20,1\n6,2026-03-02,00:00:00,20,1\n"
+                  "7,2026-03-02,00:00:01,20,1\n8,2026-03-02,00:00:02,20,1\n",
+                  1772409599),
+        std::pair("Datum;Uhrzeit;T1;gyro_x\n01.03.2026;23:59:59;20;1\n02.03.2026;00:00:00;20;1\n"
+                  "02.03.2026;00:00:01;20;1\n02.03.2026;00:00:02;20;1\n",
+                  1772409599),
+        std::pair("Time\tDate\tT1\tgyro_x\n11:59:59 PM\t2026/03/01\t20\t1\n12:00:00 AM\t2026/03/02\t20\t1\n"
+                  "12:00:01 AM\t2026/03/02\t20\t1\n12:00:02 AM\t2026/03/02\t20\t1\n",
+                  1772409599)}) {
+    const Guessed guess = guessed_of(table);
+    ASSERT_EQ(guess.rows.time.size(), 4u) << guess.text;
+    EXPECT_EQ(guess.rows.time.back(), std::chrono::seconds(3));
+    EXPECT_EQ(guess.rows.utc.front(), std::chrono::seconds(start_s)) << guess.text;
+  }
+}
+
+TEST(Guess, PutsRowsOfTheSameTimeTogether) {
+  const Guessed guess = guessed_of("time,T,w\n5,20,1\n5,20,3\n5,20,5\n6,20,1\n");
+  EXPECT_EQ(guess.map.every, std::chrono::seconds(1)) << guess.text;
+  EXPECT_EQ(guess.rows.columns[1], (std::vector<double>{3, 1}));
   EXPECT_EQ(guessed("when,T,w\n2026-03-01,20,1\n2026-03-02,20,1\n").time_form, TimeForm::civil) << "a row a day";
+}
+
+TEST(Guess, AsksWhereNoColumnSaysTheTime) {
+  for (const char* table : {"T1,gyro_x\n20,1\n21,3\n20,2\n", "when,T1,gyro_x\nnever,20,1\nnever,20,2\nnever,20,1\n",
+                            "Date,T1,gyro_x\n2026-03-01,20,1\n2026-03-01,20,3\n2026-03-01,20,2\n"}) {
+    const auto map = guess_map_of(table, "f").value();
+    EXPECT_FALSE(parse_import_map(map, "f")) << map;
+    EXPECT_EQ(map.find("\ninterval"), std::string::npos) << map;
+  }
+}
+
+TEST(Guess, NamesATimeThatIsNotUnderstood) {
+  for (const char* time : {"2026-060 08:00:0", "1.3.26 8h0m", "Sun 08:00:0"}) {
+    std::string table = "Logged,T1,gyro_x\n";
+    for (int i = 0; i < 5; ++i) table += time + std::to_string(i) + ",20,1\n";
+    const auto map = guess_map_of(table, "f").value();
+    EXPECT_NE(map.find("\"Logged\" looks like a time"), std::string::npos) << map;
+    EXPECT_FALSE(parse_import_map(map, "f")) << map;
+  }
+}
+
+TEST(Guess, ShowsBothReadingsOfADate) {
+  for (const char* format : {"03/04/2026 08:00:0", "3/4/2026 8:00:0", "03-04-2026 08:00:0"}) {
+    std::string table = "Date,T1,gyro_x\n";
+    for (int i = 0; i < 5; ++i) table += format + std::to_string(i) + ",20,1\n";
+    const auto map = guess_map_of(table, "f").value();
+    EXPECT_NE(map.find("2026-04-03; which one"), std::string::npos) << map;
+    EXPECT_NE(map.find("2026-03-04; which one"), std::string::npos) << map;
+    EXPECT_FALSE(parse_import_map(map, "f")) << map;
+  }
+  EXPECT_EQ(guessed("Date,T1,w\n12/03/2026 23:59:59,20,1\n13/03/2026 00:00:00,20,1\n").date_order,
+            DateOrder::day_first);
+  EXPECT_EQ(
+      guessed("Date,T1,w\n03/08/2026 23:59:58,20,1\n03/08/2026 23:59:59,20,1\n03/09/2026 00:00:00,20,1\n").date_order,
+      DateOrder::month_first)
+      << "by the other reading a month lies between two rows";
+}
+
+TEST(Guess, KnowsUnitsAndSerialDates) {
+  const auto unit_of = [](const std::string& title, double first, double step, int digits) {
+    std::string table = title + ";T1 [°C];Gyro [°/h]\n";
+    for (int i = 0; i < 20; ++i) table += fmt::format("{:.{}f};20;1\n", first + step * i, digits);
+    const Guessed guess = guessed_of(table);
+    EXPECT_EQ(guess.rows.time.size(), 20u) << guess.text;
+    return std::pair(std::llround(to_seconds(guess.rows.time.back())),
+                     guess.rows.utc.front() ? std::llround(to_seconds(*guess.rows.utc.front())) : -1LL);
+  };
+  constexpr long long kUnknown = -1;
+  EXPECT_EQ(unit_of("Time [min]", 0, 1.0 / 6, 5), std::pair(190LL, kUnknown));
+  EXPECT_EQ(unit_of("t (hours)", 3, 0.5, 2), std::pair(34200LL, kUnknown));
+  EXPECT_EQ(unit_of("Elapsed [d]", 0, 1, 0), std::pair(1641600LL, kUnknown));
+  EXPECT_EQ(unit_of("Date", 46082 + 1 / 3., 10 / 86400., 8), std::pair(190LL, 1772352000LL));
+  EXPECT_EQ(unit_of("Zeit", 740042.25, 10 / 86400., 8), std::pair(190LL, 1772344800LL));
+  EXPECT_EQ(unit_of("X_Value", 3855192000, 10, 0), std::pair(190LL, 1772347200LL));
+}
+
+TEST(Guess, TellsSecondsFromMillisecondsByThePaceOfTheOven) {
+  const auto unit_of = [](const std::string& title, int step, double kelvins) {
+    std::string table = title + ",T1 [degC],gyro_x\n";
+    for (int i = 0; i < 400; ++i) table += fmt::format("{},{:.3f},1\n", step * i, 20 + kelvins * i / 400);
+    return guess_map_of(table, "f").value();
+  };
+  for (const int step : {10, 30, 60}) {
+    const auto map = unit_of("Time", step, 60);
+    EXPECT_NE(map.find("unit = \"s\"        # a guess"), std::string::npos) << map;
+  }
+  EXPECT_NE(unit_of("timestamp", 12, 1).find("unit = \"ms\"        # a guess"), std::string::npos);
+  const auto flat = unit_of("Time", 10, 0);
+  EXPECT_FALSE(parse_import_map(flat, "f")) << flat;
+  EXPECT_NE(flat.find("1 h 06 min 30 s; which one"), std::string::npos) << flat;
+}
+
+TEST(Guess, FindsTheHeaderBehindWhatStandsBefore) {
+  const std::string rows = "0,20.5,1.5\n10,20.6,1.25\n20,20.7,1.125\n";
+  for (const std::string before :
+       {"Instrument: 34970A\nSerial: 42\n\nTime [s],T1 [°C],Gyro [°/h]\n",
+        "\"TOA5\",\"CR1000\",\"x\",\"1234\"\n\"Time\",\"T1 degC\",\"Gyro_dph\"\n\"s\",\"Deg "
+        "C\",\"deg/h\"\n\"\",\"Avg\",\"Smp\"\n",
+        "Title,,\nOwner: lab 3,,\nTime [s],T1 [°C],Gyro [°/h]\n", "\"Time\n[s]\",\"T1\n[°C]\",\"Gyro [°/h]\"\n",
+        "# Time [s],T1 [°C],Gyro [°/h]\n", "Time [s],T1 [°C],Gyro [°/h],Comment\n"}) {
+    const Guessed guess = guessed_of(before + rows);
+    ASSERT_EQ(guess.rows.time.size(), 3u) << guess.text;
+    EXPECT_EQ(guess.rows.time.back(), std::chrono::seconds(20)) << guess.text;
+    EXPECT_EQ(guess.rows.columns, (std::vector<std::vector<double>>{{20.5, 20.6, 20.7}, {1.5, 1.25, 1.125}}));
+  }
+}
+
+TEST(Guess, TakesNoNumberForAMissingValue) {
+  const auto read = [](const std::string& cells) {
+    const Guessed guess = guessed_of("t [s];T1 [°C];w [°/h]\n" + cells);
+    EXPECT_TRUE(guess.map.missing.empty()) << guess.text;
+    return guess.rows.columns[1];
+  };
+  EXPECT_EQ(read("0;20;998\n1;20;999\n2;20;1,000\n3;20;1,001\n"), (std::vector<double>{998, 999, 1000, 1001}));
+  EXPECT_EQ(read("0;20,5;1.998,5\n1;20,5;1.999,5\n2;20,5;2.000,25\n"), (std::vector<double>{1998.5, 1999.5, 2000.25}));
+  EXPECT_EQ(read("0;20;1 998.5\n1;20;1 999.5\n2;20;2 000.5\n"), (std::vector<double>{1998.5, 1999.5, 2000.5}));
+  EXPECT_EQ(read("0;20;\xE2\x88\x92"
+                 "1.5\n1;20;0.5\n2;20;\xE2\x80\x93"
+                 "2\n"),
+            (std::vector<double>{-1.5, 0.5, -2}));
+  EXPECT_EQ(read("0;20;1.5 °/h\n1;20;-0.5 °/h\n2;20;2 °/h\n"), (std::vector<double>{1.5, -0.5, 2}));
+  const Guessed marked = guessed_of("t [s],T1,w\n0,20,1\n1,#DIV/0!,2\n2,---,3\n3,20,1.#QNAN\n4,20,5\n");
+  EXPECT_EQ(marked.map.missing, (std::vector<std::string>{"#DIV/0!", "---", "1.#QNAN"}));
+}
+
+TEST(Guess, LeavesOutDamagedLinesAndSaysHowMany) {
+  for (const std::string damage : {"5,20\n", "t [s],T1,w\n", "5,2x.5,1\n", "5,20,16,20,1\n"}) {
+    const Guessed guess = guessed_of("t [s],T1,w\n0,20,1\n1,21,2\n" + damage + "2,22,3\n3,23,4\n");
+    EXPECT_TRUE(guess.map.leaves_out_damaged) << damage << guess.text;
+    EXPECT_EQ(guess.rows.columns[0], (std::vector<double>{20, 21, 22, 23})) << damage;
+    ASSERT_EQ(guess.rows.notes.size(), 1u);
+    EXPECT_EQ(guess.rows.notes[0].rfind("1 line cannot be read and was left out; the first: f:4:", 0), 0u);
+  }
+}
+
+TEST(Guess, CallsColumnsOfEqualNamesByTheirNumbers) {
+  const Guessed guess = guessed_of("t [s],Temp,Temp,,w\n0,20,30,40,1\n1,21,31,41,2\n2,22,32,42,3\n");
+  EXPECT_EQ(guess.rows.columns[0], (std::vector<double>{20, 21, 22})) << guess.text;
+  EXPECT_EQ(guess.rows.columns[1], (std::vector<double>{30, 31, 32})) << guess.text;
+}
+
+TEST(Guess, HasAWayOutForEachKindOfClock) {
+  const auto text_of = [](const std::string& title, const std::vector<double>& times) {
+    std::string table = title + ",T1,w\n";
+    for (const double time : times) table += fmt::format("{:.0f},20,1\n", time);
+    return guessed_of(table);
+  };
+  std::vector<double> wrapped, restarted, glitch;
+  for (int i = 0; i < 200; ++i) {
+    wrapped.push_back(std::fmod(4.2e9 + 1e6 * i, 4294967296.0));
+    restarted.push_back(i < 100 ? i : i - 100);
+    glitch.push_back(i == 50 ? 1e6 : i);
+  }
+  const Guessed counter = text_of("micros", wrapped);
+  EXPECT_EQ(counter.rows.time.back(), std::chrono::seconds(199)) << counter.text;
+  const Guessed again = text_of("t [s]", restarted);
+  EXPECT_EQ(again.rows.time.size(), 200u) << again.text;
+  EXPECT_EQ(again.rows.time.back(), std::chrono::seconds(199));
+  const Guessed one = text_of("t [s]", glitch);
+  EXPECT_EQ(one.rows.time.size(), 199u) << one.text;
+  EXPECT_EQ(one.rows.time.back(), std::chrono::seconds(199));
 }
 
 TEST(Guess, AHeaderInLatin1IsFoundAgain) {
@@ -194,7 +365,7 @@ TEST(Guess, WithoutAHeaderColumnsAreNumbers) {
 }
 
 TEST(Guess, TimeThatGoesBackIsSeen) {
-  EXPECT_TRUE(guessed("time,T,w\n0,20,1\n2,20,1\n1,20,1\n3,20,1\n").skips_out_of_order);
+  EXPECT_EQ(guessed("time,T,w\n0,20,1\n2,20,1\n1,20,1\n3,20,1\n").out_of_order, OutOfOrder::skip);
 }
 
 TEST(Guess, LogsAreKnownByTheirFirstBytes) {
@@ -203,6 +374,7 @@ TEST(Guess, LogsAreKnownByTheirFirstBytes) {
   px4.format("sensor_baro:uint64_t timestamp;float temperature;")
       .subscribe(0, "sensor_baro")
       .subscribe(1, "sensor_gyro");
+  px4.data(0, little(std::uint64_t{900}) + little(25.F));
   px4.data(1, little(std::uint64_t{1000}) + little(1.F) + little(2.F) + little(3.F) + little(30.F));
   const ImportMap map = guessed(px4.text());
   EXPECT_EQ(map.format, FileFormat::ulog);
@@ -214,6 +386,55 @@ TEST(Guess, LogsAreKnownByTheirFirstBytes) {
   ardupilot.format(9, "IMU", "Qfff", "TimeUS,GyrX,GyrY,T", 23);
   ardupilot.message(9, little(std::uint64_t{1000}) + little(1.F) + little(2.F) + little(30.F));
   EXPECT_EQ(guessed(ardupilot.text()).axis_columns.size(), 2u);
+}
+
+TEST(Guess, TakesThePublishedRawRatesOfALog) {
+  const auto log_of = [](const std::vector<std::string>& published) {
+    UlogText log;
+    log.format("estimator_sensor_bias:uint64_t timestamp;float[3] gyro_bias;");
+    log.format("optical_flow:uint64_t timestamp;float gyro_x_rate_integral;");
+    log.format(
+        "sensor_combined:uint64_t timestamp;float[3] gyro_rad;uint32_t gyro_integral_dt;uint8_t "
+        "gyro_calibration_count;");
+    log.format("sensor_gyro:uint64_t timestamp;float x;float y;float z;float temperature;");
+    log.subscribe(1, "estimator_sensor_bias").subscribe(2, "optical_flow").subscribe(3, "sensor_combined");
+    log.subscribe(4, "sensor_gyro").subscribe(5, "sensor_gyro", 1);
+    for (unsigned i = 0; i < 5; ++i) {
+      const auto time = little(std::uint64_t{1'000'000} * i);
+      for (const auto& name : published) {
+        const auto three = little(1.F) + little(2.F) + little(3.F);
+        if (name == "bias") log.data(1, time + three);
+        if (name == "combined") log.data(3, time + three + little(std::uint32_t{4000}) + '\1');
+        if (name == "gyro") log.data(4, time + three + little(30.F));
+        if (name == "gyro1") log.data(5, time + three + little(31.F));
+      }
+    }
+    return guessed_of(log.text());
+  };
+  const Guessed two = log_of({"bias", "combined", "gyro", "gyro1"});
+  ASSERT_EQ(two.map.units.size(), 2u) << two.text;
+  EXPECT_EQ(two.map.axis_columns[0].name, "sensor_gyro.x");
+  EXPECT_EQ(two.map.axis_columns[5].name, "sensor_gyro[1].z");
+  EXPECT_EQ(two.map.units[0].gradients, std::vector<std::string>{"sensor_gyro.temperature"});
+  EXPECT_EQ(channels_of(two.map, "")[1].unit_under_test, "imu1") << "each with its own temperature";
+  const Guessed combined = log_of({"bias", "combined"});
+  ASSERT_EQ(combined.map.axis_columns.size(), 3u) << combined.text;
+  EXPECT_EQ(combined.map.axis_columns[2].name, "sensor_combined.gyro_rad[2]");
+  const Guessed second = log_of({"bias", "gyro1"});
+  EXPECT_EQ(second.map.axis_columns.front().name, "sensor_gyro[1].x");
+}
+
+TEST(Guess, NamesFormatsThatAreNotRead) {
+  for (const auto& [bytes, said] :
+       {std::pair(std::string("\x1F\x8B\x08\0", 4), "gzip"), std::pair(std::string("PK\x03\x04 log.csv"), "zip"),
+        std::pair(std::string("PK\x03\x04 [Content_Types].xml"), "xlsx"),
+        std::pair(std::string("MATLAB 5.0 MAT-file, Platform"), "MATLAB"),
+        std::pair(std::string("MDF     4.10"), "MDF"), std::pair(std::string("TDSm"), "TDMS"),
+        std::pair(std::string("PAR1"), "Parquet")}) {
+    const auto map = guess_map_of(bytes, "f");
+    ASSERT_FALSE(map);
+    EXPECT_NE(map.error().what.find(said), std::string::npos) << map.error().what;
+  }
 }
 
 TEST(Guess, WhatIsNoTableIsRefused) {

@@ -78,7 +78,7 @@ TEST(ImportMap, EveryMistakeIsNamedWithItsPlace) {
            Case{"gyrotherm-import/1", "gyrotherm-import/2", "map.toml:1:"},
            Case{"separator = \";\"", "separator = \"|\"", "map.toml:4:"},
            Case{"skip = 1", "skip = -1", "map.toml:6:"},
-           Case{"unit = \"ms\"", "unit = \"min\"", "map.toml:9:"},
+           Case{"unit = \"ms\"", "unit = \"weeks\"", "map.toml:9:"},
            Case{"column = \"t\"\nunit = \"ms\"", "interval = \"0 s\"", "map.toml:8:"},
            Case{"name = \"die\"", "name = \"slot\"", "map.toml:11:"},
            Case{"scale = 0.5", "scale = 0", "map.toml:13:"},
@@ -206,6 +206,30 @@ scale = 206264.806247
   EXPECT_FALSE(map->time);
   EXPECT_FALSE(parse_import_map(replaced(log, "every", "column = \"t\"\nevery"), "map.toml"));
   EXPECT_FALSE(parse_import_map(replaced(log, "\"rate\"", "\"increment\""), "map.toml"));
+}
+
+TEST(ImportMap, GivesEachThermometerToItsUnit) {
+  const auto owners = [](const std::string& units) {
+    const auto map = parse_import_map(
+        "schema = \"gyrotherm-import/1\"\nname = \"m\"\n[file]\n[time]\ninterval = \"1 s\"\n"
+        "[[thermometer]]\nname = \"A\"\ncolumn = \"A\"\n[[thermometer]]\nname = \"B\"\ncolumn = \"B\"\n" +
+            units,
+        "m.toml");
+    EXPECT_TRUE(map) << text(map.error());
+    std::vector<std::string> found;
+    for (const auto& channel : channels_of(*map, "")) found.push_back(channel.unit_under_test);
+    return found;
+  };
+  const auto unit = [](const std::string& name, const std::string& thermometers) {
+    return "[[gyro]]\nname = \"" + name + "\"\n" + thermometers + "[[gyro.axis]]\nname = \"x\"\ncolumn = \"" + name +
+           "\"\nkind = \"rate\"\nscale = 1\n";
+  };
+  using Owners = std::vector<std::string>;
+  EXPECT_EQ(owners("[gyro]\ncolumn = \"w\"\nkind = \"rate\"\nscale = 1\n"), (Owners{"gyro", "gyro"}));
+  EXPECT_EQ(owners(unit("imu", "")), (Owners{"imu", "imu"}));
+  EXPECT_EQ(owners(unit("a", "") + unit("b", "")), (Owners{"", ""})) << "they serve both";
+  EXPECT_EQ(owners(unit("a", "thermometers = [\"A\"]\n") + unit("b", "thermometers = [\"A\", \"B\"]\n")),
+            (Owners{"", "b"}));
 }
 
 }  // namespace

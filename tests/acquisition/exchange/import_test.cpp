@@ -50,7 +50,8 @@ TEST(Import, MakesAFinishedRecordThatTellsItIsForeign) {
   EXPECT_EQ(record.units[0].rotation[0], (std::vector<double>{1.25, 1.5, 1, 1})) << "stored as it is in the file";
   EXPECT_EQ(record.units[0].interval_s, (std::vector<double>{1, 1, 1, 1}));
   EXPECT_TRUE(std::isnan(record.set_point_c[0]) && std::isnan(record.chamber_air_c[0]));
-  ASSERT_EQ(record.events.size(), 1u);
+  ASSERT_EQ(record.events.size(), 2u);
+  EXPECT_EQ(record.events[1].event.text, "values of the file: die: 4 values, 20 to 23 °C; gyro: 4 values, 2 to 3 °/h");
   EXPECT_EQ(record.events[0].slot, 3);
   EXPECT_EQ(record.events[0].event.text, "1 gaps longer than 10 s, 28 s in all; the first, of 28 s, after row 2");
   EXPECT_TRUE(read_status(folder / "run.db")->finished);
@@ -122,7 +123,7 @@ TEST(Import, PutsMoreRowsIntoTheRecordThanATransactionHas) {
   const Record record = read_record(folder / "run.db").value();
   ASSERT_EQ(record.slot.size(), 250'000u);
   EXPECT_EQ(record.units[0].rotation[0][249'999], 249'999 % 7);
-  EXPECT_TRUE(record.events.empty());
+  EXPECT_EQ(record.events.size(), 2u) << "the die is always 20.5 °C, and the values";
 }
 
 }  // namespace

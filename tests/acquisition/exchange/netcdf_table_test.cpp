@@ -2,7 +2,9 @@
 #include "acquisition/exchange/netcdf_table.hpp"
 
 #include <gtest/gtest.h>
+#include <netcdf.h>
 
+#include <cmath>
 #include <fstream>
 #include <random>
 
@@ -75,6 +77,76 @@ TEST(NetcdfTable, ReadsOrRefusesDamagedFiles) {
       EXPECT_EQ(read.error().kind, FaultKind::bad_file) << "seed " << seed;
     }
   }
+}
+
+/// A file of three rows with the attributes that CF has for validity and units.
+struct CfFile {
+  std::vector<std::pair<std::string, std::vector<double>>> valid{};
+  std::string temperature_units{}, rate_units{};
+
+  [[nodiscard]] std::string written(const std::string& path) const {
+    int file = 0, rows = 0, time = 0, temperature = 0, rate = 0;
+    const double times[] = {0, 1, 2}, temperatures[] = {20, 999, -999}, rates[] = {1, 2, 3};
+    EXPECT_EQ(nc_create(path.c_str(), NC_CLOBBER, &file), NC_NOERR);
+    nc_def_dim(file, "time", 3, &rows);
+    nc_def_var(file, "t", NC_DOUBLE, 1, &rows, &time);
+    nc_def_var(file, "T", NC_DOUBLE, 1, &rows, &temperature);
+    nc_def_var(file, "w", NC_DOUBLE, 1, &rows, &rate);
+    nc_put_att_text(file, time, "units", 7, "seconds");
+    for (const auto& [name, bounds] : valid)
+      nc_put_att_double(file, temperature, name.c_str(), NC_DOUBLE, bounds.size(), bounds.data());
+    if (!temperature_units.empty())
+      nc_put_att_text(file, temperature, "units", temperature_units.size(), temperature_units.c_str());
+    if (!rate_units.empty()) nc_put_att_text(file, rate, "units", rate_units.size(), rate_units.c_str());
+    nc_enddef(file);
+    nc_put_var_double(file, time, times);
+    nc_put_var_double(file, temperature, temperatures);
+    nc_put_var_double(file, rate, rates);
+    nc_close(file);
+    return path;
+  }
+};
+
+Result<std::vector<double>> temperatures_of(const CfFile& file, double scale = 1, double offset = 0, double rate = 1) {
+  const tests::TestFolder folder;
+  ImportMap map = netcdf_map();
+  map.thermometer_columns[0] = {{"T"}, scale, offset, {}};
+  map.axis_columns[0] = {"w"};
+  map.units[0].axes[0].kind = record::GyroKind::rate;
+  map.units[0].axes[0].scale = rate;
+  std::vector<double> read;
+  const auto done = read_netcdf(file.written(folder / "cf.nc"), map, [&](const ForeignRow& row) -> Result<void> {
+    read.push_back(row.numbers[0]);
+    return {};
+  });
+  return done ? Result<std::vector<double>>(read) : failure(done.error());
+}
+
+TEST(NetcdfTable, TakesNumbersOutsideOfTheValidRangeForMissing) {
+  const auto is_missing = [](const CfFile& file) {
+    const auto read = temperatures_of(file);
+    EXPECT_TRUE(read) << text(read.error());
+    std::vector<bool> missing;
+    for (const double number : read.value_or(std::vector<double>{})) missing.push_back(std::isnan(number));
+    return missing;
+  };
+  EXPECT_EQ(is_missing({.valid = {{"valid_range", {-60, 120}}}}), (std::vector<bool>{false, true, true}));
+  EXPECT_EQ(is_missing({.valid = {{"valid_max", {120}}}}), (std::vector<bool>{false, true, false}));
+  EXPECT_EQ(is_missing({.valid = {{"valid_min", {-60}}}}), (std::vector<bool>{false, false, true}));
+  EXPECT_EQ(is_missing({}), (std::vector<bool>{false, false, false}));
+}
+
+TEST(NetcdfTable, ComparesUnitsWithTheMap) {
+  for (const char* units : {"K", "kelvin", "degree_F"}) {
+    const auto read = temperatures_of({.temperature_units = units});
+    ASSERT_FALSE(read) << units;
+    EXPECT_NE(read.error().what.find("expected scale"), std::string::npos) << text(read.error());
+  }
+  EXPECT_TRUE(temperatures_of({.temperature_units = "K"}, 1.01, -272.6)) << "calibrated";
+  EXPECT_TRUE(temperatures_of({.temperature_units = "degree_Celsius"}));
+  for (const char* units : {"rad s-1", "deg/s", "mdps"}) EXPECT_FALSE(temperatures_of({.rate_units = units})) << units;
+  EXPECT_TRUE(temperatures_of({.rate_units = "rad s-1"}, 1, 0, 206264.8));
+  EXPECT_TRUE(temperatures_of({.rate_units = "counts"}));
 }
 
 }  // namespace

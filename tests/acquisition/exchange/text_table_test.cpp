@@ -64,17 +64,20 @@ TEST(TextTable, NamesThePlaceOfEveryKindOfBadInput) {
            Case{"", "f:0:1: the file ends, expected a header"},
            Case{"t,T,w\n", "f:1:1: the file ends, expected at least one row"},
            Case{"t,T\n1,2\n", "f:1:1: no column \"w\", expected one of: \"t\", \"T\""},
-           Case{"t,T,w,T \n1,2,3,4\n", "f:1:7: a second column \"T\", expected one"},
+           Case{"t,T,w,T \n1,2,3,4\n", "f:1:7: a second column \"T\", expected one, or column_number = 2 in the map"},
            Case{"t,T,w\n1,2\n", "f:2:1: 2 fields, expected 3"},
            Case{"t,T,w\n1,2,3,4\n", "f:2:1: 4 fields, expected 3"},
-           Case{"t,T,w\n1,2,3\n2,nan,3\n", "f:3:3: \"nan\", expected a number, or missing = [\"nan\"] in [file]"},
-           Case{"t,T,w\n1,2,inf\n", "f:2:5: \"inf\", expected a number, or missing = [\"inf\"] in [file]"},
-           Case{"t,T,w\n1,2,1e999\n", "f:2:5: \"1e999\", expected a number"},
-           Case{"t,T,w\n1,,3\n", "f:2:3: \"\", expected a number, or missing = [\"\"] in [file]"},
-           Case{"t,T,w\n1,2,3x\n", "f:2:5: \"3x\", expected a number"},
-           Case{"t,T,w\n1,2,0x10\n", "f:2:5: \"0x10\", expected a number"},
-           Case{"t,T,w\n1,\"2,5\",3\n", "f:2:3: \"2,5\", expected a number with a decimal point"},
-           Case{"t,T,w\n,2,3\n", "f:2:1: \"\", expected a number"},
+           Case{"t,T,w\n1,2,3\n2,nan,3\n",
+                "f:3:3: \"nan\" in column \"T\", expected a number, or missing = [\"nan\"] in [file]"},
+           Case{"t,T,w\n1,2,inf\n",
+                "f:2:5: \"inf\" in column \"w\", expected a number, or missing = [\"inf\"] in [file]"},
+           Case{"t,T,w\n1,2,1e999\n", "f:2:5: \"1e999\" in column \"w\", expected a number"},
+           Case{"t,T,w\n1,,3\n", "f:2:3: \"\" in column \"T\", expected a number, or missing = [\"\"] in [file]"},
+           Case{"t,T,w\n1,2,3x\n",
+                "f:2:5: \"3x\" in column \"w\", expected a number, or cell_units = [\"x\"] in [file]"},
+           Case{"t,T,w\n1,2,0x10\n", "f:2:5: \"0x10\" in column \"w\", expected a number"},
+           Case{"t,T,w\n1,\"2,5\",3\n", "f:2:3: \"2,5\" in column \"T\", expected a number with a decimal point"},
+           Case{"t,T,w\n,2,3\n", "f:2:1: \"\" in column \"t\", expected a number"},
            Case{"t,T,w\rn0,2,3\n", "f:1:6: a carriage return within the line, expected lines that end with LF or CRLF"},
            Case{"t,T,w\n1,\"2,3\n", "f:2:3: a quote is not closed, expected \" before the end of the line"},
            Case{"t,T,w\n1,\"2\"5,3\n", "f:2:6: text after a closing quote, expected a separator"},
@@ -146,7 +149,7 @@ TEST(TextTable, FieldsThatStandForAMissingValueAreNoNumbers) {
   EXPECT_EQ(rows->columns[0][2], 20);
   EXPECT_EQ(rows->columns[1][0], 3);
   EXPECT_TRUE(std::isnan(rows->columns[1][1]) && std::isnan(rows->columns[1][2]));
-  EXPECT_EQ(text(rows_of("t,T,w\n,1,2\n", map, "f").error()), "f:2:1: \"\", expected a number")
+  EXPECT_EQ(text(rows_of("t,T,w\n,1,2\n", map, "f").error()), "f:2:1: \"\" in column \"t\", expected a number")
       << "a row without a time is none, and missing = [\"\"] does not help it";
   map.missing = {"ü", "a \"b\""};
   EXPECT_TRUE(rows_of("t,T,w\n0,\xFC,ü\n1,\"a \"\"b\"\"\",2\n", map, "f")) << "in Latin-1, with quotes";
@@ -156,7 +159,7 @@ TEST(TextTable, AMistakenDecimalCommaIsToldWhereTheMapCanHaveOne) {
   ImportMap map = rate_map();
   map.separator = ';';
   EXPECT_EQ(text(rows_of("t;T;w\n1;2,5;3\n", map, "f").error()),
-            "f:2:3: \"2,5\", expected a number with a decimal point, or decimal = \",\" in [file]");
+            "f:2:3: \"2,5\" in column \"T\", expected a number with a decimal point, or decimal = \",\" in [file]");
 }
 
 TEST(TextTable, QuotesMayStandBehindBlanksAndBetweenThem) {
@@ -196,7 +199,7 @@ TEST(TextTable, NumbersMayHaveADecimalComma) {
   EXPECT_EQ(rows->columns[0], (std::vector<double>{20.5, 21}));
   EXPECT_EQ(rows->columns[1], (std::vector<double>{-12.5, 3}));
   EXPECT_EQ(text(rows_of("t;T;w\n0;20.5;1\n", map, "f").error()),
-            "f:2:3: \"20.5\", expected a number with a decimal comma");
+            "f:2:3: \"20.5\" in column \"T\", expected a number with a decimal comma");
 }
 
 TEST(TextTable, TimesOfTheCalendarHaveAZone) {
@@ -223,7 +226,7 @@ TEST(TextTable, TimesOfTheCalendarHaveAZone) {
 
 TEST(TextTable, NumbersOfTimeMayCountFromAnInstant) {
   ImportMap map = rate_map();
-  map.since = Duration{};
+  map.since = CountedTime{};
   const auto rows = rows_of("t,T,w\n1772362800000,20,3\n1772362801000,20,3\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
   EXPECT_EQ(rows->utc[1], std::chrono::seconds(1772362801));
@@ -233,7 +236,7 @@ TEST(TextTable, NumbersOfTimeMayCountFromAnInstant) {
 
 TEST(TextTable, TimesOfManyDigitsKeepAllOfThem) {
   ImportMap map = rate_map();
-  map.since = Duration{};
+  map.since = CountedTime{};
   const auto times_of = [&](const std::string& column, Duration unit) {
     map.time_unit = unit;
     const auto rows = rows_of("t,T,w\n" + column, map, "f");
@@ -276,11 +279,11 @@ TEST(TextTable, AHeaderThatIsNoUtf8IsLatin1) {
 
 TEST(TextTable, RowsOutOfOrderMayBeLeftOut) {
   ImportMap map = rate_map();
-  map.skips_out_of_order = true;
+  map.out_of_order = OutOfOrder::skip;
   const auto rows = rows_of("t,T,w\n0,1,2\n10,1,3\n5,1,4\n10,1,5\n20,1,6\n", map, "f");
   ASSERT_TRUE(rows) << text(rows.error());
-  EXPECT_EQ(rows->columns[1], (std::vector<double>{2, 3, 6}));
-  EXPECT_EQ(rows->notes, Notes{"2 rows whose time was not after the row before were left out"});
+  EXPECT_EQ(rows->columns[1], (std::vector<double>{2, 4, 5, 6}));
+  EXPECT_EQ(rows->notes, Notes{"1 rows whose time was not after the row before were left out"});
 }
 
 }  // namespace

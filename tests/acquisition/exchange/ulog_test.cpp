@@ -184,6 +184,82 @@ TEST(Ulog, WhatIsDamagedIsPassedOverAndTold) {
                    "1 messages are damaged and were left out", "the log ends within a message, 5 bytes of it"}));
 }
 
+/// A log of 200 messages, and where each begins.
+std::pair<std::string, std::vector<std::size_t>> long_log() {
+  UlogText log = two_series();
+  std::vector<std::size_t> begins;
+  for (unsigned i = 0; i < 200; ++i) {
+    begins.push_back(log.text().size());
+    log.data(0, gyro(1'000'000ull * i, static_cast<float>(i), 30));
+  }
+  return {log.text(), begins};
+}
+
+TEST(Ulog, GoesOnBehindDamage) {
+  for (const std::string& damage :
+       {std::string(512, '\0'), std::string(512, '\xFF'), std::string(100, 'D'), std::string("x")}) {
+    auto [log, begins] = long_log();
+    log.replace(begins[100] + 5, damage.size(), damage);
+    const std::size_t touched = (damage.size() + 4) / (begins[1] - begins[0]) + 1;
+    const auto rows = rows_of(log, ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
+    ASSERT_TRUE(rows) << text(rows.error());
+    EXPECT_GE(rows->time.size(), 200 - touched - 1) << damage.size();
+    EXPECT_EQ(rows->columns[1].back(), 199);
+    if (damage.size() == 1) continue;
+    for (const double temperature : rows->columns[0])
+      EXPECT_EQ(temperature, 30) << "what damage follows is not believed";
+  }
+}
+
+TEST(Ulog, GoesOnWhereBytesAreMissingOrTooMany) {
+  for (const int shift : {-310, -7, 5, 400}) {
+    auto [log, begins] = long_log();
+    if (shift < 0)
+      log.erase(begins[50] + 3, static_cast<std::size_t>(-shift));
+    else
+      log.insert(begins[50] + 3, std::string(static_cast<std::size_t>(shift), '\x7A'));
+    const auto rows = rows_of(log, ulog_map("sensor_gyro.x", "sensor_gyro.temperature"), "f");
+    ASSERT_TRUE(rows) << text(rows.error());
+    EXPECT_GE(rows->time.size(), 184u) << shift;
+    EXPECT_EQ(rows->columns[1].back(), 199);
+    EXPECT_FALSE(rows->notes.empty());
+  }
+}
+
+TEST(Ulog, TakesStampsSince1970) {
+  for (const std::uint64_t start : {1'772'352'000'000'000ull, 1'000'000'000'000'000ull, 4'000'000'000'000'000ull}) {
+    UlogText log = two_series();
+    log.data(1, baro(start - 3'000'000, 20));
+    for (unsigned i = 0; i < 5; ++i)
+      log.data(0, gyro(start + 1'000'000ull * i, 1, 30)).data(1, baro(start + 1'000'000ull * i, 21));
+    log.data(0, gyro(17, 9, 9));
+    ImportMap map = ulog_map();
+    map.every = seconds(1);
+    const auto rows = rows_of(log.text(), map, "f");
+    ASSERT_TRUE(rows) << text(rows.error());
+    ASSERT_EQ(rows->time.size(), 6u);
+    EXPECT_EQ(rows->time.back(), seconds(7));
+    EXPECT_EQ(rows->utc.back(), microseconds(start + 4'000'000));
+    EXPECT_EQ(rows->notes, Notes{"1 messages are damaged and were left out"});
+  }
+}
+
+TEST(Ulog, TakesTopicsThatComeLate) {
+  for (const unsigned late : {1u, 3u, 4u}) {
+    UlogText log = two_series();
+    for (unsigned i = 0; i < 20; ++i) {
+      log.data(0, gyro(1'000'000ull * i, static_cast<float>(i), 30));
+      if (i >= late) log.data(1, baro(1'000'000ull * (i - late), static_cast<float>(20 + i - late)));
+    }
+    ImportMap map = ulog_map();
+    map.every = seconds(1);
+    const auto rows = rows_of(log.text(), map, "f");
+    ASSERT_TRUE(rows) << text(rows.error());
+    EXPECT_EQ(rows->columns[0][3], 23);
+    EXPECT_EQ(rows->columns[1][3], 3);
+  }
+}
+
 TEST(Ulog, GoesOnWhereDataWereAppendedAfterACrash) {
   const auto log_with = [](std::uint64_t offset) {
     UlogText log;

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/channel_summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "acquisition/record/row.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::exchange {
+
+namespace {
+
+constexpr double kAbsoluteZero_c = -273.15, kHottest_c = 5000, kFastest_deg_per_h = 1e8, kOverload = 1e30;
+
+/// Numbers that sensors and loggers send where they have no value: DS18B20 without an answer, thermocouple units that
+/// are open, loggers.
+bool is_known_sentinel(double number) {
+  static constexpr std::array kSentinels{-127.0,   -999.0,  -999.9,  -99.9,  -99.99, -9999.0, 999.0,
+                                         999.9,    9999.0,  8888.0,  850.0,  1370.0, 3276.7,  327.67,
+                                         -32768.0, 32767.0, 65535.0, -200.0, -273.0};
+  return std::ranges::find(kSentinels, number) != kSentinels.end();
+}
+
+std::string quoted_texts(const MissingTexts& texts) {
+  std::string list;
+  for (const auto& [text, count] : texts)
+    list += fmt::format("{}\"{}\" {}", list.empty() ? "" : ", ", plain(text), count);
+  return list;
+}
+
+}  // namespace
+
+std::string in_words(const ChannelSummary& channel) {
+  std::string text = fmt::format("{}: {} values", channel.name, channel.values);
+  if (channel.values > 0) text += fmt::format(", {:.6g} to {:.6g} {}", channel.least, channel.greatest, channel.unit);
+  if (channel.missing > 0) text += fmt::format(", {} missing", channel.missing);
+  if (!channel.missing_texts.empty()) text += fmt::format(" ({})", quoted_texts(channel.missing_texts));
+  if (channel.outside > 0) text += fmt::format(", {} of them outside of its valid range", channel.outside);
+  return text;
+}
+
+void ChannelTally::Extremes::push(double number, double sign) {
+  const auto end = numbers.begin() + static_cast<std::ptrdiff_t>(size);
+  const auto place = std::find_if(numbers.begin(), end, [&](double other) { return sign * number <= sign * other; });
+  const auto at = static_cast<std::size_t>(place - numbers.begin());
+  if (place != end && *place == number) {
+    ++counts[at];
+    return;
+  }
+  if (at == kExtremes) return;
+  size = std::min(size + 1, kExtremes);
+  for (std::size_t i = size - 1; i > at; --i) {
+    numbers[i] = numbers[i - 1];
+    counts[i] = counts[i - 1];
+  }
+  numbers[at] = number;
+  counts[at] = 1;
+}
+
+ChannelTally::ChannelTally(const ImportMap& map)
+    : is_text_(map.format == FileFormat::text),
+      is_log_(map.format == FileFormat::ulog || map.format == FileFormat::dataflash) {
+  for (std::size_t i = 0; i < map.thermometer_columns.size(); ++i) {
+    const auto& column = map.thermometer_columns[i];
+    add(Kind::temperature, map.thermometers[i], column.column, "°C", column.scale, column.offset);
+  }
+  auto axis_column = map.axis_columns.begin();
+  for (const auto& unit : map.units)
+    for (std::size_t i = 0; i < unit.axes.size(); ++i) {
+      const bool is_rate = unit.axes[i].kind == record::GyroKind::rate;
+      add(is_rate ? Kind::rate : Kind::increment, record::axis_label(unit, i), *axis_column++,
+          is_rate ? "°/h" : "arcsec", unit.axes[i].scale, 0);
+    }
+  auto value_column = map.value_columns.begin();
+  for (const auto& unit : map.units)
+    for (const auto& value : unit.values) {
+      const auto& [column, scale, offset, valid] = *value_column++;
+      add(value.is_temperature ? Kind::temperature : Kind::value, unit.name + "." + value.name, column, value.unit,
+          scale, offset);
+    }
+  const auto valid = map.valid_ranges();
+  for (std::size_t i = 0; i < columns_.size(); ++i) columns_[i].valid = valid[i];
+}
+
+void ChannelTally::add(Kind kind, std::string name, const ColumnName& column, std::string unit, double scale,
+                       double offset) {
+  columns_.push_back({.kind = kind,
+                      .summary = {.name = std::move(name), .column = in_words(column), .unit = std::move(unit)},
+                      .scale = scale,
+                      .offset = offset});
+}
+
+std::string ChannelTally::way_out(const Column& column, double number) const {
+  if (!is_text_) return "expected valid = [LOW, HIGH] for this column in the map, in the file's numbers";
+  return fmt::format(
+      "expected missing = [\"{}\"] in [file] if it stands for no value, or valid = [LOW, HIGH] for this "
+      "column in the map",
+      (number - column.offset) / column.scale);
+}
+
+Fault ChannelTally::impossible(const Column& column, double number) const {
+  const double value = number * column.scale + column.offset;
+  std::string what;
+  if (std::isinf(value))
+    what = fmt::format("{:g} of column {} is beyond all numbers by the map's scale {:g}, expected a smaller one",
+                       number, column.summary.column, column.scale);
+  else if (std::abs(number) >= kOverload)
+    what = fmt::format("{:g} of column {} is what instruments send for an overload; {}", number, column.summary.column,
+                       way_out(column, value));
+  else if (column.kind == Kind::temperature)
+    what = fmt::format("{:g} of column {} is {:g} °C, {}; {}", number, column.summary.column, value,
+                       value < 0 ? "below absolute zero" : "hotter than any thermometer", way_out(column, value));
+  else
+    what = fmt::format("{:g} of column {} is {:g} °/h, faster than any gyro: is its scale {:g} right? Else {}", number,
+                       column.summary.column, value, column.scale, way_out(column, value));
+  return {FaultKind::bad_file, "", std::move(what)};
+}
+
+Result<void> ChannelTally::push(std::span<double> numbers) {
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    Column& column = columns_[i];
+    double& number = numbers[i];
+    if (std::isnan(number)) {
+      ++column.summary.missing;
+      continue;
+    }
+    if (column.valid && (number < column.valid->low || number > column.valid->high)) {
+      number = record::kMissing;
+      ++column.summary.missing;
+      ++column.summary.outside;
+      continue;
+    }
+    const double value = number * column.scale + column.offset;
+    const bool is_possible = column.kind == Kind::temperature ? value >= kAbsoluteZero_c && value <= kHottest_c
+                             : column.kind == Kind::rate      ? std::abs(value) <= kFastest_deg_per_h
+                                                              : !std::isinf(value);
+    const bool is_wild = refuses_impossible_ && (!is_possible || std::abs(number) >= kOverload);
+    if (is_wild || std::isinf(value)) return failure(impossible(column, number));
+    ++column.summary.values;
+    const auto& least = column.least;
+    const auto& greatest = column.greatest;
+    if (least.size < kExtremes || value <= least.numbers.back()) column.least.push(value, 1);
+    if (greatest.size < kExtremes || value >= greatest.numbers.back()) column.greatest.push(value, -1);
+  }
+  return {};
+}
+
+std::vector<ChannelSummary> ChannelTally::channels(const std::vector<MissingTexts>& missing) const {
+  std::vector<ChannelSummary> channels;
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    ChannelSummary& channel = channels.emplace_back(columns_[i].summary);
+    if (is_log_) channel.missing = channel.outside;  // every message has some of the columns alone
+    if (i < missing.size()) channel.missing_texts = missing[i];
+    if (channel.values == 0) continue;
+    channel.least = columns_[i].least.numbers.front();
+    channel.greatest = columns_[i].greatest.numbers.front();
+  }
+  return channels;
+}
+
+/// Looks from either end for a step over which a few different numbers lie apart from all others.
+Result<void> ChannelTally::judge_isolated(const Column& column, const std::string& file, Notes& notes) const {
+  constexpr double kApart_k = 20, kTooFar_k = 40, kSentinelApart_k = 10, kMostShare = 0.2, kTimesTheRest = 50;
+  constexpr std::size_t kFewest = 20;
+  if (column.summary.values < kFewest || column.kind == Kind::value || column.valid) return {};
+  const bool is_temperature = column.kind == Kind::temperature;
+  for (const auto* extremes : {&column.least, &column.greatest}) {
+    const auto& inner = extremes == &column.least ? column.greatest : column.least;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i + 1 < extremes->size; ++i) {
+      count += extremes->counts[i];
+      const double at = extremes->numbers[i], next = extremes->numbers[i + 1];
+      const double apart = std::abs(at - next), rest = std::abs(next - inner.numbers.front());
+      if (static_cast<double>(count) > kMostShare * static_cast<double>(column.summary.values)) break;
+      const double raw = (at - column.offset) / column.scale;
+      const bool is_sentinel = is_known_sentinel(at) || is_known_sentinel(raw);
+      const double limit = is_temperature ? (is_sentinel ? kSentinelApart_k : kApart_k) : kTimesTheRest * rest;
+      if (apart < limit || (is_temperature && !is_sentinel && apart < rest / 4) || limit == 0) continue;
+      const auto what = fmt::format(
+          "{} of the {} values of column {} lie {:.4g} {} and more apart from all others, the "
+          "furthest at {:g}",
+          count, column.summary.values, column.summary.column, apart, column.summary.unit, extremes->numbers.front());
+      if (is_temperature && (is_sentinel || apart >= kTooFar_k))
+        return failure(FaultKind::bad_file, file, what + "; " + way_out(column, at));
+      notes.push_back(what);
+      break;
+    }
+  }
+  return {};
+}
+
+Result<void> ChannelTally::judge(const std::string& file, const std::vector<MissingTexts>& missing,
+                                 Notes& notes) const {
+  constexpr std::size_t kEnough = 10;
+  const auto channels = this->channels(missing);
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    const ChannelSummary& channel = channels[i];
+    const bool is_axis = columns_[i].kind == Kind::rate || columns_[i].kind == Kind::increment;
+    if (channel.values == 0) {
+      const auto what = fmt::format("column {} has no value for {}{}", channel.column, channel.name,
+                                    channel.missing_texts.empty() ? "" : ": " + quoted_texts(channel.missing_texts));
+      if (is_axis) return failure(FaultKind::bad_file, file, what + ", expected some, or another column in the map");
+      notes.push_back(what);
+      continue;
+    }
+    if (channel.values >= kEnough && channel.least == channel.greatest)
+      notes.push_back(
+          fmt::format("all {} values of {} are {:g} {}", channel.values, channel.name, channel.least, channel.unit));
+    if (channel.missing > channel.values)
+      notes.push_back(fmt::format("{} of {} values of {} are missing", channel.missing,
+                                  channel.missing + channel.values, channel.name));
+    if (auto isolated = judge_isolated(columns_[i], file, notes); !isolated) return isolated;
+  }
+  return {};
+}
+
+}  // namespace gyrotherm::exchange

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/row_clock.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <chrono>
+#include <cmath>
+
+#include "acquisition/exchange/civil_time.hpp"
+#include "acquisition/exchange/local_time.hpp"
+#include "acquisition/exchange/text_lines.hpp"
+#include "acquisition/record/row.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::exchange {
+
+namespace {
+
+constexpr std::int64_t kGpsWeek_s = 604800;
+
+tl::unexpected<Fault> wrong(std::string what) { return failure(FaultKind::bad_file, "", std::move(what)); }
+
+/// GPS time less UTC (IERS Bulletin C): whole seconds, from each of these days on.
+Duration leap_seconds_of_gps(Duration utc) {
+  using std::chrono::sys_days, std::chrono::January, std::chrono::July, std::chrono::year;
+  static constexpr std::array<sys_days, 18> kDays{
+      sys_days(year(1981) / July / 1),    sys_days(year(1982) / July / 1),    sys_days(year(1983) / July / 1),
+      sys_days(year(1985) / July / 1),    sys_days(year(1988) / January / 1), sys_days(year(1990) / January / 1),
+      sys_days(year(1991) / January / 1), sys_days(year(1992) / July / 1),    sys_days(year(1993) / July / 1),
+      sys_days(year(1994) / July / 1),    sys_days(year(1996) / January / 1), sys_days(year(1997) / July / 1),
+      sys_days(year(1999) / January / 1), sys_days(year(2006) / January / 1), sys_days(year(2009) / January / 1),
+      sys_days(year(2012) / July / 1),    sys_days(year(2015) / July / 1),    sys_days(year(2017) / January / 1)};
+  std::int64_t seconds = 0;
+  for (const sys_days day : kDays)
+    if (utc - kSecond * seconds >= day.time_since_epoch()) ++seconds;
+  return kSecond * seconds;
+}
+
+std::optional<CivilTime> dated_time(const ImportMap& map, std::string_view date, std::string_view clock) {
+  if (map.time_form == TimeForm::civil) return parse_civil_time(date);
+  auto time = parse_local_time(date, map.date_order);
+  if (!time || !map.clock) return time;
+  const auto of_day = parse_clock(clock);
+  if (!of_day) return std::nullopt;
+  time->reading += *of_day;
+  return time;
+}
+
+const char* expected_date(const ImportMap& map) {
+  if (map.time_form == TimeForm::civil) return "a time like \"2026-03-01T12:30:05.25Z\"";
+  switch (map.date_order) {
+    case DateOrder::year_first: return "a date with year, month and day in this order, like 2026/03/31 12:30:05";
+    case DateOrder::day_first: return "a date with day, month and year in this order, like 31.03.2026 12:30:05";
+    case DateOrder::month_first: break;
+  }
+  return "a date with month, day and year in this order, like 03/31/2026 12:30:05";
+}
+
+}  // namespace
+
+CountedTime RowClock::unwrapped(const CountedTime& number) {
+  if (!map_.wrap) return number;
+  if (last_number_) {
+    const auto half = std::chrono::duration_cast<Duration>((kSecond * map_.wrap->seconds + map_.wrap->part) / 2);
+    const auto step = between(*last_number_, number);
+    if (step && *step < -half) wrapped_ = wrapped_ + *map_.wrap;
+    if (step && *step > half && wrapped_.seconds + wrapped_.part.count() > 0)
+      wrapped_ = wrapped_ + CountedTime{-map_.wrap->seconds, -map_.wrap->part};
+  }
+  last_number_ = number;
+  return number + wrapped_;
+}
+
+Result<void> RowClock::read_number(const CountedTime& number, std::optional<double> week, ForeignRow& row) {
+  auto counted = unwrapped(number);
+  if (week) {
+    if (std::isnan(*week) || *week < 0 || *week > 1e5 || std::floor(*week) != *week)
+      return wrong("no week of GPS, expected a whole number");
+    counted = counted + CountedTime{static_cast<std::int64_t>(*week) * kGpsWeek_s};
+  }
+  if (!first_number_) first_number_ = counted;
+  const auto since_first = between(*first_number_, counted);
+  if (!since_first) return wrong("more than ten years after the first row");
+  row.time = *since_first;
+  if (!map_.since || (map_.counts_local_days && !map_.zone)) return {};
+  row.utc = utc_of(*map_.since + counted);
+  if (row.utc && map_.zone) *row.utc -= *map_.zone;
+  if (row.utc && map_.counts_gps) *row.utc -= leap_seconds_of_gps(*row.utc);
+  if (row.utc && record::is_possible_time(*row.utc)) return {};
+  return wrong("a time outside 1970 to 2116: do unit and since in [time] fit?");
+}
+
+Result<void> RowClock::read_date(std::string_view date, std::string_view clock, ForeignRow& row) {
+  const auto time = dated_time(map_, date, clock);
+  const auto said = [&] { return plain(in_utf8(map_.clock ? fmt::format("{} {}", date, clock) : std::string(date))); };
+  if (!time) return wrong(fmt::format("\"{}\", expected {}", said(), expected_date(map_)));
+  const auto zone = time->zone ? time->zone : map_.zone;
+  if (!zone) return wrong(fmt::format("\"{}\" has no zone, expected one behind it, or zone = \"Z\" in [time]", said()));
+  row.utc = time->reading - *zone;
+  if (!record::is_possible_time(*row.utc)) return wrong("a time outside 1970 to 2116");
+  if (!first_utc_) first_utc_ = *row.utc;
+  row.time = *row.utc - *first_utc_;
+  if (std::chrono::abs(row.time) <= kLongestForeignTime) return {};
+  return wrong("more than ten years after the first row");
+}
+
+Result<void> RowClock::read_clock(std::string_view clock, ForeignRow& row) {
+  constexpr Duration kHalfDay = std::chrono::hours(12), kDay = std::chrono::hours(24);
+  const auto of_day = parse_clock(clock);
+  if (!of_day) return wrong(fmt::format("\"{}\", expected a time of day like 08:30:05", plain(in_utf8(clock))));
+  if (last_clock_ && *of_day - *last_clock_ < -kHalfDay) days_ += kDay;
+  if (last_clock_ && *of_day - *last_clock_ > kHalfDay && days_ > Duration{}) days_ -= kDay;
+  last_clock_ = *of_day;
+  if (!first_clock_) first_clock_ = *of_day;
+  row.time = *of_day + days_ - *first_clock_;
+  return {};
+}
+
+}  // namespace gyrotherm::exchange

@@ -1,0 +1,476 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/table_sample.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "acquisition/exchange/column_names.hpp"
+#include "acquisition/exchange/local_time.hpp"
+#include "acquisition/exchange/text_lines.hpp"
+#include "acquisition/record/csv.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::exchange {
+
+namespace {
+
+struct Line {
+  std::size_t number{};
+  std::string text{};
+};
+using Fields = std::vector<std::string>;
+
+constexpr std::size_t kMostLines = 100'000, kMostBytes = 32 << 20;
+
+std::optional<Fields> fields_of(const std::string& line, char separator) {
+  std::vector<record::Field> fields;
+  Fields texts;
+  if (!record::cut(line, separator, fields)) return std::nullopt;
+  for (const auto& field : fields) texts.push_back(in_utf8(trimmed(record::unquoted(field))));
+  return texts;
+}
+
+/// Fields without the empty ones at the end.
+std::size_t width_of(const Fields& fields) {
+  std::size_t width = fields.size();
+  while (width > 0 && fields[width - 1].empty()) --width;
+  return width;
+}
+
+bool has_digit(std::string_view text) { return text.find_first_of("0123456789") != std::string_view::npos; }
+
+/// Whether a field may be a number, however it is written, or a time.
+bool is_value(const std::string& field) {
+  if (field.empty()) return false;
+  std::string_view text = field;
+  text = text.substr(0, text.size() - unit_behind_number(text).size());
+  if (text.starts_with(kMinusSign)) text.remove_prefix(kMinusSign.size());
+  const bool is_number =
+      has_digit(text) && text.find_first_not_of("0123456789.,'+-eE \xC2\xA0") == std::string_view::npos;
+  const bool starts_as_one = has_digit(text.substr(0, 1)) || text.starts_with('-') || text.starts_with('+') ||
+                             text.starts_with('.') || text.starts_with(',');
+  return (is_number && starts_as_one) || parse_clock(field) || parse_civil_time(field) ||
+         parse_local_time(field, DateOrder::day_first) || parse_local_time(field, DateOrder::month_first) ||
+         parse_local_time(field, DateOrder::year_first);
+}
+
+std::size_t values_in(const Fields& fields) {
+  return static_cast<std::size_t>(std::ranges::count_if(fields, is_value));
+}
+
+Result<std::vector<Line>> lines_of(Bytes bytes, TableSample& sample) {
+  auto lines = TextLines::open(std::move(bytes), "");
+  if (!lines) return failure(lines.error());
+  std::vector<Line> all;
+  std::size_t size = 0;
+  while (all.size() < kMostLines && size < kMostBytes) {
+    const auto next = lines->next();
+    if (next && !*next) break;
+    if (next) {
+      size += lines->line().size();
+      all.push_back({lines->number(), std::string(lines->line())});
+      continue;
+    }
+    if (all.empty()) return failure(next.error());
+    if (sample.damaged++ == 0) sample.first_damaged = lines->number();
+    if (auto passed = lines->recover(); !passed) return failure(passed.error());
+  }
+  return all;
+}
+
+/// Takes lines that begin like a comment off the lines; the last before the rows may be a header in disguise.
+std::vector<Line> take_comments(std::vector<Line>& lines, TableSample& sample) {
+  for (const char* mark : {"#", "%", "//"})
+    if (sample.comment.empty() && !lines.empty() && lines.front().text.starts_with(mark)) sample.comment = mark;
+  std::vector<Line> comments;
+  if (sample.comment.empty()) return comments;
+  const auto is_comment = [&](const Line& line) { return line.text.starts_with(sample.comment); };
+  std::ranges::copy_if(lines, std::back_inserter(comments), is_comment);
+  std::erase_if(lines, is_comment);
+  return comments;
+}
+
+/// Lines from the whole of the file, of a long one fewer.
+std::vector<const Line*> some_of(const std::vector<Line>& lines) {
+  constexpr std::size_t kMost = 600;
+  const std::size_t step = lines.size() / kMost + 1;
+  std::vector<const Line*> some;
+  for (std::size_t i = 0; i < lines.size(); i += step) some.push_back(&lines[i]);
+  if (!lines.empty() && some.back() != &lines.back()) some.push_back(&lines.back());
+  return some;
+}
+
+struct Shape {
+  char separator = ',';
+  std::size_t width{};
+  std::size_t alike{};
+  std::size_t fields{};  ///< of a row, with those at its end that are empty in all rows
+};
+
+/// The separator that cuts most lines into equally many fields, of which some are values; a comma may be a decimal one,
+/// a blank part a date from its time.
+Shape shape_of(const std::vector<Line>& lines) {
+  constexpr std::array<char, 4> kInOrder{'\t', ';', ',', ' '};
+  Shape best{.separator = '\0'};
+  const auto some = some_of(lines);
+  for (const char separator : kInOrder) {
+    struct Widths {
+      std::size_t count{}, filled{};
+    };
+    std::map<std::size_t, Widths> widths;
+    for (const Line* line : some) {
+      const auto fields = fields_of(line->text, separator);
+      if (!fields || values_in(*fields) == 0) continue;
+      auto& [count, filled] = widths[fields->size()];
+      ++count;
+      filled = std::max(filled, width_of(*fields));
+    }
+    for (const auto& [fields, width] : widths) {
+      const std::size_t needed = separator == best.separator ? best.alike : best.alike + best.alike / 10 + 1;
+      if (width.filled >= 2 && width.count >= needed) best = {separator, width.filled, width.count, fields};
+    }
+  }
+  return best;
+}
+
+/// Which columns hold values in most lines.
+std::vector<bool> value_columns(const std::vector<Line>& lines, const Shape& shape) {
+  std::vector<std::size_t> counts(shape.width);
+  std::size_t all = 0;
+  for (const Line* line : some_of(lines)) {
+    const auto fields = fields_of(line->text, shape.separator);
+    if (!fields || fields->size() < shape.width || width_of(*fields) > shape.width) continue;
+    ++all;
+    for (std::size_t i = 0; i < shape.width; ++i) counts[i] += is_value((*fields)[i]) ? 1 : 0;
+  }
+  std::vector<bool> are(shape.width);
+  for (std::size_t i = 0; i < shape.width; ++i) are[i] = 2 * counts[i] >= all && counts[i] > 0;
+  return are;
+}
+
+bool is_row(const Fields& fields, const std::vector<bool>& values) {
+  if (width_of(fields) > values.size() || fields.size() < values.size()) return false;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (values[i] && is_value(fields[i])) return true;
+  return false;
+}
+
+/// A line of texts that could be names or units of the columns.
+bool is_text_line(const Fields& fields, const std::vector<bool>& values) {
+  constexpr std::size_t kWider = 2;
+  if (fields.size() < values.size() || width_of(fields) > values.size() + kWider) return false;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (values[i] && is_value(fields[i])) return false;
+  return true;
+}
+
+/// Whether most fields have a text, which those of a title that a spreadsheet filled up with separators have not.
+bool is_full(const Fields& fields, std::size_t width) {
+  const auto filled = std::ranges::count_if(fields, [](const std::string& field) { return !field.empty(); });
+  return 4 * static_cast<std::size_t>(filled) >= 3 * width;
+}
+
+/// Finds the names above the first row, and what a map says to pass over.
+class HeaderSearch {
+ public:
+  HeaderSearch(const std::vector<Line>& lines, const std::vector<Line>& comments, const Shape& shape,
+               const std::vector<bool>& values, std::size_t first, TableSample& sample)
+      : lines_(lines), comments_(comments), shape_(shape), values_(values), first_(first), sample_(sample) {}
+
+  void find() {
+    if (const auto names = names_above()) return take_names(*names);
+    take_by_number();
+    if (take_broken_names() || take_comment_names()) return;
+    sample_.names.assign(shape_.width, "");
+  }
+
+ private:
+  /// The topmost of the lines of texts right above the rows that is full.
+  std::optional<std::size_t> names_above() const {
+    constexpr std::size_t kHighest = 5;
+    std::optional<std::size_t> names, wider;
+    for (std::size_t i = first_; i-- > 0 && first_ - i <= kHighest;) {
+      const auto fields = fields_of(lines_[i].text, shape_.separator);
+      if (!fields || fields->front() == "TOA5" || !is_text_line(*fields, values_)) break;
+      if (!is_full(*fields, shape_.width)) continue;
+      (width_of(*fields) <= std::max(shape_.width, shape_.fields) ? names : wider) = i;
+    }
+    return names ? names : wider;
+  }
+
+  void take_names(std::size_t at) {
+    sample_.names = *fields_of(lines_[at].text, shape_.separator);
+    const bool fits = width_of(sample_.names) <= std::max(shape_.width, shape_.fields);
+    sample_.names.resize(shape_.width);
+    if (!fits) return take_by_number();  // rows lack a field that the header has
+    if (at > 0) sample_.preamble = lines_[at].number - 1;
+    sample_.skip = lines_[first_].number - lines_[at].number - 1 - comments_between(lines_[at].number);
+  }
+
+  std::size_t comments_between(std::size_t from) const {
+    return static_cast<std::size_t>(std::ranges::count_if(comments_, [&](const Line& comment) {
+      return comment.number > from && comment.number < lines_[first_].number;
+    }));
+  }
+
+  void take_by_number() {
+    sample_.header = false;
+    sample_.preamble = 0;
+    sample_.skip = first_ == 0 ? 0 : lines_[first_].number - 1 - comments_between(0);
+  }
+
+  /// A header in which quoted names have line ends.
+  bool take_broken_names() {
+    constexpr std::size_t kLongest = 20;
+    std::string joined;
+    for (std::size_t i = first_; i-- > 0 && first_ - i <= kLongest;) {
+      joined.insert(0, lines_[i].text + (joined.empty() ? "" : " "));
+      const auto fields = fields_of(joined, shape_.separator);
+      if (!fields || fields->size() != shape_.width || !is_text_line(*fields, values_)) continue;
+      sample_.names = *fields;
+      return true;
+    }
+    return false;
+  }
+
+  /// A header behind the mark of a comment, as numpy writes it.
+  bool take_comment_names() {
+    for (auto comment = comments_.rbegin(); comment != comments_.rend(); ++comment) {
+      if (comment->number > lines_[first_].number) continue;
+      const auto fields =
+          fields_of(std::string(trimmed(comment->text.substr(sample_.comment.size()))), shape_.separator);
+      if (!fields || fields->size() != shape_.width || !is_text_line(*fields, values_)) return false;
+      const auto says_what_it_is = [](const std::string& name) {
+        return is_time_name(name) || is_temperature_name(name) || is_gyro_name(name);
+      };
+      if (std::ranges::none_of(*fields, says_what_it_is)) return false;  // a remark of as many words
+      sample_.names = *fields;
+      return true;
+    }
+    return false;
+  }
+
+  const std::vector<Line>& lines_;
+  const std::vector<Line>& comments_;
+  const Shape& shape_;
+  const std::vector<bool>& values_;
+  std::size_t first_;
+  TableSample& sample_;
+};
+
+/// What speaks for marks of thousands in a table: "1,234,567", "1.234,5", and numbers below a thousand beside "1,234".
+struct Marks {
+  std::size_t decimal{};    ///< fields in which the mark can be a decimal sign alone
+  std::size_t thousands{};  ///< … a mark of thousands alone
+  std::size_t either{};     ///< "1,234"
+};
+
+Marks marks_of(const TableSample& sample, const std::vector<bool>& values, char mark) {
+  Marks marks;
+  for (const Fields& row : sample.rows)
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::string& field = row[i];
+      const auto count = std::ranges::count(field, mark);
+      if (!values[i] || count == 0 || field.find(':') != std::string::npos || !is_value(field)) continue;
+      const char other = mark == ',' ? '.' : ',';
+      const auto number = std::string_view(field).substr(0, field.size() - unit_behind_number(field).size());
+      const bool may_be_thousands = has_good_thousands(trimmed(number), mark, other) && !number.starts_with('0');
+      const auto last = number.rfind(mark);
+      const bool has_other = number.find(other) != std::string_view::npos;
+      if (has_other && number.rfind(other) < last)
+        ++marks.decimal;
+      else if (count > 1 || has_other)
+        marks.thousands += may_be_thousands ? 1 : 0;
+      else if (may_be_thousands)
+        ++marks.either;
+      else
+        ++marks.decimal;
+    }
+  return marks;
+}
+
+/// How many of the steps of a column are larger than the column's range without them would be: read wrongly, numbers
+/// leap between thousands and ones.
+double roughness(const TableSample& sample, std::size_t column) {
+  const auto numbers = sample.numbers_of(column);
+  if (numbers.size() < 3) return 0;
+  const auto [least, greatest] = std::ranges::minmax_element(numbers);
+  const double range = *greatest - *least;
+  double sum = 0;
+  for (std::size_t i = 1; i < numbers.size(); ++i) sum += std::abs(numbers[i] - numbers[i - 1]);
+  return range > 0 ? sum / range : 0;
+}
+
+/// Of "998", "1,000", "1,001": as thousands the numbers go on, as decimals they leap.
+bool goes_on_as_thousands(TableSample& sample, const std::vector<bool>& values, char mark) {
+  const NumberStyle before = sample.style;
+  const auto total = [&] {
+    double sum = 0;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (values[i]) sum += roughness(sample, i);
+    return sum;
+  };
+  sample.style = {mark == ',' ? '.' : ',', mark, before.units};
+  const double as_thousands = total();
+  sample.style = {mark, '\0', before.units};
+  const double as_decimals = total();
+  sample.style = before;
+  return as_thousands < as_decimals;
+}
+
+bool has_plain_whole_numbers(const TableSample& sample, const std::vector<bool>& values, char mark) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    std::size_t with = 0, without = 0;
+    for (const Fields& row : sample.rows) {
+      if (!values[i] || !is_value(row[i])) continue;
+      (row[i].find(mark) != std::string::npos ? with : without) += 1;
+    }
+    if (with > 0 && without > 0) return true;
+  }
+  return false;
+}
+
+void find_number_style(TableSample& sample, const std::vector<bool>& values) {
+  const Marks commas = marks_of(sample, values, ','), points = marks_of(sample, values, '.');
+  NumberStyle& style = sample.style;
+  const bool comma_is_decimal = sample.separator != ',' && commas.decimal > points.decimal && commas.thousands == 0;
+  if (comma_is_decimal) {
+    style.decimal = ',';
+    if (points.thousands > 0 || (points.either > 0 && points.decimal == 0)) style.thousands = '.';
+  } else if (commas.thousands > 0 || (commas.either > 0 && (points.decimal > 0 || sample.separator == ','))) {
+    style.thousands = commas.decimal == 0 ? ',' : '\0';
+  } else if (commas.either > 0) {  // "1,234" and no other sign
+    const bool leaps = has_plain_whole_numbers(sample, values, ',') && goes_on_as_thousands(sample, values, ',');
+    if (leaps)
+      style.thousands = ',';
+    else
+      style.decimal = ',';
+    sample.is_decimal_doubtful = !leaps && has_plain_whole_numbers(sample, values, ',');
+  }
+  for (const char mark : {' ', '\''}) {
+    if (style.thousands != 0 || sample.separator == mark) continue;
+    const auto is_marked = [&](const std::string& field) {
+      return field.find(mark) != std::string::npos && has_digit(field.substr(0, 1)) &&
+             has_good_thousands(field, mark, style.decimal) &&
+             field.find_first_not_of(std::string("0123456789.,-+") + mark) == std::string::npos;
+    };
+    if (std::ranges::any_of(sample.rows, [&](const Fields& row) { return std::ranges::any_of(row, is_marked); }))
+      style.thousands = mark;
+  }
+}
+
+/// Texts that stand behind the numbers of a column.
+void find_cell_units(TableSample& sample, const std::vector<bool>& values) {
+  sample.cell_units.assign(values.size(), "");
+  std::set<std::string> units;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    std::map<std::string, std::size_t> counts;
+    for (const Fields& row : sample.rows)
+      if (const auto unit = unit_behind_number(row[i]);
+          values[i] && !unit.empty() && !parse_clock(row[i]) && !looks_like_time(row[i]))
+        ++counts[std::string(unit)];
+    for (const auto& [unit, count] : counts)
+      if (2 * count >= sample.rows.size()) {
+        sample.cell_units[i] = unit;
+        units.insert(unit);
+      }
+  }
+  sample.style.units.assign(units.begin(), units.end());
+}
+
+/// Whether a text among numbers may be a mark that there is none: it has no digit, or is one of a spreadsheet's or C's.
+bool may_be_missing(const std::string& text) { return !has_digit(text) || text.find('#') != std::string::npos; }
+
+/// Leaves the rows that can be read, and the texts that stand for no value.
+void keep_good_rows(TableSample& sample, const std::vector<std::size_t>& numbers) {
+  constexpr std::size_t kMostTexts = 8;
+  std::set<std::size_t> numeric;
+  for (std::size_t i = 0; i < sample.names.size(); ++i)
+    if (!sample.numbers_of(i).empty()) numeric.insert(i);
+  std::map<std::string, std::size_t> texts;
+  std::vector<Fields> good;
+  for (std::size_t row = 0; row < sample.rows.size(); ++row) {
+    Fields& fields = sample.rows[row];
+    bool is_good = fields != sample.names;
+    for (const std::size_t i : numeric)
+      is_good = is_good && (sample.number_in_field(fields[i]) || may_be_missing(fields[i]));
+    if (!is_good) {
+      if (sample.damaged++ == 0 || numbers[row] < sample.first_damaged) sample.first_damaged = numbers[row];
+      continue;
+    }
+    for (const std::size_t i : numeric)
+      if (!sample.number_in_field(fields[i])) ++texts[fields[i]];
+    good.push_back(std::move(fields));
+  }
+  sample.rows = std::move(good);
+  std::vector<std::pair<std::size_t, std::string>> by_count;
+  for (const auto& [text, count] : texts) by_count.emplace_back(count, text);
+  std::ranges::sort(by_count, std::greater<>());
+  for (std::size_t i = 0; i < std::min(by_count.size(), kMostTexts); ++i) sample.missing.push_back(by_count[i].second);
+  std::ranges::sort(sample.missing);
+}
+
+}  // namespace
+
+std::optional<double> TableSample::number_in_field(const std::string& field) const {
+  std::string changed;
+  return record::number_in(style.normalised(field, changed));
+}
+
+std::vector<double> TableSample::numbers_of(std::size_t column) const {
+  std::vector<double> numbers;
+  for (const auto& row : rows)
+    if (const auto number = number_in_field(row[column])) numbers.push_back(*number);
+  return 2 * numbers.size() >= rows.size() ? numbers : std::vector<double>{};
+}
+
+bool TableSample::is_called_by_number(std::size_t column) const {
+  return !header || names[column].empty() || std::ranges::count(names, names[column]) > 1;
+}
+
+std::string TableSample::name_of(std::size_t column) const {
+  std::string name = names[column].empty() ? std::to_string(column + 1) : names[column];
+  if (!cell_units[column].empty() && name.find_first_of("[(") == std::string::npos)
+    name += " [" + cell_units[column] + "]";
+  return name;
+}
+
+Result<TableSample> sample_table(Bytes bytes) {
+  const std::string file = bytes.name();
+  const auto no_table = [&] {
+    return failure(FaultKind::bad_file, file, "no text table of two columns or more, and no log that is known");
+  };
+  TableSample sample;
+  auto lines = lines_of(std::move(bytes), sample);
+  if (!lines) return failure(lines.error());
+  const auto comments = take_comments(*lines, sample);
+  const Shape shape = shape_of(*lines);
+  if (shape.width < 2) return no_table();
+  sample.separator = shape.separator;
+  const auto values = value_columns(*lines, shape);
+  std::optional<std::size_t> first;
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < lines->size(); ++i) {
+    auto fields = fields_of((*lines)[i].text, shape.separator);
+    if (fields && is_row(*fields, values)) {
+      if (!first) first = i;
+      fields->resize(shape.width);
+      sample.rows.push_back(std::move(*fields));
+      numbers.push_back((*lines)[i].number);
+    } else if (first && sample.damaged++ == 0) {
+      sample.first_damaged = (*lines)[i].number;
+    }
+  }
+  if (!first) return no_table();
+  sample.cell_units.assign(shape.width, "");
+  HeaderSearch(*lines, comments, shape, values, *first, sample).find();
+  find_cell_units(sample, values);
+  find_number_style(sample, values);
+  keep_good_rows(sample, numbers);
+  return sample.rows.empty() ? Result<TableSample>(no_table()) : sample;
+}
+
+}  // namespace gyrotherm::exchange

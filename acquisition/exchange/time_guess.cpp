@@ -1,0 +1,463 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/time_guess.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "acquisition/exchange/column_names.hpp"
+#include "acquisition/exchange/counted_time.hpp"
+#include "acquisition/exchange/grouping.hpp"
+#include "acquisition/exchange/local_time.hpp"
+#include "acquisition/exchange/row_order.hpp"
+#include "acquisition/record/csv.hpp"
+#include "core/clock.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::exchange {
+
+namespace {
+
+constexpr double kDay_s = 86400;
+
+double seconds_in(std::string_view unit) {
+  if (unit == "ns") return 1e-9;
+  if (unit == "us") return 1e-6;
+  if (unit == "ms") return 1e-3;
+  if (unit == "min") return 60;
+  if (unit == "h") return 3600;
+  const bool is_day = unit == "d" || unit == "excel" || unit == "excel-1904" || unit == "matlab";
+  return is_day ? kDay_s : 1;
+}
+
+bool is_unit_of_time(std::string_view unit) {
+  return unit == "s" || unit == "ms" || unit == "us" || unit == "ns" || unit == "min" || unit == "h" || unit == "d";
+}
+
+/// The usual step of those that are positive; 0: there are none.
+double usual_positive_step(const std::vector<double>& times) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < times.size(); ++i)
+    if (times[i] > times[i - 1]) steps.push_back(times[i] - times[i - 1]);
+  if (steps.empty()) return 0;
+  const auto middle = steps.begin() + std::ssize(steps) / 2;
+  std::ranges::nth_element(steps, middle);
+  return *middle;
+}
+
+/// How a series of times, in seconds, goes on.
+struct Course {
+  double step_s{};        ///< usual, of those that are positive
+  std::size_t repeats{};  ///< rows with the time of the row before
+  std::size_t back{};     ///< rows whose time goes back
+  double first_back_s{};
+  bool all_back_alike{};  ///< … by about the same
+};
+
+Course course_of(const std::vector<double>& times_s) {
+  Course course{.step_s = usual_positive_step(times_s)};
+  double least = 0, greatest = 0;
+  for (std::size_t i = 1; i < times_s.size(); ++i) {
+    if (times_s[i] == times_s[i - 1]) ++course.repeats;
+    if (times_s[i] >= times_s[i - 1]) continue;
+    const double back = times_s[i - 1] - times_s[i];
+    if (course.back++ == 0) course.first_back_s = least = greatest = back;
+    least = std::min(least, back);
+    greatest = std::max(greatest, back);
+  }
+  course.all_back_alike = greatest - least <= 0.01 * greatest;
+  return course;
+}
+
+/// How many rows would be left out where the time goes back.
+std::size_t left_out_of(const std::vector<double>& times_s) {
+  ImportMap map;
+  map.units = {{.axes = {record::AxisInfo{.kind = record::GyroKind::rate}}}};
+  map.out_of_order = OutOfOrder::skip;
+  map.every = kSecond;
+  RowOrder order(map, [](const ForeignRow&) { return Result<void>(); });
+  for (const double time : times_s) (void)order.push({.time = from_seconds(time - times_s.front())});
+  (void)order.finish();
+  return order.left_out();
+}
+
+/// Of a counter that begins again at a power of two: that. `unit_s` is its unit.
+std::optional<double> wrap_of(const Course& course, double unit_s) {
+  if (course.back == 0 || !course.all_back_alike) return std::nullopt;
+  for (const int bits : {16, 24, 31, 32}) {
+    const double most = std::ldexp(1, bits) * unit_s;
+    if (course.first_back_s <= most && course.first_back_s > most - 3 * std::max(course.step_s, unit_s))
+      return std::ldexp(1, bits);
+  }
+  return std::nullopt;
+}
+
+/// The lines that a course asks for. `unit_s`: of a counter; 0 of other times.
+std::string course_lines(const std::vector<double>& times_s, double unit_s) {
+  constexpr double kFastestKept_s = 0.5, kMostLeftOut = 0.02;
+  const Course course = course_of(times_s);
+  std::string text;
+  if (const auto wrap = unit_s > 0 ? wrap_of(course, unit_s) : std::nullopt) {
+    text += fmt::format("wrap = {:.0f}        # the counter begins again there\n", *wrap);
+  } else if (course.back > 0) {
+    const auto left_out = left_out_of(times_s);
+    const bool is_few =
+        static_cast<double>(left_out) <= std::max(2.0, kMostLeftOut * static_cast<double>(times_s.size()));
+    text += is_few ? "out_of_order = \"skip\"        # the time goes back in some rows: such rows are left out\n"
+                   : fmt::format(
+                         "out_of_order = \"continue\"        # the time goes back {:.6g} s: rows go on after the "
+                         "row before, as if the clock had been set\n",
+                         course.first_back_s);
+  }
+  if (course.repeats > 0) {
+    const double every = std::max(course.step_s, kFastestKept_s);
+    return text + fmt::format("every = \"{}\"        # several rows have the same time: they are put together\n",
+                              every >= 1 ? fmt::format("{:.0f} s", every) : "1 s");
+  }
+  if (course.step_s > 0 && course.step_s < kFastestKept_s)
+    text += fmt::format("every = \"1 s\"        # rows come every {:.3g} s: means of a second\n", course.step_s);
+  return text;
+}
+
+bool goes_on(const std::vector<double>& times) {
+  const double step = usual_positive_step(times);
+  if (times.size() < 2) return true;
+  const auto forward = std::ranges::adjacent_find(times, std::less<>()) != times.end();
+  std::size_t distinct = 1;
+  for (std::size_t i = 1; i < times.size(); ++i) distinct += times[i] != times[i - 1] ? 1 : 0;
+  constexpr std::size_t kMostOfOneTime = 1000;
+  return step > 0 && forward && distinct * kMostOfOneTime >= times.size();
+}
+
+/// Times of the calendar.
+struct Dated {
+  std::vector<double> times_s{};
+  bool has_zone = true, has_time_of_day = false;
+};
+using ParseDate = std::function<std::optional<CivilTime>(const std::string&)>;
+
+std::optional<Dated> dates_in(const TableSample& sample, std::size_t column, const ParseDate& parse) {
+  Dated dated;
+  for (const auto& row : sample.rows) {
+    const auto time = parse(row[column]);
+    if (!time) return std::nullopt;
+    dated.has_zone = dated.has_zone && time->zone.has_value();
+    dated.times_s.push_back(to_seconds(time->reading - time->zone.value_or(Duration{})));
+    const double of_day = std::fmod(dated.times_s.back(), kDay_s);
+    dated.has_time_of_day = dated.has_time_of_day || of_day != 0;
+  }
+  return dated;
+}
+
+/// A way in which all dates of a column can be read.
+struct DateReading {
+  std::string unit{};   ///< "iso", "date"
+  std::string order{};  ///< of "date"
+  Dated dated{};
+};
+
+std::vector<DateReading> readings_of(const TableSample& sample, std::size_t column) {
+  std::vector<DateReading> readings;
+  if (auto dated = dates_in(sample, column, parse_civil_time)) return {{"iso", "", std::move(*dated)}};
+  const auto first = std::string_view(sample.rows.front()[column]);
+  const bool begins_with_year = first.substr(0, 4).find_first_not_of("0123456789") == std::string_view::npos;
+  for (const auto& [order, name] :
+       {std::pair(DateOrder::year_first, "year-month-day"), std::pair(DateOrder::day_first, "day-month-year"),
+        std::pair(DateOrder::month_first, "month-day-year")}) {
+    if (order == DateOrder::year_first && !begins_with_year) continue;
+    auto dated = dates_in(sample, column, [&](const std::string& text) { return parse_local_time(text, order); });
+    if (!dated || (!readings.empty() && readings.front().dated.times_s == dated->times_s)) continue;
+    readings.push_back({"date", name, std::move(*dated)});
+  }
+  return readings;
+}
+
+/// Points part days from months wherever they part dates. Of two readings the one by which the rows last much less goes
+/// on from day to day, the other from month to month.
+void drop_less_likely(const TableSample& sample, std::size_t column, std::vector<DateReading>& readings) {
+  if (readings.size() < 2) return;
+  constexpr double kMuch = 5;
+  if (sample.rows.front()[column].find('.') < sample.rows.front()[column].find(':')) return readings.resize(1);
+  const auto span = [](const DateReading& reading) {
+    const auto [least, greatest] = std::ranges::minmax_element(reading.dated.times_s);
+    return *greatest - *least;
+  };
+  const double one = span(readings[0]), other = span(readings[1]);
+  if (one > kMuch * other) readings.erase(readings.begin());
+  if (other > kMuch * one) readings.resize(1);
+}
+
+std::string in_days(double time_s) { return civil_time(from_seconds(time_s)).substr(0, 10); }
+
+/// The lines that say how a column's dates are read; two readings are both shown, and neither is taken.
+std::string order_lines(const TableSample& sample, std::size_t column, const std::vector<DateReading>& readings) {
+  if (readings.front().unit == "iso") return "";
+  if (readings.size() == 1) return fmt::format("order = \"{}\"\n", readings.front().order);
+  std::string text;
+  for (const DateReading& reading : readings)
+    text += fmt::format("# order = \"{}\"        # then \"{}\" of column {} is {}; which one is it?\n", reading.order,
+                        plain(sample.rows.front()[column]), toml_text(sample.name_of(column)),
+                        in_days(reading.dated.times_s.front()));
+  return text;
+}
+
+std::optional<std::vector<double>> clocks_in(const TableSample& sample, std::size_t column) {
+  std::vector<double> times;
+  for (const auto& row : sample.rows) {
+    const auto time = parse_clock(row[column]);
+    if (!time) return std::nullopt;
+    times.push_back(to_seconds(*time));
+  }
+  return times;
+}
+
+/// A column of times of day, which has no other meaning.
+std::optional<std::size_t> clock_column(const TableSample& sample) {
+  for (std::size_t i = 0; i < sample.names.size(); ++i) {
+    const auto& first = sample.rows.front()[i];
+    const bool has_colon = first.find(':') != std::string::npos || is_time_name(sample.name_of(i));
+    if (has_colon && sample.numbers_of(i).empty() && clocks_in(sample, i)) return i;
+  }
+  return std::nullopt;
+}
+
+constexpr const char* kZoneLine = "zone = \"Z\"        # the times name none: is it UTC?\n";
+
+std::optional<TimeGuess> guess_dates(const TableSample& sample) {
+  for (std::size_t i = 0; i < sample.names.size(); ++i) {
+    if (!sample.numbers_of(i).empty() && sample.rows.front()[i].size() < 8) continue;
+    auto readings = readings_of(sample, i);
+    if (readings.empty()) continue;
+    const std::size_t none = sample.names.size();
+    const std::size_t clock = readings.front().dated.has_time_of_day ? none : clock_column(sample).value_or(none);
+    if (clock != none) {
+      const auto clocks = clocks_in(sample, clock).value_or(std::vector<double>(sample.rows.size()));
+      for (DateReading& reading : readings)
+        for (std::size_t row = 0; row < clocks.size(); ++row) reading.dated.times_s[row] += clocks[row];
+      if (readings.front().unit == "iso") readings.front() = {"date", "year-month-day", readings.front().dated};
+    }
+    drop_less_likely(sample, i, readings);
+    const auto& [unit, order, dated] = readings.front();
+    if (!goes_on(dated.times_s)) continue;
+    TimeGuess guess{.columns = {i}};
+    guess.text =
+        fmt::format("[time]\n{}\nunit = \"{}\"\n", reference(sample, i), unit) + order_lines(sample, i, readings);
+    if (clock != none) {
+      guess.text += reference(sample, clock, "clock") + "\n";
+      guess.columns.push_back(clock);
+    }
+    if (!dated.has_zone) guess.text += kZoneLine;
+    guess.text += course_lines(dated.times_s, 0);
+    return guess;
+  }
+  return std::nullopt;
+}
+
+std::optional<TimeGuess> guess_clock(const TableSample& sample) {
+  const auto column = clock_column(sample);
+  if (!column) return std::nullopt;
+  auto times = *clocks_in(sample, *column);
+  double days = 0;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    if (times[i] + days < times[i - 1] - kDay_s / 2) days += kDay_s;
+    times[i] += days;
+  }
+  if (!goes_on(times)) return std::nullopt;
+  return TimeGuess{fmt::format("[time]\n{}\nunit = \"clock\"        # a time of day; its date is not known\n",
+                               reference(sample, *column)) +
+                       course_lines(times, 0),
+                   {*column}};
+}
+
+/// Numbers that are times since 1970 show their unit by their size.
+std::string unit_since_1970(double number) {
+  constexpr double kFirst = 9e8, kLast = 3e9;  // seconds
+  for (const char* unit : {"s", "ms", "us", "ns"})
+    if (number * seconds_in(unit) >= kFirst && number * seconds_in(unit) < kLast) return unit;
+  return "";
+}
+
+/// Serial numbers of days, or of LabVIEW's seconds, in this century, by their size; empty: none.
+std::string serial_unit(double number, double step) {
+  const auto is_in = [&](double least, double most) { return number >= least && number < most; };
+  const bool is_step_of_days = step > 0 && step <= 1;
+  if (is_in(36526, 58440) && is_step_of_days) return "excel";      // 2000 to 2060
+  if (is_in(730486, 752400) && is_step_of_days) return "matlab";   // 2000 to 2060
+  if (is_in(3.029e9, 4.92e9) && step <= kDay_s) return "labview";  // 2000 to 2060
+  return "";
+}
+
+/// A step that people choose for a slow logger, in seconds.
+bool is_usual_pace(double step) {
+  constexpr std::array kPaces{10.0, 15.0, 20.0, 30.0, 60.0, 120.0, 180.0, 300.0, 600.0, 900.0, 1200.0, 1800.0, 3600.0};
+  return std::ranges::find(kPaces, step) != kPaces.end();
+}
+
+/// The pace of the thermometers, per unit of the time: the range of the one that moves most, over the whole of it.
+double pace_of(const TableSample& sample, const std::vector<std::size_t>& thermometers,
+               const std::vector<double>& times) {
+  double range = 0;
+  for (const std::size_t column : thermometers) {
+    auto numbers = sample.numbers_of(column);
+    if (numbers.size() < 3) continue;
+    const std::size_t margin = numbers.size() / 50;
+    std::ranges::sort(numbers);
+    const auto scale = celsius_scale_of(temperature_unit_in(sample.name_of(column)));
+    range = std::max(range, (numbers[numbers.size() - 1 - margin] - numbers[margin]) * (scale ? scale->scale : 1));
+  }
+  const auto [least, greatest] = std::ranges::minmax_element(times);
+  return *greatest > *least ? range / (*greatest - *least) : 0;
+}
+
+/// A unit that a name does not say; two of them where neither is more likely.
+std::vector<std::string> units_by_step(const TableSample& sample, std::size_t column,
+                                       const std::vector<std::size_t>& thermometers, const std::vector<double>& times) {
+  constexpr double kSlowest_s = 5, kFastestOfAir = 0.6, kSlowestOfAir = 0.003;  // K/s
+  const double step = usual_positive_step(times);
+  std::string fast = "ns";
+  for (const char* unit : {"s", "ms", "us"})
+    if (step * seconds_in(unit) <= kSlowest_s) {
+      fast = unit;
+      break;
+    }
+  if (fast != "ms") return {fast};
+  const double pace_ms = pace_of(sample, thermometers, times) * 1000;  // K/s if the unit is ms
+  if (pace_ms >= kFastestOfAir) return {"s"};
+  if (pace_ms >= kSlowestOfAir && pace_ms < kFastestOfAir / 2 && !is_usual_pace(step)) return {"ms"};
+  const bool is_stamp = in_lower_case(sample.name_of(column)).find("stamp") != std::string::npos;
+  if (is_stamp || !is_usual_pace(step)) return {"ms"};
+  return {"s", "ms"};
+}
+
+std::string ask_unit(const TableSample& sample, std::size_t column, const std::vector<double>& times,
+                     const std::vector<std::string>& units) {
+  const auto [least, greatest] = std::ranges::minmax_element(times);
+  std::string text;
+  for (const auto& unit : units)
+    text +=
+        fmt::format("# unit = \"{}\"        # then the rows of column {} last {}; which one is it?\n", unit,
+                    toml_text(sample.name_of(column)), spoken(from_seconds((*greatest - *least) * seconds_in(unit))));
+  return text;
+}
+
+/// Times in units, as the guess understands them.
+std::vector<double> in_seconds(std::vector<double> times, double unit_s) {
+  for (double& time : times) time *= unit_s;
+  return times;
+}
+
+TimeGuess guess_numbers(const TableSample& sample, std::size_t column, const std::vector<std::size_t>& thermometers) {
+  constexpr double kSlowestOfAClock_s = 600;
+  const auto times = sample.numbers_of(column);
+  const double step = usual_positive_step(times);
+  const std::string named = time_unit_in(sample.name_of(column)), since = unit_since_1970(times.front());
+  const std::string serial = serial_unit(times.front(), step);
+  const bool is_named = is_unit_of_time(named);
+  TimeGuess guess{fmt::format("[time]\n{}\n", reference(sample, column)), {column}};
+  const auto finish = [&](const std::string& unit, std::string_view why, std::string_view more) {
+    const bool counts = more.empty() && unit != "excel" && unit != "matlab" && unit != "labview";
+    guess.text += fmt::format("unit = \"{}\"        # {}\n{}", unit, why, more) +
+                  course_lines(in_seconds(times, seconds_in(unit)), counts ? seconds_in(unit) : 0);
+    return guess;
+  };
+  constexpr const char* kSince = "since = \"1970-01-01T00:00:00Z\"        # by the size of its numbers: is it UTC?\n";
+  if (is_named && named != "d") return finish(named, "as its name says", named == since ? kSince : "");
+  if (!serial.empty() && serial != "labview")
+    return finish(serial, "days, by the size of its numbers", "zone = \"Z\"        # is it UTC?\n");
+  if (is_named) return finish(named, "as its name says", "");
+  const auto otherwise = named.empty() ? std::string() : fmt::format(", a map knows no {}", toml_text(named));
+  if (!since.empty() && step * seconds_in(since) <= kSlowestOfAClock_s)
+    return finish(since, "a guess by the size of its numbers" + otherwise, kSince);
+  if (serial == "labview") return finish(serial, "seconds since 1904, by the size of its numbers", "");
+  const auto units = units_by_step(sample, column, thermometers, times);
+  if (units.size() == 1) return finish(units.front(), "a guess by its steps" + otherwise, "");
+  guess.text += ask_unit(sample, column, times, units);
+  return guess;
+}
+
+/// The week of GPS and the time within it.
+std::optional<TimeGuess> guess_gps(const TableSample& sample) {
+  std::optional<std::size_t> week, of_week;
+  for (std::size_t i = 0; i < sample.names.size(); ++i) {
+    const auto name = in_lower_case(sample.name_of(i));
+    if (sample.numbers_of(i).empty()) continue;
+    if (name.find("week") != std::string::npos && name.find("time") == std::string::npos &&
+        name.find("tow") == std::string::npos)
+      week = i;
+    else if (name.find("tow") != std::string::npos || name.find("time of week") != std::string::npos ||
+             name.find("time_of_week") != std::string::npos || name.find("sow") != std::string::npos)
+      of_week = i;
+  }
+  if (!week || !of_week) return std::nullopt;
+  constexpr double kSecondsOfWeek = 604800;
+  const auto weeks = sample.numbers_of(*week);
+  auto times = sample.numbers_of(*of_week);
+  const auto named = time_unit_in(sample.name_of(*of_week));
+  if (weeks.size() != times.size() || (!named.empty() && named != "s")) return std::nullopt;
+  for (std::size_t i = 0; i < times.size(); ++i) times[i] += weeks[i] * kSecondsOfWeek;
+  if (!goes_on(times)) return std::nullopt;
+  return TimeGuess{fmt::format("[time]\n{}\nunit = \"gps\"        # seconds of the week\n{}\n",
+                               reference(sample, *of_week), reference(sample, *week, "week")) +
+                       course_lines(times, 0),
+                   {*week, *of_week}};
+}
+
+/// A column that people would take for a time, and that is not understood.
+std::optional<TimeGuess> name_unknown(const TableSample& sample) {
+  for (std::size_t i = 0; i < sample.names.size(); ++i) {
+    const auto looks = std::ranges::count_if(sample.rows, [&](const auto& row) { return looks_like_time(row[i]); });
+    if (2 * static_cast<std::size_t>(looks) < sample.rows.size() || !sample.numbers_of(i).empty()) continue;
+    return TimeGuess{
+        fmt::format("[time]        # column {} looks like a time, \"{}\", and is not understood: how is it "
+                    "written? Else name another column\n{}\n",
+                    toml_text(sample.name_of(i)), plain(sample.rows.front()[i]), reference(sample, i)),
+        {i}};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string toml_text(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : plain(text)) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+std::string reference(const TableSample& sample, std::size_t column, const std::string& key) {
+  const std::string& name = sample.names[column];
+  if (!sample.is_called_by_number(column)) return fmt::format("{} = {}", key, toml_text(name));
+  const auto behind = name.empty() ? std::string() : "        # " + toml_text(name);
+  return fmt::format("{}{} = {}{}", key, sample.header ? "_number" : "", column + 1, behind);
+}
+
+TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& thermometers) {
+  if (auto guess = guess_gps(sample)) return *guess;
+  if (auto guess = guess_dates(sample)) return *guess;
+  const auto is_other = [&](std::size_t i) {
+    return std::ranges::find(thermometers, i) != thermometers.end() || is_gyro_name(sample.name_of(i));
+  };
+  for (std::size_t i = 0; i < sample.names.size(); ++i)
+    if (const auto numbers = sample.numbers_of(i);
+        is_time_name(sample.name_of(i)) && !is_other(i) && !numbers.empty() && goes_on(numbers))
+      return guess_numbers(sample, i, thermometers);
+  if (auto guess = guess_clock(sample)) return *guess;
+  if (auto guess = name_unknown(sample)) return *guess;
+  const auto increases = [](const std::vector<double>& numbers) {
+    return numbers.size() > 2 && std::ranges::adjacent_find(numbers, std::greater_equal<>()) == numbers.end();
+  };
+  for (std::size_t i = 0; i < sample.names.size(); ++i)
+    if (!is_other(i) && increases(sample.numbers_of(i))) return guess_numbers(sample, i, thermometers);
+  return {
+      "[time]        # no column of times that go on was found: how long does a row last?\n"
+      "# interval = \"1 s\"\n",
+      {}};
+}
+
+}  // namespace gyrotherm::exchange

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/data/outliers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+
+namespace gyrotherm::data {
+
+namespace {
+
+constexpr double kMadToSigma = 1.4826;
+constexpr std::size_t kShown = 5;
+
+double median_of(std::span<double> values) {
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Value after value with its time: "-1000 °/h at 120 s".
+class Listed {
+ public:
+  void add(double value_deg_per_h, double time_s) {
+    if (count_++ < kShown)
+      text_ += fmt::format("{}{:.4g} °/h at {:.6g} s", text_.empty() ? "" : ", ", value_deg_per_h, time_s);
+  }
+  [[nodiscard]] std::string text() const { return text_ + (count_ > kShown ? ", …" : ""); }
+
+ private:
+  std::string text_{};
+  std::size_t count_{};
+};
+
+}  // namespace
+
+std::vector<Eigen::Index> outliers_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  constexpr std::size_t kFewest = 8;
+  std::vector<double> known;
+  for (const double value : values)
+    if (std::isfinite(value)) known.push_back(value);
+  if (known.size() < kFewest) return {};
+  const double middle = median_of(known);
+  for (double& value : known) value = std::abs(value - middle);
+  const double sigma = kMadToSigma * median_of(known);
+  std::vector<Eigen::Index> found;
+  for (Eigen::Index i = 0; i < values.size() && sigma > 0; ++i)
+    if (std::abs(values(i) - middle) > kOutlierSigmas * sigma) found.push_back(i);
+  return found;
+}
+
+std::vector<Spike> find_spikes(const Dataset& dataset) {
+  constexpr Eigen::Index kHalf = 7;
+  const Eigen::VectorXd& bias = dataset.bias_deg_per_h;
+  Eigen::VectorXd apart = Eigen::VectorXd::Constant(bias.size(), std::numeric_limits<double>::quiet_NaN());
+  std::array<double, 2 * kHalf + 1> around{};
+  for (Eigen::Index i = 0; i < bias.size(); ++i) {
+    if (!std::isfinite(bias(i))) continue;
+    const Eigen::Index first =
+        std::clamp<Eigen::Index>(i - kHalf, 0, std::max<Eigen::Index>(bias.size() - 2 * kHalf - 1, 0));
+    std::size_t count = 0;
+    for (Eigen::Index j = first; j < std::min(first + 2 * kHalf + 1, bias.size()); ++j)
+      if (std::isfinite(bias(j))) around[count++] = bias(j);
+    apart(i) = bias(i) - median_of(std::span(around).first(count));
+  }
+  std::vector<Spike> spikes;
+  for (const Eigen::Index row : outliers_of(apart)) spikes.push_back({row, dataset.time_s(row), apart(row)});
+  return spikes;
+}
+
+void remove(Dataset& dataset, const std::vector<Spike>& spikes) {
+  for (const Spike& spike : spikes) dataset.bias_deg_per_h(spike.row) = std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string describe(const std::vector<Spike>& spikes) {
+  Listed list;
+  for (const Spike& spike : spikes) list.add(spike.size_deg_per_h, spike.time_s);
+  return fmt::format("{} samples of the bias are outliers: {}", spikes.size(), list.text());
+}
+
+std::string describe_outlying_clusters(const Clusters& clusters,
+                                       const Eigen::Ref<const Eigen::VectorXd>& residual_deg_per_h) {
+  Listed list;
+  const auto rows = outliers_of(residual_deg_per_h);
+  for (const Eigen::Index row : rows) list.add(residual_deg_per_h(row), clusters.start_s(row));
+  if (rows.empty()) return "";
+  return fmt::format("{} clusters have an outlying held-out residual: {}", rows.size(), list.text());
+}
+
+}  // namespace gyrotherm::data

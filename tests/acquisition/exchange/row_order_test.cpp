@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/row_order.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "tests/acquisition/exchange/foreign.hpp"
+
+namespace gyrotherm::exchange {
+namespace {
+
+ImportMap map_of(OutOfOrder way, bool increments = false) {
+  ImportMap map = rate_map();
+  map.time_unit = kSecond;
+  map.out_of_order = way;
+  if (increments) map.units[0].axes[0].kind = record::GyroKind::pulse_count;
+  return map;
+}
+
+std::string table_of(const std::vector<double>& times) {
+  std::string table = "t,T,w\n";
+  for (std::size_t i = 0; i < times.size(); ++i) table += std::to_string(times[i]) + ",20," + std::to_string(i) + "\n";
+  return table;
+}
+
+std::vector<double> ramp(std::size_t rows) {
+  std::vector<double> times(rows);
+  std::iota(times.begin(), times.end(), 0.);
+  return times;
+}
+
+TEST(RowOrder, LeavesOutTheFewestRows) {
+  for (const std::vector<std::pair<std::size_t, double>>& glitches :
+       {std::vector<std::pair<std::size_t, double>>{{50, 1e6}},
+        {{50, 1e6}, {51, 1e6 + 1}, {52, 1e6 + 2}},
+        {{50, 3}},
+        {{10, 500}, {90, 4}, {150, 1e5}}}) {
+    auto times = ramp(200);
+    for (const auto& [row, time] : glitches) times[row] = time;
+    const auto rows = rows_of(table_of(times), map_of(OutOfOrder::skip), "f");
+    ASSERT_TRUE(rows) << text(rows.error());
+    EXPECT_EQ(rows->time.size(), 200 - glitches.size());
+    EXPECT_EQ(rows->time.back(), std::chrono::seconds(199));
+    EXPECT_EQ(rows->notes.front(),
+              std::to_string(glitches.size()) + " rows whose time was not after the row before were left out");
+  }
+}
+
+TEST(RowOrder, AddsTheIncrementsOfRowsThatItLeavesOut) {
+  for (const std::vector<std::size_t>& glitches : {std::vector<std::size_t>{50}, {50, 51, 52}, {7, 80, 120}}) {
+    auto times = ramp(200);
+    for (const std::size_t row : glitches) times[row] = 1;
+    const auto rows = rows_of(table_of(times), map_of(OutOfOrder::skip, true), "f");
+    ASSERT_TRUE(rows) << text(rows.error());
+    EXPECT_EQ(std::accumulate(rows->columns[1].begin(), rows->columns[1].end(), 0.), 199 * 100) << "none is lost";
+  }
+}
+
+TEST(RowOrder, AddsIncrementsOfEqualTimesWhereRowsArePutTogether) {
+  ImportMap map = map_of(OutOfOrder::refuse, true);
+  map.every = std::chrono::seconds(2);
+  std::vector<double> times;
+  for (int i = 0; i < 100; ++i) times.push_back(i / 10);  // NOLINT: whole seconds
+  const auto rows = rows_of(table_of(times), map, "f");
+  ASSERT_TRUE(rows) << text(rows.error());
+  EXPECT_EQ(rows->time.size(), 5u);
+  EXPECT_EQ(std::accumulate(rows->columns[1].begin(), rows->columns[1].end(), 0.), 99 * 50);
+}
+
+TEST(RowOrder, GoesOnAfterAClockThatWasSetBack) {
+  for (const double back : {3600., 3000., 60., 2.5}) {
+    auto times = ramp(8000);
+    for (std::size_t i = 4000; i < times.size(); ++i) times[i] -= back;
+    const auto rows = rows_of(table_of(times), map_of(OutOfOrder::go_on), "f");
+    ASSERT_TRUE(rows) << text(rows.error());
+    ASSERT_EQ(rows->time.size(), 8000u) << "no row is lost";
+    EXPECT_EQ(rows->time.back(), std::chrono::seconds(7999));
+    EXPECT_EQ(rows->notes.front().rfind("the clock was set back 1 time, at first by ", 0), 0u) << rows->notes.front();
+  }
+}
+
+TEST(RowOrder, NamesTheWayOutWhereTheDistanceShowsIt) {
+  const auto said = [](const ImportMap& map, Duration back) { return out_of_order(map, back, {}).what; };
+  ImportMap micros = rate_map(), civil = rate_map();
+  micros.time_unit = std::chrono::microseconds(1);
+  civil.time_form = TimeForm::date;
+  EXPECT_NE(said(micros, std::chrono::microseconds(4294900000)).find("wrap = 4294967296"), std::string::npos);
+  EXPECT_NE(said(micros, std::chrono::microseconds(65500)).find("wrap = 65536"), std::string::npos);
+  EXPECT_NE(said(rate_map(), std::chrono::milliseconds(4294960000)).find("wrap = 4294967296"), std::string::npos);
+  EXPECT_NE(said(civil, std::chrono::minutes(59)).find("put back for winter"), std::string::npos);
+  EXPECT_NE(said(rate_map(), std::chrono::minutes(50)).find("clock began again"), std::string::npos);
+  EXPECT_EQ(said(rate_map(), kSecond),
+            "the time goes back 1 s, expected one after the row before, or out_of_order = \"skip\" in [time]");
+}
+
+TEST(RowOrder, CarriesOnWhereACounterWraps) {
+  for (const double wrap : {65536., 16777216., 4294967296.}) {
+    ImportMap map = map_of(OutOfOrder::refuse);
+    map.time_unit = std::chrono::microseconds(1);
+    map.wrap = counted_time(wrap, map.time_unit);
+    std::vector<double> times;
+    for (int i = 0; i < 500; ++i) times.push_back(std::fmod(wrap - 50'000 + 1000. * i, wrap));
+    const auto rows = rows_of(table_of(times), map, "f");
+    ASSERT_TRUE(rows) << text(rows.error());
+    EXPECT_EQ(rows->time.back(), std::chrono::milliseconds(499));
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm::exchange

@@ -427,7 +427,6 @@ Result<void> check_is_finite(const Model& model, const KnownAnswers& answers) {
 
 constexpr const char* kHeader = R"(/*
 @provenance@ */
-/* A double must have 64 bits (IEEE 754 binary64), which the source checks when it is compiled. */
 #ifndef @name@_H
 #define @name@_H
 
@@ -504,7 +503,6 @@ constexpr const char* kSource = R"(#include "@name@.h"
 
 #include <float.h>
 #include <math.h>
-
 #if DBL_MANT_DIG < 53
 #error "@name@ needs a double of 64 bits: with fewer, as AVR has, its predictions do not pass its self-test"
 #endif

@@ -196,7 +196,7 @@ TEST_F(Compensate, GivesTheUncertaintyBesideTheValue) {
 }
 
 TEST_F(Compensate, WidensTheUncertaintyOutsideTheTrainedRange) {
-  const auto last_u = [](double temperature) {
+  const auto last_u = [this](double temperature) {
     std::string rows = "A,B,bias\n";
     for (int i = 0; i < 120; ++i) rows += fmt::format("{0},{0},1\n", temperature);
     const auto lines = lines_of(compensate(rows, "--uncertainty").out);

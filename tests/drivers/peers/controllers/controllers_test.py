@@ -288,8 +288,12 @@ SETTINGS: dict[str, tuple[Fake, tuple[str, ...]]] = {
 
 OTHERS: dict[str, tuple[Callable[[Scene], None], Fake, float | None]] = {
     "ReadBackLate.f4t": (read_back_late, Fake(lambda: F4T(set_point_lag=1.0), ModbusTcp, "watlow_f4t"), None),
+    "SetPointLostWhileOff.tt5166": (set_point_lost_while_off, FAKES["tt5166_zeros"], HOT),
+    "NeverWrittenTo.yinhe_low_word_first": (
         never_written_to, Fake(lambda: Yinhe(words=low_first), ModbusTcp, "yinhe"), None),
+    "AirIsCompared.ezt_fahrenheit": (
         air_is_compared, Fake(lambda: Ezt570i(in_fahrenheit=True, air=12), RtuInTcp, "csz_ezt570i"), None),
+    "ReadBackIsNotClaimed.tt5166": (read_back_is_not_claimed, FAKES["tt5166_plain"], None),
     "NoFalseFault.ezt": (no_false_fault, FAKES["ezt_held_profile"], None),
 }
 KNOWN = {

@@ -151,8 +151,7 @@ Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& 
   }
   if (turned) table.columns_.push_back(*turned);
   const auto time = find_if(header, [](const std::string& title) { return title == kTimeOfExport; });
-  if (!time) return failure(FaultKind::bad_file, "stdin", fmt::format("has no column \"{}\"", kTimeOfExport));
-  table.columns_.push_back(*time);
+  table.columns_.push_back(time.value_or(kSlotColumn));  // without a time, rows are a second apart by their slots
   table.columns_.push_back(kSlotColumn);
   return table;
 }

@@ -37,7 +37,7 @@ TEST_F(Compensate, AnswersEachRowWithALine) {
   ASSERT_EQ(lines.size(), 301u);
   EXPECT_EQ(lines[0], "compensated_bias_deg_per_h");
   for (int row = 1; row <= 300; ++row) EXPECT_EQ(lines[row].empty(), row < 100) << "the first mean is of 100 rows";
-  EXPECT_NE(ran.err.find("lags by 50 s"), std::string::npos) << ran.err;
+  EXPECT_NE(ran.err.find("lag by 50 s"), std::string::npos) << ran.err;
 }
 
 TEST_F(Compensate, AnswersARowThatComesAloneAtOnce) {

@@ -215,7 +215,7 @@ TEST(CompensateOfAnExperiment, StreamsRowsAndStatesItsLag) {
   for (int i = 0; i < 150; ++i) rows += "23.1,21.8,20.9,0.021\n";
   const auto ran = gyrotherm_with("compensate " + (folder / "m.json"), rows);
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
-  EXPECT_NE(ran.err.find("lags by 50 s"), std::string::npos);
+  EXPECT_NE(ran.err.find("lag by 50 s"), std::string::npos);
   EXPECT_EQ(std::count(ran.out.begin(), ran.out.end(), '\n'), 151);
   const auto bad = gyrotherm_with("compensate " + (folder / "m.json"), "A,D,shell,bias\n1,2,x,4\n");
   EXPECT_EQ(bad.exit_code, 4);

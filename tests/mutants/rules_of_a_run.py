@@ -250,7 +250,7 @@ MUTANTS = [
      "approaching_ = approaching_ ||",
      "run_test", "BrokenRig.AfterAForeignSetPointThatIsPutBackTheClockWaitsForTheAir"),
     ("after a refused set point no foreign one is seen", "sequencer/interlocks/interlocks.cpp",
-     "const bool is_our_own = in.around.sends_again ||", "const bool is_our_own = in.around.refusals > 0 ||",
+     "(in.around.sends_again || in.stood(InterlockId::not_taken)) &&", "(in.around.refusals > 0 || in.stood(InterlockId::not_taken)) &&",
      "run_test", "BrokenRig.AForeignSetPointAfterOneThatWasRefusedIsSeenToo"),
     ("a takeover does not end the hold", "sequencer/run/run_state_machine.cpp",
      "if (now.takes_over) return Returning{state.cause, {}};", "",

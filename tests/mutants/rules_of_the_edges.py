@@ -41,7 +41,7 @@ MUTANTS = [
      "if (before - began >= kLongestReading && !unhurried_)", "if (false)",
      "drivers_test", "ChamberCommands.AReadingIsLeftWhenItsSecondIsOver"),
     ("an activity outlives a silence", "drivers/chamber/modbus_chamber.cpp",
-     "  status_.activity = ChamberActivity::unknown;\n", "",
+     "    status_.activity = ChamberActivity::unknown;\n    status_known_ = false;", "    status_known_ = false;",
      "drivers_test", "ChamberCommands.WhatItDidBeforeASilenceItMayDoNoLonger"),
     ("a call whose exchanges end is a hang", "acquisition/io/instrument_io.cpp",
      "return instruments_.chamber_line ? std::min(busy, instruments_.chamber_line->quiet_for()) : busy;", "return busy;",

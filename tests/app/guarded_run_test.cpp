@@ -284,7 +284,9 @@ TEST_F(GuardedRun, UnderSystemdTheWatchdogHearsEachTickAndMakeSafeIsCalledAfterw
   EXPECT_EQ(laboratory.set_point(), kWarm);
   run.signal(SIGKILL);
   EXPECT_EQ(run.wait(), -SIGKILL);
-  const auto made = shell(make_safe + "--kill " + record);
+  auto made = shell(make_safe + "--kill " + record);
+  for (int i = 0; i < 20 && made.exit_code == 5; ++i)  // the guard has the chamber, and makes it safe itself
+    made = shell("sleep 1; " + make_safe + "--kill " + record);
   EXPECT_EQ(made.exit_code, 0) << made.err;
   EXPECT_EQ(laboratory.set_point(), kSafe);
   const auto again = shell(make_safe + "--kill " + record);

@@ -240,9 +240,11 @@ class Reader {
     for (const auto& share : line.shares) read_scales(line, share);
     share_values(line);
     for (const auto& share : line.shares) {
-      auto& info = settings_.units[share.unit].info;
-      info.instrument = fmt::format("{} at {}", line.stream ? line.stream->name : "gyro", line.line);
-      if (line.stream) info.stream_text = line.stream->text;
+      auto& unit = settings_.units[share.unit];
+      unit.info.instrument = fmt::format("{} at {}", line.stream ? line.stream->name : "gyro", line.line);
+      if (!line.stream) continue;
+      unit.info.stream_text = line.stream->text;
+      if (!unit.largest_bias_deg_per_h) unit.largest_bias_deg_per_h = line.stream->largest_bias_deg_per_h;
     }
     return {};
   }

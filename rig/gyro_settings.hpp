@@ -24,7 +24,7 @@ struct UnitSettings {
   bool can_be_turned{};      ///< people can turn it around in the chamber, so that its input axes point the other way
   bool go_on_when_silent{};  ///< the run goes on for the other units when it falls silent
   bool has_own_thermometers{};  ///< the rig file says which sit on it
-  /// Bias that a good unit may have, °/h; nothing: that of its stream.
+  /// Bias that a good unit may have, °/h: its own or else that of its stream; nothing: neither states one.
   std::optional<double> largest_bias_deg_per_h{};
   std::size_t analogue_values{};  ///< how many of its values, the last ones, analogue inputs measure
 };

@@ -174,8 +174,7 @@ std::string describe_axes(const GyroLine& line, const std::vector<UnitSettings>&
   std::string text;
   for (const auto& share : line.shares) {
     const auto& unit = units[share.unit];
-    const auto stream_bias = line.stream ? line.stream->largest_bias_deg_per_h : std::nullopt;
-    const DegreesPerHour bias{unit.largest_bias_deg_per_h.value_or(stream_bias.value_or(0))};
+    const DegreesPerHour bias{unit.largest_bias_deg_per_h.value_or(0)};
     for (std::size_t i = 0; i < share.axes.size(); ++i) {
       const auto& axis = unit.info.axes[i];
       const auto name = unit.info.axes.size() == 1 && units.size() == 1 ? "rate" : axis_label(unit.info, i);

@@ -148,27 +148,18 @@ bool is_needed_by(const record::UnitInfo& unit, const std::string& channel) {
   return std::ranges::count(unit.gradients, channel) + std::ranges::count(unit.three_point, channel) > 0;
 }
 
-/// Returns the bias that a good unit may have, as its table states it or else the description of its stream.
-std::optional<DegreesPerHour> largest_bias_of(const RigFile& rig, std::size_t unit) {
-  if (const auto own = rig.units[unit].largest_bias_deg_per_h) return DegreesPerHour{*own};
-  for (const auto& line : rig.gyro_lines)
-    for (const auto& share : line.shares)
-      if (share.unit == unit && line.stream && line.stream->largest_bias_deg_per_h)
-        return DegreesPerHour{*line.stream->largest_bias_deg_per_h};
-  return {};
-}
-
-interlocks::UnitLimits limits_of(const RigFile& rig, std::size_t index, const std::vector<std::string>& channels) {
-  const auto& unit = rig.units[index];
+interlocks::UnitLimits limits_of(const UnitSettings& unit, const std::vector<std::string>& channels) {
   interlocks::UnitLimits limits{
       .name = unit.info.name, .go_on_when_silent = unit.go_on_when_silent, .thermometers = {}};
   for (std::size_t i = 0; i < channels.size(); ++i)
     if (is_needed_by(unit.info, channels[i])) limits.thermometers.push_back(i);
+  std::optional<DegreesPerHour> largest_bias;
+  if (const auto stated = unit.largest_bias_deg_per_h) largest_bias = DegreesPerHour{*stated};
   for (std::size_t i = 0; i < unit.info.axes.size(); ++i)
     limits.axes.push_back({.label = record::axis_label(unit.info, i),
                            .arcsec_per_count = unit.info.axes[i].scale,
                            .earth_rate = unit.info.axes[i].earth_rate,
-                           .largest_bias = largest_bias_of(rig, index)});
+                           .largest_bias = largest_bias});
   for (auto i = unit.info.values.size() - unit.analogue_values; i < unit.info.values.size(); ++i)
     limits.analogue.push_back(unit.info.values[i].name);
   return limits;
@@ -274,7 +265,7 @@ Result<RigFile> parse_rig(std::string_view text, const std::string& file, const 
   read_analysis(root->table("analysis"), channels, rig.units);
   read_safe(root->table("safe"), rig);
   rig.limits = interlocks::read_limits(*root, channels, rig.chamber_limits);
-  for (std::size_t i = 0; i < rig.units.size(); ++i) rig.limits.units.push_back(limits_of(rig, i, channels));
+  for (const auto& unit : rig.units) rig.limits.units.push_back(limits_of(unit, channels));
   rig.limits.instruments = instruments_of(rig);
   rig.run_limits = interlocks::read_run_limits(*root);
   check_safe_air(*root, rig);

@@ -159,7 +159,8 @@ class AssembledRig : public Rig {
     for (std::size_t i = 0; i < thermometers_.size(); ++i)
       answers.push_back(titled(title_of_thermometer(i), "on " + file_.thermometers[i].line,
                                ask_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
-    if (const auto warning = compare_air(); answers.front() && !warning.empty()) *answers.front() += "; " + warning;
+    if (answers.front())
+      if (const auto warning = compare_air(); !warning.empty()) *answers.front() += "; " + warning;
     for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) {
       const auto gyro = drivers_->gyro(file_, i, kGyroAskedWithin);
       answers.push_back(

@@ -117,8 +117,10 @@ std::optional<CheckResult> farthest(const CheckInputs& in, const Found& found) {
   for (std::size_t i = 0; i < left.thermometers.size(); ++i) {
     const auto value = value_of(left.thermometers[i]);
     const auto others = ranks.median_without(value);
-    if (!value || !others || unexplained(in, *value, *others) <= beyond) continue;
-    beyond = unexplained(in, *value, *others);
+    if (!value || !others) continue;
+    const auto distance = unexplained(in, *value, *others);
+    if (distance <= beyond) continue;
+    beyond = distance;
     farthest = in.of_thermometer(
         i, fmt::format("{} reads {:.1f} °C, the others {:.1f} °C", in.channel(i), value->value, others->value));
   }

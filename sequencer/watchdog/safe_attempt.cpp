@@ -86,7 +86,7 @@ class Attempt {
       ++done_.tries;
       const auto sent = send_once();
       if (sent) {
-        told(SafeStage::set_point, shown_set_point());
+        told(SafeStage::set_point, shown_set_point(goal_));
         return true;
       }
       try_later(sent.error());
@@ -116,11 +116,6 @@ class Attempt {
     if (const auto off = chamber_->stop(); !off) told(done_.reached, done_.details + "; " + text(off.error()));
   }
 
-  /// Says how the set point was shown: some units cannot be asked for it.
-  [[nodiscard]] const char* shown_set_point() const {
-    return goal_.reads_back ? "set point read back" : "set point acknowledged";
-  }
-
   [[nodiscard]] bool wants_off() const { return goal_.switch_off || task_ == SafeTask::off; }
 
   /// Writes the mode that the chamber is to be left in, and reads what it shows then.
@@ -146,14 +141,14 @@ class Attempt {
     if (!std::isnan(state->set_point.value) && abs(state->set_point - goal_.set_point) > goal_.tolerance)
       return failure(FaultKind::mismatch, "chamber set point",
                      fmt::format("reads {:g} after {:g} was written", state->set_point.value, goal_.set_point.value));
-    return fmt::format("{}, air {:.2f} °C{}", shown_set_point(), state->air.value,
+    return fmt::format("{}, air {:.2f} °C{}", shown_set_point(goal_), state->air.value,
                        wants_off() ? ", conditioning switched off" : "");
   }
 
   void leave_as_wanted() {
     const auto settled = settle();
     if (settled) return told(SafeStage::all, *settled);
-    try_later({settled.error().kind, "", fmt::format("{}, but {}", shown_set_point(), text(settled.error()))});
+    try_later({settled.error().kind, "", fmt::format("{}, but {}", shown_set_point(goal_), text(settled.error()))});
   }
 
   const SafeGoal& goal_;

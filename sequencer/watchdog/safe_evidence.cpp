@@ -115,8 +115,8 @@ std::string SafeEvidence::describe() const {
   std::string set_point = "the set point has not been read";
   if (shown_ && std::isnan(shown_->value)) set_point = taken_ ? "set point acknowledged" : "set point NOT acknowledged";
   if (shown_ && !std::isnan(shown_->value))
-    set_point = !set_point_shown_ ? fmt::format("set point NOT shown: reads {:g} °C", shown_->value)
-                                  : (goal_.reads_back ? "set point read back" : "set point acknowledged");
+    set_point =
+        set_point_shown_ ? shown_set_point(goal_) : fmt::format("set point NOT shown: reads {:g} °C", shown_->value);
   auto mode = fmt::format("mode {}{}", mode_shown_ ? "" : "NOT shown: ", name(activity_));
   if (activity_ == ChamberActivity::unknown)
     mode = goal_.shows_mode ? "mode NOT shown"

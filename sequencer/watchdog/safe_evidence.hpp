@@ -30,6 +30,10 @@ struct SafeGoal {
   /// Identity that the chamber reported when the run began. Empty: its map alone is compared.
   std::string identity{};
 };
+/// Says how a set point is shown that the chamber has taken: some chambers cannot be asked for it.
+[[nodiscard]] inline const char* shown_set_point(const SafeGoal& goal) {
+  return goal.reads_back ? "set point read back" : "set point acknowledged";
+}
 [[nodiscard]] SafeGoal safe_goal(const drivers::RegisterMap& map, Celsius set_point, Duration observe);
 
 enum class SafeAction {

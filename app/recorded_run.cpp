@@ -61,26 +61,34 @@ void add_unverified_flag(CLI::App& command, bool& unverified) {
   command.add_flag("--unverified", unverified, "take records without a look at whether they are as they were written");
 }
 
-Result<data::RecordedRun> load_recorded_run(Console& console, const std::string& path,
-                                            const RecordedRunOptions& options) {
+namespace {
+
+/// Makes the clusters that are asked for.
+Result<data::Clusters> clusters_of(const data::Dataset& dataset, const RecordedRunOptions& options) {
   const auto range = parse_cluster_range(options.clusters);
   if (!range) return failure(range.error());
+  auto clusters = data::make_clusters(dataset, options.cluster_length_s);
+  if (!clusters || !*range) return clusters;
+  const auto there = clusters->start_s.size(), first = (*range)->first;
+  const auto end = (*range)->end.value_or(there);
+  if (end > there || first >= there)
+    return failure(FaultKind::usage, dataset.path,
+                   fmt::format("has {} clusters, {} were asked for", there, std::max(end, first + 1)));
+  std::vector<Eigen::Index> rows(static_cast<std::size_t>(end - first));
+  std::iota(rows.begin(), rows.end(), first);
+  return data::pick(*clusters, rows);
+}
+
+}  // namespace
+
+Result<data::RecordedRun> load_recorded_run(Console& console, const std::string& path,
+                                            const RecordedRunOptions& options) {
+  if (const auto range = parse_cluster_range(options.clusters); !range) return failure(range.error());
   if (auto checked = check_recorded_run(console, path, options.unverified); !checked) return failure(checked.error());
   auto dataset = data::load_dataset(path, options.axis);
   if (!dataset) return failure(dataset.error());
-  if (options.leaves_out_outliers) data::remove(*dataset, data::find_spikes(*dataset));
-  auto clusters = data::make_clusters(*dataset, options.cluster_length_s);
+  auto clusters = clusters_of(*dataset, options);
   if (!clusters) return failure(clusters.error());
-  if (const auto& wanted = *range) {
-    const auto there = clusters->start_s.size();
-    const auto end = wanted->end.value_or(there);
-    if (end > there || wanted->first >= there)
-      return failure(FaultKind::usage, path,
-                     fmt::format("has {} clusters, {} were asked for", there, std::max(end, wanted->first + 1)));
-    std::vector<Eigen::Index> rows(static_cast<std::size_t>(end - wanted->first));
-    std::iota(rows.begin(), rows.end(), wanted->first);
-    *clusters = data::pick(*clusters, rows);
-  }
   return data::RecordedRun{std::move(*dataset), std::move(*clusters)};
 }
 
@@ -88,20 +96,23 @@ Result<RecordedRuns> load_recorded_runs(Console& console, const std::vector<std:
                                         const RecordedRunOptions& options) {
   RecordedRuns records;
   for (const auto& path : paths) {
-    auto with_outliers = options;
-    with_outliers.leaves_out_outliers = false;
-    auto recorded = load_recorded_run(console, path, with_outliers);
+    auto recorded = load_recorded_run(console, path, options);
     if (!recorded) return failure(recorded.error());
-    if (const auto spikes = data::find_spikes(recorded->dataset); !spikes.empty()) {
+    auto& [dataset, clusters] = *recorded;
+    if (const auto spikes = data::find_spikes(dataset); !spikes.empty()) {
       records.outliers.push_back(fmt::format("{}: {}{}", path, describe(spikes),
                                              options.leaves_out_outliers
                                                  ? "; the clusters that they lie in were left out"
                                                  : "; --outliers leave-out does without them"));
-      if (options.leaves_out_outliers) recorded = load_recorded_run(console, path, options);
-      if (!recorded) return failure(recorded.error());
+      if (options.leaves_out_outliers) {
+        data::remove(dataset, spikes);
+        auto without = clusters_of(dataset, options);
+        if (!without) return failure(without.error());
+        clusters = std::move(*without);
+      }
     }
-    records.datasets.push_back(std::move(recorded->dataset));
-    records.clusters.push_back(std::move(recorded->clusters));
+    records.datasets.push_back(std::move(dataset));
+    records.clusters.push_back(std::move(clusters));
   }
   return records;
 }

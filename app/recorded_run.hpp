@@ -24,7 +24,7 @@ struct RecordedRunOptions {
   bool unverified = false;
   data::AxisChoice axis{};  ///< empty names: of the only one that it has
   double cluster_length_s = 100;
-  bool leaves_out_outliers = false;  ///< samples of the bias that data::find_spikes() finds
+  bool leaves_out_outliers = false;  ///< load_recorded_runs() alone: samples that data::find_spikes() finds
 };
 /// Adds --unit and --axis.
 void add_axis_options(CLI::App& command, data::AxisChoice& axis);

@@ -219,8 +219,7 @@ void add_train(Program& program) {
           "--outliers", options.outliers,
           "what becomes of samples of the bias that lie far from all around them: name (default) says how many, "
           "how large and when; leave-out does without the clusters that they lie in")
-      ->check(CLI::IsMember({"name", "leave-out"}))
-      ->type_name("CHOICE:{name,leave-out}");
+      ->check(CLI::IsMember({"name", "leave-out"}));
   add_unverified_flag(command, options.unverified);
   command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the model says so");
   command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());

@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "core/deadline.hpp"
@@ -220,23 +221,37 @@ Result<void> await_listener(const Descriptor& socket, const std::string& record)
   return known;
 }
 
+/// Sends a message and returns the answer. Returns nothing where the listener hung up before it took the message, as it
+/// does with a silent speaker when its descriptors are used up.
+Result<std::optional<ControlAnswer>> ask(const Descriptor& socket, const std::string& message, const std::string& path,
+                                         const Deadline& deadline) {
+  if (::send(socket.number(), message.data(), message.size(), MSG_NOSIGNAL) < 0) {
+    if (errno == EPIPE || errno == ECONNRESET) return std::nullopt;
+    return failure(FaultKind::disconnected, path, std::strerror(errno));
+  }
+  if (!ready(socket.number(), POLLIN, deadline))
+    return failure(FaultKind::timeout, path, "the program that carries the run out does not answer");
+  std::array<char, kLongestRequest> answer{};
+  const auto size = ::recv(socket.number(), answer.data(), answer.size(), 0);
+  if (size < 0 && errno == ECONNRESET) return std::nullopt;  // closed with the message still unread (unix(7))
+  if (size <= 0) return failure(FaultKind::disconnected, path, "the program hung up without an answer");
+  return parse_answer({answer.data(), static_cast<std::size_t>(size)});
+}
+
 }  // namespace
 
 Result<ControlAnswer> tell(const std::string& record, const ControlRequest& request, Duration within) {
   const auto path = control_socket_path(record);
   const Deadline deadline(within);
-  const auto socket = connected(record, deadline);
-  if (!socket) return failure(socket.error());
-  if (const auto known = await_listener(*socket, record); !known) return failure(known.error());
-  const auto message = to_message(request);
-  if (::send(socket->number(), message.data(), message.size(), MSG_NOSIGNAL) < 0)
-    return failure(FaultKind::disconnected, path, std::strerror(errno));
-  if (!ready(socket->number(), POLLIN, deadline))
-    return failure(FaultKind::timeout, path, "the program that carries the run out does not answer");
-  std::array<char, kLongestRequest> answer{};
-  const auto size = ::recv(socket->number(), answer.data(), answer.size(), 0);
-  if (size <= 0) return failure(FaultKind::disconnected, path, "the program hung up without an answer");
-  return parse_answer({answer.data(), static_cast<std::size_t>(size)});
+  while (true) {
+    const auto socket = connected(record, deadline);
+    if (!socket) return failure(socket.error());
+    if (const auto known = await_listener(*socket, record); !known) return failure(known.error());
+    const auto answer = ask(*socket, to_message(request), path, deadline);
+    if (!answer) return failure(answer.error());
+    if (*answer) return **answer;
+    if (deadline.over()) return failure(FaultKind::timeout, path, "the program hung up before it took the message");
+  }
 }
 
 }  // namespace gyrotherm::control

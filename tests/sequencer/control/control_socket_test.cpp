@@ -313,6 +313,56 @@ TEST(ControlSocket, AnswersWhenDescriptorsAreUsedUp) {
   EXPECT_EQ(answered, speakers.size());
 }
 
+/// Hangs up on each speaker: before it speaks, with its message unread, or after reading it. Counts the messages read.
+class HangsUp {
+ public:
+  enum class When { before_it_speaks, unread, read };
+  HangsUp(const std::string& record, std::vector<When> times) : address_(address_of(record)) {
+    write_status_of(record);
+    EXPECT_EQ(::bind(socket_.number(), reinterpret_cast<const sockaddr*>(&address_), sizeof address_), 0);
+    EXPECT_EQ(::listen(socket_.number(), 8), 0);
+    thread_ = std::jthread([this, times = std::move(times)] {
+      for (const auto when : times) hang_up(when);
+      socket_.close();
+    });
+  }
+  int read() {
+    thread_.join();
+    return read_;
+  }
+
+ private:
+  static sockaddr_un address_of(const std::string& record) {
+    sockaddr_un address{.sun_family = AF_UNIX};
+    const auto path = control_socket_path(record);
+    std::copy(path.begin(), path.end(), address.sun_path);
+    return address;
+  }
+  void hang_up(When when) {
+    if (!ready(socket_.number(), POLLIN, Deadline(5s))) return;
+    const Descriptor speaker(::accept(socket_.number(), nullptr, nullptr));
+    if (when == When::before_it_speaks) return;
+    (void)ready(speaker.number(), POLLIN, Deadline(5s));
+    char message[5000];
+    if (when == When::read && ::recv(speaker.number(), message, sizeof message, 0) > 0) ++read_;
+  }
+
+  Descriptor socket_{::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0)};
+  sockaddr_un address_;
+  int read_ = 0;
+  std::jthread thread_;
+};
+
+TEST(ControlSocket, SpeaksAgainUntilItsMessageIsTakenAndNeverTwice) {
+  using When = HangsUp::When;
+  const tests::TestFolder folder;
+  HangsUp listener(folder / "run.db", {When::unread, When::before_it_speaks, When::unread, When::read});
+  const auto answer = tell(folder / "run.db", *request_of("abort", ""), 5s);
+  EXPECT_EQ(listener.read(), 1);
+  ASSERT_FALSE(answer);
+  EXPECT_EQ(answer.error().kind, FaultKind::disconnected) << text(answer.error());
+}
+
 TEST(ControlSocket, WhoConnectsAndSaysNothingKeepsNobodyOut) {
   const tests::TestFolder folder;
   auto socket = open_with_status(folder / "run.db");

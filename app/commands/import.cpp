@@ -41,12 +41,15 @@ Result<Exit> guess(Console& console, const ImportArguments& options) {
   return Exit::done;
 }
 
+/// Returns the time of the first row to the nearest second, as a serial date of eight decimals is meant.
+std::string start_in_words(Duration started) { return civil_time(std::chrono::round<std::chrono::seconds>(started)); }
+
 /// What is known of the rows and of each channel, for people.
 std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
   constexpr std::size_t kMost = 40;
   std::string rows = fmt::format("of {} rows of the file", summary.file_rows);
   if (summary.step > Duration{}) rows += fmt::format(", usually {:g} s apart", to_seconds(summary.step));
-  if (summary.started) rows += ", from " + civil_time(*summary.started);
+  if (summary.started) rows += ", from " + start_in_words(*summary.started);
   std::vector<std::string> lines{rows};
   for (const auto& channel : summary.channels)
     if (lines.size() <= kMost) lines.push_back(in_words(channel));
@@ -81,7 +84,7 @@ std::string json(const exchange::ImportSummary& summary) {
               {"step_s", to_seconds(summary.step)},
               {"lines_left_out", summary.lines_left_out},
               {"rows_left_out", summary.rows_left_out},
-              {"started_utc", summary.started ? Json(civil_time(*summary.started)) : Json(nullptr)},
+              {"started_utc", summary.started ? Json(start_in_words(*summary.started)) : Json(nullptr)},
               {"notes", summary.notes},
               {"channels", std::move(channels)}};
   return text_of(object) + "\n";

@@ -333,7 +333,8 @@ class HangsUp {
 
  private:
   static sockaddr_un address_of(const std::string& record) {
-    sockaddr_un address{.sun_family = AF_UNIX};
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
     const auto path = control_socket_path(record);
     std::copy(path.begin(), path.end(), address.sun_path);
     return address;

@@ -204,6 +204,16 @@ class Controller:
         return true_length
 
 
+def has_hung_up(client: socket.socket) -> bool:
+    """Returns whether the client has closed its end, though its thread may not have seen it yet."""
+    try:
+        return client.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b""
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+
+
 class Server:
     """Serves one instrument to connections, each in a thread of its own."""
 
@@ -227,7 +237,7 @@ class Server:
             except OSError:
                 return
             with self.lock:
-                taken = len(self.clients) < self.clients_at_most
+                taken = sum(not has_hung_up(other) for other in self.clients) < self.clients_at_most
                 if taken:
                     self.clients.add(client)
             if not taken:

@@ -19,7 +19,13 @@ constexpr std::size_t kPiece = 1 << 20;
 Result<Bytes> Bytes::open(const std::string& path) {
   auto file = open_regular_file(path);
   if (!file) return failure(file.error());
-  return Bytes(std::move(*file), path);
+  Bytes bytes(std::move(*file), path);
+  const auto beginning = bytes.ahead(2);
+  if (!beginning) return failure(beginning.error());
+  if (!is_gzip(*beginning)) return bytes;
+  bytes.gunzip_.emplace(bytes.file_.descriptor.number(), path);
+  if (const auto begun = bytes.begin_again(); !begun) return failure(begun.error());
+  return bytes;
 }
 
 Result<std::string_view> Bytes::ahead(std::size_t count) {
@@ -39,29 +45,57 @@ Result<void> Bytes::go_back(std::uint64_t to) {
   if (!file_.descriptor.is_open()) {
     const auto back = static_cast<std::size_t>(passed_ - to);
     ahead_ = {ahead_.data() - back, ahead_.size() + back};
-  } else if (::lseek(file_.descriptor.number(), static_cast<off_t>(to), SEEK_SET) < 0) {
-    return failure(FaultKind::bad_file, name_, std::string("cannot be read: ") + std::strerror(errno));
-  } else {
-    ahead_ = {};
-    at_end_ = false;
+    passed_ = to;
+    return {};
   }
+  if (gunzip_) {
+    if (const auto begun = begin_again(); !begun) return begun;
+    while (passed_ < to) {
+      if (const auto more = ahead(1); !more) return failure(more.error());
+      if (ahead_.empty()) return failure(FaultKind::bad_file, name_, "has become shorter while it was read");
+      pass(std::min<std::size_t>(ahead_.size(), to - passed_));
+    }
+    return {};
+  }
+  if (::lseek(file_.descriptor.number(), static_cast<off_t>(to), SEEK_SET) < 0) return failure(unreadable());
+  ahead_ = {};
+  at_end_ = false;
   passed_ = to;
   return {};
+}
+
+/// Returns the fault that errno names.
+Fault Bytes::unreadable() const {
+  return {FaultKind::bad_file, name_, std::string("cannot be read: ") + std::strerror(errno)};
+}
+
+Result<void> Bytes::begin_again() {
+  if (::lseek(file_.descriptor.number(), 0, SEEK_SET) < 0) return failure(unreadable());
+  if (gunzip_) gunzip_.emplace(file_.descriptor.number(), name_);
+  ahead_ = {};
+  at_end_ = false;
+  passed_ = 0;
+  return {};
+}
+
+Result<std::size_t> Bytes::read(char* to, std::size_t room) {
+  if (gunzip_) return gunzip_->read(to, room);
+  ssize_t read = -1;
+  do read = ::read(file_.descriptor.number(), to, room);
+  while (read < 0 && errno == EINTR);
+  if (read < 0) return failure(unreadable());
+  return static_cast<std::size_t>(read);
 }
 
 Result<void> Bytes::read_more(std::size_t count) {
   std::size_t held = ahead_.size();
   if (held > 0) std::memmove(buffer_.data(), ahead_.data(), held);
   buffer_.resize(std::max(count, kPiece));
-  while (held < buffer_.size()) {
-    const auto read = ::read(file_.descriptor.number(), buffer_.data() + held, buffer_.size() - held);
-    if (read < 0 && errno == EINTR) continue;
-    if (read < 0) return failure(FaultKind::bad_file, name_, std::string("cannot be read: ") + std::strerror(errno));
-    if (read == 0) {
-      at_end_ = true;
-      break;
-    }
-    held += static_cast<std::size_t>(read);
+  while (held < buffer_.size() && !at_end_) {
+    const auto more = read(buffer_.data() + held, buffer_.size() - held);
+    if (!more) return failure(more.error());
+    at_end_ = *more == 0;
+    held += *more;
   }
   ahead_ = std::string_view(buffer_).substr(0, held);
   return {};

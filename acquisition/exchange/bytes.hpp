@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The bytes of a file of any size, a piece of them in memory at a time.
+/// The bytes of a file of any size, a piece of them in memory at a time. A gzip file is unpacked on the way.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "acquisition/exchange/gunzip.hpp"
 #include "core/file.hpp"
 #include "core/result.hpp"
 
@@ -15,29 +17,36 @@ namespace gyrotherm::exchange {
 /// Goes from the first byte of a file to its last.
 class Bytes {
  public:
-  /// Fails as open_regular_file() does.
+  /// Fails as open_regular_file() does, and with bad_file if the file cannot be read.
   [[nodiscard]] static Result<Bytes> open(const std::string& path);
   /// Goes through a text that outlives this; `name` stands for its file in faults.
   Bytes(std::string_view all, std::string name) : name_(std::move(name)), ahead_(all) {}
 
   /// What comes next: at least `count` bytes, fewer only where the file ends. The view is good until the next call.
-  /// Fails with bad_file if the file cannot be read.
+  /// Fails with bad_file if the file cannot be read or unpacked.
   [[nodiscard]] Result<std::string_view> ahead(std::size_t count);
   /// Goes on by so many bytes, which ahead() has shown.
   void pass(std::size_t count);
-  /// Goes back to where so many bytes were passed. Fails with bad_file if the file cannot be read.
+  /// Goes back to where so many bytes were passed; a gzip file is unpacked again from its start. Fails with bad_file if
+  /// the file cannot be read.
   [[nodiscard]] Result<void> go_back(std::uint64_t to);
 
   /// Bytes that were passed.
   [[nodiscard]] std::uint64_t passed() const { return passed_; }
   [[nodiscard]] const std::string& name() const { return name_; }
+  /// Returns true for a gzip file.
+  [[nodiscard]] bool is_packed() const { return gunzip_.has_value(); }
 
  private:
   explicit Bytes(RegularFile file, std::string name) : name_(std::move(name)), file_(std::move(file)) {}
+  [[nodiscard]] Fault unreadable() const;
+  [[nodiscard]] Result<void> begin_again();
+  [[nodiscard]] Result<std::size_t> read(char* to, std::size_t room);
   [[nodiscard]] Result<void> read_more(std::size_t count);
 
   std::string name_;
   RegularFile file_{};
+  std::optional<Gunzip> gunzip_{};  ///< of a gzip file
   std::string buffer_{};
   std::string_view ahead_{};  ///< of the buffer, or of the text in memory
   std::uint64_t passed_{};

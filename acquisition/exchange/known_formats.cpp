@@ -14,8 +14,7 @@ struct KnownFormat {
 
 constexpr std::string_view kZip("PK\x03\x04", 4), kHdf5("\x89HDF\r\n\x1A\n", 8);
 
-constexpr std::array<KnownFormat, 16> kKnown{{
-    {std::string_view("\x1F\x8B", 2), "gzip: unpack it first, \"gunzip -k FILE\""},
+constexpr std::array<KnownFormat, 15> kKnown{{
     {std::string_view("BZh", 3), "bzip2: unpack it first, \"bunzip2 -k FILE\""},
     {std::string_view("\xFD"
                       "7zXZ\0",
@@ -52,6 +51,8 @@ std::string way_out_of_format(std::string_view beginning) {
   }
   for (const KnownFormat& known : kKnown)
     if (beginning.starts_with(known.beginning)) return std::string(known.way_out);
+  if (beginning.size() >= 262 && beginning.substr(257).starts_with("ustar"))
+    return "a tar archive: unpack it first, \"tar -xf FILE\"";
   if (beginning.size() >= 520 && beginning.substr(512).starts_with(kHdf5))
     return "HDF5 behind a block of its own: save the table as CSV";
   return "";

@@ -14,12 +14,12 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/exchange/bytes.hpp"
 #include "acquisition/exchange/civil_time.hpp"
 #include "acquisition/exchange/column_names.hpp"
 #include "acquisition/exchange/counted_time.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/sqlite.hpp"
-#include "core/file.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::exchange {
@@ -423,7 +423,11 @@ bool is_netcdf(std::string_view beginning) {
 
 Result<void> read_netcdf(const std::string& path, const ImportMap& map, const TakeRow& take,
                          const ReadingLimits& limits) {
-  if (const auto regular = open_regular_file(path); !regular) return failure(regular.error());
+  const auto bytes = Bytes::open(path);
+  if (!bytes) return failure(bytes.error());
+  if (bytes->is_packed())
+    return failure(FaultKind::bad_file, path,
+                   "gzip: a packed file is read as text or as a log; of NetCDF unpack it first, \"gunzip -k FILE\"");
   const auto read = [&](const TakeRow& take_in_child, const std::function<void()>& step) {
     NetcdfTable table(path, step);
     return table.open(map).and_then([&] { return table.read(take_in_child); });

@@ -426,7 +426,8 @@ TEST(Guess, TakesThePublishedRawRatesOfALog) {
 
 TEST(Guess, NamesFormatsThatAreNotRead) {
   for (const auto& [bytes, said] :
-       {std::pair(std::string("\x1F\x8B\x08\0", 4), "gzip"), std::pair(std::string("PK\x03\x04 log.csv"), "zip"),
+       {std::pair(std::string("BZh91AY"), "bzip2"), std::pair(std::string("PK\x03\x04 log.csv"), "zip"),
+        std::pair("log.csv" + std::string(250, '\0') + "ustar", "tar"),
         std::pair(std::string("PK\x03\x04 [Content_Types].xml"), "xlsx"),
         std::pair(std::string("MATLAB 5.0 MAT-file, Platform"), "MATLAB"),
         std::pair(std::string("MDF     4.10"), "MDF"), std::pair(std::string("TDSm"), "TDMS"),

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A gzip file as its content; damage as a fault with its place.
+#include "acquisition/exchange/gunzip.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "acquisition/exchange/bytes.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::exchange {
+namespace {
+
+/// "t,T\n0,20\n1,21\n" as `gzip -n` of gzip 1.12 packs it.
+const std::string kPacked(
+    "\x1f\x8b\x08\x00\x00\x00\x00\x00\x00\x03\x2b\xd1\x09\xe1\x32\xd0\x31\x32\xe0\x32\xd4\x31\x32\xe4\x02"
+    "\x00\x39\xf1\x8a\x63\x0e\x00\x00\x00",
+    34);
+const std::string kContent = "t,T\n0,20\n1,21\n";
+
+std::string written(const tests::TestFolder& folder, const std::string& bytes) {
+  const auto path = folder / "table.gz";
+  std::ofstream(path, std::ios::binary) << bytes;
+  return path;
+}
+
+/// Returns all that follows, asking for `piece` bytes at a time.
+Result<std::string> rest(Bytes& bytes, std::size_t piece) {
+  std::string all;
+  while (true) {
+    const auto ahead = bytes.ahead(piece);
+    if (!ahead) return failure(ahead.error());
+    if (ahead->empty()) return all;
+    const auto count = std::min(piece, ahead->size());
+    all += ahead->substr(0, count);
+    bytes.pass(count);
+  }
+}
+
+Result<std::string> content(const tests::TestFolder& folder, const std::string& packed, std::size_t piece = 1000) {
+  auto bytes = Bytes::open(written(folder, packed));
+  if (!bytes) return failure(bytes.error());
+  EXPECT_TRUE(bytes->is_packed());
+  return rest(*bytes, piece);
+}
+
+/// Returns what gzip makes of a text.
+std::string packed_by_gzip(const tests::TestFolder& folder, const std::string& text, const std::string& options = "") {
+  std::ofstream(folder / "plain", std::ios::binary) << text;
+  const auto command = "gzip -c " + options + " '" + (folder / "plain") + "' > '" + (folder / "made.gz") + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  std::ifstream file(folder / "made.gz", std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(Gunzip, UnpacksGoldenBytes) {
+  const tests::TestFolder folder;
+  for (const std::size_t piece : {1u, 3u, 1000u}) {
+    const auto read = content(folder, kPacked, piece);
+    ASSERT_TRUE(read) << text(read.error());
+    EXPECT_EQ(*read, kContent);
+  }
+}
+
+TEST(Gunzip, JoinsMembersAndPassesOverPadding) {
+  const tests::TestFolder folder;
+  for (const auto& [packed, expected] : {std::pair(kPacked + kPacked, kContent + kContent),
+                                         std::pair(kPacked + kPacked + kPacked, kContent + kContent + kContent),
+                                         std::pair(kPacked + std::string(512, '\0'), kContent)}) {
+    const auto read = content(folder, packed, 5);
+    ASSERT_TRUE(read) << text(read.error());
+    EXPECT_EQ(*read, expected);
+  }
+}
+
+TEST(Gunzip, UnpacksFilesLargerThanItsPieces) {
+  const tests::TestFolder folder;
+  std::string large;
+  std::uint64_t noise = 1;
+  while (large.size() < (5 << 20))
+    large += std::to_string(noise = noise * 6364136223846793005u + 1442695040888963407u) + "\n";
+  for (const auto* options : {"", "-1", "-9"}) {
+    const auto packed = packed_by_gzip(folder, large, options);
+    for (const auto& [file, expected] : {std::pair(packed, large), std::pair(packed + packed, large + large)}) {
+      const auto read = content(folder, file, 70'001);
+      ASSERT_TRUE(read) << text(read.error());
+      EXPECT_TRUE(*read == expected) << read->size();
+    }
+  }
+}
+
+TEST(Gunzip, GoesBack) {
+  const tests::TestFolder folder;
+  std::string large;
+  for (int i = 0; i < 400'000; ++i) large += std::to_string(i) + "\n";
+  auto bytes = Bytes::open(written(folder, packed_by_gzip(folder, large)));
+  ASSERT_TRUE(bytes);
+  for (const std::size_t to : {0u, 1u, 1'500'000u}) {
+    ASSERT_TRUE(rest(*bytes, 4096));
+    ASSERT_TRUE(bytes->go_back(to));
+    EXPECT_EQ(bytes->passed(), to);
+    EXPECT_EQ(bytes->ahead(100)->substr(0, 100), std::string_view(large).substr(to, 100));
+  }
+}
+
+TEST(Gunzip, NothingIsAFileThatIsCutOffAnywhere) {
+  const tests::TestFolder folder;
+  for (std::size_t size = 2; size < kPacked.size(); ++size) {
+    const auto read = content(folder, kPacked.substr(0, size));
+    ASSERT_FALSE(read) << size;
+    EXPECT_EQ(read.error().kind, FaultKind::bad_file);
+    EXPECT_NE(text(read.error()).find("cut off after byte " + std::to_string(size)), std::string::npos)
+        << text(read.error());
+  }
+}
+
+TEST(Gunzip, NeverReadsOtherContentFromDamage) {
+  const tests::TestFolder folder;
+  std::size_t refused = 0;
+  for (std::size_t at = 2; at < kPacked.size(); ++at)
+    for (int bit = 0; bit < 8; ++bit) {
+      auto damaged = kPacked;
+      damaged[at] = static_cast<char>(damaged[at] ^ (1 << bit));
+      const auto read = content(folder, damaged);
+      if (read) EXPECT_EQ(*read, kContent) << at;  // the header's time, flags of no effect and system
+      refused += !read;
+    }
+  EXPECT_GT(refused, (kPacked.size() - 10) * 8 - 1) << "all bits behind the header count";
+}
+
+TEST(Gunzip, NamesWhatFollowsThatIsNoGzip) {
+  const tests::TestFolder folder;
+  const auto read = content(folder, kPacked + "2,22\n");
+  ASSERT_FALSE(read);
+  EXPECT_NE(text(read.error()).find("no gzip follow at byte 34"), std::string::npos) << text(read.error());
+}
+
+}  // namespace
+}  // namespace gyrotherm::exchange

@@ -18,7 +18,7 @@ namespace gyrotherm::exchange {
 namespace {
 
 constexpr std::string_view kMagic("\x1F\x8B", 2);
-constexpr std::size_t kPiece = 1 << 16;
+constexpr std::size_t kPackedPiece = 1 << 16;
 constexpr int kGzipOnly = 16 + MAX_WBITS;  ///< the window bits that zlib takes for "a gzip header, no other"
 
 }  // namespace
@@ -27,7 +27,7 @@ bool is_gzip(std::string_view beginning) { return beginning.starts_with(kMagic);
 
 /// The packed file, and zlib's state.
 struct Gunzip::Stream {
-  Stream(int file, std::string_view file_name) : descriptor(file), name(file_name), packed(kPiece) {
+  Stream(int file, std::string_view file_name) : descriptor(file), name(file_name), packed(kPackedPiece) {
     is_ready = ::inflateInit2(&state, kGzipOnly) == Z_OK;
   }
   ~Stream() { ::inflateEnd(&state); }

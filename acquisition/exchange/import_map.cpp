@@ -179,7 +179,10 @@ void read_text_time(const TomlTable& table, ImportMap& map) {
 
 void read_time(const TomlTable& table, ImportMap& map) {
   if (map.format == FileFormat::text) read_text_time(table, map);
-  if (map.format == FileFormat::netcdf) map.time = ColumnName{.name = table.text("column", "time")};
+  if (map.format == FileFormat::netcdf) {
+    map.time = ColumnName{.name = table.text("column", "time")};
+    map.file_units = table.text("unit", "");
+  }
   if (table.has("every")) map.every = read_positive(table, "every");
   map.out_of_order = one_of(kOutOfOrder, table, "out_of_order", "refuse");
 }

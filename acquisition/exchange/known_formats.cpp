@@ -12,9 +12,9 @@ struct KnownFormat {
   std::string_view way_out;
 };
 
-constexpr std::string_view kZip("PK\x03\x04", 4), kHdf5("\x89HDF\r\n\x1A\n", 8);
+constexpr std::string_view kZip("PK\x03\x04", 4);
 
-constexpr std::array<KnownFormat, 15> kKnown{{
+constexpr std::array<KnownFormat, 14> kKnown{{
     {std::string_view("BZh", 3), "bzip2: unpack it first, \"bunzip2 -k FILE\""},
     {std::string_view("\xFD"
                       "7zXZ\0",
@@ -26,8 +26,6 @@ constexpr std::array<KnownFormat, 15> kKnown{{
     {std::string_view("\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1", 8),
      "a workbook of old Excel: save the sheet as CSV, \"soffice --convert-to csv FILE\""},
     {"MATLAB 5.0 MAT-file", "a MATLAB file of version 5 to 7: save the table as CSV, \"writetable(T, 'file.csv')\""},
-    {"MATLAB 7.3 MAT-file",
-     "a MATLAB file of version 7.3, HDF5 inside: save the table as CSV, \"writetable(T, 'file.csv')\""},
     {"MDF     ", "MDF, of vehicles' measurements: convert it to CSV, with asammdf \"mdf.export('csv')\""},
     {"TDSm", "TDMS of LabVIEW: convert it to CSV, with npTDMS \"tdmsinfo\" and \"as_dataframe().to_csv()\""},
     {"PAR1", "Parquet: convert it to CSV, with pandas \"read_parquet('FILE').to_csv('file.csv')\""},
@@ -53,8 +51,6 @@ std::string way_out_of_format(std::string_view beginning) {
     if (beginning.starts_with(known.beginning)) return std::string(known.way_out);
   if (beginning.size() >= 262 && beginning.substr(257).starts_with("ustar"))
     return "a tar archive: unpack it first, \"tar -xf FILE\"";
-  if (beginning.size() >= 520 && beginning.substr(512).starts_with(kHdf5))
-    return "HDF5 behind a block of its own: save the table as CSV";
   return "";
 }
 

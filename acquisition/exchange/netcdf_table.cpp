@@ -125,6 +125,7 @@ double as_type(nc_type type, double number) {
 /// A variable, and what makes values of its numbers.
 struct Variable {
   int id{};
+  int axis = 0, dimension = -1;  ///< rows are along that one of its dimensions, and its number in the file
   nc_type type{};
   double scale = 1, offset = 0;
   std::vector<double> no_values{};  ///< numbers that stand for a value which is not there
@@ -166,12 +167,11 @@ class NetcdfTable {
     if (auto opened = check(nc_open(path_.c_str(), NC_NOWRITE, &file_)); !opened) return opened;
     const auto time = find(map.time->name);
     if (!time) return wrong(describe_missing_columns({map.time->name}, names_along({})));
-    std::array<int, NC_MAX_VAR_DIMS> dimensions{};
-    if (nc_inq_vardimid(file_, time->id, dimensions.data()) == NC_NOERR) dimension_ = dimensions.front();
+    dimension_ = time->dimension;
     if (auto size = check(nc_inq_dimlen(file_, *dimension_, &rows_)); !size) return size;
     time_ = *time;
     if (auto checked = check_numbers(time_, map.time->name); !checked) return checked;
-    if (auto units = read_units(map.time->name); !units) return units;
+    if (auto units = read_units(map.time->name, map.file_units); !units) return units;
     return find_columns(map);
   }
 
@@ -194,19 +194,32 @@ class NetcdfTable {
     return failure(FaultKind::bad_file, path_, plain(std::move(what), Blanks::kept));
   }
   Result<void> check(int error) const {
-    return error == NC_NOERR ? Result<void>{} : wrong(std::string("cannot be read as NetCDF: ") + nc_strerror(error));
+    return error == NC_NOERR ? Result<void>{}
+                             : wrong(std::string("cannot be read as NetCDF or HDF5: ") + nc_strerror(error));
   }
 
-  /// A variable of numbers along one dimension; along that of time, once it is known.
+  /// Returns which of a variable's dimensions is longer than 1, if one alone is; the first of dimensions of 1.
+  std::optional<int> axis_of(int id, int rank, std::array<int, 2>& dimensions) const {
+    std::array<std::size_t, 2> lengths{1, 1};
+    if (rank < 1 || rank > 2 || nc_inq_vardimid(file_, id, dimensions.data()) != NC_NOERR) return std::nullopt;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(rank); ++i)
+      if (nc_inq_dimlen(file_, dimensions[i], &lengths[i]) != NC_NOERR) return std::nullopt;
+    if (rank == 1 || lengths[1] == 1) return 0;
+    return lengths[0] == 1 ? std::optional(1) : std::nullopt;
+  }
+
+  /// Returns a variable of numbers along one dimension; along that of time, once it is known.
   std::optional<Variable> along(int id) const {
-    int dimensions = 0, dimension = -1;
+    int rank = 0;
     nc_type type{};
-    if (nc_inq_var(file_, id, nullptr, &type, &dimensions, nullptr, nullptr) != NC_NOERR || dimensions != 1 ||
-        nc_inq_vardimid(file_, id, &dimension) != NC_NOERR)
-      return std::nullopt;
+    std::array<int, 2> dimensions{};
+    if (nc_inq_var(file_, id, nullptr, &type, &rank, nullptr, nullptr) != NC_NOERR) return std::nullopt;
+    const auto axis = axis_of(id, rank, dimensions);
+    if (!axis) return std::nullopt;
+    const int dimension = dimensions[static_cast<std::size_t>(*axis)];
     const bool is_number = type != NC_CHAR && type != NC_STRING && type <= NC_MAX_ATOMIC_TYPE;
     if (!is_number || (dimension_ && dimension != *dimension_)) return std::nullopt;
-    Variable variable{.id = id, .type = type};
+    Variable variable{.id = id, .axis = *axis, .dimension = dimension, .type = type};
     if (const auto scale = numbers_of_attribute(id, "scale_factor"); !scale.empty()) variable.scale = scale.front();
     if (const auto offset = numbers_of_attribute(id, "add_offset"); !offset.empty()) variable.offset = offset.front();
     variable.no_values = numbers_of_attribute(id, "_FillValue");
@@ -290,9 +303,15 @@ class NetcdfTable {
     return text.substr(0, text.find('\0'));
   }
 
-  Result<void> read_units(const std::string& name) {
-    const auto units = text_attribute(time_.id, "units", name), calendar = text_attribute(time_.id, "calendar", name);
+  Result<void> read_units(const std::string& name, const std::string& of_the_map) {
+    auto units = text_attribute(time_.id, "units", name);
+    const auto calendar = text_attribute(time_.id, "calendar", name);
     if (!units) return failure(units.error());
+    if (!of_the_map.empty() && !units->empty())
+      return wrong(fmt::format("\"{}\" has the units \"{}\", expected no unit in the map", name, *units));
+    if (units->empty()) units = of_the_map;
+    if (units->empty())
+      return wrong(fmt::format("\"{}\" has no units, expected unit = \"s\" or the like in [time] of the map", name));
     if (!calendar) return failure(calendar.error());
     const auto parsed =
         parse_time_units(*units, *calendar == "proleptic_gregorian" ? EarlyDays::gregorian : EarlyDays::julian);
@@ -353,11 +372,22 @@ class NetcdfTable {
   // Of numbers beyond the type that is asked for the library says so, and puts what is nearest.
   Result<void> check_read(int error) const { return error == NC_ERANGE ? Result<void>{} : check(error); }
 
+  /// Where some rows of a variable begin in its dimensions, and how many they are.
+  struct Part {
+    Part(const Variable& variable, std::size_t first, std::size_t count) {
+      starts[static_cast<std::size_t>(variable.axis)] = first;
+      counts[static_cast<std::size_t>(variable.axis)] = count;
+    }
+    std::array<std::size_t, 2> starts{0, 0}, counts{1, 1};
+  };
+
   Result<void> read_values(const Variable& variable, std::size_t first, std::size_t count,
                            std::vector<double>& values) const {
     values.resize(count);
     step_();
-    auto read = check_read(nc_get_vara_double(file_, variable.id, &first, &count, values.data()));
+    const Part part(variable, first, count);
+    auto read =
+        check_read(nc_get_vara_double(file_, variable.id, part.starts.data(), part.counts.data(), values.data()));
     for (double& number : values) number = variable.value(number);
     return read;
   }
@@ -374,7 +404,10 @@ class NetcdfTable {
   Result<void> read_whole_times(std::size_t first, std::size_t count) {
     std::vector<long long> numbers(count);
     step_();
-    if (auto read = check_read(nc_get_vara_longlong(file_, time_.id, &first, &count, numbers.data())); !read)
+    const Part part(time_, first, count);
+    if (auto read =
+            check_read(nc_get_vara_longlong(file_, time_.id, part.starts.data(), part.counts.data(), numbers.data()));
+        !read)
       return read;
     times_.clear();
     for (const std::int64_t number : numbers)
@@ -417,8 +450,11 @@ class NetcdfTable {
 }  // namespace
 
 bool is_netcdf(std::string_view beginning) {
-  return beginning.starts_with("\x89HDF\r\n\x1A\n") || beginning.starts_with("CDF\x01") ||
-         beginning.starts_with("CDF\x02") || beginning.starts_with("CDF\x05");
+  constexpr std::string_view kHdf5 = "\x89HDF\r\n\x1A\n";
+  constexpr std::size_t kBlock = 512;
+  if (beginning.size() > kBlock && beginning.substr(kBlock).starts_with(kHdf5)) return true;
+  return beginning.starts_with(kHdf5) || beginning.starts_with("CDF\x01") || beginning.starts_with("CDF\x02") ||
+         beginning.starts_with("CDF\x05");
 }
 
 Result<void> read_netcdf(const std::string& path, const ImportMap& map, const TakeRow& take,

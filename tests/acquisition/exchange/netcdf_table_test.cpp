@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <netcdf.h>
 
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <random>
@@ -147,6 +149,82 @@ TEST(NetcdfTable, ComparesUnitsWithTheMap) {
   for (const char* units : {"rad s-1", "deg/s", "mdps"}) EXPECT_FALSE(temperatures_of({.rate_units = units})) << units;
   EXPECT_TRUE(temperatures_of({.rate_units = "rad s-1"}, 1, 0, 206264.8));
   EXPECT_TRUE(temperatures_of({.rate_units = "counts"}));
+}
+
+/// An HDF5 file as MATLAB writes vectors to one: each of rank 2 with one dimension of 1, without units.
+struct Vectors {
+  bool in_columns = false;  ///< 4×1 and not 1×4
+  std::size_t block{};      ///< bytes before the HDF5
+  [[nodiscard]] std::string written(const std::string& path) const {
+    int file = 0, one = 0, many = 0, three = 0, id = 0;
+    nc_create(path.c_str(), NC_NETCDF4 | NC_CLOBBER, &file);
+    nc_def_dim(file, "one", 1, &one);
+    nc_def_dim(file, "many", 4, &many);
+    nc_def_dim(file, "three", 3, &three);
+    const std::array<int, 2> vector{in_columns ? many : one, in_columns ? one : many}, table{many, three};
+    const std::array<double, 4> times{0, 10, 20, 30}, temperatures{20, 21, 22, 23}, rates{1, 2, 3, 4};
+    for (const auto& [name, numbers] :
+         {std::pair("time", times), std::pair("T", temperatures), std::pair("w", rates)}) {
+      nc_def_var(file, name, NC_DOUBLE, 2, vector.data(), &id);
+      nc_put_var_double(file, id, numbers.data());
+    }
+    nc_def_var(file, "matrix", NC_DOUBLE, 2, table.data(), &id);
+    nc_close(file);
+    std::ifstream in(path, std::ios::binary);
+    const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+    std::ofstream(path, std::ios::binary) << std::string(block, ' ') << bytes;
+    return path;
+  }
+};
+
+ImportMap map_of_vectors(const std::string& unit, const std::string& rate = "w") {
+  const auto map =
+      parse_import_map("schema = \"gyrotherm-import/1\"\nname = \"m\"\n[file]\nformat = \"netcdf\"\n[time]\n" +
+                           (unit.empty() ? unit : "unit = \"" + unit + "\"\n") +
+                           "[[thermometer]]\nname = \"T\"\ncolumn = \"T\"\n[gyro]\ncolumn = \"" + rate +
+                           "\"\nkind = \"rate\"\nscale = 1\n",
+                       "map");
+  EXPECT_TRUE(map) << text(map.error());
+  return map.value_or(ImportMap{});
+}
+
+TEST(NetcdfTable, ReadsVectorsOfHdf5) {
+  const tests::TestFolder folder;
+  for (const Vectors& file :
+       {Vectors{}, Vectors{.in_columns = true}, Vectors{.block = 512}, Vectors{.in_columns = true, .block = 512}}) {
+    std::vector<double> times, numbers;
+    std::optional<Duration> utc;
+    const auto done = read_netcdf(file.written(folder / "m.mat"), map_of_vectors("minutes since 2026-03-01"),
+                                  [&](const ForeignRow& row) -> Result<void> {
+                                    times.push_back(to_seconds(row.time));
+                                    numbers.insert(numbers.end(), row.numbers.begin(), row.numbers.end());
+                                    if (!utc) utc = row.utc;
+                                    return {};
+                                  });
+    ASSERT_TRUE(done) << text(done.error());
+    EXPECT_EQ(times, (std::vector<double>{0, 600, 1200, 1800}));
+    EXPECT_EQ(numbers, (std::vector<double>{20, 1, 21, 2, 22, 3, 23, 4}));
+    EXPECT_EQ(utc, std::chrono::sys_days(std::chrono::year(2026) / 3 / 1).time_since_epoch());
+  }
+}
+
+TEST(NetcdfTable, AsksForWhatHdf5DoesNotSay) {
+  const tests::TestFolder folder;
+  const auto said = [&](const ImportMap& map) {
+    const auto read =
+        read_netcdf(Vectors{}.written(folder / "m.mat"), map, [](const ForeignRow&) { return Result<void>{}; });
+    return read ? "" : text(read.error());
+  };
+  EXPECT_NE(said(map_of_vectors("")).find("\"time\" has no units, expected unit = \"s\""), std::string::npos);
+  EXPECT_NE(said(map_of_vectors("fortnights")).find("no unit of time"), std::string::npos);
+  EXPECT_NE(said(map_of_vectors("s", "matrix")).find("no column \"matrix\""), std::string::npos);
+  EXPECT_EQ(said(map_of_vectors("s")), "");
+  auto map = map_of_vectors("s");
+  map.time->name = "t";
+  const auto twice =
+      read_netcdf(CfFile{}.written(folder / "cf.nc"), map, [](const ForeignRow&) { return Result<void>{}; });
+  ASSERT_FALSE(twice);
+  EXPECT_NE(text(twice.error()).find("expected no unit in the map"), std::string::npos) << text(twice.error());
 }
 
 }  // namespace

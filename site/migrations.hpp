@@ -14,5 +14,6 @@ namespace gyrotherm::site {
 [[nodiscard]] std::string_view bounds_of_rigs();
 [[nodiscard]] std::string_view rigs_apart();
 [[nodiscard]] std::string_view alarm_rows();
+[[nodiscard]] std::string_view zeros_in_conditions();
 
 }  // namespace gyrotherm::site

@@ -459,6 +459,32 @@ class Simulated(unittest.TestCase):
         self.assertEqual([row["simulated"] for row in self.ask("drift", "--unit", "0042")], [False])
         self.assertEqual(len(self.ask("drift", "--unit", "0042", "--all")), 4, "each of the four results")
 
+    def test_only_results_of_one_zero_are_compared(self) -> None:
+        """A bias is no drift of one that was counted from another zero, or from a record's own mean."""
+        run, other = (f"{digit}" * 32 for digit in "ab")
+        result = CALIBRATION["results"][0] | {"run": run}
+        own = "mean of the first hold removed"
+        for unit, zeros, comparable in (
+                ("Z1", ("earth rate removed", "earth rate removed"), True),
+                ("Z2", ("earth rate removed", "nothing removed"), False),
+                ("Z3", (own, own), False),
+                ("Z4", ("", ""), True)):
+            for day, zero, value, of in (("2026-01-05", zeros[0], 0.01, run), ("2026-06-05", zeros[1], 0.03, other)):
+                columns = [{"quantity": quantity, "unit": "°/h", "values": [{"value": value, "u": 1, "k": 2, "U": 2}]}
+                           for quantity in ("mean", "std")]
+                text = json.dumps(CALIBRATION | {
+                    "number": f"C-{unit}-{day}", "ended": day, "results": [result | {"run": of, "columns": columns}],
+                    "item": {"serial_number": unit, "model": "RLG-1"},
+                    "bias_zero": "" if unit == "Z3" else zero,
+                    "bias_zeros": [{"axis": result["axis"], "run": of, "zero": zero}] if unit == "Z3" else []})
+                self.store.sql(f"SELECT gyrotherm.add_document('chamber-3', 'calibration', 'c', $c${text}$c$)", "rig_1")
+            changed = {quantity.partition(".")[2] for quantity, in self.store.sql(
+                f"SELECT quantity FROM gyrotherm.v1_drift WHERE serial_number = '{unit}' AND change IS NOT NULL", "ada")}
+            self.assertEqual(changed, {"mean", "std"} if comparable else {"std"}, unit)
+        conditions = [condition for condition, in self.store.sql(
+            "SELECT condition FROM gyrotherm.v1_drift WHERE serial_number = 'Z3' AND quantity LIKE '%.mean'", "ada")]
+        self.assertEqual(sorted(text.rpartition(", ")[2] for text in conditions), [f"run {run}", f"run {other}"])
+
     def test_a_model_is_judged_by_real_units(self) -> None:
         for i in range(5):
             self.add_calibration(f"R{i}", "2026-03-01", 5.0 if i == 4 else 0.01 + 0.001 * i, "lot")

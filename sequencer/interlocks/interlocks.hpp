@@ -72,7 +72,7 @@ struct Interlock {
   bool is_never_over = false;  ///< what is done stays done: more than a warning is asked for while it is news
   std::string_view limits{};   ///< the keys of [limits] that it heeds, between blanks
   /// Looks for the cause in one second. Returns one result for each subject that has it.
-  std::vector<CheckResult> (*check)(const CheckInputs&) = nullptr;
+  std::vector<CheckResult> (&check)(const CheckInputs&);
   /// Returns true if what would show the cause, or its end, was not read in this second; null: it always is read.
   bool (*unread)(const CheckInputs&, const InterlockMemory::Watch&) = nullptr;
 };

@@ -8,8 +8,10 @@
 BUILD is a folder built with Ninja, all tests in it. Each mutant is one edit of one source: it is compiled from a copy
 (together with its neighbours where the build compiles several as one), linked in the place of what the build has of it,
 and the test that holds the rule must fail; before, the same test must pass unchanged. The test is a law of a test program,
-or an attack of tests/edges on gyrotherm itself. Exit code 1 if a mutant survives or its line is not there any more.
+or an attack of tests/edges on gyrotherm itself. A test program that is not made of the source starts gyrotherm: the
+mutant stands in its place then. Exit code 1 if a mutant survives or its line is not there any more.
 """
+import contextlib
 import pathlib
 import re
 import shlex
@@ -119,19 +121,38 @@ class Bench:
         subprocess.run(line, shell=True, cwd=self.build, check=True, capture_output=True)
 
 
+@contextlib.contextmanager
+def in_the_place_of_the_build(build, folder):
+    """Puts the mutant's programs where a test program starts them, and the build's back afterwards."""
+    try:
+        for name in PROGRAMS:
+            (build / name).rename(build / f"{name}.kept")
+            shutil.copy2(folder / name, build / name)
+        yield
+    finally:
+        for name in PROGRAMS:
+            if (build / f"{name}.kept").exists():
+                (build / f"{name}.kept").replace(build / name)
+
+
 def verdict(bench, source, old, new, program, test):
     """What becomes of one mutant, in a word."""
     if not passes(bench.build / program, test):
         return "NO LAW"
+    bench.learn(program)
+    starts_it = program not in PROGRAMS and (program, source) not in bench.compiles
     with tempfile.TemporaryDirectory() as place:
         try:
-            mutant = bench.mutate(pathlib.Path(place), program, source, old, new)
+            mutant = bench.mutate(pathlib.Path(place), PROGRAMS[0] if starts_it else program, source, old, new)
         except subprocess.CalledProcessError as error:
             print(error.stderr.decode()[-400:])
             return "NO BUILD"
         if mutant is None:
             return "NO LINE"
-        return "SURVIVES" if passes(mutant, test) else "caught"
+        if not starts_it:
+            return "SURVIVES" if passes(mutant, test) else "caught"
+        with in_the_place_of_the_build(bench.build, pathlib.Path(place)):
+            return "SURVIVES" if passes(bench.build / program, test) else "caught"
 
 
 def main():

@@ -40,7 +40,7 @@ MUTANTS = [
      "drivers_test", "ChamberLockTest.IsTakenDespiteStrangerWhoHoldsItsName"),
     ("spare names are not looked at", "drivers/chamber/chamber_lock.cpp",
      "if (path != own && !path.starts_with(own + kSpareMark)) continue;", "if (path != own) continue;",
-     "drivers_test", "ChamberLockTest.ExcludesSecondProgramWhileStrangerHoldsItsName"),
+     "drivers_test", "ChamberLockTest.ExcludesSecondProgramByNamesAlone"),
     ("the members of the groups are strangers", "drivers/chamber/chamber_users.cpp",
      "if (fields[2] == own || (fields.size() > 3 && lists(fields[3], user))) return true;", "",
      "drivers_test", "ChamberLockTest.IsHeldByAnotherUserOfTheGroups"),

@@ -168,6 +168,24 @@ TEST_F(ChamberLockTest, ExcludesSecondProgramWhileStrangerHoldsItsName) {
   }
 }
 
+/// A folder stands where each lock file would: only names are left.
+TEST_F(ChamberLockTest, ExcludesSecondProgramByNamesAlone) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
+  ::unsetenv("XDG_RUNTIME_DIR");
+  for (const auto* folder : {"/run/gyrotherm", "/run/lock/gyrotherm-0"})
+    std::filesystem::create_directories(fmt::format("{}/{}.lock", folder, place));
+  for (const auto& how : kSquats) {
+    const Child stranger([&] { return squat_as(place, how, kStranger); });
+    const Child first([&] {
+      static auto taken = ChamberLock::take(place, "first.db");
+      return taken.has_value();
+    });
+    const auto second = ChamberLock::take(place, "second.db");
+    ASSERT_FALSE(second) << how.what;
+    EXPECT_NE(second.error().what.find(std::to_string(first.pid())), std::string::npos) << text(second.error());
+  }
+}
+
 /// Takes the lock as another user.
 bool takes_lock_as(const std::string& place, uid_t uid) {
   return ::setgid(uid) == 0 && ::setuid(uid) == 0 && ChamberLock::take(place, "other.db").has_value();

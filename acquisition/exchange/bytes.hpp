@@ -46,7 +46,7 @@ class Bytes {
 
   std::string name_;
   RegularFile file_{};
-  std::optional<Gunzip> gunzip_{};  ///< of a gzip file
+  std::optional<Gunzip> gunzip_{};  ///< where the file is a gzip file
   std::string buffer_{};
   std::string_view ahead_{};  ///< of the buffer, or of the text in memory
   std::uint64_t passed_{};

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::string_view kMagic("\x1F\x8B", 2);
 constexpr std::size_t kPackedPiece = 1 << 16;
-constexpr int kGzipOnly = 16 + MAX_WBITS;  ///< the window bits that zlib takes for "a gzip header, no other"
+constexpr int kGzipOnly = 16 + MAX_WBITS;  ///< windowBits of zlib: a gzip header is expected
 
 }  // namespace
 

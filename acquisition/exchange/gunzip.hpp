@@ -17,8 +17,8 @@ namespace gyrotherm::exchange {
 /// Unpacks one file from its first byte to its last. Holds a piece of it in memory, however large the content is.
 class Gunzip {
  public:
-  /// Reads from an open descriptor that stands at the file's first byte and outlives this. `name` stands for the file
-  /// in faults.
+  /// Begins at the file's first byte, where an open descriptor stands that outlives this. Faults have `name` for the
+  /// file.
   Gunzip(int descriptor, std::string_view name);
   ~Gunzip();
   Gunzip(Gunzip&&) noexcept;

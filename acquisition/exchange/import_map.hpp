@@ -68,7 +68,7 @@ struct ImportMap {
   /// Rows of a text table have their own time, in units of `time_unit` (since `since`, where that is known) or as a
   /// civil time, of `zone` where its text names none; or each row lasts `interval`.
   std::optional<ColumnName> time;
-  std::string file_units{};  ///< of NetCDF and HDF5: units of a time that has none in the file; empty: it has them
+  std::string file_units{};  ///< units of a NetCDF or HDF5 time whose file has none; empty: the file has them
   TimeForm time_form{};
   Duration time_unit{};
   std::optional<CountedTime> since{};  ///< after 1970

@@ -125,7 +125,7 @@ double as_type(nc_type type, double number) {
 /// A variable, and what makes values of its numbers.
 struct Variable {
   int id{};
-  int axis = 0, dimension = -1;  ///< rows are along that one of its dimensions, and its number in the file
+  int axis = 0, dimension = -1;  ///< the dimension along which rows are: its place in the variable, its id in the file
   nc_type type{};
   double scale = 1, offset = 0;
   std::vector<double> no_values{};  ///< numbers that stand for a value which is not there

@@ -233,7 +233,7 @@ Result<std::optional<ControlAnswer>> ask(const Descriptor& socket, const std::st
     return failure(FaultKind::timeout, path, "the program that carries the run out does not answer");
   std::array<char, kLongestRequest> answer{};
   const auto size = ::recv(socket.number(), answer.data(), answer.size(), 0);
-  if (size < 0 && errno == ECONNRESET) return std::nullopt;  // closed with the message still unread (unix(7))
+  if (size < 0 && errno == ECONNRESET) return std::nullopt;  // the listener closed it with the message unread (unix(7))
   if (size <= 0) return failure(FaultKind::disconnected, path, "the program hung up without an answer");
   return parse_answer({answer.data(), static_cast<std::size_t>(size)});
 }

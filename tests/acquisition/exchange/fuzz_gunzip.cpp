@@ -41,7 +41,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::string by_ones, at_once;
     const bool read = read_all(file.number(), 1, by_ones);
     const bool read_at_once = read_all(file.number(), 100'000, at_once);
-    if (by_ones.size() >= kMost) continue;  // what lies behind was not read
+    if (by_ones.size() >= kMost) continue;  // the rest was not read
     require(read_at_once == read && (!read || by_ones == at_once));
   }
   return 0;

@@ -168,7 +168,7 @@ TEST_F(ChamberLockTest, ExcludesSecondProgramWhileStrangerHoldsItsName) {
   }
 }
 
-/// A folder stands where each lock file would: only names are left.
+/// No lock file can be made where a folder has its name.
 TEST_F(ChamberLockTest, ExcludesSecondProgramByNamesAlone) {
   if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
   ::unsetenv("XDG_RUNTIME_DIR");

@@ -340,7 +340,7 @@ MUTANTS = [
      "drivers_test", "Maps/UnitRegister.CountsAsLastReadForTheSafeSetPointAlone/watlow_f4t"),
     ("a run goes on by a unit of before", "drivers/chamber/item_exchange.cpp",
      "if (value || !falls_back_) return value;", "if (value) return value;",
-     "drivers_test", "Maps/UnitRegister.CountsAsLastReadForTheSafeSetPointAlone/watlow_f4t"),
+     "drivers_test", "Maps/UnitRegister.CountsAsLastReadForTheSafeSetPointAlone/watlow_f4t_map2"),
     ("the operator is not told", "sequencer/run/safe_sequence.cpp",
      "if ((done && !evidence_.is_ineffective()) || !is_due(told_, at, kTellEvery)) return std::nullopt;",
      "return std::nullopt;",

@@ -109,7 +109,9 @@ TEST_P(UnitRegister, CountsAsLastReadForTheSafeSetPointAlone) {
   const auto chamber = shipped.connect();
   ASSERT_NEAR(chamber->read().value().air.value, 60, 0.01);
   shipped.refuse(GetParam().unit);
+  const double before = set_point();
   EXPECT_EQ(chamber->head_for({22}).error().kind, FaultKind::refused) << "no run goes on by guesses";
+  EXPECT_EQ(set_point(), before) << "nothing is sent in a unit that was not read";
   EXPECT_EQ(chamber->read().error().kind, FaultKind::refused);
   ASSERT_TRUE(chamber->insist({22}));
   EXPECT_NEAR(set_point(), 71.6, 0.11) << "°F";

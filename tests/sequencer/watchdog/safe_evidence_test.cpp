@@ -150,6 +150,12 @@ TEST(SafeEvidence, DoesNotBelieveAModeThatHasNoMeaning) {
   EXPECT_GT(until_safe(evidence, chamber), 120 + 300);
   EXPECT_EQ(chamber.told.find("follow"), std::string::npos) << "it may be off";
   EXPECT_TRUE(chamber.told.ends_with("off ")) << chamber.told;
+  SafeEvidence falling(kGoal);
+  falling.acknowledge(SafeAction::set_point);
+  for (int s = 0; s <= 400; ++s) {
+    falling.see({{60 - s * 0.05}, {22}, ChamberActivity::unknown}, kSecond * s);
+    EXPECT_FALSE(falling.is_safe()) << "air alone, at " << s << " s";
+  }
 }
 
 TEST(SafeEvidence, OfAMapWithoutStatesTakesAirAlone) {

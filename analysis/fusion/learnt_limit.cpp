@@ -31,14 +31,14 @@ double drawn_run_length(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double
   return alarms > 0 ? taken / alarms : 2 * steps;
 }
 
-/// Returns the place between `low` and `high` above which a rising function is at least `wanted`.
+/// Returns the place from `low` on, below `high`, up to which a rising function is less than `wanted`.
 double crossing(double low, double high, double wanted, auto rising) {
   constexpr int kHalvings = 16;
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = (low + high) / 2;
     (rising(middle) < wanted ? low : high) = middle;
   }
-  return high;
+  return low;
 }
 
 }  // namespace
@@ -54,7 +54,8 @@ std::optional<double> limit_of_healthy(const Eigen::Ref<const Eigen::MatrixXd>& 
   const double least = limit_for_run_length(dimension, slack, told);
   const double drawn = crossing(least, kFarthest * least, told,
                                 [&](double limit) { return drawn_run_length(healthy, slack, limit, kRuns * told); });
-  if (told == run_length) return std::max(of_white, drawn);
+  if (drawn <= least) return of_white;
+  if (told == run_length) return drawn;
   const double deviation = 1 / crossing(1 / kFarthest, 1, told, [&](double part) {
                              return average_run_length(dimension, slack * part, drawn * part);
                            });

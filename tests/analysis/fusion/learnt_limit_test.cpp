@@ -54,15 +54,21 @@ double run_length(auto kind, int dimension, double limit, Eigen::Index count) {
   return static_cast<double>(kSeeds * count) / alarms;
 }
 
-/// Some 800 alarms are expected in the other vectors, ± 4 %; most of the difference is what 8000 vectors cannot tell.
+/// A limit that is learnt from 8000 vectors makes a rate that scatters by some 15 %. The mean over ten healthy records
+/// must meet the stated one.
 void expect_meets_where_white_does_not(auto kind) {
   constexpr double kStated = 500, kTolerance = 0.3;
-  constexpr Eigen::Index kLearnt = 8000, kOthers = 20000;
+  constexpr Eigen::Index kLearnt = 8000, kOthers = 10000;
+  constexpr int kRecords = 10;
   for (const int dimension : {1, 4}) {
-    Draws draws(1);
-    const auto limit = limit_of_healthy(kind(dimension, kLearnt, draws), kSlack, kStated);
-    ASSERT_TRUE(limit);
-    EXPECT_NEAR(kStated / run_length(kind, dimension, *limit, kOthers), 1, kTolerance) << dimension;
+    double rates = 0;
+    for (int record = 1; record <= kRecords; ++record) {
+      Draws draws(static_cast<std::uint64_t>(record));
+      const auto limit = limit_of_healthy(kind(dimension, kLearnt, draws), kSlack, kStated);
+      ASSERT_TRUE(limit);
+      rates += kStated / run_length(kind, dimension, *limit, kOthers);
+    }
+    EXPECT_NEAR(rates / kRecords, 1, kTolerance) << dimension;
     const double white = limit_for_run_length(dimension, kSlack, kStated);
     EXPECT_GT(kStated / run_length(kind, dimension, white, kOthers), 1 + kTolerance) << dimension;
   }

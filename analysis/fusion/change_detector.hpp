@@ -43,9 +43,9 @@ inline double add_less_slack(Eigen::VectorXd& sum, const Eigen::Ref<const Eigen:
 /// Biometrika 57 (1970) 1); the sum itself is no help, for in more than one dimension it is seldom 0.
 ///
 /// The vectors must be N(0, I) and independent while nothing changes: parity or departures of single seconds, less a
-/// bias that is known or tracked (the innovations of tracking::BiasTracker are white). For vectors that are not, a
-/// healthy record gives the limit (learnt_limit.hpp). A mean that stands off 0 by less
-/// than the slack does not add up to an alarm, but makes alarms more frequent.
+/// bias that is known or tracked (the innovations of tracking::BiasTracker are white). learnt_limit.hpp has the limit
+/// for vectors that are not. A mean that stands off 0 by less than the slack does not add up to an alarm, but makes
+/// alarms more frequent.
 class ChangeDetector {
  public:
   /// Fails with usage if a number is not above 0, or false alarms are further apart than 1e9 steps or follow each other

@@ -35,20 +35,20 @@ enum class AlarmKind {
 };
 [[nodiscard]] const char* name(AlarmKind kind);
 
-/// Cluster means of the axes in a record in which nothing is at fault: the limits of the cumulative sums are learnt of
-/// them.
+/// Cluster means of the axes in a healthy record. The limits of the cumulative sums are learnt from them.
 struct HealthyRates {
-  std::vector<std::string> names;        ///< of the axes
-  Eigen::MatrixXd departures_deg_per_h;  ///< a row per cluster, less the Earth's rate where it is known; NaN: missing
-  bool at_rest = false;                  ///< the Earth's rate is known
+  std::vector<std::string> names;
+  /// Clusters × axes, less the Earth's rate where it is known. Missing means are NaN.
+  Eigen::MatrixXd departures_deg_per_h;
+  bool at_rest = false;  ///< the Earth's rate is known
 };
 
 /// The limit of a cumulative sum.
 struct SumLimit {
-  std::string kind{};    ///< of its alarms
+  std::string kind{};    ///< name of its AlarmKind
   double limit{};        ///< standard deviations
-  double white_limit{};  ///< with white innovations of variance 1
-  bool learnt{};         ///< from a healthy record
+  double white_limit{};  ///< if innovations were white
+  bool learnt{};         ///< a healthy record gave it
 };
 
 void describe(auto& form, Like<SumLimit> auto& sum) {

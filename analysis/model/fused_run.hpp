@@ -25,7 +25,8 @@ struct FusionOptions {
   bool leave_out = true;  ///< an axis that was named, from then on; a second that contradicts itself loses one anyway
   double cluster_s = 100;
   double averaging_s = 100;  ///< means that axes are weighed for
-  /// The limits of the cumulative sums are learnt of these if they are of the same axes; nothing: those of white noise.
+  /// The limits of the cumulative sums are learnt from these if the axes are the same; else they are those of white
+  /// noise.
   std::optional<HealthyRates> healthy = std::nullopt;
 };
 
@@ -119,7 +120,7 @@ struct FusionSummary {
   double false_alarm_probability{}, false_alarms_per_h{}, limit{};  ///< limit: of pᵀp of all axes; NaN: no parity
   std::int64_t seconds{}, fused{}, contradictions{};  ///< contradictions: seconds whose parity is above its limit
   bool thermometers_vote{};
-  std::vector<SumLimit> sum_limits{};     ///< of the watches that the run began with
+  std::vector<SumLimit> sum_limits{};     ///< at the start of the run
   double latitude_deg{};                  ///< NaN: not known, and what follows is empty
   std::vector<double> earth_deg_per_h{};  ///< in the fixture
   std::optional<double> said_heading_deg{};

@@ -103,14 +103,14 @@ Result<model::FusedAxes> load_axes(Console& console, const std::string& path, co
   return fused_axes(axes, *outside);
 }
 
-/// What is learnt of a record in which nothing is at fault.
+/// Results of a healthy record.
 struct Healthy {
   std::optional<fusion::ThermometerParity> thermometers{};
   std::optional<model::HealthyRates> rates{};
 };
 
-/// Learns from the named record, else from the rate record that qualify left beside the models. Says so if there is
-/// none. Rates are learnt of a named record alone: in the one that the models were trained on they err less.
+/// Learns from the named record, else from the rate record that qualify left beside the models. Reports a
+/// missing record. Takes rates from a named record alone: models err less in the record they were trained on.
 Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
   std::string path = options.healthy;
   if (path.empty()) {

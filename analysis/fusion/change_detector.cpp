@@ -54,10 +54,7 @@ std::optional<Change> ChangeDetector::push(const Eigen::Ref<const Eigen::VectorX
   assert(vector.size() == sum_.size());
   if (!vector.allFinite()) return {};
   recent_.col(known_++ % recent_.cols()) = vector;
-  sum_ += vector;
-  const double length = sum_.norm();
-  sum_ *= length > slack_ ? 1 - slack_ / length : 0;
-  if (length - slack_ <= limit_) return {};
+  if (add_less_slack(sum_, vector, slack_) - slack_ <= limit_) return {};
   const Change change = since_likeliest_start();
   sum_.setZero();
   known_ = 0;

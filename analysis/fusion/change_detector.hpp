@@ -27,6 +27,14 @@ struct Change {
   [[nodiscard]] Eigen::VectorXd root_sum() const { return std::sqrt(static_cast<double>(steps)) * mean; }
 };
 
+/// Adds a vector to Crosier's sum, less the slack, and returns the length of the sum before the slack was taken.
+inline double add_less_slack(Eigen::VectorXd& sum, const Eigen::Ref<const Eigen::VectorXd>& vector, double slack) {
+  sum += vector;
+  const double length = sum.norm();
+  sum *= length > slack ? 1 - slack / length : 0;
+  return length;
+}
+
 /// Crosier's multivariate cumulative sum (Technometrics 30 (1988) 291): S ← (S + x)(1 − k/|S + x|), or 0 where |S + x|
 /// is at most k; an alarm when |S| exceeds h, upon which it begins anew. The slack k is half of the shift it is made
 /// for, h follows from the false alarms by the exact run length of the chain (run_length.hpp): they come at the stated
@@ -35,8 +43,9 @@ struct Change {
 /// Biometrika 57 (1970) 1); the sum itself is no help, for in more than one dimension it is seldom 0.
 ///
 /// The vectors must be N(0, I) and independent while nothing changes: parity or departures of single seconds, less a
-/// bias that is known or tracked (the innovations of tracking::BiasTracker are white). A mean that stands off 0 by less
-/// than the slack does not add up to an alarm, but makes alarms more frequent.
+/// bias that is known or tracked (the innovations of tracking::BiasTracker are white). learnt_limit.hpp has the limit
+/// for vectors that are not. A mean that stands off 0 by less than the slack does not add up to an alarm, but makes
+/// alarms more frequent.
 class ChangeDetector {
  public:
   /// Fails with usage if a number is not above 0, or false alarms are further apart than 1e9 steps or follow each other
@@ -45,6 +54,9 @@ class ChangeDetector {
 
   /// The next vector, of p numbers; one that is not finite passes unseen. A change if this one brings an alarm.
   std::optional<Change> push(const Eigen::Ref<const Eigen::VectorXd>& vector);
+
+  /// Returns a detector that begins with nothing seen and alarms above this limit, which is above 0.
+  [[nodiscard]] ChangeDetector with_limit(double limit) const { return {static_cast<int>(sum_.size()), slack_, limit}; }
 
   [[nodiscard]] double slack() const { return slack_; }
   [[nodiscard]] double limit() const { return limit_; }

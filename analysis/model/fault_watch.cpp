@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "analysis/data/statistics.hpp"
+#include "analysis/fusion/learnt_limit.hpp"
 #include "analysis/fusion/rate_fusion.hpp"
 #include "analysis/fusion/rest.hpp"
 #include "core/quantity.hpp"
@@ -49,6 +50,22 @@ tracking::BiasNoise noise_of_parity(const Eigen::MatrixXd& parity, const std::ve
           .start_deg_per_h = together(&Noise::start_deg_per_h)};
 }
 
+/// Returns the innovations, each over its standard deviation. Returns nothing if a number is not finite; the trackers
+/// then grow unsure.
+std::optional<Eigen::VectorXd> innovations_of(std::vector<tracking::BiasTracker>& trackers,
+                                              const Eigen::VectorXd& vector) {
+  if (!vector.allFinite()) {
+    for (tracking::BiasTracker& tracker : trackers) (void)tracker.push(std::nan(""));
+    return std::nullopt;
+  }
+  Eigen::VectorXd innovations(vector.size());
+  for (Eigen::Index i = 0; i < vector.size(); ++i) {
+    const tracking::TrackedInterval tracked = trackers[static_cast<std::size_t>(i)].push(vector(i));
+    innovations(i) = tracked.innovation / std::sqrt(tracked.innovation_variance);
+  }
+  return innovations;
+}
+
 std::string named(const FusedAxes& axes, Eigen::Index a) { return axes.names[static_cast<std::size_t>(a)]; }
 
 }  // namespace
@@ -59,7 +76,7 @@ const char* name(AlarmKind kind) {
 }
 
 HopWatch::HopWatch(AlarmKind kind, std::vector<tracking::StateSpace> spaces, fusion::ChangeDetector detector)
-    : kind_(kind), spaces_(std::move(spaces)), detector_(std::move(detector)) {
+    : kind_(kind), spaces_(std::move(spaces)), detector_(std::move(detector)), white_limit_(detector_.limit()) {
   for (const tracking::StateSpace& space : spaces_) trackers_.emplace_back(space);
 }
 
@@ -83,18 +100,11 @@ Result<HopWatch> HopWatch::make(AlarmKind kind, const std::vector<std::string>& 
 }
 
 std::optional<Alarm> HopWatch::push(const Eigen::VectorXd& vector, double end_s) {
-  if (!vector.allFinite()) {
-    for (tracking::BiasTracker& tracker : trackers_) (void)tracker.push(std::nan(""));
-    return std::nullopt;
-  }
+  const auto innovations = innovations_of(trackers_, vector);
+  if (!innovations) return std::nullopt;
   recent_.push_back({end_s, vector});
   if (recent_.size() > kMostRemembered) recent_.pop_front();
-  Eigen::VectorXd innovations(vector.size());
-  for (Eigen::Index i = 0; i < vector.size(); ++i) {
-    const tracking::TrackedInterval tracked = trackers_[static_cast<std::size_t>(i)].push(vector(i));
-    innovations(i) = tracked.innovation / std::sqrt(tracked.innovation_variance);
-  }
-  const auto change = detector_.push(innovations);
+  const auto change = detector_.push(*innovations);
   if (!change) return std::nullopt;
   Alarm alarm = alarm_of(*change, end_s);
   begin_anew(vector);
@@ -132,6 +142,23 @@ Alarm HopWatch::alarm_of(const fusion::Change& change, double end_s) const {
   alarm.statement =
       fmt::format("a hop some {:.0f} min before of one that cannot be told: {}{}", minutes, likeliest, rivals);
   return alarm;
+}
+
+void HopWatch::learn_limit(const Eigen::MatrixXd& healthy) {
+  std::vector<tracking::BiasTracker> trackers(spaces_.begin(), spaces_.end());
+  Eigen::MatrixXd innovations(std::ssize(spaces_), healthy.rows());
+  Eigen::Index count = 0;
+  for (Eigen::Index row = 0; row < healthy.rows(); ++row)
+    if (const auto seen = innovations_of(trackers, healthy.row(row).transpose())) innovations.col(count++) = *seen;
+  const double run_length = kSecondsPerHour / (spaces_.front().interval_s * options_.false_alarms_per_h);
+  const auto limit = fusion::limit_of_healthy(innovations.leftCols(count), detector_.slack(), run_length);
+  if (!limit) return;
+  detector_ = detector_.with_limit(*limit);
+  learnt_ = true;
+}
+
+SumLimit HopWatch::limit() const {
+  return {.kind = name(kind_), .limit = detector_.limit(), .white_limit = white_limit_, .learnt = learnt_};
 }
 
 /// As uncertain as the hop was large.
@@ -201,6 +228,19 @@ Result<FaultWatch> FaultWatch::make(const FusedAxes& axes, AxisSet set,
   voters.sensitivity_deg_per_h_per_k = axes.sensitivity_deg_per_h_per_k(watch.in_, watch.voting_thermometers_);
   watch.voters_ = std::move(voters);
   return watch;
+}
+
+void FaultWatch::learn_limits(const HealthyRates& healthy) {
+  const Eigen::MatrixXd of_these = healthy.departures_deg_per_h(Eigen::all, in_);
+  if (hops_) hops_->learn_limit(of_these * parity_.transpose());
+  if (rest_ && healthy.at_rest) rest_->learn_limit(of_these);
+}
+
+std::vector<SumLimit> FaultWatch::sum_limits() const {
+  std::vector<SumLimit> limits;
+  for (const auto* watch : {&hops_, &rest_})
+    if (*watch) limits.push_back((*watch)->limit());
+  return limits;
 }
 
 std::vector<Alarm> FaultWatch::push(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,

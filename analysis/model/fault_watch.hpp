@@ -35,6 +35,29 @@ enum class AlarmKind {
 };
 [[nodiscard]] const char* name(AlarmKind kind);
 
+/// Cluster means of the axes in a healthy record. The limits of the cumulative sums are learnt from them.
+struct HealthyRates {
+  std::vector<std::string> names;
+  /// Clusters × axes, less the Earth's rate where it is known. Missing means are NaN.
+  Eigen::MatrixXd departures_deg_per_h;
+  bool at_rest = false;  ///< the Earth's rate is known
+};
+
+/// The limit of a cumulative sum.
+struct SumLimit {
+  std::string kind{};    ///< name of its AlarmKind
+  double limit{};        ///< standard deviations
+  double white_limit{};  ///< if innovations were white
+  bool learnt{};         ///< a healthy record gave it
+};
+
+void describe(auto& form, Like<SumLimit> auto& sum) {
+  form("kind", sum.kind);
+  form("limit", sum.limit);
+  form("white_limit", sum.white_limit);
+  form("learnt", sum.learnt);
+}
+
 /// Something is at fault, as far as is known then.
 struct Alarm {
   AlarmKind kind{};
@@ -71,6 +94,11 @@ class HopWatch {
   /// cluster that is missing is to be pushed as NaN.
   [[nodiscard]] std::optional<Alarm> push(const Eigen::VectorXd& vector, double end_s);
 
+  /// Tracks the vectors of a healthy record, a row per cluster, and takes the limit of the sum from their innovations
+  /// (fusion/learnt_limit.hpp). The limit remains as it is if there are too few. Call it before the first push().
+  void learn_limit(const Eigen::MatrixXd& healthy);
+  [[nodiscard]] SumLimit limit() const;
+
  private:
   struct Seen {
     double end_s{};
@@ -85,6 +113,8 @@ class HopWatch {
   std::vector<tracking::StateSpace> spaces_;
   std::vector<tracking::BiasTracker> trackers_;
   fusion::ChangeDetector detector_;
+  double white_limit_{};
+  bool learnt_ = false;
   Eigen::MatrixXd effects_;        ///< of one °/h
   fusion::FaultTest innovations_;  ///< the same, of innovations once the trackers have settled
   std::deque<Seen> recent_;        ///< vectors without a NaN, the oldest first
@@ -104,7 +134,12 @@ class FaultWatch {
   [[nodiscard]] std::vector<Alarm> push(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,
                                         double end_s);
 
+  /// Learns the limits of the cumulative sums from these rates of all axes, in the order of make(). The sum at rest
+  /// learns where the Earth's rate is known. Call it before the first push().
+  void learn_limits(const HealthyRates& healthy);
+
   [[nodiscard]] AxisSet set() const { return set_; }
+  [[nodiscard]] std::vector<SumLimit> sum_limits() const;
 
  private:
   [[nodiscard]] std::optional<Alarm> voted(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,

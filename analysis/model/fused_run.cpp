@@ -156,6 +156,8 @@ Result<void> Fusing::cluster(const Eigen::VectorXd& rates, const Eigen::RowVecto
     auto made = FaultWatch::make(axes_, wanted, thermometers_, options_.cluster_s, options_.watch);
     if (!made) return failure(made.error());
     watch_ = std::move(*made);
+    if (options_.healthy && options_.healthy->names == axes_.names) watch_->learn_limits(*options_.healthy);
+    if (run_.summary.sum_limits.empty()) run_.summary.sum_limits = watch_->sum_limits();
     other_set_ = 0;
   }
   if (!watch_) return {};
@@ -325,6 +327,17 @@ Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::Thermom
   summarise_axes(axes, run);
   judge_at_rest(axes, options, run);
   return run;
+}
+
+HealthyRates healthy_rates(const FusedAxes& healthy, double cluster_s) {
+  HealthyRates rates{.names = healthy.names,
+                     .departures_deg_per_h =
+                         with_missing(cluster_means(healthy.time_s, rates_inside(healthy), cluster_s), cluster_s).mean,
+                     .at_rest = healthy.attitude.has_value()};
+  if (rates.at_rest)
+    rates.departures_deg_per_h.rowwise() -=
+        (healthy.directions * earth_in_fixture(*healthy.attitude)).transpose().eval();
+  return rates;
 }
 
 std::string to_json(const FusionSummary& summary) {

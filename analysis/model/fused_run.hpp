@@ -25,6 +25,9 @@ struct FusionOptions {
   bool leave_out = true;  ///< an axis that was named, from then on; a second that contradicts itself loses one anyway
   double cluster_s = 100;
   double averaging_s = 100;  ///< means that axes are weighed for
+  /// The limits of the cumulative sums are learnt from these if the axes are the same; else they are those of white
+  /// noise.
+  std::optional<HealthyRates> healthy = std::nullopt;
 };
 
 /// One axis as it went in.
@@ -117,6 +120,7 @@ struct FusionSummary {
   double false_alarm_probability{}, false_alarms_per_h{}, limit{};  ///< limit: of pᵀp of all axes; NaN: no parity
   std::int64_t seconds{}, fused{}, contradictions{};  ///< contradictions: seconds whose parity is above its limit
   bool thermometers_vote{};
+  std::vector<SumLimit> sum_limits{};     ///< at the start of the run
   double latitude_deg{};                  ///< NaN: not known, and what follows is empty
   std::vector<double> earth_deg_per_h{};  ///< in the fixture
   std::optional<double> said_heading_deg{};
@@ -143,6 +147,7 @@ void describe(auto& form, Like<FusionSummary> auto& summary) {
   form("fused", summary.fused);
   form("contradictions", summary.contradictions);
   form("thermometers_vote", summary.thermometers_vote);
+  form("sum_limits", summary.sum_limits);
   form("latitude_deg", summary.latitude_deg);
   form("earth_deg_per_h", summary.earth_deg_per_h);
   form("said_heading_deg", summary.said_heading_deg);
@@ -186,6 +191,10 @@ struct FusedRun {
 /// of FaultWatch. Fails as geometry_of() does.
 [[nodiscard]] Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
                                     const FusionOptions& options);
+
+/// Returns the cluster means of the axes in a record in which nothing is at fault, without those of axes that have an
+/// input beyond its trained range.
+[[nodiscard]] HealthyRates healthy_rates(const FusedAxes& healthy, double cluster_s);
 
 /// The summary as a file.
 [[nodiscard]] std::string to_json(const FusionSummary& summary);

@@ -103,15 +103,21 @@ Result<model::FusedAxes> load_axes(Console& console, const std::string& path, co
   return fused_axes(axes, *outside);
 }
 
-/// The record in which nothing is at fault: as named, else the rate record that qualify left beside the models.
-/// Nothing if there is none, which is said.
-Result<std::optional<fusion::ThermometerParity>> thermometers_of(Console& console, const FuseArguments& options) {
+/// Results of a healthy record.
+struct Healthy {
+  std::optional<fusion::ThermometerParity> thermometers{};
+  std::optional<model::HealthyRates> rates{};
+};
+
+/// Learns from the named record, else from the rate record that qualify left beside the models. Reports a
+/// missing record. Takes rates from a named record alone: models err less in the record they were trained on.
+Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
   std::string path = options.healthy;
   if (path.empty()) {
     path = options.folder + "/rate.db";
     if (options.folder.empty() || !std::filesystem::exists(path)) {
       console.say("the thermometers have no vote: name a record without faults with --healthy");
-      return std::nullopt;
+      return Healthy{};
     }
   }
   const auto healthy = load_axes(console, path, options);
@@ -119,10 +125,12 @@ Result<std::optional<fusion::ThermometerParity>> thermometers_of(Console& consol
   auto learnt = healthy_thermometers(*healthy, options.fusion.cluster_s);
   if (!learnt && options.healthy.empty()) {
     console.say(fmt::format("the thermometers have no vote: {}", text(learnt.error())));
-    return std::nullopt;
+    return Healthy{};
   }
   if (!learnt) return failure(learnt.error());
-  return std::optional(std::move(*learnt));
+  Healthy all{.thermometers = std::move(*learnt)};
+  if (!options.healthy.empty()) all.rates = healthy_rates(*healthy, options.fusion.cluster_s);
+  return all;
 }
 
 std::string number(double value, int digits) {
@@ -244,13 +252,13 @@ Result<void> write_c(Console& console, const model::FusedRun& run, const FuseArg
   return {};
 }
 
-Result<void> fuse_one(Console& console, const std::string& path,
-                      const std::optional<fusion::ThermometerParity>& thermometers, const FuseArguments& options) {
+Result<void> fuse_one(Console& console, const std::string& path, const Healthy& healthy, const FuseArguments& options) {
   const auto axes = load_axes(console, path, options);
   if (!axes) return failure(axes.error());
   model::FusionOptions fusion = options.fusion;
   fusion.leave_out = !options.keep_all;
-  const auto run = fuse(*axes, thermometers, fusion);
+  fusion.healthy = healthy.rates;
+  const auto run = fuse(*axes, healthy.thermometers, fusion);
   if (!run) return failure(run.error());
   if (!options.out.empty())
     if (auto written = write_csv(console, *axes, *run, options.out); !written) return written;
@@ -282,10 +290,10 @@ Result<Exit> fuse_all(Console& console, const FuseArguments& options) {
   if (!options.report.empty() && std::filesystem::is_directory(options.report, error))
     for (const char* file : {"fusion.html", "fusion.json"})
       if (auto free = check_is_free(options.report + "/" + file, options.force); !free) return failure(free.error());
-  const auto thermometers = thermometers_of(console, options);
-  if (!thermometers) return failure(thermometers.error());
+  const auto healthy = learn_healthy(console, options);
+  if (!healthy) return failure(healthy.error());
   for (const std::string& path : options.runs)
-    if (auto fused = fuse_one(console, path, *thermometers, options); !fused) return failure(fused.error());
+    if (auto fused = fuse_one(console, path, *healthy, options); !fused) return failure(fused.error());
   return Exit::done;
 }
 
@@ -310,8 +318,8 @@ void add_fuse(Program& program) {
   command.add_option("--axes", options.axes, "only these, like u1.x,u1.y,u1.z")->type_name("AXIS,…")->delimiter(',');
   command
       .add_option("--healthy", options.healthy,
-                  "a record without faults, of which is learnt how the thermometers agree; default: rate.db in the "
-                  "folder of the models, if it is there")
+                  "a record without faults: how the thermometers agree and how far the axes stray are learnt from it; "
+                  "default: rate.db in the folder of the models, for the thermometers alone")
       ->type_name(value::kRecord);
   command.add_option("--out", options.out, "the fused rate, a line a second, as a table; - is standard output")
       ->type_name(value::kTable);

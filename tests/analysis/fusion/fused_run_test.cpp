@@ -144,6 +144,63 @@ TEST(FusedRun, OfFourAxesNamesAHopAtRestAndGoesOnWithoutIt) {
   EXPECT_LE(wrongly, 1);
 }
 
+/// Four axes at rest whose models err by 0.001 °/h (one standard deviation), each for 20 min at a time.
+FusedAxes with_lasting_errors(Eigen::Index seconds, std::uint64_t seed) {
+  FusedAxes axes = at_rest(regular_tetrad(), seconds, seed);
+  Draws draws(seed + 50);
+  constexpr Eigen::Index kLasts = 1200;
+  for (Eigen::Index row = 0; row < seconds; row += kLasts) {
+    const Eigen::Index count = std::min(kLasts, seconds - row);
+    axes.rate_deg_per_h.middleRows(row, count).rowwise() += 0.001 * draws.normal(4).transpose();
+  }
+  return axes;
+}
+
+/// 20 h of a healthy record and 22 h of another one, at a stated rate of 0.2 per hour.
+TEST(FusedRun, TakesTheLimitsOfItsSumsFromAHealthyRecord) {
+  FusionOptions options;
+  options.leave_out = false;
+  options.watch.false_alarms_per_h = 0.2;
+  FusionOptions learnt = options;
+  learnt.healthy = healthy_rates(with_lasting_errors(72000, 1), options.cluster_s);
+  ASSERT_EQ(learnt.healthy->departures_deg_per_h.rows(), 720);
+  EXPECT_LT(learnt.healthy->departures_deg_per_h.cwiseAbs().maxCoeff(), 0.02) << "less the Earth's rate";
+  const FusedAxes other = with_lasting_errors(80000, 2);
+  const FusedRun before = fused_run(other, options), after = fused_run(other, learnt);
+  ASSERT_EQ(before.summary.sum_limits.size(), 2u);
+  ASSERT_EQ(after.summary.sum_limits.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_FALSE(before.summary.sum_limits[i].learnt);
+    EXPECT_EQ(before.summary.sum_limits[i].limit, before.summary.sum_limits[i].white_limit);
+    EXPECT_TRUE(after.summary.sum_limits[i].learnt);
+    EXPECT_EQ(after.summary.sum_limits[i].white_limit, before.summary.sum_limits[i].limit);
+    EXPECT_GT(after.summary.sum_limits[i].limit, 1.1 * before.summary.sum_limits[i].limit);
+  }
+  EXPECT_LT(after.summary.alarms.size(), before.summary.alarms.size());
+  EXPECT_NE(to_json(after.summary).find("\"learnt\": true"), std::string::npos);
+}
+
+TEST(FusedRun, KeepsItsLimitsWithAHealthyRecordOfOtherAxesOrTooShort) {
+  const FusedAxes axes = at_rest(regular_tetrad(), 1000, 1);
+  FusionOptions options;
+  const auto limits_with = [&](const FusedAxes& healthy) {
+    options.healthy = healthy_rates(healthy, options.cluster_s);
+    return fused_run(axes, options).summary.sum_limits;
+  };
+  FusedAxes healthy = with_lasting_errors(40000, 1);
+  ASSERT_EQ(limits_with(healthy).size(), 2u);
+  for (const SumLimit& sum : limits_with(healthy)) EXPECT_TRUE(sum.learnt) << sum.kind;
+  for (const SumLimit& sum : limits_with(with_lasting_errors(30000, 1))) EXPECT_FALSE(sum.learnt) << sum.kind;
+  healthy.attitude.reset();
+  const auto limits = limits_with(healthy);
+  ASSERT_EQ(limits.size(), 2u);
+  EXPECT_EQ(limits[0].kind, "parity_hop");
+  EXPECT_TRUE(limits[0].learnt) << "the parity needs no Earth";
+  EXPECT_FALSE(limits[1].learnt);
+  healthy.names[0] = "e";
+  for (const SumLimit& sum : limits_with(healthy)) EXPECT_FALSE(sum.learnt) << sum.kind;
+}
+
 /// Four axes whose models lean on the eight thermometers of a body; from half-way one of these is off by so much.
 FusedAxes on_a_body(Eigen::Index seconds, Eigen::Index thermometer, double off_k) {
   FusedAxes axes = at_rest(regular_tetrad(), seconds, 2);

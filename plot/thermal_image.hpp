@@ -22,9 +22,9 @@ struct ThermalMark {
 struct ThermalImage {
   std::string title;             ///< "Top face of the block, z = 52.5 mm"
   std::string x_title, y_title;  ///< "x, mm"
-  Range x_mm, y_mm;              ///< that the samples cover; y points upwards
+  Range x_mm, y_mm;              ///< covered by the samples; y points upwards
   SampledField celsius;          ///< top row first; NaN is left white
-  std::vector<int> parts;        ///< of each sample, what it lies in: a line is drawn where it changes
+  std::vector<int> parts;        ///< one per sample; borders are drawn
   Range colours_c;               ///< temperatures of the first and the last colour
   double isotherm_step_k = 0.5;
   std::vector<ThermalMark> marks;
@@ -62,7 +62,7 @@ void describe(auto& form, Like<ThermalImage> auto& image) {
   form.expect("celsius", can_be_drawn(image), "not as many as rows and columns, or in a range that cannot be drawn");
 }
 
-/// As an SVG document with axes, a colour bar and labelled isotherms; the colours themselves are a PNG inside it.
+/// Returns an SVG document with axes, a colour bar and labelled isotherms; the colours themselves are a PNG inside it.
 [[nodiscard]] std::string svg_of(const ThermalImage& image);
 
 /// The temperatures' colours, white where there is none, and the outlines of the parts.

@@ -15,10 +15,10 @@ class ThermalField {
  public:
   ThermalField(const GyroModel& model, const GyroMesh& mesh, const Eigen::VectorXd& field_c);
 
-  /// As the elements interpolate it, °C; NaN outside of the mesh.
+  /// Returns the temperature that the elements interpolate, °C; NaN outside the mesh.
   [[nodiscard]] double temperature_at(double x, double y, double z) const;
 
-  /// By the parts' true shapes, not by the bricks; nothing outside of everything.
+  /// Returns the part by its true shape, not by the bricks; nothing outside all parts.
   [[nodiscard]] std::optional<GyroPart> part_at(double x, double y, double z) const;
 
  private:

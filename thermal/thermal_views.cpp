@@ -13,8 +13,8 @@
 namespace gyrotherm::thermal {
 namespace {
 
-constexpr double kInside_mm = 0.05;  // a face is seen from this far below it
-constexpr double kMargin_mm = 2;     // around the block, where the cabinet is left out
+constexpr double kInside_mm = 0.05;  // depth of the view below a face
+constexpr double kMargin_mm = 2;     // around the block
 
 /// A plane through the cabinet: where its point (right, up), in mm, lies.
 struct Plane {
@@ -66,8 +66,8 @@ std::vector<Plane> planes_of(const GyroGeometry& geometry) {
            {0, 0, 1}}};
 }
 
-/// Returns true for the block and all that is on it. The cabinet, what stands on it, and the centre that leads to it
-/// are much colder: they would take most of the colours, and are left as outlines.
+/// Returns true for the block and all parts on it. The cabinet, its parts and the centre are much colder and would take
+/// most of the colours: the image shows their outlines alone.
 bool is_drawn(GyroPart part) {
   return is_glass(part) || is_gas(part) || part == GyroPart::ballast_left || part == GyroPart::ballast_right ||
          part == GyroPart::cathode;
@@ -110,11 +110,12 @@ std::vector<plot::ThermalMark> thermometers_of(const GyroModel& model, const Ste
   return marks;
 }
 
-/// Cuts the plane down to the block and what is on it, in whole millimetres.
+/// Cuts a level plane down to what it meets of the block and what is on it, in whole millimetres.
 void leave_cabinet_out(Plane& plane, const GyroParts& parts) {
   PlanRectangle all = bounds(parts.block.plan);
   const auto add = [&](const Prism& prism) {
-    if (!is_drawn(prism.part) || prism.plan.empty()) return;
+    const bool is_met = prism.z0 <= plane.origin_mm[2] && plane.origin_mm[2] <= prism.z1;
+    if (!is_drawn(prism.part) || prism.plan.empty() || !is_met) return;
     const PlanRectangle one = bounds(prism.plan);
     all = {std::min(all.x0, one.x0), std::max(all.x1, one.x1), std::min(all.y0, one.y0), std::max(all.y1, one.y1)};
   };

@@ -14,7 +14,7 @@
 namespace gyrotherm::thermal {
 
 struct ThermalView {
-  std::string file;  ///< without its suffix: "top-face"
+  std::string file;  ///< "top-face"
   plot::ThermalImage image;
 };
 
@@ -24,7 +24,8 @@ struct ThermalView {
 [[nodiscard]] std::vector<ThermalView> views_of(const GyroModel& model, const GyroMesh& mesh, const SteadyState& state,
                                                 std::size_t columns = 900);
 
-/// Returns the block's top face with the thermometers, without the cabinet around it, on a scale of its own.
+/// Returns the block's top face with the thermometers, without the cabinet around it, on a scale of its own. `columns`:
+/// samples from left to right.
 [[nodiscard]] plot::ThermalImage top_face_of(const GyroModel& model, const GyroMesh& mesh, const SteadyState& state,
                                              std::size_t columns);
 

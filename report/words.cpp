@@ -417,8 +417,8 @@ constexpr Word kWords[] = {
   {"say.trained_range",
    "{}Its model was trained with the block at {} to {} °C. Beyond this range of the block the compensation is an "
    "extrapolation, whatever air the chamber can make.",
-   "{}Das Modell wurde bei Temperaturen des Blocks von {} bis {} °C trainiert. Außerhalb dieses Bereichs des Blocks ist "
-   "die Kompensation eine Extrapolation, gleich welche Luft die Kammer erzeugen kann."},
+   "{}Das Modell wurde bei Temperaturen des Blocks von {} bis {} °C trainiert. Außerhalb dieses Bereichs des Blocks "
+   "ist die Kompensation eine Extrapolation, gleich welche Luft die Kammer erzeugen kann."},
   {"say.trained_range_unknown", "{}The model does not state the range of the block in which it was trained.",
    "{}Das Modell gibt nicht an, bei welchen Temperaturen des Blocks es trainiert wurde."},
   {"say.gain",

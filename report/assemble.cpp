@@ -278,6 +278,7 @@ Report make_report(const ReportSource& source) {
   const model::Model& multi_point = models.multi_point.model;
   Report report{
       .rig = source.rig,
+      .thermal = source.thermal,
       .quick = multi_point.quick,
       .accept = {},
       .cluster_length_s = rate.clusters.length_s,

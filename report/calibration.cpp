@@ -268,6 +268,12 @@ void describe(auto& form, Like<BiasZero> auto& of) {
   expect_word(form, "zero", of.zero);
 }
 
+void describe(auto& form, Like<TrainedRange> auto& range) {
+  form("axis", range.axis);
+  form("stage", one_of(range.stage, {Stage::as_found, Stage::as_left}));
+  form("block", range.block);
+}
+
 void describe(auto& form, Like<CalibrationReport> auto& report) {
   form("number", report.number);
   form("state", one_of(report.state, {ReportState::draft, ReportState::authorised, ReportState::superseded}));
@@ -300,6 +306,7 @@ void describe(auto& form, Like<CalibrationReport> auto& report) {
   expect_word(form, "bias_zero", report.bias_zero, true);
   form.if_there("bias_zeros", !report.bias_zeros.empty(), report.bias_zeros);
   form("cluster_length_s", positive(report.cluster_length_s));
+  form.if_there("trained_ranges", !report.trained_ranges.empty(), report.trained_ranges);
   form.derived("coverage", model::kCoverage);
   form("results", report.results);
   form("budgets", report.budgets);

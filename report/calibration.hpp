@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "analysis/model/budget.hpp"
+#include "analysis/model/model.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::report {
@@ -238,6 +239,15 @@ struct BiasZero {
   bool operator==(const BiasZero&) const = default;
 };
 
+/// The range of the block over which the model of an axis was trained. Beyond it the model extrapolates, whatever air
+/// the chamber can make.
+struct TrainedRange {
+  std::string axis{};
+  Stage stage{};                             ///< as_found or as_left
+  std::optional<model::BlockRange> block{};  ///< absent: the model does not state it
+  bool operator==(const TrainedRange&) const = default;
+};
+
 struct CalibrationReport {
   std::string number{};  ///< the order's; of a draft without one empty
   ReportState state{};
@@ -264,6 +274,7 @@ struct CalibrationReport {
   std::string bias_zero{};             ///< what all biases are counted from: "earth rate removed"
   std::vector<BiasZero> bias_zeros{};  ///< where they are not counted from the same: what each is
   double cluster_length_s{};
+  std::vector<TrainedRange> trained_ranges{};  ///< one per model
   std::vector<ResultTable> results{};
   std::vector<ReportedBudget> budgets{};
   DecisionRule rule{};

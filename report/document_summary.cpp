@@ -124,6 +124,24 @@ void add_key_figures(DocumentWriter& writer, const std::string& axis) {
   if (!keys.figures.empty()) writer.add(std::move(keys));
 }
 
+/// Returns a sentence about the range of the block over which the axis' model was trained; empty without a model.
+std::string range_of(const DocumentWriter& writer, const std::string& axis) {
+  const CalibrationReport& report = writer.report;
+  const auto range = [&](Stage stage) {
+    return std::ranges::find_if(report.trained_ranges,
+                                [&](const TrainedRange& one) { return one.axis == axis && one.stage == stage; });
+  };
+  auto found = range(Stage::as_left);
+  if (found == report.trained_ranges.end()) found = range(Stage::as_found);
+  if (found == report.trained_ranges.end()) return {};
+  const std::string prefix = axis.empty() ? "" : axis + ": ";
+  if (!found->block) return writer.say("say.trained_range_unknown", prefix);
+  // Whole degrees inside the range, as `train` prints them.
+  const auto whole = [&](double celsius) { return format_number(writer.language, celsius, 0); };
+  return writer.say("say.trained_range", prefix, whole(std::ceil(found->block->low_c)),
+                    whole(std::floor(found->block->high_c)));
+}
+
 std::string sentence_of_change(const DocumentWriter& writer, const Figure& left, const Figure& found) {
   const double change = std::abs(left.value.value - found.value.value);
   const double both = std::hypot(left.value.expanded(), found.value.expanded());
@@ -241,6 +259,7 @@ void add_summary(DocumentWriter& writer) {
   writer.heading("heading.summary");
   add_what_was_calibrated(writer);
   for (const std::string& axis : axes_of(writer.report)) add_key_figures(writer, axis);
+  for (const std::string& axis : axes_of(writer.report)) writer.paragraph(range_of(writer, axis));
   const bool in_sample = std::ranges::any_of(writer.report.results, &ResultTable::in_sample);
   if (in_sample) writer.paragraph(writer.word_of("say.in_sample"), Paragraph::Style::caution);
   add_verdict(writer);

@@ -307,8 +307,11 @@ ReportFigure allan_figure(const Report& report) {
 }  // namespace
 
 std::vector<ReportFigure> all_figures(const Report& report) {
-  std::vector<ReportFigure> all = {temperature_figure(report, report.rate, "figure-4", "Figure 4"),
-                                   correlation_array(report), correlation_curves(report)};
+  std::vector<ReportFigure> all;
+  if (auto thermal = thermal_figure(report)) all.push_back(std::move(*thermal));
+  all.push_back(temperature_figure(report, report.rate, "figure-4", "Figure 4"));
+  all.push_back(correlation_array(report));
+  all.push_back(correlation_curves(report));
   for (ReportFigure& figure : rate_figures(report)) all.push_back(std::move(figure));
   all.push_back(allan_figure(report));
   all.push_back(temperature_figure(report, report.random, "figure-8-program", "Figure 8, its program"));

@@ -264,6 +264,7 @@ void describe_provenance(auto& form, Like<Report> auto& report) {
 void describe(auto& form, Like<Report> auto& report) {
   form.derived("schema", kReportSchema);
   form("rig", report.rig);
+  form.if_there("thermal", true, report.thermal);
   form("quick", report.quick);
   form.object("accept", [&](auto& accept) {
     accept.derived("verdict", verdict_of(report));
@@ -347,9 +348,22 @@ Result<Report> read_report(std::string_view json, const std::string& file) {
   if (schema != kReportSchema) root["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kReportSchema));
   if (const auto verdict = root.verdict(); !verdict) return failure(verdict.error());
   Report report;
+  report.thermal = not_available("the report was made by an earlier version of gyrotherm");
   read_json(root, report);
   if (const auto verdict = root.verdict(); !verdict) return failure(verdict.error());
   return report;
+}
+
+Result<ReportedThermalModel> read_thermal_figure(std::string_view json, const std::string& from) {
+  const Result<JsonPlace> parsed = JsonPlace::parse(json, from);
+  if (!parsed) return failure(parsed.error());
+  const JsonPlace& root = *parsed;
+  if (const std::string schema = root["schema"].text(); schema != kThermalFigureSchema)
+    root["schema"].mistake(fmt::format("\"{}\", expected \"{}\"", schema, kThermalFigureSchema));
+  ReportedThermalModel model;
+  read_json(root, model);
+  if (const auto verdict = root.verdict(); !verdict) return failure(verdict.error());
+  return model;
 }
 
 Result<void> check_limit(const std::string& figure) {

@@ -21,6 +21,7 @@
 #include "analysis/model/qualification.hpp"
 #include "analysis/model/verification.hpp"
 #include "core/result.hpp"
+#include "report/thermal_model.hpp"
 
 namespace gyrotherm::report {
 
@@ -190,6 +191,7 @@ struct ReportedSegment {
 
 struct Report {
   ReportedRig rig;
+  ReportedThermal thermal;
   bool quick{};
   std::vector<AcceptedLimit> accept;  ///< empty: the profiles set no limit
   double cluster_length_s{};
@@ -253,6 +255,7 @@ struct ReportSourceLater {
 
 struct ReportSource {
   ReportedRig rig;
+  ReportedThermal thermal{};
   ReportSourceRun rate, random;
   std::vector<ReportSourceLater> later;       ///< those that verify_later() was given, in its order
   const model::Qualification& qualification;  ///< of exactly these records; its three models are SVRs

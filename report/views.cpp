@@ -278,6 +278,8 @@ std::string provenance_section(const Report& report) {
                 {"Random record", code(report.random.run_id), code(report.random.record_sha256)},
                 {"Random profile", plot::escaped(report.random.profile), code(report.random.profile_sha256)},
                 {"Rig", plot::escaped(report.rig.name), code(report.rig.sha256)}};
+  if (const auto& model = report.thermal.model)
+    table.rows.push_back({"Gyro file", plot::escaped(model->gyro), code(model->gyro_sha256)});
   return html_of(table);
 }
 
@@ -532,6 +534,9 @@ class Page {
 };
 
 void add_experiment(Page& page, const Report& report) {
+  page.section("Thermal model of the gyro");
+  page.add(thermal_html(report));
+  if (report.thermal.model) page.figure("figure-1");
   page.section("Experiment");
   page.add(
       "<p>The chamber follows the program; thermometers and gyro are read once a second, and everything below works on "

@@ -2,6 +2,7 @@
 /// The views of a report: its figures, a page of HTML, and the folder that holds them.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,10 +19,16 @@ struct ReportFigure {
   std::string svg;
 };
 
-/// All figures, in the order of the report: temperatures and bias of both runs (Figure 4), |r| as an array (Table 3)
-/// and as curves (Figure 5), each model on the rate run (Figures 6 and 7), all on the random run (Figure 8), the Allan
-/// deviation of both runs, and how each swarm went on.
+/// All figures, in the order of the report: the thermal image where there is one (Figure 1), temperatures and bias of
+/// both runs (Figure 4), |r| as an array (Table 3) and as curves (Figure 5), each model on the rate run (Figures 6 and
+/// 7), all on the random run (Figure 8), the Allan deviation of both runs, and how each swarm went on.
 [[nodiscard]] std::vector<ReportFigure> all_figures(const Report& report);
+
+/// Returns the paper's Tables 1 and 2 as tables of the page, or for which reason they are not shown.
+[[nodiscard]] std::string thermal_html(const Report& report);
+
+/// Returns the thermal image of the gyro (Figure 1); nothing where the gyro has no finite-element model.
+[[nodiscard]] std::optional<ReportFigure> thermal_figure(const Report& report);
 
 /// The figures that a laboratory reports of the rate run's bias, before and after compensation, as tables of the page.
 [[nodiscard]] std::string characterisation_html(const Report& report);

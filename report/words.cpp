@@ -414,6 +414,13 @@ constexpr Word kWords[] = {
    "{}Mit dem Modell nach Justierung zeigt der Gegenstand eine mittlere Nullpunktabweichung von {}."},
   {"say.mean_as_found", "{}With the model that it came with the unit indicates a mean bias of {}.",
    "{}Mit dem Modell, mit dem er angeliefert wurde, zeigt der Gegenstand eine mittlere Nullpunktabweichung von {}."},
+  {"say.trained_range",
+   "{}Its model was trained with the block at {} to {} °C. Beyond this range of the block the compensation is an "
+   "extrapolation, whatever air the chamber can make.",
+   "{}Das Modell wurde bei Temperaturen des Blocks von {} bis {} °C trainiert. Außerhalb dieses Bereichs des Blocks "
+   "ist die Kompensation eine Extrapolation, gleich welche Luft die Kammer erzeugen kann."},
+  {"say.trained_range_unknown", "{}The model does not state the range of the block in which it was trained.",
+   "{}Das Modell gibt nicht an, bei welchen Temperaturen des Blocks es trainiert wurde."},
   {"say.gain",
    "Over the whole run the root mean square error is {}; without compensation it was {}, {} times as much.",
    "Über den gesamten Prüflauf beträgt der quadratische Mittelwert der Abweichung {}; ohne Kompensation war er {}, "

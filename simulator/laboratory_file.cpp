@@ -164,6 +164,7 @@ Result<GyroModelUsed> gyro_model_of(std::string_view rig_text, const std::string
   auto model = read_named(thermal, "gyro", file, kShippedGyro, known);
   if (!model) return failure(std::move(model.error()));
   used.text = std::move(model->text);
+  used.path = std::move(model->path);
   return used;
 }
 

@@ -24,9 +24,10 @@ struct LaboratoryFaults;      // simulator/laboratory_file.hpp
 /// What the gyro of a virtual rig is made of beside the rig file; all empty for the reference simulation's, which the
 /// rig file holds whole.
 struct GyroModelUsed {
-  std::string name;  ///< of the reduced gyro's file, without its endings: "calibrated"
-  std::string film;  ///< "chamber" or "still": how the air moves around the cabinet
-  std::string text;  ///< the file, as read
+  std::string name;    ///< of the reduced gyro's file, without its endings: "calibrated"
+  std::string film;    ///< "chamber" or "still": how the air moves around the cabinet
+  std::string text;    ///< the file, as read
+  std::string path{};  ///< empty if its text was known
 };
 
 /// What the [virtual] table of a rig file names. `known`: the reduced gyro's text where it is already known (resume:

@@ -18,6 +18,7 @@
 #include "app/interrupt.hpp"
 #include "app/qualify/accept.hpp"
 #include "app/qualify/axis_experiment.hpp"
+#include "app/qualify/gyro_thermal.hpp"
 #include "app/qualify/known_digests.hpp"
 #include "app/qualify/lot_experiment.hpp"
 #include "app/recorded_run.hpp"
@@ -288,14 +289,22 @@ Result<Exit> conclude(Console& console, const QualifyArguments& options, const A
   return verdict_of(report) == "FAIL" ? Exit::outside_limits : Exit::done;
 }
 
+Result<report::ReportedThermal> load_thermal_model(const rig::RigFile& rig, Timings& timings) {
+  timings.begin("thermal image");
+  return thermal_model_of(rig);
+}
+
 Result<Exit> qualify_one_axis(Console& console, const QualifyArguments& options, const rig::RigFile& rig,
                               const Runs& runs, std::vector<data::RecordedRun> further, Timings& timings) {
+  auto thermal = load_thermal_model(rig, timings);
+  if (!thermal) return failure(thermal.error());
   auto experiment = experiment_of_one_axis(runs, std::move(further));
   if (!experiment) return failure(experiment.error());
   std::vector<std::string> warnings;
-  const AxisOptions how{.folder = options.out, .training = options.training, .begins = [&](const std::string& stage) {
-                          timings.begin(stage);
-                        }};
+  const AxisOptions how{.folder = options.out,
+                        .training = options.training,
+                        .thermal = std::move(*thermal),
+                        .begins = [&](const std::string& stage) { timings.begin(stage); }};
   const auto outcome = carry_out(*experiment, rig, how, console.sink(), warnings);
   if (!outcome) return failure(outcome.error());
   for (const std::string& warning : warnings) console.say(warning);
@@ -313,6 +322,8 @@ LotRun lot_run(Run run) {
 
 Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, const rig::RigFile& rig, Runs runs,
                          std::vector<data::AxisChoice> only, Timings& timings) {
+  auto thermal = load_thermal_model(rig, timings);
+  if (!thermal) return failure(thermal.error());
   const auto axes = only.empty() ? data::axes_of(runs.rate.record.info).size() : only.size();
   const bool is_whole = only.empty();
   LotExperiment lot{.out = options.out,
@@ -321,7 +332,8 @@ Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, cons
                     .later = {},
                     .compare = options.compare,
                     .only = std::move(only),
-                    .training = options.training};
+                    .training = options.training,
+                    .thermal = std::move(*thermal)};
   for (Run& run : runs.later) lot.later.push_back(lot_run(std::move(run)));
   timings.begin(fmt::format("train {} axes", axes));
   const auto summary = carry_out(console, lot, rig);

@@ -98,12 +98,14 @@ report::ReportedRig reported(const rig::RigFile& rig, const data::Dataset& datas
 }
 
 report::Report report_of(const rig::RigFile& rig, const AxisExperiment& experiment,
-                         const model::Qualification& qualification, const model::QualificationOptions& training) {
+                         const model::Qualification& qualification, const AxisOptions& options) {
+  const model::QualificationOptions& training = options.training;
   const auto& [rate, random, later, further] = experiment;
   std::vector<report::ReportSourceLater> after;
   for (const ExperimentRun& run : later)
     after.push_back({std::filesystem::path(run.stage).filename().string(), run.recorded, run.sha256});
   report::Report report = report::make_report({.rig = reported(rig, rate.recorded.dataset),
+                                               .thermal = options.thermal,
                                                .rate = {rate.recorded, rate.sha256, sha256(rate.profile.text)},
                                                .random = {random.recorded, random.sha256, sha256(random.profile.text)},
                                                .later = std::move(after),
@@ -144,7 +146,7 @@ Result<AxisOutcome> carry_out(AxisExperiment& experiment, const rig::RigFile& ri
   if (!after.empty() && options.begins) options.begins("verify later");
   if (auto verified = verify_later(*trained, after); !verified) return failure(verified.error());
   if (options.begins) options.begins("report");
-  auto report = report_of(rig, experiment, *trained, options.training);
+  auto report = report_of(rig, experiment, *trained, options);
   if (auto written = report::write_report(to_json(report), options.folder + "/report"); !written)
     return failure(written.error());
   return AxisOutcome{std::move(*trained), std::move(report)};

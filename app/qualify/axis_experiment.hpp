@@ -44,6 +44,7 @@ struct AxisOptions {
   std::string folder;   ///< for its models, and for report/ in it
   bool compare = true;  ///< every other method beside the three models
   model::QualificationOptions training;
+  report::ReportedThermal thermal{};                       ///< the gyro's thermal model
   std::function<void(const std::string& stage)> begins{};  ///< a stage, for timings
 };
 

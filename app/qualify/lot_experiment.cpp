@@ -139,7 +139,10 @@ class Bench {
   Result<AxisOutcome> trained(const Task& task, int threads) {
     auto experiment = experiment_of(lot_, task.of);
     if (!experiment) return failure(experiment.error());
-    AxisOptions options{.folder = lot_.out + "/" + task.folder, .compare = lot_.compare, .training = lot_.training};
+    AxisOptions options{.folder = lot_.out + "/" + task.folder,
+                        .compare = lot_.compare,
+                        .training = lot_.training,
+                        .thermal = lot_.thermal};
     options.training.threads = threads;
     std::error_code error;
     std::filesystem::create_directories(options.folder, error);

@@ -32,6 +32,7 @@ struct LotExperiment {
   bool compare = false;                ///< every other method beside the three models, for each axis
   std::vector<data::AxisChoice> only;  ///< these axes of all; empty: every one
   model::QualificationOptions training;
+  report::ReportedThermal thermal{};  ///< all axes have one type of gyro
 };
 
 /// "u1.x" and "u1" (each axis of that unit) as the axes that a record has. Fails with usage, naming those that are

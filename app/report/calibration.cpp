@@ -255,6 +255,11 @@ std::optional<model::Model> taken(std::optional<ModelOfAxis>& model) {
   return model ? std::optional(std::move(model->model)) : std::nullopt;
 }
 
+void add_trained_range(report::CalibrationReport& report, const std::string& axis, report::Stage stage,
+                       const std::optional<model::Model>& model) {
+  if (model) report.trained_ranges.push_back({axis, stage, model::trained_block(model->trained_on)});
+}
+
 Result<void> add_axis(report::CalibrationReport& report, const Given& given, const std::vector<record::Record>& records,
                       const data::AxisChoice& choice, const std::string& label, const CalibrationArguments& options) {
   report::CalibratedAxis axis{.label = label};
@@ -278,6 +283,8 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
   add_file(report, *left);
   axis.found = taken(*found);
   axis.left = taken(*left);
+  add_trained_range(report, label, report::Stage::as_found, axis.found);
+  add_trained_range(report, label, report::Stage::as_left, axis.left);
   if (axis.left && trained_on_another(*axis.left, axis.runs.front().dataset.identity) != nullptr)
     report.missing.push_back("models: one that was trained on this unit");
   if (axis.left)

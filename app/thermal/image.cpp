@@ -3,11 +3,8 @@
 /// each parameter would give it a wanted difference.
 #include <fmt/format.h>
 
-#include <array>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
-#include <limits>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -24,7 +21,7 @@
 #include "thermal/gyro_model.hpp"
 #include "thermal/mesh.hpp"
 #include "thermal/steady_state.hpp"
-#include "thermal/thermal_image.hpp"
+#include "thermal/thermal_views.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -81,120 +78,6 @@ Result<Exit> fit(Console& console, const FitArguments& options) {
   if (!family) return failure(family.error());
   console.data(console.json ? json(*family, options) : describe(*family, options.difference_k));
   return Exit::done;
-}
-
-struct ThermalView {
-  std::string file;  ///< without its suffix: "top-face"
-  thermal::ThermalImage image;
-};
-
-constexpr std::size_t kColumns = 900;
-constexpr double kInside_mm = 0.05;  // a face is seen from this far below it
-
-/// A plane through the cabinet: where its point (right, up), in mm, lies.
-struct Plane {
-  std::string file, title, x_title, y_title;
-  plot::Range right_mm, up_mm;
-  std::array<double, 3> origin_mm{}, along_right{}, along_up{};
-
-  [[nodiscard]] std::array<double, 3> at_m(double right, double up) const {
-    std::array<double, 3> point{};
-    for (std::size_t k = 0; k < 3; ++k) point[k] = 1e-3 * (origin_mm[k] + right * along_right[k] + up * along_up[k]);
-    return point;
-  }
-};
-
-std::vector<Plane> planes_of(const thermal::GyroGeometry& geometry) {
-  const auto [x, y, z] = geometry.cabinet;
-  const double top = z / 2 + geometry.block_thickness / 2;
-  return {{"top-face",
-           fmt::format("Top face of the block, z = {:g} mm", top),
-           "x, mm",
-           "y, mm",
-           {0, x},
-           {0, y},
-           {0, 0, top - kInside_mm},
-           {1, 0, 0},
-           {0, 1, 0}},
-          {"bores",
-           fmt::format("Plane of the bores, z = {:g} mm", z / 2),
-           "x, mm",
-           "y, mm",
-           {0, x},
-           {0, y},
-           {0, 0, z / 2},
-           {1, 0, 0},
-           {0, 1, 0}},
-          {"section",
-           fmt::format("Upright section from G to A, x = {:g} mm", x / 2),
-           "y, mm",
-           "z, mm",
-           {0, y},
-           {0, z},
-           {x / 2, 0, 0},
-           {0, 1, 0},
-           {0, 0, 1}}};
-}
-
-/// The block with all that is on it. The cabinet, what stands on it, and the centre that leads to it are much colder:
-/// they would take most of the colours, and are left as outlines.
-bool drawn(thermal::GyroPart part) {
-  return is_glass(part) || is_gas(part) || part == thermal::GyroPart::ballast_left ||
-         part == thermal::GyroPart::ballast_right || part == thermal::GyroPart::cathode;
-}
-
-thermal::ThermalImage image_of(const Plane& plane, const thermal::ThermalField& field) {
-  const double per_mm = static_cast<double>(kColumns) / (plane.right_mm.high - plane.right_mm.low);
-  const auto rows = static_cast<std::size_t>(std::lround((plane.up_mm.high - plane.up_mm.low) * per_mm));
-  thermal::ThermalImage image{.title = plane.title,
-                              .x_title = plane.x_title,
-                              .y_title = plane.y_title,
-                              .x_mm = plane.right_mm,
-                              .y_mm = plane.up_mm,
-                              .celsius = {kColumns, rows, {}},
-                              .parts = {},
-                              .colours_c = {},
-                              .marks = {},
-                              .simulated = true};
-  for (std::size_t row = 0; row < rows; ++row) {
-    const double up = plane.up_mm.high - (static_cast<double>(row) + 0.5) / per_mm;
-    for (std::size_t column = 0; column < kColumns; ++column) {
-      const auto at = plane.at_m(plane.right_mm.low + (static_cast<double>(column) + 0.5) / per_mm, up);
-      const auto part = field.part_at(at[0], at[1], at[2]);
-      const bool solid = part && drawn(*part);
-      image.celsius.values.push_back(solid ? field.temperature_at(at[0], at[1], at[2])
-                                           : std::numeric_limits<double>::quiet_NaN());
-      image.parts.push_back(part && !is_air(*part) ? static_cast<std::uint8_t>(index(*part) + 1) : 0);
-    }
-  }
-  return image;
-}
-
-std::vector<thermal::ThermalMark> thermometers_of(const thermal::GyroModel& model, const thermal::SteadyState& state) {
-  std::vector<thermal::ThermalMark> marks;
-  for (std::size_t k = 0; k < model.thermometers.size(); ++k) {
-    const auto [u, v] = model.thermometers[k];
-    marks.push_back({std::string(thermal::kThermalOutputNames[k]), model.geometry.cabinet[0] / 2 + u,
-                     model.geometry.cabinet[1] / 2 + v, state.outputs_c[k]});
-  }
-  return marks;
-}
-
-/// The block's top face with the thermometers, the plane of the bores, and the upright section from G to A. The block
-/// and what is on it are coloured, on one scale in all views; air is white, and the cabinet with what stands on it
-/// shows as outlines.
-std::vector<ThermalView> thermal_views(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
-                                       const thermal::SteadyState& state) {
-  const thermal::ThermalField field(model, mesh, state.field_c);
-  std::vector<ThermalView> views;
-  plot::Range colours{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-  for (const auto& plane : planes_of(model.geometry)) {
-    views.push_back({plane.file, image_of(plane, field)});
-    colours = joined(colours, plot::range_of(views.back().image.celsius.values));
-  }
-  views.front().image.marks = thermometers_of(model, state);
-  for (auto& view : views) view.image.colours_c = rounded_out(colours, 10);
-  return views;
 }
 
 constexpr const char* kThermalSchema = "gyrotherm-thermal/1";
@@ -352,7 +235,7 @@ Result<void> write_all(Console& console, const Solved& solved, const ThermalArgu
   const std::filesystem::path folder = options.out;
   std::vector<std::string> views;
   std::vector<std::pair<std::string, std::string>> files;
-  for (const auto& view : thermal_views(solved.model, solved.mesh, solved.state)) {
+  for (const auto& view : thermal::views_of(solved.model, solved.mesh, solved.state)) {
     files.emplace_back(view.file + ".svg", svg_of(view.image));
     views.push_back(view.file);
   }

@@ -5,6 +5,7 @@
 
 namespace gyrotherm::app {
 
+void add_thermal_figure(Program& program);
 void add_thermal_fit(Program& program);
 void add_thermal_image(Program& program);
 void add_thermal_reduce(Program& program);
@@ -16,6 +17,7 @@ int main(int argc, char** argv) {
   gyrotherm::app::Program program("gyrotherm-thermal",
                                   "gyrotherm-thermal computes where a working ring laser gyro is warm.");
   gyrotherm::app::add_thermal_image(program);
+  gyrotherm::app::add_thermal_figure(program);
   gyrotherm::app::add_thermal_fit(program);
   gyrotherm::app::add_thermal_reduce(program);
   add_completion(program);

@@ -139,6 +139,20 @@ TEST_F(CalibrationOfAUnit, SaysTheSameNumbersInAllOfThem) {
   EXPECT_GT(values, 30);
 }
 
+TEST_F(CalibrationOfAUnit, StatesTheRangeOfTheBlockThatTheModelWasTrainedIn) {
+  const auto model = nlohmann::json::parse(text_in(in("model.json")));
+  const auto& block = model["trained_on"][0]["block"];
+  const auto ranges = filed("report").trained_ranges;
+  ASSERT_EQ(ranges.size(), 1U);
+  EXPECT_EQ(ranges[0].stage, report::Stage::as_left);
+  ASSERT_TRUE(ranges[0].block);
+  EXPECT_EQ(ranges[0].block->low_c, block["low_c"]);
+  EXPECT_EQ(ranges[0].block->high_c, block["high_c"]);
+  EXPECT_NE(text_in(in("report/calibration.html")).find("Its model was trained with the block at "), std::string::npos);
+  EXPECT_NE(text_in(in("report/calibration.de.html")).find("Das Modell wurde bei Temperaturen des Blocks von "),
+            std::string::npos);
+}
+
 TEST_F(CalibrationOfAUnit, HoldsNoLimitAgainstWhatTheModelHasLearnt) {
   for (const report::Conformity& one : filed("report").conformity) {
     if (one.stage != report::Stage::as_left) continue;

@@ -37,12 +37,29 @@ TEST(Qualify, LeavesEverythingThatItPromises) {
   EXPECT_EQ(report["recommendation"]["recommended"], "") << "there is no record to choose on";
   const auto html = read_text_file(out + "/report/report.html", kLargestTable).value();
   EXPECT_NE(html.find("SIMULATED"), std::string::npos);
+  const auto figure = nlohmann::json::parse(shell("gyrotherm-thermal figure").out);
+  const auto& thermal = report["thermal"];
+  EXPECT_EQ(thermal["missing"], "") << thermal["reason"];
+  for (const char* key : {"gyro", "gyro_sha256", "materials", "sources", "image"})
+    EXPECT_EQ(thermal["model"][key], figure[key]) << key;
+  EXPECT_NE(html.find("<figure id=\"figure-1\""), std::string::npos);
 
   const auto again = gyrotherm_with("qualify --out " + out + kSmall);
   EXPECT_EQ(again.exit_code, 0) << again.err;
   EXPECT_NE(again.err.find("already recorded"), std::string::npos) << "what is recorded is kept";
   const auto other = gyrotherm_with("qualify --seed 9 --out " + out + kSmall);
   EXPECT_EQ(other.exit_code, 2) << "another experiment does not go into the same folder";
+}
+
+TEST(Qualify, SaysOfAGyroWithoutFiniteElementsThatItsImageIsNotApplicable) {
+  const Folder folder;
+  const auto out = folder / "out";
+  const auto ran = gyrotherm_with("qualify --rig virtual-reference --out " + out + kSmall);
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const auto thermal = report_in(out)["thermal"];
+  EXPECT_EQ(thermal["missing"], "not applicable");
+  EXPECT_NE(thermal["reason"].get<std::string>().find("consists of lumps"), std::string::npos) << thermal;
+  EXPECT_TRUE(thermal["model"].is_null());
 }
 
 /// As the tasks of a cluster do; that all of them come to the same as one machine does is shown there (tests/site).

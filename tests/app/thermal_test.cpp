@@ -41,6 +41,35 @@ TEST(Thermal, LeavesTheImageOfAWorkingGyro) {
   EXPECT_NE(again.err.find("thermal.json: is there already; --force writes over it"), std::string::npos) << again.err;
 }
 
+TEST(Thermal, FigureHasTheValuesOfTheGyroFile) {
+  const auto ran = shell("gyrotherm-thermal figure");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const auto figure = nlohmann::json::parse(ran.out);
+  EXPECT_EQ(figure["schema"], "gyrotherm-thermal-figure/1");
+  EXPECT_TRUE(figure["simulated"]);
+  // The values are written in profiles/gyros/calibrated.toml.
+  const nlohmann::json zerodur{{"name", "zerodur"},
+                               {"density_kg_per_m3", 2530.0},
+                               {"specific_heat_j_per_kg_k", 800.0},
+                               {"conductivity_w_per_m_k", 1.46}};
+  EXPECT_EQ(figure["materials"].size(), 10U);
+  EXPECT_EQ(figure["materials"][0], zerodur);
+  EXPECT_EQ(figure["materials"][3]["density_kg_per_m3"], 3700) << "ballast";
+  EXPECT_EQ(figure["materials"][4]["density_kg_per_m3"], 2140) << "preamplifier";
+  EXPECT_TRUE(figure["materials"][9]["conductivity_w_per_m_k"].is_null()) << "air";
+  const auto& sources = figure["sources"];
+  ASSERT_EQ(sources.size(), 3U);
+  const double expected[3][3] = {{0.588, 1.126e-6, 52.22e4}, {0.784, 35e-6, 2.24e4}, {0.0720095, 0.295e-6, 24.41e4}};
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(sources[k]["power_w"].get<double>(), expected[k][0], 1e-9) << k;
+    EXPECT_NEAR(sources[k]["volume_m3"].get<double>(), expected[k][1], 1e-12) << k;
+    EXPECT_NEAR(sources[k]["rate_w_per_m3"].get<double>() / expected[k][2], 1, 1e-4) << k;
+  }
+  EXPECT_EQ(figure["image"]["mesh"], "coarse");
+  EXPECT_NEAR(figure["image"]["difference_k"].get<double>(), 3.5, 0.1);
+  EXPECT_EQ(figure["image"]["view"]["marks"].size(), 8U);
+}
+
 TEST(Thermal, SaysForPeopleWhatItIsAndWhereItIsHot) {
   const Folder folder;
   const auto ran = gyrotherm_with("thermal --mesh coarse --film 25 --ambient -40 --out " + (folder / "image"));

@@ -155,6 +155,29 @@ TEST(Document, SaysOfEachAxisAndRecordWhatItsBiasIsCountedFromWhereThatDiffers) 
   EXPECT_EQ(calibration_from_json(to_json(report), "calibration.json")->bias_zeros, report.bias_zeros);
 }
 
+TEST(Document, SaysInWhichRangeOfTheBlockTheModelWasTrained) {
+  CalibrationReport report = sample_calibration();
+  // −17.6 to 58.4 °C: whole degrees inside it are −17 and 58.
+  EXPECT_TRUE(has(text_of(report), "u1.x: Its model was trained with the block at −17 to 58 °C."));
+  EXPECT_TRUE(has(text_of(report, Language::german),
+                  "u1.x: Das Modell wurde bei Temperaturen des Blocks von −17 bis 58 °C trainiert."));
+  EXPECT_EQ(calibration_from_json(to_json(report), "calibration.json")->trained_ranges, report.trained_ranges);
+  report.trained_ranges.front().block.reset();
+  EXPECT_TRUE(has(text_of(report), "u1.x: The model does not state the range of the block"));
+  EXPECT_TRUE(has(text_of(report, Language::german), "u1.x: Das Modell gibt nicht an"));
+  report.trained_ranges.clear();
+  EXPECT_FALSE(has(text_of(report), "range of the block")) << "without a model nothing is said";
+}
+
+TEST(Document, SaysTheRangeOfTheModelAsLeftBeforeThatAsFound) {
+  CalibrationReport report = sample_calibration();
+  report.trained_ranges = {{"u1.x", Stage::as_found, model::BlockRange{1, 39}},
+                           {"u1.x", Stage::as_left, model::BlockRange{-17.6, 58.4}}};
+  EXPECT_TRUE(has(text_of(report), "−17 to 58 °C"));
+  report.trained_ranges.pop_back();
+  EXPECT_TRUE(has(text_of(report), "1 to 39 °C"));
+}
+
 TEST(Document, OfAReplacedReportSaysByWhich) {
   CalibrationReport report = sample_calibration();
   report.simulated = false;

@@ -10,7 +10,7 @@
 
 #include "tests/thermal/small_bodies.hpp"
 #include "thermal/hex20.hpp"
-#include "thermal/thermal_image.hpp"
+#include "thermal/thermal_field.hpp"
 
 namespace gyrotherm::thermal {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "tests/thermal/small_bodies.hpp"
 #include "thermal/difference_fit.hpp"
-#include "thermal/thermal_image.hpp"
+#include "thermal/thermal_field.hpp"
 
 namespace gyrotherm::thermal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "thermal/thermal_image.hpp"
+#include "plot/thermal_image.hpp"
 
 #include <fmt/format.h>
 
@@ -8,17 +8,14 @@
 #include <cassert>
 #include <cmath>
 #include <iterator>
-#include <limits>
 
 #include "plot/svg.hpp"
-#include "thermal/assembly.hpp"
-#include "thermal/hex20.hpp"
 
-namespace gyrotherm::thermal {
+namespace gyrotherm::plot {
 namespace {
 
-constexpr plot::Rgb kOutline{90, 98, 108};
-constexpr plot::Rgb kPaper{255, 255, 255};
+constexpr Rgb kOutline{90, 98, 108};
+constexpr Rgb kPaper{255, 255, 255};
 
 bool outlined(const ThermalImage& image, std::size_t row, std::size_t column) {
   const std::size_t here = row * image.celsius.columns + column;
@@ -39,7 +36,7 @@ constexpr double kLabelledFrom = 90;       // px: shorter isotherms have no labe
 
 /// Where the plane lies on the page.
 struct Frame {
-  plot::Scale x, y;
+  Scale x, y;
   double height_px{};
 };
 
@@ -49,8 +46,8 @@ Frame frame_of(const ThermalImage& image) {
 }
 
 /// Every `stride`-th sample of every `stride`-th row.
-plot::SampledField thinned(const plot::SampledField& field, std::size_t stride) {
-  plot::SampledField thin{(field.columns + stride - 1) / stride, (field.rows + stride - 1) / stride, {}};
+SampledField thinned(const SampledField& field, std::size_t stride) {
+  SampledField thin{(field.columns + stride - 1) / stride, (field.rows + stride - 1) / stride, {}};
   thin.values.reserve(thin.columns * thin.rows);
   for (std::size_t row = 0; row < field.rows; row += stride) {
     for (std::size_t column = 0; column < field.columns; column += stride) thin.values.push_back(field.at(row, column));
@@ -70,13 +67,13 @@ struct PictureGrid {
   double first_px{};  ///< of the first sample, inside the plane
 };
 
-Line line_of(const plot::Isotherm& isotherm, const PictureGrid& grid) {
+Line line_of(const Isotherm& isotherm, const PictureGrid& grid) {
   Line line;
   double last_x = 0, last_y = 0;
   for (std::size_t k = 0; k < isotherm.size(); ++k) {
     const double x = kImageLeft + grid.first_px + isotherm[k].column * grid.px_per_column;
     const double y = kImageTop + grid.first_px + isotherm[k].row * grid.px_per_row;
-    fmt::format_to(std::back_inserter(line.data), "{}{} {}", k == 0 ? "M" : "L", plot::pixels(x), plot::pixels(y));
+    fmt::format_to(std::back_inserter(line.data), "{}{} {}", k == 0 ? "M" : "L", pixels(x), pixels(y));
     if (k > 0) line.length_px += std::hypot(x - last_x, y - last_y);
     if (k <= isotherm.size() / 3) line.middle_x = x, line.middle_y = y;
     last_x = x, last_y = y;
@@ -86,9 +83,9 @@ Line line_of(const plot::Isotherm& isotherm, const PictureGrid& grid) {
 
 bool is_whole(double value) { return std::abs(value - std::round(value)) < 1e-9; }
 
-void draw_lines(plot::SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
+void draw_lines(SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
   const std::size_t stride = std::max<std::size_t>(1, image.celsius.columns / kLineSamples);
-  const plot::SampledField thin = thinned(image.celsius, stride);
+  const SampledField thin = thinned(image.celsius, stride);
   const double px_per_sample = kWidth / static_cast<double>(image.celsius.columns);
   const double stride_px = px_per_sample * static_cast<double>(stride);
   const double aspect =
@@ -99,91 +96,80 @@ void draw_lines(plot::SvgWriter& svg, const ThermalImage& image, const Frame& fr
     Line longest;
     for (const auto& isotherm : isotherms(thin, level)) {
       Line line = line_of(isotherm, grid);
-      svg.path(line.data, {plot::colour::kInk, width});
+      svg.path(line.data, {colour::kInk, width});
       if (line.length_px > longest.length_px) longest = std::move(line);
     }
     if (longest.length_px < kLabelledFrom || !is_whole(level)) continue;
-    svg.text(longest.middle_x, longest.middle_y + 3, plot::decimal(level, 0),
-             {.size_px = 10, .anchor = plot::Anchor::middle, .halo = "#ffffff"});
+    svg.text(longest.middle_x, longest.middle_y + 3, decimal(level, 0),
+             {.size_px = 10, .anchor = Anchor::middle, .halo = "#ffffff"});
   }
 }
 
-void draw_thermometers(plot::SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
+void draw_thermometers(SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
   for (const auto& mark : image.marks) {
     const double x = frame.x(mark.x_mm), y = frame.y(mark.y_mm);
     svg.frame(x - 3.5, y - 3.5, 7, 7, {"#ffffff", 3});
-    svg.frame(x - 3.5, y - 3.5, 7, 7, {plot::colour::kInk, 1.6});
-    svg.text(x, y - 9, mark.name, {.size_px = 14, .anchor = plot::Anchor::middle, .bold = true, .halo = "#ffffff"});
-    svg.text(x, y + 17, plot::decimal(mark.celsius, 2),
-             {.size_px = 10.5, .anchor = plot::Anchor::middle, .halo = "#ffffff"});
+    svg.frame(x - 3.5, y - 3.5, 7, 7, {colour::kInk, 1.6});
+    svg.text(x, y - 9, mark.name, {.size_px = 14, .anchor = Anchor::middle, .bold = true, .halo = "#ffffff"});
+    svg.text(x, y + 17, decimal(mark.celsius, 2), {.size_px = 10.5, .anchor = Anchor::middle, .halo = "#ffffff"});
   }
 }
 
-void draw_axes(plot::SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
+void draw_axes(SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
   const double bottom = kImageTop + frame.height_px;
-  svg.frame(kImageLeft, kImageTop, kWidth, frame.height_px, {plot::colour::kInk, 1});
-  for (const plot::Tick& tick : ticks(image.x_mm, 8)) {
-    svg.line(frame.x(tick.value), bottom, frame.x(tick.value), bottom + 4, {plot::colour::kInk});
-    svg.text(frame.x(tick.value), bottom + 17, tick.label, {.anchor = plot::Anchor::middle});
+  svg.frame(kImageLeft, kImageTop, kWidth, frame.height_px, {colour::kInk, 1});
+  for (const Tick& tick : ticks(image.x_mm, 8)) {
+    svg.line(frame.x(tick.value), bottom, frame.x(tick.value), bottom + 4, {colour::kInk});
+    svg.text(frame.x(tick.value), bottom + 17, tick.label, {.anchor = Anchor::middle});
   }
-  for (const plot::Tick& tick : ticks(image.y_mm, 8)) {
-    svg.line(kImageLeft - 4, frame.y(tick.value), kImageLeft, frame.y(tick.value), {plot::colour::kInk});
-    svg.text(kImageLeft - 8, frame.y(tick.value) + 4, tick.label, {.anchor = plot::Anchor::end});
+  for (const Tick& tick : ticks(image.y_mm, 8)) {
+    svg.line(kImageLeft - 4, frame.y(tick.value), kImageLeft, frame.y(tick.value), {colour::kInk});
+    svg.text(kImageLeft - 8, frame.y(tick.value) + 4, tick.label, {.anchor = Anchor::end});
   }
-  svg.text(kImageLeft + kWidth / 2, bottom + 38, image.x_title, {.size_px = 12, .anchor = plot::Anchor::middle});
+  svg.text(kImageLeft + kWidth / 2, bottom + 38, image.x_title, {.size_px = 12, .anchor = Anchor::middle});
   svg.text(16, kImageTop + frame.height_px / 2, image.y_title,
-           {.size_px = 12, .anchor = plot::Anchor::middle, .turned_deg = 90});
+           {.size_px = 12, .anchor = Anchor::middle, .turned_deg = 90});
 }
 
-void draw_colour_bar(plot::SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
+void draw_colour_bar(SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
   constexpr std::size_t kSteps = 256;
-  plot::Picture bar{1, kSteps, {}};
+  Picture bar{1, kSteps, {}};
   for (std::size_t k = 0; k < kSteps; ++k) {
-    bar.points.push_back(plot::heat(1 - static_cast<double>(k) / static_cast<double>(kSteps - 1)));
+    bar.points.push_back(heat(1 - static_cast<double>(k) / static_cast<double>(kSteps - 1)));
   }
   const double left = kImageLeft + kWidth + kBarGap;
   svg.picture(left, kImageTop, kBarWidth, frame.height_px, png_of(bar));
-  svg.frame(left, kImageTop, kBarWidth, frame.height_px, {plot::colour::kInk, 1});
-  const plot::Scale scale{image.colours_c, kImageTop + frame.height_px, kImageTop};
-  for (const plot::Tick& tick : ticks(image.colours_c, 10)) {
-    svg.line(left + kBarWidth, scale(tick.value), left + kBarWidth + 4, scale(tick.value), {plot::colour::kInk});
+  svg.frame(left, kImageTop, kBarWidth, frame.height_px, {colour::kInk, 1});
+  const Scale scale{image.colours_c, kImageTop + frame.height_px, kImageTop};
+  for (const Tick& tick : ticks(image.colours_c, 10)) {
+    svg.line(left + kBarWidth, scale(tick.value), left + kBarWidth + 4, scale(tick.value), {colour::kInk});
     svg.text(left + kBarWidth + 7, scale(tick.value) + 4, tick.label, {});
   }
-  svg.text(left + kBarWidth / 2, kImageTop - 10, "°C", {.size_px = 12, .anchor = plot::Anchor::middle});
+  svg.text(left + kBarWidth / 2, kImageTop - 10, "°C", {.size_px = 12, .anchor = Anchor::middle});
 }
 
 }  // namespace
 
-ThermalField::ThermalField(const GyroModel& model, const GyroMesh& mesh, const Eigen::VectorXd& field_c)
-    : model_(model), mesh_(mesh), field_c_(field_c), parts_(parts_of(model)) {}
-
-double ThermalField::temperature_at(double x, double y, double z) const {
-  constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
-  constexpr double kEdge = 1e-9;  // m
-  const auto off = [](const std::vector<double>& lines, double value) {
-    return !(value >= lines.front() - kEdge && value <= lines.back() + kEdge);
+bool can_be_drawn(const ThermalImage& image) {
+  constexpr double kWidestPlane_mm = 1e5, kWidestField_k = 1000;
+  const auto& field = image.celsius;
+  const auto fits = [](const Range& range, double widest) {
+    return range.high > range.low && range.high - range.low <= widest;
   };
-  if (off(mesh_.x, x) || off(mesh_.y, y) || off(mesh_.z, z)) return kNowhere;
-  const auto at = locate(mesh_, x, y, z);
-  if (mesh_.bricks[mesh_.brick(at.i, at.j, at.k)] == 0) return kNowhere;
-  const auto nodes = nodes_of(mesh_, at.i, at.j, at.k);
-  const auto shape = hex20_shape(at.xi, at.eta, at.zeta);
-  double sum = 0;
-  for (int n = 0; n < kHex20; ++n) sum += shape[n] * field_c_[nodes[n]];
-  return sum;
+  const Range found = range_of(field.values);
+  return field.columns > 0 && field.columns <= 10'000 && field.rows > 0 && field.rows <= 10'000 &&
+         field.values.size() == field.columns * field.rows && image.parts.size() == field.values.size() &&
+         fits(image.x_mm, kWidestPlane_mm) && fits(image.y_mm, kWidestPlane_mm) &&
+         fits(image.colours_c, kWidestField_k) && found.high - found.low <= kWidestField_k;
 }
 
-std::optional<GyroPart> ThermalField::part_at(double x, double y, double z) const {
-  return gyrotherm::thermal::part_at(model_, parts_, 1e3 * x, 1e3 * y, 1e3 * z);
-}
-
-plot::Picture coloured(const ThermalImage& image) {
+Picture coloured(const ThermalImage& image) {
   const auto& field = image.celsius;
   assert(image.parts.size() == field.values.size());
-  plot::Picture picture{field.columns, field.rows, std::vector<plot::Rgb>(field.values.size(), kPaper)};
+  Picture picture{field.columns, field.rows, std::vector<Rgb>(field.values.size(), kPaper)};
   const double width_k = image.colours_c.high - image.colours_c.low;
   for (std::size_t k = 0; k < field.values.size(); ++k) {
-    if (!std::isnan(field.values[k])) picture.points[k] = plot::heat((field.values[k] - image.colours_c.low) / width_k);
+    if (!std::isnan(field.values[k])) picture.points[k] = heat((field.values[k] - image.colours_c.low) / width_k);
   }
   for (std::size_t row = 0; row < field.rows; ++row) {
     for (std::size_t column = 0; column < field.columns; ++column) {
@@ -194,7 +180,7 @@ plot::Picture coloured(const ThermalImage& image) {
 }
 
 std::vector<double> isotherm_levels(const ThermalImage& image) {
-  const plot::Range range = plot::range_of(image.celsius.values);
+  const Range range = range_of(image.celsius.values);
   std::vector<double> levels;
   const double step = image.isotherm_step_k;
   for (double k = std::ceil(range.low / step); k * step <= range.high; ++k) levels.push_back(k * step);
@@ -203,8 +189,8 @@ std::vector<double> isotherm_levels(const ThermalImage& image) {
 
 std::string svg_of(const ThermalImage& image) {
   const Frame frame = frame_of(image);
-  plot::SvgWriter svg(kImageLeft + kWidth + kBarGap + kBarWidth + kBarText, kImageTop + frame.height_px + kImageFoot,
-                      image.simulated ? "SIMULATED – " + image.title : image.title);
+  SvgWriter svg(kImageLeft + kWidth + kBarGap + kBarWidth + kBarText, kImageTop + frame.height_px + kImageFoot,
+                image.simulated ? "SIMULATED – " + image.title : image.title);
   svg.text(kImageLeft, 22, image.title, {.size_px = 13, .bold = true});
   if (image.simulated) draw_simulated_tag(svg, kImageLeft + kWidth, 22);
   svg.picture(kImageLeft, kImageTop, kWidth, frame.height_px, png_of(coloured(image)));
@@ -215,4 +201,4 @@ std::string svg_of(const ThermalImage& image) {
   return std::move(svg).finish();
 }
 
-}  // namespace gyrotherm::thermal
+}  // namespace gyrotherm::plot

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "thermal/thermal_image.hpp"
+#include "plot/thermal_image.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
+#include "core/json.hpp"
 #include "plot/png.hpp"
 #include "tests/support/markup.hpp"
 
-namespace gyrotherm::thermal {
+namespace gyrotherm::plot {
 namespace {
 
 /// 20 °C on the left to 30 °C on the right, a hole in the middle, one thermometer.
@@ -33,7 +34,7 @@ ThermalImage slope() {
   return image;
 }
 
-bool white(const plot::Rgb& point) { return point.red == 255 && point.green == 255 && point.blue == 255; }
+bool white(const Rgb& point) { return point.red == 255 && point.green == 255 && point.blue == 255; }
 
 }  // namespace
 
@@ -45,8 +46,8 @@ TEST(ThermalImage, HasAnIsothermAtEachStep) {
 }
 
 TEST(ThermalImage, IsBlueWhereColdRedWhereHotAndWhiteWhereNothingIs) {
-  plot::Picture picture = coloured(slope());
-  const plot::Rgb cold = picture.at(5, 0), hot = picture.at(5, 199);
+  Picture picture = coloured(slope());
+  const Rgb cold = picture.at(5, 0), hot = picture.at(5, 199);
   EXPECT_GT(cold.blue, cold.red);
   EXPECT_GT(hot.red, hot.blue);
   EXPECT_TRUE(white(picture.at(50, 100)));
@@ -63,6 +64,28 @@ TEST(ThermalImage, SaysSimulatedAndNamesItsThermometers) {
   EXPECT_EQ(tests::markup_mistake(svg), "");
 }
 
+TEST(ThermalImage, ComesBackFromItsJson) {
+  ThermalImage image = slope();
+  image.simulated = true;
+  ThermalImage again;
+  const auto place = JsonPlace::parse(json_of(image).dump(), "image.json");
+  ASSERT_TRUE(place);
+  read_json(*place, again);
+  ASSERT_TRUE(place->verdict()) << text(place->verdict().error());
+  EXPECT_EQ(svg_of(again), svg_of(image));
+}
+
+TEST(ThermalImage, CannotBeDrawnWithoutAValueForEachSampleOrWithoutWidth) {
+  EXPECT_TRUE(can_be_drawn(slope()));
+  ThermalImage lacking = slope(), flat = slope(), wide = slope();
+  lacking.celsius.values.pop_back();
+  EXPECT_FALSE(can_be_drawn(lacking));
+  flat.y_mm = {5, 5};
+  EXPECT_FALSE(can_be_drawn(flat));
+  wide.celsius.values.front() = 1e9;
+  EXPECT_FALSE(can_be_drawn(wide));
+}
+
 TEST(Png, BeginsWithItsSignatureAndIsTheSameEachTime) {
   const std::string once = png_of(coloured(slope())), again = png_of(coloured(slope()));
   EXPECT_EQ(once.substr(0, 8), "\x89PNG\r\n\x1a\n");
@@ -70,11 +93,11 @@ TEST(Png, BeginsWithItsSignatureAndIsTheSameEachTime) {
 }
 
 TEST(Base64, GivesTheStandardsVectors) {
-  EXPECT_EQ(plot::base64(""), "");
-  EXPECT_EQ(plot::base64("f"), "Zg==");
-  EXPECT_EQ(plot::base64("fo"), "Zm8=");
-  EXPECT_EQ(plot::base64("foo"), "Zm9v");
-  EXPECT_EQ(plot::base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(base64(""), "");
+  EXPECT_EQ(base64("f"), "Zg==");
+  EXPECT_EQ(base64("fo"), "Zm8=");
+  EXPECT_EQ(base64("foo"), "Zm9v");
+  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
 }
 
-}  // namespace gyrotherm::thermal
+}  // namespace gyrotherm::plot

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "plot/svg.hpp"
+#include "report/html_table.hpp"
+#include "report/views.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+constexpr std::array<std::pair<const char*, const char*>, 13> kThermalNames{
+    {{"zerodur", "Zerodur glass ceramic"},
+     {"gain_gas", "Gas in the gain arms"},
+     {"passive_bore", "Gas in the passive bores"},
+     {"ballast", "Ballast resistors"},
+     {"preamplifier", "Preamplifier circuit"},
+     {"cathode", "Cathode"},
+     {"dither", "Dither mechanism"},
+     {"hub", "Hub"},
+     {"cabinet", "Cabinet"},
+     {"air", "Air in the cabinet"},
+     {"source.gain_area", "Gain area, both arms"},
+     {"source.preamplifier", "Preamplifier circuit"},
+     {"source.ballast", "Ballast resistor, each of two"}}};
+
+std::string thermal_name(const std::string& key, const std::string& fallback) {
+  const auto found = std::ranges::find_if(kThermalNames, [&](const auto& one) { return key == one.first; });
+  return plot::escaped(found == kThermalNames.end() ? fallback : found->second);
+}
+
+/// Returns at most four significant digits, without zeros at the end and without an exponent.
+std::string four_digits(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "–"; }
+
+std::string simulated_mark(const Report& report) { return report.rig.is_virtual ? " – <b>SIMULATED</b>" : ""; }
+
+std::string table_1(const Report& report, const ReportedThermalModel& model) {
+  HtmlTable table{.caption = "<b>Table 1</b> Thermal parameters of the gyro’s materials" + simulated_mark(report),
+                  .header = {"Material", "Density, kg/m³", "Specific heat, J/(kg·K)", "Conductivity, W/(m·K)"}};
+  for (const ReportedMaterial& one : model.materials)
+    table.rows.push_back({thermal_name(one.name, one.name), four_digits(one.density_kg_per_m3),
+                          four_digits(one.specific_heat_j_per_kg_k), four_digits(one.conductivity_w_per_m_k)});
+  return html_of(table);
+}
+
+std::string table_2(const Report& report, const ReportedThermalModel& model) {
+  HtmlTable table{.caption = "<b>Table 2</b> Heat sources of the gyro" + simulated_mark(report),
+                  .header = {"Heat source", "Power, W", "Volume, 10<sup>−6</sup>&nbsp;m³",
+                             "Heat generation rate, 10<sup>4</sup>&nbsp;W/m³"}};
+  for (const ReportedHeatSource& one : model.sources)
+    table.rows.push_back({thermal_name("source." + one.name, one.name), four_digits(one.power_w),
+                          four_digits(1e6 * one.volume_m3), four_digits(1e-4 * one.rate_w_per_m3)});
+  return html_of(table);
+}
+
+std::string model_note(const ReportedThermalModel& model) {
+  return fmt::format(
+      "<p class=\"note\">Both tables are those of the gyro file <code>{}</code> ({}); its comments say which values "
+      "the "
+      "paper states and which are assumed. A virtual gyro that the seed draws departs from the file by the spread of "
+      "the rig file. Air conducts by gap, as natural convection and radiation let it. The paper’s row of the ballast "
+      "resistors contradicts itself; it is read as “{}”.</p>\n",
+      plot::escaped(model.gyro), plot::escaped(model.title), plot::escaped(model.ballast_reading));
+}
+
+/// Returns the three items of the paper with the reason for which each is not shown.
+std::string missing_items(const ReportedThermal& thermal) {
+  HtmlTable table{.header = {"Item of the paper", "Content", "Shown"}, .text_columns = 3, .style = "small"};
+  for (const auto& [item, content] : {std::pair{"Table 1", "Thermal parameters of the gyro’s materials"},
+                                      {"Table 2", "Heat sources of the gyro"},
+                                      {"Figure 1", "Thermal image of the working gyro"}})
+    table.rows.push_back(
+        {item, content, fmt::format("{}: {}", plot::escaped(thermal.missing), plot::escaped(thermal.reason))});
+  return html_of(table);
+}
+
+}  // namespace
+
+std::string thermal_html(const Report& report) {
+  const auto& model = report.thermal.model;
+  if (!model) return missing_items(report.thermal);
+  return table_1(report, *model) + table_2(report, *model) + model_note(*model);
+}
+
+std::optional<ReportFigure> thermal_figure(const Report& report) {
+  if (!report.thermal.model) return std::nullopt;
+  const ReportedThermalImage& image = report.thermal.model->image;
+  plot::ThermalImage view = image.view;
+  view.simulated = report.rig.is_virtual;
+  return ReportFigure{
+      "figure-1", "Figure 1",
+      fmt::format("Thermal image of the working gyro{}: the top face of its block at steady state, on the {} mesh of "
+                  "the finite-element model ({} elements, {} nodes), in still air of {} °C "
+                  "(film {} W/(m²·K)). The gain areas A, B, C are {} K warmer than F, G, H.",
+                  report.rig.is_virtual ? ", SIMULATED" : "", image.mesh, image.elements, image.nodes,
+                  four_digits(image.ambient_c), four_digits(image.film_w_per_m2_k),
+                  plot::decimal(image.difference_k, 2)),
+      svg_of(view)};
+}
+
+}  // namespace gyrotherm::report

@@ -15,7 +15,7 @@ namespace {
 constexpr std::array kMigrations{Migration{1, "store", store_schema},     Migration{2, "questions", fleet_questions},
                                  Migration{3, "owners", document_owners}, Migration{4, "simulated", simulated_apart},
                                  Migration{5, "bounds", bounds_of_rigs},  Migration{6, "isolation", rigs_apart},
-                                 Migration{7, "alarms", alarm_rows},     Migration{8, "zeros", zeros_in_conditions}};
+                                 Migration{7, "alarms", alarm_rows},      Migration{8, "zeros", zeros_in_conditions}};
 
 /// What has to be there before the first step.
 constexpr const char* kBeginning = R"(

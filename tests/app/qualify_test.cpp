@@ -37,7 +37,7 @@ TEST(Qualify, LeavesEverythingThatItPromises) {
   EXPECT_EQ(report["recommendation"]["recommended"], "") << "there is no record to choose on";
   const auto html = read_text_file(out + "/report/report.html", kLargestTable).value();
   EXPECT_NE(html.find("SIMULATED"), std::string::npos);
-  const auto figure = nlohmann::json::parse(shell("gyrotherm-thermal figure").out);
+  const auto figure = nlohmann::json::parse(shell(GYROTHERM_PROGRAM "-thermal figure").out);
   const auto& thermal = report["thermal"];
   EXPECT_EQ(thermal["missing"], "") << thermal["reason"];
   for (const char* key : {"gyro", "gyro_sha256", "materials", "sources", "image"})

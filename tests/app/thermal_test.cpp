@@ -42,7 +42,7 @@ TEST(Thermal, LeavesTheImageOfAWorkingGyro) {
 }
 
 TEST(Thermal, FigureHasTheValuesOfTheGyroFile) {
-  const auto ran = shell("gyrotherm-thermal figure");
+  const auto ran = shell(GYROTHERM_PROGRAM "-thermal figure");
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   const auto figure = nlohmann::json::parse(ran.out);
   EXPECT_EQ(figure["schema"], "gyrotherm-thermal-figure/1");

@@ -127,6 +127,10 @@ class Line(threading.Thread):
     def listen(self) -> str:
         """Begins to serve on TCP; returns the line as rig files say it."""
         self._hold_port()
+        while self._is_driven():
+            self._close_port()
+            self.port = 0
+            self._hold_port()
         self._open_port()
         self.start()
         return f"tcp://{'127.0.0.1' if self.host == '0.0.0.0' else self.host}:{self.port}"
@@ -182,6 +186,11 @@ class Line(threading.Thread):
         self.port_holder.bind((self.host, self.port))
         self.port_holder.setblocking(False)
         self.port = self.port_holder.getsockname()[1]
+
+    def _is_driven(self) -> bool:
+        """Returns whether a program locks a chamber at this port: one whose own chamber had it and has gone."""
+        with open("/proc/net/unix", encoding="utf-8") as names:
+            return any(f"gyrotherm-chamber/tcp-this.machine-{self.port}-" in line for line in names)
 
     def _open_port(self) -> None:
         assert self.port_holder is not None

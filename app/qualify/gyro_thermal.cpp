@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <QProcess>
 #include <chrono>
 #include <filesystem>
 #include <string>
 #include <utility>
 
 #include "app/interrupt.hpp"
+#include "core/command.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/sha256.hpp"
@@ -47,27 +47,6 @@ std::string find_gyro_file(const simulator::GyroModelUsed& used, const Origin& o
   return {};
 }
 
-/// Returns what the program printed on its standard output.
-Result<std::string> run_figure(const std::string& program, const std::string& gyro_file) {
-  const int longest_ms = static_cast<int>(std::chrono::milliseconds(kLongest).count());
-  QProcess process;
-  process.setStandardInputFile(QProcess::nullDevice());
-  process.start(QString::fromStdString(program), {"figure", "--quiet", "--gyro", QString::fromStdString(gyro_file)},
-                QIODevice::ReadOnly);
-  if (!process.waitForStarted(longest_ms)) return failure(FaultKind::bad_file, program, "cannot be run");
-  if (!process.waitForFinished(longest_ms)) {
-    process.kill();
-    process.waitForFinished(longest_ms);
-    return failure(FaultKind::timeout, program, fmt::format("did not end in {} ms", longest_ms));
-  }
-  if (process.exitStatus() != QProcess::NormalExit)
-    return failure(FaultKind::refused, program, "was ended by a signal");
-  if (process.exitCode() != 0)
-    return failure(FaultKind::refused, program,
-                   fmt::format("ended with {}: {}", process.exitCode(), process.readAllStandardError().toStdString()));
-  return process.readAllStandardOutput().toStdString();
-}
-
 }  // namespace
 
 Result<report::ReportedThermal> thermal_model_of(const rig::RigFile& rig) {
@@ -86,9 +65,9 @@ Result<report::ReportedThermal> thermal_model_of(const rig::RigFile& rig) {
                     "has changed since",
                     origin->gyro));
   const auto model =
-      run_figure(program_beside_this_one("gyrotherm-thermal"), file).and_then([](const std::string& out) {
-        return report::read_thermal_figure(out, "gyrotherm-thermal figure");
-      });
+      printed_by({program_beside_this_one("gyrotherm-thermal"), "figure", "--quiet", "--gyro", file}, kLongest)
+          .and_then(
+              [](const std::string& out) { return report::read_thermal_figure(out, "gyrotherm-thermal figure"); });
   if (interrupted()) return failure(FaultKind::interrupted, "thermal image", "stopped");
   if (!model) return report::not_available("gyrotherm-thermal " + model.error().what);
   return report::ReportedThermal{.missing = {}, .reason = {}, .model = *model};

@@ -23,8 +23,8 @@ Result<Bytes> Bytes::open(const std::string& path) {
   const auto beginning = bytes.ahead(2);
   if (!beginning) return failure(beginning.error());
   if (!is_gzip(*beginning)) return bytes;
+  if (const auto begun = bytes.begin_at(0); !begun) return failure(begun.error());
   bytes.gunzip_.emplace(bytes.file_.descriptor.number(), path);
-  if (const auto begun = bytes.begin_again(); !begun) return failure(begun.error());
   return bytes;
 }
 
@@ -48,19 +48,14 @@ Result<void> Bytes::go_back(std::uint64_t to) {
     passed_ = to;
     return {};
   }
-  if (gunzip_) {
-    if (const auto begun = begin_again(); !begun) return begun;
-    while (passed_ < to) {
-      if (const auto more = ahead(1); !more) return failure(more.error());
-      if (ahead_.empty()) return failure(FaultKind::bad_file, name_, "has become shorter while it was read");
-      pass(std::min<std::size_t>(ahead_.size(), to - passed_));
-    }
-    return {};
+  if (!gunzip_) return begin_at(to);
+  if (const auto begun = begin_at(0); !begun) return begun;
+  gunzip_.emplace(file_.descriptor.number(), name_);
+  while (passed_ < to) {
+    if (const auto more = ahead(1); !more) return failure(more.error());
+    if (ahead_.empty()) return failure(FaultKind::bad_file, name_, "has become shorter while it was read");
+    pass(std::min<std::size_t>(ahead_.size(), to - passed_));
   }
-  if (::lseek(file_.descriptor.number(), static_cast<off_t>(to), SEEK_SET) < 0) return failure(unreadable());
-  ahead_ = {};
-  at_end_ = false;
-  passed_ = to;
   return {};
 }
 
@@ -69,12 +64,12 @@ Fault Bytes::unreadable() const {
   return {FaultKind::bad_file, name_, std::string("cannot be read: ") + std::strerror(errno)};
 }
 
-Result<void> Bytes::begin_again() {
-  if (::lseek(file_.descriptor.number(), 0, SEEK_SET) < 0) return failure(unreadable());
-  if (gunzip_) gunzip_.emplace(file_.descriptor.number(), name_);
+/// Stands at a byte of the file, with nothing read.
+Result<void> Bytes::begin_at(std::uint64_t byte) {
+  if (::lseek(file_.descriptor.number(), static_cast<off_t>(byte), SEEK_SET) < 0) return failure(unreadable());
   ahead_ = {};
   at_end_ = false;
-  passed_ = 0;
+  passed_ = byte;
   return {};
 }
 

@@ -40,7 +40,7 @@ class Bytes {
  private:
   explicit Bytes(RegularFile file, std::string name) : name_(std::move(name)), file_(std::move(file)) {}
   [[nodiscard]] Fault unreadable() const;
-  [[nodiscard]] Result<void> begin_again();
+  [[nodiscard]] Result<void> begin_at(std::uint64_t byte);
   [[nodiscard]] Result<std::size_t> read(char* to, std::size_t room);
   [[nodiscard]] Result<void> read_more(std::size_t count);
 

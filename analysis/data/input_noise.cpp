@@ -74,8 +74,8 @@ Result<std::map<Quantity, double>> errors_of(const std::vector<Term>& terms, con
     return wrong(
         fmt::format("{} thermometers have {} uncertainties", clusters.thermometers.size(), uncertainty_k.size()));
   }
-  if (!std::ranges::all_of(uncertainty_k, [](double u) { return u > 0 && std::isfinite(u); })) {
-    return wrong("expected numbers above 0");
+  if (!std::ranges::all_of(uncertainty_k, [](double u) { return u >= 0 && std::isfinite(u); })) {
+    return wrong("expected numbers not below 0");
   }
   std::map<Quantity, double> errors;
   for (const Term& term : terms) {

@@ -22,7 +22,7 @@ namespace gyrotherm::data {
 /// an error stays the same over a run: of a constant error rates and lags would show nothing, of one that changes with
 /// the temperature as much as this.
 ///
-/// Fails with usage if there is not one uncertainty per thermometer, one is not above 0, or as evaluate.
+/// Fails with usage if there is not one uncertainty per thermometer, one is below 0, or as evaluate.
 [[nodiscard]] Result<Eigen::MatrixXd> input_covariance(const std::vector<Term>& terms, const Clusters& clusters,
                                                        const std::vector<double>& uncertainty_k);
 

@@ -447,6 +447,21 @@ double drift_between_k(const BudgetRow& row, const data::Dataset& dataset) {
   return std::hypot(row.standard_uncertainty, in_a_year * std::sqrt(years.value_or(kYearsSinceCalibration)));
 }
 
+std::vector<double> drifts_between_k(const data::Dataset& trained, const data::Dataset& used) {
+  std::vector<double> all;
+  for (const std::string& name : used.thermometers) {
+    const record::ThermometerUncertainty then = said_of(trained, name), now = said_of(used, name);
+    const auto years_then = years_since_calibration(trained, then), years_now = years_since_calibration(used, now);
+    const auto drift = [](const record::ThermometerUncertainty& said, std::optional<double> years) {
+      return value_of(said.drift_in_a_year).value_or(kDriftInAYear_k) *
+             std::sqrt(years.value_or(kYearsSinceCalibration));
+    };
+    const bool no_day_is_known = !years_then && !years_now;
+    all.push_back(std::hypot(no_day_is_known ? 0 : drift(then, years_then), drift(now, years_now)));
+  }
+  return all;
+}
+
 std::vector<BudgetRow> in_the_run(const data::Dataset& dataset, std::vector<BudgetRow> rows) {
   for (BudgetRow& row : rows) {
     if (!is_drift(row.source)) continue;

@@ -114,6 +114,11 @@ struct ThermometersInUse {
 /// year.
 [[nodiscard]] double drift_between_k(const BudgetRow& row, const data::Dataset& dataset);
 
+/// Computes how far each thermometer of `used` may have drifted between the two runs, K, as if its drift from the
+/// calibration to the one and to the other were independent. A drift of 0.05 K in a year and a year since the
+/// calibration are assumed where a record does not state them; a year between the runs where neither states the day.
+[[nodiscard]] std::vector<double> drifts_between_k(const data::Dataset& trained, const data::Dataset& used);
+
 /// The rows of a model's budget as they are in the run of a record that it has not seen: the thermometers have drifted
 /// by drift_between_k(), which is assumed if the record does not say how far they do, or since when.
 [[nodiscard]] std::vector<BudgetRow> in_the_run(const data::Dataset& dataset, std::vector<BudgetRow> rows);

@@ -418,16 +418,22 @@ Eigen::VectorXd careful_coefficients(const TypePrior& prior, const LearntUnit& u
   return careful;
 }
 
-Result<UnitPrediction> predict(const TypePrior& prior, const LearntUnit& unit, const data::Clusters& clusters) {
+Result<UnitPrediction> predict(const TypePrior& prior, const LearntUnit& unit, const data::Clusters& clusters,
+                               std::span<const double> drift_k) {
   if (const auto sound = check_own(prior, clusters); !sound) return failure(sound.error());
   const auto inputs = evaluate(prior.terms, clusters);
   if (!inputs) return failure(inputs.error());
   const auto scaled = apply(prior.scaling, *inputs);
   const Eigen::MatrixXd design = design_of(scaled, Eigen::MatrixXd::Identity(scaled.cols(), scaled.cols()));
   const Eigen::VectorXd careful = careful_coefficients(prior, unit);
-  const auto slopes = careful.tail(scaled.cols());
-  const double same = std::pow(prior.noise.wander_deg_per_h, 2) + std::pow(prior.noise.turn_on_deg_per_h, 2) +
-                      slopes.dot(prior.error_covariance * slopes);
+  double same = std::pow(prior.noise.wander_deg_per_h, 2) + std::pow(prior.noise.turn_on_deg_per_h, 2);
+  const data::Clusters known = pick(clusters, data::finite_rows(*inputs));
+  if (!drift_k.empty() && known.start_s.size() > 0) {
+    const auto errors = data::input_covariance(prior.terms, known, {drift_k.begin(), drift_k.end()});
+    if (!errors) return failure(errors.error());
+    const Eigen::VectorXd slopes = careful.tail(scaled.cols()).cwiseQuotient(prior.scaling.std.transpose());
+    same += slopes.dot(*errors * slopes);
+  }
   const Eigen::VectorXd variance = (design * unit.coefficients.covariance).cwiseProduct(design).rowwise().sum() +
                                    (design * (unit.coefficients.mean - careful)).cwiseAbs2();
   const auto expanded = [&](double of_cluster) { return kUnitCoverageFactor * std::sqrt(of_cluster + same); };

@@ -84,7 +84,7 @@ struct TypePrior {
 /// few, not an estimate.
 ///
 /// Fails with usage (too few units, a unit given twice or without a run, clusters that do not go together, a term that
-/// does not vary or is not there, uncertainties that are not one per thermometer and above 0) or numeric.
+/// does not vary or is not there, uncertainties that are not one per thermometer or below 0) or numeric.
 [[nodiscard]] Result<TypePrior> learn_type_prior(std::span<const UnitClusters> units,
                                                  const TypePriorOptions& options = {});
 
@@ -115,11 +115,13 @@ struct UnitPrediction {
 
 inline constexpr double kUnitCoverageFactor = 2;
 
-/// Predicts a run's bias by the careful coefficients. U has what is not known of the coefficients, what the careful
-/// ones differ by from the likeliest, the errors of the thermometers in use, and the wander and the turn-on of that
-/// run. The white noise of a mean is not in it: it is no error of the compensation. Fails as learn_unit does.
+/// Predicts a run's bias by the careful coefficients. `drift_k` is how far each thermometer of the clusters may have
+/// drifted since the unit's own runs, K, standard uncertainty; empty: not at all. U combines the covariance of the
+/// coefficients, the distance of the careful ones from the likeliest, that drift, and the wander and the turn-on of the
+/// run. It leaves out the white noise of a mean, which is no error of the compensation, and calibration errors, which
+/// the own runs share. Fails as learn_unit does, or with usage where `drift_k` is not one per thermometer.
 [[nodiscard]] Result<UnitPrediction> predict(const TypePrior& prior, const LearntUnit& unit,
-                                             const data::Clusters& clusters);
+                                             const data::Clusters& clusters, std::span<const double> drift_k = {});
 
 /// The file of a prior.
 [[nodiscard]] std::string to_json(const TypePrior& prior);

@@ -77,7 +77,8 @@ Result<Judged> judge_prior(const shared::TypePrior& prior, const data::Clusters&
   if (own.start_s.size() > 0) runs.push_back(own);
   const auto coefficients = learn_unit(prior, runs);
   if (!coefficients) return failure(coefficients.error());
-  const auto predicted = predict(prior, *coefficients, unit.random.clusters);
+  const auto drift_k = model::drifts_between_k(unit.rate.dataset, unit.random.dataset);
+  const auto predicted = predict(prior, *coefficients, unit.random.clusters, drift_k);
   if (!predicted) return failure(predicted.error());
   auto judged = judge(predicted->bias_deg_per_h, predicted->expanded_deg_per_h, unit.random_truth_deg_per_h);
   const Eigen::VectorXd slopes = careful_coefficients(prior, *coefficients).tail(prior.scaling.std.size());

@@ -109,9 +109,7 @@ TEST_F(TypePriorTraining, ItsVarianceIsThatOfThePriorsOwnPrediction) {
   const auto found = predict_with_std(*model, *evaluate(model->terms, used_clusters_));
   ASSERT_TRUE(told && found);
   EXPECT_LT((told->bias_deg_per_h - found->bias_deg_per_h).norm(), 1e-9 * told->bias_deg_per_h.norm());
-  const Eigen::VectorXd slopes = careful_coefficients(prior_, *unit).tail(8);
-  const double same = std::pow(prior_.noise.wander_deg_per_h, 2) + std::pow(kTurnOn_deg_per_h, 2) +
-                      slopes.dot(prior_.error_covariance * slopes);
+  const double same = std::pow(prior_.noise.wander_deg_per_h, 2) + std::pow(kTurnOn_deg_per_h, 2);
   const Eigen::VectorXd of_function = (told->expanded_deg_per_h / 2).cwiseAbs2().array() - same;
   EXPECT_LT((of_function - found->std_deg_per_h.cwiseAbs2()).norm(), 1e-6 * of_function.norm());
 }

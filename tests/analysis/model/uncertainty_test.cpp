@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/model/uncertainty.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -396,6 +397,23 @@ TEST_F(UncertaintyOfAModel, HasDriftedOnInARunThatItHasNotSeen) {
   said.uncertainty->budget.rows = in_the_run(dataset_, said.uncertainty->budget.rows);
   EXPECT_TRUE(row(said, Source::thermometer_drift).assumed) << "nor does this run";
   EXPECT_FALSE(row(said, Source::turn_on).assumed) << "which has no drift";
+}
+
+TEST_F(UncertaintyOfAModel, AddsTheDriftOfTwoRunsThermometerByThermometer) {
+  const auto at_years = [&](double years) {
+    data::Dataset run = dataset_;
+    run.started_utc = std::chrono::seconds(static_cast<long>(years * 365.25 * 86400));
+    run.thermometer_uncertainty.assign(8, {.drift_in_a_year = Kelvins{0.02}, .calibrated = std::chrono::sys_days{}});
+    return run;
+  };
+  const auto all = [](double each) {
+    return testing::ElementsAreArray(std::vector(8, testing::DoubleNear(each, 1e-9)));
+  };
+  EXPECT_THAT(drifts_between_k(dataset_, dataset_), all(0.05)) << "nothing is stated: a year lies between the runs";
+  EXPECT_THAT(drifts_between_k(at_years(0), at_years(0)), all(0)) << "both on the day of the calibration";
+  EXPECT_THAT(drifts_between_k(at_years(0), at_years(4)), all(0.04));
+  EXPECT_THAT(drifts_between_k(at_years(1), at_years(4)), all(std::hypot(0.02, 0.04)));
+  EXPECT_THAT(drifts_between_k(dataset_, at_years(4)), all(std::hypot(0.05, 0.04))) << "a year passed in the first";
 }
 
 TEST_F(UncertaintyOfAModel, KnowsWhatAYearOfDriftAdds) {

@@ -254,23 +254,28 @@ TEST(TypePrior, CarriesTheCertificateOfTheThermometers) {
     EXPECT_GT(error_of(careful + part * (likeliest - careful)), least) << part;
 }
 
-TEST(TypePrior, CountsErrorsOfTheThermometersInU) {
+/// The terms are A, A − B and A − C, so that u² grows by (Σw·drift_A)² + (w₂·drift_B)² + (w₃·drift_C)².
+TEST(TypePrior, WidensUByTheDriftThatHasPassed) {
   const auto units = simulated_units({}, 6, 2);
-  const auto exact = learn_type_prior(units, {.quick = true});
-  const auto in_error = learn_type_prior(units, {.thermometer_uncertainty_k = {0.1, 0.2, 0.4}, .quick = true});
-  ASSERT_TRUE(exact && in_error);
+  const auto prior = learn_type_prior(units, {.thermometer_uncertainty_k = {0.1, 0.2, 0.4}, .quick = true});
+  ASSERT_TRUE(prior);
   const data::Clusters& used = units[0].runs[0];
-  const auto unit = learn_unit(*in_error, units[2].runs);
-  const auto one = predict(*exact, *learn_unit(*exact, units[2].runs), used), other = predict(*in_error, *unit, used);
-  ASSERT_TRUE(unit && one && other);
+  const auto unit = learn_unit(*prior, units[2].runs);
+  ASSERT_TRUE(unit);
+  const auto u_squared_with = [&](const std::vector<double>& drift_k) -> Eigen::VectorXd {
+    const auto predicted = predict(*prior, *unit, used, drift_k);
+    if (!predicted) return Eigen::VectorXd();
+    return (predicted->expanded_deg_per_h / kUnitCoverageFactor).cwiseAbs2();
+  };
+  const Eigen::VectorXd without = u_squared_with({});
+  EXPECT_EQ(u_squared_with({0, 0, 0}), without) << "no time has passed";
   const Eigen::Vector3d slopes =
-      careful_coefficients(*in_error, *unit).tail(3).cwiseQuotient(exact->scaling.std.transpose());
-  const double of_errors =
-      Eigen::Vector3d(0.1 * slopes.sum(), -0.2 * slopes(1), -0.4 * slopes(2)).squaredNorm();  // A, A − B, A − C
-  const Eigen::VectorXd shift = other->bias_deg_per_h - one->bias_deg_per_h;
-  const Eigen::VectorXd added = (other->expanded_deg_per_h / 2).cwiseAbs2() - (one->expanded_deg_per_h / 2).cwiseAbs2();
-  EXPECT_LT((added - shift.cwiseAbs2() - Eigen::VectorXd::Constant(shift.size(), of_errors)).norm(),
-            1e-9 * added.norm());
+      careful_coefficients(*prior, *unit).tail(3).cwiseQuotient(prior->scaling.std.transpose());
+  const double of_drift = Eigen::Vector3d(0.01 * slopes.sum(), -0.02 * slopes(1), -0.03 * slopes(2)).squaredNorm();
+  const Eigen::VectorXd added = u_squared_with({0.01, 0.02, 0.03}) - without;
+  EXPECT_LT((added.array() - of_drift).abs().maxCoeff(), 1e-9 * of_drift);
+  EXPECT_EQ(u_squared_with({0.05}).size(), 0) << "one drift for each thermometer";
+  EXPECT_EQ(u_squared_with({0.05, -0.05, 0.05}).size(), 0);
 }
 
 TEST(TypePrior, IsReadAsItWasWritten) {

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-# The target reference: what doxygen makes of the rooms' headers, in BUILD/reference/html; any warning of it is an error.
+# Adds the target `reference`: doxygen pages of the modules' headers, in BUILD/reference/html. A warning is an error.
 function(gyrotherm_reference)
   find_package(Doxygen REQUIRED)
-  set(rooms core drivers sequencer acquisition analysis plot thermal simulator rig report)
-  list(TRANSFORM rooms REPLACE "(.+)" "\"${PROJECT_SOURCE_DIR}/\\1\"" OUTPUT_VARIABLE folders)
+  set(modules core drivers sequencer acquisition analysis simulator report)
+  list(TRANSFORM modules REPLACE "(.+)" "\"${PROJECT_SOURCE_DIR}/\\1\"" OUTPUT_VARIABLE folders)
   list(JOIN folders " " GYROTHERM_DOCUMENTED)
   configure_file(${PROJECT_SOURCE_DIR}/cmake/Doxyfile.in ${PROJECT_BINARY_DIR}/Doxyfile @ONLY)
   add_custom_target(reference COMMAND Doxygen::doxygen ${PROJECT_BINARY_DIR}/Doxyfile

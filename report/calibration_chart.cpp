@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/json.hpp"
-#include "plot/plot.hpp"
-#include "plot/svg.hpp"
 #include "report/dygraphs.hpp"
+#include "report/plot/plot.hpp"
+#include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -11,9 +11,9 @@
 #include <variant>
 #include <vector>
 
-#include "plot/svg.hpp"
 #include "report/calibration_chart.hpp"
 #include "report/dygraphs.hpp"
+#include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
 namespace {

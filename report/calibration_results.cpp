@@ -14,7 +14,7 @@
 #include "analysis/model/uncertainty.hpp"
 #include "analysis/model/verification.hpp"
 #include "core/quantity.hpp"
-#include "plot/plot.hpp"
+#include "report/plot/plot.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "plot/svg.hpp"
+#include "report/plot/svg.hpp"
 #include "report/views.hpp"
 
 namespace gyrotherm::report {

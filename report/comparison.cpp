@@ -11,7 +11,7 @@
 
 #include "analysis/data/dataset.hpp"
 #include "core/json.hpp"
-#include "plot/svg.hpp"
+#include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
 

@@ -7,8 +7,8 @@
 #include <cctype>
 
 #include "core/sha256.hpp"
-#include "plot/png.hpp"
 #include "report/dcc_text.hpp"
+#include "report/plot/png.hpp"
 
 namespace gyrotherm::report {
 namespace {

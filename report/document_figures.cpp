@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "plot/plot.hpp"
-#include "plot/svg.hpp"
 #include "report/document_parts.hpp"
+#include "report/plot/plot.hpp"
+#include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "core/quantity.hpp"
-#include "plot/plot.hpp"
-#include "plot/svg.hpp"
+#include "report/plot/plot.hpp"
+#include "report/plot/svg.hpp"
 #include "report/views.hpp"
 
 namespace gyrotherm::report {

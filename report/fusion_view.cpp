@@ -14,10 +14,10 @@
 
 #include "core/file.hpp"
 #include "core/quantity.hpp"
-#include "plot/plot.hpp"
-#include "plot/svg.hpp"
 #include "report/html_page.hpp"
 #include "report/html_table.hpp"
+#include "report/plot/plot.hpp"
+#include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "plot/svg.hpp"
+#include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
 namespace {

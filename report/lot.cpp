@@ -7,10 +7,10 @@
 #include <cmath>
 
 #include "core/json.hpp"
-#include "plot/plot.hpp"
-#include "plot/svg.hpp"
 #include "report/html_page.hpp"
 #include "report/html_table.hpp"
+#include "report/plot/plot.hpp"
+#include "report/plot/svg.hpp"
 #include "report/views.hpp"
 
 namespace gyrotherm::report {

@@ -13,8 +13,8 @@
 #include "core/file.hpp"
 #include "core/text.hpp"
 #include "core/toml_reader.hpp"
-#include "plot/png.hpp"
 #include "report/placeholders.hpp"
+#include "report/plot/png.hpp"
 
 namespace gyrotherm::report {
 namespace {

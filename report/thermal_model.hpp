@@ -10,7 +10,7 @@
 
 #include "core/form.hpp"
 #include "core/result.hpp"
-#include "plot/thermal_image.hpp"
+#include "report/plot/thermal_image.hpp"
 
 namespace gyrotherm::report {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "plot/svg.hpp"
 #include "report/html_table.hpp"
+#include "report/plot/svg.hpp"
 #include "report/views.hpp"
 
 namespace gyrotherm::report {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "plot/svg.hpp"
 #include "report/html_table.hpp"
+#include "report/plot/svg.hpp"
 #include "report/views.hpp"
 
 namespace gyrotherm::report {

@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "core/file.hpp"
-#include "plot/svg.hpp"
 #include "report/html_page.hpp"
 #include "report/html_table.hpp"
+#include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
 

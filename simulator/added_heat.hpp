@@ -5,7 +5,7 @@
 
 #include "core/quantity.hpp"
 #include "simulator/gyro_bias.hpp"
-#include "thermal/reduced/thermal_system.hpp"
+#include "simulator/thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm::simulator {
 

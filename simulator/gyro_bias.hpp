@@ -13,7 +13,7 @@
 #include "core/quantity.hpp"
 #include "core/random.hpp"
 #include "simulator/slow_bias.hpp"
-#include "thermal/reduced/thermal_system.hpp"
+#include "simulator/thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm::simulator {
 

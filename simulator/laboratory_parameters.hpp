@@ -12,8 +12,8 @@
 #include "simulator/added_heat.hpp"
 #include "simulator/bracket.hpp"
 #include "simulator/gyro_bias.hpp"
-#include "thermal/reduced/reduced_model.hpp"
-#include "thermal/reduced/thermal_system.hpp"
+#include "simulator/thermal/reduced/reduced_model.hpp"
+#include "simulator/thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm::simulator {
 

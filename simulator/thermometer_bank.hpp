@@ -14,8 +14,8 @@ namespace gyrotherm::simulator {
 /// Seed 0 is the gyro of the file exactly. Any other seed draws another: each bias coefficient is multiplied by a
 /// log-normal factor of its own, and phases are drawn anew; every thermometer gets a calibration error and another time
 /// constant, the gyro a constant offset. The reference simulation's heat capacities and films are multiplied likewise,
-/// a twin's model is perturbed (thermal/reduced/reduced_model.hpp). What only a hard rig has is drawn by its own
-/// spread, from a stream of its own.
+/// a twin's model is perturbed (simulator/thermal/reduced/reduced_model.hpp). What only a hard rig has is drawn by its
+/// own spread, from a stream of its own.
 [[nodiscard]] LaboratoryParameters draw_gyro(LaboratoryParameters type, std::uint64_t seed);
 
 // The virtual thermometers: true temperatures → readings with lag, calibration error, drift, noise and resolution.

@@ -10,7 +10,7 @@
 #include "core/quantity.hpp"
 #include "simulator/gyro_bias.hpp"
 #include "simulator/laboratory_parameters.hpp"
-#include "thermal/reduced/reduced_transient.hpp"
+#include "simulator/thermal/reduced/reduced_transient.hpp"
 
 namespace gyrotherm::simulator {
 

@@ -22,23 +22,41 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path kRoot = GYROTHERM_SOURCE_DIR;
-const std::vector<std::string> kRooms{"core",      "drivers", "sequencer", "acquisition", "analysis", "plot", "thermal",
-                                      "simulator", "rig",     "report",    "app",         "monitor",  "site"};
+const std::vector<std::string> kModules{"core",      "drivers",  "simulator", "acquisition",
+                                        "sequencer", "analysis", "report",    "apps"};
 
-/// Floor (a room, or a folder of it with a library of its own) → the floors whose headers it may include, beside its
-/// own.
+/// Module → the modules whose headers it may include. Each module lists only modules that stand before it in kModules.
+const std::map<std::string, std::set<std::string>> kModuleArrows{
+    {"core", {}},
+    {"drivers", {"core"}},
+    {"simulator", {"core", "drivers"}},
+    {"acquisition", {"core", "drivers"}},
+    {"sequencer", {"core", "drivers", "simulator", "acquisition"}},
+    {"analysis", {"core", "acquisition"}},
+    {"report", {"core", "analysis"}},
+    {"apps", {"core", "drivers", "simulator", "acquisition", "sequencer", "analysis", "report"}},
+};
+
+/// Part of a module (the module itself, or a folder of it with a library of its own) → the parts whose headers it may
+/// include, beside its own.
 const std::map<std::string, std::set<std::string>> kArrows{
     {"core", {}},
     {"drivers", {"core"}},
+    {"simulator/thermal/reduced", {"core"}},
+    {"simulator/thermal", {"core", "simulator/thermal/reduced"}},
+    {"simulator", {"core", "drivers", "simulator/thermal/reduced"}},
     {"acquisition/io", {"core", "drivers"}},
     {"acquisition/record", {"core"}},
     {"acquisition/exchange", {"core", "acquisition/record"}},
     {"sequencer/control", {"core"}},
     {"sequencer/profile", {"core"}},
     {"sequencer/interlocks", {"core", "sequencer/profile"}},
+    {"sequencer/rig",
+     {"core", "drivers", "acquisition/io", "acquisition/record", "sequencer/profile", "sequencer/interlocks",
+      "simulator"}},
     {"sequencer/run",
      {"core", "drivers", "acquisition/io", "acquisition/record", "sequencer/control", "sequencer/profile",
-      "sequencer/interlocks", "sequencer/watchdog", "rig"}},
+      "sequencer/interlocks", "sequencer/watchdog", "sequencer/rig"}},
     {"sequencer/watchdog", {"core", "drivers"}},
     {"analysis/dense", {}},
     {"analysis/data", {"core", "acquisition/record"}},
@@ -46,20 +64,16 @@ const std::map<std::string, std::set<std::string>> kArrows{
     {"analysis/methods", {"core", "analysis/data", "analysis/svm"}},
     {"analysis/tracking", {"core", "analysis/data", "analysis/methods"}},
     {"analysis/fusion", {"core", "analysis/data"}},
-    {"analysis/shared", {"core", "analysis/data", "analysis/methods"}},
+    {"analysis/population", {"core", "analysis/data", "analysis/methods"}},
     {"analysis/model",
      {"core", "analysis/data", "analysis/svm", "analysis/methods", "analysis/tracking", "analysis/fusion",
-      "analysis/shared"}},
-    {"plot", {"core"}},
-    {"thermal/reduced", {"core"}},
-    {"thermal", {"core", "plot", "thermal/reduced"}},
-    {"simulator", {"core", "drivers", "thermal/reduced"}},
-    {"rig",
-     {"core", "drivers", "acquisition/io", "acquisition/record", "sequencer/profile", "sequencer/interlocks",
-      "simulator"}},
-    {"report", {"core", "analysis/data", "analysis/svm", "analysis/methods", "analysis/model", "plot"}},
-    {"report/pdf", {"core", "plot", "report"}},
-    {"app",
+      "analysis/population"}},
+    {"report/plot", {"core"}},
+    {"report", {"core", "analysis/data", "analysis/svm", "analysis/methods", "analysis/model", "report/plot"}},
+    {"apps/console", {"core"}},
+    {"apps/make_safe", {"core", "sequencer/watchdog"}},
+    {"apps/pdf", {"core", "report/plot", "report"}},
+    {"apps/gyrotherm",
      {"core",
       "drivers",
       "acquisition/io",
@@ -70,25 +84,26 @@ const std::map<std::string, std::set<std::string>> kArrows{
       "sequencer/interlocks",
       "sequencer/run",
       "sequencer/watchdog",
-      "rig",
+      "sequencer/rig",
       "analysis/data",
       "analysis/svm",
       "analysis/methods",
       "analysis/model",
       "analysis/tracking",
       "analysis/fusion",
-      "analysis/shared",
+      "analysis/population",
       "report",
-      "plot",
-      "simulator"}},
-    {"monitor", {"core", "acquisition/record", "sequencer/profile", "sequencer/control", "site/live"}},
-    {"site", {"core", "acquisition/record", "site/live", "site/job"}},
-    {"site/live", {"core", "acquisition/record"}},
-    {"site/job", {"core", "acquisition/record"}},
-    {"app/thermal", {"app", "core", "plot", "thermal", "thermal/reduced"}},
+      "report/plot",
+      "simulator",
+      "apps/console"}},
+    {"apps/monitor", {"core", "acquisition/record", "sequencer/profile", "sequencer/control", "apps/site/live"}},
+    {"apps/site", {"core", "acquisition/record", "apps/site/live", "apps/site/job"}},
+    {"apps/site/live", {"core", "acquisition/record"}},
+    {"apps/site/job", {"core", "acquisition/record"}},
+    {"apps/thermal", {"core", "report/plot", "simulator/thermal", "simulator/thermal/reduced", "apps/console"}},
 };
 
-/// Floor → beginnings of the third-party headers that it may include. fmt and tl::expected are allowed everywhere.
+/// Part → beginnings of the third-party headers that it may include. fmt and tl::expected are allowed everywhere.
 const std::map<std::string, std::vector<std::string>> kThirdParties{
     {"core", {"toml++/", "nlohmann/", "openssl/"}},
     {"drivers", {"modbus/", "libserialport.h", "hidapi.h"}},
@@ -106,35 +121,37 @@ const std::map<std::string, std::vector<std::string>> kThirdParties{
     {"analysis/methods", {"Eigen/", "tbb/", "oneapi/"}},
     {"analysis/tracking", {"Eigen/"}},
     {"analysis/fusion", {"Eigen/"}},
-    {"analysis/shared", {"Eigen/"}},
+    {"analysis/population", {"Eigen/"}},
     {"analysis/model", {"Eigen/", "tbb/", "oneapi/"}},
-    {"plot", {"png.h"}},
-    {"thermal/reduced", {"Eigen/"}},
-    {"thermal", {"Eigen/", "HYPRE", "mpi.h"}},
+    {"report/plot", {"png.h"}},
+    {"simulator/thermal/reduced", {"Eigen/"}},
+    {"simulator/thermal", {"Eigen/", "HYPRE", "mpi.h"}},
     {"simulator", {"Eigen/"}},
-    {"rig", {}},
+    {"sequencer/rig", {}},
     {"report", {"Eigen/", "Q"}},
-    {"report/pdf", {"Q", "CLI/"}},
-    {"app", {"Q", "CLI/", "Eigen/"}},
-    {"app/thermal", {}},
-    {"monitor", {"nlohmann/", "httplib.h", "sodium.h", "curl/", "openssl/", "CLI/"}},
-    {"site", {"nlohmann/", "libpq-fe.h", "CLI/"}},
-    {"site/live", {"mosquitto.h"}},
-    {"site/job", {"CLI/"}},
+    {"apps/pdf", {"Q", "CLI/"}},
+    {"apps/console", {"CLI/"}},
+    {"apps/gyrotherm", {"Q", "CLI/", "Eigen/"}},
+    {"apps/make_safe", {}},
+    {"apps/thermal", {"Eigen/"}},
+    {"apps/monitor", {"nlohmann/", "httplib.h", "sodium.h", "curl/", "openssl/", "CLI/"}},
+    {"apps/site", {"nlohmann/", "libpq-fe.h", "CLI/"}},
+    {"apps/site/live", {"mosquitto.h"}},
+    {"apps/site/job", {"CLI/"}},
 };
 
-/// The floor that a path from the root lies on; empty if it lies on none.
-std::string floor_of(const std::string& path) {
+/// Returns the part that a path from the root belongs to; empty if it belongs to none.
+std::string part_of(const std::string& path) {
   std::string best;
-  for (const auto& [floor, allowed] : kArrows)
-    if (path.starts_with(floor + "/") && floor.size() > best.size()) best = floor;
+  for (const auto& [part, allowed] : kArrows)
+    if (path.starts_with(part + "/") && part.size() > best.size()) best = part;
   return best;
 }
 
 struct Source {
   fs::path path;
-  std::string room;
-  std::string floor;
+  std::string module;
+  std::string part;
   std::vector<std::string> lines;
   [[nodiscard]] std::string at(std::size_t line) const {
     return fmt::format("{}:{}", fs::relative(path, kRoot).string(), line + 1);
@@ -148,19 +165,19 @@ std::vector<std::string> lines_of(const fs::path& path) {
   return lines;
 }
 
-std::vector<Source> sources_in(const std::vector<std::string>& rooms) {
+std::vector<Source> sources_in(const std::vector<std::string>& folders) {
   std::vector<Source> found;
-  for (const auto& room : rooms)
-    for (const auto& entry : fs::recursive_directory_iterator(kRoot / room))
+  for (const auto& folder : folders)
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
       if (const auto extension = entry.path().extension(); extension == ".hpp" || extension == ".cpp")
         found.push_back(
-            {entry.path(), room, floor_of(fs::relative(entry.path(), kRoot).string()), lines_of(entry.path())});
+            {entry.path(), folder, part_of(fs::relative(entry.path(), kRoot).string()), lines_of(entry.path())});
   return found;
 }
 
-/// Every .hpp and .cpp of the rooms.
+/// Every .hpp and .cpp of the modules.
 const std::vector<Source>& sources() {
-  static const std::vector<Source> all = sources_in(kRooms);
+  static const std::vector<Source> all = sources_in(kModules);
   return all;
 }
 
@@ -180,8 +197,8 @@ std::vector<Source> all_sources() {
   return all;
 }
 
-TEST(House, EachFileLiesOnAFloor) {
-  for (const auto& source : sources()) EXPECT_TRUE(kArrows.contains(source.floor)) << source.at(0);
+TEST(House, EachFileBelongsToAPartOfAModule) {
+  for (const auto& source : sources()) EXPECT_TRUE(kArrows.contains(source.part)) << source.at(0);
 }
 
 TEST(House, IncludesPointOneWay) {
@@ -190,13 +207,32 @@ TEST(House, IncludesPointOneWay) {
     for (std::size_t i = 0; i < source.lines.size(); ++i) {
       std::smatch match;
       if (!std::regex_search(source.lines[i], match, include)) continue;
-      const auto floor = floor_of(match[1].str() + "/");
-      EXPECT_TRUE(floor == source.floor || kArrows.at(source.floor).contains(floor))
-          << source.at(i) << ": " << source.floor << " may not include " << match[1];
+      const auto part = part_of(match[1].str() + "/");
+      EXPECT_TRUE(part == source.part || kArrows.at(source.part).contains(part))
+          << source.at(i) << ": " << source.part << " may not include " << match[1];
     }
 }
 
-/// The rooms' tests share what lies in tests/support; only the tests of the benchmarks include those.
+TEST(House, ModulesDependOneWay) {
+  const std::regex include(R"re(^#include "([a-z_0-9]+)/[a-z_0-9/]+\.hpp")re");
+  std::set<std::pair<std::string, std::string>> arrows;
+  for (const auto& source : sources())
+    for (std::size_t i = 0; i < source.lines.size(); ++i) {
+      std::smatch match;
+      if (!std::regex_search(source.lines[i], match, include) || match[1] == source.module) continue;
+      arrows.emplace(source.module, match[1]);
+      EXPECT_TRUE(kModuleArrows.at(source.module).contains(match[1]))
+          << source.at(i) << ": " << source.module << " may not include " << match[1];
+    }
+  EXPECT_GT(arrows.size(), 10u);
+  std::set<std::string> before;
+  for (const auto& module : kModules) {
+    for (const auto& below : kModuleArrows.at(module)) EXPECT_TRUE(before.contains(below)) << module << " → " << below;
+    before.insert(module);
+  }
+}
+
+/// The modules' tests share what lies in tests/support; only the tests of the benchmarks include those.
 TEST(House, TestsAndBenchmarksShareWhatIsMeantToBeShared) {
   const std::regex include(R"re(^#include "((tests|bench)/[a-z_0-9]+)/.*")re");
   for (const auto& source : sources_beside())
@@ -209,7 +245,7 @@ TEST(House, TestsAndBenchmarksShareWhatIsMeantToBeShared) {
     }
 }
 
-TEST(House, ThirdPartiesStayInTheirRooms) {
+TEST(House, ThirdPartiesStayInTheirModules) {
   const std::regex include(R"(^#include <([^>]+)>)");
   const std::vector<std::string> known{"toml++/",         "modbus/",    "sqlite3.h",  "nlohmann/", "Eigen/", "tbb/",
                                        "oneapi/",         "Q",          "CLI/",       "png.h",     "HYPRE",  "mpi.h",
@@ -222,17 +258,18 @@ TEST(House, ThirdPartiesStayInTheirRooms) {
     for (std::size_t i = 0; i < source.lines.size(); ++i) {
       std::smatch match;
       if (!std::regex_search(source.lines[i], match, include) || !starts(match[1], known)) continue;
-      EXPECT_TRUE(starts(match[1], kThirdParties.at(source.floor))) << source.at(i) << ": " << match[1];
+      EXPECT_TRUE(starts(match[1], kThirdParties.at(source.part))) << source.at(i) << ": " << match[1];
     }
 }
 
-TEST(House, HeadersOfOneRoomHideItsThirdParties) {
+TEST(House, HeadersOfAModuleHideItsThirdParties) {
   const std::regex include(
       R"(^#include <(toml\+\+/|modbus/|libserialport|hidapi|sqlite3\.h|libpq|mosquitto|nlohmann/|Q[A-Z]|HYPRE|mpi\.h))");
   for (const auto& source : sources()) {
-    if (source.path.extension() != ".hpp" || source.room == "app") continue;
+    if (source.path.extension() != ".hpp" ||
+        source.module == "apps" && !source.part.starts_with("apps/monitor") && !source.part.starts_with("apps/site"))
+      continue;
     if (source.path.stem() == "sqlite" || source.path.stem() == "json") continue;  // wrappers for .cpp files alone
-    if (source.floor == "report/pdf" && source.path.stem() != "pdf") continue;     // what is inside one program
     for (std::size_t i = 0; i < source.lines.size(); ++i)
       EXPECT_FALSE(std::regex_search(source.lines[i], include)) << source.at(i) << ": third party in a header";
   }
@@ -246,14 +283,23 @@ TEST(House, WrappersOfThirdPartiesAreIncludedBySourcesAlone) {
   }
 }
 
-/// core is gyrotherm itself; another floor's namespace has its name, and what lies below it is the room's.
+/// Returns the namespace of a source: gyrotherm for core, gyrotherm::app for what the programs share with `gyrotherm`,
+/// the module's name in drivers, simulator and report, and the part's name elsewhere.
 std::string namespace_of(const Source& source) {
-  if (source.room == "core") return "gyrotherm";
-  const bool has_floors = source.room == "acquisition" || source.room == "sequencer" || source.room == "analysis";
-  return "gyrotherm::" + (has_floors ? source.floor.substr(source.floor.find('/') + 1) : source.room);
+  static const std::map<std::string, std::string> exceptions{{"core", "gyrotherm"},
+                                                             {"apps/console", "gyrotherm::app"},
+                                                             {"apps/gyrotherm", "gyrotherm::app"},
+                                                             {"apps/thermal", "gyrotherm::app"},
+                                                             {"apps/make_safe", "gyrotherm::app"},
+                                                             {"apps/pdf", "gyrotherm::report"},
+                                                             {"simulator/thermal/reduced", "gyrotherm::thermal"},
+                                                             {"apps/site/live", "gyrotherm::site"},
+                                                             {"apps/site/job", "gyrotherm::site"}};
+  if (const auto found = exceptions.find(source.part); found != exceptions.end()) return found->second;
+  return "gyrotherm::" + source.part.substr(source.part.find('/') + 1);
 }
 
-TEST(House, EachRoomHasItsNamespace) {
+TEST(House, EachPartHasItsNamespace) {
   for (const auto& source : sources()) {
     std::string last;  // before it others may stand: of what is declared there, or specialised
     for (const auto& line : source.lines)
@@ -325,14 +371,14 @@ TEST(House, FunctionsAreShort) {
 struct Ban {
   std::regex word;
   std::string instead;
-  std::set<std::string> allowed;  ///< rooms or floors
+  std::set<std::string> allowed;  ///< modules or their parts
 };
 
 void expect_none_of(const std::vector<Ban>& bans, const std::vector<Source>& in) {
   for (const auto& source : in)
     for (std::size_t i = 0; i < source.lines.size(); ++i)
       for (const auto& ban : bans) {
-        if (ban.allowed.contains(source.room) || ban.allowed.contains(source.floor)) continue;
+        if (ban.allowed.contains(source.module) || ban.allowed.contains(source.part)) continue;
         EXPECT_FALSE(std::regex_search(source.lines[i], ban.word))
             << source.at(i) << ": not used here; instead: " << ban.instead << "\n"
             << source.lines[i];
@@ -346,7 +392,7 @@ TEST(House, BannedWordsAreNotUsed) {
       {std::regex(R"(\b(?!ModemManager\b)\w*(Manager|Helper|Utils|Impl)\b)"), "say what it is", {}},
       {std::regex(R"((^|[^:.>\w])get_[a-z_]+\()"),
        "name the thing, not the getting",
-       {"bench", "monitor"}},  // pagmo asks for one, cpp-httplib for two
+       {"bench", "apps/monitor"}},  // pagmo asks for one, cpp-httplib for two
       {std::regex(R"(\bstd::rand\b|\brand\(\))"), "a seeded engine", {}},
       {std::regex(R"(\bmodbus_(set|get)_float)"), "drivers/chamber/register_item", {}},
       {std::regex(R"(\bsystem_clock\b)"), "Clock", {"core"}},
@@ -357,13 +403,11 @@ TEST(House, BannedWordsAreNotUsed) {
 /// What a test may do, and the program may not.
 TEST(House, WordsBannedFromTheProgramAreNotUsedInIt) {
   const std::vector<Ban> bans{
-      {std::regex(R"(\bsleep_for\b|\busleep\b|\bnanosleep\b)"),
-       "hand in a Clock",
-       {"app", "monitor", "sequencer/watchdog"}},
+      {std::regex(R"(\bsleep_for\b|\busleep\b|\bnanosleep\b)"), "hand in a Clock", {"apps", "sequencer/watchdog"}},
       {std::regex(R"(\bthrow\b)"), "Result", {}},
       {std::regex(R"(\bistreambuf_iterator\b)"), "getline: no exception if a read fails", {}},
       {std::regex(R"(: (std::file|f)s(ystem)?::(recursive_)?directory_iterator)"), "entries_of", {}},
-      {std::regex(R"(\bstd::cout\b|\bprintf\()"), "the program's own output", {"app"}},
+      {std::regex(R"(\bstd::cout\b|\bprintf\()"), "the program's own output", {"apps"}},
       {std::regex(R"(\bfmt::print\()"), "write_to_stdout, write_to_stderr: it throws where nobody takes it", {}},
   };
   expect_none_of(bans, sources());
@@ -452,7 +496,7 @@ TEST(House, NamesAreThoseOfTheGlossary) {
       EXPECT_FALSE(std::regex_search(source.lines[i], loser)) << source.at(i) << ": see docs/glossary.md";
 }
 
-TEST(House, TopLevelHoldsTheRoomsAndNothingElse) {
+TEST(House, TopLevelHoldsTheModulesAndNothingElse) {
   std::set<std::string> allowed{"ARCHITECTURE.md",
                                 "CHANGELOG.md",
                                 "CITATION.cff",
@@ -469,11 +513,11 @@ TEST(House, TopLevelHoldsTheRoomsAndNothingElse) {
                                 "profiles",
                                 "python",
                                 "tests"};
-  allowed.insert(kRooms.begin(), kRooms.end());
+  allowed.insert(kModules.begin(), kModules.end());
   for (const auto& entry : fs::directory_iterator(kRoot)) {
     const auto name = entry.path().filename().string();
     if (name.starts_with('.') || name == "build" || name == "out") continue;
-    EXPECT_TRUE(allowed.contains(name)) << name << " has no room";
+    EXPECT_TRUE(allowed.contains(name)) << name << " is no module";
   }
 }
 

@@ -26,7 +26,7 @@ struct OwnClusters {
   Eigen::Index without_input{};  ///< clusters that were left out
 };
 
-Result<OwnClusters> own_clusters(const shared::TypePrior& prior, const std::vector<data::Dataset>& datasets,
+Result<OwnClusters> own_clusters(const population::TypePrior& prior, const std::vector<data::Dataset>& datasets,
                                  const std::vector<data::Clusters>& clusters) {
   OwnClusters own;
   const InputPlan plan{.fixed = prior.terms, .candidates = {}, .rule = {}};
@@ -76,7 +76,7 @@ methods::LinearModel plane_of(const Eigen::VectorXd& coefficients) {
 
 /// A constant as a Gaussian that is so wide as to be one, beside the inputs themselves: with its signal and root 1 the
 /// variance is (z, 1)ᵀS(z, 1), S the covariance of slopes and constant.
-methods::PredictiveVariance variance_of(const shared::TypePrior& prior, const shared::LearntUnit& unit,
+methods::PredictiveVariance variance_of(const population::TypePrior& prior, const population::LearntUnit& unit,
                                         const Eigen::VectorXd& careful) {
   constexpr double kWide = 1e12;
   const Eigen::Index inputs = careful.size() - 1;
@@ -93,7 +93,7 @@ methods::PredictiveVariance variance_of(const shared::TypePrior& prior, const sh
           .root = Eigen::MatrixXd::Ones(1, 1)};
 }
 
-std::string particulars_of(const shared::TypePrior& prior) {
+std::string particulars_of(const population::TypePrior& prior) {
   constexpr double kSecondsInAnHour = 3600;
   return fmt::format(
       "{}type \"{}\" of {} units ({}); of their bias {:.2g} °/h wander over {:.2g} h and {:.2g} °/h of a mean are "
@@ -103,7 +103,7 @@ std::string particulars_of(const shared::TypePrior& prior) {
 }
 
 /// The function, its inputs and all that is known of it without a look at any cluster.
-Model assemble(const shared::TypePrior& prior, const shared::LearntUnit& unit) {
+Model assemble(const population::TypePrior& prior, const population::LearntUnit& unit) {
   const Eigen::VectorXd careful = careful_coefficients(prior, unit);
   Model model;
   model.method = kTypePriorMethod;
@@ -121,11 +121,11 @@ Model assemble(const shared::TypePrior& prior, const shared::LearntUnit& unit) {
   return model;
 }
 
-Result<Model> model_of(const shared::TypePrior& prior, const std::vector<data::Clusters>& records) {
-  return learn_unit(prior, records).map([&](const shared::LearntUnit& unit) { return assemble(prior, unit); });
+Result<Model> model_of(const population::TypePrior& prior, const std::vector<data::Clusters>& records) {
+  return learn_unit(prior, records).map([&](const population::LearntUnit& unit) { return assemble(prior, unit); });
 }
 
-Result<void> judge_held_out(Model& model, const shared::TypePrior& prior, const OwnClusters& own,
+Result<void> judge_held_out(Model& model, const population::TypePrior& prior, const OwnClusters& own,
                             const data::FoldPlan& folds) {
   Eigen::VectorXd residual =
       Eigen::VectorXd::Constant(own.all.start_s.size(), std::numeric_limits<double>::quiet_NaN());
@@ -146,7 +146,7 @@ Result<void> judge_held_out(Model& model, const shared::TypePrior& prior, const 
 /// the errors of its thermometers make. Of the mean over its own clusters, c, that is E(M + E)⁻¹c, M the spread and E
 /// the covariance of the errors; the rest is where in the program these clusters lie. Nearly equal thermometers have
 /// steep slopes against each other, so that hundredths of a kelvin between them count.
-double coefficients_deg_per_h(const shared::TypePrior& prior, const shared::LearntUnit& unit,
+double coefficients_deg_per_h(const population::TypePrior& prior, const population::LearntUnit& unit,
                               const methods::PredictiveVariance& variance) {
   const Eigen::Index inputs = prior.scaling.std.size();
   const Eigen::MatrixXd& errors = prior.error_covariance;
@@ -164,7 +164,7 @@ double square_of(const std::vector<BudgetRow>& rows, Source source) {
 }
 
 /// What the type knows better than a few hours of one unit.
-void add_type(std::vector<BudgetRow>& rows, const shared::TypePrior& prior, double coefficients) {
+void add_type(std::vector<BudgetRow>& rows, const population::TypePrior& prior, double coefficients) {
   const double freedom = std::max(1.0, static_cast<double>(prior.units.size()) - 1);
   const double explained = square_of(rows, Source::hysteresis) + square_of(rows, Source::flicker) +
                            square_of(rows, Source::rate_random_walk);
@@ -181,17 +181,17 @@ void add_type(std::vector<BudgetRow>& rows, const shared::TypePrior& prior, doub
 
 /// Whether the type has shown this run, or another of the same gyro. A unit's name is what the record says of itself
 /// unless the user named it.
-bool was_learnt_from(const shared::TypePrior& prior, const data::Dataset& dataset) {
+bool was_learnt_from(const population::TypePrior& prior, const data::Dataset& dataset) {
   const auto is_known = [&](const std::string& identity) { return !identity.empty() && identity == dataset.identity; };
   return std::ranges::any_of(prior.units, is_known) ||
-         std::ranges::any_of(prior.records, [&](const shared::PriorRecord& record) {
+         std::ranges::any_of(prior.records, [&](const population::PriorRecord& record) {
            const bool same_run =
                record.run_id == dataset.run_id && record.unit == dataset.of.unit && record.axis == dataset.of.axis;
            return same_run || is_known(record.identity);
          });
 }
 
-void warn(Model& model, const shared::TypePrior& prior, const std::vector<data::Dataset>& datasets,
+void warn(Model& model, const population::TypePrior& prior, const std::vector<data::Dataset>& datasets,
           const OwnClusters& own) {
   if (own.without_input > 0) {
     model.warnings.push_back(fmt::format("clusters without all inputs were left out: {} of {}", own.without_input,
@@ -212,15 +212,16 @@ void warn(Model& model, const shared::TypePrior& prior, const std::vector<data::
 }
 
 /// The type's constant is counted from one zero.
-Result<void> check_zero(const shared::TypePrior& prior, const data::Dataset& dataset) {
+Result<void> check_zero(const population::TypePrior& prior, const data::Dataset& dataset) {
   const bool is_known = !prior.records.empty() && !prior.records.front().bias_zero.empty();
   return is_known ? check_one_zero(dataset, prior.records.front().bias_zero, "the prior") : Result<void>{};
 }
 
 }  // namespace
 
-Result<shared::TypePrior> learn_prior(const data::Dataset& first, const std::vector<shared::UnitClusters>& units,
-                                      const PriorOptions& options) {
+Result<population::TypePrior> learn_prior(const data::Dataset& first,
+                                          const std::vector<population::UnitClusters>& units,
+                                          const PriorOptions& options) {
   constexpr double kTurnOn_deg_per_h = 0.001;
   const std::string inputs =
       options.inputs.empty() && !first.gradients.empty() ? "seven-point," + first.gradients.front() : options.inputs;
@@ -239,7 +240,7 @@ Result<shared::TypePrior> learn_prior(const data::Dataset& first, const std::vec
               .simulated = options.simulated});
 }
 
-Result<Model> train_with_prior(const shared::TypePrior& prior, const std::vector<data::Dataset>& datasets,
+Result<Model> train_with_prior(const population::TypePrior& prior, const std::vector<data::Dataset>& datasets,
                                const std::vector<data::Clusters>& clusters, const PriorTrainingOptions& options) {
   if (datasets.empty() || datasets.size() != clusters.size())
     return failure(FaultKind::usage, "training", "needs at least one record");

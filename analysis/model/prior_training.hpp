@@ -10,7 +10,7 @@
 #include "analysis/data/dataset.hpp"
 #include "analysis/data/folds.hpp"
 #include "analysis/model/model.hpp"
-#include "analysis/shared/type_prior.hpp"
+#include "analysis/population/type_prior.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::model {
@@ -26,9 +26,9 @@ struct PriorOptions {
 /// Learns the prior of a type. Inputs, the thermometers' uncertainty in a year of use and the turn-on, 0.001 °/h where
 /// it is not said, are those of `first`, a record of one of the units. Fails with usage (inputs that select, or that
 /// the record lacks) or as learn_type_prior does.
-[[nodiscard]] Result<shared::TypePrior> learn_prior(const data::Dataset& first,
-                                                    const std::vector<shared::UnitClusters>& units,
-                                                    const PriorOptions& options = {});
+[[nodiscard]] Result<population::TypePrior> learn_prior(const data::Dataset& first,
+                                                        const std::vector<population::UnitClusters>& units,
+                                                        const PriorOptions& options = {});
 
 struct PriorTrainingOptions {
   data::FoldOptions folds;
@@ -36,8 +36,8 @@ struct PriorTrainingOptions {
 };
 
 /// Trains a model of one unit from its type and its own records, at least one, of which any part will do: a straight
-/// line in the terms and the scaling of the prior, of shared::careful_coefficients, in °/h. It differs from train() in
-/// four things:
+/// line in the terms and the scaling of the prior, of population::careful_coefficients, in °/h. It differs from train()
+/// in four things:
 /// - a fold is predicted by coefficients that are learnt without it, from the type and all other clusters; records that
 ///   are too short for folds (data::FoldKind::automatic) are held out together and predicted by the type alone;
 /// - its trained range is that of the type's units and its own, so that an hour at −40 °C is no bound;
@@ -50,7 +50,8 @@ struct PriorTrainingOptions {
 /// counts twice, and of one that mixes virtual and real gyros. Fails with usage (no record, a run given twice, a bias
 /// that is counted from another zero, clusters without the prior's thermometers or of another length, or as plan_folds
 /// does).
-[[nodiscard]] Result<Model> train_with_prior(const shared::TypePrior& prior, const std::vector<data::Dataset>& datasets,
+[[nodiscard]] Result<Model> train_with_prior(const population::TypePrior& prior,
+                                             const std::vector<data::Dataset>& datasets,
                                              const std::vector<data::Clusters>& clusters,
                                              const PriorTrainingOptions& options);
 

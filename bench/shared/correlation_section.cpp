@@ -9,7 +9,7 @@
 #include "analysis/methods/ridge_u.hpp"
 #include "analysis/model/inputs.hpp"
 #include "analysis/model/uncertainty.hpp"
-#include "analysis/shared/residual_correlation.hpp"
+#include "analysis/population/residual_correlation.hpp"
 #include "bench/shared/sections.hpp"
 
 namespace gyrotherm::bench {
@@ -28,12 +28,12 @@ Result<Eigen::VectorXd> predicted_by_ridge(const VirtualUnit& unit, const std::v
 /// One row: figures over all pairs.
 Result<void> print_row(const char* what, const std::vector<VirtualUnit>& units,
                        const std::vector<Eigen::VectorXd>& residuals) {
-  std::vector<shared::AxisResidual> axes;
+  std::vector<population::AxisResidual> axes;
   for (std::size_t i = 0; i < units.size(); ++i)
     axes.push_back({units[i].name, units[i].random.clusters, residuals[i]});
-  const auto together = shared::side_by_side(axes);
+  const auto together = population::side_by_side(axes);
   if (!together) return failure(together.error());
-  const auto found = shared::correlation_of(*together);
+  const auto found = population::correlation_of(*together);
   std::vector<double> r, effective;
   double by_chance = 0;
   int surprising = 0;

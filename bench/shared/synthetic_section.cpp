@@ -9,9 +9,9 @@
 #include <random>
 
 #include "analysis/methods/ridge_u.hpp"
-#include "analysis/shared/coregionalised_gp.hpp"
-#include "analysis/shared/multi_output_ridge.hpp"
-#include "analysis/shared/residual_correlation.hpp"
+#include "analysis/population/coregionalised_gp.hpp"
+#include "analysis/population/multi_output_ridge.hpp"
+#include "analysis/population/residual_correlation.hpp"
 #include "bench/shared/sections.hpp"
 
 namespace gyrotherm::bench {
@@ -51,14 +51,14 @@ Result<GapDraw> draw_gap(double correlation, std::uint64_t seed) {
   const Eigen::MatrixXd truth = of_time * normal_draws(kRows, kAxes, random) * of_axes.transpose();
   const Eigen::MatrixXd seen = truth + kNoise * normal_draws(kRows, kAxes, random);
   GapDraw draw;
-  draw.p_all = shared::correlation_of({.axes = {"x", "y", "z"},
-                                       .places = Eigen::VectorXi::LinSpaced(kRows, 0, static_cast<int>(kRows) - 1),
-                                       .residual_deg_per_h = seen})
+  draw.p_all = population::correlation_of({.axes = {"x", "y", "z"},
+                                           .places = Eigen::VectorXi::LinSpaced(kRows, 0, static_cast<int>(kRows) - 1),
+                                           .residual_deg_per_h = seen})
                    .all_probability;
   Eigen::MatrixXd table = seen;
   table.col(0).segment(kGapFrom, kGapTo - kGapFrom).setConstant(std::numeric_limits<double>::quiet_NaN());
-  const auto together = shared::learn_coregionalised(shared::samples_of(time, table));
-  const auto alone = shared::learn_coregionalised(shared::samples_of(time, table.leftCols(1)));
+  const auto together = population::learn_coregionalised(population::samples_of(time, table));
+  const auto alone = population::learn_coregionalised(population::samples_of(time, table.leftCols(1)));
   if (!together || !alone) return failure(together ? alone.error() : together.error());
   const data::SampleMatrix gap = time.middleRows(kGapFrom, kGapTo - kGapFrom);
   const Eigen::VectorXd wanted = truth.col(0).segment(kGapFrom, kGapTo - kGapFrom);
@@ -113,9 +113,9 @@ Result<PlaneDraw> draw_planes(double correlation, Eigen::Index rows, std::uint64
   const Eigen::MatrixXd penalty = Eigen::MatrixXd::Identity(kInputs, kInputs) / static_cast<double>(rows);
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(kAxes, kAxes);
   const Eigen::MatrixXd alone = kNoise * kNoise * identity;
-  const auto separate = shared::multi_output_ridge(z, y, penalty, {alone, identity});
-  const auto known = shared::multi_output_ridge(z, y, penalty, {noise, identity});
-  const auto together = shared::multi_output_ridge(z, y, penalty);
+  const auto separate = population::multi_output_ridge(z, y, penalty, {alone, identity});
+  const auto known = population::multi_output_ridge(z, y, penalty, {noise, identity});
+  const auto together = population::multi_output_ridge(z, y, penalty);
   if (!separate || !known || !together) return failure(FaultKind::numeric, "synthetic", "a plane was not found");
   const auto error = [&](const Eigen::MatrixXd& weights) {
     return std::sqrt((weights - slopes).squaredNorm() / static_cast<double>(slopes.size()));

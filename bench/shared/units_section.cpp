@@ -12,7 +12,7 @@
 #include "analysis/methods/ridge_u.hpp"
 #include "analysis/model/inputs.hpp"
 #include "analysis/model/uncertainty.hpp"
-#include "analysis/shared/type_prior.hpp"
+#include "analysis/population/type_prior.hpp"
 #include "bench/shared/sections.hpp"
 
 namespace gyrotherm::bench {
@@ -57,8 +57,8 @@ data::Clusters first_hours(const data::Clusters& clusters, int hours) {
 
 /// What is known without any unit of the type: the constant and each slope per STD are within some °/h of 0, which is
 /// fifty times what they are. The noises are the type's, as if they were known.
-shared::TypePrior nothing_known(const shared::TypePrior& type) {
-  shared::TypePrior nothing = type;
+population::TypePrior nothing_known(const population::TypePrior& type) {
+  population::TypePrior nothing = type;
   nothing.next_unit.mean.setZero();
   nothing.next_unit.covariance.setIdentity();
   return nothing;
@@ -72,7 +72,7 @@ Result<double> drift_of(const std::vector<data::Term>& terms, const Eigen::Vecto
   return std::sqrt(slopes.dot(*covariance * slopes));
 }
 
-Result<Judged> judge_prior(const shared::TypePrior& prior, const data::Clusters& own, const VirtualUnit& unit) {
+Result<Judged> judge_prior(const population::TypePrior& prior, const data::Clusters& own, const VirtualUnit& unit) {
   std::vector<data::Clusters> runs;
   if (own.start_s.size() > 0) runs.push_back(own);
   const auto coefficients = learn_unit(prior, runs);
@@ -88,7 +88,7 @@ Result<Judged> judge_prior(const shared::TypePrior& prior, const data::Clusters&
   return judged;
 }
 
-Result<Judged> judge_ridge(const shared::TypePrior& type, const data::Clusters& own, const VirtualUnit& unit,
+Result<Judged> judge_ridge(const population::TypePrior& type, const data::Clusters& own, const VirtualUnit& unit,
                            const std::vector<double>& uncertainty_k) {
   const auto inputs = evaluate(type.terms, own), used = evaluate(type.terms, unit.random.clusters);
   const auto covariance = data::input_covariance(type.terms, own, uncertainty_k);
@@ -102,17 +102,17 @@ Result<Judged> judge_ridge(const shared::TypePrior& type, const data::Clusters& 
 }
 
 /// The slopes of the type's mean, and the constant that the own clusters have beside them.
-Result<Judged> judge_mean(const shared::TypePrior& type, const data::Clusters& own, const VirtualUnit& unit) {
+Result<Judged> judge_mean(const population::TypePrior& type, const data::Clusters& own, const VirtualUnit& unit) {
   const auto none = learn_unit(type, {});
   if (!none) return failure(none.error());
-  const shared::LearntUnit& mean = *none;
+  const population::LearntUnit& mean = *none;
   const auto here = predict(type, mean, own), there = predict(type, mean, unit.random.clusters);
   if (!here || !there) return failure(here ? there.error() : here.error());
   const double constant = own.start_s.size() > 0 ? (own.bias_deg_per_h - here->bias_deg_per_h).mean() : 0;
   return judge(there->bias_deg_per_h.array() + constant, {}, unit.random_truth_deg_per_h);
 }
 
-Result<ByHour> judge_by_hours(const shared::TypePrior& type, const VirtualUnit& unit) {
+Result<ByHour> judge_by_hours(const population::TypePrior& type, const VirtualUnit& unit) {
   const auto uncertainty = model::thermometers_in_use(unit.rate.dataset).uncertainty_k;
   ByHour all;
   for (int hours = 0; hours <= kLastHour; ++hours) {
@@ -259,8 +259,8 @@ void print_savings(const std::vector<ByHour>& units) {
   fmt::print("\n");
 }
 
-std::vector<shared::UnitClusters> others_of(const std::vector<VirtualUnit>& units, std::size_t left_out) {
-  std::vector<shared::UnitClusters> others;
+std::vector<population::UnitClusters> others_of(const std::vector<VirtualUnit>& units, std::size_t left_out) {
+  std::vector<population::UnitClusters> others;
   for (std::size_t i = 0; i < units.size(); ++i)
     if (i != left_out) others.push_back({units[i].name, {units[i].rate.clusters, units[i].random.clusters}});
   return others;
@@ -279,7 +279,7 @@ Result<void> measure_units(const std::vector<VirtualUnit>& units, const std::str
       "to 0 as by units |\n|---|---|---|---|\n");
   for (std::size_t left_out = 0; left_out < units.size(); ++left_out) {
     const auto others = others_of(units, left_out);
-    const auto type = shared::learn_type_prior(
+    const auto type = population::learn_type_prior(
         others, {.type = "virtual",
                  .terms = plan->fixed,
                  .turn_on_deg_per_h = turn_on.value_or(0.001),

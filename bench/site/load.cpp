@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "acquisition/record/run_source.hpp"
+#include "apps/site/run_text.hpp"
+#include "apps/site/store.hpp"
 #include "core/clock.hpp"
 #include "core/deadline.hpp"
 #include "core/sha256.hpp"
-#include "site/run_text.hpp"
-#include "site/store.hpp"
 
 namespace {
 

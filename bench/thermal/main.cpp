@@ -24,12 +24,12 @@
 #include "bench/measurement.hpp"
 #include "core/file.hpp"
 #include "core/result.hpp"
-#include "thermal/gyro_model.hpp"
-#include "thermal/mesh.hpp"
-#include "thermal/reduced/reduced_model.hpp"
-#include "thermal/reduced/reduced_transient.hpp"
-#include "thermal/reduced/thermal_system.hpp"
-#include "thermal/steady_state.hpp"
+#include "simulator/thermal/gyro_model.hpp"
+#include "simulator/thermal/mesh.hpp"
+#include "simulator/thermal/reduced/reduced_model.hpp"
+#include "simulator/thermal/reduced/reduced_transient.hpp"
+#include "simulator/thermal/reduced/thermal_system.hpp"
+#include "simulator/thermal/steady_state.hpp"
 
 namespace gyrotherm::bench {
 namespace {

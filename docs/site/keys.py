@@ -30,27 +30,27 @@ PROFILE = {
     },
 }  # fmt: skip
 RIG = {
-    "rig/rig_file.cpp": {
+    "sequencer/rig/rig_file.cpp": {
         "parse_rig": [""], "parse_rig:chamber": ["chamber"], "read_chamber": ["chamber"], "read_map": ["chamber"],
         "read_link_words": ["chamber", "chamber.link"],
         "read_limiter:chamber": ["chamber"], "read_limiter": ["chamber.limiter"], "read_analysis": ["analysis"],
         "read_safe": ["safe"], "check_safe_air": [], "settle_simulated": [""],
     },
-    "rig/thermometer_settings.cpp": {
+    "sequencer/rig/thermometer_settings.cpp": {
         "read_link": ["[thermometer]"], "read_link:link": ["thermometer.link"],
         "read_sensor": ["thermometer.sensor"], "read_dcon": ["[thermometer] dcon"],
         "read_command": ["[thermometer] process"], "read_certificate": _CALIBRATED,
         "read_uncertainty": _CALIBRATED, "read_calibration": ["[thermometer.calibration]"],
         "read_offsets": ["[thermometer]"], "read_channels": ["[thermometer]"], "read_thermometer": ["[thermometer]"],
     },
-    "rig/gyro_settings.cpp": {
+    "sequencer/rig/gyro_settings.cpp": {
         "read": [""], "read_axis_names": ["[gyro]"], "read_axis_names:axis": ["[gyro.axis]"],
         "read_direction": ["[gyro.axis]"], "place_alone": _AXIS, "arcsec_per_count": _AXIS, "read_axis": _AXIS,
         "read_unit": ["[gyro]"], "read_frames": ["[gyro]"], "begin_line": ["[gyro]"], "share_line": ["[gyro]"],
         "read_scales": _AXIS, "share_values": ["[gyro]"],
     },
-    "rig/fixture.cpp": {"read_fixture": ["fixture"], "read_latitude": ["fixture", *_AXIS]},
-    "rig/analogue_settings.cpp": {
+    "sequencer/rig/fixture.cpp": {"read_fixture": ["fixture"], "read_latitude": ["fixture", *_AXIS]},
+    "sequencer/rig/analogue_settings.cpp": {
         "framing_in": ["[analogue_input]", "analogue_input.link"],
         "word_order_in": ["[analogue_input]", "analogue_input.link"], "read_analogue_map": ["[analogue_input]"], "read_analogue_input": ["[analogue_input]"],
         "read_analogue_inputs": [""], "unit_named": ["[analogue_input.channel]"],
@@ -117,15 +117,15 @@ ORDER = {
     },
 }  # fmt: skip
 SITE = {
-    "site/site_file.cpp": {
+    "apps/site/site_file.cpp": {
         "store_of": ["store"], "archive_of": ["archive"], "parse_site:store": ["store"], "parse_site": [""],
     },
-    "monitor/site_file.cpp": {
+    "apps/monitor/site_file.cpp": {
         "address_of": ["[notify.address]"], "rule_of": ["[notify.rule]"], "mail_of": ["notify.mail"],
         "check_names": [], "parse_site:notify": ["notify"], "parse_site": [""],
     },
-    "site/live/broker.cpp": {"broker_at": ["live"]},
-    "site/live/passfile.cpp": {"passfile_at": ["store", "live"]},
+    "apps/site/live/broker.cpp": {"broker_at": ["live"]},
+    "apps/site/live/passfile.cpp": {"passfile_at": ["store", "live"]},
 }  # fmt: skip
 # Reading function → what the value is. None: it reads no value. "table NAME": a function that is given the table, and
 # has the name of a method of tables.
@@ -197,8 +197,8 @@ def _words_of(constant: str) -> list[str]:
     if constant == "kThermometerDrivers":  # made of the table of kinds
         text = (SOURCE / "drivers/thermometer/thermometer_kinds.hpp").read_text(encoding="utf-8")
         return re.findall(r'\.name = "(\w+)"', text)
-    for path in [*SOURCE.glob("drivers/**/*.hpp"), *SOURCE.glob("rig/*.cpp"), *SOURCE.glob("simulator/*.cpp"),
-                 SOURCE / _ORDER, SOURCE / "monitor/site_file.cpp"]:  # fmt: skip
+    for path in [*SOURCE.glob("drivers/**/*.hpp"), *SOURCE.glob("sequencer/rig/*.cpp"), *SOURCE.glob("simulator/*.cpp"),
+                 SOURCE / _ORDER, SOURCE / "apps/monitor/site_file.cpp"]:  # fmt: skip
         text = path.read_text(encoding="utf-8")
         if found := re.search(rf"constexpr [^;=]*\b{constant}\b\s*[={{][^;]*;", text):
             return re.findall(r'"([^"]+)"', found[0])

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/sample.hpp"
-#include "rig/rig_file.hpp"
 #include "sequencer/interlocks/interlocks.hpp"
+#include "sequencer/rig/rig_file.hpp"
 
 namespace gyrotherm::run {
 

@@ -11,7 +11,7 @@
 
 #include "core/result.hpp"
 #include "drivers/chamber/chamber_lock.hpp"
-#include "rig/rig_file.hpp"
+#include "sequencer/rig/rig_file.hpp"
 #include "sequencer/watchdog/watchdog_client.hpp"
 
 namespace gyrotherm::run {

@@ -13,10 +13,10 @@
 #include "acquisition/record/status.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
-#include "rig/rig.hpp"
-#include "rig/rig_file.hpp"
 #include "sequencer/profile/machine.hpp"
 #include "sequencer/profile/profile.hpp"
+#include "sequencer/rig/rig.hpp"
+#include "sequencer/rig/rig_file.hpp"
 
 namespace gyrotherm::run {
 

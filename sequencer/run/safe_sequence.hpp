@@ -9,7 +9,7 @@
 #include "acquisition/io/instrument_io.hpp"
 #include "core/quantity.hpp"
 #include "core/sample.hpp"
-#include "rig/rig_file.hpp"
+#include "sequencer/rig/rig_file.hpp"
 #include "sequencer/watchdog/safe_evidence.hpp"
 
 namespace gyrotherm::run {

@@ -84,7 +84,7 @@ class Keys(unittest.TestCase):
     def test_each_is_documented(self):
         texts = [p.read_text(encoding="utf-8") for p in (SOURCE / "docs").glob("*.md")]
         texts += [p.read_text(encoding="utf-8") for p in (SOURCE / "profiles").rglob("*.toml")]
-        texts.append((SOURCE / "rig/thermometer_settings.cpp").read_text(encoding="utf-8"))
+        texts.append((SOURCE / "sequencer/rig/thermometer_settings.cpp").read_text(encoding="utf-8"))
         whole = "\n".join(texts)
         for sources in (keys.PROFILE, keys.RIG, keys.VIRTUAL, keys.LABORATORY, keys.ORDER, keys.SITE):
             for key in keys.keys_of(sources):

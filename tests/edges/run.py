@@ -61,7 +61,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("names", nargs="*", help="attacks, groups or patterns")
     parser.add_argument("--jobs", type=int, default=8, help="places; three attacks take one (default: 8)")
     parser.add_argument("--long", action="store_true", help="the long forms, and all repetitions")
-    parser.add_argument("--hanging-disk", default="", help="the library of tests/app/hanging_disk.cpp")
+    parser.add_argument("--hanging-disk", default="", help="the library of tests/apps/gyrotherm/hanging_disk.cpp")
     parser.add_argument("--keep", action="store_true", help="keep the folders of attacks that failed")
     parser.add_argument("--list", action="store_true", help="print the attacks and end")
     parser.add_argument("--alone", metavar="FOLDER", help=argparse.SUPPRESS)  # one attack in this very process

@@ -15,10 +15,10 @@
 #include <string>
 #include <vector>
 
-#include "plot/svg.hpp"
 #include "report/calibration_chart.hpp"
 #include "report/calibration_csv.hpp"
 #include "report/calibration_html.hpp"
+#include "report/plot/svg.hpp"
 #include "tests/report/sample_calibration.hpp"
 #include "tests/support/markup.hpp"
 

@@ -3,7 +3,7 @@
 /// shell around them. Left and right are alike.
 #pragma once
 
-#include "thermal/reduced/reduced_model.hpp"
+#include "simulator/thermal/reduced/reduced_model.hpp"
 
 namespace gyrotherm::simulator {
 

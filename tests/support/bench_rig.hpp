@@ -13,7 +13,7 @@
 #include "acquisition/record/alarms.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/store.hpp"
-#include "rig/rig.hpp"
+#include "sequencer/rig/rig.hpp"
 #include "tests/support/run_harness.hpp"
 
 namespace gyrotherm::tests {

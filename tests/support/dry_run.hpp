@@ -12,7 +12,7 @@
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/store.hpp"
 #include "core/file.hpp"
-#include "rig/rig.hpp"
+#include "sequencer/rig/rig.hpp"
 #include "sequencer/run/resume.hpp"
 #include "sequencer/run/run_controller.hpp"
 #include "tests/support/run_harness.hpp"

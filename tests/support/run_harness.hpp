@@ -10,7 +10,7 @@
 #include <string>
 
 #include "acquisition/record/store.hpp"
-#include "rig/rig.hpp"
+#include "sequencer/rig/rig.hpp"
 #include "sequencer/run/run_controller.hpp"
 
 namespace gyrotherm::tests {

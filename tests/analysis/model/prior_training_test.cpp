@@ -54,7 +54,7 @@ class TypePriorTraining : public testing::Test {
  protected:
   static constexpr std::uint64_t kNext = 50;
   static void SetUpTestSuite() {
-    std::vector<shared::UnitClusters> units;
+    std::vector<population::UnitClusters> units;
     for (std::uint64_t unit = 1; unit <= 8; ++unit)
       units.push_back({"SN " + std::to_string(unit), {*make_clusters(run_of_unit(unit))}});
     prior_ = *learn_prior(run_of_unit(1), units, {.type = "ring", .quick = true, .simulated = true});
@@ -66,7 +66,7 @@ class TypePriorTraining : public testing::Test {
   static Result<Model> trained_on(Eigen::Index clusters) {
     return train_with_prior(prior_, {own_}, {beginning(clusters_, clusters)}, {.folds = {}, .program_version = "1"});
   }
-  static inline shared::TypePrior prior_;
+  static inline population::TypePrior prior_;
   static inline data::Dataset own_, used_;
   static inline data::Clusters clusters_, used_clusters_;
 };
@@ -103,9 +103,9 @@ TEST_F(TypePriorTraining, AFewClustersOfItsOwnMakeAModelForTheWholeRange) {
 TEST_F(TypePriorTraining, ItsVarianceIsThatOfThePriorsOwnPrediction) {
   const auto model = trained_on(60);
   ASSERT_TRUE(model) << text(model.error());
-  const auto unit = shared::learn_unit(prior_, std::vector{beginning(clusters_, 60)});
+  const auto unit = population::learn_unit(prior_, std::vector{beginning(clusters_, 60)});
   ASSERT_TRUE(unit);
-  const auto told = shared::predict(prior_, *unit, used_clusters_);
+  const auto told = population::predict(prior_, *unit, used_clusters_);
   const auto found = predict_with_std(*model, *evaluate(model->terms, used_clusters_));
   ASSERT_TRUE(told && found);
   EXPECT_LT((told->bias_deg_per_h - found->bias_deg_per_h).norm(), 1e-9 * told->bias_deg_per_h.norm());
@@ -119,11 +119,11 @@ TEST_F(TypePriorTraining, AFoldIsPredictedWithoutIt) {
   ASSERT_TRUE(model) << text(model.error());
   EXPECT_EQ(model->folds, "leave one cycle out (4)");
   const data::Fold fold = data::plan_folds({clusters_})->folds[2];
-  const auto without = shared::learn_unit(prior_, std::vector{pick(clusters_, fold.training)});
+  const auto without = population::learn_unit(prior_, std::vector{pick(clusters_, fold.training)});
   ASSERT_TRUE(without);
   const data::Clusters held_out = pick(clusters_, fold.held_out);
   const Eigen::VectorXd residual =
-      held_out.bias_deg_per_h - shared::predict(prior_, *without, held_out)->bias_deg_per_h;
+      held_out.bias_deg_per_h - population::predict(prior_, *without, held_out)->bias_deg_per_h;
   EXPECT_LT((model->leave_cycle_out_residual(fold.held_out) - residual).norm(), 1e-9 * residual.norm());
   EXPECT_NE(model->in_sample.rmse, model->leave_cycle_out.rmse);
 }
@@ -134,7 +134,7 @@ TEST_F(TypePriorTraining, RunsStayApartInEveryFold) {
   ASSERT_TRUE(model) << text(model.error());
   EXPECT_EQ(model->trained_on.size(), 2u);
   EXPECT_EQ(model->leave_cycle_out_residual.size(), clusters_.start_s.size() + 100);
-  const auto by_hand = shared::learn_unit(prior_, std::vector{clusters_, part});
+  const auto by_hand = population::learn_unit(prior_, std::vector{clusters_, part});
   ASSERT_TRUE(by_hand);
   const Eigen::VectorXd careful = careful_coefficients(prior_, *by_hand);
   EXPECT_NEAR(std::get<methods::LinearModel>(model->function).b, careful(0), 1e-12);
@@ -148,7 +148,7 @@ TEST_F(TypePriorTraining, WhatIsTooShortForFoldsIsPredictedByTheTypeAlone) {
   ASSERT_TRUE(model) << text(model.error());
   EXPECT_EQ(model->folds, "all at once, by the type alone");
   const data::Clusters two = beginning(clusters_, 2);
-  const Eigen::VectorXd by_type = shared::predict(prior_, *shared::learn_unit(prior_, {}), two)->bias_deg_per_h;
+  const Eigen::VectorXd by_type = population::predict(prior_, *population::learn_unit(prior_, {}), two)->bias_deg_per_h;
   EXPECT_LT((two.bias_deg_per_h - by_type - model->leave_cycle_out_residual).norm(), 1e-9);
   EXPECT_GE(row(*model, Source::model_form).standard_uncertainty, 0);
 }
@@ -172,7 +172,7 @@ TEST_F(TypePriorTraining, SaysWhenItsGyroIsOneOfThePriors) {
   const auto model = train_with_prior(prior_, {known}, {*make_clusters(known)}, {.folds = {}, .program_version = {}});
   ASSERT_TRUE(model) << text(model.error());
   EXPECT_TRUE(warns_of(*model, "counts twice"));
-  shared::TypePrior named = prior_;
+  population::TypePrior named = prior_;
   named.units[2] = "the third";
   const auto trained = [&] {
     return *train_with_prior(named, {known}, {*make_clusters(known)}, {.folds = {}, .program_version = {}});
@@ -205,7 +205,7 @@ TEST_F(TypePriorTraining, RefusesWhatItCannotLearnFrom) {
   other = clusters_;
   other.temperature_c.setConstant(std::nan(""));
   EXPECT_TRUE(refuses({own_}, {other}));
-  shared::TypePrior of_another_zero = prior_;
+  population::TypePrior of_another_zero = prior_;
   of_another_zero.records = {{.name = "SN 1", .run_id = "another", .bias_zero = "nothing removed"}};
   const auto of_two_zeros =
       train_with_prior(of_another_zero, {own_}, {clusters_}, {.folds = {}, .program_version = {}});

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "acquisition/record/record.hpp"
-#include "rig/rig.hpp"
+#include "sequencer/rig/rig.hpp"
 #include "tests/sequencer/faults/memory_wires.hpp"
 #include "tests/sequencer/faults/plant.hpp"
 #include "tests/support/failing_vfs.hpp"

@@ -6,7 +6,7 @@
 #include <deque>
 #include <vector>
 
-#include "rig/rig_file.hpp"
+#include "sequencer/rig/rig_file.hpp"
 #include "simulator/servers/gyro_server.hpp"
 #include "simulator/virtual_laboratory.hpp"
 #include "tests/sequencer/faults/memory_line.hpp"

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "rig/rig_file.hpp"
 #include "sequencer/profile/profile.hpp"
+#include "sequencer/rig/rig_file.hpp"
 #include "tests/sequencer/faults/fault_injector.hpp"
 #include "tests/sequencer/faults/operators.hpp"
 #include "tests/sequencer/faults/plant.hpp"

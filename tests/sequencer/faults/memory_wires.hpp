@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "drivers/line/modbus_lines.hpp"
-#include "rig/rig.hpp"
+#include "sequencer/rig/rig.hpp"
 #include "tests/sequencer/faults/plant.hpp"
 
 namespace gyrotherm::faults {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/outlet.hpp"
+#include "apps/console/outlet.hpp"
 #include "core/file.hpp"
 #include "sequencer/run/run_controller.hpp"
 #include "tests/sequencer/faults/schedule.hpp"

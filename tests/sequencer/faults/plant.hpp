@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "rig/rig_file.hpp"
+#include "sequencer/rig/rig_file.hpp"
 #include "simulator/chamber_registers.hpp"
 #include "simulator/laboratory_file.hpp"
 #include "simulator/laboratory_parameters.hpp"

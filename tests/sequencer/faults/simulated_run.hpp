@@ -9,9 +9,9 @@
 #include <string>
 
 #include "acquisition/record/run_info.hpp"
-#include "rig/rig.hpp"
-#include "rig/rig_file.hpp"
 #include "sequencer/profile/profile.hpp"
+#include "sequencer/rig/rig.hpp"
+#include "sequencer/rig/rig_file.hpp"
 #include "sequencer/run/run_controller.hpp"
 #include "simulator/laboratory_parameters.hpp"
 #include "tests/sequencer/faults/disk.hpp"

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/population/residual_correlation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "analysis/data/chi_squared.hpp"
+#include "analysis/data/statistics.hpp"
+#include "analysis/data/students_t.hpp"
+
+namespace gyrotherm::population {
+namespace {
+
+constexpr double kLeastEffective = 5;
+
+int place_of(const data::Clusters& clusters, Eigen::Index row) {
+  return static_cast<int>(std::lround(clusters.start_s(row) / clusters.length_s));
+}
+
+Result<void> check_axes(std::span<const AxisResidual> axes) {
+  const auto wrong = [](const std::string& axis, std::string what) {
+    return failure(FaultKind::usage, fmt::format("axis \"{}\"", axis), std::move(what));
+  };
+  if (axes.size() < 2) return failure(FaultKind::usage, "residuals", "one axis correlates with nothing: give two");
+  std::set<std::string> names;
+  for (const AxisResidual& axis : axes) {
+    const data::Clusters& clusters = axis.clusters;
+    if (!names.insert(axis.axis).second) return wrong(axis.axis, "is given twice");
+    if (clusters.length_s != axes.front().clusters.length_s) return wrong(axis.axis, "has clusters of another length");
+    if (axis.residual_deg_per_h.size() != clusters.start_s.size()) {
+      return wrong(axis.axis, fmt::format("has {} clusters and {} residuals", clusters.start_s.size(),
+                                          axis.residual_deg_per_h.size()));
+    }
+    for (Eigen::Index k = 1; k < clusters.start_s.size(); ++k)
+      if (place_of(clusters, k) <= place_of(clusters, k - 1)) return wrong(axis.axis, "has clusters of several runs");
+  }
+  return {};
+}
+
+/// ρ at 1 … lags places.
+Eigen::VectorXd autocorrelations(const Eigen::VectorXd& values, const Eigen::VectorXi& places, Eigen::Index lags) {
+  const Eigen::VectorXd centred = values.array() - values.mean();
+  const double variance = centred.squaredNorm() / static_cast<double>(values.size());
+  Eigen::VectorXd all(lags);
+  for (Eigen::Index lag = 1; lag <= lags; ++lag)
+    all(lag - 1) = data::lagged_product(centred, places, static_cast<int>(lag)).mean / variance;
+  return all;
+}
+
+/// How many pairs of places lie 1 … lags apart.
+Eigen::VectorXd pairs_apart(const Eigen::VectorXi& places, Eigen::Index lags) {
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(places.size());
+  Eigen::VectorXd all(lags);
+  for (Eigen::Index lag = 1; lag <= lags; ++lag)
+    all(lag - 1) = data::lagged_product(ones, places, static_cast<int>(lag)).pairs;
+  return all;
+}
+
+struct Pair {
+  double r{}, effective{}, probability = 1;
+  bool tells{};  ///< else chance is not to be told from the rest
+};
+
+/// Two axes at the places that both have.
+Pair pair_of(const Eigen::MatrixXd& both, const Eigen::VectorXi& all_places) {
+  const auto rows = data::finite_rows(both);
+  const Eigen::VectorXd a = both.col(0)(rows), b = both.col(1)(rows);
+  const Eigen::VectorXi places = all_places(rows);
+  const auto count = static_cast<double>(rows.size());
+  const auto varies = [](const Eigen::VectorXd& values) {
+    return values.size() > 1 && values.maxCoeff() > values.minCoeff();
+  };
+  Pair pair{.r = data::pearson(a, b), .effective = count};
+  if (!varies(a) || !varies(b)) return pair;
+  const Eigen::Index lags = a.size() / 4;
+  const double dependence = (pairs_apart(places, lags).array() * autocorrelations(a, places, lags).array() *
+                             autocorrelations(b, places, lags).array())
+                                .sum();
+  pair.effective = count * count / std::max(count, count + 2 * dependence);
+  pair.tells = pair.effective >= kLeastEffective;
+  if (!pair.tells) return pair;
+  const double freedom = pair.effective - 2, left = 1 - pair.r * pair.r;
+  if (!(left > 0)) {
+    pair.probability = 0;
+    return pair;
+  }
+  pair.probability = 2 * data::students_t_probability(-std::abs(pair.r) * std::sqrt(freedom / left), freedom);
+  return pair;
+}
+
+}  // namespace
+
+Result<AxisResiduals> side_by_side(std::span<const AxisResidual> axes) {
+  if (const auto sound = check_axes(axes); !sound) return failure(sound.error());
+  std::set<int> places;
+  for (const AxisResidual& axis : axes)
+    for (Eigen::Index k = 0; k < axis.clusters.start_s.size(); ++k) places.insert(place_of(axis.clusters, k));
+  AxisResiduals all;
+  const std::vector<int> rising(places.begin(), places.end());
+  const auto rows = static_cast<Eigen::Index>(rising.size());
+  all.places = Eigen::Map<const Eigen::VectorXi>(rising.data(), rows);
+  all.residual_deg_per_h.setConstant(rows, static_cast<Eigen::Index>(axes.size()),
+                                     std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t j = 0; j < axes.size(); ++j) {
+    all.axes.push_back(axes[j].axis);
+    for (Eigen::Index k = 0; k < axes[j].clusters.start_s.size(); ++k) {
+      const auto row = std::ranges::lower_bound(rising, place_of(axes[j].clusters, k)) - rising.begin();
+      all.residual_deg_per_h(row, static_cast<Eigen::Index>(j)) = axes[j].residual_deg_per_h(k);
+    }
+  }
+  return all;
+}
+
+ResidualCorrelation correlation_of(const AxisResiduals& residuals) {
+  const Eigen::Index axes = residuals.residual_deg_per_h.cols();
+  assert(residuals.places.size() == residuals.residual_deg_per_h.rows());
+  assert(static_cast<Eigen::Index>(residuals.axes.size()) == axes);
+  ResidualCorrelation all{.axes = residuals.axes,
+                          .correlation = Eigen::MatrixXd::Identity(axes, axes),
+                          .effective = Eigen::MatrixXd::Zero(axes, axes),
+                          .probability = Eigen::MatrixXd::Zero(axes, axes)};
+  double sum = 0, smallest = 1;
+  int pairs = 0;
+  for (Eigen::Index i = 0; i < axes; ++i) {
+    for (Eigen::Index j = i + 1; j < axes; ++j) {
+      Eigen::MatrixXd both(residuals.places.size(), 2);
+      both << residuals.residual_deg_per_h.col(i), residuals.residual_deg_per_h.col(j);
+      const Pair pair = pair_of(both, residuals.places);
+      all.correlation(i, j) = all.correlation(j, i) = pair.r;
+      all.effective(i, j) = all.effective(j, i) = pair.effective;
+      all.probability(i, j) = all.probability(j, i) = pair.probability;
+      if (!pair.tells) continue;
+      const double z = std::atanh(std::clamp(pair.r, -1 + 1e-15, 1 - 1e-15));
+      sum += (pair.effective - 3) * z * z;
+      smallest = std::min(smallest, pair.probability);
+      ++pairs;
+    }
+  }
+  if (pairs == 0) return all;
+  all.all_probability = data::chi_squared_exceeds(sum, pairs);
+  all.largest_probability = std::min(1.0, smallest * pairs);
+  return all;
+}
+
+}  // namespace gyrotherm::population

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/console/command.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <new>
+#include <optional>
+#include <system_error>
+
+#include "apps/console/interrupt.hpp"
+#include "core/process.hpp"
+#include "core/program_start.hpp"
+
+namespace gyrotherm::app {
+
+Exit exit_for(const Fault& fault) {
+  switch (fault.kind) {
+    case FaultKind::timeout:
+    case FaultKind::disconnected:
+    case FaultKind::refused:
+    case FaultKind::corrupted:
+    case FaultKind::out_of_range:
+    case FaultKind::mismatch: return Exit::instrument;
+    case FaultKind::interlock: return Exit::interlock;
+    case FaultKind::bad_file:
+    case FaultKind::storage:
+    case FaultKind::numeric: return Exit::file;
+    case FaultKind::interrupted: return Exit::interrupted;
+    case FaultKind::usage: return Exit::usage;
+  }
+  return Exit::usage;
+}
+
+Program::Program(const std::string& name, const std::string& description) : cli(description, name) {
+  cli.require_subcommand(1);
+  cli.set_version_flag("--version", name + " " + GYROTHERM_VERSION);
+}
+
+CLI::App& add_command(Program& program, const std::string& name, const std::string& description,
+                      const std::string& example) {
+  return add_subcommand(program, program.cli, name, description, example);
+}
+
+CLI::App& add_subcommand(Program& program, CLI::App& parent, const std::string& name, const std::string& description,
+                         const std::string& example) {
+  auto& command = *parent.add_subcommand(name, "Example: " + example + "\n\n" + description);
+  command.add_flag("--json", program.console.json, "print facts as JSON");
+  command.add_flag("-v,--verbose", program.console.verbose, "say more");
+  command.add_flag("--quiet", program.console.quiet, "say nothing but faults");
+  return command;
+}
+
+void add_outside_option(CLI::App& command, std::string& outside, const std::string& refused) {
+  command
+      .add_option("--outside", outside,
+                  fmt::format("inputs outside the trained range: continue (default: the model's plane continues, all "
+                              "else is held at the range's end), refuse ({}) or extrapolate",
+                              refused))
+      ->type_name("WORD:{continue,refuse,extrapolate}");
+}
+
+CLI::Validator not_negative() {
+  const auto judge = [](const std::string& text) { return std::string(text.starts_with('-') ? "is negative" : ""); };
+  return {judge, "NONNEGATIVE"};
+}
+
+CLI::Validator not_a_dash() {
+  const auto judge = [](const std::string& text) {
+    return std::string(text == "-" ? "\"-\" is no name of a file here; ./- is one" : "");
+  };
+  return {judge, ""};
+}
+
+void add_forwarded(Program& program, const std::string& name, const std::string& description,
+                   const std::string& example,
+                   std::function<Result<Exit>(const std::vector<std::string>& words)> action) {
+  auto* app = program.cli.add_subcommand(name, "Example: " + example + "\n\n" + description);
+  app->prefix_command();
+  app->set_help_flag();
+  app->callback([&program, app, action = std::move(action)] { program.outcome = action(app->remaining()); });
+}
+
+Result<Exit> become_program(const std::string& name, std::vector<std::string> words) {
+  std::string own_name = name;
+  std::vector<char*> arguments{own_name.data()};
+  for (auto& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  const auto program = program_beside_this_one(name);
+  ::execv(program.c_str(), arguments.data());
+  return failure(FaultKind::bad_file, program, std::generic_category().message(errno));
+}
+
+int run(Program& program, int argc, char** argv) {
+  let_writes_fail();
+  const std::string name = program.cli.get_name();
+  refuse_wrong_values(program.cli);
+  try {
+    program.cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return program.cli.exit(error);
+    const auto cause = cause_of(error.what(), program.cli, std::span(argv, static_cast<std::size_t>(argc)));
+    write_to_stderr(fmt::format("{}: {}\nRun with --help for more information.\n", name, cause));
+    return static_cast<int>(Exit::usage);
+  } catch (const std::bad_alloc&) {
+    program.outcome = failure(FaultKind::storage, "memory", "there is not enough for this");
+  }
+  if (program.outcome && program.console.data_was_lost() && !reader_has_left())
+    program.outcome = failure(FaultKind::storage, "stdout", "cannot be written");
+  if (program.outcome) return static_cast<int>(*program.outcome);
+  program.console.complain(name, program.outcome.error());
+  return static_cast<int>(exit_for(program.outcome.error()));
+}
+
+double peak_memory_mb() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/console/completion.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <string_view>
+
+#include "apps/console/value.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+/// The text with each `from` as `to`.
+std::string with(std::string text, std::string_view from, std::string_view to) {
+  for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+/// Within single quotes of bash and zsh, and of fish.
+std::string quoted(const std::string& text) { return "'" + with(text, "'", "'\\''") + "'"; }
+std::string fish_quoted(const std::string& text) { return "'" + with(with(text, "\\", "\\\\"), "'", "\\'") + "'"; }
+
+std::string joined(const std::vector<std::string>& words, const char* by = " ") {
+  return fmt::format("{}", fmt::join(words, by));
+}
+
+/// "gyrotherm-thermal" → "_gyrotherm_thermal", and the words of a command after two more of these: a name that shells
+/// take, and that is no other program's.
+std::string function_of(const CommandInfo& command, const char* lead = "_") {
+  std::string name = lead + command.program;
+  for (const auto& word : command.path) name += "__" + word;
+  return with(name, "-", "_");
+}
+
+std::vector<std::string> names_of(const std::vector<CommandInfo>& commands) {
+  std::vector<std::string> names;
+  for (const auto& command : commands) names.push_back(command.path.back());
+  return names;
+}
+
+std::vector<std::string> names_of(const std::vector<OptionInfo>& options) {
+  std::vector<std::string> names;
+  for (const auto& option : options) names.insert(names.end(), option.names.begin(), option.names.end());
+  return names;
+}
+
+/// Each command of a program, and itself.
+void for_each(const CommandInfo& command, const std::function<void(const CommandInfo&)>& what) {
+  what(command);
+  for (const auto& below : command.below) for_each(below, what);
+}
+
+// ---- bash
+
+/// What _…_reply of the script is told to offer: "shipped RIG toml", "words coarse fine", "folders", "files db",
+/// "none".
+std::string bash_offer(const OptionInfo& option) {
+  if (!option.choices.empty()) return "words " + joined(option.choices);
+  const auto* kind = value_kind(option.value);
+  if (kind == nullptr) return "none";
+  if (kind->is_folder) return "folders";
+  const auto endings = fmt::format("{}", fmt::join(kind->endings, " "));
+  if (kind->shipped != nullptr) return fmt::format("shipped {} {}", kind->name, endings);
+  return endings.empty() ? "files" : "files " + endings;
+}
+
+std::string bash_cases(const CommandInfo& command) {
+  const auto path = joined(command.path);
+  std::string cases;
+  for (const auto& option : command.options)
+    if (!option.value.empty()) {
+      std::vector<std::string> patterns;
+      for (const auto& name : option.names) patterns.push_back(quoted(path + "/" + name));
+      cases += fmt::format("    {}) offer={} ;;\n", joined(patterns, " | "), quoted(bash_offer(option)));
+    }
+  for (std::size_t i = 0; i < command.words.size(); ++i) {
+    const auto place =
+        command.words[i].repeats ? quoted(path + "/") + "[0-9]*" : quoted(fmt::format("{}/{}", path, i + 1));
+    cases += fmt::format("    {}) offer={} ;;\n", place, quoted(bash_offer(command.words[i])));
+  }
+  return cases;
+}
+
+constexpr std::string_view kBash = R"bash(# bash completion of PROGRAM; made by: PROGRAM completion bash
+
+# The commands below a command, and its options.
+FUNCTION_words() {
+  case $1 in
+WORDS  esac
+}
+
+# What may stand as the value of an option, or at a place, of a command: "run/--rig", "run/1".
+FUNCTION_offer() {
+  offer=
+  case $1 in
+OFFERS  esac
+}
+
+FUNCTION_reply() {
+  local names= ending kind=$1
+  shift
+  case $kind in
+    none) return ;;
+    words) names=$* ;;
+    shipped)
+      names=$("${COMP_WORDS[0]/#\~/$HOME}" completion --names "$1" 2>/dev/null)
+      shift
+      ;;
+  esac
+  local IFS=$'\n'
+  COMPREPLY=($(compgen -W "${names// /$'\n'}" -- "$current"))
+  [[ $kind == words ]] && return
+  COMPREPLY+=($(compgen -d -- "$current"))
+  compopt -o filenames 2>/dev/null
+  [[ $kind == folders ]] && return
+  if (($# == 0)); then
+    COMPREPLY=($(compgen -f -- "$current"))
+  else
+    for ending; do COMPREPLY+=($(compgen -f -X "!*.$ending" -- "$current")); done
+  fi
+}
+
+FUNCTION() {
+  local current=${COMP_WORDS[COMP_CWORD]} command= place=1 awaited= offer= commands= options= word i
+  COMPREPLY=()
+  FUNCTION_words ""
+  for ((i = 1; i < COMP_CWORD; ++i)); do
+    word=${COMP_WORDS[i]}
+    if [[ $word == "=" ]]; then
+      :
+    elif [[ $awaited ]]; then
+      awaited=
+    elif [[ $word == -* ]]; then
+      FUNCTION_offer "$command/$word"
+      [[ $offer ]] && awaited=$word
+    elif ((place == 1)) && [[ " $commands " == *" $word "* ]]; then
+      command=${command:+$command }$word
+      FUNCTION_words "$command"
+    else
+      ((++place))
+    fi
+  done
+  [[ $current == "=" ]] && current=
+  if [[ $awaited ]]; then
+    FUNCTION_offer "$command/$awaited"
+  elif [[ $current == -* ]]; then
+    offer="words $options"
+  else
+    FUNCTION_offer "$command/$place"
+    if ((place == 1)) && [[ $commands ]]; then
+      FUNCTION_reply ${offer:-none}
+      COMPREPLY+=($(compgen -W "$commands" -- "$current"))
+      return
+    fi
+  fi
+  FUNCTION_reply ${offer:-none}
+}
+
+complete -F FUNCTION PROGRAM
+)bash";
+
+// ---- zsh
+
+/// Up to where a list has room for it, without what _arguments would take for its own.
+std::string zsh_text(const std::string& description) {
+  auto text = in_short(description);
+  for (const char* special : {"[", "]", ":", "\\"}) text = with(text, special, "");
+  return text;
+}
+
+std::string zsh_action(const OptionInfo& option, const std::string& function) {
+  if (!option.choices.empty()) return "(" + joined(option.choices) + ")";
+  const auto* kind = value_kind(option.value);
+  if (kind == nullptr) return " ";
+  if (kind->is_folder) return "_files -/";
+  std::string pattern;  // with one ending in brackets zsh would take it for qualifiers
+  if (kind->endings.size() == 1) pattern = fmt::format(" -g \"*.{}\"", kind->endings.front());
+  if (kind->endings.size() > 1) pattern = fmt::format(" -g \"*.({})\"", fmt::join(kind->endings, "|"));
+  // Behind a blank _arguments leaves the words of a call as they are.
+  if (kind->shipped != nullptr) return fmt::format(" {}__shipped {}{}", function, kind->name, pattern);
+  return "_files" + pattern;
+}
+
+std::string zsh_specification(const OptionInfo& option, const std::string& function) {
+  const auto text = zsh_text(option.description);
+  const auto value =
+      option.value.empty() ? "" : fmt::format(":{}:{}", zsh_text(option.value), zsh_action(option, function));
+  const auto rest = fmt::format("{}[{}]{}", value.empty() ? "" : "=", text, value);
+  const std::string again = option.repeats ? "*" : "";
+  if (option.names.size() == 1) return quoted(again + option.names.front() + rest);
+  const auto others = option.repeats ? "'*'" : quoted("(" + joined(option.names) + ")");
+  return fmt::format("{}{{{}}}{}", others, joined(option.names, ","), quoted(rest));
+}
+
+std::string zsh_function(const CommandInfo& command, const std::string& base) {
+  const auto name = function_of(command);
+  auto text = fmt::format("{}() {{\n", name);
+  if (command.path.empty()) text += fmt::format("  {}__program=$words[1]\n", base);
+  if (!command.below.empty()) {
+    text += "  local -a commands=(\n";
+    for (const auto& below : command.below)
+      text += fmt::format("    {}\n", quoted(below.path.back() + ":" + zsh_text(below.description)));
+    text += "  )\n  if ((CURRENT > 2)); then\n    case $words[2] in\n";
+    for (const auto& below : command.below)
+      text +=
+          fmt::format("      {}) shift words; ((CURRENT--)); {}; return ;;\n", below.path.back(), function_of(below));
+    text += "    esac\n  elif [[ $words[2] != -* ]]; then\n    _describe -t commands command commands\n  fi\n";
+  }
+  text += "  _arguments -S";
+  for (const auto& option : command.options) text += " \\\n    " + zsh_specification(option, base);
+  for (std::size_t i = 0; i < command.words.size(); ++i) {
+    const auto& word = command.words[i];
+    const auto place = word.repeats ? "*" : std::to_string(i + 1);
+    text += " \\\n    " + quoted(fmt::format("{}:{}:{}", place, zsh_text(word.value), zsh_action(word, base)));
+  }
+  return text + "\n}\n\n";
+}
+
+constexpr std::string_view kZsh = R"zsh(#compdef PROGRAM
+# zsh completion of PROGRAM; made by: PROGRAM completion zsh
+
+typeset -g FUNCTION__program
+
+# Names of shipped files, and files: FUNCTION__shipped RIG -g "*.toml"
+FUNCTION__shipped() {
+  local -a names=(${(f)"$(_call_program names ${(q)FUNCTION__program} completion --names $1 2>/dev/null)"})
+  shift
+  compadd -a names
+  _files "$@"
+}
+
+)zsh";
+
+// ---- fish
+
+std::string fish_arguments(const OptionInfo& option, const std::string& function) {
+  if (!option.choices.empty()) return joined(option.choices);
+  const auto* kind = value_kind(option.value);
+  if (kind == nullptr) return "";
+  if (kind->is_folder) return "(__fish_complete_directories)";
+  std::string text;
+  if (kind->shipped != nullptr) text = fmt::format("({}_shipped {})", function, kind->name);
+  if (!kind->endings.empty()) text += fmt::format(" ({}_files {})", function, fmt::join(kind->endings, " "));
+  return text.empty() ? "(__fish_complete_path)" : text;
+}
+
+std::string fish_lines(const CommandInfo& command, const std::string& function) {
+  const auto begin = fmt::format("complete -c {} -n {}", command.program,
+                                 fish_quoted(fmt::format("{}_at {}", function, quoted(joined(command.path)))));
+  std::string text;
+  for (const auto& below : command.below)
+    text += fmt::format("{} -a {} -d {}\n", begin, below.path.back(), fish_quoted(in_short(below.description)));
+  for (const auto& option : command.options) {
+    text += begin;
+    for (const auto& name : option.names)
+      text += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
+    text += " -d " + fish_quoted(in_short(option.description));
+    if (!option.value.empty()) text += " -x -a " + fish_quoted(fish_arguments(option, function));
+    text += "\n";
+  }
+  for (const auto& word : command.words)
+    if (const auto values = fish_arguments(word, function); !values.empty())
+      text += fmt::format("{} -a {}\n", begin, fish_quoted(values));
+  return text;
+}
+
+constexpr std::string_view kFish = R"fish(# fish completion of PROGRAM; made by: PROGRAM completion fish
+
+# Whether the command that is being written is this one.
+function FUNCTION_at
+    set -l words (commandline -opc)
+    set -e words[1]
+    set -l path
+    for word in $words
+        string match -q -- '-*' $word; and break
+        contains -- (string join ' ' $path $word) PATHS; or break
+        set -a path $word
+    end
+    test "$path" = "$argv"
+end
+
+function FUNCTION_shipped
+    set -l words (commandline -opc)
+    command $words[1] completion --names $argv 2>/dev/null
+end
+
+# Folders, and files with these endings.
+function FUNCTION_files
+    set -l begun (string replace -r -- '^--[^=]*=' '' (commandline -ct))
+    for file in (complete -C "FUNCTION_none "$begun)
+        string match -rq '(/|\\.('(string join '|' $argv)'))$' -- (string split -f 1 -- \t $file); and echo $file
+    end
+end
+
+complete -c PROGRAM -f
+)fish";
+
+std::string filled(std::string_view text, const CommandInfo& program, const char* lead) {
+  return with(with(std::string(text), "FUNCTION", function_of(program, lead)), "PROGRAM", program.program);
+}
+
+}  // namespace
+
+std::string bash_completion(const CommandInfo& program) {
+  std::string words, offers;
+  for_each(program, [&](const CommandInfo& command) {
+    words += fmt::format("    {}) commands={} options={} ;;\n", quoted(joined(command.path)),
+                         quoted(joined(names_of(command.below))), quoted(joined(names_of(command.options))));
+    offers += bash_cases(command);
+  });
+  return with(with(filled(kBash, program, "_"), "WORDS  ", words + "  "), "OFFERS  ", offers + "  ");
+}
+
+std::string zsh_completion(const CommandInfo& program) {
+  auto text = filled(kZsh, program, "_");
+  const auto base = function_of(program);
+  for_each(program, [&](const CommandInfo& command) { text += zsh_function(command, base); });
+  return text + fmt::format("{} \"$@\"\n", base);
+}
+
+std::string fish_completion(const CommandInfo& program) {
+  const auto function = function_of(program, "__");
+  std::string paths, lines;
+  for_each(program, [&](const CommandInfo& command) {
+    if (!command.path.empty()) paths += (paths.empty() ? "" : " ") + fish_quoted(joined(command.path));
+    lines += fish_lines(command, function);
+  });
+  return with(filled(kFish, program, "__"), "PATHS", paths) + lines;
+}
+
+}  // namespace gyrotherm::app

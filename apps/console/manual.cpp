@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/console/manual.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "apps/console/command.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+/// Text as roff shows it: backslashes and hyphens are themselves, and no line is taken for a request.
+std::string roff(std::string_view text) {
+  std::string escaped;
+  bool begins_line = true;
+  for (const char character : text) {
+    if (begins_line && (character == '.' || character == '\'')) escaped += "\\&";
+    if (character == '\\')
+      escaped += "\\e";
+    else if (character == '-')
+      escaped += "\\-";
+    else
+      escaped += character;
+    begins_line = character == '\n';
+  }
+  return escaped;
+}
+
+std::string bold(std::string_view text) { return "\\fB" + roff(text) + "\\fP"; }
+std::string italic(std::string_view text) { return "\\fI" + roff(text) + "\\fP"; }
+
+std::string capitals(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char letter) { return static_cast<char>(std::toupper(letter)); });
+  return text;
+}
+
+/// "gyrotherm report sign"
+std::string full_name(const CommandInfo& command) {
+  return command.path.empty() ? command.program : fmt::format("{} {}", command.program, fmt::join(command.path, " "));
+}
+
+/// "gyrotherm-report"
+std::string page_name(const CommandInfo& command) {
+  return command.path.empty() ? command.program : command.program + "-" + command.path.front();
+}
+
+std::string value_of(const OptionInfo& option) {
+  if (option.choices.empty()) return italic(option.value);
+  std::string text;
+  for (const auto& choice : option.choices) text += (text.empty() ? "" : " | ") + bold(choice);
+  return text;
+}
+
+/// What must be given stands there, the rest as "[options]".
+std::string synopsis(const CommandInfo& command) {
+  auto text = bold(full_name(command));
+  for (const auto& word : command.words) {
+    auto shown = italic(word.value) + (word.repeats ? " …" : "");
+    text += word.is_required ? " " + shown : " [" + shown + "]";
+  }
+  for (const auto& option : command.options)
+    if (option.is_required) text += " " + bold(option.names.back()) + " " + value_of(option);
+  return text + " [" + italic("options") + "]\n";
+}
+
+std::string option_entry(const OptionInfo& option) {
+  std::string names;
+  for (const auto& name : option.names) names += (names.empty() ? "" : ", ") + bold(name);
+  if (option.names.empty())
+    names = italic(option.value);
+  else if (!option.value.empty())
+    names += " " + value_of(option);
+  return fmt::format(".TP\n{}\n{}{}\n", names, roff(option.description),
+                     !option.names.empty() && option.repeats ? "; may be given several times" : "");
+}
+
+/// Those of every command come last.
+bool is_common(const OptionInfo& option) {
+  const auto& name = option.names.back();
+  return name == "--help" || name == "--json" || name == "--verbose" || name == "--quiet" || name == "--version";
+}
+
+std::string option_entries(const CommandInfo& command) {
+  std::string text, common;
+  for (const auto& word : command.words) text += option_entry(word);
+  for (const auto& option : command.options) (is_common(option) ? common : text) += option_entry(option);
+  return text + common;
+}
+
+/// Paragraphs are apart by an empty line; a line of a list begins with its word and a colon.
+std::string paragraphs(const std::string& description) {
+  std::string text;
+  for (std::size_t at = 0; at < description.size();) {
+    const auto ends = std::min(description.find("\n\n", at), description.size());
+    const auto paragraph = description.substr(at, ends - at);
+    std::string shown = roff(paragraph);
+    for (auto line = shown.find('\n'); line != std::string::npos; line = shown.find('\n', line + 5))
+      shown.replace(line, 1, "\n.br\n");
+    text += (text.empty() ? "" : ".PP\n") + shown + "\n";
+    at = ends + 2;
+  }
+  return text;
+}
+
+std::string example_of(const CommandInfo& command) {
+  return command.example.empty() ? "" : fmt::format(".PP\n.EX\n{}\n.EE\n", roff(command.example));
+}
+
+/// `words` bold, *words* slanted; nothing else is special.
+std::string inline_roff(std::string_view line) {
+  std::string shown;
+  std::string_view left = line;
+  while (!left.empty()) {
+    const auto mark = left.find_first_of("`*");
+    const auto ends = mark == std::string_view::npos ? mark : left.find(left[mark], mark + 1);
+    if (ends == std::string_view::npos) return shown + roff(left);
+    shown += roff(left.substr(0, mark));
+    const auto words = left.substr(mark + 1, ends - mark - 1);
+    shown += left[mark] == '`' ? bold(words) : italic(words);
+    left.remove_prefix(ends + 1);
+  }
+  return shown;
+}
+
+std::vector<std::string> lines_in(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+/// Prose as docs/man has it: "# SECTION", "## Part", paragraphs, a term above the lines ": …" that explain it, and
+/// lines set in by four blanks, which stay as they are.
+std::string roff_of_prose(const std::string& prose) {
+  const auto lines = lines_in(prose);
+  std::string page;
+  bool is_new = false, is_code = false;  // a paragraph begins; a block of code goes on
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const auto& line = lines[i];
+    const bool indented = line.starts_with("    ");
+    if (is_code && !indented) page += ".EE\n.RE\n";
+    if (!is_code && indented) page += ".PP\n.RS 4\n.EX\n";
+    is_code = indented;
+    const bool is_term = i + 1 < lines.size() && lines[i + 1].starts_with(": ");
+    if (line.empty()) {
+      is_new = true;
+    } else if (line.starts_with("# ")) {
+      page += ".SH " + line.substr(2) + "\n";
+    } else if (line.starts_with("## ")) {
+      page += ".SS " + roff(line.substr(3)) + "\n";
+    } else if (indented) {
+      page += roff(line.substr(4)) + "\n";
+    } else if (line.starts_with(": ")) {
+      page += inline_roff(line.substr(2)) + "\n";
+    } else if (is_term) {
+      page += ".TP\n" + inline_roff(line) + "\n";
+    } else {
+      const bool follows_heading = i == 0 || (i > 1 && lines[i - 2].starts_with("#") && lines[i - 1].empty());
+      page += (is_new && !follows_heading ? ".PP\n" : "") + inline_roff(line) + "\n";
+    }
+    if (!line.empty()) is_new = false;
+  }
+  return page + (is_code ? ".EE\n.RE\n" : "");
+}
+
+/// What stands before the first section, the sections, and the last of them, SEE ALSO.
+struct Sections {
+  std::string first, middle, see_also;
+};
+
+Sections sections_of(const std::string& prose) {
+  const auto begins = std::min(prose.starts_with("# ") ? 0 : prose.find("\n# "), prose.size());
+  const auto last = std::max(begins, std::min(prose.find("# SEE ALSO"), prose.size()));
+  return {roff_of_prose(prose.substr(0, begins)), roff_of_prose(prose.substr(begins, last - begins)),
+          roff_of_prose(prose.substr(last))};
+}
+
+std::string header(const std::string& name, const ManualText& text) {
+  return fmt::format(".\\\" SPDX-License-Identifier: Apache-2.0\n.TH {} 1 {} \"gyrotherm {}\" \"gyrotherm\"\n.nh\n",
+                     roff(capitals(name)), text.date, text.version);
+}
+
+/// What a command does, after its name: a program's description begins with that.
+std::string purpose_of(const CommandInfo& command) {
+  auto text = in_short(command.description);
+  return text.starts_with(command.program + " ") ? text.substr(command.program.size() + 1) : text;
+}
+
+/// A list of the commands, each with its page; or of what stands below one, in whole.
+std::string commands_below(const CommandInfo& command) {
+  if (command.below.empty()) return {};
+  std::string text = ".SH COMMANDS\n";
+  const bool have_pages = command.path.empty() && command.program == "gyrotherm";
+  for (const auto& below : command.below)
+    text += have_pages ? fmt::format(".TP\n.BR {} (1)\n{}\n", roff(page_name(below)), roff(in_short(below.description)))
+                       : fmt::format(".SS {}\n{}.PP\n{}{}{}", roff(full_name(below)), synopsis(below),
+                                     paragraphs(below.description), example_of(below), option_entries(below));
+  return text;
+}
+
+std::string exit_status() {
+  std::string text = ".SH EXIT STATUS\n";
+  for (const auto& [exit, meaning] : kExitMeanings)
+    text += fmt::format(".TP\n.B {}\n{}\n", static_cast<int>(exit), roff(meaning));
+  return text;
+}
+
+}  // namespace
+
+std::string manual_page(const CommandInfo& command, const ManualText& text) {
+  const auto prose = sections_of(text.prose);
+  auto page = header(page_name(command), text) +
+              fmt::format(".SH NAME\n{} \\- {}\n.SH SYNOPSIS\n{}.SH DESCRIPTION\n{}{}", roff(page_name(command)),
+                          roff(purpose_of(command)), synopsis(command), paragraphs(command.description),
+                          prose.first.empty() ? "" : ".PP\n" + prose.first);
+  if (const auto entries = option_entries(command); !entries.empty()) page += ".SH OPTIONS\n" + entries;
+  return page + commands_below(command) + prose.middle + exit_status() + prose.see_also;
+}
+
+std::string manual_page(const std::string& name, const ManualText& text) {
+  return header(name, text) + roff_of_prose(text.prose);
+}
+
+}  // namespace gyrotherm::app

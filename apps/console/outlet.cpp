@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/console/outlet.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "apps/console/interrupt.hpp"
+#include "core/process.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr auto kLongestFarewell = std::chrono::seconds(1);
+constexpr int kForever = -1;
+
+/// Writes all, however long the reader takes; false once it cannot be written, or the user wants to stop (`impatient`).
+bool write_all(int descriptor, std::string_view text, bool impatient) {
+  while (!text.empty()) {
+    const auto written = ::write(descriptor, text.data(), text.size());
+    if (written >= 0) {
+      text.remove_prefix(static_cast<std::size_t>(written));
+    } else if (errno == EAGAIN || errno == EWOULDBLOCK) {  // somebody else who has it open made it so
+      pollfd reader{descriptor, POLLOUT, 0};
+      ::poll(&reader, 1, kForever);
+    } else if (errno != EINTR) {
+      return false;
+    }
+    if (impatient && interrupted() && !text.empty()) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+/// What the outlet and its thread share.
+struct Outlet::SharedState {
+  explicit SharedState(int to) : descriptor(to) {}
+
+  const int descriptor;
+  std::mutex mutex;  ///< guards everything below
+  std::condition_variable work, progress;
+  std::deque<std::string> lines;
+  std::size_t waiting{};                            ///< bytes in `lines`
+  std::size_t dropped{};                            ///< since the last lines that were taken
+  std::optional<std::vector<std::string>> picture;  ///< the newest
+  Screen screen;                                    ///< as the descriptor was given it
+  bool by_thread{}, writing{}, stop{}, failed{};
+
+  [[nodiscard]] bool is_idle() const { return lines.empty() && !picture && !writing; }
+
+  /// The next bytes, lines before the picture. Called with the lock, and not when idle.
+  std::string next() {
+    if (lines.empty()) return screen.picture(*std::exchange(picture, std::nullopt));
+    auto text = screen.message(lines.front());
+    waiting -= lines.front().size();
+    lines.pop_front();
+    return text;
+  }
+
+  /// Called and returns with the lock.
+  void write_next(std::unique_lock<std::mutex>& lock) {
+    const auto text = next();
+    writing = true;
+    lock.unlock();
+    const bool written = write_all(descriptor, text, !by_thread);
+    lock.lock();
+    writing = false;
+    failed = failed || !written;
+    progress.notify_all();
+  }
+
+  /// The work of the thread.
+  void serve() {
+    block_signals();
+    std::unique_lock lock(mutex);
+    for (;;) {
+      work.wait(lock, [this] { return stop || !is_idle(); });
+      if (is_idle()) return;
+      write_next(lock);
+    }
+  }
+
+  /// Writes what there is, or has the thread do it. Called with the lock.
+  void hand_over(std::unique_lock<std::mutex>& lock) {
+    if (by_thread) return work.notify_one();
+    while (!is_idle()) write_next(lock);
+  }
+};
+
+Outlet::Outlet(int descriptor) : desk_(std::make_shared<SharedState>(descriptor)) {}
+
+void Outlet::never_wait() {
+  if (writer_.joinable()) return;
+  desk_->by_thread = true;
+  writer_ = std::thread([desk = desk_] { desk->serve(); });
+}
+
+void Outlet::say(const Lines& lines) {
+  std::unique_lock lock(desk_->mutex);
+  auto text = lines(desk_->dropped);
+  if (text.empty() && !desk_->lines.empty()) return;
+  if (!desk_->lines.empty() && desk_->waiting + text.size() > kMostWaiting) {
+    ++desk_->dropped;
+    return;
+  }
+  desk_->dropped = 0;
+  desk_->waiting += text.size();
+  desk_->lines.push_back(std::move(text));
+  desk_->hand_over(lock);
+}
+
+void Outlet::draw(std::vector<std::string> picture) {
+  std::unique_lock lock(desk_->mutex);
+  desk_->picture = std::move(picture);
+  desk_->hand_over(lock);
+}
+
+bool Outlet::has_failed() const {
+  const std::lock_guard lock(desk_->mutex);
+  return desk_->failed;
+}
+
+/// A thread whose write does not come back is left behind in it.
+Outlet::~Outlet() {
+  if (!writer_.joinable()) return;
+  std::unique_lock lock(desk_->mutex);
+  desk_->stop = true;
+  desk_->work.notify_one();
+  const bool done = desk_->progress.wait_for(lock, kLongestFarewell, [this] { return desk_->is_idle(); });
+  lock.unlock();
+  if (done)
+    writer_.join();
+  else
+    writer_.detach();
+}
+
+std::string Screen::erase() {
+  const auto open = std::exchange(lines_open_, 0);
+  if (open == 0) return {};
+  return (open > 1 ? fmt::format("\033[{}A", open - 1) : std::string()) + "\r\033[J";
+}
+
+std::string Screen::message(std::string_view text) { return erase() + std::string(text); }
+
+std::string Screen::picture(const std::vector<std::string>& lines) {
+  auto text = erase() + fmt::format("{}", fmt::join(lines, "\n"));
+  lines_open_ = lines.size();
+  return text;
+}
+
+std::string cut_to(const std::string& line, std::size_t width) {
+  std::size_t characters = 0;
+  for (std::size_t i = 0; i < line.size(); ++i)
+    if ((static_cast<unsigned char>(line[i]) & 0xC0) != 0x80 && characters++ == width) return line.substr(0, i);
+  return line;
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <optional>
+#include <utility>
+
+#include "acquisition/record/run_info.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/qualify/accept.hpp"
+#include "apps/gyrotherm/rig_lines.hpp"
+#include "apps/gyrotherm/run/carry_out.hpp"
+#include "apps/gyrotherm/run/readiness.hpp"
+#include "core/clock.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "drivers/chamber/register_map.hpp"
+#include "sequencer/profile/profile.hpp"
+#include "sequencer/rig/rig.hpp"
+#include "sequencer/run/chamber_ownership.hpp"
+#include "sequencer/run/set_point_path.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct CheckArguments {
+  std::string profile;
+  std::string rig;
+  bool connect = false;
+  std::uint64_t seed = 0;
+};
+
+std::string thermal_model(const rig::RigFile& rig) {
+  const auto& model = rig.gyro_model;
+  return model.name.empty() ? "" : fmt::format(", thermal model \"{}\", film \"{}\"", model.name, model.film);
+}
+
+/// The limiter is the safety function: a real rig whose file says nothing of it is worth a warning.
+std::string limiter_line(const rig::RigFile& rig) {
+  if (rig.limiter) return fmt::format("    its limiter trips: {}; look whether it is set so\n", in_words(*rig.limiter));
+  if (rig.simulated) return {};
+  return "    WARNING: the rig file does not say how the chamber's own limiter is set ([chamber.limiter]); it is the "
+         "safety function, this program is none\n";
+}
+
+std::string chamber_line(const rig::RigFile& rig) {
+  const auto& limits = rig.chamber_limits;
+  return fmt::format(
+      "  chamber {}, {:g} … {:g} °C, heats at up to {:g}, cools at up to {:g} °C/min, safe at {:g} °C\n    {}\n{}",
+      rig.chamber_map.name, limits.lowest.value, limits.highest.value, limits.fastest_heating.value,
+      limits.fastest_cooling.value, rig.safe_set_point.value, confidence_in_words(rig.chamber_map), limiter_line(rig));
+}
+
+std::string thermometer_lines(const rig::RigFile& rig) {
+  const auto channels = channels_of(rig);
+  auto lines = fmt::format("  {} thermometers\n", channels.size());
+  for (const auto& channel : channels)
+    if (const auto words = describe_calibration(channel); words != "none")
+      lines += fmt::format("    {}: {}\n", channel.name, words);
+  for (const auto& settings : rig.thermometers)
+    if (!settings.command.words.empty())
+      lines += fmt::format("    {}: by the program {}\n", fmt::join(settings.channels, " "), text(settings.command));
+  for (const auto& line : overdue(rig)) lines += fmt::format("    WARNING: {}\n", line);
+  return lines;
+}
+
+/// Of a rig with one axis.
+std::string gyro_line(const rig::RigFile& rig) {
+  const auto& stream = rig.gyro_lines.front().stream;
+  const auto& gyro = *rig.gyro_lines.front().frame.gyro();
+  const auto counts =
+      is_counted(gyro)
+          ? fmt::format("{:g} arcsec per {}", rig.units.front().info.axes.front().scale, stream ? "count" : "pulse")
+          : fmt::format("sends {} {}", gyro.role == drivers::FieldRole::rate ? "rates in" : "angles in", gyro.unit);
+  if (!stream) return fmt::format("  gyro {}{}\n", counts, thermal_model(rig));
+  return fmt::format("  gyro {} ({}), {}{}\n    description: {}, from {}\n", stream->name, stream->vendor, counts,
+                     thermal_model(rig), stream->confidence, stream->source);
+}
+
+/// A row of the lot: an axis of a unit.
+std::string axis_row(const rig::UnitSettings& unit, std::size_t index, const rig::GyroLine& line) {
+  const auto& info = unit.info;
+  const auto& axis = info.axes[index];
+  const auto earth = axis.earth_rate ? fmt::format("{:.4f}", axis.earth_rate->value) : "unknown";
+  return fmt::format("    {:<10} {:<14} {:<16} {:<22} {:>11} {:>12.6g}  {}\n", axis_label(info, index),
+                     index == 0 ? info.serial_number : "", index == 0 ? line.frame.name : "",
+                     index == 0 ? line.line : "", earth, axis.scale,
+                     index == 0 ? fmt::format("{}", fmt::join(info.gradients, " ")) : "");
+}
+
+/// The units under test as a table, an axis a row.
+std::string lot_lines(const rig::RigFile& rig) {
+  auto lines = fmt::format("  {} units under test{}\n    {:<10} {:<14} {:<16} {:<22} {:>11} {:>12}  {}\n",
+                           rig.units.size(), thermal_model(rig), "axis", "serial number", "frames", "line", "earth °/h",
+                           "arcsec/count", "thermometers");
+  for (std::size_t unit = 0; unit < rig.units.size(); ++unit) {
+    const auto& info = rig.units[unit].info;
+    for (std::size_t i = 0; i < info.axes.size(); ++i) lines += axis_row(rig.units[unit], i, line_of(rig, unit));
+    std::vector<std::string> values;
+    for (const auto& value : info.values) values.push_back(fmt::format("{} [{}]", value.name, value.unit));
+    if (!values.empty()) lines += fmt::format("      it tells: {}\n", fmt::join(values, ", "));
+  }
+  return lines;
+}
+
+std::string analogue_lines(const rig::RigFile& rig) {
+  std::string lines;
+  for (std::size_t i = 0; i < rig.analogue_inputs.size(); ++i) {
+    const auto& [line, map, channels] = rig.analogue_inputs[i];
+    lines += fmt::format("  {} {} at {}\n    {}\n", rig::title_of_analogue(i), map.registers.name, line,
+                         confidence_in_words(map));
+    for (const auto& channel : channels)
+      lines += fmt::format("    input {}: {}.{}\n", channel.input + 1, rig.units[channel.unit].info.name, channel.name);
+  }
+  return lines;
+}
+
+/// A sentence for each serial line whose device may have another name tomorrow.
+std::vector<std::string> unstable_names(const rig::RigFile& rig) {
+  std::vector<std::string> sentences;
+  for (const auto& connected : instrument_lines(rig))
+    if (const auto why = unstable_name(connected.line); !why.empty())
+      sentences.push_back(fmt::format("{}: {}", connected.title, why));
+  return sentences;
+}
+
+std::string unstable_lines(const rig::RigFile& rig) {
+  std::string lines;
+  for (const auto& sentence : unstable_names(rig)) lines += fmt::format("  WARNING: {}\n", sentence);
+  return lines;
+}
+
+/// Prints how many set points a run sends, with a warning if the controller stores each of them.
+std::string set_point_lines(std::int64_t count, const rig::RigFile* rig) {
+  auto lines = fmt::format("\n  a run sends {} set points\n", count);
+  const auto endures = rig ? rig->chamber_map.limits.nonvolatile : 0;
+  if (endures == 0) return lines;
+  return lines + fmt::format(
+                     "  WARNING: the controller stores each of them in memory that endures {} writes: {:.3g} % of its "
+                     "life. Keep it from storing (a register written in `start`), set `every` in the [limits] of its "
+                     "map{}\n",
+                     endures, 100.0 * static_cast<double>(count) / static_cast<double>(endures),
+                     rig->chamber_map.memory ? ", or let it carry the profile out (run --upload)" : "");
+}
+
+bool is_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
+
+std::string bias_zero_line(const rig::RigFile& rig) {
+  const auto zero = check_bias_zero(rig);
+  return zero.state == FindingState::ok ? "" : fmt::format("    WARNING: {}; {}\n", zero.found, zero.fix);
+}
+
+std::string rig_lines(const rig::RigFile& rig) {
+  return fmt::format("{}: {}{}\n", rig.file, rig.simulated ? "SIMULATED, " : "", rig.title) + chamber_line(rig) +
+         thermometer_lines(rig) + (is_one_axis(rig) ? gyro_line(rig) : lot_lines(rig)) + bias_zero_line(rig) +
+         analogue_lines(rig) + unstable_lines(rig);
+}
+
+Json calibrations_json(const rig::RigFile& rig) {
+  auto json = Json::object();
+  for (const auto& channel : channels_of(rig)) json[channel.name] = describe_calibration(channel);
+  return json;
+}
+
+Json units_json(const rig::RigFile& rig) {
+  auto units = Json::array();
+  for (std::size_t unit = 0; unit < rig.units.size(); ++unit) {
+    const auto& info = rig.units[unit].info;
+    auto axes = Json::array(), values = Json::array();
+    for (const auto& axis : info.axes)
+      axes.push_back({{"name", axis.name},
+                      {"scale", axis.scale},
+                      {"earth_rate_deg_per_h", axis.earth_rate ? Json(axis.earth_rate->value) : Json()}});
+    for (const auto& value : info.values) values.push_back({{"name", value.name}, {"unit", value.unit}});
+    units.push_back({{"name", info.name},
+                     {"serial_number", info.serial_number},
+                     {"model", info.model},
+                     {"line", line_of(rig, unit).line},
+                     {"axes", axes},
+                     {"values", values},
+                     {"thermometers", info.gradients}});
+  }
+  return units;
+}
+
+Json rig_json(const rig::RigFile& rig) {
+  const auto& limits = rig.chamber_limits;
+  const auto& stream = rig.gyro_lines.front().stream;
+  return {{"file", rig.file},
+          {"simulated", rig.simulated},
+          {"chamber", rig.chamber_map.name},
+          {"chamber_confidence", confidence_in_words(rig.chamber_map)},
+          {"lowest_c", limits.lowest.value},
+          {"highest_c", limits.highest.value},
+          {"fastest_heating_c_per_min", limits.fastest_heating.value},
+          {"fastest_cooling_c_per_min", limits.fastest_cooling.value},
+          {"safe_set_point_c", rig.safe_set_point.value},
+          {"limiter", rig.limiter ? in_words(*rig.limiter) : ""},
+          {"thermometers", channels_of(rig).size()},
+          {"calibrations", calibrations_json(rig)},
+          {"overdue", overdue(rig)},
+          {"unstable_names", unstable_names(rig)},
+          {"bias_zero_known", check_bias_zero(rig).state == FindingState::ok},
+          {"arcsec_per_pulse", rig.units.front().info.axes.front().scale},
+          {"gyro_stream", stream ? stream->name : ""},
+          {"gyro_stream_confidence", stream ? stream->confidence : ""},
+          {"units", units_json(rig)},
+          {"gyro_model", rig.gyro_model.name},
+          {"gyro_film", rig.gyro_model.film}};
+}
+
+Json timeline_json(const profile::Profile& profile, const profile::Timeline& timeline) {
+  const auto total = [](const profile::CycleTotal& cycle) {
+    return Json{{"name", cycle.name},
+                {"seconds", (cycle.ramps + cycle.holds) / std::chrono::seconds(1)},
+                {"clusters", cycle.clusters}};
+  };
+  Json json{{"name", profile.name}, {"segments", profile.segments.size()}, {"all", total(timeline.all)}};
+  json["cycles"] = Json::array();
+  for (const auto& cycle : timeline.cycles) json["cycles"].push_back(total(cycle));
+  return json;
+}
+
+/// What each instrument said of itself, and the first fault.
+struct Answers {
+  std::vector<std::string> all;  ///< of one that has a fault: what that is
+  std::optional<Fault> fault;
+};
+
+Result<std::unique_ptr<rig::Rig>> assemble(const rig::RigFile& file, std::uint64_t seed) {
+  return rig::Rig::assemble(file, {.seed = {.gyro = seed, .run = 0}, .already = {}, .replay = {}});
+}
+
+/// Asks each instrument who it is and reads it once, and the chamber which set points it takes.
+Result<Answers> ask_instruments(const rig::RigFile& file, std::uint64_t seed, drivers::SetPointRange& limits) {
+  auto rig = assemble(file, seed);
+  if (!rig) return failure(rig.error());
+  Answers answers;
+  for (const auto& answer : (*rig)->ask()) {
+    answers.all.push_back(answer ? *answer : "FAULT " + text(answer.error()));
+    if (!answer && !answers.fault) answers.fault = answer.error();
+  }
+  if (answers.fault) return answers;
+  const auto found = (*rig)->controller_limits();
+  if (!found) return failure(found.error());
+  limits = *found;
+  return answers;
+}
+
+/// What was found, for people and for programs.
+struct Findings {
+  std::string words;
+  Json json;
+  drivers::SetPointRange controller;  ///< where it was asked
+  std::optional<Fault> fault{};       ///< of the first instrument that has one
+};
+
+/// Checks the rig and, if asked to, its instruments.
+Result<rig::RigFile> check_rig(const CheckArguments& options, Findings& found) {
+  auto rig = rig::read_rig(options.rig);
+  if (!rig) return failure(rig.error());
+  if (rig->simulated && !options.connect)
+    if (const auto assembled = assemble(*rig, options.seed); !assembled) return failure(assembled.error());
+  found.words += rig_lines(*rig);
+  found.json["rig"] = rig_json(*rig);
+  if (!options.connect) return rig;
+  if (!rig->simulated)
+    if (const auto holder = drivers::ChamberLock::holder(run::chamber_place(*rig)))
+      return failure(FaultKind::refused, rig->file, "the chamber is in use: " + holder->words);
+  const auto answers = ask_instruments(*rig, options.seed, found.controller);
+  if (!answers) return failure(answers.error());
+  for (const auto& answer : answers->all) found.words += "  " + answer + "\n";
+  found.json["instruments"] = answers->all;
+  found.fault = answers->fault;
+  return rig;
+}
+
+Result<Exit> check(Console& console, const CheckArguments& options) {
+  if (options.profile.empty() && options.rig.empty())
+    return failure(FaultKind::usage, "check", "nothing to check; expected a profile, --rig or both");
+  if (options.connect && options.rig.empty())
+    return failure(FaultKind::usage, "--connect", "there is no rig to connect to; expected --rig");
+  Findings found;
+  std::optional<rig::RigFile> rig;
+  if (!options.rig.empty()) {
+    auto checked = check_rig(options, found);
+    if (!checked) return failure(checked.error());
+    rig = std::move(*checked);
+  }
+  if (found.fault) {  // all that was found out is told all the same
+    console.data(console.json ? text_of(found.json) + "\n" : found.words);
+    return failure(*found.fault);
+  }
+  if (rig && options.profile.empty())
+    if (const auto taken = check_controller(found.controller, {}, *rig); !taken) return failure(taken.error());
+  if (!options.profile.empty()) {
+    const auto profile = read_profile(options.profile, rig ? &*rig : nullptr);
+    if (!profile) return failure(profile.error());
+    if (auto accepted = check_accept(*profile, options.profile); !accepted) return failure(accepted.error());
+    if (rig)
+      if (const auto taken = check_controller(found.controller, *profile, *rig); !taken) return failure(taken.error());
+    const auto timeline = plan(*profile);
+    const auto set_points = run::count_set_points(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{},
+                                                  rig ? rig->chamber_map.limits.every : Duration{});
+    found.words += describe(*profile, timeline) + set_point_lines(set_points, rig ? &*rig : nullptr);
+    found.json["profile"] = timeline_json(*profile, timeline);
+    found.json["profile"]["set_points"] = set_points;
+    if (rig && rig->chamber_map.limits.nonvolatile > 0)
+      found.json["profile"]["nonvolatile_set_points"] = rig->chamber_map.limits.nonvolatile;
+  }
+  console.data(console.json ? text_of(found.json) + "\n" : found.words);
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_check(Program& program) {
+  auto [command, options] =
+      add_command(program, "check", "Checks a profile, a rig, or a profile against a rig; prints the timeline.",
+                  "gyrotherm check qualification --rig virtual", check);
+  command.add_option("profile", options.profile, "the profile")->type_name(value::kProfile);
+  command.add_option("--rig", options.rig, "the rig")->type_name(value::kRig);
+  command.add_flag("--connect", options.connect, "ask each instrument who it is, and read it a few times");
+  command.add_option("--seed", options.seed, "of a virtual rig")->check(not_negative());
+}
+
+}  // namespace gyrotherm::app

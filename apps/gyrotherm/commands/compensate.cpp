@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "acquisition/record/csv.hpp"
+#include "acquisition/record/schema.hpp"
+#include "analysis/model/stream.hpp"
+#include "analysis/tracking/rest_tracker.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/bias_tracking.hpp"
+#include "apps/gyrotherm/compensation_table.hpp"
+#include "apps/gyrotherm/recorded_run.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct CompensateArguments {
+  std::string model, outside = "continue";
+  bool uncertainty = false;
+  bool unverified = false;
+  data::AxisChoice axis;
+  BiasTrackingArguments tracking;
+};
+
+/// Returns U, °/h, of a mean whose worst input lies so far outside the trained range.
+using Expanded = std::function<double(double excess)>;
+
+/// One line for each row; an empty field where there is no value. With `expanded`, U in a second one.
+std::string lines_of(const Eigen::VectorXd& values, const Expanded& expanded, const Eigen::VectorXd& excess) {
+  std::string lines;
+  for (Eigen::Index row = 0; row < values.size(); ++row) {
+    const bool known = std::isfinite(values(row));
+    if (known) fmt::format_to(std::back_inserter(lines), "{:.7f}", values(row));
+    if (expanded) lines += ',';
+    if (expanded && known) fmt::format_to(std::back_inserter(lines), "{:.7f}", expanded(excess(row)));
+    lines += '\n';
+  }
+  return lines;
+}
+
+/// What is done with the rows of one input: the model's compensation and, if it is asked for, tracking after it.
+class Compensation {
+ public:
+  using Noise = std::optional<tracking::BiasNoise>;
+  [[nodiscard]] static Result<Compensation> open(const model::Model& model, CompensationTable table,
+                                                 model::Outside outside, const Noise& noise, const Expanded& expanded);
+
+  [[nodiscard]] const CompensationTable& table() const { return table_; }
+  /// A line for each row. Fails with bad_file, once those before it have their lines, at a row whose slot is none or
+  /// not after that of the row before.
+  [[nodiscard]] Result<void> answer(Console& console, const record::LiveRows& rows);
+  [[nodiscard]] long long outside() const { return stream_.outside(); }
+  [[nodiscard]] long long missing_s() const { return missing_s_; }
+
+ private:
+  Compensation(CompensationTable table, model::CompensationStream stream)
+      : table_(std::move(table)), stream_(std::move(stream)) {}
+
+  using Rows = Eigen::Ref<const data::SampleMatrix>;
+  [[nodiscard]] Eigen::Index rows_in_order(const Rows& rows);
+  struct Pace {
+    Eigen::Index row{};
+    double step_s{};
+  };
+  [[nodiscard]] std::optional<Pace> find_seconds(const Rows& rows, Eigen::VectorXd& seconds);
+  [[nodiscard]] std::string lines_for(const Rows& rows, const Eigen::VectorXd& seconds);
+
+  CompensationTable table_;
+  model::CompensationStream stream_;
+  std::optional<tracking::RestTracker> tracker_;
+  Expanded expanded_;  ///< may be empty
+  double last_slot_ = -1;
+  std::optional<double> late_s_;   ///< a row's time less its slot
+  double shift_s_{};               ///< by which seconds are more than slots
+  long long rows_{}, rows_off_{};  ///< rows, and those that are not a slot's time after the one before
+  long long missing_s_{};          ///< seconds of which there is no row
+};
+
+Result<Compensation> Compensation::open(const model::Model& model, CompensationTable table, model::Outside outside,
+                                        const Noise& noise, const Expanded& expanded) {
+  auto stream = model::CompensationStream::open(model, table.thermometers(), outside);
+  if (!stream) return failure(stream.error());
+  Compensation compensation(std::move(table), std::move(*stream));
+  compensation.expanded_ = expanded;
+  if (noise) {
+    const int rows = rows_in_cluster(model);
+    compensation.tracker_.emplace(state_space(*noise, rows), rows);
+  }
+  return compensation;
+}
+
+Result<void> Compensation::answer(Console& console, const record::LiveRows& rows) {
+  const auto columns = static_cast<Eigen::Index>(rows.columns().size());
+  const auto count = static_cast<Eigen::Index>(rows.lines().size());
+  const Eigen::Map<const data::SampleMatrix> numbers(rows.numbers().data(), count, columns);
+  const Eigen::Index good = rows_in_order(numbers);
+  Eigen::VectorXd seconds;
+  if (const auto pace = table_.says_second() ? find_seconds(numbers.topRows(good), seconds) : std::nullopt)
+    return failure(
+        FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(pace->row)]),
+        fmt::format("compensate takes a row a second, and by \"time [s]\" these are {:g} s apart; import them "
+                    "anew with every = \"1 s\" in [time], or take verify",
+                    pace->step_s));
+  if (good > 0) console.data(lines_for(numbers.topRows(good), seconds));
+  if (good == count) return {};
+  const double slot = table_.slot(numbers)(good);
+  return failure(FaultKind::bad_file, fmt::format("stdin:{}:1", rows.lines()[static_cast<std::size_t>(good)]),
+                 fmt::format("{}, expected a whole number from {:.0f} to {}",
+                             std::isnan(slot) ? "no slot" : fmt::format("slot {:.12g}", slot), last_slot_ + 1,
+                             record::kMostSlots));
+}
+
+/// How many rows, from the first, have a slot after that of the row before.
+Eigen::Index Compensation::rows_in_order(const Rows& rows) {
+  if (!table_.says_second()) return rows.rows();
+  const Eigen::VectorXd slots = table_.slot(rows);
+  Eigen::Index row = 0;
+  for (; row < slots.size(); last_slot_ = slots(row++)) {
+    const bool is_next =
+        slots(row) > last_slot_ && slots(row) <= record::kMostSlots && std::floor(slots(row)) == slots(row);
+    if (!is_next) break;
+  }
+  return row;
+}
+
+/// Puts into `seconds` when each row was: its slot, and the seconds by which its time went on further than its slot.
+/// Our own records have a row a second and count the missing ones; those that were imported number their rows, and keep
+/// the times of their file. Returns the row at which most rows so far are not a second apart, if there is one.
+std::optional<Compensation::Pace> Compensation::find_seconds(const Rows& rows, Eigen::VectorXd& seconds) {
+  constexpr double kOff_s = 0.5;
+  constexpr int kEnough = 3;
+  seconds = table_.slot(rows);
+  const Eigen::VectorXd times = table_.time_s(rows);
+  for (Eigen::Index row = 0; row < seconds.size(); ++row) {
+    const double late_s = times(row) - seconds(row), more_s = late_s - std::exchange(late_s_, late_s).value_or(late_s);
+    ++rows_;
+    if (std::abs(more_s) > kOff_s) {
+      shift_s_ += std::round(more_s);
+      const bool are_most = ++rows_off_ >= kEnough && 2 * rows_off_ >= rows_;
+      if (are_most || more_s < 0) return Pace{row, more_s + 1};
+    }
+    seconds(row) += shift_s_;
+  }
+  return std::nullopt;
+}
+
+std::string Compensation::lines_for(const Rows& rows, const Eigen::VectorXd& seconds) {
+  const data::SampleMatrix temperatures_c = table_.temperatures_c(rows);
+  const Eigen::VectorXd bias = table_.bias_deg_per_h(rows);
+  Eigen::VectorXd compensated =
+      table_.says_second() ? stream_.push_at(seconds, temperatures_c, bias) : stream_.push(temperatures_c, bias);
+  for (const auto& gap : stream_.gaps()) missing_s_ += gap.seconds;
+  if (!tracker_) return lines_of(compensated, expanded_, stream_.excess());
+  auto gap = stream_.gaps().begin();
+  for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+    if (gap != stream_.gaps().end() && gap->row == row) tracker_->pass((gap++)->seconds);
+    compensated(row) -= tracker_->push(compensated(row), table_.at_rest(rows, row)).deg_per_h;
+  }
+  return lines_of(compensated, expanded_, stream_.excess());
+}
+
+constexpr std::size_t kMostInput = 1 << 20;
+constexpr int kUntilAWord = -1;
+
+/// True if a read would not wait: there is input, or its end, or a fault. False too once a stop is asked for.
+bool ready(int timeout_ms) {
+  std::array<pollfd, 2> waits{{{STDIN_FILENO, POLLIN, 0}, {interrupt_descriptor(), POLLIN, 0}}};
+  while (::poll(waits.data(), waits.size(), timeout_ms) < 0) {
+    if (errno != EINTR || interrupted()) return false;
+  }
+  return waits[0].revents != 0 && !interrupted();
+}
+
+/// Standard input as it arrives: all that is ready at once, and never a wait for more than that.
+class StandardInput {
+ public:
+  /// Waits until there is input, then takes what is ready, at most a megabyte. Empty at the end of the input and once
+  /// the user has asked for a stop. Fails with storage. The text lasts until the next call.
+  [[nodiscard]] Result<std::string_view> next() {
+    buffer_.resize(kMostInput);
+    std::size_t taken = 0;
+    for (int timeout_ms = kUntilAWord; taken < kMostInput && ready(timeout_ms); timeout_ms = 0) {
+      const ssize_t count = ::read(STDIN_FILENO, buffer_.data() + taken, kMostInput - taken);
+      if (count == 0) break;
+      if (count > 0) {
+        taken += static_cast<std::size_t>(count);
+      } else if (errno != EINTR && errno != EAGAIN) {
+        return failure(FaultKind::storage, "stdin", std::strerror(errno));
+      }
+    }
+    return std::string_view(buffer_.data(), taken);
+  }
+
+ private:
+  std::string buffer_;
+};
+
+/// Answers whatever is ready, then waits: rows in bulk are answered in bulk, a row a second at once. `open` is called
+/// with the header and the comments before it.
+using Open = std::function<Result<Compensation>(const std::vector<std::string>& header,
+                                                const std::vector<std::string>& comments)>;
+Result<void> answer(Console& console, const Open& open, std::string_view head,
+                    std::optional<Compensation>& compensation) {
+  const auto choose = [&](const std::vector<std::string>& header,
+                          const std::vector<std::string>& comments) -> Result<std::vector<std::size_t>> {
+    auto opened = open(header, comments);
+    if (!opened) return failure(opened.error());
+    compensation.emplace(std::move(*opened));
+    console.data(head);
+    return compensation->table().columns();
+  };
+  StandardInput input;
+  record::LiveRows rows("stdin", choose);
+  for (bool more = true; more && !console.data_was_lost();) {
+    const auto piece = input.next();
+    if (!piece) return failure(piece.error());
+    more = !piece->empty();
+    const auto read = more ? rows.take(*piece) : interrupted() ? Result<void>{} : rows.finish();
+    const auto answered = rows.lines().empty() ? Result<void>{} : compensation->answer(console, rows);
+    rows.forget_rows();
+    if (!answered) return failure(answered.error());
+    if (!read) return failure(read.error());
+  }
+  return {};
+}
+
+/// Returns U of a mean over the model's cluster length and says it with its k; empty if it was not asked for. Fails
+/// with usage if the model does not know it. The model must outlive what is returned.
+Result<Expanded> expanded_uncertainty(Console& console, const model::Model& model, bool wanted) {
+  if (!wanted) return Expanded();
+  if (!model.uncertainty)
+    return failure(FaultKind::usage, "--uncertainty", "the model has no uncertainty budget; train it again");
+  const model::CombinedUncertainty all = of_mean_over(*model.uncertainty, model.cluster_length_s);
+  console.say(
+      fmt::format("U = {:.5f} °/h (k = {:.2f}, {:.0f} %) is of a mean of these rows over {:g} s, inside the "
+                  "trained range, and wider outside; a single row has its own noise beside",
+                  all.expanded_deg_per_h, all.coverage_factor, 100 * model::kCoverage, model.cluster_length_s));
+  return Expanded(
+      [&model](double excess) { return expanded_outside(*model.uncertainty, model.cluster_length_s, excess); });
+}
+
+/// Describes the lag of the compensation and its cost.
+std::string describe_latency(const model::Model& model) {
+  const std::string means = fmt::format("inputs are trailing {:g} s means", model.cluster_length_s);
+  if (!is_led(model)) return fmt::format("{}: the compensation lags by {:g} s", means, model.cluster_length_s / 2);
+  return fmt::format(
+      "{}, which lag by {:g} s: the compensation is extrapolated by as much, which leaves {:.2g} °/h (rms, in "
+      "training) "
+      "where the lag would leave {:.2g}",
+      means, model.latency->lag_s, model.latency->led_rms_deg_per_h, model.latency->lagging_rms_deg_per_h);
+}
+
+Result<Exit> compensate(Console& console, const CompensateArguments& options) {
+  const auto outside = model::parse_outside(options.outside);
+  if (!outside) return failure(outside.error());
+  const auto model = load_model(options.model);
+  if (!model) return failure(model.error());
+  for (const std::string& warning : warnings_of_origin(*model, axis_for(*model, options.axis), "", ""))
+    console.say("warning: " + warning);
+  if (options.uncertainty && options.tracking.track)
+    return failure(FaultKind::usage, "--uncertainty",
+                   "is of what the model leaves, not of what is tracked: one of the two");
+  const auto noise =
+      noise_to_track(console, *model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
+  if (!noise) return failure(noise.error());
+  if (*noise) {
+    console.say("what is left is tracked, " + describe(**noise) +
+                ": where the gyro moves, a last column at_rest must say 0");
+  }
+  console.say(describe_latency(*model));
+  const auto expanded = expanded_uncertainty(console, *model, options.uncertainty);
+  if (!expanded) return failure(expanded.error());
+  watch_for_interrupts(SecondInterrupt::ends);
+  std::optional<Compensation> compensation;
+  const auto open = [&](const std::vector<std::string>& header,
+                        const std::vector<std::string>& comments) -> Result<Compensation> {
+    auto table = CompensationTable::of(header, comments, *model, axis_for(*model, options.axis), noise->has_value());
+    if (!table) return failure(table.error());
+    return Compensation::open(*model, std::move(*table), *outside, *noise, *expanded);
+  };
+  const auto answered =
+      answer(console, open, *expanded ? "compensated_bias_deg_per_h,U_deg_per_h\n" : "compensated_bias_deg_per_h\n",
+             compensation);
+  if (compensation && compensation->outside() > 0) {
+    console.say(fmt::format("{} rows had an input outside the range that the model was trained in ({})",
+                            compensation->outside(), name(*outside)));
+  }
+  if (compensation && compensation->missing_s() > 0) {
+    console.say(
+        fmt::format("{} seconds are missing between the rows; after each gap there is no value until there is "
+                    "a whole mean again",
+                    compensation->missing_s()));
+  }
+  if (!answered) return failure(answered.error());
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_compensate(Program& program) {
+  auto [command, options] =
+      add_command(program, "compensate",
+                  "Reads 1-Hz rows of temperatures (°C) and raw bias (°/h) with a header like "
+                  "\"A,B,C,bias\", or what export makes of a record; writes the compensated bias.",
+                  "gyrotherm compensate model.json < rows.csv", compensate);
+  command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
+  add_outside_option(command, options.outside, "not compensated, an empty line");
+  command.add_flag("--uncertainty", options.uncertainty,
+                   "a second column: the expanded uncertainty U of a mean over the model's cluster length");
+  add_tracking_options(command, options.tracking,
+                       "also follow the bias that is left while the gyro stands still, by a Kalman filter, and take it "
+                       "away; a last column at_rest, 1 or 0, says when it does");
+  add_axis_options(command, options.axis);
+  add_unverified_flag(command, options.unverified);
+}
+
+}  // namespace gyrotherm::app

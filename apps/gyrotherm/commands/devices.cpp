@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/devices.hpp"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "apps/console/command.hpp"
+#include "core/json.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+Json facts_of(const Device& device) {
+  Json facts{{"kind", device.is_hid ? "hid" : "serial"},
+             {"device", device.node.path},
+             {"line", device.line},
+             {"description", device.description}};
+  if (!device.usb.empty()) facts.update({{"usb", device.usb}, {"serial", device.serial}});
+  if (device.is_hid) facts["driver"] = device.driver;
+  facts.update({{"allowed", device.node.allowed}, {"group", device.node.group}});
+  if (!device.fix.empty()) facts["fix"] = device.fix;
+  return facts;
+}
+
+std::string describe(const std::vector<Device>& devices) {
+  if (devices.empty()) return "no serial port and no HID device is there\n";
+  std::string words;
+  for (const auto& device : devices) {
+    words += fmt::format("{:<14} {:<12} {}\n", device.node.path, device.node.allowed ? "may be used" : "NOT ALLOWED",
+                         device.description);
+    words += device.line.empty() ? "    no driver here speaks to it\n"
+                                 : fmt::format("    in a rig file: line = \"{}\"\n", device.line);
+    if (!device.fix.empty()) words += fmt::format("    to allow it: {}\n", device.fix);
+  }
+  return words;
+}
+
+Result<Exit> list_devices(Console& console) {
+  const auto devices = all_devices();
+  auto json = Json::array();
+  for (const auto& device : devices) json.push_back(facts_of(device));
+  console.data(console.json ? text_of(Json{{"devices", json}}) + "\n" : describe(devices));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_devices(Program& program) {
+  auto& command = add_command(program, "devices",
+                              "Lists serial ports and HID devices, and whether this user may open them (with the fix "
+                              "if not).",
+                              "gyrotherm devices");
+  command.callback([&program] { program.outcome = list_devices(program.console); });
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "acquisition/exchange/export_choice.hpp"
+#include "acquisition/exchange/gnuplot.hpp"
+#include "acquisition/exchange/netcdf_export.hpp"
+#include "acquisition/record/csv.hpp"
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/row.hpp"
+#include "analysis/data/dataset.hpp"
+#include "analysis/model/stream.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/follow.hpp"
+#include "apps/gyrotherm/output_file.hpp"
+#include "apps/gyrotherm/recorded_run.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct ExportArguments {
+  std::string run, out, model, outside = "continue", format = "csv";
+  std::string from, to, every;
+  bool compensated = false;
+  bool follow = false;
+  bool force = false, unverified = false;
+  data::AxisChoice axis;
+};
+
+/// What a model makes of each second of a record.
+struct CompensatedRows {
+  data::Dataset dataset;
+  Eigen::VectorXd compensated_deg_per_h{};
+  double averaging_s{};
+  Eigen::VectorXd expanded_deg_per_h{};  ///< empty without a budget
+};
+
+/// A model takes rows for seconds: its means, rates and lags are of so many. A logger's second may be a little off.
+Result<void> check_rows_are_seconds(const data::Dataset& dataset) {
+  constexpr double kOff = 0.01;
+  const double interval_s = data::sample_interval_s(dataset);
+  if (std::abs(interval_s - 1) <= kOff) return {};
+  return failure(FaultKind::usage, dataset.path,
+                 fmt::format("--compensated takes a row a second, and these are {:g} s apart; import them anew with "
+                             "every = \"1 s\" in [time]",
+                             interval_s));
+}
+
+Result<CompensatedRows> compensate(Console& console, const ExportArguments& options) {
+  const auto outside = model::parse_outside(options.outside);
+  if (!outside) return failure(outside.error());
+  const auto model = load_model(options.model);
+  if (!model) return failure(model.error());
+  auto dataset = data::load_dataset(options.run, axis_for(*model, options.axis));
+  if (!dataset) return failure(dataset.error());
+  if (auto checked = check_rows_are_seconds(*dataset); !checked) return failure(checked.error());
+  for (const std::string& warning : warnings_of_origin(*model, dataset->of, dataset->identity, dataset->bias_zero))
+    console.say("warning: " + warning);
+  auto stream = model::CompensationStream::open(*model, dataset->thermometers, *outside);
+  if (!stream) return failure(stream.error());
+  CompensatedRows rows{.dataset = std::move(*dataset), .averaging_s = model->cluster_length_s};
+  rows.compensated_deg_per_h =
+      stream->push_at(rows.dataset.time_s, rows.dataset.temperature_c, rows.dataset.bias_deg_per_h);
+  if (model->uncertainty) {
+    const auto expanded = [&](double excess) {
+      return expanded_outside(*model->uncertainty, model->cluster_length_s, excess);
+    };
+    rows.expanded_deg_per_h = stream->excess().unaryExpr(expanded);
+  }
+  return rows;
+}
+
+tl::unexpected<Fault> no_row_is_chosen(const std::string& run) {
+  return failure(FaultKind::usage, run, "no row of the record is among those chosen");
+}
+
+bool has_row_at(const exchange::ExportChoice& choice, double time_s) {
+  return !(choice.from && time_s < to_seconds(*choice.from)) && !(choice.to && time_s > to_seconds(*choice.to));
+}
+
+void add_number(std::string& text, double value) {
+  text += ',';
+  if (std::isfinite(value)) fmt::format_to(std::back_inserter(text), "{}", value);
+}
+
+std::string table_of(const CompensatedRows& rows, const exchange::ExportChoice& choice) {
+  const data::Dataset& dataset = rows.dataset;
+  std::string text = dataset.simulated ? "# SIMULATED: the instruments were virtual\n" : "";
+  text += fmt::format(
+      "# run {}, {}; temperatures are calibrated, inputs of the model are their means over the last {:g} s"
+      "\ntime [s]",
+      dataset.run_id, dataset.bias_zero, rows.averaging_s);
+  for (const std::string& input : dataset.thermometers)
+    text += "," + input + (data::is_temperature(input) ? " [°C]" : "");
+  text += fmt::format(",bias [°/h],compensated [°/h],U of a mean over {:g} s [°/h]\n", rows.averaging_s);
+  for (Eigen::Index row = 0; row < dataset.moment_s.size(); ++row) {
+    if (!has_row_at(choice, dataset.moment_s(row))) continue;
+    fmt::format_to(std::back_inserter(text), "{}", dataset.moment_s(row));
+    for (const double temperature : dataset.temperature_c.row(row)) add_number(text, temperature);
+    add_number(text, dataset.bias_deg_per_h(row));
+    add_number(text, rows.compensated_deg_per_h(row));
+    const bool has_budget = rows.expanded_deg_per_h.size() > 0 && std::isfinite(rows.compensated_deg_per_h(row));
+    add_number(text, has_budget ? rows.expanded_deg_per_h(row) : record::kMissing);
+    text += '\n';
+  }
+  return text;
+}
+
+/// Returns, as its neighbours do, how many rows were written.
+Result<std::size_t> write_compensated(Console& console, const ExportArguments& options,
+                                      const exchange::ExportChoice& choice) {
+  if (options.model.empty()) return failure(FaultKind::usage, "--compensated", "by which model? Name it with --model");
+  if (options.format != "csv" || choice.every > Duration{})
+    return failure(FaultKind::usage, "--compensated", "is a row a second, as csv; no --as and no --every go with it");
+  const auto rows = compensate(console, options);
+  if (!rows) return failure(rows.error());
+  const auto written =
+      std::ranges::count_if(rows->dataset.moment_s, [&](double time_s) { return has_row_at(choice, time_s); });
+  if (written == 0) return no_row_is_chosen(options.run);
+  return replace_text_file(options.out, table_of(*rows, choice)).map([&] { return static_cast<std::size_t>(written); });
+}
+
+Result<exchange::ExportChoice> choice_of(const ExportArguments& options, const record::RunInfo& info) {
+  exchange::ExportChoice choice;
+  const auto moment = [&](const std::string& text, const char* option, std::optional<Duration>& into) -> Result<void> {
+    if (text.empty()) return {};
+    const auto parsed = exchange::parse_moment(text, info, option);
+    if (!parsed) return failure(parsed.error());
+    into = *parsed;
+    return {};
+  };
+  auto read =
+      moment(options.from, "--from", choice.from).and_then([&] { return moment(options.to, "--to", choice.to); });
+  if (!read) return failure(read.error());
+  if (!options.every.empty()) {
+    const auto every = parse_duration(options.every);
+    if (!every || *every <= Duration{})
+      return failure(FaultKind::usage, "--every", fmt::format("\"{}\", expected a time like \"10 s\"", options.every));
+    choice.every = *every;
+  }
+  return exchange::check_choice(choice, info).map([&] { return choice; });
+}
+
+/// The record as others want it.
+Result<std::size_t> write_rows(const ExportArguments& options, const exchange::ExportChoice& choice) {
+  auto whole = record::read_record(options.run);
+  if (!whole) return failure(whole.error());
+  const auto chosen = exchange::chosen_rows(std::move(*whole), choice);
+  if (chosen.slot.empty()) return no_row_is_chosen(options.run);
+  const auto written =
+      options.format == "netcdf"
+          ? exchange::export_netcdf(chosen, choice, options.out)
+          : replace_text_file(options.out,
+                              options.format == "gnuplot" ? exchange::gnuplot_script(chosen) : record::to_csv(chosen));
+  return written.map([&] { return chosen.slot.size(); });
+}
+
+Result<std::size_t> write_table(Console& console, const ExportArguments& options) {
+  const auto info = record::read_info(options.run);
+  if (!info) return failure(info.error());
+  const auto choice = choice_of(options, *info);
+  if (!choice) return failure(choice.error());
+  return options.compensated ? write_compensated(console, options, *choice) : write_rows(options, *choice);
+}
+
+Result<Exit> export_table(Console& console, const ExportArguments& options) {
+  const bool is_chosen = !(options.from + options.to + options.every).empty() || options.format != "csv";
+  if (options.follow && (options.compensated || is_chosen || !options.out.empty()))
+    return failure(FaultKind::usage, "--follow", "writes the rows as they come to stdout, and nothing else");
+  if (options.follow) return follow_record(console, options.run).map([] { return Exit::done; });
+  if (options.out.empty()) return failure(FaultKind::usage, "--out", "where to? Only --follow writes to stdout");
+  if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
+  if (const auto checked = check_recorded_run(console, options.run, options.unverified); !checked)
+    return failure(checked.error());
+  const auto rows = write_table(console, options);
+  if (!rows) return failure(rows.error());
+  if (console.json)
+    console.data(text_of(Json{{"file", options.out}, {"format", options.format}, {"rows", *rows}}) + "\n");
+  else
+    console.say(fmt::format("{}: {} rows", options.out, *rows));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_export(Program& program) {
+  auto [command, options] =
+      add_command(program, "export", "Writes a record for others: as a text table, as NetCDF, as a figure.",
+                  "gyrotherm export random.db --out random.csv", export_table);
+  command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
+  command.add_option("--out", options.out, "the table, or what --as says")
+      ->check(not_a_dash())
+      ->type_name(value::kTable);
+  add_force_flag(command, options.force);
+  command.add_option("--as", options.format, "csv, netcdf (CF, by netCDF-4) or gnuplot (a script with its data)")
+      ->check(CLI::IsMember({"csv", "netcdf", "gnuplot"}))
+      ->type_name("FORMAT");
+  command.add_option("--from", options.from, "the first row: \"2 h\" since the start, or \"2026-03-01T12:00:00Z\"")
+      ->type_name("TIME");
+  command.add_option("--to", options.to, "the last row, likewise")->type_name("TIME");
+  command.add_option("--every", options.every, "means over stretches, \"10 s\"; pulses are added")->type_name("TIME");
+  command.add_flag("--follow", options.follow, "of a run that goes on: rows to stdout as they come, until it ends");
+  auto* compensated = command.add_flag("--compensated", options.compensated,
+                                       "of one axis: calibrated temperatures, bias, compensated bias and its U");
+  command.add_option("--model", options.model, "the model that compensates")->type_name(value::kModel);
+  add_outside_option(command, options.outside);
+  add_axis_options(command, options.axis);
+  for (const auto* of_it : {"--model", "--outside", "--unit", "--axis"}) command.get_option(of_it)->needs(compensated);
+  add_unverified_flag(command, options.unverified);
+}
+
+}  // namespace gyrotherm::app

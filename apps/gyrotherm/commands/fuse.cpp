@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Many axes as one rate vector.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <optional>
+
+#include "acquisition/record/record.hpp"
+#include "analysis/fusion/thermometer_parity.hpp"
+#include "analysis/model/fused_axes.hpp"
+#include "analysis/model/fused_run.hpp"
+#include "analysis/model/fusion_export.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/output_file.hpp"
+#include "apps/gyrotherm/recorded_run.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "report/fusion_view.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct FuseArguments {
+  std::vector<std::string> runs, models, axes;
+  std::string folder, inputs = "multi-point-t", healthy, out, report, export_c, outside = "continue";
+  model::FusionOptions fusion;
+  bool keep_all = false;
+  bool force = false, unverified = false;
+};
+
+/// Axis, as in "u1.x" → its model's file.
+using ModelFiles = std::map<std::string, std::string>;
+
+Result<ModelFiles> named_models(const std::vector<std::string>& words) {
+  ModelFiles files;
+  for (const std::string& word : words) {
+    const auto at = word.find('=');
+    if (at == std::string::npos || at == 0 || at + 1 == word.size())
+      return failure(FaultKind::usage, "--model", fmt::format("\"{}\", expected AXIS=FILE like u1.x=model.json", word));
+    if (!files.emplace(word.substr(0, at), word.substr(at + 1)).second)
+      return failure(FaultKind::usage, "--model", fmt::format("{} has two models", word.substr(0, at)));
+  }
+  return files;
+}
+
+/// Where qualify leaves it: DIR/UNIT/AXIS/model-NAME.json, without AXIS where the unit has one.
+std::string file_of(const FuseArguments& options, const ModelFiles& named, const data::AxisChoice& axis) {
+  if (const auto found = named.find(in_words(axis)); found != named.end()) return found->second;
+  return model_path(options.folder, axis, options.inputs);
+}
+
+/// Those that were asked for, or all.
+Result<std::vector<data::AxisChoice>> axes_to_fuse(const record::RunInfo& info, const std::vector<std::string>& wanted,
+                                                   const std::string& path) {
+  const std::vector<data::AxisChoice> all = data::axes_of(info);
+  if (wanted.empty()) return all;
+  std::vector<data::AxisChoice> chosen;
+  for (const std::string& name : wanted) {
+    const auto at = std::ranges::find(all, name, data::in_words);
+    if (at == all.end()) {
+      std::vector<std::string> names;
+      std::ranges::transform(all, std::back_inserter(names), data::in_words);
+      return failure(FaultKind::usage, path,
+                     fmt::format("has no axis \"{}\", it has {}", name, fmt::join(names, ", ")));
+    }
+    chosen.push_back(*at);
+  }
+  return chosen;
+}
+
+Result<void> check_models_are_of(const ModelFiles& named, const std::vector<data::AxisChoice>& axes) {
+  for (const auto& [name, file] : named)
+    if (std::ranges::find(axes, name, data::in_words) == axes.end())
+      return failure(FaultKind::usage, "--model", fmt::format("\"{}\" is none of the axes that are fused", name));
+  return {};
+}
+
+Result<model::FusedAxes> load_axes(Console& console, const std::string& path, const FuseArguments& options) {
+  const auto outside = model::parse_outside(options.outside);
+  if (!outside) return failure(outside.error());
+  const auto named = named_models(options.models);
+  if (!named) return failure(named.error());
+  if (auto checked = check_recorded_run(console, path, options.unverified); !checked) return failure(checked.error());
+  const auto record = record::read_record(path);
+  if (!record) return failure(record.error());
+  if (!record->finished)
+    return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
+  const auto chosen = axes_to_fuse(record->info, options.axes, path);
+  if (!chosen) return failure(chosen.error());
+  if (auto all_act = check_models_are_of(*named, *chosen); !all_act) return failure(all_act.error());
+  std::vector<model::CompensatedAxis> axes;
+  for (const data::AxisChoice& axis : *chosen) {
+    auto model = load_model(file_of(options, *named, axis));
+    if (!model) return failure(model.error());
+    axes.push_back({data::make_dataset(*record, path, axis), std::move(*model)});
+  }
+  return fused_axes(axes, *outside);
+}
+
+/// Results of a healthy record.
+struct Healthy {
+  std::optional<fusion::ThermometerParity> thermometers{};
+  std::optional<model::HealthyRates> rates{};
+};
+
+/// Learns from the named record, else from the rate record that qualify left beside the models. Reports a
+/// missing record. Takes rates from a named record alone: models err less in the record they were trained on.
+Result<Healthy> learn_healthy(Console& console, const FuseArguments& options) {
+  std::string path = options.healthy;
+  if (path.empty()) {
+    path = options.folder + "/rate.db";
+    if (options.folder.empty() || !std::filesystem::exists(path)) {
+      console.say("the thermometers have no vote: name a record without faults with --healthy");
+      return Healthy{};
+    }
+  }
+  const auto healthy = load_axes(console, path, options);
+  if (!healthy) return failure(healthy.error());
+  auto learnt = healthy_thermometers(*healthy, options.fusion.cluster_s);
+  if (!learnt && options.healthy.empty()) {
+    console.say(fmt::format("the thermometers have no vote: {}", text(learnt.error())));
+    return Healthy{};
+  }
+  if (!learnt) return failure(learnt.error());
+  Healthy all{.thermometers = std::move(*learnt)};
+  if (!options.healthy.empty()) all.rates = healthy_rates(*healthy, options.fusion.cluster_s);
+  return all;
+}
+
+std::string number(double value, int digits) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : std::string();
+}
+
+constexpr const char* kCsvHeader =
+    "time_s,rate_x_deg_per_h,rate_y_deg_per_h,rate_z_deg_per_h,U_x_deg_per_h,U_y_deg_per_h,U_z_deg_per_h,parity,"
+    "contradicts,left_out\n";
+
+/// A line of the table; empty fields where nothing is known.
+std::string csv_line(const model::FusedAxes& axes, const model::FusedRun& run, Eigen::Index row) {
+  std::string line = number(run.time_s(row), 0);
+  for (Eigen::Index k = 0; k < 3; ++k) line += "," + number(run.rate_deg_per_h(row, k), 6);
+  for (Eigen::Index k = 0; k < 3; ++k) line += "," + number(run.expanded_deg_per_h(row, k), 6);
+  const auto at = static_cast<std::size_t>(row);
+  const model::AxisSet all = ~model::AxisSet{0} >> static_cast<unsigned>(64 - axes.axes());
+  return line + fmt::format(",{},{},{}\n", number(run.statistic(row), 4), run.contradicts[at] ? 1 : 0,
+                            names_in(axes, all & ~run.used[at]));
+}
+
+Result<void> write_csv(Console& console, const model::FusedAxes& axes, const model::FusedRun& run,
+                       const std::string& path) {
+  std::string text = axes.simulated ? "# SIMULATED\n" : "";
+  text += kCsvHeader;
+  constexpr std::size_t kPiece = 1 << 20;
+  for (Eigen::Index row = 0; row < run.time_s.size(); ++row) {
+    text += csv_line(axes, run, row);
+    if (path != "-" || text.size() < kPiece) continue;
+    console.data(text);
+    text.clear();
+  }
+  if (path != "-") return replace_text_file(path, text);
+  console.data(text);
+  return {};
+}
+
+std::string vector_line(const char* what, const std::vector<double>& values) {
+  return fmt::format("  {:<34} {:>10.5f} {:>10.5f} {:>10.5f}\n", what, values[0], values[1], values[2]);
+}
+
+std::string describe(const char* what, const std::optional<model::RateError>& error) {
+  if (!error) return "";
+  return fmt::format("  {:<34} RMS {:.5f} °/h: mean {:.5f}, about it {:.5f} ({} means)\n", what, error->rms_deg_per_h,
+                     error->mean_deg_per_h, error->about_mean_deg_per_h, error->clusters);
+}
+
+std::string describe_rest(const model::FusionSummary& summary) {
+  if (!summary.rest) return "";
+  const model::RestStretch& rest = *summary.rest;
+  std::string text = fmt::format("at rest, the last hour of {} holds:\n", summary.holds.size()) +
+                     vector_line("rate, °/h", rest.rate.deg_per_h) +
+                     vector_line("U (k = 2), °/h", rest.rate.expanded_deg_per_h) +
+                     vector_line("less the Earth's rotation, °/h", rest.residual_deg_per_h);
+  text += rest.heading_deg ? fmt::format("  {:<34} {:.4f}° ± {:.4f}° (95 %); the record says {:.4f}°\n", "heading of x",
+                                         *rest.heading_deg, *rest.heading_expanded_deg, *summary.said_heading_deg)
+                           : fmt::format("  {:<34} not found: {}\n", "heading of x", rest.no_heading);
+  if (rest.turn_deg.empty()) return text;
+  text += fmt::format("  {:<34} {:.1f} of {}, limit {:.1f}\n", "χ² of readings and priors", rest.statistic,
+                      rest.bias_deg_per_h.size(), rest.limit);
+  for (std::size_t k = 0; k < 3; ++k) {
+    constexpr const char* kTurns[] = {"turn about north", "turn about east", "turn about down"};
+    text += fmt::format("  {:<34} {:.4f}° ± {:.4f}° (k = 1)\n", kTurns[k], rest.turn_deg[k], rest.turn_std_deg[k]);
+  }
+  for (std::size_t a = 0; a < rest.axes.size(); ++a)
+    text += fmt::format("  {:<34} {:.5f} ± {:.5f} °/h (k = 1)\n", "bias of " + rest.axes[a], rest.bias_deg_per_h[a],
+                        rest.bias_std_deg_per_h[a]);
+  return text;
+}
+
+std::string describe(const model::FusionSummary& summary, const std::string& path) {
+  std::string text = fmt::format("{}{}: {} axes, {} of {} seconds fused\n", summary.simulated ? "SIMULATED " : "", path,
+                                 summary.axes.size(), summary.fused, summary.seconds);
+  for (const model::FusedAxisSummary& axis : summary.axes)
+    text += fmt::format("  {:<12} {} {}: u {:.5f} °/h in 1 s, {:.5f} in 1 h; RMS error {:.5f}; left out {} s\n",
+                        axis.name, axis.method, axis.inputs, axis.second_std_deg_per_h, axis.hour_std_deg_per_h,
+                        axis.error_rms_deg_per_h, axis.left_out_s);
+  text += std::isfinite(summary.limit)
+              ? fmt::format("parity: {} seconds above {:.1f}, which chance exceeds with {:g} in a second\n",
+                            summary.contradictions, summary.limit, summary.false_alarm_probability)
+              : "parity: none, of three axes\n";
+  if (summary.error) {
+    text += "error against the Earth's rotation, length of the vector:\n" + describe("fused", summary.error) +
+            describe("all axes, none left out", summary.of_all_axes) + describe("first three axes", summary.of_three);
+    if (summary.within_expanded)
+      text += fmt::format("  {:<34} {:.1f} %\n", "components within their U (k = 2)", 100 * *summary.within_expanded);
+  }
+  text += describe_rest(summary);
+  for (const std::string& warning : summary.warnings) text += "warning: " + warning + "\n";
+  if (summary.alarms.empty()) return text + "nothing was found\n";
+  constexpr std::size_t kMost = 20;
+  for (std::size_t i = 0; i < std::min(kMost, summary.alarms.size()); ++i) {
+    const model::Alarm& alarm = summary.alarms[i];
+    text += fmt::format("{:.0f} s: {}{}: {}\n", alarm.at_s, name(alarm.kind),
+                        alarm.who.empty() ? "" : " of " + alarm.who, alarm.statement);
+  }
+  if (summary.alarms.size() > kMost) text += fmt::format("… and {} more\n", summary.alarms.size() - kMost);
+  return text;
+}
+
+/// The source beside its header.
+Result<void> write_c(Console& console, const model::FusedRun& run, const FuseArguments& options) {
+  const std::filesystem::path source = options.export_c;
+  if (source.extension() != ".c")
+    return failure(FaultKind::usage, "--export-c",
+                   "a C program needs a file that ends in .c; its header is put beside it");
+  const std::string name = model::c_name(source.stem().string());
+  const auto program = model::fusion_to_c(
+      run.geometry, name,
+      {.false_alarm_probability = options.fusion.watch.false_alarm_probability, .margin = options.fusion.watch.margin},
+      run.weights);
+  if (!program) return failure(program.error());
+  auto header = source;
+  header.replace_filename(name + ".h");
+  if (auto free = check_is_free(header.string(), options.force); !free) return free;
+  if (auto written = replace_text_file(header.string(), program->header); !written) return written;
+  if (auto written = replace_text_file(source.string(), program->source); !written) return written;
+  console.say(fmt::format("wrote {} and {}, with a self-test inside", source.string(), header.string()));
+  return {};
+}
+
+Result<void> fuse_one(Console& console, const std::string& path, const Healthy& healthy, const FuseArguments& options) {
+  const auto axes = load_axes(console, path, options);
+  if (!axes) return failure(axes.error());
+  model::FusionOptions fusion = options.fusion;
+  fusion.leave_out = !options.keep_all;
+  fusion.healthy = healthy.rates;
+  const auto run = fuse(*axes, healthy.thermometers, fusion);
+  if (!run) return failure(run.error());
+  if (!options.out.empty())
+    if (auto written = write_csv(console, *axes, *run, options.out); !written) return written;
+  if (!options.report.empty()) {
+    if (auto written = report::write_fusion(*run, options.report, GYROTHERM_VERSION); !written) return written;
+    console.say(options.report + "/fusion.html");
+  }
+  if (!options.export_c.empty())
+    if (auto written = write_c(console, *run, options); !written) return written;
+  std::string summary = console.json ? to_json(run->summary) : describe(run->summary, path);
+  if (console.json && options.runs.size() > 1) summary = text_of(Json::parse(summary)) + "\n";  // a record a line
+  if (options.out == "-") {
+    console.say(summary);
+  } else {
+    console.data(summary);
+  }
+  return {};
+}
+
+Result<Exit> fuse_all(Console& console, const FuseArguments& options) {
+  if (options.folder.empty() && options.models.empty())
+    return failure(FaultKind::usage, "--models", "name the folder that qualify left, or each model with --model");
+  if (options.runs.size() > 1 && !(options.out.empty() && options.report.empty() && options.export_c.empty()))
+    return failure(FaultKind::usage, "--out", "--out, --report and --export-c are for one record");
+  for (const std::string& file : {options.out, options.export_c})
+    if (!file.empty() && file != "-")
+      if (auto free = check_is_free(file, options.force); !free) return failure(free.error());
+  std::error_code error;
+  if (!options.report.empty() && std::filesystem::is_directory(options.report, error))
+    for (const char* file : {"fusion.html", "fusion.json"})
+      if (auto free = check_is_free(options.report + "/" + file, options.force); !free) return failure(free.error());
+  const auto healthy = learn_healthy(console, options);
+  if (!healthy) return failure(healthy.error());
+  for (const std::string& path : options.runs)
+    if (auto fused = fuse_one(console, path, *healthy, options); !fused) return failure(fused.error());
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_fuse(Program& program) {
+  auto [command, options] = add_command(
+      program, "fuse",
+      "Makes one rate vector a second of three or more axes and finds who contradicts the others, the Earth or the "
+      "thermometers.",
+      "gyrotherm fuse random.db --models out --report out/fusion", fuse_all);
+  command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
+  command
+      .add_option("--models", options.folder,
+                  "the folder with each axis's model: UNIT/AXIS/model-NAME.json, or UNIT/model-NAME.json where the "
+                  "unit has one axis")
+      ->type_name(value::kFolder);
+  command.add_option("--inputs", options.inputs, "NAME of the models in it (default: multi-point-t)")
+      ->type_name("NAME");
+  command.add_option("--model", options.models, "AXIS=FILE: the model of one axis, like u1.x=model.json")
+      ->type_name("AXIS=MODEL");
+  command.add_option("--axes", options.axes, "only these, like u1.x,u1.y,u1.z")->type_name("AXIS,…")->delimiter(',');
+  command
+      .add_option("--healthy", options.healthy,
+                  "a record without faults: how the thermometers agree and how far the axes stray are learnt from it; "
+                  "default: rate.db in the folder of the models, for the thermometers alone")
+      ->type_name(value::kRecord);
+  command.add_option("--out", options.out, "the fused rate, a line a second, as a table; - is standard output")
+      ->type_name(value::kTable);
+  command.add_option("--report", options.report, "a folder for fusion.html and fusion.json")
+      ->check(not_a_dash())
+      ->type_name(value::kFolder);
+  command.add_option("--export-c", options.export_c, "a C99 source of the fusion of one second; its header beside it")
+      ->type_name(value::kCode);
+  add_force_flag(command, options.force);
+  command
+      .add_option("--false-alarm", options.fusion.watch.false_alarm_probability,
+                  "of one test, while nothing is at fault (default: 1e-6)")
+      ->check(CLI::Range(1e-300, 0.5));
+  command
+      .add_option("--false-alarms-per-hour", options.fusion.watch.false_alarms_per_h,
+                  "of each cumulative sum, while nothing is at fault (default: 0.001)")
+      ->check(CLI::Range(1e-6, 3.0));
+  command
+      .add_option("--averaging", options.fusion.averaging_s,
+                  "seconds of the means that the rate is used in: the axes are weighed for these (default: 100)")
+      ->check(CLI::Range(1.0, 86400.0))
+      ->type_name("SECONDS");
+  command.add_flag("--keep-all", options.keep_all, "leave out nobody but from seconds that contradict themselves");
+  add_outside_option(command, options.outside);
+  add_unverified_flag(command, options.unverified);
+}
+
+}  // namespace gyrotherm::app

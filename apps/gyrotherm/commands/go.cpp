@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+/// One set point by hand: a run of a single hold, with all that watches over a run.
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <ctime>
+#include <regex>
+#include <string>
+
+#include "apps/console/command.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/run/carry_out.hpp"
+#include "core/clock.hpp"
+#include "core/quantity.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct GoArguments {
+  std::string rig;
+  double at{};
+  std::string time = "24 h";
+  std::string out;
+};
+
+/// "go-2026-11-25-224503.db", in UTC.
+std::string record_of_now() {
+  const auto seconds = SteadyClock().now().utc / std::chrono::seconds(1);
+  return fmt::format("go-{:%Y-%m-%d-%H%M%S}.db", fmt::gmtime(static_cast<std::time_t>(seconds)));
+}
+
+// The profile that goes to a set point and stays.
+std::string written_profile(const GoArguments& options) {
+  return fmt::format(R"(schema = "gyrotherm-profile/1"
+name = "go to {0:g} °C"
+
+[[segment]]
+kind = "hold"
+at = {0}
+time = "{1}"
+)",
+                     options.at, options.time);
+}
+
+/// What is wrong with the set point or the time, without the places of a file that nobody wrote.
+tl::unexpected<Fault> wrong_wish(const Fault& fault) {
+  static const std::regex place(R"((^|\n)go:\d+:\d+: )");
+  return failure(FaultKind::usage, "", std::regex_replace(text(fault), place, "$1"));
+}
+
+Result<Exit> go(Console& console, const GoArguments& options) {
+  const auto rig = rig::read_rig(options.rig);
+  if (!rig) return failure(rig.error());
+  if (const auto time = parse_duration(options.time); !time)
+    return failure(FaultKind::usage, "--for", time.error().what);
+  const auto profile = profile_for(&*rig, written_profile(options), "go");
+  if (!profile) return wrong_wish(profile.error());
+  watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
+  const auto path = options.out.empty() ? record_of_now() : options.out;
+  if (auto ran = start_run(console, *profile, *rig, path, {}); !ran) return failure(ran.error());
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_go(Program& program) {
+  auto [command, options] =
+      add_command(program, "go",
+                  "Brings a rig's chamber to one temperature and holds it there, watched over and recorded as any run.",
+                  "gyrotherm go virtual 25 --for \"2 h\"", go);
+  command.add_option("rig", options.rig, "the rig")->type_name(value::kRig)->required();
+  command.add_option("at", options.at, "the set point, °C")->required();
+  command.add_option("--for", options.time, "how long it holds (default: 24 h)");
+  command.add_option("--out", options.out, "the record (default: \"go\", date and time in UTC)")
+      ->check(not_a_dash())
+      ->type_name(value::kRecord);
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exchange/import.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "acquisition/exchange/guess.hpp"
+#include "acquisition/record/run_parts.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/output_file.hpp"
+#include "core/clock.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "core/shipped.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct ImportArguments {
+  std::string file, map, out;
+  bool guess = false;
+};
+
+Result<Exit> guess(Console& console, const ImportArguments& options) {
+  if (!options.map.empty()) return failure(FaultKind::usage, "--guess", "makes a map; --map names one that is there");
+  const auto map = exchange::guess_map(options.file);
+  if (!map) return failure(map.error());
+  if (options.out.empty()) {
+    console.data(*map);
+    return Exit::done;
+  }
+  if (std::filesystem::exists(options.out))
+    return failure(FaultKind::storage, options.out,
+                   "exists already, and a map that somebody corrected is not replaced");
+  if (auto written = replace_text_file(options.out, *map); !written) return failure(written.error());
+  console.say(fmt::format("{}: a first map, guessed; look at every line, then import with it", options.out));
+  return Exit::done;
+}
+
+/// Returns the time of the first row to the nearest second, as a serial date of eight decimals is meant.
+std::string start_in_words(Duration started) { return civil_time(std::chrono::round<std::chrono::seconds>(started)); }
+
+/// What is known of the rows and of each channel, for people.
+std::vector<std::string> value_lines(const exchange::ImportSummary& summary) {
+  constexpr std::size_t kMost = 40;
+  std::string rows = fmt::format("of {} rows of the file", summary.file_rows);
+  if (summary.step > Duration{}) rows += fmt::format(", usually {:g} s apart", to_seconds(summary.step));
+  if (summary.started) rows += ", from " + start_in_words(*summary.started);
+  std::vector<std::string> lines{rows};
+  for (const auto& channel : summary.channels)
+    if (lines.size() <= kMost) lines.push_back(in_words(channel));
+  if (summary.channels.size() > kMost)
+    lines.push_back(fmt::format("and {} channels more; --json has all", summary.channels.size() - kMost));
+  return lines;
+}
+
+std::string json(const exchange::ImportSummary& summary) {
+  Json channels = Json::array();
+  for (const auto& channel : summary.channels) {
+    Json object{{"name", channel.name},
+                {"column", channel.column},
+                {"unit", channel.unit},
+                {"values", channel.values},
+                {"missing", channel.missing},
+                {"outside", channel.outside},
+                {"missing_texts", Json::object()},
+                {"least", nullptr},
+                {"greatest", nullptr}};
+    for (const auto& [text, count] : channel.missing_texts) object["missing_texts"][plain(text)] = count;
+    if (channel.values > 0) {
+      object["least"] = channel.least;
+      object["greatest"] = channel.greatest;
+    }
+    channels.push_back(std::move(object));
+  }
+  Json object{{"rows", summary.rows},
+              {"seconds", to_seconds(summary.span)},
+              {"gaps", summary.silences},
+              {"file_rows", summary.file_rows},
+              {"step_s", to_seconds(summary.step)},
+              {"lines_left_out", summary.lines_left_out},
+              {"rows_left_out", summary.rows_left_out},
+              {"started_utc", summary.started ? Json(start_in_words(*summary.started)) : Json(nullptr)},
+              {"notes", summary.notes},
+              {"channels", std::move(channels)}};
+  return text_of(object) + "\n";
+}
+
+Result<Exit> import(Console& console, const ImportArguments& options) {
+  if (options.guess) return guess(console, options);
+  if (options.map.empty())
+    return failure(FaultKind::usage, "--map", "which column is what? Name a map, or let --guess make a first one");
+  if (options.out.empty()) return failure(FaultKind::usage, "--out", "where to? Name the record");
+  if (auto can_be = check_can_be_made(options.out); !can_be) return failure(can_be.error());
+  if (auto free = record::check_name_of_new_record(options.out); !free) return failure(free.error());
+  const auto map = path_of(options.map, kShippedImportMap);
+  if (!map) return failure(map.error());
+  watch_for_interrupts(SecondInterrupt::ends);
+  const auto summary = exchange::import_record(
+      options.file, *map, options.out, GYROTHERM_VERSION, [] { return !interrupted(); }, SteadyClock().now().utc);
+  if (!summary) return failure(summary.error());
+  for (const std::string& note : summary->notes) console.say(fmt::format("{}: {}", options.file, note));
+  if (console.json) {
+    console.data(json(*summary));
+    return Exit::done;
+  }
+  console.say(fmt::format("{}: {} rows over {}, {} gaps", options.out, summary->rows, spoken(summary->span),
+                          summary->silences));
+  for (const std::string& line : value_lines(*summary)) console.say("  " + line);
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_import(Program& program) {
+  auto [command, options] =
+      add_command(program, "import", "Makes a record of a foreign table or log, as a column map says.",
+                  "gyrotherm import table.csv --map freeimu --out freeimu.db", import);
+  command.add_option("file", options.file, "a text table, a log of PX4 or ArduPilot, or NetCDF")
+      ->type_name(value::kTable)
+      ->required();
+  command.add_option("--map", options.map, "which column is what")->type_name(value::kMap);
+  command.add_option("--out", options.out, "the record; with --guess the map")
+      ->check(not_a_dash())
+      ->type_name(value::kRecord);
+  command.add_flag("--guess", options.guess, "writes a first map of the file, to be corrected: to stdout, or to --out");
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/placement.hpp"
+
+#include <fmt/format.h>
+
+#include "analysis/model/making.hpp"
+#include "analysis/model/training.hpp"
+#include "analysis/model/verification.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/recorded_run.hpp"
+#include "core/json.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr const char* kPlacementSchema = "gyrotherm-placement/1";
+
+struct PlacementArguments {
+  std::vector<std::string> runs, unseen;
+  std::string folds = "auto", clusters;
+  double guard_minutes = -1;  ///< negative: not given
+  bool confirm = false, unverified = false;
+  data::AxisChoice axis;
+  model::TrainingOptions training;
+};
+
+/// A set of the elimination, tuned anew with support vectors.
+struct Confirmed {
+  data::Figures held_out;
+  std::vector<data::Figures> unseen;  ///< one per unseen record
+};
+
+Result<Confirmed> confirm(Console& console, const PlacementArguments& options, const RecordedRuns& records,
+                          const RecordedRuns& unseen, const std::vector<std::string>& kept) {
+  model::TrainingOptions training = options.training;
+  for (const data::Term& term : model::placement_terms(kept))
+    training.inputs += (training.inputs.empty() ? "" : ",") + to_string(term);
+  const auto stage = fmt::format("support vectors on {} thermometers", kept.size());
+  const auto sink = [&](std::string_view, double fraction) { return console.sink()(stage, fraction); };
+  const auto model = train(records.datasets, records.clusters, training, sink);
+  if (!model) return failure(model.error());
+  Confirmed confirmed{.held_out = model->leave_cycle_out, .unseen = {}};
+  for (std::size_t i = 0; i < unseen.datasets.size(); ++i) {
+    const auto verified = verify(*model, unseen.datasets[i], unseen.clusters[i]);
+    if (!verified) return failure(verified.error());
+    confirmed.unseen.push_back(verified->compensated);
+  }
+  return confirmed;
+}
+
+/// Tells the figures of the whole set, and of each step of the elimination.
+Result<std::vector<Confirmed>> confirm_all(Console& console, const PlacementArguments& options,
+                                           const RecordedRuns& records, const RecordedRuns& unseen,
+                                           const model::Placement& placement) {
+  std::vector<Confirmed> all;
+  if (!options.confirm) return all;
+  std::vector<std::vector<std::string>> sets{placement.all.kept};
+  for (const auto& step : placement.elimination) sets.push_back(step.kept);
+  for (const auto& kept : sets) {
+    auto confirmed = confirm(console, options, records, unseen, kept);
+    if (!confirmed) return failure(confirmed.error());
+    all.push_back(std::move(*confirmed));
+  }
+  return all;
+}
+
+std::string list(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, " ")); }
+
+std::string row(const std::string& what, const model::LeftOut& set, const Confirmed* confirmed) {
+  auto text = fmt::format("  {:<12} {:>9.5f} ± {:.5f} {:>+11.6f} ± {:.6f}", what, set.held_out.std,
+                          std_error(set.held_out), set.price_deg_per_h, set.price_error_deg_per_h);
+  if (set.unseen) text += fmt::format(" {:>9.5f}", set.unseen->std);
+  if (confirmed != nullptr) {
+    text += fmt::format(" {:>9.5f}", confirmed->held_out.std);
+    for (const auto& unseen : confirmed->unseen) text += fmt::format(" {:>9.5f}", unseen.std);
+  }
+  return text + "  " + list(set.kept) + "\n";
+}
+
+std::string heading(std::string_view what, const model::Placement& placement, const std::vector<Confirmed>& confirmed) {
+  auto text = fmt::format("  {:<12} {:>9}   {:<7} {:>11}   {:<8}", what, "held out", "", "price", "");
+  if (placement.all.unseen) text += fmt::format(" {:>9}", "unseen");
+  if (!confirmed.empty()) {
+    text += fmt::format(" {:>9}", "svr");
+    for (std::size_t i = 0; i < confirmed.front().unseen.size(); ++i) text += fmt::format(" {:>9}", "unseen");
+  }
+  return text + "  kept\n";
+}
+
+std::string describe(const RecordedRuns& records, const model::Placement& placement,
+                     const std::vector<Confirmed>& confirmed) {
+  std::string text;
+  for (const auto& dataset : records.datasets)
+    text += fmt::format("{}{}\n", dataset.simulated ? "SIMULATED " : "", dataset.path);
+  text += fmt::format("STD in °/h; {}; a response surface of second order{}\n", placement.folds,
+                      confirmed.empty() ? "" : ", and support vectors tuned anew by a small swarm (svr)");
+  text += "leaving out one after the other, the cheapest first:\n" + heading("", placement, confirmed) +
+          row("none", placement.all, confirmed.empty() ? nullptr : &confirmed.front());
+  for (std::size_t k = 0; k < placement.elimination.size(); ++k) {
+    const auto& step = placement.elimination[k];
+    text += row("+ " + step.left_out.back(), step, confirmed.empty() ? nullptr : &confirmed[k + 1]);
+  }
+  text += "leaving out one alone:\n";
+  for (const auto& one : placement.alone) text += row(one.left_out.front(), one, nullptr);
+  if (placement.best_pair)
+    text += "cheapest two:\n" + row(list(placement.best_pair->left_out), *placement.best_pair, nullptr);
+  if (placement.best_three)
+    text += "cheapest three:\n" + row(list(placement.best_three->left_out), *placement.best_three, nullptr);
+  const auto spared = static_cast<std::size_t>(placement.spared);
+  const auto& enough = spared == 0 ? placement.all : placement.elimination[spared - 1];
+  return text + fmt::format("{} of {} can be left out at a price within its error; {} would do\n", spared,
+                            placement.all.kept.size(), list(enough.kept));
+}
+
+Json set_json(const model::LeftOut& set, const Confirmed* confirmed = nullptr) {
+  Json json{{"left_out", set.left_out},
+            {"kept", set.kept},
+            {"held_out", json_of(set.held_out)},
+            {"price_deg_per_h", set.price_deg_per_h},
+            {"price_error_deg_per_h", set.price_error_deg_per_h}};
+  if (set.unseen) json["unseen"] = json_of(*set.unseen);
+  if (confirmed == nullptr) return json;
+  json["svr"] = {{"held_out", json_of(confirmed->held_out)}};
+  for (const auto& unseen : confirmed->unseen) json["svr"]["unseen"].push_back(json_of(unseen));
+  return json;
+}
+
+std::string json(const RecordedRuns& records, const model::Placement& placement,
+                 const std::vector<Confirmed>& confirmed) {
+  Json json{{"schema", kPlacementSchema}, {"records", Json::array()}};
+  for (const auto& dataset : records.datasets)
+    json["records"].push_back({{"path", dataset.path}, {"run_id", dataset.run_id}, {"simulated", dataset.simulated}});
+  json["folds"] = placement.folds;
+  json["all"] = set_json(placement.all, confirmed.empty() ? nullptr : &confirmed.front());
+  json["elimination"] = Json::array();
+  for (std::size_t k = 0; k < placement.elimination.size(); ++k)
+    json["elimination"].push_back(set_json(placement.elimination[k], confirmed.empty() ? nullptr : &confirmed[k + 1]));
+  json["alone"] = Json::array();
+  for (const auto& one : placement.alone) json["alone"].push_back(set_json(one));
+  if (placement.best_pair) json["best_pair"] = set_json(*placement.best_pair);
+  if (placement.best_three) json["best_three"] = set_json(*placement.best_three);
+  json["spared"] = placement.spared;
+  return text_of(json) + "\n";
+}
+
+/// What decides is of one gyro, of one zero and no run twice; what is reported on besides is of that gyro, and unseen.
+Result<void> check(const RecordedRuns& records, const RecordedRuns& unseen) {
+  for (const RecordedRuns* runs : {&records, &unseen})
+    if (auto sound = model::check_records(runs->datasets, runs->clusters); !sound) return sound;
+  for (const data::Dataset& one : unseen.datasets)
+    for (const data::Dataset& other : records.datasets) {
+      if (one.run_id == other.run_id)
+        return failure(FaultKind::usage, one.path,
+                       fmt::format("--verify wants a run that decides nothing, {} does", other.path));
+      if (auto one_gyro = check_one_gyro(one, other, other.path); !one_gyro) return one_gyro;
+    }
+  return {};
+}
+
+Result<Exit> study(Console& console, const PlacementArguments& given) {
+  PlacementArguments options = given;
+  const auto folds = data::parse_folds(options.folds);
+  if (!folds) return failure(folds.error());
+  options.training.folds = *folds;
+  if (options.guard_minutes >= 0) options.training.folds.guard_minutes = options.guard_minutes;
+  const auto records = load_recorded_runs(console, options.runs, {options.clusters, options.unverified, options.axis});
+  if (!records) return failure(records.error());
+  options.training.folds.programs = programs_of(records->datasets);
+  const auto unseen =
+      load_recorded_runs(console, options.unseen, {.unverified = options.unverified, .axis = options.axis});
+  if (!unseen) return failure(unseen.error());
+  if (auto sound = check(*records, *unseen); !sound) return failure(sound.error());
+  watch_for_interrupts(SecondInterrupt::ends);
+  const auto placement =
+      model::study_placement(records->clusters, unseen->clusters, options.training.folds, console.sink());
+  if (!placement) return failure(placement.error());
+  const auto confirmed = confirm_all(console, options, *records, *unseen, *placement);
+  if (!confirmed) return failure(confirmed.error());
+  console.data(console.json ? json(*records, *placement, *confirmed) : describe(*records, *placement, *confirmed));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_placement(Program& program) {
+  auto [command, options] =
+      add_command(program, "placement", "Which thermometers matter: the price of leaving each out, in held-out STD.",
+                  "gyrotherm placement rate.db --verify random.db", study);
+  options.training.quick = true;
+  command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
+  command.add_option("--verify", options.unseen, "records to report on besides; they decide nothing")
+      ->type_name(value::kRecord);
+  command
+      .add_option("--folds", options.folds,
+                  "what is held out together: cycles, records, programs, blocks[:N], or auto (default); see train")
+      ->type_name("FOLDS");
+  command
+      .add_option("--guard", options.guard_minutes,
+                  "minutes around what is held out that are not learnt from either; default: as in train")
+      ->check(not_negative());
+  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14")
+      ->type_name("FIRST:END");
+  command.add_flag("--confirm", options.confirm,
+                   "also tune support vectors anew, by a small swarm, on each set of the elimination: minutes");
+  add_axis_options(command, options.axis);
+  add_unverified_flag(command, options.unverified);
+  command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());
+  command
+      .add_option("--threads", options.training.tuning.swarm.threads, "of the swarm; 0: all; the result is the same")
+      ->check(not_negative());
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,484 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The whole experiment: two runs, three models and all methods beside them, a report; of each axis that the rig has.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/run_info.hpp"
+#include "acquisition/record/status.hpp"
+#include "analysis/model/qualification.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/qualify/accept.hpp"
+#include "apps/gyrotherm/qualify/axis_experiment.hpp"
+#include "apps/gyrotherm/qualify/gyro_thermal.hpp"
+#include "apps/gyrotherm/qualify/known_digests.hpp"
+#include "apps/gyrotherm/qualify/lot_experiment.hpp"
+#include "apps/gyrotherm/recorded_run.hpp"
+#include "apps/gyrotherm/report/calibration.hpp"
+#include "apps/gyrotherm/run/carry_out.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "report/report.hpp"
+#include "simulator/virtual_laboratory.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct QualifyArguments {
+  std::string rig = "virtual", out, rate_profile = "qualification", random_profile = "random";
+  std::vector<std::string> further;  ///< records
+  std::vector<std::string> later;    ///< days, or records
+  model::QualificationOptions training;
+  std::uint64_t days_later{};
+  bool compare = false;
+  std::vector<std::string> only;  ///< axes of a lot
+  bool records_only = false;      ///< models are made by whoever comes next
+  CalibrationArguments report;    ///< the calibration report; without its texts none is written
+};
+
+/// Wall time of each stage; kept apart from results, because it varies from run to run.
+class Timings {
+ public:
+  /// Ends the stage before, if any.
+  void begin(std::string stage) {
+    end();
+    stages_.emplace_back(std::move(stage), 0.0);
+    began_ = std::chrono::steady_clock::now();
+    running_ = true;
+  }
+  void end() {
+    if (running_)
+      stages_.back().second = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+    running_ = false;
+  }
+  /// Stages in order with their seconds, and the most memory that the program has held.
+  [[nodiscard]] std::string to_json() const {
+    Json json{{"schema", "gyrotherm-timings/1"}, {"stages", Json::array()}};
+    double total = 0;
+    for (const auto& [stage, seconds] : stages_) {
+      json["stages"].push_back({{"stage", stage}, {"wall_s", seconds}});
+      total += seconds;
+    }
+    json["total_wall_s"] = total;
+    json["peak_memory_mb"] = peak_memory_mb();
+    return json.dump(1) + "\n";
+  }
+  [[nodiscard]] std::string describe() const {
+    std::string text;
+    for (const auto& [stage, seconds] : stages_) text += fmt::format("  {:<52} {:8.1f} s\n", stage, seconds);
+    return text + fmt::format("  {:<52} {:8.0f} MB\n", "peak memory", peak_memory_mb());
+  }
+
+ private:
+  std::vector<std::pair<std::string, double>> stages_;
+  std::chrono::steady_clock::time_point began_{};
+  bool running_ = false;
+};
+
+/// One of the runs: its plan, and its record once that is there.
+struct Run {
+  std::string stage;  ///< "rate", "random", "30 days later"
+  std::string path;
+  profile::Profile profile{};
+  std::uint64_t days_later{};
+  record::Record record{};
+  std::string sha256{};  ///< of the record's rows as `export` writes them
+};
+
+/// A run that was recorded before, of whatever program.
+bool is_recorded(const Run& run) { return run.profile.text.empty(); }
+
+/// True if the record at `path` is (part of) this very experiment.
+bool belongs(const record::RunInfo& info, const profile::Profile& profile, const rig::RigFile& rig,
+             const StartOptions& start) {
+  return info.profile_text == profile.text && info.rig_text == rig.text &&
+         info.chamber_map_text == rig.chamber_map.text && info.gyro_model_text == rig.gyro_model.text &&
+         info.analogue_map_texts == analogue_map_texts_of(rig) && info.program_version == GYROTHERM_VERSION &&
+         (!rig.simulated || (info.seed == start.seed && info.days_later == start.days_later));
+}
+
+/// The random program once more, so many days after the others; or a record that is there.
+Result<Run> plan_later(const std::string& what, const rig::RigFile& rig, const Run& random) {
+  std::uint64_t days{};
+  const auto [end, error] = std::from_chars(what.data(), what.data() + what.size(), days);
+  const bool is_number = error == std::errc{} && end == what.data() + what.size();
+  if (!is_number && !std::filesystem::exists(what))
+    return failure(FaultKind::usage, "--verify-later",
+                   fmt::format("\"{}\" is neither a number of days nor a record", what));
+  if (!is_number) return Run{.stage = what, .path = what};
+  if (!rig.simulated)
+    return failure(FaultKind::usage, "--verify-later",
+                   fmt::format("{} days cannot be waited for on a real rig; name the record of a later run", days));
+  if (days < 1 || days > simulator::kMostDaysLater - random.days_later)
+    return failure(FaultKind::usage, "--verify-later",
+                   fmt::format("{} days, expected 1 to {}", days, simulator::kMostDaysLater - random.days_later));
+  return Run{.stage = fmt::format("{} days later", days),
+             .path = fmt::format("{}-{}-days-later.db", random.path.substr(0, random.path.size() - 3), days),
+             .profile = random.profile,
+             .days_later = random.days_later + days};
+}
+
+/// Records a run, or goes on with it, or keeps it: whatever is still to be done.
+Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, const StartOptions& start) {
+  if (!std::filesystem::exists(run.path)) return start_run(console, run.profile, rig, run.path, start);
+  const auto info = record::read_info(run.path);
+  if (!info) return failure(info.error());
+  if (!belongs(*info, run.profile, rig, start))
+    return failure(FaultKind::usage, run.path,
+                   "is of another experiment (profile, rig, seed, day or program differ); choose another --out");
+  const auto status = record::read_status(run.path);
+  if (!status) return failure(status.error());
+  if (!status->finished) return resume_run(console, run.path, {});
+  console.say(fmt::format("{}: already recorded", run.path));
+  return {};
+}
+
+/// With the name of a unit, no more than what is of it, if the digest of all is known.
+Result<void> load(Console& console, Run& run, KnownDigests& digests, const std::string& unit = {}) {
+  const auto known = digests.of_rows(run.path);
+  if (!known) return failure(known.error());
+  if (!*known)
+    if (auto checked = check_recorded_run(console, run.path, false); !checked) return failure(checked.error());
+  auto rows = record::read_record(run.path, *known ? unit : std::string());
+  if (!rows) return failure(rows.error());
+  run.record = std::move(*rows);
+  run.sha256 = *known ? **known : digest_of(run.record);
+  return *known ? Result<void>() : digests.remember(run.path, run.sha256);
+}
+
+/// The unit that all of the axes are of, if it is one.
+std::string unit_of(const std::vector<data::AxisChoice>& axes) {
+  const bool is_one = !axes.empty() && std::ranges::all_of(axes, [&](const data::AxisChoice& axis) {
+    return axis.unit == axes.front().unit;
+  });
+  return is_one ? axes.front().unit : "";
+}
+
+Result<Run> plan_run(const std::string& stage, const std::string& profile, const rig::RigFile& rig,
+                     const QualifyArguments& options) {
+  auto read = read_profile(profile, &rig);
+  if (!read) return failure(read.error());
+  if (auto checked = check_accept(*read, profile); !checked) return failure(checked.error());
+  return Run{.stage = stage,
+             .path = fmt::format("{}/{}.db", options.out, stage),
+             .profile = std::move(*read),
+             .days_later = options.days_later};
+}
+
+/// Those on which a model is chosen. Read before anything moves: a run takes days, and a wrong name is told at once.
+Result<std::vector<data::RecordedRun>> load_further(Console& console, const std::vector<std::string>& paths,
+                                                    const profile::Profile& rate) {
+  const auto loaded = load_recorded_runs(console, paths, {});
+  if (!loaded) return failure(loaded.error());
+  std::vector<data::RecordedRun> further;
+  for (std::size_t k = 0; k < loaded->datasets.size(); ++k)
+    further.push_back({loaded->datasets[k], loaded->clusters[k]});
+  if (const auto other = model::check_programs(rate.name, further); !other) return failure(other.error());
+  return further;
+}
+
+/// The runs of an experiment.
+struct Runs {
+  Run rate, random;
+  std::vector<Run> later;
+};
+
+Result<ExperimentRun> run_of_one_axis(const Run& run) {
+  return data::choose_axis(run.record.info, {}, run.path)
+      .and_then([&](const data::AxisChoice& of) { return recorded_run_of(run.record, run.path, of); })
+      .map([&](data::RecordedRun recorded) {
+        return ExperimentRun{.stage = run.stage,
+                             .profile = run.profile,
+                             .days_later = run.days_later,
+                             .recorded = std::move(recorded),
+                             .sha256 = run.sha256};
+      });
+}
+
+/// Of a rig with one axis.
+Result<AxisExperiment> experiment_of_one_axis(const Runs& runs, std::vector<data::RecordedRun> further) {
+  auto rate = run_of_one_axis(runs.rate);
+  if (!rate) return failure(rate.error());
+  auto random = run_of_one_axis(runs.random);
+  if (!random) return failure(random.error());
+  AxisExperiment experiment{
+      .rate = std::move(*rate), .random = std::move(*random), .later = {}, .further = std::move(further)};
+  for (const Run& run : runs.later) {
+    auto later = run_of_one_axis(run);
+    if (!later) return failure(later.error());
+    experiment.later.push_back(std::move(*later));
+  }
+  return experiment;
+}
+
+std::string result_table(const report::Report& report, const model::Qualification& qualification) {
+  const auto row = [](std::string_view what, const std::string& rate, const std::string& cycle,
+                      const std::string& random, const std::string& size, const std::string& training) {
+    return fmt::format("{:<39} {:>13} {:>14} {:>15} {:>7} {:>11}\n", what, rate, cycle, random, size, training);
+  };
+  const auto number = [](double std) { return fmt::format("{:.5f}", std); };
+  auto text = std::string(report.rig.is_virtual ? "SIMULATED\n" : "");
+  text += row("STD, °/h", "rate (fitted)", "held-out cycle", "random (unseen)", "numbers", "training, s");
+  text += row("raw", number(report.rate.raw.std), "", number(report.random.raw.std), "", "");
+  const auto add = [&](const model::TrainedModel& trained) {
+    const model::Model& model = trained.model;
+    text += row(fmt::format("{:<13} {}", model.method, model.inputs), number(trained.rate.compensated.std),
+                number(model.leave_cycle_out.std), number(trained.random.compensated.std),
+                fmt::format("{}", stored_numbers(model)), fmt::format("{:.1f}", trained.training_s));
+  };
+  for_each_model(qualification.models, [&](const char*, const model::TrainedModel& trained) { add(trained); });
+  std::ranges::for_each(qualification.comparison.models, add);
+  text += row("noise floor", number(report.rate.floor.deg_per_h), "", number(report.random.floor.deg_per_h), "", "");
+  const model::Recommendation& found = report.recommendation;
+  return text +
+         fmt::format("recommended: {}{}\n", found.recommended.empty() ? "" : found.recommended + ", ", found.statement);
+}
+
+/// What is left on the later runs; nothing if there are none.
+std::string later_table(const report::Report& report) {
+  if (report.later.empty()) return "";
+  std::string text = fmt::format("{:<39} {:>20}", "RMSE, °/h (in their intervals of 95 %)", "random");
+  for (const report::ReportedLaterRun& run : report.later) text += fmt::format(" {:>20}", run.name);
+  const auto cell = [](const report::ReportedVerification& found) {
+    const std::string share = found.coverage ? fmt::format(" ({:5.1f} %)", 100 * found.coverage->seen) : "";
+    return fmt::format(" {:>20}", fmt::format("{:.5f}{}", found.figures.rmse, share));
+  };
+  for (const report::ReportedMethod& method : report.methods) {
+    text += fmt::format("\n{:<39}{}", fmt::format("{:<13} {}", method.method, method.inputs), cell(method.random));
+    for (const report::ReportedVerification& later : method.later) text += cell(later);
+  }
+  return text + "\n";
+}
+
+/// Of the units of the runs, with the models that were trained, where the laboratory or an order was named.
+Result<void> write_calibration_report(Console& console, const QualifyArguments& options, Timings& timings) {
+  if (options.report.laboratory.empty() && options.report.order.empty()) return {};
+  timings.begin("calibration report");
+  CalibrationArguments report = options.report;
+  report.runs = {options.out + "/rate.db", options.out + "/random.db"};
+  report.left_folder = options.out;
+  report.out = options.out + "/calibration";
+  if (auto written = calibrate(console, report); !written) return failure(written.error());
+  return {};
+}
+
+/// What is left to be written once all is trained and reported.
+Result<void> write_rest(Console& console, const QualifyArguments& options, Timings& timings) {
+  if (auto written = write_calibration_report(console, options, timings); !written) return written;
+  timings.end();
+  return replace_text_file(options.out + "/timings.json", timings.to_json());
+}
+
+Result<Exit> conclude(Console& console, const QualifyArguments& options, const AxisOutcome& outcome, Timings& timings) {
+  const auto& [trained, report] = outcome;
+  if (auto written = write_rest(console, options, timings); !written) return failure(written.error());
+  console.data(console.json ? to_json(report) : result_table(report, trained) + later_table(report));
+  console.say(timings.describe() + options.out + "/report/report.html");
+  for (const report::AcceptedLimit& limit : report.accept)
+    if (!limit.passed)
+      console.say(fmt::format("FAIL: {} is {:.5g}, limit {:.5g}", limit.figure, limit.value, limit.limit));
+  return verdict_of(report) == "FAIL" ? Exit::outside_limits : Exit::done;
+}
+
+Result<report::ReportedThermal> load_thermal_model(const rig::RigFile& rig, Timings& timings) {
+  timings.begin("thermal image");
+  return thermal_model_of(rig);
+}
+
+Result<Exit> qualify_one_axis(Console& console, const QualifyArguments& options, const rig::RigFile& rig,
+                              const Runs& runs, std::vector<data::RecordedRun> further, Timings& timings) {
+  auto thermal = load_thermal_model(rig, timings);
+  if (!thermal) return failure(thermal.error());
+  auto experiment = experiment_of_one_axis(runs, std::move(further));
+  if (!experiment) return failure(experiment.error());
+  std::vector<std::string> warnings;
+  const AxisOptions how{.folder = options.out,
+                        .training = options.training,
+                        .thermal = std::move(*thermal),
+                        .begins = [&](const std::string& stage) { timings.begin(stage); }};
+  const auto outcome = carry_out(*experiment, rig, how, console.sink(), warnings);
+  if (!outcome) return failure(outcome.error());
+  for (const std::string& warning : warnings) console.say(warning);
+  return conclude(console, options, *outcome, timings);
+}
+
+LotRun lot_run(Run run) {
+  return {.stage = std::move(run.stage),
+          .path = std::move(run.path),
+          .profile = std::move(run.profile),
+          .days_later = run.days_later,
+          .record = std::move(run.record),
+          .sha256 = std::move(run.sha256)};
+}
+
+Result<Exit> qualify_lot(Console& console, const QualifyArguments& options, const rig::RigFile& rig, Runs runs,
+                         std::vector<data::AxisChoice> only, Timings& timings) {
+  auto thermal = load_thermal_model(rig, timings);
+  if (!thermal) return failure(thermal.error());
+  const auto axes = only.empty() ? data::axes_of(runs.rate.record.info).size() : only.size();
+  const bool is_whole = only.empty();
+  LotExperiment lot{.out = options.out,
+                    .rate = lot_run(std::move(runs.rate)),
+                    .random = lot_run(std::move(runs.random)),
+                    .later = {},
+                    .compare = options.compare,
+                    .only = std::move(only),
+                    .training = options.training,
+                    .thermal = std::move(*thermal)};
+  for (Run& run : runs.later) lot.later.push_back(lot_run(std::move(run)));
+  timings.begin(fmt::format("train {} axes", axes));
+  const auto summary = carry_out(console, lot, rig);
+  if (!summary) return failure(summary.error());
+  if (is_whole)
+    if (auto written = write_rest(console, options, timings); !written) return failure(written.error());
+  console.data(console.json ? to_json(*summary) : describe(*summary));
+  if (is_whole) console.say(timings.describe() + options.out + "/lot.html");
+  return verdict_of(*summary) == "FAIL" ? Exit::outside_limits : Exit::done;
+}
+
+/// Records what is not recorded yet, and reads all of it, or what is of these axes.
+Result<void> record_and_load(Console& console, const QualifyArguments& options, const rig::RigFile& rig,
+                             const std::vector<data::AxisChoice>& only, KnownDigests& digests, Runs& runs,
+                             Timings& timings) {
+  std::vector<Run*> all{&runs.rate, &runs.random};
+  for (Run& run : runs.later)
+    if (!is_recorded(run)) all.push_back(&run);
+  for (Run* run : all) {
+    timings.begin("record " + run->stage);
+    const StartOptions start{.seed = options.training.seed, .days_later = run->days_later};
+    if (auto recorded = record(console, *run, rig, start); !recorded) return recorded;
+  }
+  watch_for_interrupts(SecondInterrupt::ends);  // no chamber is driven any more
+  timings.begin("read records");
+  for (Run* run : all)
+    if (auto loaded = load(console, *run, digests, unit_of(only)); !loaded) return loaded;
+  return {};
+}
+
+Result<Runs> plan_runs(const QualifyArguments& options, const rig::RigFile& rig) {
+  auto rate = plan_run("rate", options.rate_profile, rig, options);
+  if (!rate) return failure(rate.error());
+  auto random = plan_run("random", options.random_profile, rig, options);
+  if (!random) return failure(random.error());
+  Runs runs{.rate = std::move(*rate), .random = std::move(*random), .later = {}};
+  for (const std::string& what : options.later) {
+    auto planned = plan_later(what, rig, runs.random);
+    if (!planned) return failure(planned.error());
+    runs.later.push_back(std::move(*planned));
+  }
+  return runs;
+}
+
+bool has_one_axis(const rig::RigFile& rig) { return rig.units.size() == 1 && rig.units.front().info.axes.size() == 1; }
+
+std::vector<record::UnitInfo> units_of(const rig::RigFile& rig) {
+  std::vector<record::UnitInfo> units;
+  for (const auto& unit : rig.units) units.push_back(unit.info);
+  return units;
+}
+
+/// Of --only; none if it was not given.
+Result<std::vector<data::AxisChoice>> axes_wanted(const QualifyArguments& options, const rig::RigFile& rig) {
+  if (!options.only.empty() && has_one_axis(rig))
+    return failure(FaultKind::usage, "--only", "is for a rig with several axes; this one has one");
+  record::RunInfo info;
+  info.units = units_of(rig);
+  return axes_called(options.only, info);
+}
+
+Result<Exit> qualify(Console& console, const QualifyArguments& options) {
+  const auto rig = rig::read_rig(options.rig);
+  if (!rig) return failure(rig.error());
+  if (auto texts = check_report_texts(options.report, units_of(*rig), options.rig); !texts)
+    return failure(texts.error());
+  auto runs = plan_runs(options, *rig);
+  if (!runs) return failure(runs.error());
+  if (!options.further.empty() && !has_one_axis(*rig))
+    return failure(FaultKind::usage, "--further",
+                   "is for a rig with one axis; train on the records of each with --unit");
+  auto further = load_further(console, options.further, runs->rate.profile);
+  if (!further) return failure(further.error());
+  auto only = axes_wanted(options, *rig);
+  if (!only) return failure(only.error());
+  std::error_code error;
+  std::filesystem::create_directories(options.out, error);
+  if (error) return failure(FaultKind::storage, options.out, "cannot be made: " + error.message());
+  KnownDigests digests(options.out, GYROTHERM_VERSION);
+  for (Run& run : runs->later)
+    if (auto loaded = is_recorded(run) ? load(console, run, digests) : Result<void>(); !loaded)
+      return failure(loaded.error());
+  watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
+  if (rig->simulated)
+    console.say(fmt::format("SIMULATED: {}, seed {}{}", rig->title, options.training.seed,
+                            options.days_later > 0 ? fmt::format(", {} days later", options.days_later) : ""));
+
+  Timings timings;
+  if (auto loaded = record_and_load(console, options, *rig, *only, digests, *runs, timings); !loaded)
+    return failure(loaded.error());
+  if (options.records_only) return Exit::done;
+  if (!has_one_axis(*rig)) return qualify_lot(console, options, *rig, std::move(*runs), std::move(*only), timings);
+  return qualify_one_axis(console, options, *rig, *runs, std::move(*further), timings);
+}
+
+}  // namespace
+
+void add_qualify(Program& program) {
+  auto [command, options] = add_command(
+      program, "qualify",
+      "The whole experiment: the rate program, the random program, three models and all methods, the report. "
+      "Run again, it goes on where it was. On a rig with several axes each has models and a report of its own, and the "
+      "lot a summary; with --laboratory or --order each unit has a calibration report too.",
+      "gyrotherm qualify --out out", qualify);
+  options.training.program_version = GYROTHERM_VERSION;
+  command.add_option("--out", options.out, "the folder for everything that is made")
+      ->check(not_a_dash())
+      ->type_name(value::kFolder)
+      ->required();
+  command.add_option("--rig", options.rig, "the rig (default: virtual, a dry run)")->type_name(value::kRig);
+  command
+      .add_option("--seed", options.training.seed,
+                  "draws the virtual gyro, its noise, and the swarm; 0 is the gyro of the file")
+      ->check(not_negative());
+  add_days_later(command, options.days_later);
+  command.add_option("--threads", options.training.threads, "of the training; 0: all; the result is the same")
+      ->check(not_negative());
+  command.add_flag("--compare", options.compare,
+                   "on a rig with several axes: every other method beside the three models too, as with one axis");
+  command
+      .add_option("--only", options.only,
+                  "of a rig with several axes: train these, a unit's or one by one; the summary of the lot is left to "
+                  "whoever comes after the last")
+      ->type_name("UNIT[.AXIS],…")
+      ->delimiter(',');
+  command.add_flag("--records-only", options.records_only,
+                   "record what is not recorded yet, look whether it is as it was written, and end: models are made "
+                   "by whoever comes next");
+  command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the report says so");
+  command.add_flag("--nested", options.training.nested,
+                   "also choose everything anew without each held-out cycle: training takes about twice as long");
+  command
+      .add_option("--further", options.further,
+                  "further records of this gyro, of another program than the rate run: a model is recommended on "
+                  "them, by rule (docs/evaluation.md), and never on the run that the report quotes")
+      ->type_name(value::kRecord);
+  command
+      .add_option("--verify-later", options.later,
+                  "also verify every model later: 30,365 makes the random run once more on a virtual gyro that is so "
+                  "many days older; or records of later runs of this gyro")
+      ->type_name("DAYS,…|RECORD")
+      ->delimiter(',');
+  add_report_texts(command, options.report);
+  command.add_option("--rate-profile", options.rate_profile, "instead of qualification")->type_name(value::kProfile);
+  command.add_option("--random-profile", options.random_profile, "instead of random")->type_name(value::kProfile);
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "apps/console/command.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/output_file.hpp"
+#include "apps/gyrotherm/recorded_run.hpp"
+#include "core/file.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct ReduceArguments {
+  std::string model, out, clusters;
+  std::vector<std::string> runs;
+  model::ReducedSetGoal goal;
+  bool force = false, unverified = false;
+  data::AxisChoice axis;
+};
+
+std::string describe(const model::ReducedSetSummary& r) {
+  return fmt::format(
+      "kept {} of {} vectors\n"
+      "  change of the predictions: max {:.3g}, rms {:.3g} °/h over {} clusters; for any input at most {:.3g} °/h\n",
+      r.vectors, r.vectors_before, r.max_change_deg_per_h, r.rms_change_deg_per_h, r.clusters, r.bound_deg_per_h);
+}
+
+std::string without_training(const model::Model& model, const data::RecordedRun& recorded) {
+  for (const model::TrainingRecord& record : model.trained_on) {
+    if (record.run_id == recorded.dataset.run_id) return {};
+  }
+  return recorded.dataset.path + ": the model was not trained on this record; its loss is measured there all the same";
+}
+
+Result<Exit> reduce_and_write(Console& console, const ReduceArguments& options) {
+  if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
+  const auto model = load_model(options.model);
+  if (!model) return failure(model.error());
+  std::vector<data::Clusters> clusters;
+  for (const auto& run : options.runs) {
+    auto recorded = load_recorded_run(
+        console, run, {options.clusters, options.unverified, axis_for(*model, options.axis), model->cluster_length_s});
+    if (!recorded) return failure(recorded.error());
+    if (const auto warning = without_training(*model, *recorded); !warning.empty()) console.say("warning: " + warning);
+    clusters.push_back(std::move(recorded->clusters));
+  }
+  const auto all = concatenate(clusters);
+  if (!all) return failure(all.error());
+  const auto smaller = reduce(*model, *all, options.goal);
+  if (!smaller) return failure(smaller.error());
+  if (auto written = write_model(options.out, *smaller); !written) return failure(written.error());
+  console.data(console.json ? to_json(*smaller) : describe(*smaller->reduction));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_reduce(Program& program) {
+  auto [command, options] =
+      add_command(program, "reduce",
+                  "Makes a model of many vectors smaller and says what that changes, measured on the records "
+                  "that it was trained on.",
+                  "gyrotherm reduce model.json rate.db --within 0.0001 --out small.json", reduce_and_write);
+  command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
+  command.add_option("runs", options.runs, "the records that it was trained on")->type_name(value::kRecord)->required();
+  command.add_option("--out", options.out, "the smaller model")
+      ->check(not_a_dash())
+      ->type_name(value::kModel)
+      ->required();
+  add_force_flag(command, options.force);
+  auto* keep = command.add_option("--keep", options.goal.vectors, "at most so many vectors");
+  command
+      .add_option("--within", options.goal.max_change_deg_per_h,
+                  "as few vectors as change no training cluster's prediction by more than this, in °/h")
+      ->excludes(keep);
+  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14")
+      ->type_name("FIRST:END");
+  add_axis_options(command, options.axis);
+  add_unverified_flag(command, options.unverified);
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
+
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/commands/report_commands.hpp"
+#include "apps/gyrotherm/recorded_run.hpp"
+#include "apps/gyrotherm/report/calibration.hpp"
+#include "report/views.hpp"
+
+namespace gyrotherm::app {
+
+namespace {
+
+/// What qualify left in a folder.
+Result<Exit> rebuild(Console& console, const std::string& folder) {
+  const auto report = folder + "/report";
+  if (auto rebuilt = report::rebuild_report(report); !rebuilt) return failure(rebuilt.error());
+  console.say(report + "/report.html");
+  return Exit::done;
+}
+
+/// Whether models are taken from a folder: one that is named as theirs, or the one that all the rest is taken from.
+bool has_models_in_a_folder(const CalibrationArguments& options, bool is_folder) {
+  const bool are_there_too = is_folder && !options.out.empty() && options.left.empty();
+  return are_there_too || !options.left_folder.empty() || !options.found_folder.empty();
+}
+
+Result<Exit> report_on(Console& console, const CalibrationArguments& options) {
+  if (options.runs.empty()) return failure(FaultKind::usage, "records", "name records, or a folder that qualify wrote");
+  const bool is_folder = options.runs.size() == 1 && std::filesystem::is_directory(options.runs.front());
+  if (!options.inputs.empty() && !has_models_in_a_folder(options, is_folder))
+    return failure(FaultKind::usage, "--inputs", "names models in a folder; name that with --models or --found-models");
+  if (is_folder && options.out.empty()) return rebuild(console, options.runs.front());
+  if (options.out.empty()) return failure(FaultKind::usage, "--out", "name the folder that the report is written to");
+  if (!is_folder) return calibrate(console, options);
+  CalibrationArguments of_folder = options;
+  const std::string folder = options.runs.front();
+  of_folder.runs = {folder + "/rate.db", folder + "/random.db"};
+  if (of_folder.left.empty() && of_folder.left_folder.empty()) of_folder.left_folder = folder;
+  return calibrate(console, of_folder);
+}
+
+}  // namespace
+
+void add_languages(CLI::App& command, std::vector<std::string>& languages) {
+  command.add_option("--language", languages, "en, de, or both: en,de (default: en)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"en", "de"}));
+}
+
+void add_report(Program& program) {
+  auto [command, options] = add_command(
+      program, "report",
+      "Writes the calibration report of a unit from its records; of a folder that qualify left, without --out, "
+      "rebuilds "
+      "the report of the experiment.",
+      "gyrotherm report out --order order.toml --laboratory laboratory.toml --out out/calibration", report_on);
+  command.add_option("records", options.runs, "the records, or the folder that qualify wrote")
+      ->type_name(value::kRecordOrFolder);
+  command.add_option("--out", options.out, "the folder of the report")->check(not_a_dash())->type_name(value::kFolder);
+  command.add_option("--model", options.left, "the model that the unit leaves with; again for each further axis")
+      ->type_name(value::kModel);
+  command.add_option("--models", options.left_folder, "… of each axis, in a folder as qualify leaves it")
+      ->type_name(value::kFolder);
+  command.add_option("--found", options.found, "the model that the unit came with; again for each further axis")
+      ->type_name(value::kModel);
+  command.add_option("--found-models", options.found_folder, "… of each axis, in a folder as qualify left it")
+      ->type_name(value::kFolder);
+  command.add_option("--inputs", options.inputs, "NAME of the models in these folders (default: multi-point-t)")
+      ->type_name("NAME");
+  command.add_option("--unit", options.unit, "of records with several units under test: only this one")
+      ->type_name("UNIT");
+  add_report_texts(command, options);
+  add_languages(command, options.languages);
+  add_unverified_flag(command, options.unverified);
+  add_report_state(program, command);
+  add_report_compare(program, command);
+  add_report_sign(program, command);
+  add_report_verify(program, command);
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+/// `report authorise` and `report supersede`: from a draft to a report that may be issued, and to one that is no longer
+/// valid.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/commands/report_commands.hpp"
+#include "apps/gyrotherm/report/calibration_folder.hpp"
+#include "core/clock.hpp"
+#include "core/text.hpp"
+#include "report/order.hpp"
+#include "report/placeholders.hpp"
+#include "report/signed_report.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct StateArguments {
+  std::string folder, by, reason;
+};
+
+Result<Exit> write_again(Console& console, const FiledReport& filed, const std::string& folder) {
+  if (auto written = write_calibration(console, filed.report, folder, languages_in(folder)); !written)
+    return failure(written.error());
+  return Exit::done;
+}
+
+/// Checks that a report is a draft, or was authorised and is no longer as it was then: its views were changed, or
+/// gyrotherm 0.1.0 authorised it, which kept no digests. Such a report is authorised again unless it is signed.
+Result<void> check_may_be_authorised(Console& console, const FiledReport& filed, const std::string& folder) {
+  const report::CalibrationReport& report = filed.report;
+  if (report.state == report::ReportState::draft) return {};
+  const auto refused = failure(FaultKind::usage, filed.path, fmt::format("is no draft, it is {}", name(report.state)));
+  if (report.state != report::ReportState::authorised) return refused;
+  const auto already = report::is_signed(folder);
+  if (!already) return failure(already.error());
+  if (*already) return failure(FaultKind::usage, filed.path, "is signed, and is not authorised again");
+  const auto differences = report::compare_with_authorisation(folder, report);
+  if (differences && differences->changed.empty() && differences->missing.empty()) return refused;
+  console.say(fmt::format("{}: was authorised by {}; since then: {}", filed.path, plain(report.authorised->name),
+                          differences ? text(*differences) : text(differences.error())));
+  return {};
+}
+
+Result<Exit> authorise(Console& console, const StateArguments& options) {
+  auto filed = load_calibration(options.folder);
+  if (!filed) return failure(filed.error());
+  report::CalibrationReport& report = filed->report;
+  if (auto may = check_may_be_authorised(console, *filed, options.folder); !may) return failure(may.error());
+  auto missing = report.missing;
+  for (const std::string& one : report::placeholders_in(report))  // drafts of 0.1.0
+    if (std::ranges::find(missing, one) == missing.end()) missing.push_back(one);
+  if (!missing.empty())
+    return failure(FaultKind::usage, filed->path, fmt::format("lacks {}", fmt::join(missing, "; ")));
+  if (auto may = report::check_may_authorise(report, options.by); !may) return failure(may.error());
+  report.state = report::ReportState::authorised;
+  report.authorised = report::Authorisation{options.by, civil_time(SteadyClock().now().utc)};
+  return write_again(console, *filed, options.folder);
+}
+
+/// Only a report that may be issued takes the place of another one, and only of the same unit.
+Result<void> may_replace(const FiledReport& by, const report::CalibrationReport& report) {
+  const auto refused = [&](const std::string& why) { return failure(FaultKind::usage, by.path, why); };
+  const report::CalibrationReport& one = by.report;
+  if (one.number == report.number) return refused(fmt::format("has the same number, {}", report.number));
+  if (one.state != report::ReportState::authorised)
+    return refused(fmt::format("is {}; only a report that is authorised takes the place of another", name(one.state)));
+  if (one.item.model != report.item.model || one.item.serial_number != report.item.serial_number)
+    return refused(fmt::format("is of another unit, {} {}, than {} {}", one.item.model, one.item.serial_number,
+                               report.item.model, report.item.serial_number));
+  return {};
+}
+
+Result<Exit> supersede(Console& console, const StateArguments& options) {
+  auto filed = load_calibration(options.folder);
+  const auto by = load_calibration(options.by);
+  if (!filed || !by) return failure(filed ? by.error() : filed.error());
+  report::CalibrationReport& report = filed->report;
+  if (report.state == report::ReportState::superseded)
+    return failure(FaultKind::usage, filed->path,
+                   fmt::format("is superseded already, by {}", report.replaced_by->number));
+  if (auto may = may_replace(*by, report); !may) return failure(may.error());
+  if (report.state == report::ReportState::draft)
+    return failure(FaultKind::usage, filed->path, "is a draft, which was never valid; only a report is superseded");
+  if (auto kept = keep_as_signed(console, options.folder); !kept) return failure(kept.error());
+  report.state = report::ReportState::superseded;
+  report.replaced_by =
+      report::OtherReport{by->report.number, by->sha256, report::Texts{options.reason, options.reason}};
+  return write_again(console, *filed, options.folder);
+}
+
+}  // namespace
+
+void add_report_state(Program& program, CLI::App& report) {
+  {
+    auto [command, options] = add_subcommand(
+        program, report, "authorise",
+        "Makes a report of a draft that lacks nothing: a person with the role authorising releases it as it is.",
+        "gyrotherm report authorise out/calibration --by \"A. Metrologist\"", authorise);
+    command.add_option("folder", options.folder, "the folder of the report")->type_name(value::kFolder)->required();
+    command.add_option("--by", options.by, "a person whom laboratory.toml gives the role authorising")
+        ->type_name("NAME")
+        ->required();
+  }
+  auto [command, options] = add_subcommand(
+      program, report, "supersede", "Marks a report as no longer valid, and names the one that takes its place.",
+      "gyrotherm report supersede out/calibration --by out/calibration-2", supersede);
+  command.add_option("folder", options.folder, "the folder of the report")->type_name(value::kFolder)->required();
+  command.add_option("--by", options.by, "the folder of the one that takes its place")
+      ->type_name(value::kFolder)
+      ->required();
+  command.add_option("--reason", options.reason, "why")->type_name("TEXT");
+}
+
+}  // namespace gyrotherm::app

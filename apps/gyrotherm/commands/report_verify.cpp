@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/run_parts.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/commands/report_commands.hpp"
+#include "apps/gyrotherm/qualify/axis_experiment.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "report/signed_report.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+using report::Check;
+
+struct SignedReportArguments {
+  std::string folder;
+  report::Trust trust;
+  std::string on_day;
+};
+
+/// The file of that name beside the report, or in the folder that the report's is in.
+std::string found_beside(const std::string& folder, const std::string& name) {
+  std::error_code error;
+  if (name.empty() || name.find('/') != std::string::npos) return {};
+  const std::filesystem::path here = std::filesystem::absolute(folder, error) / "";
+  for (const auto& place : {here / name, here.parent_path().parent_path() / name})
+    if (std::filesystem::is_regular_file(place, error)) return place.string();
+  return {};
+}
+
+/// How many files the report says that a record has.
+int files_named(const report::CalibrationReport& report, const std::string& record) {
+  return 1 + static_cast<int>(std::ranges::count_if(report.files, [&](const report::UsedFile& file) {
+           const auto part = record::part_name(file.name);
+           return file.role == "record_part" && part && part->record == record;
+         }));
+}
+
+/// Whether a record has the rows that a report names by the digest of what `export` writes of them.
+bool has_rows(const std::string& path, const std::string& sha256) {
+  const auto record = record::read_record(path);
+  return record && digest_of(*record) == sha256;
+}
+
+/// A file that the report rests on: a record by its own chain too, known by the bytes of all its files, or by its rows.
+Check check_used(const std::string& folder, const report::CalibrationReport& report, const report::UsedFile& file) {
+  using enum Check::Outcome;
+  const std::string path = found_beside(folder, file.name);
+  if (path.empty()) return {file.name, not_there, "is not beside the report; nothing is said of it"};
+  const auto digest = record::file_digest(path);
+  const bool has_bytes = digest && *digest == file.sha256;
+  const Check another{file.name, fails, "is not the file that the report rests on"};
+  if (file.role != "record")
+    return has_bytes ? Check{file.name, holds, "is the file that the report rests on"} : another;
+  const auto verified = record::verify_record(path);
+  if (!verified) return {file.name, fails, text(verified.error())};
+  if (!has_bytes && !has_rows(path, file.sha256)) return another;
+  if (const int named = files_named(report, file.name); has_bytes && verified->files != named)
+    return {file.name, fails,
+            fmt::format("the number of its files is {}, the report names {}", verified->files, named)};
+  return {file.name, holds,
+          fmt::format("is the file that the report rests on, and all its {} rows are as they were written",
+                      verified->rows)};
+}
+
+const char* word_of(Check::Outcome outcome) {
+  switch (outcome) {
+    case Check::Outcome::holds: return "holds";
+    case Check::Outcome::fails: return "FAILS";
+    case Check::Outcome::not_there: return "not there";
+    case Check::Outcome::missing: return "MISSING";
+    case Check::Outcome::foreign: return "FOREIGN";
+  }
+  return "";
+}
+
+std::string json_of_checks(const report::VerifiedReport& found, bool holds) {
+  Json json{{"report", found.identifier}, {"holds", holds}, {"signer", nullptr}, {"checks", Json::array()}};
+  if (const auto& signer = found.signer)
+    json["signer"] = {{"subject", signer->subject},
+                      {"issuer", signer->issuer},
+                      {"serial_number", signer->serial_number},
+                      {"sha256", signer->fingerprint},
+                      {"not_after", signer->not_after}};
+  for (const Check& check : found.checks)
+    json["checks"].push_back({{"what", check.what}, {"outcome", word_of(check.outcome)}, {"text", check.text}});
+  return text_of(json) + "\n";
+}
+
+std::string lines_of_checks(const report::VerifiedReport& found) {
+  std::string lines;
+  for (const Check& check : found.checks)
+    lines += fmt::format("{:<9}  {}: {}\n", word_of(check.outcome), check.what, check.text);
+  return lines;
+}
+
+Result<Exit> verify_signed(Console& console, const SignedReportArguments& options) {
+  report::Trust trust = options.trust;
+  if (!options.on_day.empty()) trust.on_day = options.on_day;
+  auto found = report::verify_report(options.folder, trust);
+  if (!found) return failure(found.error());
+  if (found->report)
+    for (const report::UsedFile& file : found->report->files)
+      found->checks.push_back(check_used(options.folder, *found->report, file));
+  const auto failing = std::ranges::count_if(found->checks, report::is_failure, &Check::outcome);
+  console.data(console.json ? json_of_checks(*found, failing == 0) : lines_of_checks(*found));
+  if (failing > 0)
+    return failure(FaultKind::bad_file, options.folder,
+                   fmt::format("is not as it was signed: {} of {} checks fail", failing, found->checks.size()));
+  console.say(fmt::format("{}: the report {} is as it was signed", options.folder, found->identifier));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_report_verify(Program& program, CLI::App& report) {
+  auto [command, options] = add_subcommand(
+      program, report, "verify",
+      "Checks whether the folder of a signed report holds its files, as they were signed, and no other file; prints "
+      "who "
+      "signed it, and whether the records and models that it rests on, where they lie beside it, are those that it "
+      "names.",
+      "gyrotherm report verify out/report --trusted authority.pem", verify_signed);
+  command.add_option("dir", options.folder, "the folder with dcc.xml")->type_name(value::kFolder)->required();
+  command
+      .add_option("--trusted", options.trust.certificates_file,
+                  "whom you trust: certificates of authorities, or of the laboratory, PEM")
+      ->type_name(value::kPem)
+      ->required();
+  command.add_option("--on", options.on_day, "the day on which certificates must be valid; today without it")
+      ->type_name("YYYY-MM-DD");
+}
+
+}  // namespace gyrotherm::app

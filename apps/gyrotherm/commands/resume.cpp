@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/status.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/run/carry_out.hpp"
+#include "apps/gyrotherm/run/sample_json.hpp"
+#include "core/toml_reader.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct ResumeArguments {
+  std::string json;
+  std::string run;
+  bool accept = false;
+  bool trust_commands = false;
+  std::string gap = "30 s";
+};
+
+Result<Exit> resume(Console& console, const ResumeArguments& options) {
+  apply_json_of_run(console, options.json);
+  const auto gap = parse_duration(options.gap);
+  if (!gap) return failure(FaultKind::usage, "--gap", gap.error().what);
+  // A record that cannot be read says so below; until then Ctrl-C ends this at once.
+  const auto status = record::read_status(options.run);
+  // Virtual time is lived through again as the record has it, before the record is opened to be written and its chain
+  // looked at.
+  if (status && status->simulated)
+    if (const auto whole = record::verify_files(options.run); !whole) return failure(whole.error());
+  watch_for_interrupts(status && status->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
+  if (auto ran = resume_run(console, options.run,
+                            {.accept = options.accept, .trust_commands = options.trust_commands, .gap = *gap});
+      !ran)
+    return failure(ran.error());
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_resume(Program& program) {
+  auto [command, options] = add_command(program, "resume", "Goes on with a run after a crash, a power cut or Ctrl-C.",
+                                        "gyrotherm resume random.db", resume);
+  add_json_of_run(command, options.json);
+  command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
+  command.add_flag("--accept", options.accept, "the operator has looked at the chamber and allows the run to go on");
+  command.add_flag("--trust-commands", options.trust_commands,
+                   "start the programs that the record names as drivers, though this user has not run this rig file "
+                   "with them as they are now");
+  command.add_option("--gap", options.gap, "on a virtual rig: how long it was down (default: 30 s)")
+      ->type_name("DURATION");
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <string_view>
+
+#include "apps/console/command.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/run/carry_out.hpp"
+#include "apps/gyrotherm/run/sample_json.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct RunArguments {
+  std::string json;
+  std::string profile;
+  std::string rig;
+  std::string out;
+  StartOptions start;
+};
+
+/// "short rate" → "short rate.db": a plain name in the working folder, whatever the profile's name is: what could lead
+/// elsewhere, hide the file or steer a terminal becomes "_".
+std::string record_named_after(const std::string& profile_name) {
+  constexpr std::size_t kLongest = 100;
+  std::string name;
+  for (std::string_view left = profile_name; !left.empty() && name.size() < kLongest;) {
+    const auto size = std::max<std::size_t>(character_size(left), 1);
+    const auto character = left.substr(0, size);
+    const bool leads = name.empty() && (character == "." || character == "-" || character == " ");
+    const bool is_safe = plain(character) == character && character != "/" && character != "\\";
+    name += is_safe && !leads ? character : "_";
+    left.remove_prefix(size);
+  }
+  return (name.empty() ? "run" : name) + ".db";
+}
+
+Result<Exit> run(Console& console, const RunArguments& options) {
+  apply_json_of_run(console, options.json);
+  const auto rig = rig::read_rig(options.rig);
+  if (!rig) return failure(rig.error());
+  const auto profile = read_profile(options.profile, &*rig);
+  if (!profile) return failure(profile.error());
+  watch_for_interrupts(rig->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
+  const auto path = options.out.empty() ? record_named_after(profile->name) : options.out;
+  if (auto ran = start_run(console, *profile, *rig, path, options.start); !ran) return failure(ran.error());
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_run(Program& program) {
+  auto [command, options] = add_command(program, "run", "Runs one profile on a rig and records it, a second at a time.",
+                                        "gyrotherm run random --rig virtual --out random.db", run);
+  add_json_of_run(command, options.json);
+  command.add_option("profile", options.profile, "the profile")->type_name(value::kProfile)->required();
+  command.add_option("--rig", options.rig, "the rig")->type_name(value::kRig)->required();
+  command.add_option("--out", options.out, "the record (default: the profile's name with .db)")
+      ->check(not_a_dash())
+      ->type_name(value::kRecord);
+  command.add_option("--seed", options.start.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
+      ->check(not_negative());
+  add_days_later(command, options.start.days_later);
+  command.add_flag("--upload", options.start.upload,
+                   "the chamber's controller carries the profile out by itself, where its map describes how");
+}
+
+}  // namespace gyrotherm::app

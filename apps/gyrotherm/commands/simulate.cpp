@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include "apps/console/command.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/console/value.hpp"
+#include "core/program_start.hpp"
+#include "sequencer/rig/rig.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+using std::chrono::steady_clock;
+
+struct SimulateArguments {
+  std::string rig = "virtual";
+  std::string pace = "real";
+  std::uint64_t seed = 0;
+  std::uint16_t port = 0;
+  bool full_rate = false;
+  bool pty = false;
+};
+
+constexpr auto kSlice = std::chrono::milliseconds(10);  // of wall time, between two looks at the gyro's line
+
+/// Seconds of the world per second of wall time; 0: as fast as the machine goes. Nothing if the text is no pace.
+std::optional<double> pace_of(const std::string& text) {
+  if (text == "real") return 1;
+  if (text == "max") return 0;
+  if (!text.starts_with('x')) return {};
+  const auto factor = text.substr(1);
+  if (!objection_to(factor, "FLOAT").empty()) return {};
+  const double times = std::strtod(factor.c_str(), nullptr);
+  return times > 0 && times <= 1e6 ? std::optional(times) : std::nullopt;
+}
+
+std::string to_string(const drivers::MapLink& link, bool serial) {
+  if (serial) return "Modbus RTU";
+  return link.kind == drivers::LinkKind::tcp ? "Modbus TCP" : "Modbus RTU over TCP";
+}
+
+std::string modbus_in_words(const drivers::RegisterMap& map, const simulator::ServedLine& served) {
+  const bool serial = served.line.starts_with("serial:");
+  const auto* rtu = serial ? map.find(drivers::LinkKind::rtu) : nullptr;
+  const auto& link = rtu ? *rtu : map.link;
+  return fmt::format("{}, unit {}, {}", to_string(link, serial), link.modbus.unit, map.name);
+}
+
+/// What speaks on an instrument's line: "Modbus TCP, unit 1, Watlow F4T".
+std::string what_speaks(const rig::RigFile& rig, const simulator::ServedLine& served) {
+  if (served.instrument == "chamber") return modbus_in_words(rig.chamber_map, served);
+  for (const auto& line : rig.gyro_lines)
+    if (served.instrument == title_of(line, rig.units)) return fmt::format("frames: {}", line.frame.name);
+  for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
+    if (served.instrument == fmt::format("thermometer {}", i + 1))
+      return fmt::format("{}: {}", rig.thermometers[i].driver, fmt::join(rig.thermometers[i].channels, " "));
+  for (std::size_t i = 0; i < rig.analogue_inputs.size(); ++i)
+    if (served.instrument == rig::title_of_analogue(i))
+      return modbus_in_words(rig.analogue_inputs[i].map.registers, served);
+  return {};
+}
+
+void print_addresses(Console& console, const rig::RigFile& rig, const simulator::VirtualInstruments& instruments) {
+  std::string text;
+  for (const auto& served : instruments.lines())
+    text += console.json ? fmt::format("{{\"instrument\": \"{}\", \"line\": \"{}\"}}\n", served.instrument, served.line)
+                         : fmt::format("{:<14} {}  {}\n", served.instrument, served.line, what_speaks(rig, served));
+  console.data(text);
+  for (std::size_t i = 0; i < rig.thermometers.size(); ++i)
+    if (instruments.thermometer_port(i) == 0)
+      console.say(
+          fmt::format("thermometer {} ({}) is an HID device: it is there for dry runs alone, no other program "
+                      "can open it",
+                      i + 1, rig.thermometers[i].driver));
+}
+
+/// Waits for at most that long; false once the user wants to stop.
+bool wait(steady_clock::duration time) {
+  pollfd descriptor{interrupt_descriptor(), POLLIN, 0};
+  const auto ms = std::chrono::ceil<std::chrono::milliseconds>(time).count();
+  ::poll(&descriptor, 1, static_cast<int>(std::max<std::int64_t>(0, ms)));
+  return !interrupted();
+}
+
+void let_time_pass(simulator::VirtualInstruments& instruments, double pace) {
+  const auto began = steady_clock::now();
+  Duration passed{};
+  while (!interrupted()) {
+    if (pace == 0) {
+      instruments.advance(1);
+      continue;
+    }
+    if (!wait(kSlice)) return;
+    const auto now = std::chrono::duration_cast<Duration>((steady_clock::now() - began) * pace);
+    instruments.pass(now - std::exchange(passed, now));
+  }
+}
+
+Result<Exit> simulate(Console& console, const SimulateArguments& options) {
+  const auto pace = pace_of(options.pace);
+  if (!pace)
+    return failure(FaultKind::usage, "--pace",
+                   fmt::format("\"{}\" is no pace, expected real, max or x10", options.pace));
+  const auto rig = rig::read_rig(options.rig);
+  if (!rig) return failure(rig.error());
+  watch_for_interrupts(SecondInterrupt::ends);
+  const auto frames = options.full_rate ? simulator::FramePace::full_rate : simulator::FramePace::one_a_second;
+  auto instruments = rig::serve_virtual(*rig, {.gyro = options.seed, .run = 0},
+                                        {.first_port = options.port, .frames = frames, .ptys = options.pty});
+  if (!instruments) return failure(instruments.error());
+  console.say(fmt::format("SIMULATED instruments of {}; Ctrl-C stops them", rig->file));
+  print_addresses(console, *rig, **instruments);
+  let_time_pass(**instruments, *pace);
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_simulate(Program& program) {
+  auto [command, options] =
+      add_command(program, "simulate", "Serves the virtual instruments on loopback until stopped, for any client.",
+                  "gyrotherm simulate --rig virtual --pace x10", simulate);
+  command
+      .add_option("--rig", options.rig,
+                  "a rig (default: virtual); of a real one with one axis, virtual instruments of its kinds")
+      ->type_name(value::kRig);
+  command.add_option("--pace", options.pace, "real, max, or x10 for ten times real time")
+      ->type_name("PACE:{real,x10,max}");
+  command.add_option("--seed", options.seed, "draws the virtual gyro and its noise; 0 is the gyro of the file")
+      ->check(not_negative());
+  command.add_option("--port", options.port, "the chamber's port, the others follow (default: any free ones)");
+  command.add_flag("--full-rate", options.full_rate,
+                   "gyros send as many frames a second as their streams say, not one");
+  command.add_flag("--pty", options.pty, "serve what has a serial line on pseudo-terminals too");
+}
+
+}  // namespace gyrotherm::app

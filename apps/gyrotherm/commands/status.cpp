@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/record/status.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <sstream>
+#include <thread>
+
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/live_copy.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/console/value.hpp"
+#include "core/clock.hpp"
+#include "core/json.hpp"
+#include "sequencer/watchdog/safe_state_file.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+std::string degrees(const std::optional<Celsius>& value) {
+  return value ? fmt::format("{:.2f} °C", value->value) : "unknown";
+}
+
+/// Of a foreign table, which no profile made.
+bool is_import(const record::RunStatus& status) { return status.segment_count == 0; }
+
+/// Of a run that nobody carries out.
+bool waits_for_people(RunState state) {
+  return state == RunState::held || state == RunState::aborting || state == RunState::aborted;
+}
+
+std::string standing(const record::RunStatus& status) {
+  if (is_import(status)) return fmt::format("an import of {} rows", status.slot + 1);
+  if (status.finished) return "finished";
+  if (status.being_written) return "running";
+  if (!waits_for_people(status.standing.state)) return "not finished; resume goes on";
+  return fmt::format("not finished; look at the chamber, then \"gyrotherm resume {} --accept\" goes on", status.path);
+}
+
+/// Returns one line per row of the list of alarms, the consequences below their root.
+std::string alarm_lines(const record::RunStatus& status) {
+  std::string text;
+  for (const auto& alarm : status.alarms) {
+    const bool is_consequence = !alarm.suppressed_by.empty();
+    const auto times =
+        alarm.count > 1 ? fmt::format(", {} times since {}", alarm.count, civil_time(alarm.first_utc)) : "";
+    text +=
+        fmt::format("  {} {} ({}, {} priority), {}{}: {}\n", is_consequence ? "  consequence" : "ALARM", alarm.number,
+                    state_in_words(alarm), name(alarm.priority), civil_time(alarm.utc), times, alarm.text);
+  }
+  if (const auto open = count_unacknowledged(status.alarms); open > 0 && status.being_written)
+    text += fmt::format("  {} unacknowledged: gyrotherm tell RUN.db acknowledge NUMBERS|all \"COMMENT\"\n", open);
+  return text;
+}
+
+/// Where it goes, and what is wrong with it.
+std::string standing_lines(const record::RunStatus& status) {
+  const RunStanding& standing = status.standing;
+  auto text = fmt::format("  {}\n", record::in_words(standing.state, standing.cause));
+  if (standing.state == RunState::held && status.being_written) text += "  \"gyrotherm tell RUN.db resume\" goes on\n";
+  if (standing.time_left)
+    text += fmt::format("  {} left{}", spoken(*standing.time_left),
+                        status.simulated ? " by the clock of the dry run, which goes faster" : "");
+  if (standing.time_left && standing.behind_plan)
+    text += fmt::format(", {} behind plan", spoken(*standing.behind_plan));
+  if (standing.time_left) text += "\n";
+  if (standing.missed_set_points > 0)
+    text += fmt::format("  {} set points that the chamber did not take\n", standing.missed_set_points);
+  for (const auto& fault : standing.faults_now) text += fmt::format("  fault: {}\n", fault);
+  text += alarm_lines(status);
+  if (!status.ended_by.empty()) text += fmt::format("  ended by: {}\n", status.ended_by);
+  if (status.backlog_s > 0) text += fmt::format("  {} s wait for the disk\n", status.backlog_s);
+  if (!status.storage_trouble.empty()) text += fmt::format("  the disk takes no rows: {}\n", status.storage_trouble);
+  if (!status.record_damage.empty()) text += fmt::format("  DAMAGED: {}\n", status.record_damage);
+  for (const auto& part : status.parts) text += fmt::format("  goes on in {}\n", part);
+  return text;
+}
+
+/// Whether the program that carries the run out answers, by the age of what it wrote; nothing where none does.
+std::optional<bool> answers(const record::RunStatus& status) {
+  if (!status.being_written) return {};
+  const auto age = age_of(status);
+  return age && *age <= record::kSilentAfter;
+}
+
+std::string age_line(const record::RunStatus& status) {
+  if (!status.being_written) return {};
+  const auto age = age_of(status);
+  const auto ago = age ? fmt::format("written {} ago", spoken(*age)) : "written before the machine was last started";
+  if (answers(status).value_or(true)) return fmt::format("  {}\n", ago);
+  return fmt::format("  WARNING: {}: the program, or its disk, does not answer; what follows is how it stood then\n",
+                     ago);
+}
+
+std::string thermometer_line(const record::RunStatus& status) {
+  std::string text;
+  for (const auto& [channel, reading] : status.thermometers) text += fmt::format(" {} {}", channel, degrees(reading));
+  return text + "\n";
+}
+
+std::string describe(const record::RunStatus& status) {
+  auto text = fmt::format("{}{}: {}\n", status.simulated ? "SIMULATED " : "", status.path, standing(status));
+  text += age_line(status);
+  if (is_import(status)) return text + " " + thermometer_line(status);
+  text += fmt::format("  up to second {}, acknowledged up to {}, {} faulty readings\n", status.slot,
+                      status.acknowledged, status.faults);
+  if (status.segment_count > 0)
+    text += fmt::format("  segment {} of {}, {}: {}\n", status.segment_index + 1, status.segment_count, status.segment,
+                        name(status.phase));
+  text += standing_lines(status);
+  if (const auto& frames = status.frames)
+    text += fmt::format("  frames of the gyro: {} seen, {} lost, {} bad\n", frames->seen, frames->lost, frames->bad);
+  for (const auto& axis : status.gyro_rates) text += "  " + in_words(axis) + "\n";
+  text += fmt::format("  set point {}, air {}\n ", degrees(status.set_point), degrees(status.chamber_air));
+  return text + thermometer_line(status);
+}
+
+/// The status as a program reads it, with what gyrotherm-make-safe left; null if it had nothing to do.
+std::string to_json(const record::RunStatus& status, const std::optional<watchdog::MadeSafe>& guard) {
+  auto json = Json::parse(to_json(status));
+  const auto age = age_of(status);
+  const auto does = answers(status);
+  json["written_ago_s"] = age ? Json(to_seconds(*age)) : nullptr;
+  json["answers"] = does ? Json(*does) : nullptr;
+  json["made_safe"] = nullptr;
+  if (guard)
+    json["made_safe"] = {{"at", civil_time(guard->at)},
+                         {"because", guard->because},
+                         {"set_point_c", guard->set_point.value},
+                         {"confirmed", guard->confirmed},
+                         {"details", guard->details}};
+  return text_of(json) + "\n";
+}
+
+Result<Exit> show(Console& console, const std::string& path) {
+  const auto status = record::read_status(path);
+  if (!status) return failure(status.error());
+  const auto guard = watchdog::read_trace(path);
+  if (!guard) return failure(guard.error());
+  if (console.json)
+    console.data(to_json(*status, *guard));
+  else
+    console.data(describe(*status) + (*guard ? "  " + describe(**guard) + "\n" : ""));
+  return Exit::done;
+}
+
+/// Whether the record is as it was written. A record being written is not opened.
+Result<Exit> verify(Console& console, const std::string& path) {
+  const auto verified = record::verify_record(path);
+  if (!verified) return failure(verified.error());
+  console.data(console.json ? fmt::format("{{\"rows\": {}, \"files\": {}, \"finished\": {}, \"manifest\": {}}}\n",
+                                          verified->rows, verified->files, verified->finished, verified->manifest)
+                            : fmt::format("{}: all {} rows are as they were written{}\n", path, verified->rows,
+                                          verified->manifest ? ", and so is every byte" : ""));
+  return Exit::done;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream all(text);
+  for (std::string line; std::getline(all, line);) lines.push_back(line);
+  return lines;
+}
+
+/// Each second anew, until no program writes the record any more; the last one stays.
+Result<Exit> watch(Console& console, const std::string& path) {
+  constexpr int kLooks = 10;
+  watch_for_interrupts(SecondInterrupt::ends);
+  for (;;) {
+    const auto status = record::read_status(path);
+    if (!status) return failure(status.error());
+    const bool goes_on = status->being_written && !interrupted();
+    if (!goes_on || console.json || !console.redraws())
+      (void)show(console, path);
+    else
+      console.panel([&] { return lines_of(describe(*status)); }, true);
+    if (!goes_on || console.data_was_lost()) return Exit::done;
+    for (int i = 0; i < kLooks && !interrupted(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1000 / kLooks));
+  }
+}
+
+struct StatusArguments {
+  std::string run;
+  bool verify = false;
+  bool watch = false;
+};
+
+Result<Exit> show_or_verify(Console& console, const StatusArguments& options) {
+  if (options.watch && options.verify) return failure(FaultKind::usage, "--watch", "a closed run is verified once");
+  if (options.verify) return verify(console, options.run);
+  const auto record = record::record_of_copy(options.run);  // a copy does not know whether it is being written
+  return options.watch ? watch(console, record) : show(console, record);
+}
+
+}  // namespace
+
+void add_status(Program& program) {
+  auto [command, options] =
+      add_command(program, "status", "Tells where a running or finished run stands; safe while it runs.",
+                  "gyrotherm status random.db", show_or_verify);
+  command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
+  command.add_flag("--watch", options.watch, "each second anew, until the run has ended; with --json a line a second");
+  command.add_flag("--verify", options.verify,
+                   "checks the record against its chain, and against the manifest it was closed with");
+}
+
+}  // namespace gyrotherm::app

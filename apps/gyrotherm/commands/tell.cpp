@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "apps/console/command.hpp"
+#include "apps/console/value.hpp"
+#include "core/json.hpp"
+#include "sequencer/control/control_socket.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr Duration kAnswerWithin = std::chrono::seconds(5);
+
+struct TellArguments {
+  std::string run;
+  std::string word;
+  std::vector<std::string> texts;
+};
+
+Result<Exit> speak(Console& console, const TellArguments& options) {
+  const auto request = control::request_of(options.word, fmt::format("{}", fmt::join(options.texts, " ")));
+  if (!request) return failure(request.error());
+  const auto answer = control::tell(options.run, *request, kAnswerWithin);
+  if (!answer) return failure(answer.error());
+  if (!answer->done) return failure(FaultKind::refused, options.run, answer->text);
+  if (console.json)
+    console.data(text_of(Json{{"done", answer->text}}) + "\n");
+  else
+    console.say(options.run + ": " + answer->text);
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_tell(Program& program) {
+  auto [command, options] =
+      add_command(program, "tell",
+                  "Speaks to the program that carries a run out; each word is in the record, with time and "
+                  "user.\n\n"
+                  "pause: the profile's clock stands and the set point stays, until resume.\n"
+                  "resume: goes on; where the profile has asked for something, the text is the answer to it.\n"
+                  "stop: ends the run and leaves the chamber as the rig file says; the text is the reason.\n"
+                  "abort: ends the run and makes the chamber safe; the text is the reason.\n"
+                  "drop UNIT: nothing of this unit is recorded or judged any more, and why; the run goes on for the "
+                  "others.\n"
+                  "return UNIT: it is in the run again.\n"
+                  "acknowledge ALARMS: acknowledges alarms by their numbers in status, such as 12 or 12,15,40, or all; "
+                  "with a comment.\n"
+                  "note: puts a line of text into the record.",
+                  "gyrotherm tell random.db note \"door opened to look at the cable\"", speak);
+  command.add_option("run", options.run, "the record")->type_name(value::kRecord)->required();
+  command.add_option("word", options.word, "pause, resume, stop, abort, drop, return, acknowledge or note")
+      ->type_name("WORD:{pause,resume,stop,abort,drop,return,acknowledge,note}")
+      ->required();
+  command
+      .add_option(
+          "text", options.texts,
+          "of the note; with resume what was done; with stop and abort the reason; with drop and return the unit, and "
+          "why; with acknowledge the alarms, and a comment")
+      ->type_name("TEXT");
+}
+
+}  // namespace gyrotherm::app

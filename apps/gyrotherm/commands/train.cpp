@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+#include "analysis/model/prior_training.hpp"
+#include "analysis/model/training.hpp"
+#include "analysis/model/uncertainty.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/output_file.hpp"
+#include "apps/gyrotherm/recorded_run.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct TrainArguments {
+  std::vector<std::string> runs;
+  std::string out, clusters, folds = "auto", select, choose = "best", prior, outliers = "name";
+  double guard_minutes = -1, threshold = -1;  ///< negative: not given
+  double cluster_length_s = 100;
+  bool force = false, unverified = false;
+  data::AxisChoice axis;
+  model::TrainingOptions training;
+};
+
+std::string figures(const data::Figures& f) {
+  return fmt::format("std {:.5g}, mean {:.3g}, rmse {:.5g}, max {:.4g} °/h over {} clusters", f.std, f.mean, f.rmse,
+                     f.max_abs, f.count);
+}
+
+/// The bias without any model, of all clusters together.
+data::Figures raw_figures(const RecordedRuns& records) {
+  std::vector<double> bias;
+  for (const data::Clusters& clusters : records.clusters)
+    bias.insert(bias.end(), clusters.bias_deg_per_h.begin(), clusters.bias_deg_per_h.end());
+  return data::figures_of(Eigen::Map<const Eigen::VectorXd>(bias.data(), static_cast<Eigen::Index>(bias.size())));
+}
+
+/// What the records and the choice of clusters say of the model beside its own warnings.
+void add_warnings(model::Model& model, const RecordedRuns& records, const data::Figures& raw, double cluster_length_s) {
+  constexpr double kUsual_s = 100;
+  model.warnings.insert(model.warnings.end(), records.outliers.begin(), records.outliers.end());
+  if (cluster_length_s != kUsual_s)
+    model.warnings.push_back(fmt::format(
+        "clusters are means over {:g} s, not {:g} s: the gyro's noise in them is {:.2g} times as large, and "
+        "rates of temperatures, lags and uncertainties are of this length",
+        cluster_length_s, kUsual_s, std::sqrt(kUsual_s / cluster_length_s)));
+  if (model.leave_cycle_out.count > 1 && !(model.leave_cycle_out.std < raw.std))
+    model.warnings.push_back(
+        fmt::format("no better than no model: held out it leaves std {:.5g} °/h, and the raw bias has {:.5g} °/h",
+                    model.leave_cycle_out.std, raw.std));
+}
+
+std::string describe_trained(const model::Model& model, const data::Figures& raw) {
+  std::string text;
+  for (const auto& run : model.trained_on)
+    text += fmt::format("{}trained on {}{}\n", run.simulated ? "SIMULATED: " : "",
+                        is_named(run.of) ? in_words(run.of) + " of " : "", run.path);
+  text += fmt::format("{} on {} ({} inputs)\n", model.method, model.inputs, model.terms.size());
+  if (const auto block = trained_block(model.trained_on))
+    text += fmt::format("  trained range: {}\n", in_words(*block));
+  if (model.method == model::kTypePriorMethod) text += "  " + model.particulars + "\n";
+  if (!model.selection.statement.empty()) text += "  selection: " + model.selection.statement + "\n";
+  if (std::isfinite(model.residual_std_deg_per_h))
+    text += fmt::format("  residual std (n − p): {:.5g} °/h, p = {:.4g}\n", model.residual_std_deg_per_h,
+                        model.effective_parameters);
+  if (const auto* svr = std::get_if<methods::SvrModel>(&model.function))
+    text += fmt::format("  C {:.6g}, sigma {:.6g}, epsilon {:.6g}, {} support vectors, certified gap {:.2g}\n",
+                        svr->parameters.C, svr->parameters.sigma, svr->parameters.epsilon, svr->beta.size(),
+                        svr->relative_gap);
+  if (const auto& rule = model.tuning.one_standard_error)
+    text += fmt::format(
+        "  the simplest of {} positions within one standard error of the best (C {:.6g}, sigma {:.6g}, epsilon "
+        "{:.6g})\n",
+        rule->within, rule->best.C, rule->best.sigma, rule->best.epsilon);
+  text += "  raw bias, without a model: " + figures(raw) + "\n";
+  text += "  in-sample (fitted to these data): " + figures(model.in_sample) + "\n";
+  text += fmt::format("  held out, {}: {}\n", model.folds, figures(model.leave_cycle_out));
+  if (model.nested_leave_cycle_out)
+    text += "    and chosen without it (nested): " + figures(*model.nested_leave_cycle_out) + "\n";
+  if (model.uncertainty) {
+    constexpr double kHour_s = 3600;
+    const auto combined = of_mean_over(*model.uncertainty, kHour_s);
+    text += fmt::format("  uncertainty of a mean over 1 h: U = {:.5f} °/h (k = {:.2f})\n", combined.expanded_deg_per_h,
+                        combined.coverage_factor);
+  }
+  for (const auto& warning : model.warnings) text += "  warning: " + warning + "\n";
+  return text;
+}
+
+std::string method_names() {
+  std::vector<std::string_view> names;
+  for (const methods::Method& method : methods::methods()) names.push_back(method.name);
+  return fmt::format("{}", fmt::join(names, ","));
+}
+
+Result<model::TrainingOptions> training_options(const TrainArguments& options) {
+  model::TrainingOptions training = options.training;
+  const auto folds = data::parse_folds(options.folds);
+  if (!folds) return failure(folds.error());
+  training.folds = *folds;
+  if (options.guard_minutes >= 0) training.folds.guard_minutes = options.guard_minutes;
+  if (!options.select.empty()) {
+    const auto rule = model::parse_selection(options.select);
+    if (!rule) return failure(rule.error());
+    training.select = *rule;
+  }
+  const auto choice = svm::parse_choice(options.choose);
+  if (!choice) return failure(choice.error());
+  training.tuning.choice = *choice;
+  if (options.threshold >= 0) training.select = model::SelectionRule{.threshold = options.threshold};
+  return training;
+}
+
+/// By the records alone, or by the type's prior and them.
+Result<model::Model> train_by(Console& console, const TrainArguments& options, const RecordedRuns& records,
+                              const model::TrainingOptions& training) {
+  if (options.prior.empty()) return train(records.datasets, records.clusters, training, console.sink());
+  const auto prior = load_type_prior(options.prior);
+  if (!prior) return failure(prior.error());
+  return model::train_with_prior(*prior, records.datasets, records.clusters,
+                                 {.folds = training.folds, .program_version = training.program_version});
+}
+
+Result<Exit> train_and_write(Console& console, const TrainArguments& options) {
+  if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
+  const auto training = training_options(options);
+  if (!training) return failure(training.error());
+  const auto records = load_recorded_runs(
+      console, options.runs,
+      {options.clusters, options.unverified, options.axis, options.cluster_length_s, options.outliers == "leave-out"});
+  if (!records) return failure(records.error());
+  watch_for_interrupts(SecondInterrupt::ends);
+  auto model = train_by(console, options, *records, *training);
+  if (!model) return failure(model.error());
+  const data::Figures raw = raw_figures(*records);
+  add_warnings(*model, *records, raw, options.cluster_length_s);
+  if (auto written = write_model(options.out, *model); !written) return failure(written.error());
+  console.data(console.json ? to_json(*model) : describe_trained(*model, raw));
+  return Exit::done;
+}
+
+/// With a prior the inputs are the type's, and nothing is chosen.
+void add_prior(CLI::App& command, TrainArguments& options) {
+  auto* prior = command
+                    .add_option("--prior", options.prior,
+                                "what other units of the type have shown, as type-prior leaves it: method and "
+                                "inputs are its own, and a few hours "
+                                "of the unit's records are enough")
+                    ->type_name(value::kModel);
+  for (const auto* own : {"--inputs", "--select", "--threshold", "--method", "--choose", "--nested", "--quick"})
+    prior->excludes(command.get_option(own));
+}
+
+}  // namespace
+
+void add_train(Program& program) {
+  auto [command, options] =
+      add_command(program, "train", "Trains a compensation model on one or more records.",
+                  "gyrotherm train rate.db --inputs multi-point-t --out model.json", train_and_write);
+  options.training.program_version = GYROTHERM_VERSION;
+  command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
+  command.add_option("--out", options.out, "the model")->check(not_a_dash())->type_name(value::kModel)->required();
+  add_force_flag(command, options.force);
+  command
+      .add_option("--inputs", options.training.inputs,
+                  "words and terms, joined by commas or +: multi-point, multi-point-t, three-point, three-point-t, "
+                  "seven-point, gradients, temperatures, rates, polynomial, temperature-gradient-rate, physics, "
+                  "thermal-history, lag-bank, or terms like A-B,A,rate:A,lag:600:A,A^2,A*A-B, self (the unit's own "
+                  "temperature), aux:NAME; default: what the method is published with")
+      ->type_name("TERMS");
+  auto* select = command
+                     .add_option("--select", options.select,
+                                 "which of the inputs that a word stands for to take, learnt inside each fold: "
+                                 "correlation[:R] (|r| above R, "
+                                 "0.90; what multi-point does), forward[:N] (at most N, by held-out gain), "
+                                 "redundancy[:PART] (those that do not "
+                                 "depend on the others); terms given one by one are always taken")
+                     ->type_name("RULE");
+  command.add_option("--threshold", options.threshold, "the same as --select correlation:R")
+      ->check(CLI::Range(0.0, 1.0))
+      ->excludes(select);
+  command.add_option("--method", options.training.method, "what the model is (docs/methods.md; default: svr)")
+      ->type_name("METHOD:{" + method_names() + "}");
+  command
+      .add_option(
+          "--folds", options.folds,
+          "what is held out together: cycles, records (each whole), programs (all records of a profile), blocks[:N], "
+          "consecutive ones (4), or auto "
+          "(default): records where there are three or more and none has cycles, else cycles. By cycles a "
+          "record without any is cut into blocks")
+      ->type_name("FOLDS");
+  command
+      .add_option("--choose", options.choose,
+                  "C, sigma and epsilon by held-out error: best (default; as the paper does) or one-se, the simplest "
+                  "within one standard error of it")
+      ->type_name("RULE:{best,one-se}");
+  command
+      .add_option("--guard", options.guard_minutes,
+                  "minutes around what is held out that are not learnt from either; default: none beside cycles, 45 "
+                  "beside blocks but at most half a block")
+      ->check(not_negative());
+  command.add_flag("--nested", options.training.nested,
+                   "also choose everything anew without each held-out fold: costs about as much again");
+  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 0:14")
+      ->type_name("FIRST:END");
+  add_axis_options(command, options.axis);
+  command
+      .add_option("--cluster-length", options.cluster_length_s,
+                  "seconds of each mean that is learnt from; default: 100. Shorter ones let a short warm-up be learnt "
+                  "from, and each has more noise")
+      ->check(CLI::Range(1.0, 3600.0))
+      ->type_name("SECONDS");
+  command
+      .add_option(
+          "--outliers", options.outliers,
+          "what becomes of samples of the bias that lie far from all around them: name (default) says how many, "
+          "how large and when; leave-out does without the clusters that they lie in")
+      ->check(CLI::IsMember({"name", "leave-out"}));
+  add_unverified_flag(command, options.unverified);
+  command.add_flag("--quick", options.training.quick, "a small swarm, for a try; the model says so");
+  command.add_option("--seed", options.training.tuning.swarm.seed, "of the swarm")->check(not_negative());
+  command.add_option("--threads", options.training.tuning.swarm.threads, "0: all; the result is the same")
+      ->check(not_negative());
+  add_prior(command, options);
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "analysis/model/prior_training.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/output_file.hpp"
+#include "apps/gyrotherm/recorded_run.hpp"
+#include "core/file.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct TypePriorArguments {
+  std::vector<std::string> records;
+  std::string out;
+  bool force = false, unverified = false;
+  data::AxisChoice axis;
+  model::PriorOptions prior;
+};
+
+/// "u7=rate.db", or a record alone.
+struct NamedRecord {
+  std::string unit;  ///< empty: the record says it
+  std::string path;
+};
+
+/// A "=" behind a "/" belongs to a path.
+NamedRecord parse_named_record(const std::string& word) {
+  const auto at = word.find('=');
+  if (at == std::string::npos || word.find('/') < at) return {{}, word};
+  return {word.substr(0, at), word.substr(at + 1)};
+}
+
+Result<std::string> unit_of(const NamedRecord& named, const data::Dataset& dataset) {
+  if (!named.unit.empty()) return named.unit;
+  if (!dataset.identity.empty()) return dataset.identity;
+  return failure(FaultKind::usage, named.path,
+                 "does not say which gyro it is of, for it has no serial number: give it as UNIT=" + named.path);
+}
+
+struct SeenRun {
+  population::PriorRecord record;
+  std::string path;
+};
+
+/// Everything that the type is learnt from. Of the samples those of the first record are kept.
+struct RecordedUnits {
+  std::optional<data::Dataset> first;
+  std::vector<population::UnitClusters> units;  ///< in the order in which they are first named
+  std::vector<SeenRun> seen;
+  bool simulated{};
+};
+
+Result<void> check_unseen(const RecordedUnits& units, const data::Dataset& dataset) {
+  for (const auto& [record, path] : units.seen)
+    if (record.run_id == dataset.run_id && data::AxisChoice{record.unit, record.axis} == dataset.of)
+      return failure(FaultKind::usage, dataset.path, fmt::format("is the same run as {}", path));
+  return {};
+}
+
+/// What two records say against the names that they were given; empty: nothing. A user may know better than the serial
+/// number in a rig file; but one gyro that counts as two makes the type look more alike than it is.
+std::string contradiction(const population::PriorRecord& a, const population::PriorRecord& b) {
+  const bool one_gyro = a.identity == b.identity, one_name = a.name == b.name;
+  if (a.identity.empty() || b.identity.empty() || one_gyro == one_name) return {};
+  return one_gyro ? fmt::format("\"{}\" and \"{}\" are one gyro by their records ({}) and count as two units", a.name,
+                                b.name, a.identity)
+                  : fmt::format("the records of \"{}\" are by themselves of two gyros ({} and {})", a.name, a.identity,
+                                b.identity);
+}
+
+void warn_of_names(Console& console, const RecordedUnits& units) {
+  std::set<std::string> said;
+  for (std::size_t i = 0; i < units.seen.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const std::string text = contradiction(units.seen[j].record, units.seen[i].record);
+      if (!text.empty() && said.insert(text).second) console.say("warning: " + text);
+    }
+  }
+}
+
+Result<void> add_record(RecordedUnits& units, const NamedRecord& named, data::RecordedRun recorded) {
+  data::Dataset& dataset = recorded.dataset;
+  if (const auto unseen = check_unseen(units, dataset); !unseen) return unseen;
+  if (units.first)
+    if (auto one = check_one_zero(dataset, units.first->bias_zero, units.first->path); !one) return one;
+  const auto name = unit_of(named, dataset);
+  if (!name) return failure(name.error());
+  auto unit = std::ranges::find(units.units, *name, &population::UnitClusters::unit);
+  if (unit == units.units.end()) unit = units.units.insert(unit, {*name, {}});
+  unit->runs.push_back(std::move(recorded.clusters));
+  units.simulated = units.simulated || dataset.simulated;
+  units.seen.push_back(
+      {{*name, dataset.run_id, dataset.of.unit, dataset.of.axis, dataset.identity, dataset.bias_zero}, dataset.path});
+  if (!units.first) units.first = std::move(dataset);
+  return {};
+}
+
+Result<RecordedUnits> load_units(Console& console, const TypePriorArguments& options) {
+  RecordedUnits units;
+  for (const std::string& word : options.records) {
+    const NamedRecord named = parse_named_record(word);
+    auto recorded = load_recorded_run(console, named.path, {{}, options.unverified, options.axis});
+    if (!recorded) return failure(recorded.error());
+    if (const auto added = add_record(units, named, std::move(*recorded)); !added) return failure(added.error());
+  }
+  warn_of_names(console, units);
+  return units;
+}
+
+std::string describe(const population::TypePrior& prior, const std::vector<population::UnitClusters>& units) {
+  constexpr double kSecondsInAnHour = 3600;
+  std::string text =
+      fmt::format("{}type \"{}\" of {} units\n", prior.simulated ? "SIMULATED: " : "", prior.type, prior.units.size());
+  for (const population::UnitClusters& unit : units) {
+    double seconds = 0;
+    for (const data::Clusters& run : unit.runs) seconds += static_cast<double>(run.start_s.size()) * run.length_s;
+    text += fmt::format("  {}: {} record{}, {:.1f} h\n", unit.unit, unit.runs.size(), unit.runs.size() == 1 ? "" : "s",
+                        seconds / kSecondsInAnHour);
+  }
+  text += fmt::format("  {:<14} {:>12} {:>12}  °/h per STD of the input\n", "", "mean", "of a unit ±");
+  const auto row = [&](const std::string& name, Eigen::Index at) {
+    text += fmt::format("  {:<14} {:>12.5f} {:>12.5f}\n", name, prior.next_unit.mean(at),
+                        std::sqrt(std::max(0.0, prior.next_unit.covariance(at, at))));
+  };
+  row("constant", 0);
+  for (std::size_t k = 0; k < prior.terms.size(); ++k) row(to_string(prior.terms[k]), static_cast<Eigen::Index>(k) + 1);
+  text += fmt::format(
+      "  unexplained: {:.5f} °/h of a mean over {:g} s, {:.5f} °/h that wanders over {:.1f} h; turn-on {:.5f} °/h, as "
+      "the "
+      "first record says\n",
+      prior.noise.white_deg_per_h, prior.cluster_length_s, prior.noise.wander_deg_per_h,
+      prior.noise.wander_time_s / kSecondsInAnHour, prior.noise.turn_on_deg_per_h);
+  return text;
+}
+
+Result<Exit> learn_and_write(Console& console, const TypePriorArguments& options) {
+  if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
+  const auto units = load_units(console, options);
+  if (!units) return failure(units.error());
+  model::PriorOptions how = options.prior;
+  how.simulated = units->simulated;
+  auto prior = model::learn_prior(*units->first, units->units, how);
+  if (!prior) return failure(prior.error());
+  for (const SeenRun& seen : units->seen) prior->records.push_back(seen.record);
+  const auto json = to_json(*prior);
+  if (auto written = replace_text_file(options.out, json); !written) return failure(written.error());
+  console.data(console.json ? json : describe(*prior, units->units));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_type_prior(Program& program) {
+  auto [command, options] = add_command(
+      program, "type-prior",
+      "Learns what units of one type have in common, so that few hours of the next one are enough (train --prior).",
+      "gyrotherm type-prior u1/rate.db u1/random.db u2/rate.db u3/rate.db --out prior.json", learn_and_write);
+  command
+      .add_option(
+          "records", options.records,
+          "records of at least three units, each as RECORD or UNIT=RECORD. Without UNIT they belong together by "
+          "the gyro's serial number; virtual ones by their seed")
+      ->type_name(value::kRecord)
+      ->required();
+  command.add_option("--out", options.out, "the prior")->check(not_a_dash())->type_name(value::kModel)->required();
+  add_force_flag(command, options.force);
+  command.add_option("--type", options.prior.type, "what the type is called, for people")->type_name("NAME");
+  command
+      .add_option("--inputs", options.prior.inputs,
+                  "words and terms as of train, none that selects; default: seven-point and the temperature of the "
+                  "first gradient thermometer")
+      ->type_name("TERMS");
+  command.add_flag("--quick", options.prior.quick, "a try: how coefficients vary together is not learnt");
+  add_axis_options(command, options.axis);
+  add_unverified_flag(command, options.unverified);
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "analysis/data/hold_noise.hpp"
+#include "analysis/model/characterisation.hpp"
+#include "analysis/model/streamed.hpp"
+#include "analysis/model/verification.hpp"
+#include "analysis/tracking/assessment.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/bias_tracking.hpp"
+#include "apps/gyrotherm/recorded_run.hpp"
+#include "core/json.hpp"
+#include "report/plot/svg.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+struct VerifyArguments {
+  std::string model, clusters, outside = "continue";
+  std::vector<std::string> runs;
+  bool unverified = false;
+  bool as_streamed = false;
+  data::AxisChoice axis;
+  BiasTrackingArguments tracking;
+};
+
+/// "–" where nothing is known.
+std::string figure(double value, int decimals) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "–";
+}
+
+std::string row(std::string_view what, const data::Figures& f) {
+  if (f.count == 0) return {};
+  const std::string std = f.count > 1 ? figure(f.std, 5) : "–";
+  return fmt::format("  {:<22} {:>9} {:>9} {:>9.5f} {:>9} {:>9.5f} {:>9.5f} {:>7} {:>7.0f}\n", what, std,
+                     figure(std_error(f), 5), f.mean, figure(mean_error(f), 5), f.rmse, f.max_abs, f.count,
+                     f.effective.of_std);
+}
+
+std::string describe_floor(const model::Verification& v) {
+  if (v.floor.differences == 0) return fmt::format("  noise floor of the record: none, {}\n", v.floor.statement);
+  std::string text =
+      fmt::format("  noise floor of the record: {} °/h ({}, {} differences)\n",
+                  plot::with_error(v.floor.deg_per_h, v.floor.error_deg_per_h), v.floor.statement, v.floor.differences);
+  if (v.trained_on_this && v.effective_parameters > 0) {
+    text += fmt::format("  {:.0f} effective parameters leave of it, in-sample: {:.5f} °/h\n", v.effective_parameters,
+                        v.expected_in_sample_std);
+  }
+  return text;
+}
+
+std::string describe_coverage(const model::Verification& v) {
+  if (!v.coverage) return "  intervals of compensated means: not known, the model has no uncertainty budget\n";
+  const model::Coverage& c = *v.coverage;
+  return fmt::format(
+      "  intervals of {:.0f} %: ± {:.5f} °/h on average, {:.1f} % of {} means lie within theirs (n_eff {:.0f}){}\n",
+      100 * c.nominal, c.mean_half_width_deg_per_h, 100 * c.seen, c.clusters, c.effective,
+      v.trained_on_this ? ", in-sample" : "");
+}
+
+/// Describes the stream in means over the same clusters, beside predictions without its lag.
+std::string describe_streamed(const model::Verification& v) {
+  if (!v.streamed) return {};
+  const model::Streamed& s = *v.streamed;
+  std::string text = row("as streamed", s.residual) + row("  without its lag", s.aligned);
+  if (s.to_truth) text += row("  error to truth", s.to_truth->figures);
+  if (s.aligned_to_truth) text += row("  … without its lag", s.aligned_to_truth->figures);
+  return text;
+}
+
+std::string describe(const model::BetweenRuns& between) {
+  return fmt::format(
+      "between {} unseen runs: mean of a run {:.5f} °/h, std {:.5f} °/h ({} degrees of freedom), U {:.5f} °/h\n",
+      between.runs, between.mean_deg_per_h, between.std_deg_per_h, between.degrees_of_freedom,
+      between.expanded_deg_per_h);
+}
+
+std::string describe(const model::TurnOn& turn_on) {
+  return fmt::format("turn-on at {:g} °C, {} starts: std of the final bias {:.5f} → {:.5f} °/h\n", turn_on.set_point_c,
+                     turn_on.starts, turn_on.std_before_deg_per_h, turn_on.std_after_deg_per_h);
+}
+
+/// "  N  angle random walk  (3.01 ± 0.02) × 10⁻⁴ °/√h, read at τ = 3600 s", each term that is seen.
+std::string describe_noise(const data::HoldNoise& noise) {
+  std::string text = fmt::format("  {}\n", noise.statement);
+  if (noise.curve.empty()) return text;
+  for (const data::NoiseCoefficient& c : noise.fit.coefficients) {
+    const data::NoiseTermInfo& about = info(c.term);
+    const double read_s = c.term == data::NoiseTerm::bias_instability ? noise.fit.lowest_tau_s : about.read_off_s;
+    const std::string value =
+        c.seen ? fmt::format("{} {}, read at τ = {:.0f} s", plot::with_error(c.value, c.error), about.unit, read_s)
+               : fmt::format("not seen, < {} {}", plot::significant(c.at_most), about.unit);
+    text += fmt::format("    {} {:<18} {}\n", about.symbol, about.name, value);
+  }
+  return text;
+}
+
+/// Of one record, before and after compensation.
+struct Behaviour {
+  data::HoldNoise raw, compensated;
+  model::Characterisation characterisation;
+};
+
+std::string describe(const char* what, const char* unit, const model::BeforeAfter& figures) {
+  if (!std::isfinite(figures.before.value)) return "";
+  const auto number = [](const model::Measured& measured) { return plot::with_error(measured.value, measured.u); };
+  return fmt::format("    {:<22} {} → {} {}\n", what, number(figures.before), number(figures.after), unit);
+}
+
+std::string describe(const model::Characterisation& result) {
+  std::string text = fmt::format("  before → after compensation; stabilised: {}\n", result.statement);
+  text += describe("temperature", "°/h/K", result.temperature) + describe("ramp", "°/h/(K/min)", result.ramp) +
+          describe(("gradient " + result.gradient).c_str(), "°/h/K", result.of_gradient);
+  if (const auto* point = widest(result.hysteresis, &model::BeforeAfter::before))
+    text +=
+        describe("hysteresis, greatest", fmt::format("°/h near {:g} °C", point->temperature_c).c_str(), point->width);
+  if (!result.retrace.empty())
+    text += describe("retrace, last", fmt::format("°/h at {:g} °C", result.retrace.back().set_point_c).c_str(),
+                     result.retrace.back().change);
+  for (const model::TwoPosition& found : result.two_position) {
+    text += describe("bias, both positions", fmt::format("°/h at {:g} °C", found.set_point_c).c_str(), found.bias);
+    const bool is_stated = std::isfinite(found.stated_earth_rate_deg_per_h);
+    text += describe(
+        "earth rate, by turning",
+        is_stated ? fmt::format("°/h; the rig says {:.5f} °/h", found.stated_earth_rate_deg_per_h).c_str() : "°/h",
+        found.earth_rate);
+  }
+  const auto minutes = [](const model::Measured& seconds) {
+    return std::isfinite(seconds.value) ? fmt::format("{:.0f} min", seconds.value / 60) : "not in this hold";
+  };
+  for (const model::WarmUp& found : result.warm_ups)
+    text += fmt::format("    {:<22} {} → {} to within {:.5f} → {:.5f} °/h at {:g} °C, if switched on {}\n", "warm-up",
+                        minutes(found.seconds.before), minutes(found.seconds.after), found.within.before.value,
+                        found.within.after.value, found.set_point_c, switched_on(found));
+  return text;
+}
+
+/// A table of the denoisers, and whether the filter's innovations are what it expects.
+std::string describe(const tracking::Assessment& assessment) {
+  std::string text = fmt::format(
+      "  what is left, followed in steps of {:g} s; {}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} "
+      "{:>9} {:>9}\n",
+      assessment.interval_s, app::describe(assessment.noise), fmt::format("{} hours foretold", assessment.hours),
+      "late, s", "next hour", "±", "shuffled", "ADEV step", "ADEV hour", "step, s", "beyond", "ramp, s", "beyond");
+  for (const tracking::DenoiserFigures& f : assessment.denoisers) {
+    text += fmt::format("  {:<22} {:>9.0f} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", f.name,
+                        f.latency_s, figure(f.next_hour_rmse, 5), figure(f.next_hour_rmse_error, 5),
+                        figure(f.shuffled_gain, 3), figure(f.allan_interval, 5), figure(f.allan_hour, 5),
+                        figure(f.response.step_delay_s, 0), figure(f.response.step_overshoot, 3),
+                        figure(f.response.ramp_delay_s, 0), figure(f.response.ramp_overshoot_deg_per_h, 3));
+  }
+  const tracking::Consistency& c = assessment.consistency;
+  return text + fmt::format(
+                    "  Kalman gain {:.3g} in the end; innovations: NIS {} (expected {} to {}), Ljung–Box {} of {} "
+                    "lags, p = {}\n",
+                    assessment.steady_gain, figure(c.mean_square, 3), figure(c.low, 3), figure(c.high, 3),
+                    figure(c.whiteness.statistic, 1), c.whiteness.lags, figure(c.whiteness.probability, 4));
+}
+
+using Tracked = std::optional<tracking::Assessment>;
+
+std::string describe(const std::string& run, const model::Verification& v, const Behaviour& behaviour,
+                     const Tracked& tracked) {
+  std::string text =
+      fmt::format("{}{}\n  {:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7}\n", v.simulated ? "SIMULATED " : "",
+                  run, "°/h", "std", "±", "mean", "±", "rmse", "max", "n", "n_eff");
+  text += row("raw bias", v.raw) + row("compensated", v.compensated) + row("  ramps", v.ramps) +
+          row("  holds", v.holds) + row("  10 min after corners", v.corners);
+  if (v.to_truth) text += row("error to truth", v.to_truth->figures);
+  if (v.to_truth && v.to_truth->mean_removed)
+    text += "  the zero of the bias is the record's own: the mean of the error to truth is removed\n";
+  text += describe_streamed(v) + describe_coverage(v) + describe_floor(v) + describe_noise(behaviour.raw) +
+          describe_noise(behaviour.compensated) + describe(behaviour.characterisation);
+  if (tracked) text += describe(*tracked);
+  for (const auto& warning : v.warnings) text += "  warning: " + warning + "\n";
+  return text;
+}
+
+std::string json(const std::string& run, const model::Verification& v, const Behaviour& behaviour,
+                 const Tracked& tracked) {
+  Json object{{"run", run},
+              {"simulated", v.simulated},
+              {"trained_on_this", v.trained_on_this},
+              {"raw", json_of(v.raw)},
+              {"compensated", json_of(v.compensated)},
+              {"ramps", json_of(v.ramps)},
+              {"holds", json_of(v.holds)},
+              {"corners", json_of(v.corners)},
+              {"to_truth", json_of(v.to_truth)},
+              {"noise_floor_deg_per_h", v.floor.deg_per_h},
+              {"noise_floor_error_deg_per_h", v.floor.error_deg_per_h},
+              {"noise_floor_statement", v.floor.statement},
+              {"effective_parameters", json_of(known(v.effective_parameters))},
+              {"expected_in_sample_std_deg_per_h", v.expected_in_sample_std},
+              {"allan", json_of(behaviour.raw)},
+              {"allan_compensated", json_of(behaviour.compensated)},
+              {"characterisation", json_of(behaviour.characterisation)},
+              {"outside_trained_range", v.outside.clusters},
+              {"outside", json_of(v.outside)},
+              {"coverage", json_of(v.coverage)},
+              {"warnings", v.warnings}};
+  if (v.streamed) object["as_streamed"] = json_of(*v.streamed);
+  if (tracked) object["tracking"] = json_of(*tracked);
+  return text_of(object) + "\n";
+}
+
+Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
+  const auto outside = model::parse_outside(options.outside);
+  if (!outside) return failure(outside.error());
+  const auto model = load_model(options.model);
+  if (!model) return failure(model.error());
+  const auto noise =
+      noise_to_track(console, *model, options.tracking, {.unverified = options.unverified, .axis = options.axis});
+  if (!noise) return failure(noise.error());
+  std::vector<model::Verification> verifications;
+  std::vector<model::Characterisation> starts;
+  std::set<std::string> gyros;
+  for (const auto& run : options.runs) {
+    const auto recorded = load_recorded_run(
+        console, run, {options.clusters, options.unverified, axis_for(*model, options.axis), model->cluster_length_s});
+    if (!recorded) return failure(recorded.error());
+    auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
+    if (!verification) return failure(verification.error());
+    if (verification->compensated.count > 1 && !(verification->compensated.std < verification->raw.std))
+      verification->warnings.push_back(
+          fmt::format("no better than no model: compensated std {:.5g} °/h, and the raw bias has {:.5g} °/h",
+                      verification->compensated.std, verification->raw.std));
+    const auto& [dataset, clusters] = *recorded;
+    if (options.as_streamed) {
+      auto streamed = as_streamed(*model, dataset, clusters, verification->residual_deg_per_h, *outside);
+      if (!streamed) return failure(streamed.error());
+      verification->streamed = std::move(*streamed);
+    }
+    const Behaviour behaviour{options.clusters.empty() ? noise_of_holds(dataset) : noise_of_holds(dataset, clusters),
+                              noise_of_compensated_holds(dataset, clusters, verification->residual_deg_per_h),
+                              model::characterise(dataset, clusters, verification->residual_deg_per_h)};
+    Tracked tracked;
+    if (*noise) {
+      const auto residual = tracking::evenly_spaced(verification->residual_deg_per_h, clusters);
+      tracked = judge(**noise, residual, clusters.length_s);
+    }
+    console.data(console.json ? json(run, *verification, behaviour, tracked)
+                              : describe(run, *verification, behaviour, tracked));
+    if (!verification->identity.empty()) gyros.insert(verification->identity);
+    verifications.push_back(std::move(*verification));
+    starts.push_back(behaviour.characterisation);
+  }
+  if (const auto between = between_runs(verifications))
+    console.data(console.json ? text_of(Json{{"between_runs", json_of(*between)}}) + "\n" : describe(*between));
+  if (gyros.size() > 1) return Exit::done;  // how two differ is no repeatability
+  for (const model::TurnOn& turn_on : model::turn_on_of(starts))
+    console.data(console.json ? text_of(Json{{"turn_on", json_of(turn_on)}}) + "\n" : describe(turn_on));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_verify(Program& program) {
+  auto [command, options] =
+      add_command(program, "verify", "Compensates a record the model has not seen and says how good it is.",
+                  "gyrotherm verify model.json random.db", verify_all);
+  command.add_option("model", options.model, "the model")->type_name(value::kModel)->required();
+  command.add_option("runs", options.runs, "the records")->type_name(value::kRecord)->required();
+  command.add_option("--clusters", options.clusters, "only these clusters of each record, like 14:21")
+      ->type_name("FIRST:END");
+  add_outside_option(command, options.outside, "not compensated, left out of the figures");
+  command.add_flag("--as-streamed", options.as_streamed,
+                   "also judge what compensate and the C export deliver second by second, which lags");
+  add_tracking_options(command, options.tracking,
+                       "also judge how well the bias that is left can be followed while the gyro stands still, by a "
+                       "Kalman filter and by what it is compared with");
+  add_axis_options(command, options.axis);
+  add_unverified_flag(command, options.unverified);
+}
+
+}  // namespace gyrotherm::app

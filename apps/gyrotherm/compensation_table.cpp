@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/compensation_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <string_view>
+
+#include "acquisition/record/csv.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr std::string_view kBias = "bias", kRest = "at_rest", kFirstOfExport = "slot", kTimeOfExport = "time [s]";
+constexpr std::size_t kSlotColumn = 0;
+
+/// "A [°C]" without its unit.
+std::string_view name_in(std::string_view title) { return title.substr(0, title.rfind(" [")); }
+std::string_view unit_in(std::string_view title) {
+  const auto at = title.rfind(" [");
+  return at == std::string_view::npos ? std::string_view() : title.substr(at + 2, title.size() - at - 3);
+}
+
+template <class Predicate>
+std::optional<std::size_t> find_if(const std::vector<std::string>& header, Predicate is_it) {
+  const auto at = std::ranges::find_if(header, is_it);
+  return at == header.end() ? std::nullopt : std::optional<std::size_t>(at - header.begin());
+}
+
+std::optional<std::size_t> find(const std::vector<std::string>& header, std::string_view name) {
+  return find_if(header, [&](const std::string& title) { return name_in(title) == name; });
+}
+
+/// A thermometer and a gyro may both be called "A"; a temperature or what the gyro has turned, by its unit.
+std::optional<std::size_t> find(const std::vector<std::string>& header, std::string_view name, bool is_temperature) {
+  return find_if(header, [&](const std::string& title) {
+    return name_in(title) == name && (unit_in(title) == "°C") == is_temperature;
+  });
+}
+
+/// Of a plain header, which need not say units: fails with bad_file at a column with one that its numbers do not have
+/// here.
+Result<void> check_units(const std::vector<std::string>& header, std::size_t bias) {
+  static const std::set<std::string_view> temperature{"", "°C", "C", "degC"}, rate{"", "°/h", "deg/h"};
+  for (std::size_t k = 0; k <= bias; ++k) {
+    if (k < bias && !data::is_temperature(name_in(header[k]))) continue;
+    if ((k == bias ? rate : temperature).contains(unit_in(header[k]))) continue;
+    return failure(FaultKind::bad_file, "stdin:1:1",
+                   fmt::format("column {} is \"{}\", expected {}", k + 1, header[k],
+                               k == bias ? "a bias in [°/h]" : "a temperature in [°C]"));
+  }
+  return {};
+}
+
+std::set<std::string> inputs_of(const model::Model& model) {
+  std::set<std::string> names;
+  for (const data::Term& term : model.terms) {
+    for (const data::Factor& factor : term.factors) {
+      names.insert(factor.first);
+      if (!factor.second.empty()) names.insert(factor.second);
+    }
+  }
+  return names;
+}
+
+/// What the comments say of "thermometer A" or "axis u1.x": the text after it; empty if they say nothing.
+std::string_view said_of(const std::vector<std::string>& comments, const std::string& what) {
+  for (const std::string& comment : comments)
+    if (comment.starts_with(what + ": ")) return std::string_view(comment).substr(what.size() + 2);
+  return {};
+}
+
+/// The number after a word of what is said.
+std::optional<double> number_after(std::string_view said, std::string_view word) {
+  const auto at = said.find(word);
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::string_view rest = said.substr(at + word.size());
+  return record::number_in(record::trimmed(rest.substr(0, rest.find(','))));
+}
+
+record::Channel calibration_of(const std::vector<std::string>& comments, const std::string& thermometer) {
+  constexpr std::string_view kPolynomial = "polynomial ";
+  record::Channel channel;
+  std::string_view said = said_of(comments, "thermometer " + thermometer);
+  channel.offset.value = number_after(said, "offset ").value_or(0);
+  if (!said.starts_with(kPolynomial)) return channel;
+  said.remove_prefix(kPolynomial.size());
+  while (!said.empty()) {
+    const auto end = std::min(said.find(' '), said.size());
+    channel.polynomial.push_back(record::number_in(said.substr(0, end)).value_or(0));
+    said.remove_prefix(std::min(end + 1, said.size()));
+  }
+  return channel;
+}
+
+/// How export calls what an axis' unit tells of itself: "u1.temperature", without the unit where a rig has no name for
+/// it.
+std::string own_title(const std::string& input, const data::AxisChoice& axis) {
+  const std::string prefix = is_named(axis) ? axis.unit + "." : std::string();
+  return prefix + (input == data::kSelf ? "temperature" : input.substr(data::kAux.size()));
+}
+
+}  // namespace
+
+Result<CompensationTable> CompensationTable::of(const std::vector<std::string>& header,
+                                                const std::vector<std::string>& comments, const model::Model& model,
+                                                const data::AxisChoice& axis, bool tracked) {
+  CompensationTable table;
+  if (header.front() != kFirstOfExport) {
+    const bool says_rest = tracked && header.back() == kRest;
+    const std::size_t bias = header.size() - (says_rest ? 2 : 1);
+    if (bias < 1 || bias >= header.size() || name_in(header[bias]) != kBias)
+      return failure(
+          FaultKind::bad_file, "stdin:1:1",
+          fmt::format("expected a header: the names of the thermometers, then \"bias\"{}, separated by commas; or what "
+                      "export makes of a record",
+                      tracked ? " and, if you like, \"at_rest\"" : ""));
+    if (auto checked = check_units(header, bias); !checked) return failure(checked.error());
+    for (std::size_t k = 0; k < header.size(); ++k) table.columns_.push_back(k);
+    for (std::size_t k = 0; k < bias; ++k) table.thermometers_.emplace_back(name_in(header[k]));
+    table.says_rest_ = says_rest;
+    return table;
+  }
+  for (const std::string& input : inputs_of(model)) {
+    const bool is_own = data::is_own_value(input);
+    const auto column = is_own ? find(header, own_title(input, axis)) : find(header, input, true);
+    if (!column) return failure(FaultKind::usage, "stdin", fmt::format("has no column for \"{}\"", input));
+    table.columns_.push_back(*column);
+    table.thermometers_.push_back(input);
+    table.calibrations_.push_back(is_own ? record::Channel{} : calibration_of(comments, input));
+  }
+  const std::string label = is_named(axis) ? in_words(axis) : record::kOnlyUnit;
+  const auto rotation = find(header, label, false);
+  if (!rotation) return failure(FaultKind::usage, "stdin", fmt::format("has no axis \"{}\"", label));
+  const std::string_view said = said_of(comments, "axis " + label);
+  const auto scale = number_after(said, "scale "), earth_rate = number_after(said, "earth rate ");
+  if (!scale || !earth_rate)
+    return failure(FaultKind::bad_file, "stdin",
+                   fmt::format("does not say the Earth's rate on {}, without which there is no bias; of an imported "
+                               "record the map says it, earth_rate in [gyro] (0 where it is not removed)",
+                               label));
+  const auto turned = find_if(header, [](const std::string& title) { return title == record::kTurnedTitle; });
+  table.rotation_ = Rotation{*scale, *earth_rate, unit_in(header[*rotation]).starts_with("pulses"), turned.has_value()};
+  table.columns_.push_back(*rotation);
+  if (table.rotation_->over_interval) {
+    const std::string unit = is_named(axis) ? axis.unit : record::kOnlyUnit;
+    const auto interval = find(header, unit + " interval");
+    if (!interval) return failure(FaultKind::usage, "stdin", fmt::format("has no column \"{} interval\"", unit));
+    table.columns_.push_back(*interval);
+  }
+  if (turned) table.columns_.push_back(*turned);
+  const auto time = find_if(header, [](const std::string& title) { return title == kTimeOfExport; });
+  table.columns_.push_back(time.value_or(kSlotColumn));  // without a time, rows are a second apart by their slots
+  table.columns_.push_back(kSlotColumn);
+  return table;
+}
+
+data::SampleMatrix CompensationTable::temperatures_c(const Eigen::Ref<const data::SampleMatrix>& rows) const {
+  data::SampleMatrix temperatures = rows.leftCols(this->temperatures());
+  for (std::size_t k = 0; k < calibrations_.size(); ++k) {
+    const auto column = static_cast<Eigen::Index>(k);
+    for (Eigen::Index row = 0; row < rows.rows(); ++row)
+      temperatures(row, column) = calibrated(calibrations_[k], Celsius{temperatures(row, column)}).value;
+  }
+  return temperatures;
+}
+
+Eigen::VectorXd CompensationTable::bias_deg_per_h(const Eigen::Ref<const data::SampleMatrix>& rows) const {
+  Eigen::VectorXd bias = rows.col(temperatures());
+  if (!rotation_) return bias;
+  bias *= rotation_->scale;
+  if (rotation_->over_interval) bias.array() /= rows.col(temperatures() + 1).array();
+  if (!rotation_->may_be_turned) return bias.array() - rotation_->earth_rate_deg_per_h;
+  const auto turned = rows.col(temperatures() + (rotation_->over_interval ? 2 : 1)).array();
+  return bias.array() - rotation_->earth_rate_deg_per_h * (1 - 2 * turned);
+}
+
+bool CompensationTable::at_rest(const Eigen::Ref<const data::SampleMatrix>& rows, Eigen::Index row) const {
+  return !says_rest_ || rows(row, temperatures() + 1) > 0;
+}
+
+Eigen::VectorXd CompensationTable::time_s(const Eigen::Ref<const data::SampleMatrix>& rows) const {
+  return rows.col(rows.cols() - 2);
+}
+
+Eigen::VectorXd CompensationTable::slot(const Eigen::Ref<const data::SampleMatrix>& rows) const {
+  return rows.rightCols(1);
+}
+
+}  // namespace gyrotherm::app

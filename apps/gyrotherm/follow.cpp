@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/follow.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <thread>
+
+#include "acquisition/record/csv.hpp"
+#include "acquisition/record/live_copy.hpp"
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/status.hpp"
+#include "apps/console/interrupt.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr auto kFollowEvery = std::chrono::milliseconds(200);
+constexpr auto kSilence = std::chrono::seconds(2);  ///< of a copy that nobody writes: whoever did may have died
+constexpr auto kCopyPatience =
+    std::chrono::seconds(10);  ///< with a run that has no copy: it has only begun, or it ends
+
+/// What has been printed so far, and what is printed next.
+class Table {
+ public:
+  explicit Table(Console& console) : console_(console) {}
+  void add(const record::Record& record) {
+    const auto print = [this](std::string_view text) { console_.data(text); };
+    if (!has_head_) record::write_csv_head(record.info, record.finished, print);
+    has_head_ = true;
+    run_ = record.info.id;
+    record::write_csv_rows(record, last_, print);
+    if (!record.slot.empty()) last_ = std::max(last_, record.slot.back());
+  }
+  [[nodiscard]] std::int64_t last() const { return last_; }
+  /// The run whose rows they are; empty before the first.
+  [[nodiscard]] const std::string& run() const { return run_; }
+
+ private:
+  Console& console_;
+  bool has_head_{};
+  std::string run_;
+  std::int64_t last_ = -1;
+};
+
+bool is_being_written(const std::string& path) {
+  const auto status = record::read_status(path);
+  return status && status->being_written;
+}
+
+/// The rows that are not in the table yet. The copy of another run is none: a program that died left it behind, or that
+/// run's record has the same name but for ".db".
+Result<record::Record> new_rows(const std::string& path, const Table& table) {
+  auto copy = record::open_live_copy(path);
+  if (!copy) return failure(copy.error());
+  const auto info = record::read_run_info(*copy);
+  if (!info) return failure(info.error());
+  auto run = table.run();
+  if (run.empty())
+    if (const auto status = record::read_status(path); status) run = status->id;
+  if (!run.empty() && run != info->id) return failure(FaultKind::bad_file, copy->path(), "is a copy of another run");
+  return record::record_of(*copy, {.after = table.last()});
+}
+
+/// Fails if another run has the record's name by now.
+Result<void> check_same_run(const std::string& path, const std::string& run, const Table& table) {
+  if (table.run().empty() || run == table.run()) return {};
+  return failure(FaultKind::bad_file, path,
+                 "is the record of another run by now; what was printed is of the one before");
+}
+
+}  // namespace
+
+Result<void> follow_record(Console& console, const std::string& given) {
+  watch_for_interrupts(SecondInterrupt::ends);
+  const auto path = record::record_of_copy(given);
+  Table table(console);
+  for (auto seen = steady_clock::now(); !interrupted() && !console.data_was_lost();
+       std::this_thread::sleep_for(kFollowEvery)) {
+    const auto rows = new_rows(path, table);
+    if (rows) {
+      const auto before = table.last();
+      table.add(*rows);
+      const auto now = steady_clock::now();
+      if (table.last() > before || (now - seen >= kSilence && is_being_written(path))) seen = now;
+      if (now - seen < kSilence) continue;
+    }
+    if (const auto status = record::read_status(path); status)
+      if (auto same = check_same_run(path, status->id, table); !same) return same;
+    const auto whole = record::read_record(path);
+    if (whole) return check_same_run(path, whole->info.id, table).map([&] { table.add(*whole); });
+    const bool may_come = rows || is_being_written(path);  // a copy stands there until its record is closed
+    if (!may_come || steady_clock::now() - seen > kCopyPatience) return failure(whole.error());
+  }
+  return {};
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/machine_checks.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sched.h>
+#include <sys/resource.h>
+#include <sys/statfs.h>
+#include <sys/statvfs.h>
+#include <sys/timex.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <filesystem>
+#include <system_error>
+
+#include "core/process.hpp"
+#include "core/shipped.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+// ---- disk
+
+constexpr double kMegabyte = 1e6;
+/// A run of one axis and eight thermometers writes some 17 MB a day, its live copy as much again.
+constexpr double kScarceBytes = 1000 * kMegabyte, kTooFewBytes = 100 * kMegabyte;
+constexpr std::uint64_t kScarceInodes = 10'000, kTooFewInodes = 100;
+
+enum class DiskKind { local, in_memory, network, simple };
+
+struct FileSystem {
+  std::uint32_t magic;  ///< statfs(2)
+  const char* name;
+  DiskKind kind;
+};
+
+constexpr std::array kFileSystems{
+    FileSystem{0xEF53, "ext4", DiskKind::local},          FileSystem{0x58465342, "xfs", DiskKind::local},
+    FileSystem{0x9123683E, "btrfs", DiskKind::local},     FileSystem{0x2FC12FC1, "zfs", DiskKind::local},
+    FileSystem{0xF2F52010, "f2fs", DiskKind::local},      FileSystem{0x794C7630, "overlay", DiskKind::local},
+    FileSystem{0x01021994, "tmpfs", DiskKind::in_memory}, FileSystem{0x858458F6, "ramfs", DiskKind::in_memory},
+    FileSystem{0x6969, "NFS", DiskKind::network},         FileSystem{0xFF534D42, "CIFS", DiskKind::network},
+    FileSystem{0xFE534D42, "SMB", DiskKind::network},     FileSystem{0x517B, "SMB", DiskKind::network},
+    FileSystem{0x65735546, "FUSE", DiskKind::network},    FileSystem{0x01021997, "9p", DiskKind::network},
+    FileSystem{0x00C36400, "Ceph", DiskKind::network},    FileSystem{0x4D44, "FAT", DiskKind::simple},
+    FileSystem{0x2011BAB0, "exFAT", DiskKind::simple}};
+
+Finding check_file_system(const std::string& folder, const struct statfs& disk) {
+  const auto magic = static_cast<std::uint32_t>(disk.f_type);
+  const auto* known = std::ranges::find(kFileSystems, magic, &FileSystem::magic);
+  const auto name = known == kFileSystems.end() ? fmt::format("file system 0x{:x}", magic) : std::string(known->name);
+  Finding finding{"file system", FindingState::ok, fmt::format("{}, blocks of {} bytes", name, disk.f_bsize), ""};
+  switch (known == kFileSystems.end() ? DiskKind::local : known->kind) {
+    case DiskKind::local: return finding;
+    case DiskKind::in_memory:
+      finding.found += ": it is in memory, and a record there does not outlive the machine's power";
+      break;
+    case DiskKind::network:
+      finding.found += ": it may be another machine's, whose locks and syncs are not this one's to promise";
+      break;
+    case DiskKind::simple: finding.found += ": it has no journal, and a power cut may take the whole of it"; break;
+  }
+  finding.state = FindingState::warning;
+  finding.fix =
+      fmt::format("record in a folder on a disk of this machine, not in {}; copy closed records afterwards", folder);
+  return finding;
+}
+
+Finding check_space(const std::string& folder, const struct statvfs& disk) {
+  const auto bytes = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
+  const bool has_inodes = disk.f_files != 0;  // some file systems have no table of them
+  Finding finding{"disk", FindingState::ok, "", "", FaultKind::storage};
+  finding.found = fmt::format("{}: {:.1f} GB free", folder, bytes / 1e9);
+  if (has_inodes) finding.found += fmt::format(", {} inodes", disk.f_favail);
+  if (bytes < kTooFewBytes || (has_inodes && disk.f_favail < kTooFewInodes))
+    finding.state = FindingState::fault;
+  else if (bytes < kScarceBytes || (has_inodes && disk.f_favail < kScarceInodes))
+    finding.state = FindingState::warning;
+  if (finding.state != FindingState::ok)
+    finding.fix =
+        fmt::format("make room (du -x {0} | sort -n | tail), or record in another folder: --folder FOLDER", folder);
+  return finding;
+}
+
+// ---- limits
+
+/// The program keeps a few files for each instrument and each reader.
+constexpr rlim_t kEnoughFiles = 256;
+constexpr rlim_t kEnoughMemory = 1'000'000'000;
+
+rlim_t limit_of(__rlimit_resource_t resource) {
+  rlimit limit{};
+  return ::getrlimit(resource, &limit) == 0 ? limit.rlim_cur : RLIM_INFINITY;
+}
+
+std::string in_words(rlim_t limit, const char* unit) {
+  return limit == RLIM_INFINITY ? "no limit" : fmt::format("{} {}", limit, unit);
+}
+
+/// A limit that a run would sooner or later meet, however large it is.
+Finding check_unlimited(const char* what, __rlimit_resource_t resource, const char* unit, const char* option,
+                        const char* ends) {
+  const auto limit = limit_of(resource);
+  if (limit == RLIM_INFINITY) return {what, FindingState::ok, in_words(limit, unit), ""};
+  return {what, FindingState::fault, fmt::format("{}: {}", in_words(limit, unit), ends),
+          fmt::format("ulimit -{} unlimited, or /etc/security/limits.conf", option), FaultKind::storage};
+}
+
+Finding check_files() {
+  const auto limit = limit_of(RLIMIT_NOFILE);
+  Finding finding{"open files", FindingState::ok, fmt::format("at most {}", in_words(limit, "files")), ""};
+  if (limit >= kEnoughFiles) return finding;
+  finding.state = FindingState::warning;
+  finding.fix = fmt::format("ulimit -n {}; for a service LimitNOFILE={}", 2 * kEnoughFiles, 2 * kEnoughFiles);
+  return finding;
+}
+
+Finding check_memory() {
+  const auto limit = std::min(limit_of(RLIMIT_AS), limit_of(RLIMIT_DATA));
+  Finding finding{"memory", FindingState::ok, in_words(limit, "bytes"), ""};
+  if (limit >= kEnoughMemory) return finding;
+  finding.state = FindingState::warning;
+  finding.found += ": rows wait in memory while a disk hangs";
+  finding.fix = "ulimit -v unlimited; ulimit -d unlimited";
+  return finding;
+}
+
+/// Nothing is locked, so that any limit will do; it is told because people look for it.
+Finding check_locked_memory() {
+  return {"locked memory", FindingState::ok, in_words(limit_of(RLIMIT_MEMLOCK), "bytes") + ", of which none is needed",
+          ""};
+}
+
+Finding check_priority() {
+  errno = 0;
+  const int nice = ::getpriority(PRIO_PROCESS, 0);
+  const int policy = ::sched_getscheduler(0);
+  Finding finding{"priority", FindingState::ok, fmt::format("nice {}, no real-time priority is needed", nice), ""};
+  if (policy != SCHED_IDLE && policy != SCHED_BATCH && nice <= 0) return finding;
+  finding.state = FindingState::warning;
+  finding.found = fmt::format("nice {}{}: a busy machine may delay a second", nice,
+                              policy == SCHED_IDLE    ? ", only when nothing else is done"
+                              : policy == SCHED_BATCH ? ", as a batch job"
+                                                      : "");
+  finding.fix = "start it without nice, batch or chrt --idle";
+  return finding;
+}
+
+// ---- installation
+
+Finding check_program(const char* name, FindingState missing, const char* why) {
+  const auto path = program_beside_this_one(name);
+  if (may_run(path)) return {name, FindingState::ok, path, ""};
+  return {name, missing, fmt::format("{} cannot be started: {}", path, why),
+          "install the whole of it: cmake --install, or the package gyrotherm", FaultKind::bad_file};
+}
+
+}  // namespace
+
+std::vector<Finding> check_installation() {
+  std::vector<Finding> findings;
+  const auto names = shipped_names(kShippedRig);
+  if (names.empty())
+    findings.push_back({"shipped files", FindingState::warning,
+                        fmt::format("none was found; looked in {}", fmt::join(shipped_folders(), ", ")),
+                        "install the whole of it: cmake --install, or the package gyrotherm"});
+  else
+    findings.push_back({"shipped files", FindingState::ok, shipped_file(kShippedProfile.folder), ""});
+  findings.push_back(check_program("gyrotherm-make-safe", FindingState::fault,
+                                   "nobody would make the chamber safe if a run dies, and a run on a real rig does "
+                                   "not begin"));
+  findings.push_back(check_program("gyrotherm-pdf", FindingState::warning, "reports have no PDF"));
+  return findings;
+}
+
+std::vector<Finding> check_disk(const std::string& folder) {
+  struct statvfs space {};
+  struct statfs kind {};
+  if (::statvfs(folder.c_str(), &space) != 0 || ::statfs(folder.c_str(), &kind) != 0)
+    return {{"disk", FindingState::fault, fmt::format("{}: {}", folder, std::generic_category().message(errno)),
+             fmt::format("mkdir -p {}", folder), FaultKind::storage}};
+  std::vector<Finding> findings;
+  if (std::error_code error; !std::filesystem::is_directory(folder, error))
+    findings.push_back(
+        {"folder", FindingState::fault, folder + " is no folder", "name one: --folder FOLDER", FaultKind::storage});
+  else if ((space.f_flag & ST_RDONLY) != 0)
+    findings.push_back({"folder", FindingState::fault, folder + " is on a disk that is mounted to be read alone",
+                        "record in another folder, or mount it with rw", FaultKind::storage});
+  else if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0)
+    findings.push_back(
+        {"folder", FindingState::fault, fmt::format("{} may not be written by {}", folder, user_in_words(::geteuid())),
+         fmt::format("record in a folder of your own, or: sudo chown \"$USER\" {}", folder), FaultKind::storage});
+  else
+    findings.push_back({"folder", FindingState::ok, folder + " may be written", ""});
+  findings.push_back(check_space(folder, space));
+  findings.push_back(check_file_system(folder, kind));
+  return findings;
+}
+
+Finding check_clock() {
+  timex clock{};
+  const int state = ::adjtimex(&clock);
+  Finding finding{"clock", FindingState::ok, "", ""};
+  if (state >= 0 && state != TIME_ERROR && (clock.status & STA_UNSYNC) == 0) {
+    finding.found =
+        fmt::format("synchronised with UTC, to within {:.1f} ms", static_cast<double>(clock.maxerror) / 1e3);
+    return finding;
+  }
+  finding.state = FindingState::warning;
+  finding.found = "is not synchronised: the UTC in records may be wrong; their seconds are not";
+  finding.fix = "sudo timedatectl set-ntp true, or sudo apt-get install chrony";
+  return finding;
+}
+
+std::vector<Finding> check_limits() {
+  return {check_files(),
+          check_unlimited("file size", RLIMIT_FSIZE, "bytes", "f", "a record would end there"),
+          check_unlimited("processor time", RLIMIT_CPU, "s", "t", "a run would be killed then"),
+          check_memory(),
+          check_locked_memory(),
+          check_priority()};
+}
+
+}  // namespace gyrotherm::app

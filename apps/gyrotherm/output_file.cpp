@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/output_file.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <system_error>
+
+#include "acquisition/record/live_copy.hpp"
+#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/status.hpp"
+#include "core/file.hpp"
+#include "sequencer/control/control_socket.hpp"
+#include "sequencer/watchdog/safe_state_file.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Nothing there is none.
+Result<bool> is_sqlite_file(const std::string& path) {
+  constexpr std::string_view kBeginning = "SQLite format 3";
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return false;
+  const auto file = open_regular_file(path);
+  if (!file) return failure(file.error());
+  std::string bytes(kBeginning.size(), '\0');
+  const auto size = ::pread(file->descriptor.number(), bytes.data(), bytes.size(), 0);
+  return size == static_cast<ssize_t>(bytes.size()) && bytes == kBeginning;
+}
+
+/// What stands beside a record while it is written, or where its writer died.
+bool has_files_of_a_run(const std::string& path) {
+  return record::is_there(record::status_path(path)) || record::is_there(control::control_socket_path(path)) ||
+         record::is_there(watchdog::safe_state_path(path));
+}
+
+/// The record that a file stands beside by its name: "run.db" of "run.db-wal"; empty: there is no such name.
+std::string record_beside(const std::string& path) {
+  const auto ending = record::ending_beside_a_record(path);
+  return ending.empty() ? std::string() : path.substr(0, path.size() - ending.size());
+}
+
+Result<void> check_is_no_record(const std::string& path) {
+  const auto refused = [&](std::string_view what) {
+    return failure(FaultKind::usage, path, fmt::format("{}, and a record is never overwritten", what));
+  };
+  std::error_code error;
+  const auto target = fs::weakly_canonical(path, error).string();
+  if (record::is_live_copy(path)) return refused("is the live copy of a record");
+  if (has_files_of_a_run(path) || has_files_of_a_run(target)) return refused("is the name of a run");
+  const auto sqlite = is_sqlite_file(path);
+  if (!sqlite) return failure(sqlite.error());
+  if (*sqlite) return refused("is an SQLite file, as records are");
+  const auto record = record_beside(path);
+  if (record.empty()) return {};
+  const auto belongs = is_sqlite_file(record);
+  if (!belongs) return failure(belongs.error());
+  return *belongs ? refused("belongs to " + record) : Result<void>{};
+}
+
+}  // namespace
+
+void add_force_flag(CLI::App& command, bool& force) {
+  command.add_flag("--force", force, "write over a file that is there already; never over a record");
+}
+
+Result<void> check_can_be_made(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return failure(FaultKind::usage, path, "is a folder, expected the name of a file");
+  if (const auto folder = folder_of(path); !fs::is_directory(folder, error))
+    return failure(FaultKind::usage, path, fmt::format("the folder {} is not there", folder));
+  return {};
+}
+
+Result<void> check_is_free(const std::string& path, bool force) {
+  if (auto can_be = check_can_be_made(path); !can_be) return can_be;
+  if (auto free = check_is_no_record(path); !free) return free;
+  std::error_code error;
+  if (force || !fs::exists(path, error)) return {};
+  return failure(FaultKind::usage, path, "is there already; --force writes over it");
+}
+
+}  // namespace gyrotherm::app

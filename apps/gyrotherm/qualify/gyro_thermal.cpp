@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/qualify/gyro_thermal.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <utility>
+
+#include "apps/console/interrupt.hpp"
+#include "core/command.hpp"
+#include "core/file.hpp"
+#include "core/process.hpp"
+#include "core/sha256.hpp"
+#include "core/shipped.hpp"
+#include "core/toml_reader.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr auto kLongest = std::chrono::minutes(5);
+
+/// Names the gyro file that a reduced model was made from.
+struct Origin {
+  std::string gyro, sha256;
+};
+
+Result<Origin> origin_of(const simulator::GyroModelUsed& used) {
+  const auto root = TomlTable::parse(used.text, used.path);
+  if (!root) return failure(root.error());
+  for (const auto& key : root->keys()) root->ignore(key);
+  Origin origin{root->text("gyro"), root->text("source_sha256")};
+  if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  return origin;
+}
+
+/// Returns the path of the file beside the reduced model, or of the shipped one, that has this name and this content.
+std::string find_gyro_file(const simulator::GyroModelUsed& used, const Origin& origin) {
+  const std::string name = origin.gyro + ".toml";
+  const std::string beside = (std::filesystem::path(used.path).parent_path() / name).string();
+  for (const std::string& path : {beside, shipped_file(std::string(kShippedGyro.folder) + "/" + name)}) {
+    if (path.empty()) continue;
+    const auto text = read_text_file(path);
+    if (text && sha256(*text) == origin.sha256) return path;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<report::ReportedThermal> thermal_model_of(const rig::RigFile& rig) {
+  if (!rig.simulated) return report::ReportedThermal{};
+  const simulator::GyroModelUsed& used = rig.gyro_model;
+  if (used.text.empty())
+    return report::ReportedThermal{.reason =
+                                       "the virtual gyro consists of lumps, which the rig file describes; no "
+                                       "finite-element model of it exists"};
+  const auto origin = origin_of(used);
+  if (!origin) return report::not_available(origin.error().what);
+  const std::string file = find_gyro_file(used, *origin);
+  if (file.empty())
+    return report::not_available(
+        fmt::format("the virtual gyro is a reduced model, and the gyro file \"{}\" that it was made from is missing or "
+                    "has changed since",
+                    origin->gyro));
+  const auto model =
+      printed_by({program_beside_this_one("gyrotherm-thermal"), "figure", "--quiet", "--gyro", file}, kLongest)
+          .and_then(
+              [](const std::string& out) { return report::read_thermal_figure(out, "gyrotherm-thermal figure"); });
+  if (interrupted()) return failure(FaultKind::interrupted, "thermal image", "stopped");
+  if (!model) return report::not_available("gyrotherm-thermal " + model.error().what);
+  return report::ReportedThermal{.missing = {}, .reason = {}, .model = *model};
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The finite-element model behind a rig's virtual gyro, for the report.
+#pragma once
+
+#include "core/result.hpp"
+#include "report/thermal_model.hpp"
+#include "sequencer/rig/rig_file.hpp"
+
+namespace gyrotherm::app {
+
+/// Returns the model that the rig's gyro was reduced from, with its thermal image, which gyrotherm-thermal computes in
+/// about a second; or the reason for which there is none: the rig is real, its gyro has no finite elements, the gyro
+/// file is not there any more or has changed, or the program failed. Fails with interrupted alone.
+[[nodiscard]] Result<report::ReportedThermal> thermal_model_of(const rig::RigFile& rig);
+
+}  // namespace gyrotherm::app

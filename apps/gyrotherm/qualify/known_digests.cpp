@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/qualify/known_digests.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "acquisition/record/chain.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+
+namespace gyrotherm::app {
+
+namespace {
+
+constexpr const char* kDigestsSchema = "gyrotherm-digests/1";
+
+struct DigestsFile {
+  std::string schema = kDigestsSchema, program_version;
+  std::vector<KnownDigests::Entry> records;
+};
+
+std::vector<std::pair<std::string, std::string>> files_of(const record::Manifest& manifest) {
+  return {manifest.begin(), manifest.end()};
+}
+
+void describe(auto& form, Like<DigestsFile> auto& file) {
+  form("schema", file.schema);
+  form("program_version", file.program_version);
+  form("records", file.records);
+}
+
+}  // namespace
+
+void describe(auto& form, Like<KnownDigests::Entry> auto& entry) {
+  form("files", by_name(entry.files));
+  form("rows", entry.rows);
+}
+
+KnownDigests::KnownDigests(const std::string& folder, std::string program_version)
+    : path_(folder + "/digests.json"), program_version_(std::move(program_version)) {
+  const auto text = read_text_file(path_, kLargestTable);
+  if (!text) return;
+  const auto place = JsonPlace::parse(*text, path_);
+  if (!place) return;
+  DigestsFile file;
+  read_json(*place, file);
+  if (place->verdict() && file.schema == kDigestsSchema && file.program_version == program_version_)
+    entries_ = std::move(file.records);
+}
+
+Result<std::optional<std::string>> KnownDigests::of_rows(const std::string& record_path) const {
+  if (entries_.empty()) return std::nullopt;
+  const auto manifest = record::check_manifest(record_path);
+  if (!manifest) return failure(manifest.error());
+  if (!*manifest) return std::nullopt;
+  const auto found = std::ranges::find(entries_, files_of(**manifest), &Entry::files);
+  return found == entries_.end() ? std::nullopt : std::optional(found->rows);
+}
+
+Result<void> KnownDigests::remember(const std::string& record_path, const std::string& rows) {
+  const auto manifest = record::check_manifest(record_path);
+  if (!manifest) return failure(manifest.error());
+  if (!*manifest) return {};
+  const auto files = files_of(**manifest);
+  std::erase_if(entries_, [&](const Entry& entry) { return entry.files == files; });
+  entries_.push_back({files, rows});
+  return replace_text_file(
+      path_, text_of(json_of(DigestsFile{.program_version = program_version_, .records = entries_}), 1) + "\n");
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/recorded_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <numeric>
+#include <optional>
+
+#include "analysis/data/outliers.hpp"
+#include "core/file.hpp"
+
+namespace gyrotherm::app {
+
+namespace {
+
+/// First and one past the last; without that, to the end.
+struct ClusterRange {
+  Eigen::Index first{};
+  std::optional<Eigen::Index> end{};
+};
+
+Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  ClusterRange range;
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, range.first);
+  if (first.ec == std::errc{} && first.ptr != end && *first.ptr == ':') {
+    if (first.ptr + 1 == end && range.first >= 0) return range;
+    const auto last = std::from_chars(first.ptr + 1, end, range.end.emplace());
+    if (last.ec == std::errc{} && last.ptr == end && range.first >= 0 && *range.end > range.first) return range;
+  }
+  return failure(FaultKind::usage, "--clusters",
+                 fmt::format("\"{}\" is no range, expected FIRST:END like 0:14, or FIRST:", text));
+}
+
+}  // namespace
+
+Result<record::Verified> check_recorded_run(Console& console, const std::string& path, bool unverified) {
+  if (unverified) {
+    console.say(fmt::format("warning: {}: not looked at whether it is as it was written (--unverified)", path));
+    return record::Verified{};
+  }
+  auto verified = record::verify_record(path);
+  if (!verified && record::is_locked(verified.error())) return record::Verified{};  // who reads it is told who holds it
+  return verified;
+}
+
+void add_axis_options(CLI::App& command, data::AxisChoice& axis) {
+  command.add_option("--unit", axis.unit, "of records with several units under test: which")->type_name("UNIT");
+  command.add_option("--axis", axis.axis, "of a unit with several axes: which")->type_name("AXIS");
+}
+
+data::AxisChoice axis_for(const model::Model& model, const data::AxisChoice& asked) {
+  return asked == data::AxisChoice{} && !model.trained_on.empty() ? model.trained_on.front().of : asked;
+}
+
+void add_unverified_flag(CLI::App& command, bool& unverified) {
+  command.add_flag("--unverified", unverified, "take records without a look at whether they are as they were written");
+}
+
+namespace {
+
+/// Makes the clusters that are asked for.
+Result<data::Clusters> clusters_of(const data::Dataset& dataset, const RecordedRunOptions& options) {
+  const auto range = parse_cluster_range(options.clusters);
+  if (!range) return failure(range.error());
+  auto clusters = data::make_clusters(dataset, options.cluster_length_s);
+  if (!clusters || !*range) return clusters;
+  const auto there = clusters->start_s.size(), first = (*range)->first;
+  const auto end = (*range)->end.value_or(there);
+  if (end > there || first >= there)
+    return failure(FaultKind::usage, dataset.path,
+                   fmt::format("has {} clusters, {} were asked for", there, std::max(end, first + 1)));
+  std::vector<Eigen::Index> rows(static_cast<std::size_t>(end - first));
+  std::iota(rows.begin(), rows.end(), first);
+  return data::pick(*clusters, rows);
+}
+
+}  // namespace
+
+Result<data::RecordedRun> load_recorded_run(Console& console, const std::string& path,
+                                            const RecordedRunOptions& options) {
+  if (const auto range = parse_cluster_range(options.clusters); !range) return failure(range.error());
+  if (auto checked = check_recorded_run(console, path, options.unverified); !checked) return failure(checked.error());
+  auto dataset = data::load_dataset(path, options.axis);
+  if (!dataset) return failure(dataset.error());
+  auto clusters = clusters_of(*dataset, options);
+  if (!clusters) return failure(clusters.error());
+  return data::RecordedRun{std::move(*dataset), std::move(*clusters)};
+}
+
+Result<RecordedRuns> load_recorded_runs(Console& console, const std::vector<std::string>& paths,
+                                        const RecordedRunOptions& options) {
+  RecordedRuns records;
+  for (const auto& path : paths) {
+    auto recorded = load_recorded_run(console, path, options);
+    if (!recorded) return failure(recorded.error());
+    auto& [dataset, clusters] = *recorded;
+    if (const auto spikes = data::find_spikes(dataset); !spikes.empty()) {
+      records.outliers.push_back(fmt::format("{}: {}{}", path, describe(spikes),
+                                             options.leaves_out_outliers
+                                                 ? "; the clusters that they lie in were left out"
+                                                 : "; --outliers leave-out does without them"));
+      if (options.leaves_out_outliers) {
+        data::remove(dataset, spikes);
+        auto without = clusters_of(dataset, options);
+        if (!without) return failure(without.error());
+        clusters = std::move(*without);
+      }
+    }
+    records.datasets.push_back(std::move(dataset));
+    records.clusters.push_back(std::move(clusters));
+  }
+  return records;
+}
+
+std::string model_path(const std::string& folder, const data::AxisChoice& axis, const std::string& inputs) {
+  std::filesystem::path path = folder;
+  if (is_named(axis)) path /= axis.unit;
+  if (!axis.axis.empty()) path /= axis.axis;
+  return (path / fmt::format("model-{}.json", inputs)).string();
+}
+
+Result<void> write_model(const std::string& path, const model::Model& model) {
+  const auto json = to_json(model);
+  if (const auto read = model::model_from_json(json, path); !read)
+    return failure(FaultKind::numeric, path,
+                   fmt::format("the model cannot be written, for nothing could read it: {}; look at the values that it "
+                               "was trained on",
+                               text(read.error())));
+  return replace_text_file(path, json);
+}
+
+Result<model::Model> load_model(const std::string& path) {
+  const auto text = read_text_file(path, kLargestTable);
+  if (!text) return failure(text.error());
+  return model::model_from_json(*text, path);
+}
+
+Result<population::TypePrior> load_type_prior(const std::string& path) {
+  const auto text = read_text_file(path, kLargestTable);
+  if (!text) return failure(text.error());
+  return population::type_prior_from_json(*text, path);
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/report/calibration.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <future>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/run_parts.hpp"
+#include "analysis/data/clusters.hpp"
+#include "apps/console/value.hpp"
+#include "apps/gyrotherm/recorded_run.hpp"
+#include "apps/gyrotherm/report/calibration_folder.hpp"
+#include "apps/gyrotherm/report/calibration_source.hpp"
+#include "core/file.hpp"
+#include "core/process.hpp"
+#include "core/sha256.hpp"
+#include "report/calibration_results.hpp"
+#include "report/dcc.hpp"
+#include "report/order.hpp"
+#include "report/report.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr std::size_t kLargestRecord = 4'000'000'000;
+
+/// A record that was looked at. What it holds is read for one unit after the other: all of it at once would not fit
+/// where a lot is reported.
+struct CheckedRecord {
+  std::string path, sha256;
+  bool chain_verified{};
+  record::RunInfo info;
+  std::vector<report::UsedFile> parts;  ///< that it goes on in
+};
+
+Result<std::vector<report::UsedFile>> parts_of(const std::string& path) {
+  const auto files = record::files_of_record(path);
+  if (!files) return failure(files.error());
+  std::vector<report::UsedFile> parts;
+  for (const record::Part& part : files->parts) {
+    if (part.continuation.part < 2) continue;
+    const auto digest = record::file_digest(part.path, kLargestRecord);
+    if (!digest) return failure(digest.error());
+    parts.push_back({.role = "record_part", .name = record::name_in_folder(part.path), .sha256 = *digest});
+  }
+  return parts;
+}
+
+Result<CheckedRecord> check(Console& console, const std::string& path, bool unverified) {
+  const auto checked = check_recorded_run(console, path, unverified);
+  if (!checked) return failure(checked.error());
+  auto info = record::read_info(path);
+  if (!info) return failure(info.error());
+  auto digest = checked->manifest ? checked->digest : record::file_digest(path, kLargestRecord);
+  if (!digest) return failure(digest.error());
+  auto parts = parts_of(path);
+  if (!parts) return failure(parts.error());
+  return CheckedRecord{path, std::move(*digest), !unverified, std::move(*info), std::move(*parts)};
+}
+
+Result<std::vector<CheckedRecord>> check_records(Console& console, const CalibrationArguments& options) {
+  std::vector<CheckedRecord> records;
+  for (const std::string& path : options.runs) {
+    auto one = check(console, path, options.unverified);
+    if (!one) return failure(one.error());
+    const auto same = [&](const CheckedRecord& other) { return other.info.id == one->info.id; };
+    if (std::ranges::any_of(records, same)) return failure(FaultKind::usage, path, "the same run is given twice");
+    records.push_back(std::move(*one));
+  }
+  return records;
+}
+
+/// What the records hold of one unit, in their order.
+Result<std::vector<record::Record>> read_records(const std::vector<CheckedRecord>& records, const std::string& unit) {
+  std::vector<record::Record> all;
+  for (const CheckedRecord& one : records) {
+    auto record = record::read_record(one.path, unit);
+    if (!record) return failure(record.error());
+    if (!record->finished)
+      return failure(FaultKind::usage, one.path, "the run has not finished; \"gyrotherm resume\" ends it");
+    all.push_back(std::move(*record));
+  }
+  return all;
+}
+
+std::vector<std::string> units_in(const record::RunInfo& info) {
+  std::vector<std::string> names;
+  for (const record::UnitInfo& unit : info.units) names.push_back(unit.name);
+  return names;
+}
+
+/// The units that reports are to be of, which all records have.
+Result<std::vector<std::string>> units_to_report(const std::vector<CheckedRecord>& records, const std::string& wanted) {
+  std::vector<std::string> units = units_in(records.front().info);
+  if (!wanted.empty()) units = {wanted};
+  for (const CheckedRecord& one : records) {
+    for (const std::string& unit : units)
+      if (find_unit(one.info, unit) == nullptr)
+        return failure(FaultKind::usage, one.path,
+                       fmt::format("has no unit \"{}\", it has {}", unit, fmt::join(units_in(one.info), ", ")));
+  }
+  return units;
+}
+
+/// A model and its file.
+struct ModelOfAxis {
+  model::Model model;
+  report::UsedFile file;
+};
+
+Result<ModelOfAxis> load_model_of_axis(const std::string& path, const char* role) {
+  const auto text = read_text_file(path, kLargestTable);
+  if (!text) return failure(text.error());
+  auto model = model::model_from_json(*text, path);
+  if (!model) return failure(model.error());
+  report::UsedFile file{.role = role,
+                        .name = std::filesystem::path(path).filename().string(),
+                        .sha256 = sha256(*text),
+                        .program_version = model->program_version};
+  return ModelOfAxis{std::move(*model), std::move(file)};
+}
+
+/// The models of a stage: of files that were named, or of a folder.
+struct ModelSource {
+  std::vector<ModelOfAxis> named;
+  std::string folder;
+  const char* role;
+};
+
+Result<ModelSource> load_models(const std::vector<std::string>& files, const std::string& folder, const char* role) {
+  ModelSource source{{}, folder, role};
+  for (const std::string& path : files) {
+    auto model = load_model_of_axis(path, role);
+    if (!model) return failure(model.error());
+    source.named.push_back(std::move(*model));
+  }
+  return source;
+}
+
+/// Whether a model that was trained on one axis is for another: a model of a record with a single axis is for any.
+bool is_for(const model::Model& model, const data::AxisChoice& axis) {
+  return model.trained_on.empty() || !is_named(model.trained_on.front().of) || model.trained_on.front().of == axis;
+}
+
+/// The name of the models in folders.
+std::string inputs_of(const CalibrationArguments& options) {
+  return options.inputs.empty() ? "multi-point-t" : options.inputs;
+}
+
+/// Nothing where neither a file nor a folder was given.
+Result<std::optional<ModelOfAxis>> model_of(const ModelSource& source, const std::string& inputs,
+                                            const data::AxisChoice& axis) {
+  for (const ModelOfAxis& one : source.named)
+    if (is_for(one.model, axis)) return std::optional(one);
+  if (source.folder.empty()) return std::optional<ModelOfAxis>();
+  auto model = load_model_of_axis(model_path(source.folder, axis, inputs), source.role);
+  if (!model) return failure(model.error());
+  return std::optional(std::move(*model));
+}
+
+/// What a file says, where one is given.
+template <class T>
+Result<std::optional<T>> parsed_if_given(const std::string& path,
+                                         Result<T> (*parse)(std::string_view text, const std::string& file)) {
+  if (path.empty()) return std::optional<T>();
+  const auto text = read_text_file(path);
+  if (!text) return failure(text.error());
+  auto parsed = parse(*text, path);
+  if (!parsed) return failure(parsed.error());
+  return std::optional(std::move(*parsed));
+}
+
+/// All that the reports are made of.
+struct Given {
+  std::optional<report::LaboratoryFile> laboratory;
+  std::optional<report::OrderFile> order;
+  std::vector<CheckedRecord> records;
+  ModelSource found, left;
+};
+
+Result<Given> load_all(Console& console, const CalibrationArguments& options) {
+  auto laboratory = parsed_if_given(options.laboratory, report::parse_laboratory);
+  if (!laboratory) return failure(laboratory.error());
+  auto order = parsed_if_given(options.order, report::parse_order);
+  if (!order) return failure(order.error());
+  auto records = check_records(console, options);
+  if (!records) return failure(records.error());
+  auto found = load_models(options.found, options.found_folder, "model_found");
+  if (!found) return failure(found.error());
+  auto left = load_models(options.left, options.left_folder, "model_left");
+  if (!left) return failure(left.error());
+  return Given{std::move(*laboratory), std::move(*order), std::move(*records), std::move(*found), std::move(*left)};
+}
+
+/// The folder in which qualify left what it made of an axis: that of its model.
+std::string experiment_of(const CalibrationArguments& options, const data::AxisChoice& axis) {
+  if (options.left_folder.empty()) return {};
+  return std::filesystem::path(model_path(options.left_folder, axis, inputs_of(options))).parent_path().string();
+}
+
+bool is_plane(const std::string& method) {
+  return method == "linear" || method == "ridge" || method == "ridge-u" || method == "stepwise";
+}
+
+report::ComparedModel compared(const report::ReportedMethod& method, const std::string& axis) {
+  return {.axis = axis,
+          .inputs = method.inputs,
+          .method = method.method,
+          .rmse_deg_per_h = method.random.figures.rmse,
+          .std_deg_per_h = method.random.figures.std,
+          .expanded_deg_per_h = method.uncertainty ? method.uncertainty->expanded_deg_per_h : report::kNotKnown};
+}
+
+/// What qualify tried beside the model that the unit leaves with: that one, the best plane, and what it recommended.
+void add_compared(report::CalibrationReport& report, const report::Report& experiment, const std::string& axis,
+                  const model::Model& left) {
+  const report::ReportedMethod* simplest = nullptr;
+  for (const report::ReportedMethod& method : experiment.methods)
+    if (is_plane(method.method) && (simplest == nullptr || method.random.figures.rmse < simplest->random.figures.rmse))
+      simplest = &method;
+  for (const report::ReportedMethod& method : experiment.methods) {
+    report::ComparedModel one = compared(method, axis);
+    one.left = method.inputs == left.inputs && method.method == left.method;
+    one.recommended = method.name == experiment.recommendation.recommended;
+    one.simple = &method == simplest;
+    if (one.left || one.recommended || one.simple) report.compared.push_back(std::move(one));
+  }
+}
+
+Result<void> add_experiment(report::CalibrationReport& report, const std::string& folder, const std::string& axis,
+                            const model::Model& left) {
+  const std::string path = folder + "/report/report.json";
+  const auto text = read_text_file_if_any(path, kLargestTable);
+  if (!text) return failure(text.error());
+  if (!*text) return {};
+  const auto experiment = report::read_report(**text, path);
+  if (!experiment) return failure(experiment.error());
+  add_compared(report, *experiment, axis, left);
+  return {};
+}
+
+void add_file(report::CalibrationReport& report, const std::optional<ModelOfAxis>& model) {
+  if (model) report.files.push_back(model->file);
+}
+
+/// Moves the model out; its file has been noted.
+std::optional<model::Model> taken(std::optional<ModelOfAxis>& model) {
+  return model ? std::optional(std::move(model->model)) : std::nullopt;
+}
+
+void add_trained_range(report::CalibrationReport& report, const std::string& axis, report::Stage stage,
+                       const std::optional<model::Model>& model) {
+  if (model) report.trained_ranges.push_back({axis, stage, model::trained_block(model->trained_on)});
+}
+
+Result<void> add_axis(report::CalibrationReport& report, const Given& given, const std::vector<record::Record>& records,
+                      const data::AxisChoice& choice, const std::string& label, const CalibrationArguments& options) {
+  report::CalibratedAxis axis{.label = label};
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    auto dataset = data::make_dataset(records[i], given.records[i].path, choice);
+    auto clusters = data::make_clusters(dataset);
+    if (!clusters) return failure(clusters.error());
+    if (i > 0) {
+      const data::Dataset& first = axis.runs.front().dataset;
+      if (auto one = check_one_gyro(dataset, first, first.path, ": a report is of one"); !one) return one;
+    }
+    report.bias_zeros.push_back({label, dataset.run_id, dataset.bias_zero});
+    report.cluster_length_s = clusters->length_s;
+    axis.runs.push_back({std::move(dataset), std::move(*clusters)});
+  }
+  auto found = model_of(given.found, inputs_of(options), choice);
+  if (!found) return failure(found.error());
+  auto left = model_of(given.left, inputs_of(options), choice);
+  if (!left) return failure(left.error());
+  add_file(report, *found);
+  add_file(report, *left);
+  axis.found = taken(*found);
+  axis.left = taken(*left);
+  add_trained_range(report, label, report::Stage::as_found, axis.found);
+  add_trained_range(report, label, report::Stage::as_left, axis.left);
+  if (axis.left && trained_on_another(*axis.left, axis.runs.front().dataset.identity) != nullptr)
+    report.missing.push_back("models: one that was trained on this unit");
+  if (axis.left)
+    if (auto added = add_experiment(report, experiment_of(options, choice), label, *axis.left); !added) return added;
+  return add_results(report, axis);
+}
+
+/// Where all biases are counted from one zero, it stands once.
+void say_one_zero_once(report::CalibrationReport& report) {
+  const auto differs = [&](const report::BiasZero& one) { return one.zero != report.bias_zeros.front().zero; };
+  if (report.bias_zeros.empty() || std::ranges::any_of(report.bias_zeros, differs)) return;
+  report.bias_zero = report.bias_zeros.front().zero;
+  report.bias_zeros.clear();
+}
+
+Result<report::CalibrationReport> report_of(const Given& given, const std::string& unit,
+                                            const CalibrationArguments& options) {
+  const auto records = read_records(given.records, unit);
+  if (!records) return failure(records.error());
+  report::CalibrationReport report{.program_version = GYROTHERM_VERSION};
+  for (std::size_t i = 0; i < records->size(); ++i) {
+    const CheckedRecord& one = given.records[i];
+    add_record(
+        report,
+        {(*records)[i], std::filesystem::path(one.path).filename().string(), one.sha256, one.chain_verified, one.parts},
+        unit);
+  }
+  const record::UnitInfo& info = *find_unit(given.records.front().info, unit);
+  for (std::size_t a = 0; a < info.axes.size(); ++a) {
+    const data::AxisChoice choice{unit, info.axes[a].name};
+    if (auto added = add_axis(report, given, *records, choice, record::axis_label(info, a), options); !added)
+      return failure(added.error());
+  }
+  say_one_zero_once(report);
+  add_order(report, given.laboratory, given.order);
+  return report;
+}
+
+Result<void> check_units(const report::OrderFile& order, const std::vector<record::UnitInfo>& units,
+                         const std::string& from) {
+  std::vector<report::CalibratedItem> items;
+  for (const record::UnitInfo& unit : units)
+    items.push_back({.name = unit.name, .model = unit.model, .serial_number = unit.serial_number});
+  return report::check_units(order, items, from);
+}
+
+/// Whether the order speaks of the units of the records, before a report of the first of them is made.
+Result<void> check_order(const Given& given, const std::vector<std::string>& units) {
+  if (!given.order) return {};
+  for (const CheckedRecord& one : given.records) {
+    std::vector<record::UnitInfo> reported;
+    for (const std::string& unit : units) reported.push_back(*find_unit(one.info, unit));
+    if (auto same = check_units(*given.order, reported, one.path); !same) return same;
+  }
+  return {};
+}
+
+/// A report that somebody has authorised is never written over.
+Result<void> check_is_free(const std::string& folder) {
+  if (!std::filesystem::exists(folder + "/" + report::kCalibrationFile)) return {};
+  const auto there = load_calibration(folder);
+  if (there && there->report.state == report::ReportState::draft) return {};
+  return failure(FaultKind::usage, folder,
+                 there ? fmt::format("has a report that is {}; name another folder", name(there->report.state))
+                       : "has a calibration.json that is no report; name another folder");
+}
+
+}  // namespace
+
+void add_report_texts(CLI::App& command, CalibrationArguments& options) {
+  command.add_option("--laboratory", options.laboratory, "laboratory.toml: what the laboratory says in each report")
+      ->type_name(value::kToml);
+  command.add_option("--order", options.order, "order.toml: customer, unit, people, limits")->type_name(value::kToml);
+}
+
+Result<void> check_report_texts(const CalibrationArguments& options, const std::vector<record::UnitInfo>& units,
+                                const std::string& from) {
+  if (auto laboratory = parsed_if_given(options.laboratory, report::parse_laboratory); !laboratory)
+    return failure(laboratory.error());
+  const auto order = parsed_if_given(options.order, report::parse_order);
+  if (!order) return failure(order.error());
+  return *order ? check_units(**order, units, from) : Result<void>{};
+}
+
+Result<Exit> calibrate(Console& console, const CalibrationArguments& options) {
+  const auto given = load_all(console, options);
+  if (!given) return failure(given.error());
+  const auto units = units_to_report(given->records, options.unit);
+  if (!units) return failure(units.error());
+  if (auto ordered = check_order(*given, *units); !ordered) return failure(ordered.error());
+  const auto folder_of = [&](const std::string& unit) {
+    return units->size() > 1 ? options.out + "/" + unit : options.out;
+  };
+  for (const std::string& unit : *units)
+    if (auto free = check_is_free(folder_of(unit)); !free) return failure(free.error());
+  const auto begin = [&](std::size_t unit) {
+    return std::async(std::launch::async, [&, unit] {
+      block_signals();
+      return report_of(*given, (*units)[unit], options);
+    });
+  };
+  // The next unit's report is made while that of the one before is written.
+  auto next = begin(0);
+  for (std::size_t i = 0; i < units->size(); ++i) {
+    const auto report = next.get();
+    if (i + 1 < units->size()) next = begin(i + 1);
+    if (!report) return failure(report.error());
+    if (auto written = write_calibration(console, *report, folder_of((*units)[i]), options.languages); !written)
+      return failure(written.error());
+    if (!report->missing.empty()) console.say(fmt::format("a draft: missing are {}", fmt::join(report->missing, "; ")));
+  }
+  return Exit::done;
+}
+
+}  // namespace gyrotherm::app

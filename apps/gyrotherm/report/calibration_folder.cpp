@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/report/calibration_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "core/file.hpp"
+#include "core/process.hpp"
+#include "core/sha256.hpp"
+#include "report/authorised_files.hpp"
+#include "report/calibration_csv.hpp"
+#include "report/calibration_html.hpp"
+#include "report/comparison_document.hpp"
+#include "report/dcc.hpp"
+#include "report/document.hpp"
+#include "report/new_files.hpp"
+#include "report/other_program.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr const char* kPdfProgram = "gyrotherm-pdf";
+
+/// "calibration.html", "calibration.de.html".
+std::string name_in(const std::string& language, const std::string& extension,
+                    const std::string& stem = "calibration") {
+  return fmt::format("{}{}.{}", stem, language == "en" ? "" : "." + language, extension);
+}
+
+report::Language language_of(const std::string& code) {
+  return code == "de" ? report::Language::german : report::Language::english;
+}
+
+Result<void> make_folder(const std::string& folder) {
+  std::error_code trouble;
+  std::filesystem::create_directories(folder, trouble);
+  return trouble ? Result<void>(failure(FaultKind::storage, folder, trouble.message())) : Result<void>{};
+}
+
+/// A program of its own sets it: this one, which commands chambers, has no windows and no fonts.
+Result<std::string> pdf_of(const std::string& json, const std::string& language) {
+  const auto place = report::PrivateFolder::make();
+  if (!place) return failure(place.error());
+  const std::string source = *place / report::kCalibrationFile, pdf = *place / name_in(language, "pdf");
+  if (auto put = replace_own_file(source, json, Syncing::not_awaited); !put) return failure(put.error());
+  const auto ran =
+      report::run_program(program_beside_this_one(kPdfProgram), {source, "--language", language, "--out", pdf});
+  if (!ran) return failure(ran.error());
+  if (ran->exit_code != 0) return failure(FaultKind::storage, name_in(language, "pdf"), ran->out);
+  return read_text_file(pdf, kLargestTable);
+}
+
+Result<void> write_view(Console& console, const std::string& path, const std::string& text) {
+  if (auto written = replace_text_file(path, text); !written) return written;
+  console.say(path);
+  return {};
+}
+
+/// All that is written of a report; last its source, which says in what state it is.
+Result<std::vector<report::NewFile>> files_of(const report::CalibrationReport& report,
+                                              const std::vector<std::string>& languages) {
+  const std::string json = to_json(report);
+  auto certificate = dcc_of(report, {.files = {{report::kCalibrationFile, sha256(json)}}});
+  if (!certificate) return failure(certificate.error());
+  std::vector<report::NewFile> files{{"calibration.csv", csv_of(report)}, {report::kDccFile, std::move(*certificate)}};
+  for (const std::string& language : languages) {
+    auto pdf = pdf_of(json, language);
+    if (!pdf) return failure(pdf.error());
+    files.push_back({name_in(language, "html"), html_of(document_of(report, language_of(language)))});
+    files.push_back({name_in(language, "pdf"), std::move(*pdf)});
+  }
+  files.push_back({report::kCalibrationFile, json});
+  return files;
+}
+
+}  // namespace
+
+Result<FiledReport> load_calibration(const std::string& folder_or_file) {
+  std::filesystem::path path = folder_or_file;
+  if (std::filesystem::is_directory(path)) path /= report::kCalibrationFile;
+  const auto text = read_text_file(path.string(), kLargestTable);
+  if (!text) return failure(text.error());
+  auto report = report::calibration_from_json(*text, path.string());
+  if (!report) return failure(report.error());
+  return FiledReport{std::move(*report), path.string(), sha256(*text)};
+}
+
+Result<void> write_calibration(Console& console, const report::CalibrationReport& report, const std::string& folder,
+                               const std::vector<std::string>& languages) {
+  if (auto made = make_folder(folder); !made) return made;
+  auto files = files_of(report, languages);
+  if (!files) return failure(files.error());
+  if (report.state == report::ReportState::authorised)
+    files->insert(files->end() - 1,
+                  {report::kAuthorisationFile, to_json(authorised_files(report, *files, GYROTHERM_VERSION))});
+  if (auto put = report::replace_all(folder, *files); !put) return put;
+  console.say(folder + "/" + report::kCalibrationFile);
+  for (std::size_t i = 0; i + 1 < files->size(); ++i) console.say(folder + "/" + (*files)[i].name);
+  return {};
+}
+
+Result<std::vector<report::NewFile>> render_calibration(const report::CalibrationReport& report,
+                                                        const std::vector<std::string>& names) {
+  std::vector<std::string> languages;
+  for (const char* language : {"en", "de"})
+    if (std::ranges::find(names, name_in(language, "html")) != names.end()) languages.emplace_back(language);
+  return files_of(report, languages);
+}
+
+Result<void> write_comparison(Console& console, const report::Comparison& comparison, const std::string& folder,
+                              const std::vector<std::string>& languages) {
+  if (auto made = make_folder(folder); !made) return made;
+  if (auto written = write_view(console, folder + "/comparison.json", to_json(comparison)); !written) return written;
+  for (const std::string& language : languages) {
+    const std::string page = html_of(document_of(comparison, language_of(language)));
+    if (auto written = write_view(console, folder + "/" + name_in(language, "html", "comparison"), page); !written)
+      return written;
+  }
+  return {};
+}
+
+/// That a copy has each file, and the signed one as it is, before the original is written over.
+Result<void> check_copy(const std::filesystem::path& folder, const std::filesystem::path& copy,
+                        const std::string& certificate) {
+  bool is_whole = read_text_file((copy / report::kDccFile).string(), kLargestTable) == certificate;
+  for (const std::filesystem::path& path : entries_of(folder.string()))
+    if (std::filesystem::is_regular_file(path)) is_whole = is_whole && std::filesystem::exists(copy / path.filename());
+  if (is_whole) return {};
+  return failure(FaultKind::storage, copy.string(), "is no whole copy of what is signed here; move it away");
+}
+
+Result<void> keep_as_signed(Console& console, const std::string& folder) {
+  const auto certificate = read_text_file_if_any(folder + "/" + report::kDccFile, kLargestTable);
+  if (!certificate) return failure(certificate.error());
+  if (!*certificate || (*certificate)->find("<ds:Signature") == std::string::npos) return {};
+  const std::filesystem::path kept = std::filesystem::path(folder) / "as-signed", begun = kept.string() + ".new";
+  std::error_code trouble;
+  if (std::filesystem::exists(kept, trouble)) return check_copy(folder, kept, **certificate);
+  std::filesystem::remove_all(begun, trouble);
+  std::filesystem::create_directory(begun, trouble);
+  for (const std::filesystem::path& path : entries_of(folder))
+    if (!trouble && std::filesystem::is_regular_file(path))
+      std::filesystem::copy_file(path, begun / path.filename(), trouble);
+  if (!trouble) std::filesystem::rename(begun, kept, trouble);
+  if (trouble) return failure(FaultKind::storage, kept.string(), trouble.message());
+  console.say(kept.string());
+  return {};
+}
+
+std::vector<std::string> languages_in(const std::string& folder) {
+  std::vector<std::string> found;
+  for (const char* language : {"en", "de"})
+    if (std::filesystem::exists(folder + "/" + name_in(language, "html"))) found.emplace_back(language);
+  return found;
+}
+
+}  // namespace gyrotherm::app

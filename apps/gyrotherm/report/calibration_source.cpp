@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/report/calibration_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "core/clock.hpp"
+#include "core/sha256.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr std::size_t kDayLength = 10;  // of "2026-11-25T09:00:00Z"
+
+std::string day_of(Duration utc) { return civil_time(utc).substr(0, kDayLength); }
+
+std::string in_words(const std::optional<std::chrono::sys_days>& day) {
+  return day ? record::format_day(*day) : std::string();
+}
+
+bool is_of(const record::Channel& channel, const std::string& unit) {
+  return channel.unit_under_test.empty() || channel.unit_under_test == unit;
+}
+
+bool same_number(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+/// What was calibrated anew between two records is there with either calibration.
+void add_once(std::vector<report::Equipment>& all, report::Equipment one) {
+  const auto same = [&](const report::Equipment& other) {
+    return other.role == one.role && other.channel == one.channel && other.name == one.name &&
+           other.certificate == one.certificate && other.calibrated == one.calibrated && other.due == one.due &&
+           same_number(other.standard_uncertainty_k, one.standard_uncertainty_k) &&
+           same_number(other.drift_k_in_a_year, one.drift_k_in_a_year);
+  };
+  const auto there = std::ranges::find_if(all, same);
+  if (there == all.end()) return all.push_back(std::move(one));
+  there->overdue = there->overdue || one.overdue;
+}
+
+report::Equipment thermometer(const record::Channel& channel, Duration end) {
+  const auto kelvins = [](const std::optional<Kelvins>& value) {
+    return value ? value->value : std::numeric_limits<double>::quiet_NaN();
+  };
+  return {.role = "thermometer",
+          .channel = channel.name,
+          .name = channel.instrument,
+          .certificate = channel.certificate,
+          .calibrated = in_words(channel.uncertainty.calibrated),
+          .due = in_words(channel.due),
+          .standard_uncertainty_k = kelvins(channel.uncertainty.calibration),
+          .drift_k_in_a_year = kelvins(channel.uncertainty.drift_in_a_year),
+          .overdue = channel.due && in_words(channel.due) < day_of(end)};
+}
+
+void add_equipment(report::CalibrationReport& report, const record::RunInfo& info, const record::UnitInfo& unit,
+                   Duration end) {
+  for (const record::Channel& channel : info.thermometers)
+    if (is_of(channel, unit.name)) add_once(report.equipment, thermometer(channel, end));
+  if (!info.chamber_instrument.empty())
+    add_once(report.equipment, {.role = "chamber", .name = info.chamber_instrument});
+  if (!unit.instrument.empty()) add_once(report.equipment, {.role = "gyro_readout", .name = unit.instrument});
+  for (const record::ValueInfo& value : unit.values)
+    if (!value.instrument.empty())
+      add_once(report.equipment, {.role = "analogue_input", .channel = value.name, .name = value.instrument});
+}
+
+void add_item(report::CalibratedItem& item, const record::UnitInfo& unit) {
+  item.name = unit.name;
+  if (item.serial_number.empty()) item.serial_number = unit.serial_number;
+  if (item.model.empty()) item.model = unit.model;
+  if (!item.axes.empty()) return;
+  for (std::size_t axis = 0; axis < unit.axes.size(); ++axis) item.axes.push_back(record::axis_label(unit, axis));
+}
+
+/// The span of the air, over all records.
+void add_air(report::CalibrationReport& report, const std::vector<double>& air_c) {
+  std::optional<std::pair<double, double>> span;
+  for (const double air : air_c) {
+    if (!std::isfinite(air)) continue;
+    if (!span) span = {air, air};
+    span = {std::min(span->first, air), std::max(span->second, air)};
+  }
+  if (!span) return;
+  const auto there = std::ranges::find(report.influences, "air_temperature", &report::Influence::key);
+  if (there == report.influences.end()) {
+    report.influences.push_back({.key = "air_temperature", .unit = "°C", .low = span->first, .high = span->second});
+  } else {
+    there->low = std::min(there->low, span->first);
+    there->high = std::max(there->high, span->second);
+  }
+}
+
+/// What an event is as a deviation; empty: it is none.
+std::string kind_of(const Event& event) {
+  constexpr std::array<std::pair<std::string_view, const char*>, 6> kStates{
+      {{"held", "held"},
+       {"suspended", "paused"},
+       {"aborting", "stopped"},
+       {"aborted", "stopped"},
+       {"stopped", "stopped"},
+       {"execute: the profile goes on", "resumed"}}};
+  switch (event.kind) {
+    case EventKind::interlock: return "interlock";
+    case EventKind::note: return "note";
+    case EventKind::resumed: return "resumed";
+    case EventKind::interrupted: return "stopped";
+    case EventKind::dropped: return "dropped";
+    case EventKind::returned: return "returned";
+    case EventKind::state:
+      for (const auto& [begins, kind] : kStates)
+        if (event.text.starts_with(begins)) return kind;
+      return {};
+    case EventKind::started:
+    case EventKind::segment:
+    case EventKind::fault:
+    case EventKind::recovered:
+    case EventKind::finished:
+    case EventKind::command:
+    case EventKind::acknowledged:
+    case EventKind::told: return {};
+  }
+  return {};
+}
+
+/// Whether an event is about another unit.
+bool is_of_another(const Event& event, const record::RunInfo& info, const std::string& unit) {
+  const std::string& channel = event.about.channel;
+  if (channel.empty()) return false;
+  const auto thermometer = std::ranges::find(info.thermometers, channel, &record::Channel::name);
+  if (thermometer != info.thermometers.end()) return !is_of(*thermometer, unit);
+  const std::string owner = channel.substr(0, channel.find('.'));
+  return owner != unit && record::find_unit(info, owner) != nullptr;
+}
+
+std::string civil(Duration utc) { return utc > Duration{} ? civil_time(utc) : std::string(); }
+
+void add_gaps(std::vector<report::Deviation>& deviations, const record::Record& record) {
+  for (const record::Gap& gap : record.gaps) {
+    const Duration begins = record.info.started_utc + std::chrono::seconds(gap.first);
+    deviations.push_back({.utc = record.info.imported ? "" : civil(begins),
+                          .run = record.info.id,
+                          .kind = "gap",
+                          .text = gap.cause,
+                          .seconds = static_cast<double>(gap.last - gap.first + 1)});
+  }
+}
+
+void add_faults(std::vector<report::Deviation>& deviations, const record::Record& record, const std::string& unit) {
+  std::map<std::pair<std::string, std::string>, std::pair<const Event*, int>> by_subject;
+  for (const record::RecordedEvent& one : record.events) {
+    if (one.event.kind != EventKind::fault || is_of_another(one.event, record.info, unit)) continue;
+    auto& [first, count] = by_subject[{one.event.about.interlock, one.event.about.channel}];
+    if (count++ == 0) first = &one.event;
+  }
+  for (const auto& [subject, faults] : by_subject) {
+    const auto& [first, count] = faults;
+    deviations.push_back({.utc = civil(first->at.utc),
+                          .run = record.info.id,
+                          .kind = subject.first.empty() ? "fault" : "alarm",
+                          .text = count > 1 ? fmt::format("{} ({} ×)", first->text, count) : first->text});
+  }
+}
+
+void add_deviations(std::vector<report::Deviation>& deviations, const record::Record& record, const std::string& unit) {
+  std::vector<report::Deviation> own;
+  add_gaps(own, record);
+  add_faults(own, record, unit);
+  for (const record::RecordedEvent& one : record.events) {
+    const std::string kind = kind_of(one.event);
+    if (kind.empty() || is_of_another(one.event, record.info, unit)) continue;
+    own.push_back({.utc = civil(one.event.at.utc), .run = record.info.id, .kind = kind, .text = one.event.text});
+  }
+  std::ranges::stable_sort(own, {}, &report::Deviation::utc);
+  deviations.insert(deviations.end(), own.begin(), own.end());
+}
+
+void add_files(report::CalibrationReport& report, const SourceRecord& source) {
+  const record::RunInfo& info = source.record.info;
+  report.files.push_back({.role = "record",
+                          .name = source.name,
+                          .id = info.id,
+                          .sha256 = source.sha256,
+                          .program_version = info.program_version,
+                          .profile = info.profile_name,
+                          .started_utc = civil(info.started_utc),
+                          .chain_verified = source.chain_verified});
+  report.files.insert(report.files.end(), source.parts.begin(), source.parts.end());
+  const auto add_text = [&](const char* role, const std::string& name, const std::string& text) {
+    const std::string digest = sha256(text);
+    if (text.empty() || std::ranges::find(report.files, digest, &report::UsedFile::sha256) != report.files.end())
+      return;
+    report.files.push_back({.role = role, .name = name, .sha256 = digest});
+  };
+  add_text("profile", info.profile_name, info.profile_text);
+  add_text("rig", info.rig_name, info.rig_text);
+}
+
+}  // namespace
+
+void add_record(report::CalibrationReport& report, const SourceRecord& source, const std::string& unit) {
+  const record::Record& record = source.record;
+  const record::UnitInfo* found = record::find_unit(record.info, unit);
+  if (found == nullptr) return;
+  report.simulated = report.simulated || record.info.simulated;
+  const Duration end = record.last_utc.value_or(record.info.started_utc);
+  if (record.info.started_utc > Duration{}) {
+    const std::string begun = day_of(record.info.started_utc), ended = day_of(end);
+    if (report.begun.empty() || begun < report.begun) report.begun = begun;
+    report.ended = std::max(report.ended, ended);
+  }
+  add_item(report.item, *found);
+  add_equipment(report, record.info, *found, end);
+  add_air(report, record.chamber_air_c);
+  add_deviations(report.deviations, record, unit);
+  add_files(report, source);
+}
+
+}  // namespace gyrotherm::app

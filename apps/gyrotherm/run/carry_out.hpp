@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Conducts a run to its end: in real time on an event loop, on a virtual rig as fast as the machine allows.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "acquisition/record/store.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/console.hpp"
+#include "core/result.hpp"
+#include "drivers/instruments.hpp"
+#include "sequencer/profile/profile.hpp"
+#include "sequencer/rig/rig.hpp"
+#include "sequencer/rig/rig_file.hpp"
+#include "sequencer/run/chamber_ownership.hpp"
+#include "sequencer/run/run_controller.hpp"
+
+namespace gyrotherm::app {
+
+/// Reads a profile, a file or the shipped one of that name, and checks it against what the rig's chamber can do, and
+/// for soaks on sensors that it does not have. Without a rig it is checked by itself. Fails with bad_file, every
+/// mistake with its place.
+[[nodiscard]] Result<profile::Profile> read_profile(const std::string& given, const rig::RigFile* rig);
+/// Does the same with the text of a profile; its mistakes are told under this name.
+[[nodiscard]] Result<profile::Profile> profile_for(const rig::RigFile* rig, const std::string& written,
+                                                   const std::string& name);
+
+/// Fails with out_of_range if the chamber's controller, as it is set, does not take every set point of the profile and
+/// the rig's safe one.
+[[nodiscard]] Result<void> check_controller(const drivers::SetPointRange& limits, const profile::Profile& profile,
+                                            const rig::RigFile& rig);
+
+struct StartOptions {
+  std::uint64_t seed{};        ///< of a virtual gyro and its noise
+  std::uint64_t days_later{};  ///< how much older a virtual gyro is
+  bool upload = false;  ///< the chamber's controller is given the whole profile and carries it out; else set points
+};
+
+/// The option --days-later of a command that starts runs.
+void add_days_later(CLI::App& command, std::uint64_t& days);
+
+/// Records a new run of a profile that was read for this rig into `path`. Fails with usage (a real gyro's days are not
+/// ours to pass), interrupted (the record is kept; resume goes on), interlock, an instrument's fault at the start, or
+/// storage.
+[[nodiscard]] Result<void> start_run(Console& console, const profile::Profile& profile, const rig::RigFile& rig,
+                                     const std::string& path, const StartOptions& options);
+
+struct ResumeOptions {
+  bool accept = false;                      ///< the operator allows what the resume rule leaves to people
+  bool trust_commands = false;              ///< starts unconfirmed programs
+  Duration gap = std::chrono::seconds(30);  ///< virtual rig: how long it was down
+};
+
+/// Continues an unfinished run: the same segment, no soak shortened, the gap in the record. Fails with bad_file before
+/// anything of the record is used if its chain does not fit, with refused if it names a program that this user has not
+/// confirmed for its rig file, unless trusted, and with interrupted if judge_reentry() asks, unless accepted.
+[[nodiscard]] Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options);
+
+// What calls the tick: an event loop in real time, a plain loop in virtual time.
+
+/// A run under way, and whom it concerns. All of them outlive the drive.
+struct UnderWay {
+  Console& console;
+  const profile::Profile& profile;
+  run::RunController& run_controller;
+  rig::Rig& rig;
+  record::Store& store;
+  run::ChamberOwnership& ownership;
+  const std::string& path;  ///< where the record is
+};
+
+/// Ticks as fast as the machine allows; syncs at least once a second of wall time. Fails with interrupted or storage.
+[[nodiscard]] Result<run::RunOutcome> drive_virtual(const UnderWay& run);
+
+/// Ticks on the whole seconds of the rig's clock, and syncs each. A late tick is a recorded gap; the grid does not
+/// drift. At the end of each the watcher hears that this program lives.
+[[nodiscard]] Result<run::RunOutcome> drive_real(const UnderWay& run);
+
+/// Ends a run early: waits a few seconds until all of it is on the disk, and says so if it is not.
+void await_disk(const UnderWay& run);
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/run/confirmed_commands.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "acquisition/record/chain.hpp"
+#include "core/file.hpp"
+#include "core/process.hpp"
+#include "core/sha256.hpp"
+#include "core/toml_text.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSchema = "gyrotherm-confirmed-command/1";
+constexpr const char* kTrust = "\"gyrotherm resume RUN.db --trust-commands\" starts it all the same";
+
+/// The commands that a real rig starts; a virtual line has no program.
+std::vector<drivers::ProgramCommand> commands_of(const rig::RigFile& rig) {
+  std::vector<drivers::ProgramCommand> commands;
+  for (const auto& thermometer : rig.thermometers)
+    if (!thermometer.command.words.empty() && thermometer.line != rig::kVirtualLine)
+      commands.push_back(thermometer.command);
+  return commands;
+}
+
+std::string absolute(const std::string& path) {
+  std::error_code error;
+  const auto whole = fs::absolute(path, error).lexically_normal();
+  return whole.has_filename() ? whole.string() : whole.parent_path().string();  // "rigs/." ends with a slash
+}
+
+/// What was confirmed, apart from the content of files.
+std::string subject_of(const std::string& rig_file, const drivers::ProgramCommand& command) {
+  std::vector<std::string> words;
+  for (const auto& word : command.words) words.push_back(toml_quoted(word));
+  return fmt::format("schema = \"{}\"\nrig = {}\nfolder = {}\ncommand = [{}]\n", kSchema,
+                     toml_quoted(rig_file.empty() ? "" : absolute(rig_file)), toml_quoted(absolute(command.folder)),
+                     fmt::join(words, ", "));
+}
+
+bool is_of_a_package(const std::string& file) {
+  std::error_code error;
+  const auto real = fs::canonical(file, error).string();
+  return !error && real.starts_with("/usr/") && !real.starts_with("/usr/local/");
+}
+
+std::string file_line(const std::string& file) {
+  if (is_of_a_package(file)) return fmt::format("package = {}\n", toml_quoted(file));
+  const auto digest = record::file_digest(file);
+  return fmt::format("file = [{}, \"{}\"]\n", toml_quoted(file), digest ? *digest : "unreadable");
+}
+
+/// Returns the file that an interpreter would run: the first word after the program that names one.
+std::optional<std::string> script_of(const drivers::ProgramCommand& command) {
+  for (std::size_t i = 1; i < command.words.size(); ++i) {
+    const auto& word = command.words[i];
+    std::error_code error;
+    const auto file = fs::path(absolute(command.folder)) / word;
+    if (!word.empty() && !word.starts_with('-') && fs::is_regular_file(file, error)) return file.string();
+  }
+  return {};
+}
+
+std::string kept_at(const std::string& folder, const std::string& rig_file, const drivers::ProgramCommand& command) {
+  return fmt::format("{}/{}.toml", folder, sha256(subject_of(rig_file, command)));
+}
+
+/// Why another user could have written what has that name; empty: none could.
+std::string objection_to(const std::string& path) {
+  struct stat found {};
+  if (::lstat(path.c_str(), &found) != 0) return path + " cannot be looked at";
+  if (found.st_uid != ::geteuid() && found.st_uid != 0)
+    return fmt::format("{} belongs to {}", path, user_in_words(found.st_uid));
+  return (found.st_mode & (S_IWGRP | S_IWOTH)) == 0 ? "" : path + " may be written by others than its owner";
+}
+
+Result<void> check_command(const std::string& folder, const std::string& rig_file,
+                           const drivers::ProgramCommand& command) {
+  const auto refuse = [&](const std::string& why) {
+    return failure(FaultKind::refused, "command " + text(command), fmt::format("{}; {}", why, kTrust));
+  };
+  const auto path = kept_at(folder, rig_file, command);
+  const auto kept = folder.empty() ? std::optional<std::string>()
+                                   : read_text_file_if_any(path, kLargestText, Links::refused).value_or(std::nullopt);
+  if (!kept)
+    return refuse(fmt::format("is not started: this user has not confirmed it for the rig file {} by a run",
+                              rig_file.empty() ? "of this record, which does not name it" : rig_file));
+  for (const auto& name : {folder, path})
+    if (const auto why = objection_to(name); !why.empty()) return refuse("is not started: " + why);
+  if (*kept != confirmation_text(rig_file, command))
+    return refuse("is not started: its program or script has changed since it was confirmed");
+  return {};
+}
+
+}  // namespace
+
+std::string confirmed_commands_folder() {
+  constexpr const char* kOwn = "/gyrotherm/confirmed-commands";
+  if (const char* state = std::getenv("XDG_STATE_HOME"); state && *state == '/') return std::string(state) + kOwn;
+  if (const char* home = std::getenv("HOME"); home && *home == '/') return std::string(home) + "/.local/state" + kOwn;
+  return {};
+}
+
+std::string confirmation_text(const std::string& rig_file, const drivers::ProgramCommand& command) {
+  auto text = subject_of(rig_file, command);
+  auto placed = command;
+  placed.folder = absolute(command.folder);
+  if (const auto program = drivers::find_program(placed)) text += file_line(absolute(*program));
+  if (const auto script = script_of(command)) text += file_line(absolute(*script));
+  return text;
+}
+
+Result<void> confirm_commands(const std::string& rig_file, const rig::RigFile& rig) {
+  const auto commands = commands_of(rig);
+  if (commands.empty()) return {};
+  const auto folder = confirmed_commands_folder();
+  if (folder.empty())
+    return failure(FaultKind::storage, "confirmed commands", "neither XDG_STATE_HOME nor HOME is set");
+  std::error_code error;
+  fs::create_directories(fs::path(folder).parent_path(), error);
+  ::mkdir(folder.c_str(), S_IRWXU);
+  for (const auto& command : commands)
+    if (auto kept = replace_own_file(kept_at(folder, rig_file, command), confirmation_text(rig_file, command),
+                                     Syncing::awaited, Readers::owner);
+        !kept)
+      return kept;
+  return {};
+}
+
+Result<void> check_commands(const std::string& rig_file, const rig::RigFile& rig) {
+  const auto folder = confirmed_commands_folder();
+  for (const auto& command : commands_of(rig))
+    if (auto known = check_command(folder, rig_file, command); !known) return known;
+  return {};
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/run/display.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+#include "core/clock.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+/// "Wed 25 Nov 19:40 UTC".
+std::string weekday_and_hour(Duration utc) {
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(utc).count();
+  return fmt::format("{:%a %d %b %H:%M} UTC", fmt::gmtime(static_cast<std::time_t>(seconds)));
+}
+
+std::string degrees(double value) { return std::isnan(value) ? "unknown" : fmt::format("{:.2f} °C", value); }
+
+std::string format_bias(const std::optional<DegreesPerHour>& bias) {
+  return bias ? fmt::format("{:+.4f} °/h", bias->value) : "unknown";
+}
+
+std::string chamber_line(const Sample& sample) {
+  const auto asked = degrees(sample.progress.set_point.value);
+  if (!sample.chamber.value) return fmt::format("set point {}, chamber: {}", asked, sample.chamber.value.error().what);
+  const auto& state = *sample.chamber.value;
+  return fmt::format("set point {} (chamber {}), air {}", asked, degrees(state.set_point.value),
+                     degrees(state.air.value));
+}
+
+/// Returns the newest alarms that await an acknowledgement, and the count of all.
+std::vector<std::string> alarm_lines(std::span<const record::Alarm> alarms) {
+  constexpr std::size_t kMost = 3;
+  std::vector<std::string> lines;
+  for (const auto& alarm : alarms)
+    if (alarm.awaits_acknowledgement() && lines.size() < kMost)
+      lines.push_back(fmt::format("  ALARM {} ({}{}): {}", alarm.number, state_in_words(alarm),
+                                  alarm.count > 1 ? fmt::format(", {} times", alarm.count) : "", alarm.text));
+  if (const auto count = count_unacknowledged(alarms); count > kMost)
+    lines.push_back(fmt::format("  {} unacknowledged alarms", count));
+  return lines;
+}
+
+}  // namespace
+
+std::optional<DegreesPerHour> BiasMeter::bias_of(std::optional<DegreesPerHour> rate) const {
+  if (rate) rate->value -= meter_.axis().earth_rate.value_or(DegreesPerHour{}).value;
+  return rate;
+}
+
+Display::Display(Console& console, const profile::Profile& profile, const rig::RigFile& rig)
+    : console_(console), profile_(profile), rig_(rig), channels_(channels_of(rig)) {
+  for (const auto& unit : rig.units) {
+    auto& axes = bias_.emplace_back();
+    for (std::size_t i = 0; i < unit.info.axes.size(); ++i) axes.emplace_back(unit.info.axes[i], i);
+  }
+}
+
+void Display::see(const Sample& sample) {
+  if (!first_seen_) first_seen_ = {sample.slot, clock_.now().since_start};
+  for (std::size_t unit = 0; unit < sample.units.size() && unit < bias_.size(); ++unit)
+    for (auto& axis : bias_[unit]) axis.see(sample.units[unit].count);
+}
+
+/// Of one gyro alone both biases, of a unit among several the mean of each axis.
+std::string Display::unit_line(std::size_t unit) const {
+  const auto& axes = bias_[unit];
+  if (bias_.size() == 1 && axes.size() == 1)
+    return fmt::format("  bias {}, mean of 100 s {}", format_bias(axes[0].last_second()), format_bias(axes[0].mean()));
+  std::string line = fmt::format("  {} bias, mean of 100 s:", rig_.units[unit].info.name);
+  for (std::size_t i = 0; i < axes.size(); ++i)
+    line += fmt::format(" {}{}", axes.size() > 1 ? rig_.units[unit].info.axes[i].name + " " : "",
+                        format_bias(axes[i].mean()));
+  return line;
+}
+
+std::string Display::headline(const Sample& sample, const RunStanding& standing) const {
+  const auto done = static_cast<double>(sample.slot + 1), left = to_seconds(standing.time_left.value_or(Duration{}));
+  const auto by_the_wall = time_left(sample, standing);
+  auto line =
+      fmt::format("{}{}: {:.0f} %, {}, {}", rig_.simulated ? "SIMULATED " : "", profile_.name,
+                  100 * done / std::max(done + left, 1.0),
+                  by_the_wall ? spoken(*by_the_wall) + " left" : "time left not known yet", name(standing.state));
+  if (!standing.cause.empty()) line += ": " + standing.cause;
+  if (standing.behind_plan >= std::chrono::seconds(1))
+    line += fmt::format(" ({} behind plan)", spoken(*standing.behind_plan));
+  return line;
+}
+
+std::optional<Duration> Display::time_left(const Sample& sample, const RunStanding& standing) const {
+  const auto left = standing.time_left.value_or(Duration{});
+  if (!rig_.simulated) return left;
+  constexpr Duration kLeastSeen = std::chrono::milliseconds(400);
+  const auto spent = clock_.now().since_start - (first_seen_ ? first_seen_->second : clock_.now().since_start);
+  const auto passed = static_cast<double>(sample.slot - (first_seen_ ? first_seen_->first : sample.slot));
+  if (spent < kLeastSeen || passed < 1) return {};
+  return from_seconds(to_seconds(spent) / passed * to_seconds(left));
+}
+
+/// What the clock on the wall shows, and will show at the end.
+std::string Display::clock_line(const Sample& sample, const RunStanding& standing) const {
+  const auto now = clock_.now().utc;
+  auto line = fmt::format("  {}", civil_time(now));
+  if (const auto left = time_left(sample, standing)) line += ", ends " + weekday_and_hour(now + *left);
+  return line;
+}
+
+/// As many in a line as the narrowest terminal shows.
+std::vector<std::string> Display::temperature_lines(const Sample& sample) const {
+  constexpr std::size_t kNarrowest = 60;
+  std::vector<std::string> all{" "};
+  const auto count = std::min(sample.thermometers.size(), channels_.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& reading = sample.thermometers[i].value;
+    auto word = fmt::format(" {} {}", channels_[i].name, reading ? fmt::format("{:.2f}", reading->value) : "–");
+    if (i + 1 == count) word += " °C";
+    if (all.back().size() > 1 && all.back().size() + word.size() > kNarrowest) all.emplace_back(" ");
+    all.back() += word;
+  }
+  return all;
+}
+
+std::vector<std::string> Display::lines(const Sample& sample, const RunStanding& standing,
+                                        std::span<const record::Alarm> alarms) const {
+  std::vector<std::string> all{headline(sample, standing)};
+  if (standing.state == RunState::held)
+    all.emplace_back("  goes on with \"gyrotherm tell RUN.db resume\", in another terminal");
+  all.push_back(clock_line(sample, standing));
+  if (rig_.simulated && standing.time_left)
+    all.push_back(fmt::format("  {} of the run's own time left", spoken(*standing.time_left)));
+  const auto segment = static_cast<std::size_t>(std::max(sample.progress.segment, 0));
+  if (segment < profile_.segments.size())
+    all.push_back(fmt::format("  segment {} of {}, {}: {}, {}", segment + 1, profile_.segments.size(),
+                              profile_.segments[segment].name, name(sample.progress.phase),
+                              spoken(sample.progress.in_segment)));
+  all.push_back("  " + chamber_line(sample));
+  for (auto& line : temperature_lines(sample)) all.push_back(std::move(line));
+  for (std::size_t unit = 0; unit < bias_.size(); ++unit) all.push_back(unit_line(unit));
+  for (const auto& fault : standing.faults_now) all.push_back("  fault: " + fault);
+  for (auto& line : alarm_lines(alarms)) all.push_back(std::move(line));
+  return all;
+}
+
+void Display::show(const Sample& sample, const RunStanding& standing, std::span<const record::Alarm> alarms) {
+  const bool turned = sample.progress.segment != shown_segment_ || standing.state != shown_state_;
+  shown_segment_ = sample.progress.segment;
+  shown_state_ = standing.state;
+  console_.panel([&] { return lines(sample, standing, alarms); }, turned && !rig_.simulated);
+}
+
+}  // namespace gyrotherm::app

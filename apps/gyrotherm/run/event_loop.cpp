@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <QCoreApplication>
+#include <QSocketNotifier>
+#include <QTimer>
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include "apps/console/interrupt.hpp"
+#include "apps/gyrotherm/run/carry_out.hpp"
+#include "apps/gyrotherm/run/display.hpp"
+#include "apps/gyrotherm/run/sample_json.hpp"
+#include "core/clock.hpp"
+#include "sequencer/control/control_socket.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr auto kLongestBatch = std::chrono::milliseconds(500);
+constexpr auto kLongestFarewell = std::chrono::seconds(3);  ///< to the disk, of a run that was told to stop
+constexpr int kTicksPerLook = 64;                           ///< how often the wall clock is looked at
+
+/// Where the run stands, with what the disk has to say.
+RunStanding standing_of(const UnderWay& run) {
+  auto standing = run.run_controller.standing();
+  if (auto health = run.store.health(); !health.trouble.empty())
+    standing.faults_now.push_back(fmt::format("{} s wait for the disk: {}", health.backlog_s, health.trouble));
+  return standing;
+}
+
+/// Those who may speak to the run; nobody can where their socket cannot be made, which is said.
+std::optional<control::ControlSocket> ears_of(const UnderWay& run) {
+  auto socket = control::ControlSocket::open(run.path);
+  if (socket) return std::move(*socket);
+  run.console.say("warning: " + text(socket.error()));
+  return {};
+}
+
+void listen(const UnderWay& run, std::optional<control::ControlSocket>& control_socket) {
+  if (!control_socket) return;
+  control_socket->listen([&](const control::ControlRequest& request, const std::string& who) {
+    auto answer = run.run_controller.carry_out(request, who);
+    run.console.say(fmt::format("{} by {}: {}", answer.done ? "told" : "refused, told", who, answer.text));
+    return answer;
+  });
+}
+
+Result<void> sync(const UnderWay& run) {
+  run.store.publish(run.run_controller.standing());
+  const auto last = run.store.sync();
+  if (!last) return failure(last.error());
+  if (!run.console.json || *last < 0) return {};
+  run.console.fact([&](std::size_t missed) {
+    return missed == 0 ? fmt::format("{{\"acknowledged\": {}}}\n", *last)
+                       : fmt::format("{{\"acknowledged\": {}, \"missed\": {}}}\n", *last, missed);
+  });
+  return {};
+}
+
+Result<run::RunOutcome> stopped(const UnderWay& run) {
+  if (auto noted = run.store.append_event({run.rig.clock().now(), EventKind::interrupted, "stopped by a signal"});
+      !noted)
+    return failure(noted.error());
+  await_disk(run);
+  if (auto synced = sync(run); !synced) return failure(synced.error());
+  return failure(FaultKind::interrupted, "", "stopped");
+}
+
+/// Ends a run after SIGTERM, when the safe set point was sent. The guard gets no good-bye and takes over.
+Result<run::RunOutcome> terminated(const UnderWay& run) {
+  const auto now = run.rig.clock().now();
+  if (auto noted = run.store.append_event({now, EventKind::interrupted, run.run_controller.end_cause()}); !noted)
+    return failure(noted.error());
+  await_disk(run);
+  if (auto synced = sync(run); !synced) return failure(synced.error());
+  return failure(FaultKind::interrupted, "", "stopped");
+}
+
+/// A signal while the chamber is being made safe, or is about to be because an operator has said so: the first is not
+/// obeyed, and it is said why.
+bool must_stay(const UnderWay& run) {
+  if (run.run_controller.is_told_to_end()) {
+    run.console.say("an operator has ended the run already; a second Ctrl-C leaves what is left of that to the guard");
+    return true;
+  }
+  if (run.run_controller.run_state() != RunState::aborting || stops() > 1) return false;
+  run.console.say(
+      "the chamber is being made safe and has not confirmed it yet; a second Ctrl-C leaves that to the guard");
+  return true;
+}
+
+/// The operator does not wait for the chamber: somebody else goes on trying.
+Result<run::RunOutcome> left_to_the_guard(const UnderWay& run) {
+  await_disk(run);
+  return failure(FaultKind::interlock, "", run.run_controller.end_cause());
+}
+
+/// Alarms and changes of state are told at once, each by itself: who is not there now reads them later.
+void tell_events(const UnderWay& run) {
+  for (const auto& event : run.run_controller.last_events()) switch (event.kind) {
+      case EventKind::fault:
+      case EventKind::recovered:
+      case EventKind::interlock:
+      case EventKind::state:
+        run.console.say(fmt::format("{} {}: {}", civil_time(event.at.utc), name(event.kind), event.text));
+        break;
+      default: break;
+    }
+}
+
+/// The second that was ticked last, for programs that asked for each.
+void tell_sample(const UnderWay& run) {
+  if (!run.console.samples || run.run_controller.last().slot + 1 != run.run_controller.next_slot()) return;
+  run.console.fact([&](std::size_t) {
+    return sample_json(run.run_controller.last(), run.run_controller.last_events(), run.store.info()) + "\n";
+  });
+}
+
+/// One real-time tick and what follows from it. Nothing in it waits for a person, a terminal, a disk or a lock.
+class RealTime {
+ public:
+  explicit RealTime(const UnderWay& run)
+      : run_(run), display_(run.console, run.profile, run.rig.file()), ears_(ears_of(run)) {
+    timer_.setTimerType(Qt::PreciseTimer);
+    timer_.setSingleShot(true);
+    timer_.callOnTimeout([this] { tick(); });
+  }
+
+  Result<run::RunOutcome> run() {
+    QSocketNotifier interrupt(interrupt_descriptor(), QSocketNotifier::Read);
+    QObject::connect(&interrupt, &QSocketNotifier::activated, [this] { interrupt_now(); });
+    QSocketNotifier told(ears_ ? ears_->descriptor() : interrupt_descriptor(), QSocketNotifier::Read);
+    told.setEnabled(ears_.has_value());
+    QObject::connect(&told, &QSocketNotifier::activated, [this] {
+      if (!ended_) listen(run_, ears_);
+    });
+    arm();
+    QCoreApplication::exec();
+    return result_;
+  }
+
+ private:
+  /// The timer is armed each time for the next whole second of the rig's clock: slot k is ticked at its end, k + 1 s.
+  void arm() {
+    const auto now = run_.rig.clock().now().since_start;
+    const auto next_second = std::chrono::floor<std::chrono::seconds>(now) + std::chrono::seconds(1);
+    timer_.start(std::chrono::ceil<std::chrono::milliseconds>(next_second - now));
+  }
+
+  /// The loop may still deliver what was due with the event that ended it; then nothing more is to be recorded.
+  void end(Result<run::RunOutcome> result) {
+    ended_ = true;
+    timer_.stop();
+    result_ = std::move(result);
+    QCoreApplication::quit();
+  }
+
+  /// What is acknowledged a moment later is told too.
+  Result<run::RunOutcome> with_its_last_second(Result<run::RunOutcome> outcome) {
+    await_disk(run_);
+    if (const auto synced = sync(run_); !synced && outcome) return failure(synced.error());
+    return outcome;
+  }
+
+  /// Does as the rig file says: who closes a terminal may mean no more than that.
+  void hang_up() {
+    if (hangups() == seen_hangups_) return;
+    seen_hangups_ = hangups();
+    forgive_hangups();
+    if (run_.rig.file().run_limits.on_hangup == interlocks::OnHangup::go_on)
+      run_.run_controller.note(EventKind::note, "the terminal was closed; the run goes on, and its guard with it");
+    else if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
+      run_.run_controller.tell(control::OperatorCommand::abort, "the terminal, which was closed");
+  }
+
+  /// Returns true after a SIGTERM that is to leave the chamber safe. A shutdown does not wait: the guard takes over.
+  [[nodiscard]] bool is_terminated() const {
+    return terminations() > 0 && run_.rig.file().run_limits.on_stop == interlocks::OnStop::safe;
+  }
+
+  void interrupt_now() {
+    take_wake_ups();
+    if (ended_) return;
+    hang_up();
+    listen(run_, ears_);  // what was told before outranks Ctrl-C
+    if (is_terminated() && !run_.ownership.troubles().empty()) return stay_without_a_guard();
+    if (stops() == 0 || (!is_terminated() && must_stay(run_))) return;
+    leaves_ = run_.run_controller.owes_a_tick() && stops() == 1;  // who was told "held" finds it held
+    if (!leaves_) leave();
+  }
+
+  /// Ends the run as an abort does, once the chamber has confirmed: no guard would take over.
+  void stay_without_a_guard() {
+    run_.console.say("no guard watches the chamber: this program ends once the chamber is safe");
+    if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
+      run_.run_controller.tell(control::OperatorCommand::abort, "SIGTERM");
+  }
+
+  void leave() {
+    if (run_.run_controller.run_state() == RunState::aborting) return end(left_to_the_guard(run_));
+    if (!is_terminated()) return end(stopped(run_));
+    run_.run_controller.make_safe("stopped by SIGTERM");
+    run_.ownership.heartbeat({});  // before waiting for the disk
+    if (run_.ownership.troubles().empty()) return end(terminated(run_));
+    arm();  // without a guard: ends once confirmed
+  }
+
+  void tick() {
+    if (ended_) return;
+    listen(run_, ears_);
+    const auto slot = run_.rig.clock().now().since_start / std::chrono::seconds(1) - 1;
+    if (slot >= run_.run_controller.next_slot()) {
+      run_.run_controller.see_guard(run_.ownership.troubles());
+      auto outcome = run_.run_controller.tick(slot);
+      run_.ownership.heartbeat(run_.rig.io().stuck_for());
+      if (const auto synced = sync(run_); !synced && outcome) outcome = failure(synced.error());
+      display_.see(run_.run_controller.last());
+      tell_events(run_);
+      tell_sample(run_);
+      display_.show(run_.run_controller.last(), standing_of(run_), run_.store.alarms().list());
+      if (!outcome || *outcome != run::RunOutcome::going_on) return end(with_its_last_second(std::move(outcome)));
+      if (std::exchange(leaves_, false) && (is_terminated() || !must_stay(run_))) return leave();
+    }
+    arm();
+  }
+
+  const UnderWay& run_;
+  Display display_;
+  std::optional<control::ControlSocket> ears_;
+  QTimer timer_;
+  bool ended_ = false;
+  bool leaves_ = false;  ///< with the next tick
+  int seen_hangups_ = 0;
+  Result<run::RunOutcome> result_ = run::RunOutcome::going_on;  ///< once ended
+};
+
+}  // namespace
+
+void await_disk(const UnderWay& run) {
+  if (run.store.settle(kLongestFarewell)) return;
+  const auto health = run.store.health();
+  run.console.say(fmt::format("warning: {} s are not on the disk: {}", health.backlog_s, health.trouble));
+}
+
+Result<run::RunOutcome> drive_virtual(const UnderWay& run) {
+  Display display(run.console, run.profile, run.rig.file());
+  auto control_socket = ears_of(run);
+  auto last_sync = steady_clock::now();
+  for (;;) {
+    run.rig.let_pass(1);
+    const auto outcome = run.run_controller.tick(run.run_controller.next_slot());
+    if (!outcome) return outcome;
+    display.see(run.run_controller.last());
+    tell_sample(run);
+    const bool ended = *outcome != run::RunOutcome::going_on;
+    if (!ended && run.run_controller.next_slot() % kTicksPerLook != 0) continue;
+    if (interrupted() && !ended && !run.run_controller.is_told_to_end() &&
+        (run.run_controller.run_state() != RunState::aborting || interrupts() > 1))
+      return stopped(run);
+    listen(run, control_socket);
+    if (!ended && steady_clock::now() - last_sync < kLongestBatch) continue;
+    if (auto synced = sync(run); !synced) return failure(synced.error());
+    last_sync = steady_clock::now();
+    display.show(run.run_controller.last(), standing_of(run), run.store.alarms().list());
+    if (ended) return outcome;
+  }
+}
+
+Result<run::RunOutcome> drive_real(const UnderWay& run) {
+  int argc = 0;
+  QCoreApplication application(argc, nullptr);
+  return RealTime(run).run();
+}
+
+}  // namespace gyrotherm::app

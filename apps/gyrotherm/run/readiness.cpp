@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/gyrotherm/run/readiness.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+
+#include "acquisition/record/run_info.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+Finding check_calibrations(const rig::RigFile& rig, Duration utc) {
+  const auto channels = channels_of(rig);
+  const auto overdue = overdue_calibrations(channels, utc);
+  if (overdue.empty()) return {"calibrations", FindingState::ok, fmt::format("0 of {} overdue", channels.size()), ""};
+  return {"calibrations", FindingState::warning, fmt::format("{}", fmt::join(overdue, "; ")),
+          "renew the certificate, or correct the day in the rig file"};
+}
+
+Finding check_limiter(const rig::RigFile& rig) {
+  if (!rig.limiter)
+    return {"limiter", FindingState::warning, "the rig file does not say how the chamber's own limiter is set",
+            "add [chamber.limiter]; the limiter is the safety function, this program is not"};
+  return {"limiter", FindingState::ok, in_words(*rig.limiter) + "; verify these settings on the chamber", ""};
+}
+
+Finding named(Finding finding, const char* what) {
+  finding.what = what;
+  return finding;
+}
+
+}  // namespace
+
+Finding check_bias_zero(const rig::RigFile& rig) {
+  std::vector<std::string> unknown;
+  std::size_t axes = 0;
+  for (const auto& unit : rig.units)
+    for (std::size_t i = 0; i < unit.info.axes.size(); ++i, ++axes)
+      if (!unit.info.axes[i].earth_rate) unknown.push_back(axis_label(unit.info, i));
+  if (unknown.empty())
+    return {"zero of the bias", FindingState::ok, fmt::format("Earth rate is known on {} of {} axes", axes, axes), ""};
+  return {"zero of the bias", FindingState::warning,
+          fmt::format("Earth rate of {} is unknown; the mean of the first hold becomes the zero of the bias",
+                      fmt::join(unknown, ", ")),
+          "add latitude to [gyro] or [fixture] of the rig file"};
+}
+
+std::vector<Finding> check_readiness(const rig::RigFile& rig, const std::string& record, Duration utc) {
+  std::vector<Finding> findings{check_bias_zero(rig), check_calibrations(rig, utc)};
+  if (!rig.simulated) findings.push_back(check_limiter(rig));
+  const auto parent = std::filesystem::path(record).parent_path().string();
+  for (auto& finding : check_disk(parent.empty() ? "." : parent))
+    if (finding.what == "disk") findings.push_back(named(std::move(finding), "disk"));
+  if (rig.simulated) return findings;
+  for (auto& finding : check_installation())
+    if (finding.what == "gyrotherm-make-safe") findings.push_back(named(std::move(finding), "guard"));
+  return findings;
+}
+
+void say_readiness(Console& console, const rig::RigFile& rig, const std::vector<Finding>& findings) {
+  const auto is_bad = [](const Finding& finding) { return finding.state != FindingState::ok; };
+  const auto warnings = std::ranges::count_if(findings, is_bad);
+  const bool no_go = std::ranges::any_of(findings, [](const auto& one) { return one.state == FindingState::fault; });
+  for (const auto& finding : findings) {
+    if (rig.simulated && !is_bad(finding)) continue;
+    const auto* level = finding.state == FindingState::ok      ? "go"
+                        : finding.state == FindingState::fault ? "NO-GO"
+                                                               : "WARNING";
+    console.say(fmt::format("{:<8} {:<17} {}{}", level, finding.what, finding.found,
+                            finding.fix.empty() ? "" : "; " + finding.fix));
+  }
+  if (rig.simulated) return;
+  console.say(no_go           ? std::string("NO-GO: expect this run to fail")
+              : warnings == 0 ? std::string("GO")
+                              : fmt::format("GO WITH {} WARNING{}", warnings, warnings == 1 ? "" : "S"));
+}
+
+}  // namespace gyrotherm::app

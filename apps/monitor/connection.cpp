@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/connection.hpp"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <openssl/err.h>
+#include <openssl/ssl.h>
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+
+#include "core/deadline.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+std::string last_tls_error() {
+  std::array<char, 200> text{};
+  ERR_error_string_n(ERR_get_error(), text.data(), text.size());
+  ERR_clear_error();
+  return text.data();
+}
+
+/// What a call of TLS waits for; 0: it has failed.
+short wanted_by(int error) {
+  if (error == SSL_ERROR_WANT_READ) return POLLIN;
+  return error == SSL_ERROR_WANT_WRITE ? POLLOUT : short{0};
+}
+
+/// Repeats a call of TLS until it is done; its result, or 0.
+template <class Call>
+int until_done(ssl_st* tls, int socket, const Deadline& deadline, Call call) {
+  for (;;) {
+    ERR_clear_error();
+    const int done = call();
+    if (done > 0) return done;
+    const auto wanted = wanted_by(SSL_get_error(tls, done));
+    if (wanted == 0 || !ready(socket, wanted, deadline)) return 0;
+  }
+}
+
+}  // namespace
+
+void TlsServer::Free::operator()(ssl_ctx_st* context) const { SSL_CTX_free(context); }
+
+Result<TlsServer> TlsServer::load(const std::string& certificate_file, const std::string& key_file) {
+  TlsServer server(SSL_CTX_new(TLS_server_method()));
+  auto* context = server.context();
+  if (context == nullptr) return failure(FaultKind::bad_file, certificate_file, last_tls_error());
+  SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
+  SSL_CTX_set_options(context, SSL_OP_NO_RENEGOTIATION | SSL_OP_NO_COMPRESSION);
+  SSL_CTX_set_mode(context,
+                   SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER | SSL_MODE_RELEASE_BUFFERS);
+  SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);
+  if (SSL_CTX_use_certificate_chain_file(context, certificate_file.c_str()) != 1)
+    return failure(FaultKind::bad_file, certificate_file, "is no certificate in PEM: " + last_tls_error());
+  if (SSL_CTX_use_PrivateKey_file(context, key_file.c_str(), SSL_FILETYPE_PEM) != 1)
+    return failure(FaultKind::bad_file, key_file, "is not the key of the certificate: " + last_tls_error());
+  return server;
+}
+
+void Connection::End::operator()(ssl_st* tls) const {
+  SSL_shutdown(tls);
+  SSL_free(tls);
+}
+
+Connection::Connection(Descriptor socket, const TlsServer* tls) : socket_(std::move(socket)) {
+  const int on = 1;
+  ::fcntl(socket_.number(), F_SETFL, ::fcntl(socket_.number(), F_GETFL) | O_NONBLOCK);
+  ::fcntl(socket_.number(), F_SETFD, FD_CLOEXEC);
+  ::setsockopt(socket_.number(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  constexpr int kSendBuffer = 128 * 1024;  // what a watcher may be behind, twice that in the kernel's own count
+  ::setsockopt(socket_.number(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
+  if (tls == nullptr) return;
+  tls_.reset(SSL_new(tls->context()));
+  if (tls_) SSL_set_fd(tls_.get(), socket_.number());
+}
+
+Connection::~Connection() = default;
+
+bool Connection::greet(Duration within) {
+  if (!tls_) return true;
+  return until_done(tls_.get(), socket(), Deadline(within), [&] { return SSL_accept(tls_.get()); }) > 0;
+}
+
+std::size_t Connection::read(char* into, std::size_t most, Duration within) {
+  const Deadline deadline(within);
+  if (tls_) {
+    const auto size = static_cast<int>(std::min<std::size_t>(most, 16384));
+    return static_cast<std::size_t>(
+        until_done(tls_.get(), socket(), deadline, [&] { return SSL_read(tls_.get(), into, size); }));
+  }
+  while (ready(socket(), POLLIN, deadline)) {
+    const auto size = ::recv(socket(), into, most, 0);
+    if (size >= 0) return static_cast<std::size_t>(size);
+    if (!would_block()) return 0;
+  }
+  return 0;
+}
+
+bool Connection::write(std::string_view bytes, Duration within) {
+  const Deadline deadline(within);
+  while (!bytes.empty()) {
+    if (tls_) {
+      const auto size = static_cast<int>(std::min<std::size_t>(bytes.size(), 16384));
+      const int sent =
+          until_done(tls_.get(), socket(), deadline, [&] { return SSL_write(tls_.get(), bytes.data(), size); });
+      if (sent <= 0) return false;
+      bytes.remove_prefix(static_cast<std::size_t>(sent));
+      continue;
+    }
+    const auto sent = ::send(socket(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (sent > 0)
+      bytes.remove_prefix(static_cast<std::size_t>(sent));
+    else if (sent == 0 || !would_block() || !ready(socket(), POLLOUT, deadline))
+      return false;
+    if (deadline.over() && !bytes.empty()) return false;
+  }
+  return true;
+}
+
+void Connection::say_goodbye() {
+  if (tls_) {
+    ERR_clear_error();
+    SSL_shutdown(tls_.get());
+  }
+  ::shutdown(socket(), SHUT_WR);
+}
+
+bool Connection::has_bytes(Duration within) const {
+  if (tls_ && SSL_pending(tls_.get()) > 0) return true;
+  return ready(socket(), POLLIN, Deadline(within));
+}
+
+bool Connection::is_there() const {
+  pollfd line{socket(), POLLRDHUP, 0};
+  return ::poll(&line, 1, 0) >= 0 && (line.revents & (POLLERR | POLLHUP | POLLRDHUP | POLLNVAL)) == 0;
+}
+
+std::string Connection::peer() const {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  if (::getpeername(socket(), reinterpret_cast<sockaddr*>(&address), &size) != 0) return {};
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  if (address.ss_family == AF_INET)
+    ::inet_ntop(AF_INET, &reinterpret_cast<sockaddr_in&>(address).sin_addr, text.data(), text.size());
+  else if (address.ss_family == AF_INET6)
+    ::inet_ntop(AF_INET6, &reinterpret_cast<sockaddr_in6&>(address).sin6_addr, text.data(), text.size());
+  return text.data();
+}
+
+}  // namespace gyrotherm::monitor

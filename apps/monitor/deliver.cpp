@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/deliver.hpp"
+
+#include <curl/curl.h>
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <ctime>
+#include <memory>
+
+#include "core/deadline.hpp"
+#include "core/file.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+struct Pipe {
+  Descriptor read, write;
+};
+
+Result<Pipe> new_pipe() {
+  int ends[2]{};
+  if (::pipe2(ends, O_CLOEXEC) != 0) return failure(FaultKind::usage, "pipe", std::strerror(errno));
+  return Pipe{Descriptor(ends[0]), Descriptor(ends[1])};
+}
+
+/// A program with no signal blocked, a group of its own, the pipe as stdin, and its words thrown away.
+Result<pid_t> start(const std::vector<std::string>& command, int input) {
+  std::vector<char*> words;
+  for (const auto& word : command) words.push_back(const_cast<char*>(word.c_str()));
+  words.push_back(nullptr);
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
+  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawnattr_t how;
+  posix_spawnattr_init(&how);
+  sigset_t none;
+  sigemptyset(&none);
+  posix_spawnattr_setsigmask(&how, &none);
+  posix_spawnattr_setpgroup(&how, 0);
+  posix_spawnattr_setflags(&how, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
+  pid_t child{};
+  const int error = ::posix_spawnp(&child, words.front(), &files, &how, words.data(), environ);
+  posix_spawnattr_destroy(&how);
+  posix_spawn_file_actions_destroy(&files);
+  if (error != 0) return failure(FaultKind::usage, command.front(), std::strerror(error));
+  return child;
+}
+
+/// Its exit code; nothing if it had to be ended.
+std::optional<int> wait_for(pid_t child, const Deadline& deadline) {
+  constexpr int kLookEveryMs = 20;
+  int status = 0;
+  while (::waitpid(child, &status, WNOHANG) == 0) {
+    if (deadline.over()) {
+      ::kill(-child, SIGKILL);
+      ::waitpid(child, &status, 0);
+      return std::nullopt;
+    }
+    ::poll(nullptr, 0, kLookEveryMs);
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+}
+
+void feed(Descriptor pipe, std::string_view input, const Deadline& deadline) {
+  ::fcntl(pipe.number(), F_SETFL, O_NONBLOCK);
+  while (!input.empty() && ready(pipe.number(), POLLOUT, deadline)) {
+    const auto size = ::write(pipe.number(), input.data(), input.size());
+    if (size < 0 && !would_block()) return;
+    if (size > 0) input.remove_prefix(static_cast<std::size_t>(size));
+  }
+}
+
+/// One line, without what could begin another header.
+std::string one_line(const std::string& text) {
+  std::string line;
+  for (const char c : text) line += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+  return line;
+}
+
+/// A header's text beyond ASCII, after RFC 2047, in words that split no character and lines of at most 76, of which the
+/// first begins with the header's name, "Subject: ".
+std::string encoded(const std::string& text) {
+  if (std::ranges::all_of(text, [](unsigned char c) { return c >= ' ' && c < 0x7F; })) return text;
+  constexpr std::size_t kMost = 55;
+  std::string all, word;
+  const auto close = [&] {
+    if (!word.empty()) all += (all.empty() ? "" : "\r\n ") + fmt::format("=?utf-8?Q?{}?=", word);
+    word.clear();
+  };
+  for (std::size_t i = 0; i < text.size();) {
+    auto end = i + 1;
+    while (end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) ++end;
+    std::string one;
+    for (; i < end; ++i) {
+      const auto byte = static_cast<unsigned char>(text[i]);
+      const bool plain = (byte >= '0' && byte <= '9') || (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z');
+      one += byte == ' ' ? "_" : plain ? std::string(1, text[i]) : fmt::format("={:02X}", byte);
+    }
+    if (word.size() + one.size() > kMost) close();
+    word += one;
+  }
+  close();
+  return all;
+}
+
+std::string mail_date(Duration utc) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(utc).count();
+  return fmt::format("{:%a, %d %b %Y %H:%M:%S} +0000", fmt::gmtime(static_cast<std::time_t>(seconds)));
+}
+
+struct EndCurl {
+  void operator()(CURL* curl) const { curl_easy_cleanup(curl); }
+};
+struct EndList {
+  void operator()(curl_slist* list) const { curl_slist_free_all(list); }
+};
+using Curl = std::unique_ptr<CURL, EndCurl>;
+
+Curl new_curl(const std::string& url, Duration within) {
+  static const auto ready = curl_global_init(CURL_GLOBAL_DEFAULT);
+  Curl curl(ready == CURLE_OK ? curl_easy_init() : nullptr);
+  if (!curl) return curl;
+  const long ms = std::chrono::duration_cast<std::chrono::milliseconds>(within).count();
+  curl_easy_setopt(curl.get(), CURLOPT_URL, url.c_str());
+  curl_easy_setopt(curl.get(), CURLOPT_NOSIGNAL, 1L);
+  curl_easy_setopt(curl.get(), CURLOPT_TIMEOUT_MS, ms);
+  curl_easy_setopt(curl.get(), CURLOPT_CONNECTTIMEOUT_MS, ms / 2);
+  return curl;
+}
+
+std::size_t throw_away(char* /*bytes*/, std::size_t size, std::size_t count, void* /*nothing*/) { return size * count; }
+
+}  // namespace
+
+Result<void> run_program(const std::vector<std::string>& command, const std::string& input, Duration within) {
+  const Deadline deadline(within);
+  auto pipe = new_pipe();
+  if (!pipe) return failure(pipe.error());
+  const auto child = start(command, pipe->read.number());
+  if (!child) return failure(child.error());
+  pipe->read.close();
+  feed(std::move(pipe->write), input, deadline);
+  const auto code = wait_for(*child, deadline);
+  if (!code) return failure(FaultKind::timeout, command.front(), fmt::format("did not end in {}", spoken(within)));
+  if (*code != 0) return failure(FaultKind::refused, command.front(), fmt::format("ended with exit code {}", *code));
+  return {};
+}
+
+std::string mail_text(const MailServer& server, const MailAddress& to, const Letter& letter, Duration utc) {
+  std::string body;
+  for (const char c : letter.text)
+    body += c == '\n'                             ? std::string("\r\n")
+            : static_cast<unsigned char>(c) < ' ' ? std::string(" ")
+                                                  : std::string(1, c);
+  return fmt::format(
+      "Date: {}\r\nFrom: {}\r\nTo: {}\r\nSubject: {}\r\nAuto-Submitted: auto-generated\r\nMIME-Version: 1.0\r\n"
+      "Content-Type: text/plain; charset=utf-8\r\nContent-Transfer-Encoding: 8bit\r\n\r\n{}\r\n",
+      mail_date(utc), one_line(server.from), one_line(fmt::format("{}", fmt::join(to.to, ", "))),
+      encoded(one_line(letter.subject)), body);
+}
+
+Result<void> send_mail(const MailServer& server, const MailAddress& to, const Letter& letter, Duration utc) {
+  const auto curl = new_curl(server.url, kDeliverWithin);
+  if (!curl) return failure(FaultKind::disconnected, server.url, "no mail can be sent");
+  struct Rest {
+    std::string text;
+    std::size_t sent{};
+  } rest{.text = mail_text(server, to, letter, utc)};
+  const auto give = [](char* into, std::size_t size, std::size_t count, void* of) -> std::size_t {
+    auto& left = *static_cast<Rest*>(of);
+    const auto piece = std::min(size * count, left.text.size() - left.sent);
+    std::copy_n(left.text.data() + left.sent, piece, into);
+    left.sent += piece;
+    return piece;
+  };
+  std::unique_ptr<curl_slist, EndList> receivers;
+  for (const auto& one : to.to) receivers.reset(curl_slist_append(receivers.release(), one.c_str()));
+  curl_easy_setopt(curl.get(), CURLOPT_PROTOCOLS_STR, "smtp,smtps");
+  curl_easy_setopt(curl.get(), CURLOPT_MAIL_FROM, server.from.c_str());
+  curl_easy_setopt(curl.get(), CURLOPT_MAIL_RCPT, receivers.get());
+  curl_easy_setopt(curl.get(), CURLOPT_USE_SSL, server.must_be_secure ? long{CURLUSESSL_ALL} : long{CURLUSESSL_NONE});
+  if (!server.user.empty()) {
+    curl_easy_setopt(curl.get(), CURLOPT_USERNAME, server.user.c_str());
+    curl_easy_setopt(curl.get(), CURLOPT_PASSWORD, server.password.c_str());
+  }
+  curl_easy_setopt(curl.get(), CURLOPT_READFUNCTION, +give);
+  curl_easy_setopt(curl.get(), CURLOPT_READDATA, &rest);
+  curl_easy_setopt(curl.get(), CURLOPT_UPLOAD, 1L);
+  curl_easy_setopt(curl.get(), CURLOPT_WRITEFUNCTION, throw_away);
+  const auto done = curl_easy_perform(curl.get());
+  if (done == CURLE_OK) return {};
+  return failure(done == CURLE_COULDNT_CONNECT ? FaultKind::disconnected : FaultKind::refused, server.url,
+                 curl_easy_strerror(done));
+}
+
+Result<void> deliver(const Site& site, const NotifyAddress& address, const Letter& letter, Duration utc) {
+  if (const auto* command = std::get_if<CommandAddress>(&address.how)) {
+    auto words = command->command;
+    words.push_back(one_line(letter.subject));
+    return run_program(words, letter.text + "\n", kDeliverWithin);
+  }
+  if (const auto* mail = std::get_if<MailAddress>(&address.how)) return send_mail(*site.mail, *mail, letter, utc);
+  const auto& url = std::get<AppriseAddress>(address.how).url;
+  return run_program({"apprise", "-t", one_line(letter.subject), url}, letter.text + "\n", kDeliverWithin);
+}
+
+/// A proxy answers in its place with an error.
+bool monitor_answers(const std::string& url, Duration within) {
+  const auto curl = new_curl(url + (url.ends_with('/') ? "" : "/") + "api/v1/session", within);
+  if (!curl) return false;
+  curl_easy_setopt(curl.get(), CURLOPT_PROTOCOLS_STR, "http,https");
+  curl_easy_setopt(curl.get(), CURLOPT_WRITEFUNCTION, throw_away);
+  long status = 0;
+  if (curl_easy_perform(curl.get()) != CURLE_OK) return false;
+  curl_easy_getinfo(curl.get(), CURLINFO_RESPONSE_CODE, &status);
+  return status == 200;
+}
+
+}  // namespace gyrotherm::monitor

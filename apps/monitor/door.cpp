@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/door.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/monitor/body.hpp"
+#include "apps/monitor/request_head.hpp"
+#include "core/json.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+// An address may ask 20 times a second, and 120 times at once, as a page with many charts does when it begins; it may
+// try to log in ten times, and once more every 20 s. A name may be tried much more often from all addresses together:
+// who guesses at it from a few is not to keep its owner out, who comes from another.
+constexpr double kRequests = 120, kRequestsPerSecond = 20, kLogins = 10, kLoginsPerSecond = 0.05, kOfName = 500,
+                 kOfNamePerSecond = 1;
+
+/// A browser sends a cookie to every port of a name: two monitors of one machine, or behind two tunnels to localhost,
+/// would take each other's away if they called it alike.
+std::string cookie_name(const WebRequest& request) {
+  const std::string name = "gyrotherm_session";
+  const auto host = request.head.header("host");
+  const auto colon = host.rfind(':');
+  const auto port = colon == std::string::npos ? std::string() : host.substr(colon + 1);
+  const bool is_one = !port.empty() && std::ranges::all_of(port, [](char c) { return c >= '0' && c <= '9'; });
+  return is_one ? name + "_" + port : name;
+}
+
+std::string cookie_with(const std::string& secret, const WebRequest& request, std::int64_t seconds) {
+  return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict; Max-Age={}{}", cookie_name(request), secret, seconds,
+                     request.secure ? "; Secure" : "");
+}
+
+/// The secret that the request shows; empty: none.
+std::string secret_of(const WebRequest& request) {
+  return cookie_in(request.head.header("cookie"), cookie_name(request));
+}
+
+/// Whether the browser says that the request is another site's. Following a link to the page itself is not.
+bool is_from_elsewhere(const WebRequest& request) {
+  const auto& head = request.head;
+  const auto site = head.header("sec-fetch-site");
+  const bool opens_page = head.method == "GET" && head.path == "/";
+  if (!site.empty() && site != "same-origin" && site != "none" && !opens_page) return true;
+  const auto origin = head.header("origin");
+  const auto own = fmt::format("{}://{}", request.secure ? "https" : "http", head.header("host"));
+  return !origin.empty() && in_small_letters(origin) != in_small_letters(own);
+}
+
+/// A browser says where a request comes from; one that changes something and does not is no browser's.
+bool says_where_from(const WebRequest& request) {
+  return !request.head.header("origin").empty() || !request.head.header("sec-fetch-site").empty();
+}
+
+}  // namespace
+
+Door::Door(const DoorOptions& options, Users& users, Sessions& sessions, const Clock& clock)
+    : options_(options),
+      users_(users),
+      sessions_(sessions),
+      requests_(kRequests, kRequestsPerSecond, clock),
+      logins_(kLogins, kLoginsPerSecond, clock),
+      names_(kOfName, kOfNamePerSecond, clock) {}
+
+std::optional<WebAnswer> Door::objection(const WebRequest& request) {
+  if (!requests_.take(request.peer)) return refusal(429, "too many requests from this address");
+  if (is_from_elsewhere(request)) return refusal(403, "the request comes from another site");
+  return std::nullopt;
+}
+
+std::variant<Guest, WebAnswer> Door::guest_of(const WebRequest& request) {
+  const auto& head = request.head;
+  constexpr std::string_view kBearer = "Bearer ";
+  if (const auto sent = head.header("authorization"); !sent.empty()) {
+    const auto identity =
+        sent.starts_with(kBearer) ? users_.of_token(std::string_view(sent).substr(kBearer.size())) : std::nullopt;
+    if (!identity && !logins_.take("token " + request.peer))
+      return refusal(429, "too many wrong tokens from this address");
+    if (!identity) return refusal(401, "the token is none");
+    return Guest{.identity = identity};
+  }
+  const auto session = sessions_.find(secret_of(request));
+  if (session)
+    if (auto identity = user_of(*session)) return Guest{.identity = std::move(identity), .session = session};
+  if (options_.open && !users_.has_any()) return Guest{};
+  return refusal(401, "log in first");
+}
+
+std::optional<Identity> Door::user_of(const Sessions::Session& session) {
+  auto identity = users_.of_name(session.user);
+  if (!identity || identity->known_by == session.known_by) return identity;
+  sessions_.close(session.id);
+  return std::nullopt;
+}
+
+std::optional<WebAnswer> Door::objection_to_change(const Guest& guest, const WebRequest& request, Role role) const {
+  if (!options_.control) return refusal(403, "this monitor only looks; it was started without --control");
+  if (!guest.identity) return refusal(403, "whoever speaks to a run has a name: add users first");
+  if (!guest.may(role)) return refusal(403, fmt::format("a {} may not do that", name(guest.identity->role)));
+  if (!guest.session) return std::nullopt;
+  if (!says_where_from(request)) return refusal(403, "the request does not say that it comes from the page");
+  if (!equal_secrets(guest.session->csrf, request.head.header("x-csrf-token")))
+    return refusal(403, "the request does not come from the page");
+  return std::nullopt;
+}
+
+WebAnswer Door::log_in(const WebRequest& request) {
+  const auto body = read_body(request, {"name", "password"});
+  if (!body) return refusal(400, body.error().what);
+  if (!says_where_from(request)) return refusal(403, "the request does not say that it comes from the page");
+  const auto& name = body->at("name");
+  if (!logins_.take(request.peer) || !names_.take(name)) return refusal(429, "too many tries to log in; wait a minute");
+  const auto identity = users_.of_password(name, body->at("password"));
+  if (!identity) return refusal(401, "name or password is wrong");
+  const auto secret = sessions_.open(identity->name, identity->known_by);
+  const auto lasts = std::chrono::duration_cast<std::chrono::seconds>(Sessions::kLongest).count();
+  WebAnswer answer{.body = "{}"};
+  answer.headers.emplace_back("Set-Cookie", cookie_with(secret, request, lasts));
+  return answer;
+}
+
+WebAnswer Door::log_out(const WebRequest& request) {
+  if (auto session = sessions_.find(secret_of(request))) {
+    if (!says_where_from(request) || !equal_secrets(session->csrf, request.head.header("x-csrf-token")))
+      return refusal(403, "the request does not come from the page");
+    sessions_.close(session->id);
+  }
+  WebAnswer answer{.body = "{}"};
+  answer.headers.emplace_back("Set-Cookie", cookie_with("", request, 0));
+  return answer;
+}
+
+WebAnswer Door::session(const WebRequest& request) {
+  const auto found = guest_of(request);
+  const auto* guest = std::get_if<Guest>(&found);
+  const bool known = guest != nullptr && guest->identity;
+  return {.body = text_of(Json{{"name", known ? Json(guest->identity->name) : Json(nullptr)},
+                               {"role", known ? Json(name(guest->identity->role)) : Json(nullptr)},
+                               {"may_look", guest != nullptr},
+                               {"may_control", known && options_.control && guest->may(Role::conductor)},
+                               {"csrf", known && guest->session ? Json(guest->session->csrf) : Json(nullptr)}})};
+}
+
+WebAnswer Door::sessions(const WebRequest& request) {
+  const auto found = guest_of(request);
+  if (const auto* no = std::get_if<WebAnswer>(&found)) return *no;
+  const auto& guest = std::get<Guest>(found);
+  if (!guest.may(Role::administrator)) return refusal(403, "only administrators see who is logged in");
+  if (request.head.method == "POST") {
+    if (guest.session &&
+        (!says_where_from(request) || !equal_secrets(guest.session->csrf, request.head.header("x-csrf-token"))))
+      return refusal(403, "the request does not come from the page");
+    const auto body = read_body(request, {"user"});
+    if (!body) return refusal(400, body.error().what);
+    sessions_.close_all_of(body->at("user"));
+  }
+  Json list = Json::array();
+  for (const auto& session : sessions_.all())
+    if (user_of(session)) list.push_back({{"user", session.user}, {"since_ms", session.begun.count() / 1'000'000}});
+  return {.body = text_of(Json{{"sessions", std::move(list)}})};
+}
+
+}  // namespace gyrotherm::monitor

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/due_messages.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "core/clock.hpp"
+#include "core/json.hpp"
+
+namespace gyrotherm::monitor {
+
+inline constexpr const char* kToldSchema = "gyrotherm-monitor-told/1";
+
+void describe(auto& form, Like<ToldMatter> auto& matter) {
+  form("steps", matter.steps);
+  form("at_utc_ns", matter.at);
+  form("since_utc_ns", matter.since);
+  form("failures", matter.failures);
+}
+void describe(auto& form, Like<RunGoingOn> auto& run) {
+  form("name", run.name);
+  form("record", run.record);
+  form("rig", run.rig);
+  form("simulated", run.simulated);
+}
+void describe(auto& form, Like<ToldMemory> auto& memory) {
+  form.derived("schema", kToldSchema);
+  form("running", memory.running_);
+  form.if_there("going_on", !memory.going_on_.empty(), by_name(memory.going_on_));  // an older file has none
+  form("matters", by_name(memory.matters_));
+}
+
+Result<ToldMemory> ToldMemory::parse(std::string_view text, const std::string& file) {
+  const auto root = JsonPlace::parse(text, file);
+  if (!root) return failure(root.error());
+  if (const auto schema = (*root)["schema"]; schema.text() != kToldSchema)
+    schema.mistake(std::string("another schema, expected ") + kToldSchema);
+  ToldMemory memory;
+  read_json(*root, memory);
+  if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  return memory;
+}
+
+std::string ToldMemory::to_text() const { return text_of(json_of(*this), 1) + "\n"; }
+
+ToldMatter& ToldMemory::matter(const std::string& key, Duration now) {
+  const auto found = std::ranges::find_if(matters_, [&](const auto& known) { return known.first == key; });
+  if (found != matters_.end()) return found->second;
+  return matters_.emplace_back(key, ToldMatter{.at = now, .since = now}).second;
+}
+
+void ToldMemory::told(const DueMessage& message, Duration now) {
+  auto& known = matter(message.key, now);
+  ++known.steps;
+  known.at = now;
+  known.failures = 0;
+}
+
+void ToldMemory::failed(const DueMessage& message, Duration now) {
+  auto& known = matter(message.key, now);
+  known.at = now;
+  if (++known.failures < kMostTries) return;
+  ++known.steps;
+  known.failures = 0;
+}
+
+void ToldMemory::see(const Situation& now) {
+  for (const auto& run : now.runs) {
+    if (run.running && std::ranges::find(running_, run.id) == running_.end()) running_.push_back(run.id);
+    std::erase_if(going_on_, [&](const auto& known) { return known.first == run.id; });
+    if (run.running)
+      going_on_.emplace_back(
+          run.id, RunGoingOn{.name = run.name, .record = run.record, .rig = run.rig, .simulated = run.simulated});
+  }
+}
+
+std::vector<RunSeen> ToldMemory::missing(const Situation& now) const {
+  std::vector<RunSeen> missing;
+  for (const auto& [id, run] : going_on_)
+    if (std::ranges::find(now.runs, id, &RunSeen::id) == now.runs.end())
+      missing.push_back({.id = id,
+                         .name = run.name,
+                         .record = run.record,
+                         .rig = run.rig,
+                         .simulated = run.simulated,
+                         .running = true,
+                         .silent = true,
+                         .outcome = {},
+                         .alarms = {},
+                         .free_bytes = {},
+                         .missing = true});
+  return missing;
+}
+
+void ToldMemory::let_nothing_be_later_than(Duration utc) {
+  for (auto& [key, told] : matters_) {
+    told.at = std::min(told.at, utc);
+    told.since = std::min(told.since, utc);
+  }
+  for (auto& [id, since] : gone_) since = std::min(since, utc);
+}
+
+/// A folder may be away for a moment, and a record unreadable: what was told of a run is forgotten only where the run
+/// itself shows that it is over.
+void ToldMemory::forget(const Situation& now, Duration utc, const std::set<std::string>& standing) {
+  constexpr Duration kGoneForGood = std::chrono::hours(24);
+  std::set<std::string> seen;
+  for (const auto& run : now.runs)
+    if (!run.running || run.free_bytes) seen.insert(run.id);
+  for (const auto& id : running_)
+    if (!seen.contains(id)) gone_.try_emplace(id, utc);
+  std::erase_if(gone_, [&](const auto& gone) { return seen.contains(gone.first); });
+  std::erase_if(running_, [&](const std::string& id) {
+    const auto gone = gone_.find(id);
+    return gone != gone_.end() && utc - gone->second > kGoneForGood;
+  });
+  const auto is_forgotten = [&](const auto& run) { return std::ranges::find(running_, run.first) == running_.end(); };
+  std::erase_if(gone_, is_forgotten);
+  std::erase_if(going_on_, is_forgotten);
+  std::erase_if(matters_, [&](const auto& matter) {
+    const auto is_of = [&](const auto& gone) { return matter.first.find("|" + gone.first + "|") != std::string::npos; };
+    return !standing.contains(matter.first) && std::ranges::none_of(gone_, is_of);
+  });
+}
+
+namespace {
+
+constexpr Duration kTryAgain = std::chrono::minutes(1);
+
+/// Something that a rule found, and whether it is still so.
+struct Matter {
+  std::string key;
+  std::string subject;
+  std::string text;
+  std::string record;
+  std::optional<std::int64_t> alarm;
+  Duration wait{};   ///< before the first address is told
+  bool escalates{};  ///< then one after another, `after` apart; otherwise all at once
+};
+
+std::string about(const Site& site, const RunSeen& run) {
+  return fmt::format("{}{}{} on {}", site.name.empty() ? "" : site.name + ": ", run.simulated ? "SIMULATED " : "",
+                     run.name, run.rig);
+}
+
+void find_in_run(const Site& site, const NotifyRule& rule, const RunSeen& run, bool was_running,
+                 std::vector<Matter>& found) {
+  const auto key = [&](const std::string& what) { return fmt::format("{}|{}|{}", rule.name, run.id, what); };
+  switch (rule.when) {
+    case Occasion::alarm:
+      for (const auto& alarm : run.alarms)
+        found.push_back({.key = key(fmt::format("alarm {}", alarm.number)),
+                         .subject = "Alarm: " + about(site, run),
+                         .text = alarm.text,
+                         .record = run.record,
+                         .alarm = alarm.number,
+                         .escalates = true});
+      break;
+    case Occasion::ended:
+      if (was_running && !run.running && !run.silent)
+        found.push_back({.key = key("ended"),
+                         .subject = "Ended: " + about(site, run),
+                         .text = run.outcome,
+                         .record = run.record,
+                         .alarm = {}});
+      break;
+    case Occasion::disk_low:
+      if (run.running && run.free_bytes && *run.free_bytes < rule.free_bytes)
+        found.push_back({.key = key("disk"),
+                         .subject = "Disk low: " + about(site, run),
+                         .text = fmt::format("{:.1f} GB are free where {} is recorded",
+                                             static_cast<double>(*run.free_bytes) / 1e9, run.record),
+                         .record = run.record,
+                         .alarm = {}});
+      break;
+    case Occasion::silent:
+      if (rule.monitor.empty() && run.silent)
+        found.push_back({.key = key("silent"),
+                         .subject = "Silent: " + about(site, run),
+                         .text = run.missing
+                                     ? fmt::format("{} cannot be seen any more, and nobody saw the run end: its folder "
+                                                   "is away, or the record was taken away",
+                                                   run.record)
+                                     : fmt::format("the program that carries {} out does not answer", run.record),
+                         .record = run.record,
+                         .alarm = {},
+                         .wait = rule.after});
+      break;
+  }
+}
+
+std::vector<Matter> find_matters(const Site& site, const NotifyRule& rule, const Situation& now,
+                                 const std::vector<RunSeen>& missing, const std::set<std::string>& known) {
+  std::vector<Matter> found;
+  for (const auto* runs : {&now.runs, &missing})
+    for (const auto& run : *runs)
+      if (known.contains(run.id) && (rule.simulated || !run.simulated)) find_in_run(site, rule, run, true, found);
+  const auto answers = now.monitors_answer.find(rule.monitor);
+  if (rule.when == Occasion::silent && answers != now.monitors_answer.end() && !answers->second)
+    found.push_back(
+        {.key = fmt::format("{}|{}", rule.name, rule.monitor),
+         .subject = fmt::format("{}{} does not answer", site.name.empty() ? "" : site.name + ": ", rule.monitor),
+         .text = fmt::format("{} has not answered for {}; its machine, or the way to it, may be down", rule.monitor,
+                             spoken(rule.after)),
+         .record = {},
+         .alarm = {},
+         .wait = rule.after});
+  return found;
+}
+
+/// The addresses whose turn it is.
+std::vector<std::string> whose_turn(const NotifyRule& rule, const Matter& matter, const ToldMatter& told,
+                                    Duration utc) {
+  const auto steps = static_cast<std::size_t>(told.steps);
+  if (steps >= rule.tell.size()) return {};
+  if (told.failures > 0 && utc - told.at < kTryAgain) return {};
+  if (utc - told.since < matter.wait) return {};
+  const bool waits = matter.escalates && steps > 0 && told.failures == 0 && utc - told.at < rule.after;
+  return waits ? std::vector<std::string>{} : std::vector{rule.tell[steps]};
+}
+
+}  // namespace
+
+std::vector<DueMessage> due_messages(const Site& site, const Situation& now, Duration utc, ToldMemory& memory) {
+  memory.let_nothing_be_later_than(utc);
+  memory.see(now);
+  const auto missing = memory.missing(now);
+  const std::set<std::string> known(memory.running_.begin(), memory.running_.end());
+  std::vector<DueMessage> due;
+  std::set<std::string> standing;
+  for (const auto& rule : site.rules)
+    for (const auto& found : find_matters(site, rule, now, missing, known)) {
+      standing.insert(found.key);
+      for (const auto& address : whose_turn(rule, found, memory.matter(found.key, utc), utc))
+        due.push_back({.key = found.key,
+                       .rule = rule.name,
+                       .address = address,
+                       .subject = found.subject,
+                       .text = found.text,
+                       .record = found.record,
+                       .alarm = found.alarm});
+    }
+  memory.forget(now, utc, standing);
+  return due;
+}
+
+}  // namespace gyrotherm::monitor

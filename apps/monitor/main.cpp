@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The gyrotherm-monitor program: the live page of the runs in some folders, and who may use it.
+#include <fmt/format.h>
+#include <pwd.h>
+#include <sys/stat.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <iostream>
+#include <span>
+#include <string>
+
+#include "apps/monitor/monitor.hpp"
+#include "apps/monitor/users.hpp"
+#include "core/file.hpp"
+#include "core/program_start.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+constexpr int kUsageExit = 2, kFileExit = 4;
+
+int exit_for(const Fault& fault) { return fault.kind == FaultKind::usage ? kUsageExit : kFileExit; }
+
+termios shown{};  ///< the terminal, as it was before the password was asked for
+
+/// Whoever ends the program at the prompt sees again what is typed.
+void show_and_end(int number) {
+  ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &shown);
+  std::signal(number, SIG_DFL);
+  std::raise(number);  // taken when this handler returns
+}
+
+/// One line of stdin; on a terminal it is asked for, and not shown.
+std::string read_password() {
+  const bool terminal = ::isatty(STDIN_FILENO) == 1;
+  if (terminal) {
+    write_to_stderr("Password: ");
+    ::tcgetattr(STDIN_FILENO, &shown);
+    for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGTERM}) std::signal(number, show_and_end);
+    auto silent = shown;
+    silent.c_lflag &= ~static_cast<tcflag_t>(ECHO);
+    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &silent);
+  }
+  std::string password;
+  std::getline(std::cin, password);
+  if (terminal) {
+    ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &shown);
+    write_to_stderr("\n");
+  }
+  return password;
+}
+
+struct UserArguments {
+  std::string state;
+  std::string name;
+  std::string role = "viewer";
+};
+
+/// What root writes into another user's folder that user could not read: the monitor would let nobody in.
+Result<void> check_writer(const std::string& folder) {
+  struct stat facts {};
+  if (::geteuid() != 0 || ::stat(folder.c_str(), &facts) != 0 || facts.st_uid == 0) return {};
+  const auto* owner = ::getpwuid(facts.st_uid);
+  const auto user = owner != nullptr ? std::string(owner->pw_name) : fmt::format("#{}", facts.st_uid);
+  return failure(FaultKind::bad_file, folder,
+                 fmt::format("belongs to {0}, as whom its users are changed: sudo -u {0} gyrotherm-monitor …", user));
+}
+
+Result<std::string> users_file(const UserArguments& options) {
+  const auto folder = state_folder_or_usual(options.state);
+  return make_state_folder(folder).map([&] { return folder + "/" + kUsersFile; });
+}
+
+/// Changes the list in the file.
+template <class Change>
+Result<void> change_users(const UserArguments& options, Change change) {
+  const auto file = users_file(options);
+  if (!file) return failure(file.error());
+  if (auto good = check_writer(folder_of(*file)); !good) return good;
+  auto list = read_users(*file);
+  if (!list) return failure(list.error());
+  if (auto changed = change(*list); !changed) return failure(changed.error());
+  return write_users(*file, *list);
+}
+
+Result<void> add_user(const UserArguments& options) {
+  return change_users(options, [&](UserList& list) {
+    return put_user(list, options.name, *role_named(options.role), read_password());
+  });
+}
+
+/// A secret that could not be shown is nobody's.
+Result<void> add_token(const UserArguments& options) {
+  const auto add = [&](UserList& list) {
+    return put_token(list, options.name, *role_named(options.role)).and_then([](const std::string& secret) {
+      auto said = write_to_stdout(secret + "\n");
+      return said && reader_has_left() ? failure(FaultKind::storage, "stdout", "nobody reads it: no token is made")
+                                       : said;
+    });
+  };
+  if (auto added = change_users(options, add); !added) return added;
+  write_to_stderr("Keep it: it cannot be shown again. A script sends it as \"Authorization: Bearer …\".\n");
+  return {};
+}
+
+Result<void> remove_user(const UserArguments& options) {
+  return change_users(options, [&](UserList& list) { return remove_name(list, options.name); });
+}
+
+Result<void> list_users(const UserArguments& options) {
+  const auto file = users_file(options);
+  if (!file) return failure(file.error());
+  const auto list = read_users(*file);
+  if (!list) return failure(list.error());
+  std::string lines;
+  for (const auto& user : list->users) lines += fmt::format("{:<14} {}\n", name(user.role), user.name);
+  for (const auto& token : list->tokens) lines += fmt::format("{:<14} {} (token)\n", name(token.role), token.name);
+  return write_to_stdout(lines);
+}
+
+/// The commands below "user" and "token". What they do is put into `action`.
+void add_user_commands(CLI::App& cli, UserArguments& options, Result<void> (*&action)(const UserArguments&)) {
+  const auto add = [&](CLI::App& parent, const char* word, const char* help, Result<void> (*what)(const UserArguments&),
+                       bool named, bool with_role) {
+    auto& command = *parent.add_subcommand(word, help);
+    if (named) command.add_option("name", options.name, "1 to 64 letters, digits and _ . @ -")->required();
+    if (with_role)
+      command.add_option("--role", options.role, "viewer looks, operator speaks to runs, administrator ends sessions")
+          ->required()
+          ->check(CLI::IsMember({"viewer", "operator", "administrator"}));
+    command.add_option("--state", options.state, "the monitor's own folder");
+    command.callback([&action, what] { action = what; });
+  };
+  auto& user =
+      *cli.add_subcommand("user", "Example: gyrotherm-monitor user add ada --role operator\n\nWho may use the page.");
+  user.require_subcommand(1);
+  add(user, "add", "Adds a user, or changes role and password; the password is asked for, or read from stdin.",
+      add_user, true, true);
+  add(user, "list", "Lists users and tokens.", list_users, false, false);
+  add(user, "remove", "Removes a user or a token; their sessions end.", remove_user, true, false);
+  auto& token = *cli.add_subcommand(
+      "token", "Example: gyrotherm-monitor token add prometheus --role viewer\n\nSecrets for scripts.");
+  token.require_subcommand(1);
+  add(token, "add", "Makes a token and prints it once.", add_token, true, true);
+}
+
+void add_serve_options(CLI::App& cli, MonitorOptions& options) {
+  cli.add_option("--folder", options.folders, "where records are; may be given several times");
+  cli.add_option("--listen", options.listen, "ADDRESS:PORT; port 0 for any that is free")->capture_default_str();
+  cli.add_option("--host", options.hosts, "a further name by which browsers call the page");
+  cli.add_option("--site", options.site_file, "a site file: who is told of what (docs/monitor.md)");
+  cli.add_option("--state", options.state_folder, "the monitor's own folder, of users and sessions");
+  cli.add_flag("--control", options.control, "operators may speak to runs");
+  cli.add_option("--certificate", options.certificate, "certificate chain in PEM, for TLS");
+  cli.add_option("--key", options.key, "its key in PEM");
+  cli.add_flag("--behind-proxy", options.behind_proxy, "a proxy on this machine speaks TLS, and says who asks");
+  auto* secop =
+      cli.add_option("--secop", options.secop, "ADDRESS:PORT of a SECoP node that shows the run that goes on");
+  cli.add_option("--secop-rig", options.secop_rig, "the rig whose runs the SECoP node shows; any without it")
+      ->needs(secop);
+  cli.add_flag("--secop-for-everybody", options.secop_for_everybody,
+               "whoever reaches the SECoP node may read the run: it has no login")
+      ->needs(secop);
+}
+
+int run(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  CLI::App cli(
+      "Example: gyrotherm-monitor --folder runs --listen 127.0.0.1:8321\n\n"
+      "gyrotherm-monitor shows the runs whose records lie in a folder, live, in a browser. Without users whoever sits "
+      "at "
+      "this machine may look, and nobody may change anything.",
+      "gyrotherm-monitor");
+  cli.set_version_flag("--version", std::string("gyrotherm-monitor ") + GYROTHERM_VERSION);
+  MonitorOptions options;
+  UserArguments user;
+  Result<void> (*action)(const UserArguments&) = nullptr;
+  add_serve_options(cli, options);
+  add_user_commands(cli, user, action);
+  refuse_wrong_values(cli);
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return cli.exit(error);
+    const auto cause = cause_of(error.what(), cli, std::span(argv, static_cast<std::size_t>(argc)));
+    write_to_stderr(fmt::format("gyrotherm-monitor: {}\nRun with --help for more information.\n", cause));
+    return kUsageExit;
+  }
+  const auto say = [](const std::string& address) {
+    [[maybe_unused]] const auto written = write_to_stdout(address + "\n");
+  };
+  const auto complain = [](const Fault& fault) {
+    write_to_stderr(fmt::format("gyrotherm-monitor: {}\n", plain(text(fault), Blanks::kept)));
+  };
+  const auto done = action != nullptr ? action(user) : serve(options, say, complain);
+  if (done) return 0;
+  complain(done.error());
+  return exit_for(done.error());
+}
+
+}  // namespace
+}  // namespace gyrotherm::monitor
+
+int main(int argc, char** argv) {
+  gyrotherm::open_standard_descriptors();
+  return gyrotherm::monitor::run(argc, argv);
+}

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/metrics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include "core/text.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+/// A label's value, as the format wants it: in UTF-8, or nothing of the whole text is read. A byte that is none is
+/// U+FFFD, as in the other answers.
+std::string escaped(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const auto size = character_size(text);
+    const auto character = size > 0 ? text.substr(0, size) : std::string_view("\uFFFD");
+    if (character == "\n")
+      out += "\\n";
+    else
+      out.append(character == "\"" || character == "\\" ? "\\" : "").append(character);
+    text.remove_prefix(std::max<std::size_t>(size, 1));
+  }
+  return out;
+}
+
+std::string labels_of(const FoundRun& run) {
+  return fmt::format("run=\"{}\",rig=\"{}\",profile=\"{}\",simulated=\"{}\"", escaped(run.name),
+                     escaped(run.info ? run.info->rig_name : ""), escaped(run.info ? run.info->profile_name : ""),
+                     run.status.simulated ? 1 : 0);
+}
+
+std::optional<double> number_of(const std::optional<Celsius>& temperature) {
+  return temperature ? std::optional(temperature->value) : std::nullopt;
+}
+
+/// The run is not over: a program carries it out, or none does and it is to go on.
+bool is_going_on(const FoundRun& run) { return run.is_running() || run.was_left(); }
+
+/// Which runs have a figure. What a program that is silent said last is no figure of now.
+enum class Of { answering, going_on, all };
+
+bool has(Of of, const FoundRun& run) {
+  switch (of) {
+    case Of::answering: return run.is_running() && !run.is_silent();
+    case Of::going_on: return is_going_on(run);
+    case Of::all: return true;
+  }
+  return false;
+}
+
+struct Metric {
+  const char* name;
+  const char* help;
+  Of of;
+  std::optional<double> (*value)(const FoundRun& run);
+};
+constexpr std::array kMetrics{
+    Metric{"gyrotherm_run_up", "Whether the program that carries the run out answers.", Of::going_on,
+           [](const FoundRun& run) -> std::optional<double> { return run.is_running() && !run.is_silent() ? 1 : 0; }},
+    Metric{"gyrotherm_run_status_age_seconds", "Since the run's status was written.", Of::going_on,
+           [](const FoundRun& run) { return run.age_s; }},
+    Metric{"gyrotherm_run_second", "The last second that has a sample.", Of::going_on,
+           [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.slot); }},
+    Metric{"gyrotherm_run_alarms", "Alarms that await an acknowledgement.", Of::all,
+           [](const FoundRun& run) -> std::optional<double> {
+             return static_cast<double>(record::count_unacknowledged(run.status.alarms));
+           }},
+    Metric{"gyrotherm_run_backlog_seconds", "Seconds that wait for the disk.", Of::answering,
+           [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.backlog_s); }},
+    Metric{"gyrotherm_run_faults_total", "Readings that were faults, since the run started.", Of::answering,
+           [](const FoundRun& run) -> std::optional<double> { return static_cast<double>(run.status.faults); }},
+    Metric{"gyrotherm_run_faults_now", "Faults that stand now.", Of::answering,
+           [](const FoundRun& run) -> std::optional<double> {
+             return static_cast<double>(run.status.standing.faults_now.size());
+           }},
+    Metric{"gyrotherm_run_segment", "The segment of the profile, from 1.", Of::answering,
+           [](const FoundRun& run) -> std::optional<double> { return run.status.segment_index + 1; }},
+    Metric{"gyrotherm_run_segments", "The segments that the profile has.", Of::answering,
+           [](const FoundRun& run) -> std::optional<double> { return run.status.segment_count; }},
+    Metric{"gyrotherm_run_left_seconds", "Left if every soak counts from now on.", Of::answering,
+           [](const FoundRun& run) -> std::optional<double> {
+             return run.status.standing.time_left ? std::optional(to_seconds(*run.status.standing.time_left))
+                                                  : std::nullopt;
+           }},
+    Metric{"gyrotherm_run_behind_plan_seconds", "That went by without the profile's clock.", Of::answering,
+           [](const FoundRun& run) -> std::optional<double> {
+             return run.status.standing.behind_plan ? std::optional(to_seconds(*run.status.standing.behind_plan))
+                                                    : std::nullopt;
+           }},
+    Metric{"gyrotherm_run_set_point_celsius", "What the profile asks for.", Of::answering,
+           [](const FoundRun& run) { return number_of(run.status.set_point); }},
+    Metric{"gyrotherm_run_chamber_air_celsius", "The chamber's air.", Of::answering,
+           [](const FoundRun& run) { return number_of(run.status.chamber_air); }}};
+
+/// What only grows is called so, and is a counter.
+std::string head_of(std::string_view name, const char* help) {
+  return fmt::format("# HELP {0} {1}\n# TYPE {0} {2}\n", name, help, name.ends_with("_total") ? "counter" : "gauge");
+}
+
+void add(std::string& text, const char* name, const char* help, const std::string& lines) {
+  if (!lines.empty()) text += head_of(name, help) + lines;
+}
+
+void add_metric(std::string& text, const Metric& metric, const std::vector<FoundRun>& runs) {
+  std::string lines;
+  for (const auto& run : runs)
+    if (const auto value = has(metric.of, run) ? metric.value(run) : std::nullopt; value && std::isfinite(*value))
+      lines += fmt::format("{}{{{}}} {}\n", metric.name, labels_of(run), *value);
+  add(text, metric.name, metric.help, lines);
+}
+
+/// Of a run that is over the one that it came to.
+void add_states(std::string& text, const std::vector<FoundRun>& runs) {
+  std::string lines;
+  for (const auto& run : runs)
+    if (has(Of::answering, run) || !is_going_on(run))
+      for (const auto state : kRunStates)
+        lines += fmt::format("gyrotherm_run_state{{{},state=\"{}\"}} {}\n", labels_of(run), name(state),
+                             run.status.standing.state == state ? 1 : 0);
+  add(text, "gyrotherm_run_state", "1 for the state that the run is in.", lines);
+}
+
+void add_thermometers(std::string& text, const std::vector<FoundRun>& runs) {
+  std::string lines;
+  for (const auto& run : runs)
+    if (has(Of::answering, run))
+      for (const auto& [channel, reading] : run.status.thermometers)
+        if (reading && std::isfinite(reading->value))
+          lines += fmt::format("gyrotherm_run_thermometer_celsius{{{},channel=\"{}\"}} {}\n", labels_of(run),
+                               escaped(channel), reading->value);
+  add(text, "gyrotherm_run_thermometer_celsius", "What a thermometer reads, as read.", lines);
+}
+
+void add_disks(std::string& text, const std::vector<FoundRun>& runs) {
+  std::string lines;
+  for (const auto& run : runs)
+    if (has(Of::answering, run) && run.free_bytes)
+      lines += fmt::format("gyrotherm_disk_free_bytes{{{}}} {}\n", labels_of(run), *run.free_bytes);
+  add(text, "gyrotherm_disk_free_bytes", "Free where the run's record lies.", lines);
+}
+
+/// Whether a run that is over left something that somebody should see.
+bool ended_badly(const FoundRun& run) {
+  const auto state = run.status.standing.state;
+  return run.trouble.empty() && (record::count_unacknowledged(run.status.alarms) > 0 || state == RunState::aborting ||
+                                 state == RunState::aborted);
+}
+
+/// Those that figures are told of: that are not over, and the last one of a rig if it ended badly. Nobody can
+/// acknowledge its alarms any more; it is told of until somebody begins another run there. Of two of one name only the
+/// first has figures: labels must differ.
+std::vector<FoundRun> told_of(const std::vector<FoundRun>& runs) {
+  std::vector<FoundRun> told;
+  std::set<std::string> names;
+  std::set<std::pair<std::string, bool>> rigs;
+  const auto tell = [&](const FoundRun& run) {
+    if (names.insert(labels_of(run)).second) told.push_back(run);
+  };
+  for (const auto& run : runs)
+    if (is_going_on(run)) tell(run);
+  for (const auto& run : runs) {
+    if (!run.info || run.info->imported) continue;
+    const bool is_the_last = rigs.emplace(run.info->rig_name, run.status.simulated).second;
+    if (is_the_last && !is_going_on(run) && ended_badly(run)) tell(run);
+  }
+  return told;
+}
+
+}  // namespace
+
+std::string metrics_text(const std::vector<FoundRun>& runs, const OwnFigures& own) {
+  const auto told = told_of(runs);
+  std::string text;
+  for (const auto& metric : kMetrics) add_metric(text, metric, told);
+  add_states(text, told);
+  add_thermometers(text, told);
+  add_disks(text, told);
+  const auto add_own = [&](const char* name, const char* help, auto value) {
+    text += head_of(name, help) + fmt::format("{} {}\n", name, value);
+  };
+  add_own("gyrotherm_runs_going_on", "Runs that a program carries out.",
+          std::ranges::count_if(told, &FoundRun::is_running));
+  add_own("gyrotherm_runs_found", "Records in the monitor's folders.", runs.size());
+  add_own("gyrotherm_monitor_watchers", "Pages that watch a run.", own.watchers);
+  add_own("gyrotherm_monitor_cache_bytes", "Memory that holds overviews of runs.", own.cache_bytes);
+  return text;
+}
+
+}  // namespace gyrotherm::monitor

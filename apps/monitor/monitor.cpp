@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/monitor.hpp"
+
+#include <fmt/format.h>
+#include <malloc.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <list>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "apps/monitor/notifier.hpp"
+#include "apps/monitor/secop_server.hpp"
+#include "apps/monitor/site_answers.hpp"
+#include "apps/monitor/web_server.hpp"
+#include "core/clock.hpp"
+#include "core/process.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+using std::chrono_literals::operator""s;
+using std::chrono_literals::operator""ms;
+
+constexpr auto kLookEvery = 500ms;
+constexpr auto kReadEvery = 100ms;
+constexpr auto kTellEvery = 1s;
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kWatched = true;
+#else
+constexpr bool kWatched = false;
+#endif
+
+/// The most that a flood can have of this machine: the page ends before others suffer. What systemd's unit allows is
+/// less, and counts what is really used; this counts what was asked for, thread stacks among it. A sanitizer asks for
+/// terabytes.
+void limit_itself() {
+  constexpr rlim_t kData = 192 * 1024 * 1024, kFiles = 180;
+  constexpr std::size_t kStack = 1024 * 1024;
+  const rlimit data{kData, kData}, files{kFiles, kFiles};
+  ::setrlimit(RLIMIT_NOFILE, &files);
+  if (kWatched) return;
+  ::setrlimit(RLIMIT_DATA, &data);
+  ::mallopt(M_ARENA_MAX, 2);
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, kStack);
+  pthread_setattr_default_np(&attributes);
+  pthread_attr_destroy(&attributes);
+}
+
+struct Address {
+  std::string host;
+  int port{};
+  [[nodiscard]] bool is_own() const { return host == "127.0.0.1" || host == "::1"; }
+};
+
+Result<Address> parse_address(const std::string& option, const std::string& text) {
+  const auto wrong = [&] {
+    return failure(FaultKind::usage, option + " " + text, "expected ADDRESS:PORT, as 127.0.0.1:8321");
+  };
+  const auto colon = text.rfind(':');
+  if (colon == std::string::npos || colon == 0) return wrong();
+  Address address{.host = text.substr(0, colon)};
+  if (address.host.starts_with('[') && address.host.ends_with(']'))
+    address.host = address.host.substr(1, address.host.size() - 2);
+  if (address.host == "localhost") address.host = "127.0.0.1";
+  const auto* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data() + colon + 1, end, address.port);
+  if (error != std::errc{} || rest != end || address.port < 0 || address.port > 65535) return wrong();
+  return address;
+}
+
+/// How a user is added where this monitor looks, which under systemd is not the folder of whoever reads it.
+std::string adding_a_user(const std::string& state_folder, const char* role) {
+  return fmt::format("gyrotherm-monitor user add NAME --role {} --state {}", role, state_folder);
+}
+
+Result<void> check(const MonitorOptions& options, const Address& address, bool has_users,
+                   const std::string& state_folder) {
+  const auto refuse = [](std::string where, std::string what) {
+    return failure(FaultKind::usage, std::move(where), std::move(what));
+  };
+  std::error_code error;
+  if (options.folders.empty()) return refuse("--folder", "is missing: where the records are");
+  for (const auto& folder : options.folders)
+    if (!std::filesystem::is_directory(folder, error)) return refuse("--folder " + folder, "is no folder");
+  if (options.certificate.empty() != options.key.empty()) return refuse("--certificate", "and --key come together");
+  if (options.control && !has_users)
+    return refuse("--control", "wants users first: " + adding_a_user(state_folder, "operator"));
+  if (options.behind_proxy && !options.certificate.empty())
+    return refuse("--behind-proxy", "the proxy has the certificate");
+  if (options.behind_proxy && !address.is_own())
+    return refuse("--behind-proxy", "listens on this machine's own address, 127.0.0.1 or [::1]");
+  if (address.is_own()) return {};
+  if (!has_users)
+    return refuse("--listen " + options.listen,
+                  "others than this machine are let in by users alone: " + adding_a_user(state_folder, "viewer"));
+  if (options.certificate.empty())
+    return refuse(
+        "--listen " + options.listen,
+        "others than this machine are spoken to by TLS alone: --certificate and --key, or --behind-proxy on 127.0.0.1");
+  return {};
+}
+
+/// SECoP has no users: whoever reaches the node reads the run.
+Result<void> check_secop(const MonitorOptions& options, const Address& address, bool has_users) {
+  if (options.secop_for_everybody || (address.is_own() && !has_users && !options.behind_proxy)) return {};
+  return failure(FaultKind::usage, "--secop " + options.secop,
+                 std::string(address.is_own() ? "the page is for users alone" : "is an address that others reach") +
+                     ", and SECoP has no login; --secop-for-everybody lets whoever reaches the node read the run");
+}
+
+/// Whether one of these signals, which are blocked, waits to be taken.
+bool has_come(const sigset_t& signals) {
+  sigset_t waiting;
+  sigpending(&waiting);
+  return (sigismember(&signals, SIGINT) == 1 && sigismember(&waiting, SIGINT) == 1) ||
+         (sigismember(&signals, SIGTERM) == 1 && sigismember(&waiting, SIGTERM) == 1);
+}
+
+std::string in_url(const std::string& host) { return host.find(':') == std::string::npos ? host : "[" + host + "]"; }
+
+/// The SEC node with its thread.
+class SecopService {
+ public:
+  SecopService(const RunCatalogue& catalogue, const MonitorOptions& options, Users& users, const Clock& clock)
+      : run_(catalogue, options.secop_rig, clock),
+        server_(
+            run_, [&users, open = options.secop_for_everybody] { return open || !users.has_any(); }, clock) {}
+  ~SecopService() {
+    server_.stop();
+    if (thread_.joinable()) thread_.join();
+  }
+  SecopService(const SecopService&) = delete;
+  SecopService& operator=(const SecopService&) = delete;
+
+  /// Binds, and serves from now on.
+  [[nodiscard]] Result<void> start(const Address& address) {
+    return server_.bind(address.host, address.port).map([&](int port) {
+      place_ = fmt::format("secop://{}:{}", in_url(address.host), port);
+      thread_ = std::thread([this] {
+        block_signals();
+        server_.serve();
+      });
+    });
+  }
+  [[nodiscard]] const std::string& place() const { return place_; }
+
+ private:
+  SecopRun run_;
+  SecopServer server_;
+  std::string place_;
+  std::thread thread_;
+};
+
+/// Null where none is asked for.
+Result<std::unique_ptr<SecopService>> open_secop(const MonitorOptions& options, const RunCatalogue& catalogue,
+                                                 Users& users, const Clock& clock) {
+  if (options.secop.empty()) return nullptr;
+  const auto address = parse_address("--secop", options.secop);
+  if (!address) return failure(address.error());
+  if (auto good = check_secop(options, *address, users.has_any()); !good) return failure(good.error());
+  auto service = std::make_unique<SecopService>(catalogue, options, users, clock);
+  return service->start(*address).map([&] { return std::move(service); });
+}
+
+/// A thread that does something now and then until it is stopped.
+class Often {
+ public:
+  template <class Work>
+  Often(Duration every, Work work)
+      : thread_([this, every, work = std::move(work)] {
+          block_signals();
+          while (!stopped_) {
+            work();
+            for (Duration slept{}; slept < every && !stopped_; slept += 50ms)
+              std::this_thread::sleep_for(std::min<Duration>(every, 50ms));
+          }
+        }) {}
+  ~Often() {
+    stopped_ = true;
+    thread_.join();
+  }
+  Often(const Often&) = delete;
+  Often& operator=(const Often&) = delete;
+
+ private:
+  std::atomic<bool> stopped_{false};
+  std::thread thread_;
+};
+
+}  // namespace
+
+std::string state_folder_or_usual(const std::string& given) {
+  if (!given.empty()) return given;
+  if (const char* systemd = std::getenv("STATE_DIRECTORY")) return systemd;
+  if (const char* state = std::getenv("XDG_STATE_HOME")) return std::string(state) + "/gyrotherm-monitor";
+  const char* home = std::getenv("HOME");
+  return std::string(home != nullptr ? home : ".") + "/.local/state/gyrotherm-monitor";
+}
+
+Result<void> make_state_folder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(std::filesystem::path(folder).parent_path(), error);
+  if (::mkdir(folder.c_str(), 0700) == 0 || errno == EEXIST) return {};
+  return failure(FaultKind::storage, folder, std::strerror(errno));
+}
+
+Result<void> serve(const MonitorOptions& options, const std::function<void(const std::string&)>& say,
+                   const std::function<void(const Fault&)>& complain) {
+  limit_itself();
+  sigset_t ends;
+  sigemptyset(&ends);
+  sigaddset(&ends, SIGINT);
+  sigaddset(&ends, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+
+  const auto folder = state_folder_or_usual(options.state_folder);
+  if (auto made = make_state_folder(folder); !made) return made;
+  const SteadyClock clock;
+  Users users(folder + "/" + kUsersFile);
+  if (auto loaded = users.load(); !loaded) return loaded;
+  Sessions sessions(folder + "/" + kSessionsFile, clock);
+  if (auto loaded = sessions.load(); !loaded) return loaded;
+  const auto address = parse_address("--listen", options.listen);
+  if (!address) return failure(address.error());
+  if (auto good = check(options, *address, users.has_any(), folder); !good) return good;
+  std::optional<TlsServer> tls;
+  if (!options.certificate.empty()) {
+    auto loaded = TlsServer::load(options.certificate, options.key);
+    if (!loaded) return failure(loaded.error());
+    tls = std::move(*loaded);
+  }
+
+  RunCatalogue catalogue(options.folders);
+  std::optional<Notifier> notifier;
+  std::unique_ptr<SiteOverview> overview;
+  if (!options.site_file.empty()) {
+    auto read = read_site(options.site_file);
+    if (!read) return failure(read.error());
+    auto opened = SiteOverview::open(*read, options.site_file, complain);
+    if (!opened) return failure(opened.error());
+    overview = std::move(*opened);
+    notifier.emplace(std::move(*read), folder + "/" + kToldFile, catalogue, clock, complain);
+    if (auto loaded = notifier->load(); !loaded) return loaded;
+  }
+  RunFeed feed(catalogue);
+  WebServer* running = nullptr;
+  Door door({.control = options.control, .open = address->is_own() && !options.behind_proxy}, users, sessions, clock);
+  RunAnswers runs(catalogue, feed, [&] { return running->is_stopping(); });
+  RunControl control(door, catalogue, clock);
+  SiteAnswers site(door, runs, control, catalogue, feed, overview.get());
+  WebServer server({.address = address->host,
+                    .port = address->port,
+                    .hosts = options.hosts,
+                    .tls = tls ? &*tls : nullptr,
+                    .behind_proxy = options.behind_proxy},
+                   [&](const WebRequest& request) { return site.answer(request); });
+  running = &server;
+  const auto port = server.bind();
+  if (!port) return failure(port.error());
+  catalogue.look([&] { return has_come(ends); });
+  if (has_come(ends)) return {};
+  const auto secop = open_secop(options, catalogue, users, clock);
+  if (!secop) return failure(secop.error());
+  std::list<Often> looking;
+  for (const auto& records : catalogue.folders())
+    looking.emplace_back(kLookEvery,
+                         [&, records] { catalogue.look_in(records, [&] { return server.is_stopping(); }); });
+  const Often reading(kReadEvery, [&] { feed.read(); });
+  const Often catching_up(kReadEvery, [&] { runs.catch_up(); });
+  const Often telling(kTellEvery, [&] {
+    if (notifier) notifier->look();
+  });
+  std::thread serving([&] {
+    block_signals();
+    server.serve();
+  });
+  say(fmt::format("{}://{}:{}/", tls ? "https" : "http", in_url(address->host), *port));
+  if (*secop) say((*secop)->place());
+  int signal = 0;
+  sigwait(&ends, &signal);
+  feed.stop();
+  server.stop();
+  serving.join();
+  return {};
+}
+
+}  // namespace gyrotherm::monitor

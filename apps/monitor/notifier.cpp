@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/notifier.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/monitor/deliver.hpp"
+#include "apps/monitor/private_file.hpp"
+#include "core/text.hpp"
+#include "sequencer/control/control_socket.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+constexpr Duration kAskEvery = std::chrono::seconds(20), kMonitorWithin = std::chrono::seconds(10);
+
+/// What fits into a request, cut between characters.
+std::string shortened(std::string note) {
+  std::ranges::replace_if(
+      note, [](unsigned char c) { return c < ' ' || c == 0x7F; }, ' ');
+  note.resize(std::min(note.size(), control::kLongestNote / 2));
+  while (!is_utf8(note)) note.pop_back();
+  return note;
+}
+
+RunSeen seen(const FoundRun& run) {
+  const auto state = std::string(name(run.status.standing.state));
+  const bool over = !run.is_running();
+  RunSeen one{.id = run.status.id + "@" + run.path,
+              .name = run.name,
+              .record = run.path,
+              .rig = run.info ? run.info->rig_name : std::string(),
+              .simulated = run.status.simulated,
+              .running = run.is_running(),
+              .silent = run.is_silent() || run.was_left(),
+              .outcome = !over                         ? ""
+                         : run.status.ended_by.empty() ? (run.status.finished ? "complete" : state)
+                                                       : run.status.ended_by,
+              .alarms = {},
+              .free_bytes = over ? std::nullopt : run.free_bytes};
+  for (const auto& alarm : run.status.alarms)
+    if (alarm.awaits_acknowledgement()) one.alarms.push_back({alarm.number, alarm.text});
+  return one;
+}
+
+}  // namespace
+
+Notifier::Notifier(Site site, std::string memory_file, const RunCatalogue& catalogue, const Clock& clock,
+                   std::function<void(const Fault&)> complain)
+    : site_(std::move(site)),
+      memory_file_(std::move(memory_file)),
+      catalogue_(catalogue),
+      clock_(clock),
+      complain_(std::move(complain)) {}
+
+Result<void> Notifier::load() {
+  const auto text = read_private_file(memory_file_);
+  if (!text) return failure(text.error());
+  if (!*text) return {};
+  auto memory = ToldMemory::parse(**text, memory_file_);
+  if (!memory) return failure(memory.error());
+  memory_ = std::move(*memory);
+  return {};
+}
+
+Situation Notifier::situation() {
+  Situation now;
+  for (const auto& run : catalogue_.runs())
+    if (run.trouble.empty()) now.runs.push_back(seen(run));
+  if (clock_.now().since_start - asked_ >= kAskEvery) {
+    asked_ = clock_.now().since_start;
+    for (const auto& rule : site_.rules)
+      if (!rule.monitor.empty()) answers_[rule.monitor] = monitor_answers(rule.monitor, kMonitorWithin);
+  }
+  now.monitors_answer = answers_;
+  return now;
+}
+
+/// The record has it before the memory does: who is killed in between tells again, and the record says so. The record
+/// of a run that is over takes no more words; a silent one is not asked to, for its folder may hold whoever does.
+void Notifier::give_away(const DueMessage& message) {
+  const auto address = std::ranges::find(site_.addresses, message.address, &NotifyAddress::name);
+  if (address == site_.addresses.end()) return;
+  const auto utc = clock_.now().utc;
+  const Letter letter{.subject = message.subject,
+                      .text = fmt::format("{}\n\n{}\nrule \"{}\"", message.text, message.subject, message.rule)};
+  const auto delivered = deliver(site_, *address, letter, utc);
+  if (!delivered) {
+    memory_.failed(message, utc);
+    complain_({delivered.error().kind, fmt::format("\"{}\" was not told (rule \"{}\")", message.address, message.rule),
+               text(delivered.error())});
+  } else {
+    memory_.told(message, utc);
+  }
+  const auto is_its_record = [&](const FoundRun& run) { return run.path == message.record && !run.is_silent(); };
+  if (std::ranges::any_of(catalogue_.runs(), is_its_record)) {
+    const auto of_alarm = message.alarm ? fmt::format(" of alarm {}", *message.alarm) : std::string();
+    auto note = fmt::format("{} {}{}, by rule \"{}\": {}", message.address,
+                            delivered ? "was told" : "could not be told", of_alarm, message.rule, message.text);
+    (void)control::tell(message.record, {.note = shortened(std::move(note)), .told = true}, kSecond);
+  }
+  save();
+}
+
+void Notifier::save() {
+  auto text = memory_.to_text();
+  if (text == saved_) return;
+  if (const auto written = write_private_file(memory_file_, text); !written) complain_(written.error());
+  saved_ = std::move(text);
+}
+
+void Notifier::look() {
+  const auto due = due_messages(site_, situation(), clock_.now().utc, memory_);
+  save();
+  for (const auto& message : due) give_away(message);
+}
+
+}  // namespace gyrotherm::monitor

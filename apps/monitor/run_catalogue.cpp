@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/run_catalogue.hpp"
+
+#include <fmt/format.h>
+#include <sys/statvfs.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <set>
+
+#include "acquisition/record/live_copy.hpp"
+#include "acquisition/record/run_finder.hpp"
+#include "acquisition/record/run_source.hpp"
+#include "core/sha256.hpp"
+#include "core/toml_reader.hpp"
+
+namespace gyrotherm::monitor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A run is no silent one because the other records of its folder take a while to look at.
+constexpr auto kRunningSeenEvery = std::chrono::seconds(1);
+
+/// Files that the run was carried out with, half a megabyte in all: what is kept of each of many runs is to be small.
+void drop_unused_texts(record::RunInfo& info) {
+  std::vector texts{&info.rig_text, &info.chamber_map_text, &info.gyro_model_text};
+  for (auto& text : info.analogue_map_texts) texts.push_back(&text);
+  for (auto& unit : info.units) texts.push_back(&unit.stream_text);
+  for (auto* text : texts) {
+    text->clear();
+    text->shrink_to_fit();
+  }
+}
+
+/// Reads from the rig file how an end leaves the chamber.
+void read_ends(FoundRun& run, const record::RunInfo& info) {
+  run.when_stopped = run.when_aborted = "the chamber is made safe";
+  const auto rig = TomlTable::parse(info.rig_text, "rig");
+  if (!rig) return;
+  const auto safe = rig->table("safe"), chamber = rig->table("chamber");
+  const bool is_in_safe = safe.has("set_point");
+  if (is_in_safe || chamber.has("safe_set_point")) {
+    const auto set_point = is_in_safe ? safe.celsius("set_point") : chamber.celsius("safe_set_point");
+    run.when_aborted = fmt::format("the chamber is sent to its safe set point, {:g} °C{}", set_point.value,
+                                   safe.boolean("off", false) ? ", and switched off" : "");
+  }
+  const bool holds = safe.text("on_stop", "safe") == "hold";
+  run.when_stopped = holds ? "the chamber holds its present set point" : run.when_aborted;
+}
+
+std::optional<double> age_s_of(const FoundRun& run) {
+  const auto age = run.is_running() ? record::age_of(run.status) : std::nullopt;
+  return age ? std::optional(to_seconds(*age)) : std::nullopt;
+}
+
+std::optional<std::uint64_t> free_bytes_in(const std::string& folder) {
+  struct statvfs disk {};
+  if (::statvfs(folder.c_str(), &disk) != 0) return std::nullopt;
+  return std::uint64_t{disk.f_bavail} * disk.f_frsize;
+}
+
+/// Each once, however it is written: two threads are not to look at one record.
+std::vector<std::string> each_once(std::vector<std::string> folders) {
+  for (auto& folder : folders)
+    while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();
+  std::set<std::string> seen;
+  std::erase_if(folders, [&](const std::string& folder) { return !seen.insert(folder).second; });
+  return folders;
+}
+
+}  // namespace
+
+bool FoundRun::is_running() const { return status.being_written && !status.finished; }
+
+bool FoundRun::is_silent() const { return is_running() && (!age_s || *age_s > to_seconds(record::kSilentAfter)); }
+
+bool FoundRun::was_left() const {
+  return trouble.empty() && !is_running() && !status.finished && !(info && info->imported) &&
+         status.standing.state <= RunState::aborting;
+}
+
+RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(each_once(std::move(folders))) {}
+
+RunCatalogue::Stamp RunCatalogue::stamp_of(const std::string& path) {
+  return {.status = record::state_of(record::status_path(path)),
+          .record = record::state_of(path),
+          .log = record::state_of(path + "-wal"),
+          .live_copy = record::identity_of(record::live_copy_path(path))};
+}
+
+void RunCatalogue::look_at(const std::string& path, const std::string& folder,
+                           std::optional<std::uint64_t> free_bytes) {
+  const auto stamp = stamp_of(path);
+  Entry entry;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = entries_.find(path); found != entries_.end()) entry = found->second;
+  }
+  entry.folder = folder;
+  auto& run = entry.run;
+  run.free_bytes = free_bytes;
+  const bool was_silent = run.is_silent();
+  run.age_s = age_s_of(run);
+  const bool must_read = entry.stamp != stamp || run.is_silent() != was_silent || run.key.empty() || run.is_silent();
+  if (must_read) {
+    const auto before = run;
+    run.path = path;
+    run.key = sha256(path).substr(0, 16);
+    run.name = fs::path(path).stem().string();
+    auto fresh = record::fresh_status(path);
+    auto status = fresh ? Result<record::RunStatus>(std::move(*fresh)) : record::read_status(path);
+    run.trouble = status ? std::string() : text(status.error());
+    if (status) run.status = std::move(*status);
+    run.age_s = age_s_of(run);
+    if (!run.trouble.empty() && before.key.empty()) run.status.path = path;
+    if (entry.info_of != run.status.id || !entry.info) {
+      const auto files = record::source_files(path, run.is_running());
+      const bool is_whole = !run.is_running() || (files && record::has_begun(*files).value_or(false));
+      auto info = files ? record::read_info(*files) : Result<record::RunInfo>(failure(files.error()));
+      entry.info_of = info && is_whole ? run.status.id : std::string();
+      if (info) read_ends(run, *info);
+      if (info) drop_unused_texts(*info);
+      entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
+    }
+    run.info = entry.info;
+    if (record::to_json(before.status) != record::to_json(run.status) || before.trouble != run.trouble ||
+        was_silent != run.is_silent())
+      ++run.version;
+    entry.stamp = stamp;
+  }
+  const std::lock_guard lock(mutex_);
+  entries_.insert_or_assign(path, std::move(entry));
+}
+
+std::vector<std::string> RunCatalogue::running_in(const std::string& folder) const {
+  std::vector<std::string> paths;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [path, entry] : entries_)
+    if (entry.folder == folder && entry.run.is_running()) paths.push_back(path);
+  return paths;
+}
+
+void RunCatalogue::look_in(const std::string& folder, const std::function<bool()>& is_stopping) {
+  const auto there = record::records_in(folder);
+  const auto free_bytes = free_bytes_in(folder);
+  auto running_seen = std::chrono::steady_clock::now();
+  for (const auto& path : there) {
+    if (is_stopping()) return;
+    look_at(path, folder, free_bytes);
+    if (std::chrono::steady_clock::now() - running_seen < kRunningSeenEvery) continue;
+    for (const auto& running : running_in(folder)) look_at(running, folder, free_bytes);
+    running_seen = std::chrono::steady_clock::now();
+  }
+  const std::lock_guard lock(mutex_);
+  std::erase_if(entries_, [&](const auto& entry) {
+    const auto& [path, found] = entry;
+    return found.folder == folder && !there.contains(path);
+  });
+}
+
+void RunCatalogue::look(const std::function<bool()>& is_stopping) {
+  for (const auto& folder : folders_) look_in(folder, is_stopping);
+}
+
+/// A look makes the version grow by one; whether the run has fallen silent since is the last bit.
+FoundRun RunCatalogue::as_of_now(FoundRun run) {
+  const bool was_silent = run.is_silent();
+  run.age_s = age_s_of(run);
+  run.version = 2 * run.version + (run.is_silent() != was_silent ? 1 : 0);
+  return run;
+}
+
+std::vector<FoundRun> RunCatalogue::runs() const {
+  std::vector<FoundRun> runs;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [path, entry] : entries_) runs.push_back(as_of_now(entry.run));
+  }
+  const auto started = [](const FoundRun& run) { return run.info ? run.info->started_utc : Duration{}; };
+  std::ranges::stable_sort(runs, [&](const FoundRun& a, const FoundRun& b) {
+    return std::pair(!a.is_running(), -started(a)) < std::pair(!b.is_running(), -started(b));
+  });
+  return runs;
+}
+
+std::optional<FoundRun> RunCatalogue::find(const std::string& key) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [path, entry] : entries_)
+    if (entry.run.key == key) return as_of_now(entry.run);
+  return std::nullopt;
+}
+
+}  // namespace gyrotherm::monitor

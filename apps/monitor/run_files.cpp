@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The plan of a run and its files, for the page.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/run_source.hpp"
+#include "apps/monitor/request_head.hpp"
+#include "apps/monitor/run_answers.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "sequencer/profile/profile.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// When each segment began, in seconds of the run, by the first of its samples.
+Json beginnings_of(const FoundRun& run) {
+  Json begun = Json::array();
+  const auto events =
+      record::source_files(run.path, run.is_running()).and_then([&](const std::vector<record::SourceFile>& files) {
+        return record::each_row(
+            files, {.what = "slot, segment", .table = "(SELECT * FROM event WHERE kind = 'segment')", .order = "id"},
+            [&](const record::Statement& row) {
+              if (!row.null(1)) begun.push_back({{"segment", row.integer(1)}, {"slot", row.integer(0)}});
+              return begun.size() < 20'000;
+            });
+      });
+  return events ? begun : Json::array();
+}
+
+}  // namespace
+
+WebAnswer profile_answer(const FoundRun& run) {
+  if (!run.info || run.info->imported) return refusal(404, "the run has no profile");
+  const auto profile = profile::parse_profile(run.info->profile_text, run.info->profile_name);
+  if (!profile) return refusal(404, "the profile cannot be read: " + profile.error().what);
+  const auto plan = profile::plan(*profile);
+  Json segments = Json::array();
+  for (std::size_t i = 0; i < plan.segments.size(); ++i) {
+    const auto& planned = plan.segments[i];
+    const auto& segment = profile->segments[i];
+    segments.push_back({{"name", segment.name},
+                        {"kind", segment.kind == profile::SegmentKind::hold ? "hold" : "ramp"},
+                        {"start_s", to_seconds(planned.start)},
+                        {"duration_s", to_seconds(planned.duration)},
+                        {"from_c", planned.from.value},
+                        {"to_c", planned.to.value},
+                        {"soak_band_k", segment.guaranteed_soak ? Json(segment.soak_band.value) : Json(nullptr)},
+                        {"prompt", segment.prompt}});
+  }
+  return {.body = text_of(Json{{"name", profile->name},
+                               {"title", profile->title},
+                               {"segments", std::move(segments)},
+                               {"begun", beginnings_of(run)}})};
+}
+
+namespace {
+
+/// Reports that stand in the record's folder, or in one of these below it.
+constexpr std::array kReportFolders{"", "report", "calibration"};
+constexpr std::array kReports{
+    "report.html",      "report.pdf",        "report.json",         "report.csv",         "dcc.xml",
+    "calibration.html", "calibration.pdf",   "calibration.de.html", "calibration.de.pdf", "calibration.csv",
+    "calibration.json", "authorisation.json"};
+
+/// Whether an address may have it (request_head.hpp).
+bool can_be_asked_for(const std::string& name) {
+  return name.find('\\') == std::string::npos && percent_decoded(percent_encoded(name)) == name;
+}
+
+/// The files of a closed record. Its status may be from a file that anybody wrote who may write beside the record: no
+/// path is taken from there, only which of the files that are called as parts are some.
+std::vector<std::string> record_files_of(const FoundRun& run) {
+  std::vector<std::string> files{run.path};
+  const fs::path record(run.path);
+  for (const auto& said : run.status.parts) {
+    const auto part = record::part_name(fs::path(said).filename().string());
+    if (!part || part->record != record.filename()) continue;
+    auto path = record::part_path(run.path, part->part);
+    if (record::is_there(path) && std::ranges::count(files, path) == 0) files.push_back(std::move(path));
+  }
+  return files;
+}
+
+/// Name in the page → path, of what may be saved: the files of a closed record, and reports. No link is followed out
+/// of the record's folder.
+std::vector<std::pair<std::string, fs::path>> files_of(const FoundRun& run) {
+  std::vector<std::pair<std::string, fs::path>> files;
+  std::error_code error;
+  const auto add = [&](const std::string& name, const fs::path& path) {
+    if (can_be_asked_for(name) && fs::is_regular_file(fs::symlink_status(path, error))) files.emplace_back(name, path);
+  };
+  if (!run.is_running())
+    for (const auto& path : record_files_of(run)) {
+      add(fs::path(path).filename().string(), path);
+      add(fs::path(path).filename().string() + ".sha256", path + ".sha256");
+    }
+  for (const auto* name : kReportFolders) {
+    const auto folder = fs::path(run.path).parent_path() / name;
+    if (*name != 0 && !fs::is_directory(fs::symlink_status(folder, error))) continue;
+    for (const auto* report : kReports) add(*name == 0 ? report : fmt::format("{}-{}", name, report), folder / report);
+  }
+  return files;
+}
+
+}  // namespace
+
+WebAnswer files_answer(const FoundRun& run) {
+  Json files = Json::array();
+  std::error_code error;
+  for (const auto& [name, path] : files_of(run))
+    files.push_back({{"name", name}, {"bytes", fs::file_size(path, error)}});
+  return {.body = text_of(Json{{"files", std::move(files)}, {"running", run.is_running()}})};
+}
+
+namespace {
+
+/// After RFC 6266: a name in ASCII for whoever does not read the second one, which is to the letter.
+std::string disposition_of(const std::string& name) {
+  std::string plain;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"') plain += '\\';
+    if (byte < 0x80)
+      plain += c;
+    else if (byte >= 0xC0)
+      plain += '_';
+  }
+  return fmt::format("attachment; filename=\"{}\"; filename*=UTF-8''{}", plain, percent_encoded(name));
+}
+
+}  // namespace
+
+/// As something to be saved: what is in a report is not run as a page of ours.
+WebAnswer file_answer(const FoundRun& run, const std::string& name) {
+  const auto files = files_of(run);
+  const auto found = std::ranges::find_if(files, [&](const auto& file) { return file.first == name; });
+  if (found == files.end()) return refusal(404, "the run has no such file");
+  auto opened = open_regular_file(found->second.string(), Links::refused);
+  if (!opened) return refusal(404, opened.error().what);
+  WebAnswer answer{.type = "application/octet-stream", .stream_size = opened->size};
+  answer.headers.emplace_back("Content-Disposition", disposition_of(name));
+  if (opened->size == 0) return answer;
+  answer.stream = [file = std::make_shared<RegularFile>(std::move(*opened))](const Send& send) {
+    std::string piece(64 * 1024, '\0');
+    for (std::uint64_t left = file->size; left > 0;) {
+      const auto wanted = std::min<std::uint64_t>(left, piece.size());
+      const auto size = ::read(file->descriptor.number(), piece.data(), wanted);
+      if (size <= 0 || !send({piece.data(), static_cast<std::size_t>(size)})) return false;
+      left -= static_cast<std::uint64_t>(size);
+    }
+    return true;
+  };
+  return answer;
+}
+
+}  // namespace gyrotherm::monitor

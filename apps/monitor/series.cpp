@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/series.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <limits>
+
+#include "acquisition/record/run_source.hpp"
+#include "core/json.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+constexpr std::int64_t kFinestOverview = 16;  ///< slots
+/// Rows read in one go: a record that nobody writes is open for so long, and a program that wants to go on with it
+/// waits.
+constexpr std::int64_t kAtOnce = 20'000;
+
+}  // namespace
+
+Buckets::Buckets(std::size_t channels, std::int64_t first, std::int64_t width)
+    : channels_(channels), first_(first), width_(width) {}
+
+void Buckets::reach(std::int64_t slot) {
+  const auto wanted = static_cast<std::size_t>((slot - first_) / width_ + 1);
+  if (wanted <= count_) return;
+  count_ = wanted;
+  low_.resize(count_ * channels_, kNone);
+  high_.resize(count_ * channels_, kNone);
+}
+
+void Buckets::take(std::int64_t slot, std::size_t channel, double value) {
+  if (std::isnan(value)) return;
+  reach(slot);
+  const auto place = static_cast<std::size_t>((slot - first_) / width_) * channels_ + channel;
+  const auto number = static_cast<float>(value);
+  if (!(low_[place] <= number)) low_[place] = number;
+  if (!(high_[place] >= number)) high_[place] = number;
+}
+
+void Buckets::coarsen() {
+  Buckets coarse(channels_, first_, 2 * width_);
+  for (std::size_t bucket = 0; bucket < count_; ++bucket)
+    for (std::size_t channel = 0; channel < channels_; ++channel) {
+      const auto slot = first_ + static_cast<std::int64_t>(bucket) * width_;
+      coarse.take(slot, channel, static_cast<double>(lowest(bucket, channel)));
+      coarse.take(slot, channel, static_cast<double>(highest(bucket, channel)));
+    }
+  if (count_ > 0) coarse.reach(first_ + static_cast<std::int64_t>(count_) * width_ - 1);
+  *this = std::move(coarse);
+}
+
+namespace {
+
+std::string columns_of(const std::vector<SeriesChannel>& channels, const std::vector<std::size_t>& wanted) {
+  std::string what = "slot";
+  for (const auto channel : wanted) what += ", " + channels[channel].sql;
+  return what;
+}
+
+std::vector<std::size_t> all_of(std::size_t channels) {
+  std::vector<std::size_t> all(channels);
+  for (std::size_t i = 0; i < channels; ++i) all[i] = i;
+  return all;
+}
+
+/// Takes the rows of those slots into the buckets, some at a time; the last slot that was read.
+Result<std::int64_t> take_rows(const FoundRun& run, const std::vector<std::size_t>& channels, std::int64_t from,
+                               std::int64_t to, const std::function<void(std::int64_t)>& before_row, Buckets& into) {
+  const auto what = columns_of(series_channels(*run.info), channels);
+  auto last = from - 1;
+  for (std::int64_t taken = kAtOnce; taken == kAtOnce;) {
+    const auto files = record::source_files(run.path, run.is_running());
+    if (!files) return failure(files.error());
+    taken = 0;
+    const auto read = record::each_row(*files, {.what = what, .first = last + 1, .last = to, .most = kAtOnce},
+                                       [&](const record::Statement& row) {
+                                         last = row.integer(0);
+                                         ++taken;
+                                         before_row(last);
+                                         into.reach(last);
+                                         for (std::size_t i = 0; i < channels.size(); ++i)
+                                           into.take(last, i, row.real(1 + static_cast<int>(i)));
+                                         return true;
+                                       });
+    if (!read) return failure(read.error());
+  }
+  return last;
+}
+
+/// The channels that are wanted, of an overview, in buckets of several of its own.
+Buckets folded(const Buckets& overview, const SeriesWish& wish, std::int64_t width) {
+  const auto first = wish.from / overview.width() * overview.width();
+  Buckets buckets(wish.channels.size(), first, width);
+  for (auto slot = first; slot <= wish.to; slot += overview.width()) {
+    const auto bucket = static_cast<std::size_t>((slot - overview.first()) / overview.width());
+    if (bucket >= overview.size()) break;
+    for (std::size_t i = 0; i < wish.channels.size(); ++i) {
+      buckets.take(slot, i, static_cast<double>(overview.lowest(bucket, wish.channels[i])));
+      buckets.take(slot, i, static_cast<double>(overview.highest(bucket, wish.channels[i])));
+    }
+  }
+  return buckets;
+}
+
+}  // namespace
+
+Result<void> SeriesCache::catch_up(Overview& overview, const FoundRun& run) const {
+  const auto most = most_bytes_ / 2;
+  const auto fit = [&](std::int64_t slot) {
+    auto& buckets = overview.buckets;
+    const auto needed = [&] {
+      return static_cast<std::size_t>(slot / buckets.width() + 1) * buckets.channels() * 2 * sizeof(float);
+    };
+    while (needed() > most) buckets.coarsen();
+  };
+  const auto read =
+      take_rows(run, all_of(overview.buckets.channels()), overview.read + 1, record::kNoEnd - 1, fit, overview.buckets);
+  if (!read) return failure(read.error());
+  overview.read = *read;
+  return {};
+}
+
+std::shared_ptr<SeriesCache::Overview> SeriesCache::overview_of(const FoundRun& run, std::size_t channels) {
+  const std::lock_guard lock(mutex_);
+  const auto of = run.key + run.status.id;
+  auto found = std::ranges::find_if(overviews_, [&](const auto& overview) { return overview->run == of; });
+  if (found == overviews_.end())
+    overviews_.push_front(std::make_shared<Overview>(of, Buckets(channels, 0, kFinestOverview)));
+  else
+    overviews_.splice(overviews_.begin(), overviews_, found);
+  return overviews_.front();
+}
+
+void SeriesCache::make_room() {
+  const std::lock_guard lock(mutex_);
+  std::size_t sum = 0;
+  for (auto overview = overviews_.begin(); overview != overviews_.end();) {
+    if (const std::unique_lock in_use((*overview)->mutex, std::try_to_lock); in_use)
+      sum += (*overview)->buckets.bytes();
+    overview = sum > most_bytes_ && overview != overviews_.begin() ? overviews_.erase(overview) : std::next(overview);
+  }
+}
+
+std::size_t SeriesCache::bytes() const {
+  const std::lock_guard lock(mutex_);
+  std::size_t sum = 0;
+  for (const auto& overview : overviews_) {
+    const std::lock_guard in_use(overview->mutex);
+    sum += overview->buckets.bytes();
+  }
+  return sum;
+}
+
+bool SeriesCache::is_far_behind(const Overview& overview, const FoundRun& run) {
+  constexpr std::int64_t kFar = 2 * kAtOnce;
+  return run.status.slot - overview.read > kFar;
+}
+
+void SeriesCache::catch_up() {
+  std::list<std::shared_ptr<Overview>> overviews;
+  {
+    const std::lock_guard lock(mutex_);
+    overviews = overviews_;
+  }
+  for (const auto& overview : overviews) {
+    const std::lock_guard lock(overview->mutex);
+    if (is_far_behind(*overview, overview->found)) (void)catch_up(*overview, overview->found);
+  }
+  make_room();
+}
+
+Result<Buckets> SeriesCache::buckets(const FoundRun& run, const SeriesWish& wish) {
+  const auto slots = std::max<std::int64_t>(1, wish.to - wish.from + 1);
+  const auto most = std::clamp<std::int64_t>(wish.buckets, 1, kMostBuckets);
+  auto width = (slots + most - 1) / most;
+  if (width >= kFinestOverview) {
+    const auto overview = overview_of(run, series_channels(*run.info).size());
+    if (const std::unique_lock lock(overview->mutex, std::try_to_lock); lock) {
+      overview->found = run;
+      if (!is_far_behind(*overview, run)) {
+        if (const auto read = catch_up(*overview, run); !read) return failure(read.error());
+        const auto finest = overview->buckets.width();
+        width = std::max((width + finest - 1) / finest, std::int64_t{1}) * finest;
+        return folded(overview->buckets, wish, width);
+      }
+    }
+  }
+  Buckets buckets(wish.channels.size(), wish.from, width);
+  const auto read = take_rows(
+      run, wish.channels, wish.from, wish.to, [](std::int64_t) {}, buckets);
+  if (!read) return failure(read.error());
+  return buckets;
+}
+
+namespace {
+
+void add_numbers(std::string& text, const Buckets& buckets, std::size_t channel, bool high) {
+  text += '[';
+  for (std::size_t i = 0; i < buckets.size(); ++i) {
+    const auto value = high ? buckets.highest(i, channel) : buckets.lowest(i, channel);
+    if (i > 0) text += ',';
+    if (std::isfinite(value))
+      fmt::format_to(std::back_inserter(text), "{:.7g}", value);
+    else
+      text += "null";
+  }
+  text += ']';
+}
+
+}  // namespace
+
+std::string series_text(const Buckets& buckets, const std::vector<SeriesChannel>& channels) {
+  auto text =
+      fmt::format(R"({{"from":{},"step":{},"count":{},"channels":[)", buckets.first(), buckets.width(), buckets.size());
+  for (std::size_t i = 0; i < buckets.channels(); ++i) {
+    text += fmt::format(R"({}{{"name":{},"unit":{},"low":)", i > 0 ? "," : "", text_of(Json(channels[i].name)),
+                        text_of(Json(channels[i].unit)));
+    add_numbers(text, buckets, i, false);
+    if (buckets.width() > 1) {
+      text += R"(,"high":)";
+      add_numbers(text, buckets, i, true);
+    }
+    text += '}';
+  }
+  return text + "]}";
+}
+
+}  // namespace gyrotherm::monitor

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/sessions.hpp"
+
+#include <algorithm>
+
+#include "apps/monitor/private_file.hpp"
+#include "apps/monitor/users.hpp"
+#include "core/json.hpp"
+#include "core/sha256.hpp"
+
+namespace gyrotherm::monitor {
+
+inline constexpr const char* kSessionsSchema = "gyrotherm-monitor-sessions/1";
+
+void describe(auto& form, Like<Sessions::Session> auto& session) {
+  form("id", session.id);
+  form("user", session.user);
+  form.if_there("known_by", !session.known_by.empty(), session.known_by);
+  form("csrf", session.csrf);
+  form("begun_utc_ns", session.begun);
+  form("used_utc_ns", session.used);
+}
+
+Result<void> Sessions::load() {
+  const auto text =
+      path_.empty() ? Result<std::optional<std::string>>(std::optional<std::string>()) : read_private_file(path_);
+  if (!text) return failure(text.error());
+  if (!*text) return {};
+  const auto root = JsonPlace::parse(**text, path_);
+  if (!root) return failure(root.error());
+  if (const auto schema = (*root)["schema"]; schema.text() != kSessionsSchema)
+    schema.mistake(std::string("another schema, expected ") + kSessionsSchema);
+  std::vector<Session> list;
+  read_json((*root)["sessions"], list);
+  if (auto verdict = root->verdict(); !verdict) return verdict;
+  const std::lock_guard lock(mutex_);
+  for (auto& session : list) sessions_.insert_or_assign(session.id, session);
+  return {};
+}
+
+/// Who cannot keep a session goes on with it in memory.
+void Sessions::save() const {
+  if (path_.empty()) return;
+  std::vector<Session> list;
+  for (const auto& [id, session] : sessions_) list.push_back(session);
+  (void)write_private_file(path_, text_of(Json{{"schema", kSessionsSchema}, {"sessions", json_of(list)}}) + "\n");
+}
+
+void Sessions::drop_old() {
+  const auto now = clock_.now().utc;
+  std::erase_if(sessions_, [&](const auto& entry) {
+    const auto& session = entry.second;
+    return now - session.begun > kLongest || now - session.used > kLongestUnused || session.begun > now + kSecond;
+  });
+  while (sessions_.size() > kMost)
+    sessions_.erase(std::ranges::min_element(sessions_, {}, [](const auto& entry) { return entry.second.used; }));
+}
+
+std::string Sessions::open(const std::string& user, const std::string& known_by) {
+  auto secret = random_secret();
+  const std::lock_guard lock(mutex_);
+  const auto now = clock_.now().utc;
+  Session session{
+      .id = sha256(secret), .user = user, .known_by = known_by, .csrf = random_secret(), .begun = now, .used = now};
+  sessions_.insert_or_assign(session.id, session);
+  drop_old();
+  save();
+  return secret;
+}
+
+std::optional<Sessions::Session> Sessions::find(const std::string& secret) {
+  constexpr std::size_t kSize = 43;
+  if (secret.size() != kSize) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  drop_old();
+  const auto found = sessions_.find(sha256(secret));
+  if (found == sessions_.end()) return std::nullopt;
+  const auto now = clock_.now().utc;
+  constexpr auto kNotedEvery = std::chrono::minutes(10);
+  if (now - found->second.used > kNotedEvery) {
+    found->second.used = now;
+    save();
+  }
+  return found->second;
+}
+
+void Sessions::close(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  sessions_.erase(id);
+  save();
+}
+
+void Sessions::close_all_of(const std::string& user) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(sessions_, [&](const auto& entry) { return entry.second.user == user; });
+  save();
+}
+
+std::vector<Sessions::Session> Sessions::all() {
+  const std::lock_guard lock(mutex_);
+  drop_old();
+  std::vector<Session> list;
+  for (const auto& [id, session] : sessions_) list.push_back(session);
+  return list;
+}
+
+std::string Confirmations::ask(const std::string& who, const std::string& run, const std::string& verb) {
+  constexpr std::size_t kMost = 256;
+  const std::lock_guard lock(mutex_);
+  const auto now = clock_.now().since_start;
+  std::erase_if(asked_, [&](const auto& entry) { return now - entry.second.at > kWithin; });
+  if (asked_.size() >= kMost) asked_.erase(asked_.begin());
+  auto word = random_secret();
+  asked_[word] = {.what = who + '\n' + run + '\n' + verb, .at = now};
+  return word;
+}
+
+bool Confirmations::take(const std::string& word, const std::string& who, const std::string& run,
+                         const std::string& verb) {
+  const std::lock_guard lock(mutex_);
+  const auto found = asked_.find(word);
+  if (found == asked_.end()) return false;
+  const bool good =
+      found->second.what == who + '\n' + run + '\n' + verb && clock_.now().since_start - found->second.at <= kWithin;
+  asked_.erase(found);
+  return good;
+}
+
+bool RateLimit::take(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  const auto now = clock_.now().since_start;
+  if (left_.size() >= kMostNames && !left_.contains(name)) {
+    std::erase_if(left_, [&](const auto& entry) {
+      return entry.second.tries + to_seconds(now - entry.second.at) * per_second_ >= most_;
+    });
+    if (left_.size() >= kMostNames) return false;
+  }
+  auto& left = left_.try_emplace(name, Left{.tries = most_, .at = now}).first->second;
+  left.tries = std::min(most_, left.tries + to_seconds(now - left.at) * per_second_);
+  left.at = now;
+  if (left.tries < 1) return false;
+  left.tries -= 1;
+  return true;
+}
+
+}  // namespace gyrotherm::monitor

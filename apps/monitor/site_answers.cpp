@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/site_answers.hpp"
+
+#include <array>
+
+#include "apps/monitor/metrics.hpp"
+#include "apps/monitor/page.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+constexpr const char *kScript = "text/javascript; charset=utf-8", *kStyle = "text/css; charset=utf-8";
+constexpr std::string_view kRuns = "/api/v1/runs", kSite = "/api/v1/site";
+
+/// What anybody may load: the page without a run in it.
+struct PageFile {
+  const char* path;
+  const char* type;
+  std::string_view (*text)();
+};
+constexpr std::array kPage{
+    PageFile{"/", "text/html; charset=utf-8", page_html}, PageFile{"/page.css", kStyle, page_style},
+    PageFile{"/icon.svg", "image/svg+xml", page_icon},    PageFile{"/page.js", kScript, page_script},
+    PageFile{"/text.js", kScript, text_script},           PageFile{"/views.js", kScript, views_script},
+    PageFile{"/drawing.js", kScript, drawing_script},     PageFile{"/chart.js", kScript, chart_script},
+    PageFile{"/control.js", kScript, control_script},     PageFile{"/alarms.js", kScript, alarms_script},
+    PageFile{"/site.js", kScript, site_script},           PageFile{"/dygraph.js", kScript, dygraphs_script},
+    PageFile{"/dygraph.css", kStyle, dygraphs_style}};
+
+WebAnswer page_file(const PageFile& file) {
+  WebAnswer answer{.type = file.type, .body = std::string(file.text())};
+  if (std::string_view(file.path) != "/") answer.headers.emplace_back("Cache-Control", "private, max-age=300");
+  return answer;
+}
+
+/// Whether the path is `top`, or one of those below it.
+bool is_below(std::string_view path, std::string_view top) {
+  return path.starts_with(top) && (path.size() == top.size() || path[top.size()] == '/');
+}
+
+}  // namespace
+
+WebAnswer SiteAnswers::answer(const WebRequest& request) {
+  if (auto no = door_.objection(request)) return *no;
+  return request.head.method == "POST" ? change(request) : look(request);
+}
+
+WebAnswer SiteAnswers::look(const WebRequest& request) {
+  const auto& path = request.head.path;
+  for (const auto& file : kPage)
+    if (path == file.path) return page_file(file);
+  if (path == "/api/v1/session") return door_.session(request);
+  const auto guest = door_.guest_of(request);
+  if (const auto* no = std::get_if<WebAnswer>(&guest)) return *no;
+  if (path == "/api/v1/sessions") return door_.sessions(request);
+  if (path == "/api/v1/openapi.json") return {.body = std::string(openapi_text())};
+  if (path == "/metrics")
+    return {
+        .type = "text/plain; version=0.0.4; charset=utf-8",
+        .body = metrics_text(catalogue_.runs(), {.watchers = feed_.watchers(), .cache_bytes = runs_.cache_bytes()})};
+  if (path == kSite && site_ == nullptr) return {.body = "null"};  // the page asks each monitor
+  if (is_below(path, kSite))
+    return site_ != nullptr ? site_->answer(path.substr(kSite.size())) : refusal(404, "this monitor has no site");
+  if (is_below(path, kRuns)) {
+    auto may_still_look = [this, request] { return std::holds_alternative<Guest>(door_.guest_of(request)); };
+    return runs_.answer(request, path.substr(kRuns.size()), std::move(may_still_look));
+  }
+  return refusal(404, "there is no such page");
+}
+
+WebAnswer SiteAnswers::change(const WebRequest& request) {
+  const auto& path = request.head.path;
+  if (path == "/api/v1/login") return door_.log_in(request);
+  if (path == "/api/v1/logout") return door_.log_out(request);
+  if (path == "/api/v1/sessions") return door_.sessions(request);
+  const auto slash = path.rfind('/');
+  if (!path.starts_with(std::string(kRuns) + "/") || slash <= kRuns.size()) {
+    auto no = refusal(405, "nothing is sent there");
+    no.headers.emplace_back("Allow", "GET");
+    return no;
+  }
+  return control_.answer(request, path.substr(kRuns.size() + 1, slash - kRuns.size() - 1), path.substr(slash + 1));
+}
+
+}  // namespace gyrotherm::monitor

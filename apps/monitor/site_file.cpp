@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/site_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "apps/monitor/private_file.hpp"
+#include "apps/site/live/passfile.hpp"
+#include "core/file.hpp"
+#include "core/toml_reader.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+constexpr auto kOccasions =
+    words_in_order<Occasion::alarm, Occasion::silent>("alarm", "run ended", "disk low", "silent");
+constexpr double kBytesOfGigabyte = 1e9;
+
+bool is_one_line(const std::string& text) {
+  return std::ranges::none_of(text, [](unsigned char c) { return c < ' ' || c == 0x7F; });
+}
+
+/// What goes into the head of a mail, or to a server as a line of its own.
+std::string line_at(const TomlTable& table, const char* key, const std::optional<std::string>& fallback = {}) {
+  auto text = table.text(key, fallback);
+  if (!is_one_line(text)) table.mistake(key, fmt::format("\"{}\" has control characters", key));
+  return text;
+}
+
+std::vector<std::string> texts_at(const TomlTable& table, const char* key) {
+  auto texts = table.texts(key);
+  if (texts.empty()) table.mistake(key, fmt::format("\"{}\" is empty, expected a list of texts", key));
+  for (const auto& text : texts)
+    if (!is_one_line(text)) table.mistake(key, fmt::format("\"{}\" has control characters", key));
+  return texts;
+}
+
+NotifyAddress address_of(const TomlTable& table) {
+  NotifyAddress address{.name = line_at(table, "name"), .how = CommandAddress{}};
+  const int ways = (table.has("command") ? 1 : 0) + (table.has("mail") ? 1 : 0) + (table.has("apprise") ? 1 : 0);
+  if (ways != 1) table.mistake("name", "has one of command, mail and apprise");
+  if (table.has("command")) address.how = CommandAddress{texts_at(table, "command")};
+  if (table.has("mail")) address.how = MailAddress{texts_at(table, "mail")};
+  if (table.has("apprise")) {
+    address.how = AppriseAddress{line_at(table, "apprise")};
+    if (std::get<AppriseAddress>(address.how).url.starts_with('-')) table.mistake("apprise", "is no URL");
+  }
+  return address;
+}
+
+NotifyRule rule_of(const TomlTable& table) {
+  NotifyRule rule{.when = one_of(kOccasions, table, "when"), .tell = texts_at(table, "tell")};
+  rule.name = line_at(table, "name", word_of(kOccasions, rule.when));
+  const bool waits = rule.when == Occasion::alarm || rule.when == Occasion::silent;
+  if (waits)
+    rule.after =
+        table.duration("after", rule.when == Occasion::alarm ? std::chrono::minutes(10) : std::chrono::minutes(2));
+  if (rule.when == Occasion::disk_low)
+    rule.free_bytes = static_cast<std::uint64_t>(std::clamp(table.number("free_gb", 5), 0.0, 1e6) * kBytesOfGigabyte);
+  if (rule.when == Occasion::silent) rule.monitor = line_at(table, "monitor", "");
+  if (!rule.monitor.empty() && !rule.monitor.starts_with("http://") && !rule.monitor.starts_with("https://"))
+    table.mistake("monitor", "is no address of a monitor, expected http://… or https://…");
+  rule.simulated = table.boolean("simulated", false);
+  return rule;
+}
+
+MailServer mail_of(const TomlTable& table, const std::string& file) {
+  MailServer mail{.url = line_at(table, "server"),
+                  .from = line_at(table, "from"),
+                  .user = line_at(table, "user", ""),
+                  .password = {},
+                  .must_be_secure = table.boolean("secure", true)};
+  if (!mail.url.starts_with("smtp://") && !mail.url.starts_with("smtps://"))
+    table.mistake("server", "is no mail server, expected smtp://HOST:PORT or smtps://HOST:PORT");
+  if (mail.user.empty()) return mail;
+  const auto name = std::filesystem::path(file).parent_path() / table.text("password_file");
+  const auto password = read_private_file(name.string());
+  if (!password || !*password)
+    table.mistake("password_file", password ? name.string() + " is not there" : text(password.error()));
+  else
+    mail.password = (*password)->substr(0, (*password)->find('\n'));
+  return mail;
+}
+
+void check_names(const TomlTable& notify, const Site& site) {
+  std::set<std::string> names;
+  for (const auto& address : site.addresses) {
+    if (!names.insert(address.name).second) notify.mistake("address", fmt::format("\"{}\" stands twice", address.name));
+    if (std::holds_alternative<MailAddress>(address.how) && !site.mail)
+      notify.mistake("address", fmt::format("\"{}\" is told by mail, and there is no [notify.mail]", address.name));
+  }
+  std::set<std::string> rules;
+  for (const auto& rule : site.rules) {
+    if (!rules.insert(rule.name).second)
+      notify.mistake("rule", fmt::format("two rules have the name \"{}\"", rule.name));
+    for (const auto& name : rule.tell)
+      if (!names.contains(name))
+        notify.mistake("rule", fmt::format("\"{}\" tells \"{}\", which is no address", rule.name, name));
+  }
+}
+
+}  // namespace
+
+Result<Site> parse_site(std::string_view text, const std::string& file) {
+  const auto root = TomlTable::parse(text, file);
+  if (!root) return failure(root.error());
+  root->expect("schema", kSiteSchema);
+  for (const char* others : {"rig", "folders", "store", "archive"}) root->ignore(others);  // apps/site/site_file.hpp
+  Site site{.name = line_at(*root, "name", ""), .has_store = root->has("store")};
+  if (root->has("live")) {
+    site.live = site::broker_at(root->table("live"), file, site::credentials_folder());
+    if (site.name.empty()) root->mistake("name", "what is said live names its site; expected a name");
+  }
+  const auto notify = root->table("notify");
+  for (const auto& table : notify.tables("address")) site.addresses.push_back(address_of(table));
+  for (const auto& table : notify.tables("rule")) site.rules.push_back(rule_of(table));
+  if (notify.has("mail")) site.mail = mail_of(notify.table("mail"), file);
+  check_names(notify, site);
+  if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  return site;
+}
+
+Result<Site> read_site(const std::string& file) {
+  return read_text_file(file).and_then([&](const std::string& text) { return parse_site(text, file); });
+}
+
+}  // namespace gyrotherm::monitor

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/users.hpp"
+
+#include <fmt/format.h>
+#include <sodium.h>
+
+#include <algorithm>
+#include <array>
+
+#include "apps/monitor/private_file.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "core/process.hpp"
+#include "core/sha256.hpp"
+#include "sequencer/control/control_message.hpp"
+
+namespace gyrotherm::monitor {
+
+void describe(auto& form, Like<User> auto& user) {
+  form("name", user.name);
+  form("role", one_of(user.role, kRoles));
+  form("password", user.password);
+}
+void describe(auto& form, Like<Token> auto& token) {
+  form("name", token.name);
+  form("role", one_of(token.role, kRoles));
+  form("sha256", token.sha256);
+}
+void describe(auto& form, Like<UserList> auto& list) {
+  form.derived("schema", kUsersSchema);
+  form("users", list.users);
+  form("tokens", list.tokens);
+}
+
+namespace {
+
+// 12 MB and three passes, as OWASP has it for argon2id: the page has 64 MB in all.
+constexpr unsigned long long kPasses = 3;
+constexpr std::size_t kMemory = 12 * 1024 * 1024;
+
+void need_sodium() {
+  static const int ready = sodium_init();
+  ensure(ready >= 0, "libsodium has random numbers");
+}
+
+std::string hashed(const std::string& password) {
+  need_sodium();
+  std::array<char, crypto_pwhash_STRBYTES> text{};
+  const int made = crypto_pwhash_str_alg(text.data(), password.data(), password.size(), kPasses, kMemory,
+                                         crypto_pwhash_ALG_ARGON2ID13);
+  ensure(made == 0, "a password can be hashed");
+  return text.data();
+}
+
+bool fits(const std::string& hash, const std::string& password) {
+  need_sodium();
+  return crypto_pwhash_str_verify(hash.c_str(), password.data(), password.size()) == 0;
+}
+
+Result<void> check_name(const std::string& name) {
+  if (control::is_user_name(name)) return {};
+  return failure(FaultKind::usage, fmt::format("\"{}\"", name), "a name is 1 to 64 letters, digits and _ . @ -");
+}
+
+Identity identity_of(const User& user) {
+  return {.name = user.name, .role = user.role, .known_by = sha256(user.password)};
+}
+
+bool has_name(const UserList& list, const std::string& name) {
+  return std::ranges::find(list.users, name, &User::name) != list.users.end() ||
+         std::ranges::find(list.tokens, name, &Token::name) != list.tokens.end();
+}
+
+}  // namespace
+
+std::optional<Role> role_named(std::string_view word) {
+  for (const auto role : kRoles)
+    if (word == name(role)) return role;
+  return std::nullopt;
+}
+
+Result<UserList> read_users(const std::string& path) {
+  const auto text = read_private_file(path);
+  if (!text) return failure(text.error());
+  UserList list;
+  if (!*text) return list;
+  const auto root = JsonPlace::parse(**text, path);
+  if (!root) return failure(root.error());
+  if (const auto schema = (*root)["schema"]; schema.text() != kUsersSchema)
+    schema.mistake(std::string("another schema, expected ") + kUsersSchema);
+  read_json(*root, list);
+  if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  return list;
+}
+
+Result<void> write_users(const std::string& path, const UserList& list) {
+  return write_private_file(path, text_of(json_of(list), 1) + "\n");
+}
+
+Result<void> put_user(UserList& list, const std::string& name, Role role, const std::string& password) {
+  if (auto good = check_name(name); !good) return good;
+  if (password.size() < kShortestPassword || password.size() > kLongestPassword)
+    return failure(
+        FaultKind::usage, "password",
+        fmt::format("has {} bytes, expected {} to {}", password.size(), kShortestPassword, kLongestPassword));
+  if (std::ranges::find(list.tokens, name, &Token::name) != list.tokens.end())
+    return failure(FaultKind::usage, name, "is the name of a token");
+  std::erase_if(list.users, [&](const User& user) { return user.name == name; });
+  list.users.push_back({.name = name, .role = role, .password = hashed(password)});
+  return {};
+}
+
+Result<std::string> put_token(UserList& list, const std::string& name, Role role) {
+  if (auto good = check_name(name); !good) return failure(good.error());
+  if (std::ranges::find(list.users, name, &User::name) != list.users.end())
+    return failure(FaultKind::usage, name, "is the name of a user");
+  std::erase_if(list.tokens, [&](const Token& token) { return token.name == name; });
+  auto secret = random_secret();
+  list.tokens.push_back({.name = name, .role = role, .sha256 = sha256(secret)});
+  return secret;
+}
+
+Result<void> remove_name(UserList& list, const std::string& name) {
+  if (!has_name(list, name)) return failure(FaultKind::usage, name, "is neither a user nor a token");
+  std::erase_if(list.users, [&](const User& user) { return user.name == name; });
+  std::erase_if(list.tokens, [&](const Token& token) { return token.name == name; });
+  return {};
+}
+
+std::string random_secret() {
+  need_sodium();
+  std::array<unsigned char, 32> bytes{};
+  randombytes_buf(bytes.data(), bytes.size());
+  constexpr int kKind = sodium_base64_VARIANT_URLSAFE_NO_PADDING;
+  std::array<char, sodium_base64_ENCODED_LEN(32, kKind)> text{};
+  sodium_bin2base64(text.data(), text.size(), bytes.data(), bytes.size(), kKind);
+  return text.data();
+}
+
+bool equal_secrets(std::string_view a, std::string_view b) {
+  return a.size() == b.size() && sodium_memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
+Result<void> Users::load() {
+  const std::lock_guard lock(mutex_);
+  auto list = read_users(path_);
+  if (!list) return failure(list.error());
+  list_ = std::move(*list);
+  return {};
+}
+
+/// A file that cannot be read lets nobody in, and does not open the door either.
+void Users::refresh() {
+  const auto now = record::state_of(path_);
+  if (now == seen_) return;
+  seen_ = now;
+  auto list = read_users(path_);
+  broken_ = !list;
+  list_ = list ? std::move(*list) : UserList{};
+}
+
+bool Users::has_any() {
+  const std::lock_guard lock(mutex_);
+  refresh();
+  return broken_ || !list_.users.empty() || !list_.tokens.empty();
+}
+
+std::optional<Identity> Users::of_password(const std::string& name, const std::string& password) {
+  if (password.size() > kLongestPassword) return std::nullopt;
+  std::optional<User> user;
+  {
+    const std::lock_guard lock(mutex_);
+    refresh();
+    const auto found = std::ranges::find(list_.users, name, &User::name);
+    if (found != list_.users.end()) user = *found;
+  }
+  static const std::string nobody = hashed(random_secret());
+  const std::lock_guard one(one_at_a_time_);
+  const bool right = fits(user ? user->password : nobody, password);
+  if (!user || !right) return std::nullopt;
+  return identity_of(*user);
+}
+
+std::optional<Identity> Users::of_token(std::string_view token) {
+  const auto digest = sha256(token);
+  const std::lock_guard lock(mutex_);
+  refresh();
+  std::optional<Identity> found;
+  for (const auto& known : list_.tokens)
+    if (equal_secrets(known.sha256, digest)) found = Identity{.name = known.name, .role = known.role};
+  return found;
+}
+
+std::optional<Identity> Users::of_name(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  refresh();
+  const auto found = std::ranges::find(list_.users, name, &User::name);
+  if (found == list_.users.end()) return std::nullopt;
+  return identity_of(*found);
+}
+
+}  // namespace gyrotherm::monitor

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+/// gyrotherm-pdf: makes the PDF of a calibration report, or a PNG of a figure. A program of its own, so that what
+/// commands a chamber for days links no fonts and no pictures.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "apps/pdf/pdf.hpp"
+#include "core/file.hpp"
+#include "core/program_start.hpp"
+#include "core/sha256.hpp"
+#include "core/text.hpp"
+#include "report/calibration.hpp"
+#include "report/document.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+/// As those of gyrotherm.
+enum class PdfExit : int { done = 0, usage = 2, file = 4 };
+
+struct Arguments {
+  std::string report, language = "en", out, figure;
+  int width_px = 1600;
+  bool force = false;
+};
+
+void say(std::string_view message) { write_to_stderr(fmt::format("gyrotherm-pdf: {}\n", plain(message))); }
+
+/// The day "2026-11-20", its midnight in UTC.
+std::optional<std::int64_t> midnight_of(const std::string& day) {
+  int year{}, month{}, of_month{};
+  if (day.size() != 10 || std::sscanf(day.c_str(), "%4d-%2d-%2d", &year, &month, &of_month) != 3) return std::nullopt;
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
+                                         std::chrono::day(static_cast<unsigned>(of_month))};
+  if (!date.ok()) return std::nullopt;
+  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::sys_days(date).time_since_epoch()).count();
+}
+
+/// SOURCE_DATE_EPOCH if it is set, else the day of issue, else the last day of the calibration: never the time of day.
+std::optional<std::int64_t> date_of(const CalibrationReport& report) {
+  if (const char* given = std::getenv("SOURCE_DATE_EPOCH"); given != nullptr) {
+    std::int64_t seconds{};
+    const std::string_view text = given;
+    const auto read = std::from_chars(text.data(), text.data() + text.size(), seconds);
+    constexpr std::int64_t kYear10000 = 253402300800;
+    if (read.ec == std::errc{} && read.ptr == text.data() + text.size() && seconds >= 0 && seconds < kYear10000)
+      return seconds;
+  }
+  const auto issued = midnight_of(report.issued);
+  return issued ? issued : midnight_of(report.ended);
+}
+
+Result<FinishedFile> report_pdf(const PdfProgram& program, const Arguments& arguments) {
+  const auto json = read_text_file(arguments.report, kLargestTable);
+  if (!json) return failure(json.error());
+  const auto report = calibration_from_json(*json, arguments.report);
+  if (!report) return failure(report.error());
+  const auto document = document_of(*report, arguments.language == "de" ? Language::german : Language::english);
+  return program.pdf_of(document, {.program = "gyrotherm " GYROTHERM_VERSION,
+                                   .source_sha256 = sha256(*json),
+                                   .utc_s = date_of(*report),
+                                   .has_signature_field = report->state == ReportState::authorised});
+}
+
+Result<FinishedFile> figure_png(const PdfProgram& program, const Arguments& arguments) {
+  const auto svg = read_text_file(arguments.figure, kLargestTable);
+  if (!svg) return failure(svg.error());
+  return program.png_of(*svg, {.width_px = arguments.width_px});
+}
+
+/// A file that is there is replaced with --force alone, and only if it could be this program's: a record never is.
+Result<void> check_is_free(const std::string& path, bool force) {
+  if (std::error_code error; !std::filesystem::exists(path, error)) return {};
+  if (!force) return failure(FaultKind::usage, path, "is there already; --force replaces it");
+  const auto there = read_text_file(path, kLargestTable);
+  if (!there) return failure(there.error());
+  if (there->empty() || there->starts_with("%PDF-") || there->starts_with("\x89PNG")) return {};
+  return failure(FaultKind::usage, path, "is neither a PDF nor a PNG, and --force replaces nothing else");
+}
+
+Result<void> make(const Arguments& arguments) {
+  if (auto free = check_is_free(arguments.out, arguments.force); !free) return free;
+  const PdfProgram program;
+  const auto made = arguments.figure.empty() ? report_pdf(program, arguments) : figure_png(program, arguments);
+  if (!made) return failure(made.error());
+  if (auto written = replace_text_file(arguments.out, made->bytes); !written) return written;
+  for (const std::string& remark : made->remarks) say(remark);
+  return {};
+}
+
+int run(int argc, char** argv) {
+  CLI::App app(
+      "Example: gyrotherm-pdf calibration.json --language en --out report.pdf\n\n"
+      "Sets a calibration report as a PDF/A-1b on A4, ready to be signed; with --png, a figure as a picture.",
+      "gyrotherm-pdf");
+  Arguments arguments;
+  app.set_version_flag("--version", "gyrotherm-pdf " GYROTHERM_VERSION);
+  auto* report = app.add_option("report", arguments.report, "calibration.json");
+  app.add_option("--language", arguments.language, "en or de")->check(CLI::IsMember({"en", "de"}));
+  app.add_option("--png", arguments.figure, "instead of a report: an SVG of this program, to be a PNG")
+      ->excludes(report);
+  app.add_option("--width", arguments.width_px, "of the PNG, in pixels")->check(CLI::Range(16, 20000));
+  app.add_option("--out", arguments.out, "the file")->required();
+  app.add_flag("--force", arguments.force, "replace the file if it is there and a PDF or PNG");
+  refuse_wrong_values(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    say(cause_of(error.what(), app, std::span(argv, static_cast<std::size_t>(argc))));
+    return static_cast<int>(PdfExit::usage);
+  }
+  if (arguments.report.empty() && arguments.figure.empty()) {
+    say("expected a calibration.json, or --png with a figure; see --help");
+    return static_cast<int>(PdfExit::usage);
+  }
+  const auto made = make(arguments);
+  if (made) return static_cast<int>(PdfExit::done);
+  say(text(made.error()));
+  return static_cast<int>(made.error().kind == FaultKind::usage ? PdfExit::usage : PdfExit::file);
+}
+
+}  // namespace
+}  // namespace gyrotherm::report
+
+int main(int argc, char** argv) {
+  gyrotherm::open_standard_descriptors();
+  return gyrotherm::report::run(argc, argv);
+}

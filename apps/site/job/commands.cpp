@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/site/job/commands.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/signalfd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/site/job/job.hpp"
+#include "apps/site/job/plans.hpp"
+#include "apps/site/job/spread.hpp"
+#include "core/clock.hpp"
+#include "core/file.hpp"
+#include "core/process.hpp"
+#include "core/program_start.hpp"
+
+namespace gyrotherm::site {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct JobOptions {
+  std::string by, out, rig, lot;
+  std::vector<std::string> for_by, records, verify;
+  bool detach = false, again = false, wait = false;
+  std::uint64_t first_seed = 1, last_seed = 20;
+  double hours = 4;
+  std::size_t number = 0;
+  PlanOptions plan;
+};
+
+Result<Spreading> spreading_of(const JobOptions& options) {
+  Spreading how{.by = {}, .words = options.for_by, .waits = !options.detach};
+  const bool has_slurm = !program_in_path("sbatch").empty();
+  how.by = options.by == name(By::slurm) || (options.by.empty() && has_slurm) ? By::slurm : By::parallel;
+  if (how.by == By::slurm && !has_slurm)
+    return failure(FaultKind::usage, "--by slurm", "there is no sbatch here; install slurm-client, or --by parallel");
+  if (how.by == By::parallel && program_in_path("parallel").empty())
+    return failure(FaultKind::usage, "--by parallel", "there is no parallel here; install parallel, or slurm-client");
+  if (options.detach && how.by == By::parallel)
+    return failure(FaultKind::usage, "--detach", "parallel ends with this program; Slurm goes on without it");
+  return how;
+}
+
+/// With when: "7 of 24 tasks are done, 1 failed".
+void say(const Progress& progress) {
+  const std::string failed = progress.bad > 0 ? fmt::format(", {} failed", progress.bad) : "";
+  write_to_stderr(fmt::format("{} {} of {} tasks are done{}\n", civil_time(SteadyClock().now().utc), progress.good,
+                              progress.all, failed));
+}
+
+/// Says which tasks failed; the exit code of the first of them.
+Result<int> complain(const Job& job, const std::string& folder) {
+  std::vector<std::string> failed;
+  int code = 0;
+  for (const Task& task : job.tasks) {
+    const auto end = end_of(folder, task);
+    if (!end) return failure(end.error());
+    if (!*end || (*end)->is_good()) continue;
+    if (failed.empty()) code = (*end)->exit_code;
+    failed.push_back(fmt::format("{} (exit code {})", task.name, (*end)->exit_code));
+  }
+  if (!failed.empty())
+    write_to_stderr(fmt::format("{} of {} tasks failed: {}; {}/tasks/ has what each said\n", failed.size(),
+                                job.tasks.size(), fmt::join(failed, ", "), folder));
+  return code;
+}
+
+/// Hands a job out, waits for it, and does what comes then.
+Result<int> hand_out(const Job& job, const std::string& folder, const JobOptions& options) {
+  auto how = spreading_of(options);
+  if (!how) return failure(how.error());
+  sigset_t ends;
+  sigemptyset(&ends);
+  sigaddset(&ends, SIGINT);
+  sigaddset(&ends, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+  const Descriptor stop(::signalfd(-1, &ends, SFD_CLOEXEC | SFD_NONBLOCK));
+  how->stop = stop.number();
+  Progress told{};
+  const auto progress = spread(job, folder, *how, [&](const Progress& now) {
+    if (now != std::exchange(told, now)) say(now);
+  });
+  pthread_sigmask(SIG_UNBLOCK, &ends, nullptr);
+  if (!progress && progress.error().kind == FaultKind::interrupted && how->by == By::slurm)
+    write_to_stderr(fmt::format("The tasks go on; gyrotherm site job {} --wait goes on with waiting.\n", folder));
+  if (!progress) return failure(progress.error());
+  if (!how->waits) {
+    write_to_stderr(fmt::format("handed out; gyrotherm site job {} says how far it is\n", folder));
+    return 0;
+  }
+  int code = 0;
+  for (const Step& step : job.then) {
+    const auto ended = carry_out(job, step);
+    if (!ended) return ended;
+    code = std::max(code, *ended);
+  }
+  const auto failed = complain(job, folder);
+  return failed && *failed != 0 ? failed : code;
+}
+
+Result<int> begin(const Result<Job>& job, const std::string& out, const JobOptions& options) {
+  if (!job) return failure(job.error());
+  const auto folder = out + "/job";
+  if (auto written = write_job(*job, folder); !written) return failure(written.error());
+  return hand_out(*job, folder, options);
+}
+
+Result<int> train_lot(const JobOptions& options) {
+  const auto how = spreading_of(options);
+  if (!how) return failure(how.error());
+  Job here{.title = {}, .in = fs::current_path().string(), .tasks = {}, .then = {}};
+  const auto recorded = carry_out(here, records_of_lot(options.rig, options.lot, options.plan));
+  if (!recorded || *recorded != 0) return recorded;
+  return begin(plan_lot(options.rig, options.lot, options.plan), options.lot, options);
+}
+
+Result<int> go_on(const JobOptions& options) {
+  const auto job = read_job(options.out);
+  if (!job) return failure(job.error());
+  std::string lines;
+  for (const Task& task : job->tasks) {
+    const auto end = end_of(options.out, task);
+    if (!end) return failure(end.error());
+    if (options.again && *end && !(*end)->is_good()) forget_end(options.out, task);
+    const auto state = !*end ? "not done" : (*end)->is_good() ? "done" : "failed";
+    const auto detail =
+        *end ? fmt::format("{:8.1f} s on {}, exit code {}", (*end)->wall_s, (*end)->machine, (*end)->exit_code) : "";
+    lines += fmt::format("{:<24} {:<9}{}\n", task.name, state, detail);
+  }
+  if (auto written = write_to_stdout(lines); !written) return failure(written.error());
+  if (options.again || options.wait) return hand_out(*job, options.out, options);
+  return 0;
+}
+
+Result<int> work_on(const JobOptions& options) {
+  const auto job = read_job(options.out);
+  if (!job) return failure(job.error());
+  const auto end = carry_out(*job, options.out, options.number);
+  if (!end) return failure(end.error());
+  return end->is_good() ? 0 : end->exit_code;
+}
+
+void add_handing_out(CLI::App& command, JobOptions& options) {
+  command
+      .add_option("--by", options.by,
+                  "who works on the tasks: slurm, or GNU parallel (default: slurm, if sbatch is there)")
+      ->check(CLI::IsMember({name(By::slurm), name(By::parallel)}));
+  command.add_option("--with", options.for_by, "a word for sbatch or parallel, like --with=--partition=lab")
+      ->allow_extra_args(false);
+}
+
+void add_plan(CLI::App& command, JobOptions& options) {
+  add_handing_out(command, options);
+  command.add_flag("--detach", options.detach, "hand out to Slurm, and do not wait");
+  command.add_option("--threads", options.plan.threads, "of each task")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void add_job_commands(CLI::App& program, std::vector<std::string> words, Action& action) {
+  const auto options = std::make_shared<JobOptions>();
+  options->plan.words = std::move(words);
+  const auto add = [&](const char* name, const char* help, Result<int> (*act)(const JobOptions&)) -> CLI::App& {
+    auto& command = *program.add_subcommand(name, help);
+    command.callback([options, act, &action] { action = [options, act] { return act(*options); }; });
+    return command;
+  };
+
+  auto& train = add("train",
+                    "Example: gyrotherm-site train --rig lot.toml --lot lot --by slurm -- --seed 3\n\n"
+                    "The models of every axis of a lot, one axis a task; then the summary, as qualify leaves it.",
+                    train_lot);
+  train.add_option("--rig", options->rig, "the rig")->required();
+  train.add_option("--lot", options->lot, "the folder of the experiment, as of qualify --out")->required();
+  add_plan(train, *options);
+
+  auto& seeds = add(
+      "seeds",
+      "Example: gyrotherm-site seeds rate.db --verify random.db --last 50 --out seeds -- --inputs "
+      "multi-point-t\n\nOne model a seed of the swarm, each verified.",
+      [](const JobOptions& o) {
+        return begin(plan_seeds({.records = o.records, .verify = o.verify, .first = o.first_seed, .last = o.last_seed},
+                                o.out, o.plan),
+                     o.out, o);
+      });
+  seeds.add_option("records", options->records, "to train on")->required();
+  seeds.add_option("--verify", options->verify, "a record to verify each on");
+  seeds.add_option("--first", options->first_seed, "the first seed")->capture_default_str();
+  seeds.add_option("--last", options->last_seed, "the last")->capture_default_str();
+  seeds.add_option("--out", options->out, "the folder for all of it")->required();
+  add_plan(seeds, *options);
+
+  auto& units =
+      add("leave-one-out",
+          "Example: gyrotherm-site leave-one-out u1.db u2.db u3.db u4.db --out units\n\n"
+          "Each unit left out of the prior of its type, which then helps a model of its first hours.",
+          [](const JobOptions& o) { return begin(plan_leave_one_out(o.records, o.hours, o.out, o.plan), o.out, o); });
+  units.add_option("records", options->records, "one of each unit")->required();
+  units.add_option("--hours", options->hours, "of its own that a unit's model has")->capture_default_str();
+  units.add_option("--out", options->out, "the folder for all of it")->required();
+  add_plan(units, *options);
+
+  auto& placement = add("placement",
+                        "Example: gyrotherm-site placement rate.db --out placement -- --confirm\n\n"
+                        "Which thermometers matter, for each axis of the records.",
+                        [](const JobOptions& o) { return begin(plan_placement(o.records, o.out, o.plan), o.out, o); });
+  placement.add_option("records", options->records, "the records")->required();
+  placement.add_option("--out", options->out, "the folder for all of it")->required();
+  add_plan(placement, *options);
+
+  auto& job = add("job", "Example: gyrotherm-site job lot/job --wait\n\nHow far a job is.", go_on);
+  job.add_option("job", options->out, "its folder")->required();
+  job.add_flag("--wait", options->wait, "hand out what is not done, wait for it, and do what comes then");
+  job.add_flag("--again", options->again, "what failed, too");
+  add_handing_out(job, *options);
+
+  auto& task = add(
+      "task", "Example: gyrotherm-site task lot/job 7\n\nCarries out one task of a job: what Slurm and parallel call.",
+      work_on);
+  task.add_option("job", options->out, "its folder")->required();
+  task.add_option("number", options->number, "of the task, from 0")->required();
+}
+
+}  // namespace gyrotherm::site

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/site/postgres.hpp"
+
+#include <fmt/format.h>
+#include <libpq-fe.h>
+#include <poll.h>
+#include <sys/stat.h>
+
+#include <array>
+#include <charconv>
+#include <cstring>
+
+#include "core/deadline.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::site {
+namespace {
+
+/// libpq's messages end with a line end and may have several lines.
+std::string in_one_line(const char* message) {
+  std::string line;
+  for (const char* at = message; *at != '\0'; ++at) line += *at == '\n' ? ' ' : *at;
+  return std::string(trimmed(line, " \t"));
+}
+
+/// What the server says, by its SQLSTATE.
+FaultKind kind_of(std::string_view state) {
+  if (state.size() != 5) return FaultKind::disconnected;
+  const auto group = state.substr(0, 2);
+  for (const char* permanent : {"0A", "22", "23", "28", "42", "P0", "3D", "3F"})
+    if (group == permanent) return FaultKind::refused;
+  return group == "08" || group == "57" ? FaultKind::disconnected : FaultKind::storage;
+}
+
+/// libpq passes over a passfile that others may read, and then says that there is no password.
+Result<void> check_passfile(const std::string& path) {
+  struct stat facts {};
+  if (::stat(path.c_str(), &facts) != 0) return failure(FaultKind::bad_file, path, std::strerror(errno));
+  if (!S_ISREG(facts.st_mode)) return failure(FaultKind::bad_file, path, "is no regular file");
+  if ((facts.st_mode & 077) != 0)
+    return failure(FaultKind::bad_file, path, "others than its owner may read or write it, expected mode 0600");
+  return {};
+}
+
+}  // namespace
+
+Result<void> check_conninfo(const std::string& conninfo) {
+  char* why = nullptr;
+  const std::unique_ptr<PQconninfoOption, decltype(&PQconninfoFree)> options(PQconninfoParse(conninfo.c_str(), &why),
+                                                                             PQconninfoFree);
+  const std::unique_ptr<char, decltype(&PQfreemem)> message(why, PQfreemem);
+  if (!options) return failure(FaultKind::usage, {}, why != nullptr ? in_one_line(why) : "is no conninfo");
+  for (const auto* option = options.get(); option->keyword != nullptr; ++option)
+    if (option->val != nullptr && std::string_view(option->keyword).ends_with("password"))
+      return failure(
+          FaultKind::usage, {},
+          fmt::format("\"{}\" stands in it, where others can read it; expected a passfile", option->keyword));
+  return {};
+}
+
+void Answer::Clear::operator()(pg_result* result) const { PQclear(result); }
+
+int Answer::rows() const { return PQntuples(result_.get()); }
+
+int Answer::columns() const { return PQnfields(result_.get()); }
+
+std::string Answer::name(int column) const { return PQfname(result_.get(), column); }
+
+bool Answer::null(int row, int column) const { return PQgetisnull(result_.get(), row, column) == 1; }
+
+std::string_view Answer::text(int row, int column) const { return PQgetvalue(result_.get(), row, column); }
+
+std::int64_t Answer::integer(int row, int column) const {
+  std::int64_t number{};
+  const auto digits = text(row, column);
+  std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  return number;
+}
+
+bool Answer::boolean(int row, int column) const { return text(row, column) == "t"; }
+
+unsigned Answer::type(int column) const { return PQftype(result_.get(), column); }
+
+void Postgres::Finish::operator()(pg_conn* connection) const { PQfinish(connection); }
+
+tl::unexpected<Fault> Postgres::lost() const {
+  const auto why = in_one_line(PQerrorMessage(connection_.get()));
+  return failure(FaultKind::disconnected, kStore, why.empty() ? "the connection is gone" : why);
+}
+
+Result<void> Postgres::wait(short events, Duration within) {
+  std::array<pollfd, 2> lines{pollfd{PQsocket(connection_.get()), events, 0}, pollfd{patience_.stop, POLLIN, 0}};
+  const Deadline deadline(within);
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline.left());
+    const int found = ::poll(lines.data(), lines.size(), static_cast<int>(left.count()));
+    if (found < 0 && errno == EINTR) continue;
+    if (found < 0) return failure(FaultKind::disconnected, kStore, std::strerror(errno));
+    if (lines[1].revents != 0) return failure(FaultKind::interrupted, kStore, "stopped");
+    if (found > 0) return {};
+    return failure(FaultKind::timeout, kStore, fmt::format("no answer in {}", spoken(within)));
+  }
+}
+
+Result<void> Postgres::wait_until_connected() {
+  const Deadline deadline(patience_.connect);
+  if (PQstatus(connection_.get()) == CONNECTION_BAD) return lost();
+  for (auto doing = PGRES_POLLING_WRITING; doing != PGRES_POLLING_OK; doing = PQconnectPoll(connection_.get())) {
+    if (doing == PGRES_POLLING_FAILED) return lost();
+    if (deadline.over())
+      return failure(FaultKind::timeout, kStore, fmt::format("no connection in {}", spoken(patience_.connect)));
+    if (auto ready = wait(doing == PGRES_POLLING_READING ? POLLIN : POLLOUT, deadline.left()); !ready) return ready;
+  }
+  return {};
+}
+
+Result<Postgres> Postgres::connect(const StoreAddress& address, const Patience& patience) {
+  if (auto good = check_conninfo(address.conninfo); !good) return failure(good.error());
+  if (!address.passfile.empty())
+    if (auto good = check_passfile(address.passfile); !good) return failure(good.error());
+  std::vector<const char*> keys{"dbname", "application_name", "client_encoding"};
+  std::vector<const char*> values{address.conninfo.c_str(), "gyrotherm", "UTF8"};
+  if (!address.passfile.empty()) {
+    keys.push_back("passfile");
+    values.push_back(address.passfile.c_str());
+  }
+  keys.push_back(nullptr);
+  values.push_back(nullptr);
+  constexpr int kFirstIsConninfo = 1;
+  Postgres made(PQconnectStartParams(keys.data(), values.data(), kFirstIsConninfo), patience);
+  if (!made.connection_) return failure(FaultKind::storage, kStore, "no memory");
+  if (auto connected = made.wait_until_connected(); !connected) return failure(connected.error());
+  PQsetnonblocking(made.connection_.get(), 1);
+  PQsetNoticeProcessor(
+      made.connection_.get(), [](void*, const char*) {}, nullptr);
+  // Compiling a question costs more time than it saves.
+  if (auto set = made.run("SET timezone = 'UTC'; SET datestyle = 'ISO'; SET jit = off"); !set)
+    return failure(set.error());
+  return made;
+}
+
+Result<void> Postgres::flush() {
+  for (;;) {
+    const int left = PQflush(connection_.get());
+    if (left < 0) return lost();
+    if (left == 0) return {};
+    if (auto ready = wait(POLLIN | POLLOUT, patience_.answer); !ready) return ready;
+    if (PQconsumeInput(connection_.get()) == 0) return lost();
+  }
+}
+
+Result<void> Postgres::send(const std::string& statement, const std::vector<Parameter>& parameters) {
+  std::vector<const char*> values;
+  values.reserve(parameters.size());
+  for (const auto& parameter : parameters) values.push_back(parameter ? parameter->c_str() : nullptr);
+  constexpr int kText = 0;
+  if (PQsendQueryParams(connection_.get(), statement.c_str(), static_cast<int>(values.size()), nullptr, values.data(),
+                        nullptr, nullptr, kText) == 0)
+    return lost();
+  return flush();
+}
+
+Result<Answer> Postgres::answer() {
+  std::optional<Answer> answer;
+  std::optional<Fault> refused;
+  for (;;) {
+    while (PQisBusy(connection_.get()) != 0) {
+      if (auto ready = wait(POLLIN, patience_.answer); !ready) return failure(ready.error());
+      if (PQconsumeInput(connection_.get()) == 0) return lost();
+    }
+    auto* result = PQgetResult(connection_.get());
+    if (result == nullptr) break;
+    answer.emplace(result);
+    const auto status = PQresultStatus(result);
+    if (status == PGRES_TUPLES_OK || status == PGRES_COMMAND_OK || refused) continue;
+    const char* state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
+    const char* message = PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY);
+    refused = Fault{kind_of(state != nullptr ? state : ""), kStore,
+                    in_one_line(message != nullptr ? message : PQresultErrorMessage(result))};
+  }
+  if (refused) return failure(std::move(*refused));
+  if (!answer) return lost();
+  return std::move(*answer);
+}
+
+Result<Answer> Postgres::ask(const std::string& statement, const std::vector<Parameter>& parameters) {
+  return send(statement, parameters).and_then([&] { return answer(); });
+}
+
+Result<void> Postgres::run(const std::string& statements) {
+  if (PQsendQuery(connection_.get(), statements.c_str()) == 0) return lost();
+  return flush().and_then([&] { return answer(); }).map([](const Answer&) {});
+}
+
+bool Postgres::is_broken() const { return PQstatus(connection_.get()) != CONNECTION_OK; }
+
+std::string Postgres::place() const {
+  const char* host = PQhost(connection_.get());
+  const char* tls = PQsslAttribute(connection_.get(), "protocol");
+  return fmt::format("host={} dbname={} user={}{}", host != nullptr ? host : "", PQdb(connection_.get()),
+                     PQuser(connection_.get()), tls != nullptr ? fmt::format(", {}", tls) : ", without TLS");
+}
+
+}  // namespace gyrotherm::site

@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/site/publisher.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "acquisition/record/live_copy.hpp"
+#include "acquisition/record/run_finder.hpp"
+#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/status.hpp"
+#include "apps/site/archive.hpp"
+#include "apps/site/documents.hpp"
+#include "apps/site/folders.hpp"
+#include "core/deadline.hpp"
+#include "core/file.hpp"
+#include "core/sha256.hpp"
+
+namespace gyrotherm::site {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Duration kEvery = std::chrono::seconds(1);
+/// A long run gives way to those that go on now after so many batches.
+constexpr int kBatchesInTurn = 25;
+/// What the store refused is tried again after so long: its owner may have changed something.
+constexpr Duration kRest = std::chrono::minutes(1);
+
+bool is_of_store(const Fault& fault) { return fault.where == kStore; }
+
+/// The record is being written, and there is no live copy, or not yet.
+bool has_to_wait(const Fault& fault) { return record::is_locked(fault) || fault.what == record::kBeingWritten; }
+
+/// What tells whether the files are still those whose id was read: of one that grows which one it is, of another also
+/// how it is.
+std::vector<record::FileState> states_of(const std::vector<record::SourceFile>& files) {
+  std::vector<record::FileState> states;
+  for (const auto& file : files)
+    states.push_back(file.live ? record::identity_of(file.path) : record::state_of(file.path));
+  return states;
+}
+
+/// Fails as a record does that is being written: it is looked at again in the next round.
+Result<void> check_unchanged(const std::vector<record::SourceFile>& files,
+                             const std::vector<record::FileState>& states) {
+  if (states_of(files) == states) return {};
+  return failure(FaultKind::storage, files.front().path, record::kBeingWritten);
+}
+
+Result<std::string> id_in(const std::vector<record::SourceFile>& files) {
+  return record::open_source(files.back()).and_then([](record::Database database) {
+    return database.ask("SELECT value FROM meta WHERE key = 'id'");
+  });
+}
+
+std::uint64_t seed_of_this_process() {
+  return static_cast<std::uint64_t>(since_boot().count()) ^ static_cast<std::uint64_t>(::getpid());
+}
+
+}  // namespace
+
+Publisher::Publisher(SiteSettings settings, int stop, std::function<void(const std::string&)> say,
+                     std::function<void(const Fault&)> complain)
+    : settings_(std::move(settings)),
+      patience_({.answer = settings_.longest_answer, .stop = stop}),
+      say_(std::move(say)),
+      complain_(std::move(complain)) {}
+
+Result<void> Publisher::connect() {
+  if (store_) return {};
+  auto store = Store::open(settings_.store, patience_);
+  if (!store) return failure(store.error());
+  store_.emplace(std::move(*store));
+  for (auto& [path, watched] : runs_)
+    if (watched.run) watched.run->position.reset();
+  return {};
+}
+
+void Publisher::disconnect(const Fault& why) {
+  store_.reset();
+  if (why.kind == FaultKind::interrupted || !store_trouble_.empty()) return;
+  store_trouble_ = text(why);
+  complain_(why);
+}
+
+void Publisher::look() {
+  std::set<std::string> records;
+  found_documents_.clear();
+  for (const auto& folder : folders_below(settings_.folders)) {
+    records.merge(record::records_in(folder));
+    for (const auto& entry : entries_of(folder))
+      if (entry.extension() == ".json") found_documents_.insert(entry.string());
+  }
+  for (const auto& path : records) runs_.try_emplace(path);
+  std::erase_if(runs_, [&](const auto& entry) { return !records.contains(entry.first); });
+  std::erase_if(documents_, [&](const auto& entry) { return !found_documents_.contains(entry.first); });
+}
+
+bool Publisher::set_aside(const Fault& fault, const std::string& path, std::string& told) {
+  if (is_of_store(fault) && fault.kind != FaultKind::refused) return false;
+  if (fault.kind == FaultKind::interrupted) return false;
+  if (has_to_wait(fault)) return true;
+  if (!first_trouble_) first_trouble_ = fault;
+  if (auto line = text(fault); line != told) {
+    told = std::move(line);
+    complain_({fault.kind, path, is_of_store(fault) ? "the store refuses it: " + fault.what : told});
+  }
+  return true;
+}
+
+Result<void> Publisher::ask_position(Run& run) {
+  if (run.position) return {};
+  auto position = store_->position(run.info.id);
+  if (!position) return failure(position.error());
+  if (!*position) {
+    if (auto added = store_->add_run(run.info.id, settings_.rig, run_as_json(run.info)); !added) return added;
+    position = RunPosition{};
+  }
+  run.position = **position;
+  return {};
+}
+
+Result<Publisher::Sent> Publisher::send_rows(const std::vector<record::SourceFile>& files, Run& run) {
+  auto batch = next_rows(files, run.channels, run.position->slot);
+  for (int sent = 0; batch && batch->rows > 0; ++sent) {
+    if (sent == kBatchesInTurn) return Sent::something;
+    if (auto same = check_unchanged(files, run.states); !same) return failure(same.error());
+    if (auto went = store_->send_rows(run.info.id, *batch); !went) return failure(went.error());
+    // The server works on this one while the next is read.
+    const bool was_whole = batch->rows == static_cast<std::size_t>(kBatchRows);
+    const auto last = batch->last;
+    auto next = was_whole ? next_rows(files, run.channels, last) : Result<RowBatch>(RowBatch{});
+    if (auto arrived = store_->rows_are_in(); !arrived) return failure(arrived.error());
+    run.position->slot = last;
+    batch = std::move(next);
+  }
+  if (!batch) return failure(batch.error());
+  return Sent::everything;
+}
+
+Result<void> Publisher::send_events_and_gaps(const std::vector<record::SourceFile>& files, Run& run) {
+  for (;;) {
+    const auto events = next_events(files, run.position->event);
+    if (!events) return failure(events.error());
+    if (events->rows == 0) break;
+    if (auto same = check_unchanged(files, run.states); !same) return same;
+    if (auto sent = store_->add_events(run.info.id, run.position->event, events->text); !sent) return sent;
+    run.position->event = events->last;
+  }
+  for (;;) {
+    const auto gaps = next_gaps(files, run.position->gap);
+    if (!gaps) return failure(gaps.error());
+    if (gaps->rows == 0) return {};
+    if (auto same = check_unchanged(files, run.states); !same) return same;
+    if (auto sent = store_->add_gaps(run.info.id, run.position->gap, gaps->text); !sent) return sent;
+    run.position->gap = gaps->last;
+  }
+}
+
+Result<void> Publisher::end_run(const std::string& path, const std::vector<record::SourceFile>& files, Run& run) {
+  const auto end = end_of(run.info, files);
+  if (!end) return failure(end.error());
+  if (auto same = check_unchanged(files, run.states); !same) return same;
+  if (!end->finished) return store_->say_state(run.info.id, end->state, end->cause);
+  std::vector<RunFileDigest> digests;
+  for (const auto& file : files) {
+    auto digest = digest_of(file.path);
+    if (!digest) return failure(digest.error());
+    if (auto kept = archive(settings_.archive, *digest, patience_.stop); !kept) return kept;
+    digests.push_back(std::move(*digest));
+  }
+  if (auto same = check_unchanged(files, run.states); !same) return same;
+  if (auto finished = store_->finish_run(run.info.id, end_as_json(*end, digests)); !finished) return finished;
+  run.position->finished = true;
+  say_(fmt::format("{}: {} rows are in the store", path, end->rows));
+  return {};
+}
+
+Result<Publisher::Sent> Publisher::send_from(const std::vector<record::SourceFile>& files, Watched& watched) {
+  auto& run = *watched.run;
+  if (auto asked = ask_position(run); !asked) return failure(asked.error());
+  if (run.position->finished || run.position->dropped) return Sent::everything;
+  return send_rows(files, run).and_then([&](Sent sent) -> Result<Sent> {
+    if (sent != Sent::everything) return sent;
+    return send_events_and_gaps(files, run).map([] { return Sent::everything; });
+  });
+}
+
+Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& watched) {
+  const Stamp stamp{.record = record::state_of(path),
+                    .status = record::state_of(record::status_path(path)),
+                    .live_copy = record::identity_of(record::live_copy_path(path))};
+  if (watched.settled == stamp || (watched.rests && !watched.rests->over())) return Sent::everything;
+  watched.rests.reset();
+  const auto status = record::fresh_status(path);
+  const auto files = record::source_files(path, status.has_value());
+  if (!files) return failure(files.error());
+  const auto identity = record::identity_of(path);
+  auto states = states_of(*files);
+  const auto id = id_in(*files);  // a record that replaced another one may have its number in the file system
+  if (!id) return failure(id.error());
+  if (!watched.run || watched.run->file != identity || watched.run->info.id != *id) {
+    const auto begun = record::has_begun(*files);
+    if (!begun) return failure(begun.error());
+    if (status && !*begun) return Sent::everything;  // it does not know yet when it started
+    auto info = record::read_info(*files);
+    if (!info) return failure(info.error());
+    auto& run = watched.run.emplace(Run{.file = identity, .info = std::move(*info)});
+    run.channels = stored_channels(run.info);
+  }
+  auto& run = *watched.run;
+  run.states = std::move(states);
+  const auto sent = send_from(*files, watched);
+  if (!sent || *sent != Sent::everything) return sent;
+  const bool is_live = files->front().live;
+  if (is_live) {
+    if (!status || status->id != run.info.id) return Sent::everything;
+    const auto* state = name(status->standing.state);
+    const auto& cause = status->standing.cause;
+    if (run.position->state == state && run.position->cause == cause) return Sent::everything;
+    if (auto said = store_->say_state(run.info.id, state, cause); !said) return failure(said.error());
+    run.position->state = state;
+    run.position->cause = cause;
+    return Sent::everything;
+  }
+  if (!run.position->finished && !run.position->dropped)
+    if (auto ended = end_run(path, *files, run); !ended) return failure(ended.error());
+  watched.settled = stamp;
+  watched.trouble.clear();
+  return Sent::everything;
+}
+
+Result<void> Publisher::send_document(const std::string& path) {
+  const auto state = record::state_of(path);
+  if (const auto seen = documents_.find(path); seen != documents_.end() && seen->second == state) return {};
+  const auto document = read_document(path);
+  if (!document) return failure(document.error());
+  if (*document) {
+    const auto there = store_->has_document(sha256((*document)->text));
+    if (!there) return failure(there.error());
+    if (!*there) {
+      if (auto added = store_->add_document(settings_.rig, **document); !added) return added;
+      say_(fmt::format("{}: is in the store", path));
+    }
+  }
+  documents_.insert_or_assign(path, state);
+  return {};
+}
+
+Result<Publisher::Sent> Publisher::round() {
+  first_trouble_.reset();
+  look();
+  if (auto connected = connect(); !connected) return failure(connected.error());
+  auto all = Sent::everything;
+  for (auto& [path, watched] : runs_) {
+    const auto sent = send_run(path, watched);
+    if (sent && *sent != Sent::everything) all = Sent::something;
+    if (sent) continue;
+    if (!set_aside(sent.error(), path, watched.trouble)) return failure(sent.error());
+    if (sent.error().kind != FaultKind::refused) continue;
+    watched.rests.emplace(kRest);
+    if (watched.run) watched.run->position.reset();
+  }
+  for (const auto& path : found_documents_) {
+    const auto sent = send_document(path);
+    if (sent) continue;
+    std::string told;
+    if (!set_aside(sent.error(), path, told)) return failure(sent.error());
+    documents_.insert_or_assign(path, record::state_of(path));
+  }
+  if (!store_trouble_.empty() || !has_sent_) say_("the store takes what is sent: " + store_->place());
+  store_trouble_.clear();
+  has_sent_ = true;
+  return all;
+}
+
+Result<void> Publisher::serve() {
+  Backoff backoff(settings_.longest_wait, seed_of_this_process());
+  for (;;) {
+    const Deadline next(kEvery);
+    const auto sent = round();
+    auto wait = next.left();
+    if (sent) {
+      backoff.reset();
+      if (*sent == Sent::something) wait = {};
+    } else {
+      if (sent.error().kind == FaultKind::interrupted) return {};
+      const bool hopeless = sent.error().kind == FaultKind::bad_file || sent.error().kind == FaultKind::usage;
+      if (hopeless && !has_sent_) return failure(sent.error());
+      disconnect(sent.error());
+      wait = backoff.next();
+    }
+    if (ready(patience_.stop, POLLIN, Deadline(wait))) return {};
+  }
+}
+
+Result<void> Publisher::once() {
+  for (;;) {
+    const auto sent = round();
+    if (!sent) return failure(sent.error());
+    if (*sent == Sent::everything) return first_trouble_ ? Result<void>(failure(*first_trouble_)) : Result<void>();
+  }
+}
+
+Result<std::vector<RunLag>> Publisher::lags() {
+  look();
+  if (auto connected = connect(); !connected) return failure(connected.error());
+  std::vector<RunLag> lags;
+  for (const auto& [path, watched] : runs_) {
+    auto& lag = lags.emplace_back(RunLag{.name = path});
+    const auto fresh = record::fresh_status(path);
+    const auto status = fresh ? Result<record::RunStatus>(*fresh) : record::read_status(path);
+    if (!status) {
+      lag.trouble = text(status.error());
+      continue;
+    }
+    lag.here = status->slot;
+    lag.state = name(status->standing.state);
+    const auto position = store_->position(status->id);
+    if (!position) return failure(position.error());
+    if (!*position) continue;
+    lag.in_store = (*position)->slot;
+    lag.finished_in_store = (*position)->finished;
+  }
+  return lags;
+}
+
+}  // namespace gyrotherm::site

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Sends the runs of a rig to the store: finished ones whole, running ones second by second from their live copies, and
+/// the documents beside them. It only reads, never a record that is being written, and keeps nothing of its own: where
+/// it was, it asks the store. So it may be killed at any time, and two of it for one run do no harm.
+///
+/// What the store refuses is told once and set aside until its files change; everything else that goes wrong is tried
+/// again, after waits that grow. One thread.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/file_state.hpp"
+#include "acquisition/record/run_info.hpp"
+#include "acquisition/record/run_source.hpp"
+#include "apps/site/backoff.hpp"
+#include "apps/site/run_text.hpp"
+#include "apps/site/site_file.hpp"
+#include "apps/site/store.hpp"
+#include "core/deadline.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm::site {
+
+/// How far one run is, here and in the store.
+struct RunLag {
+  std::string name;
+  std::string state{};        ///< of the run, as it is here
+  std::int64_t here{-1};      ///< its last slot
+  std::int64_t in_store{-1};  ///< …, as the store has it
+  bool finished_in_store{};
+  std::string trouble{};  ///< why it does not go on; empty: it does
+
+  [[nodiscard]] std::int64_t seconds() const { return here - in_store; }
+};
+
+class Publisher {
+ public:
+  /// `say` is told each change of state in a line, `complain` each trouble, once. The program ends what it does once
+  /// `stop` is readable.
+  Publisher(SiteSettings settings, int stop, std::function<void(const std::string&)> say,
+            std::function<void(const Fault&)> complain);
+
+  /// Looks and sends until `stop` is readable. Fails with bad_file or usage where no waiting helps before it could ever
+  /// connect.
+  [[nodiscard]] Result<void> serve();
+  /// Sends all that is there now. Fails with the first fault that keeps something from being sent.
+  [[nodiscard]] Result<void> once();
+  /// Asks the store how far each run is; sends nothing.
+  [[nodiscard]] Result<std::vector<RunLag>> lags();
+
+ private:
+  struct Run {
+    record::FileState file;  ///< which one the rest was read from
+    record::RunInfo info;
+    std::vector<record::FileState> states{};  ///< of its files, when they were last seen to be this run's
+    std::vector<StoredChannel> channels{};
+    std::optional<RunPosition> position{};  ///< as the store says; asked anew over a new connection
+  };
+  /// What a run's files look like; a run that was sent whole is looked at again when this changes.
+  struct Stamp {
+    record::FileState record, status, live_copy;
+    bool operator==(const Stamp&) const = default;
+  };
+  struct Watched {
+    std::optional<Run> run;
+    std::optional<Stamp> settled;
+    std::optional<Deadline> rests;  ///< until then, after the store has refused it
+    std::string trouble;            ///< that was told
+  };
+  enum class Sent { everything, something };
+
+  [[nodiscard]] Result<void> connect();
+  void disconnect(const Fault& why);
+  void look();
+  /// One round over all that was found; whether nothing is left to send.
+  [[nodiscard]] Result<Sent> round();
+  [[nodiscard]] Result<Sent> send_run(const std::string& path, Watched& watched);
+  [[nodiscard]] Result<Sent> send_from(const std::vector<record::SourceFile>& files, Watched& watched);
+  [[nodiscard]] Result<void> ask_position(Run& run);
+  [[nodiscard]] Result<Sent> send_rows(const std::vector<record::SourceFile>& files, Run& run);
+  [[nodiscard]] Result<void> send_events_and_gaps(const std::vector<record::SourceFile>& files, Run& run);
+  [[nodiscard]] Result<void> end_run(const std::string& path, const std::vector<record::SourceFile>& files, Run& run);
+  [[nodiscard]] Result<void> send_document(const std::string& path);
+  /// Whether what failed concerns this file alone; then it is told once.
+  [[nodiscard]] bool set_aside(const Fault& fault, const std::string& path, std::string& told);
+
+  SiteSettings settings_;
+  Patience patience_;
+  std::function<void(const std::string&)> say_;
+  std::function<void(const Fault&)> complain_;
+  std::optional<Store> store_;
+  bool has_sent_ = false;                               ///< a whole round
+  std::string store_trouble_;                           ///< that was told
+  std::map<std::string, Watched> runs_;                 ///< by path of the record
+  std::map<std::string, record::FileState> documents_;  ///< that were sent, or are none
+  std::set<std::string> found_documents_;
+  std::optional<Fault> first_trouble_;  ///< of this round, of one file
+};
+
+}  // namespace gyrotherm::site

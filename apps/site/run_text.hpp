@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A run as the functions of the store take it (apps/site/migrations): what it is as JSON, its rows as arrays in text.
+/// Reads records and nothing else; a record is open only as long as one call lasts, for while it is no writer can
+/// begin.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/run_info.hpp"
+#include "acquisition/record/run_source.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm::site {
+
+/// A number of each row: a column of the record's table `sample`.
+struct StoredChannel {
+  std::string name;
+  std::string unit{};
+  std::string measures{};
+  std::string unit_under_test{};                 ///< its label; empty: the rig's
+  std::vector<std::string> words{};              ///< what its numbers stand for, from 0; empty: they are numbers
+  const record::Channel* thermometer = nullptr;  ///< of the same RunInfo
+};
+
+/// All columns but slot and UTC, in the order of the table. Points into `info`.
+[[nodiscard]] std::vector<StoredChannel> stored_channels(const record::RunInfo& info);
+
+/// What add_run() takes.
+[[nodiscard]] std::string run_as_json(const record::RunInfo& info);
+
+/// What the store knows of how far a run is.
+struct RunPosition {
+  std::int64_t slot{-1};
+  std::int64_t event{};
+  std::int64_t gap{-1};
+  std::string state{}, cause{};
+  bool finished{};
+  bool dropped{};
+};
+
+/// Rows behind a slot, as add_rows() takes them.
+struct RowBatch {
+  std::int64_t after{-1};
+  std::int64_t last{-1};
+  std::size_t rows{};
+  std::string slots{"{"}, utcs{"{"}, numbers{"{"};
+};
+
+inline constexpr std::int64_t kBatchRows = 1000;
+
+/// The next rows, at most so many. Fails with storage while somebody else writes the record, with bad_file if it is
+/// damaged.
+[[nodiscard]] Result<RowBatch> next_rows(const std::vector<record::SourceFile>& files,
+                                         const std::vector<StoredChannel>& channels, std::int64_t after,
+                                         std::int64_t most = kBatchRows);
+
+/// The next events, or gaps, as add_events() and add_gaps() take them; `text` is empty if there are none. Fails
+/// likewise.
+struct JsonBatch {
+  std::int64_t last{};
+  std::size_t rows{};
+  std::string text{};
+};
+[[nodiscard]] Result<JsonBatch> next_events(const std::vector<record::SourceFile>& files, std::int64_t after);
+[[nodiscard]] Result<JsonBatch> next_gaps(const std::vector<record::SourceFile>& files, std::int64_t after);
+
+/// How a run that no program carries out any more stands, by its record.
+struct RunEnd {
+  bool finished{};
+  std::string state;  ///< as in RunState; imported: "complete"
+  std::string cause;
+  std::int64_t ended_ns{};
+  std::int64_t rows{}, events{}, gaps{};
+  std::string chain_head;
+};
+[[nodiscard]] Result<RunEnd> end_of(const record::RunInfo& info, const std::vector<record::SourceFile>& files);
+
+/// A file of a finished run.
+struct RunFileDigest {
+  std::string path, name, sha256;
+  std::uint64_t bytes{};
+};
+
+/// What finish_run() takes.
+[[nodiscard]] std::string end_as_json(const RunEnd& end, const std::vector<RunFileDigest>& files);
+
+}  // namespace gyrotherm::site

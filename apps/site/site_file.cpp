@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/site/site_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/site/live/passfile.hpp"
+#include "core/file.hpp"
+#include "core/toml_reader.hpp"
+
+namespace gyrotherm::site {
+namespace {
+
+constexpr std::size_t kLongestRigName = 64;
+
+std::string name_at(const TomlTable& table, const char* key) {
+  auto name = table.text(key);
+  const auto is_control = [](unsigned char c) { return c < ' ' || c == 0x7F; };
+  if (name.empty() || name.size() > kLongestRigName || std::ranges::any_of(name, is_control))
+    table.mistake(key, fmt::format("\"{}\" is no name, expected 1 to {} characters", key, kLongestRigName));
+  return name;
+}
+
+StoreAddress store_of(const TomlTable& table, const std::string& file, const std::string& credentials) {
+  StoreAddress address{.conninfo = table.text("address")};
+  if (const auto good = check_conninfo(address.conninfo); !good && !address.conninfo.empty())
+    table.mistake("address", good.error().what);
+  address.passfile = passfile_at(table, file, credentials);
+  return address;
+}
+
+ArchiveSettings archive_of(const TomlTable& table, const std::string& file) {
+  ArchiveSettings archive;
+  if (table.has("folder") == table.has("command")) table.mistake("folder", "has one of folder and command");
+  if (table.has("folder")) archive.folder = path_from(file, table.text("folder"));
+  if (table.has("command")) {
+    archive.command = table.texts("command");
+    const auto names = [&](const char* what) {
+      return std::ranges::any_of(archive.command,
+                                 [&](const auto& word) { return word.find(what) != std::string::npos; });
+    };
+    if (!names("{file}") || !names("{sha256}"))
+      table.mistake("command", "expected words among which {file} and {sha256} stand");
+  }
+  archive.within = table.duration("within", archive.within);
+  return archive;
+}
+
+}  // namespace
+
+Result<SiteSettings> parse_site(std::string_view text, const std::string& file, const std::string& credentials) {
+  const auto root = TomlTable::parse(text, file);
+  if (!root) return failure(root.error());
+  root->expect("schema", kSiteSchema);
+  root->ignore("notify");
+  SiteSettings site{.name = root->text("name", ""), .rig = name_at(*root, "rig")};
+  for (const auto& folder : root->texts("folders")) site.folders.push_back(path_from(file, folder));
+  if (site.folders.empty()) root->mistake("folders", "\"folders\" is empty, expected folders with records");
+  const auto store = root->table("store");
+  site.store = store_of(store, file, credentials);
+  site.longest_wait = store.duration("longest_wait", site.longest_wait);
+  site.longest_answer = store.duration("longest_answer", site.longest_answer);
+  constexpr Duration kLeast = std::chrono::milliseconds(100);
+  if (site.longest_wait < kLeast) store.mistake("longest_wait", "expected 100 ms or more");
+  if (site.longest_answer < kLeast) store.mistake("longest_answer", "expected 100 ms or more");
+  if (root->has("live")) {
+    site.live = broker_at(root->table("live"), file, credentials);
+    if (site.name.empty()) root->mistake("name", "what is said live names its site; expected a name");
+  }
+  if (root->has("archive")) site.archive = archive_of(root->table("archive"), file);
+  if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  return site;
+}
+
+Result<SiteSettings> read_site(const std::string& file) {
+  return read_text_file(file).and_then(
+      [&](const std::string& text) { return parse_site(text, file, credentials_folder()); });
+}
+
+}  // namespace gyrotherm::site

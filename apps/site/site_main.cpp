@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The gyrotherm-site program: makes the store of a site, and asks it what a site wants to know.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "apps/site/job/commands.hpp"
+#include "apps/site/migrate.hpp"
+#include "apps/site/programs.hpp"
+#include "apps/site/questions.hpp"
+#include "apps/site/site_file.hpp"
+#include "core/json.hpp"
+#include "core/program_start.hpp"
+
+namespace gyrotherm::site {
+namespace {
+
+struct SiteOptions {
+  std::string site_file;
+  std::string store;
+  std::string passfile;
+  bool json = false;
+  int to = migrations().back().number;
+  Asked asked;
+};
+
+Result<Postgres> store_of(const SiteOptions& options) {
+  if (!options.store.empty()) return Postgres::connect({options.store, options.passfile}, {});
+  if (options.site_file.empty())
+    return failure(FaultKind::usage, {}, "expected --store ADDRESS or --site FILE: where the store is");
+  return read_site(options.site_file).and_then([](const SiteSettings& site) {
+    return Postgres::connect(site.store, {});
+  });
+}
+
+/// Warns on standard error about rights that keep one rig from holding up the others (docs/site.md).
+Result<void> warn_of_unbounded_roles(Postgres& store) {
+  const auto able = store.ask(
+      "SELECT pg_has_role(current_user, 'pg_signal_backend', 'MEMBER')"
+      " AND pg_has_role(current_user, 'pg_read_all_stats', 'MEMBER')");
+  if (!able) return failure(able.error());
+  if (!able->boolean(0, 0))
+    write_to_stderr(
+        "warning: the owner cannot end sessions of rigs that keep locks; "
+        "GRANT pg_signal_backend, pg_read_all_stats TO it\n");
+  const auto unbounded = store.ask(
+      "SELECT string_agg(rolname, ', ' ORDER BY rolname) FROM pg_roles"
+      " WHERE rolcanlogin AND NOT rolsuper AND rolconnlimit < 0 AND pg_has_role(oid, 'gyrotherm_rig', 'MEMBER')");
+  if (!unbounded) return failure(unbounded.error());
+  if (!unbounded->null(0, 0))
+    write_to_stderr(fmt::format("warning: these roles have no connection limit: {}; ALTER ROLE … CONNECTION LIMIT 8\n",
+                                unbounded->text(0, 0)));
+  return {};
+}
+
+Result<int> bring_up_to_date(const SiteOptions& options) {
+  auto store = store_of(options);
+  if (!store) return failure(store.error());
+  bool any = false;
+  Result<void> told;
+  const auto migrated = migrate(*store, options.to, [&](const Migration& step) {
+    any = true;
+    told = write_to_stdout(fmt::format("migration {}: {}\n", step.number, step.name));
+  });
+  if (migrated && !any) told = write_to_stdout("nothing to do\n");
+  return migrated.and_then([&] { return warn_of_unbounded_roles(*store); }).and_then([&] { return told; }).map([] {
+    return kDoneExit;
+  });
+}
+
+Result<int> show(const SiteOptions& options, const Answer& answer) {
+  if (answer.rows() == 0 && !options.json) write_to_stderr("none\n");
+  if (options.asked.most > 0 && static_cast<std::size_t>(answer.rows()) == options.asked.most)
+    write_to_stderr("There may be more: --most 0 shows all.\n");
+  return write_to_stdout(options.json ? as_json(answer) : as_table(answer)).map([] { return kDoneExit; });
+}
+
+/// How much is in the store.
+Result<int> show_status(const SiteOptions& options) {
+  auto store = store_of(options);
+  if (!store) return failure(store.error());
+  const auto answer = store->ask(
+      "SELECT (SELECT max(number) FROM gyrotherm.migration) AS migration, (SELECT count(*) FROM gyrotherm.rig) AS rigs,"
+      " count(*) AS runs, count(*) FILTER (WHERE NOT finished) AS unfinished, coalesce(sum(rows), 0) AS rows,"
+      " (SELECT count(*) FROM gyrotherm.calibration) AS calibrations,"
+      " pg_size_pretty(pg_database_size(current_database())) AS size FROM gyrotherm.run");
+  if (!answer) return failure(answer.error());
+  return show(options, *answer);
+}
+
+void add_common_options(CLI::App& command, SiteOptions& options) {
+  command.add_option("--store", options.store, "where the store is, as libpq has it: \"host=db dbname=gyrotherm\"");
+  command.add_option("--passfile", options.passfile, "the file with the password; ~/.pgpass without it");
+  command.add_option("--site", options.site_file, "a site file, whose [store] says both");
+}
+
+void add_question(CLI::App& cli, const Question& question, SiteOptions& options, Action& action) {
+  auto& command = *cli.add_subcommand(
+      question.name, fmt::format("Example: gyrotherm-site {} --site site.toml\n\n{}", question.name, question.help));
+  add_common_options(command, options);
+  command.add_flag("--json", options.json, "as JSON");
+  command.add_flag("--all", options.asked.all, "everything that the view has");
+  command.add_option("--most", options.asked.most, "so many rows at most; 0: all")->capture_default_str();
+  if (has_units(question))
+    command.add_option("--unit", options.asked.unit, "of the unit with this serial number alone");
+  command.callback([&options, &question, &action] {
+    action = [&options, &question]() -> Result<int> {
+      auto store = store_of(options);
+      if (!store) return failure(store.error());
+      const auto answer = ask(*store, question, options.asked);
+      if (!answer) return failure(answer.error());
+      return show(options, *answer);
+    };
+  });
+}
+
+/// They are for the commands of a job's tasks, and no longer on the command line.
+std::vector<std::string> words_behind_dashes(int& argc, char** argv) {
+  const auto end = argv + argc;
+  const auto dashes = std::find(argv, end, std::string_view("--"));
+  if (dashes == end) return {};
+  argc = static_cast<int>(dashes - argv);
+  return {dashes + 1, end};
+}
+
+int run_site(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  CLI::App cli(
+      "Example: gyrotherm-site rigs --store \"host=db dbname=gyrotherm user=ada sslmode=verify-full\"\n\n"
+      "gyrotherm-site makes the store of a site, and answers what a site wants to know of its rigs and "
+      "units; and it hands training out to a cluster.",
+      "gyrotherm-site");
+  cli.set_version_flag("--version", std::string("gyrotherm-site ") + GYROTHERM_VERSION);
+  cli.require_subcommand(1);
+  SiteOptions options;
+  Action action;
+  auto& migrating = *cli.add_subcommand(
+      "migrate",
+      "Example: gyrotherm-site migrate --store \"host=db dbname=gyrotherm user=gyrotherm_owner\"\n\n"
+      "Brings the store's schema up to date.");
+  add_common_options(migrating, options);
+  migrating.add_option("--to", options.to, "no further than this migration")->capture_default_str();
+  migrating.callback([&] { action = [&] { return bring_up_to_date(options); }; });
+  auto& status = *cli.add_subcommand("status", "Example: gyrotherm-site status --site site.toml\n\nHow much is there.");
+  add_common_options(status, options);
+  status.add_flag("--json", options.json, "as JSON");
+  status.callback([&] { action = [&] { return show_status(options); }; });
+  for (const auto& question : questions()) add_question(cli, question, options, action);
+  add_job_commands(cli, words_behind_dashes(argc, argv), action);
+  if (const auto code = parsed(cli, argc, argv)) return *code;
+  const auto done = action();
+  return done ? *done : exit_of(cli.get_name(), done.error());
+}
+
+}  // namespace
+}  // namespace gyrotherm::site
+
+int main(int argc, char** argv) {
+  gyrotherm::open_standard_descriptors();
+  return gyrotherm::site::run_site(argc, argv);
+}

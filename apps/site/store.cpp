@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/site/store.hpp"
+
+#include <fmt/format.h>
+
+namespace gyrotherm::site {
+
+Result<Store> Store::open(const StoreAddress& address, const Patience& patience) {
+  auto connection = Postgres::connect(address, patience);
+  if (!connection) return failure(connection.error());
+  const auto version = connection->ask("SELECT gyrotherm.version()");
+  if (!version && version.error().kind == FaultKind::refused)
+    return failure(FaultKind::refused, kStore, fmt::format("is not set up for this user: {}", version.error().what));
+  if (!version) return failure(version.error());
+  if (version->integer(0, 0) < kOldestStore)
+    return failure(FaultKind::refused, kStore, "is older than this program, expected gyrotherm site migrate first");
+  return Store(std::move(*connection));
+}
+
+Result<void> Store::call(const std::string& statement, const std::vector<Parameter>& parameters) {
+  return connection_.ask(statement, parameters).map([](const Answer&) {});
+}
+
+Result<std::optional<RunPosition>> Store::position(const std::string& run) {
+  const auto answer = connection_.ask(
+      "SELECT last_slot, last_event, last_gap, state, cause, finished, dropped FROM gyrotherm.run_position($1)", {run});
+  if (!answer) return failure(answer.error());
+  if (answer->rows() == 0) return std::nullopt;
+  return RunPosition{.slot = answer->integer(0, 0),
+                     .event = answer->integer(0, 1),
+                     .gap = answer->integer(0, 2),
+                     .state = std::string(answer->text(0, 3)),
+                     .cause = std::string(answer->text(0, 4)),
+                     .finished = answer->boolean(0, 5),
+                     .dropped = answer->boolean(0, 6)};
+}
+
+Result<void> Store::add_run(const std::string& run, const std::string& rig, const std::string& json) {
+  return call("SELECT gyrotherm.add_run($1, $2, $3)", {run, rig, json});
+}
+
+Result<void> Store::send_rows(const std::string& run, const RowBatch& batch) {
+  return connection_.send("SELECT gyrotherm.add_rows($1, $2, $3, $4, $5)",
+                          {run, std::to_string(batch.after), batch.slots, batch.utcs, batch.numbers});
+}
+
+Result<void> Store::rows_are_in() {
+  return connection_.answer().map([](const Answer&) {});
+}
+
+Result<void> Store::add_events(const std::string& run, std::int64_t after, const std::string& json) {
+  return call("SELECT gyrotherm.add_events($1, $2, $3)", {run, std::to_string(after), json});
+}
+
+Result<void> Store::add_gaps(const std::string& run, std::int64_t after, const std::string& json) {
+  return call("SELECT gyrotherm.add_gaps($1, $2, $3)", {run, std::to_string(after), json});
+}
+
+Result<void> Store::say_state(const std::string& run, const std::string& state, const std::string& cause) {
+  return call("SELECT gyrotherm.say_state($1, $2, $3)", {run, state, cause});
+}
+
+Result<void> Store::finish_run(const std::string& run, const std::string& json) {
+  return call("SELECT gyrotherm.finish_run($1, $2)", {run, json});
+}
+
+Result<bool> Store::has_document(const std::string& sha256) {
+  return connection_.ask("SELECT gyrotherm.has_document($1)", {sha256}).map([](const Answer& answer) {
+    return answer.boolean(0, 0);
+  });
+}
+
+Result<void> Store::add_document(const std::string& rig, const Document& document) {
+  return call("SELECT gyrotherm.add_document($1, $2, $3, $4)", {rig, document.kind, document.name, document.text});
+}
+
+}  // namespace gyrotherm::site

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The functions of the store, called: what a rig may say there (apps/site/migrations/0001-store.sql says what each
+/// checks). Fails like Postgres; refused is what a function itself refused.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "apps/site/postgres.hpp"
+#include "apps/site/run_text.hpp"
+#include "core/result.hpp"
+
+namespace gyrotherm::site {
+
+/// What a store must have for this program: the number of a migration.
+inline constexpr int kOldestStore = 1;
+
+/// A document beside records.
+struct Document {
+  std::string kind;  ///< calibration, model or report
+  std::string name;
+  std::string text;
+};
+
+class Store {
+ public:
+  explicit Store(Postgres connection) : connection_(std::move(connection)) {}
+
+  /// Connects, and makes sure that the store has all that this program calls.
+  [[nodiscard]] static Result<Store> open(const StoreAddress& address, const Patience& patience);
+
+  /// How far a run is there; nothing if it is not there.
+  [[nodiscard]] Result<std::optional<RunPosition>> position(const std::string& run);
+  [[nodiscard]] Result<void> add_run(const std::string& run, const std::string& rig, const std::string& json);
+  /// Sends rows; the answer is waited for by rows_are_in(), so that the next batch is read meanwhile.
+  [[nodiscard]] Result<void> send_rows(const std::string& run, const RowBatch& batch);
+  [[nodiscard]] Result<void> rows_are_in();
+  [[nodiscard]] Result<void> add_events(const std::string& run, std::int64_t after, const std::string& json);
+  [[nodiscard]] Result<void> add_gaps(const std::string& run, std::int64_t after, const std::string& json);
+  [[nodiscard]] Result<void> say_state(const std::string& run, const std::string& state, const std::string& cause);
+  [[nodiscard]] Result<void> finish_run(const std::string& run, const std::string& json);
+  [[nodiscard]] Result<bool> has_document(const std::string& sha256);
+  [[nodiscard]] Result<void> add_document(const std::string& rig, const Document& document);
+
+  [[nodiscard]] std::string place() const { return connection_.place(); }
+
+ private:
+  [[nodiscard]] Result<void> call(const std::string& statement, const std::vector<Parameter>& parameters);
+
+  Postgres connection_;
+};
+
+}  // namespace gyrotherm::site

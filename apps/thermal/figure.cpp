@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The command figure of gyrotherm-thermal: what the report of a virtual rig shows of its gyro's thermal model, as the
+/// paper's Tables 1 and 2 and its Figure 1.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+
+#include "apps/console/command.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/console/value.hpp"
+#include "apps/thermal/thermal_views.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "core/sha256.hpp"
+#include "core/shipped.hpp"
+#include "simulator/thermal/gyro_model.hpp"
+#include "simulator/thermal/mesh.hpp"
+#include "simulator/thermal/steady_state.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr const char* kFigureSchema = "gyrotherm-thermal-figure/1";
+constexpr std::size_t kColumns = 228;  ///< 0.5 mm each
+constexpr double kCubicMetres = 1e-9;  ///< m³ in a mm³
+
+struct FigureArguments {
+  std::string gyro = "calibrated";
+  double ambient_c = 20;
+};
+
+Json materials_of(const thermal::GyroModel& model) {
+  Json all = Json::array();
+  for (std::size_t k = 0; k < thermal::kGyroMaterials; ++k) {
+    const thermal::MaterialProperties& one = model.materials[k];
+    const bool is_solid_or_gas = one.conductivity_w_per_m_k > 0;
+    all.push_back({{"name", thermal::kGyroMaterialNames[k]},
+                   {"density_kg_per_m3", one.density_kg_per_m3},
+                   {"specific_heat_j_per_kg_k", one.specific_heat_j_per_kg_k},
+                   {"conductivity_w_per_m_k", is_solid_or_gas ? Json(one.conductivity_w_per_m_k) : Json(nullptr)}});
+  }
+  return all;
+}
+
+Json source(const char* name, double power_w, double volume_mm3) {
+  const double volume_m3 = volume_mm3 * kCubicMetres;
+  return {{"name", name}, {"power_w", power_w}, {"volume_m3", volume_m3}, {"rate_w_per_m3", power_w / volume_m3}};
+}
+
+/// Returns the rows of the paper's Table 2: both gain arms together, the preamplifier, each ballast.
+Json sources_of(const thermal::GyroModel& model) {
+  using thermal::ThermalInput;
+  thermal::ThermalPowers powers = model.powers_w;
+  const auto power = [&](ThermalInput input) { return power_of(powers, input); };
+  const auto& [length, width, thickness] = model.geometry.preamplifier;
+  return Json::array({source("gain_area", power(ThermalInput::gain_left) + power(ThermalInput::gain_right),
+                             model.geometry.gain_volume),
+                      source("preamplifier", power(ThermalInput::preamplifier), length * width * thickness),
+                      source("ballast", power(ThermalInput::ballast_left), model.geometry.ballast_volume)});
+}
+
+double in_millikelvins(double celsius) { return std::round(1000 * celsius) / 1000; }
+
+/// Rounds to 1 mK, so that the last bits of a solution on another machine do not show.
+void round_off(plot::ThermalImage& image) {
+  for (double& value : image.celsius.values) value = in_millikelvins(value);
+  for (plot::ThermalMark& mark : image.marks) mark.celsius = in_millikelvins(mark.celsius);
+}
+
+/// Returns the image at steady state on the coarse mesh, and what it was computed of.
+Result<Json> image_of(const thermal::GyroModel& model, double ambient_c) {
+  const bool is_block = model.mode == thermal::GyroMode::block;
+  const double film = is_block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
+  const auto mesh = make_mesh(model, thermal::MeshSize::coarse);
+  const auto state = steady_state(model, mesh, {.ambient_c = ambient_c, .film_w_per_m2_k = film});
+  if (!state) return failure(state.error());
+  plot::ThermalImage image = top_face_of(model, mesh, *state, kColumns);
+  round_off(image);
+  return Json{
+      {"mesh", "coarse"},         {"elements", mesh.element_count},
+      {"nodes", state->unknowns}, {"ambient_c", ambient_c},
+      {"film_w_per_m2_k", film},  {"difference_k", in_millikelvins(thermal::gain_difference_k(state->outputs_c))},
+      {"view", json_of(image)}};
+}
+
+Result<Exit> figure(Console& console, const FigureArguments& options) {
+  const auto path = path_of(options.gyro, kShippedGyro);
+  if (!path) return failure(path.error());
+  const auto text = read_text_file(*path);
+  if (!text) return failure(text.error());
+  const auto model = thermal::parse_gyro(*text, *path);
+  if (!model) return failure(model.error());
+  watch_for_interrupts(SecondInterrupt::ends);
+  const auto image = image_of(*model, options.ambient_c);
+  if (!image) return failure(image.error());
+  const Json json{{"schema", kFigureSchema},
+                  {"simulated", true},
+                  {"gyro", model->name},
+                  {"title", model->title},
+                  {"gyro_sha256", sha256(*text)},
+                  {"materials", materials_of(*model)},
+                  {"sources", sources_of(*model)},
+                  {"ballast_reading", thermal::kBallastReadingNames[static_cast<std::size_t>(model->ballast_reading)]},
+                  {"image", *image}};
+  console.data(text_of(json) + "\n");
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_thermal_figure(Program& program) {
+  auto [command, options] =
+      add_command(program, "figure",
+                  "Prints what a report shows of a gyro's thermal model: materials, heat sources, and the block's "
+                  "temperatures at steady state on the coarse mesh, as JSON.",
+                  "gyrotherm-thermal figure --gyro calibrated", figure);
+  command.add_option("--gyro", options.gyro, "the gyro file (default: calibrated)")->type_name(value::kGyro);
+  command.add_option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C")
+      ->check(CLI::Range(-100.0, 150.0));
+}
+
+}  // namespace gyrotherm::app

@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The commands image and fit of gyrotherm-thermal: a steady state and its views through the gyro, and which value of
+/// each parameter would give it a wanted difference.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "apps/console/command.hpp"
+#include "apps/console/interrupt.hpp"
+#include "apps/console/value.hpp"
+#include "apps/thermal/thermal_views.hpp"
+#include "core/command.hpp"
+#include "core/file.hpp"
+#include "core/json.hpp"
+#include "core/process.hpp"
+#include "core/shipped.hpp"
+#include "simulator/thermal/difference_fit.hpp"
+#include "simulator/thermal/gyro_model.hpp"
+#include "simulator/thermal/mesh.hpp"
+#include "simulator/thermal/steady_state.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr const char* kCalibrated = "calibrated";
+
+/// A gyro file, or the shipped one of that name.
+Result<thermal::GyroModel> read_gyro(const std::string& given) {
+  const auto path = path_of(given, kShippedGyro);
+  if (!path) return failure(path.error());
+  return read_text_file(*path).and_then([&](const std::string& text) { return thermal::parse_gyro(text, *path); });
+}
+
+constexpr const char* kFitSchema = "gyrotherm-thermal-fit/1";
+
+struct FitArguments {
+  std::string gyro = kCalibrated;
+  double difference_k = 3.5;
+  double ambient_c = 20;
+};
+
+/// The values that parameters would need, each alone, for a wanted difference.
+std::string describe(const std::vector<thermal::FittedDifference>& family, double wanted_k) {
+  auto text = fmt::format(
+      "calibrated to {:g} K: one number, met by each of these alone; it says nothing of which is true\n", wanted_k);
+  for (const auto& fit : family)
+    text += fmt::format("  {:<18} {:>10.4g}  {:.3f} K, warmest thermometer {:.2f} °C{}\n",
+                        thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)], fit.value,
+                        fit.difference_k, fit.warmest_place_c, fit.reached ? "" : "  (cannot give it)");
+  return text;
+}
+
+std::string json(const std::vector<thermal::FittedDifference>& family, const FitArguments& options) {
+  Json json{{"schema", kFitSchema},
+            {"simulated", true},
+            {"wanted_k", options.difference_k},
+            {"ambient_c", options.ambient_c},
+            {"calibration", Json::array()}};
+  for (const auto& fit : family)
+    json["calibration"].push_back({{"parameter", thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)]},
+                                   {"value", fit.value},
+                                   {"difference_k", fit.difference_k},
+                                   {"warmest_place_c", fit.warmest_place_c},
+                                   {"reached", fit.reached}});
+  return json.dump(2) + "\n";
+}
+
+Result<Exit> fit(Console& console, const FitArguments& options) {
+  const auto model = read_gyro(options.gyro);
+  if (!model) return failure(model.error());
+  watch_for_interrupts(SecondInterrupt::ends);
+  const auto family =
+      thermal::fit_family(*model, options.difference_k, {.ambient_c = options.ambient_c}, console.sink());
+  if (!family) return failure(family.error());
+  console.data(console.json ? json(*family, options) : describe(*family, options.difference_k));
+  return Exit::done;
+}
+
+constexpr const char* kThermalSchema = "gyrotherm-thermal/1";
+
+struct ThermalArguments {
+  std::string gyro = kCalibrated, mesh = "medium", out;
+  double ambient_c = 20;
+  std::optional<double> film, fit;
+  bool force = false;
+};
+
+constexpr const char* kFacts = "thermal.json";  ///< of the files of an image the last: with it the image is whole
+
+/// A steady state and what it took.
+struct Solved {
+  thermal::GyroModel model;
+  thermal::GyroMesh mesh;
+  thermal::SteadyState state;
+  double film_w_per_m2_k{};
+  double wall_s{};
+  std::vector<thermal::FittedDifference> family;  ///< with --fit: the parameter that was used first
+};
+
+double used_film(const thermal::GyroModel& model, const ThermalArguments& options) {
+  if (options.film) return *options.film;
+  return model.mode == thermal::GyroMode::block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
+}
+
+/// Asked between the parts of the work: a mesh is solved in one piece.
+Result<void> go_on(Console& console, std::string_view stage, double fraction) {
+  if (keep_going(console.sink(), stage, fraction)) return {};
+  return failure(FaultKind::interrupted, "thermal", "stopped");
+}
+
+Result<Solved> solve(Console& console, thermal::GyroModel model, const ThermalArguments& options) {
+  const auto began = std::chrono::steady_clock::now();
+  const auto size = std::ranges::find(thermal::kMeshSizeNames, options.mesh) - thermal::kMeshSizeNames.begin();
+  Solved solved{.model = std::move(model), .mesh = {}, .state = {}, .family = {}};
+  if (options.fit) {
+    auto family = fit_family(solved.model, *options.fit, {.ambient_c = options.ambient_c}, console.sink());
+    if (!family) return failure(family.error());
+    solved.family = std::move(*family);
+    if (const auto& first = solved.family.front(); first.reached)
+      solved.model = with_parameter(solved.model, first.parameter, first.value);
+    else
+      console.say(fmt::format("warning: no {} gives {:g} K; the model is left as it is",
+                              thermal::kFitParameterNames[static_cast<std::size_t>(first.parameter)], *options.fit));
+  }
+  if (auto goes_on = go_on(console, "steady state", 0); !goes_on) return failure(goes_on.error());
+  solved.film_w_per_m2_k = used_film(solved.model, options);
+  solved.mesh = make_mesh(solved.model, static_cast<thermal::MeshSize>(size));
+  auto state = steady_state(solved.model, solved.mesh,
+                            {.ambient_c = options.ambient_c, .film_w_per_m2_k = solved.film_w_per_m2_k});
+  if (!state) return failure(state.error());
+  solved.state = std::move(*state);
+  solved.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  return solved;
+}
+
+struct Means {
+  double gain_c{}, non_gain_c{};
+};
+
+Means means_of(const thermal::SteadyState& state) {
+  const auto& t = state.outputs_c;
+  return {(t[0] + t[1] + t[2]) / 3, (t[5] + t[6] + t[7]) / 3};
+}
+
+std::string describe_point(const char* what, const thermal::ExtremePoint& point) {
+  return fmt::format("  {:<9} {:7.3f} °C  {} at ({:.1f}, {:.1f}, {:.1f}) mm\n", what, point.temperature_c,
+                     thermal::kGyroPartNames[index(point.part)], 1e3 * point.at_m[0], 1e3 * point.at_m[1],
+                     1e3 * point.at_m[2]);
+}
+
+std::string describe(const Solved& solved, const ThermalArguments& options) {
+  const auto& state = solved.state;
+  const auto [gain_c, non_gain_c] = means_of(state);
+  auto text = fmt::format("SIMULATED {}, in air of {:g} °C\n", solved.model.title, options.ambient_c);
+  for (std::size_t k = 0; k < 8; ++k)
+    text += fmt::format("  {} {:.3f}", thermal::kThermalOutputNames[k], state.outputs_c[k]);
+  text += fmt::format("  °C\n  gain areas A B C {:.3f} °C, opposite F G H {:.3f} °C: {:.3f} K apart (the paper: 3.5)\n",
+                      gain_c, non_gain_c, gain_c - non_gain_c);
+  text += describe_point("hottest", state.hottest) + describe_point("coldest", state.coldest);
+  text += fmt::format("  energy    {:.6f} W in, {:.6f} W out\n", state.power_in_w, state.power_out_w);
+  text += fmt::format("  film      {:g} W/(m²·K); ballast read as \"{}\"\n", solved.film_w_per_m2_k,
+                      thermal::kBallastReadingNames[static_cast<std::size_t>(solved.model.ballast_reading)]);
+  text += fmt::format(
+      "  mesh      {}, {} elements, {} unknowns; {} iterations (hypre BoomerAMG), {:.1f} s, {:.0f} MB\n", options.mesh,
+      solved.mesh.element_count, state.unknowns, state.iterations, solved.wall_s, peak_memory_mb());
+  if (options.fit) text += describe(solved.family, *options.fit);
+  return text;
+}
+
+Json json_of(const thermal::ExtremePoint& point) {
+  return {{"temperature_c", point.temperature_c},
+          {"at_m", point.at_m},
+          {"part", thermal::kGyroPartNames[index(point.part)]}};
+}
+
+/// Without what varies from run to run.
+Json json(const Solved& solved, const ThermalArguments& options) {
+  const auto& state = solved.state;
+  const auto [gain_c, non_gain_c] = means_of(state);
+  Json json{{"schema", kThermalSchema},
+            {"simulated", true},
+            {"gyro", solved.model.name},
+            {"mode", thermal::kGyroModeNames[static_cast<std::size_t>(solved.model.mode)]},
+            {"ballast_reading", thermal::kBallastReadingNames[static_cast<std::size_t>(solved.model.ballast_reading)]},
+            {"ambient_c", options.ambient_c},
+            {"film_w_per_m2_k", solved.film_w_per_m2_k},
+            {"temperatures_c", Json::object()}};
+  for (std::size_t k = 0; k < thermal::kThermalOutputs; ++k)
+    json["temperatures_c"][std::string(thermal::kThermalOutputNames[k])] = state.outputs_c[k];
+  json["gain_mean_c"] = gain_c;
+  json["non_gain_mean_c"] = non_gain_c;
+  json["difference_k"] = gain_c - non_gain_c;
+  json["hottest"] = json_of(state.hottest);
+  json["coldest"] = json_of(state.coldest);
+  json["power_in_w"] = state.power_in_w;
+  json["power_out_w"] = state.power_out_w;
+  json["mesh"] = options.mesh;
+  json["elements"] = solved.mesh.element_count;
+  json["unknowns"] = state.unknowns;
+  json["iterations"] = state.iterations;
+  for (const auto& fit : solved.family) {
+    json["calibration"].push_back({{"parameter", thermal::kFitParameterNames[static_cast<std::size_t>(fit.parameter)]},
+                                   {"value", fit.value},
+                                   {"difference_k", fit.difference_k},
+                                   {"reached", fit.reached}});
+  }
+  return json;
+}
+
+/// Makes a picture with scale, unit and mark of each SVG in the folder, by the program that has fonts. Where it cannot,
+/// the SVGs are what there is, and this is said. Fails with interrupted.
+Result<void> draw_pictures(Console& console, const std::filesystem::path& folder,
+                           const std::vector<std::string>& views) {
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const auto& view = views[i];
+    const auto program = program_beside_this_one("gyrotherm-pdf");
+    const auto code =
+        run_to_its_end({program, "--force", "--width", "1600", "--png", (folder / (view + ".svg")).string(), "--out",
+                        (folder / (view + ".png")).string()});
+    const auto fraction = static_cast<double>(i + 1) / static_cast<double>(views.size());
+    if (auto goes_on = go_on(console, "pictures", fraction); !goes_on) return goes_on;  // Ctrl-C ends that program too
+    if (code && *code == 0) continue;
+    const auto why = code ? fmt::format("it ended with {}", *code) : code.error().what;
+    console.say(fmt::format("no PNG of {}, but its SVG: {}: {}", view, program, why));
+    break;
+  }
+  return {};
+}
+
+Result<void> write_all(Console& console, const Solved& solved, const ThermalArguments& options) {
+  const std::filesystem::path folder = options.out;
+  std::vector<std::string> views;
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const auto& view : thermal::views_of(solved.model, solved.mesh, solved.state)) {
+    files.emplace_back(view.file + ".svg", svg_of(view.image));
+    views.push_back(view.file);
+  }
+  std::ostringstream vtu, calculix;
+  write_vtu(vtu, solved.mesh, solved.state.field_c);
+  files.emplace_back("gyro.vtu", std::move(vtu).str());
+  write_calculix_input(calculix, solved.model, solved.mesh,
+                       {.ambient_c = options.ambient_c, .coefficients = solved.state.coefficients});
+  files.emplace_back("gyro.inp", std::move(calculix).str());
+  for (const auto& [name, content] : files) {
+    if (auto written = replace_text_file((folder / name).string(), content); !written) return written;
+  }
+  if (auto drawn = draw_pictures(console, folder, views); !drawn) return drawn;
+  return replace_text_file((folder / kFacts).string(), json(solved, options).dump(2) + "\n");
+}
+
+Result<Exit> image(Console& console, const ThermalArguments& options) {
+  std::error_code error;
+  const auto facts_file = (std::filesystem::path(options.out) / kFacts).string();
+  if (!options.force && std::filesystem::exists(facts_file, error))
+    return failure(FaultKind::usage, facts_file, "is there already; --force writes over it and what is beside it");
+  auto model = read_gyro(options.gyro);
+  if (!model) return failure(model.error());
+  std::filesystem::create_directories(options.out, error);
+  if (error) return failure(FaultKind::storage, options.out, error.message());
+  watch_for_interrupts(SecondInterrupt::ends);
+  const auto solved = solve(console, std::move(*model), options);
+  if (!solved) return failure(solved.error());
+  auto written = go_on(console, "pictures", 0).and_then([&] { return write_all(console, *solved, options); });
+  if (!written) return failure(written.error());
+  if (!console.json) {
+    console.data(describe(*solved, options));
+    return Exit::done;
+  }
+  auto facts = json(*solved, options);
+  facts["wall_s"] = solved->wall_s;
+  facts["peak_memory_mb"] = peak_memory_mb();
+  console.data(facts.dump(2) + "\n");
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_thermal_fit(Program& program) {
+  auto [command, options] = add_command(
+      program, "fit", "Which value of each parameter alone gives a difference between gain and non-gain areas.",
+      "gyrotherm-thermal fit --difference 3.5", fit);
+  command.add_option("--gyro", options.gyro, "the gyro file (default: calibrated)")->type_name(value::kGyro);
+  command.add_option("--difference", options.difference_k, "wanted between gain and non-gain areas, K")
+      ->check(CLI::Range(0.01, 100.0));
+  command.add_option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C")
+      ->check(CLI::Range(-100.0, 150.0));
+}
+
+void add_thermal_image(Program& program) {
+  auto [command, options] =
+      add_command(program, "image",
+                  "The finite-element thermal image of the working gyro at rest: pictures, a file for "
+                  "ParaView, an input for CalculiX.",
+                  "gyrotherm-thermal image --mesh medium --out image", image);
+  command.add_option("--gyro", options.gyro, "the gyro file (default: calibrated)")->type_name(value::kGyro);
+  command.add_option("--mesh", options.mesh, "coarse, medium or fine: edges of 4.6, 2.9 or 2.1 mm")
+      ->check(CLI::IsMember({"coarse", "medium", "fine"}));
+  command.add_option("--ambient", options.ambient_c, "temperature of the air around the cabinet, °C")
+      ->check(CLI::Range(-100.0, 150.0));
+  command.add_option("--film", options.film, "film on the outside, W/(m²·K); the file's still air if not given")
+      ->check(CLI::Range(0.01, 10000.0));
+  command.add_option("--fit", options.fit, "first calibrate to this gain–non-gain difference, K")
+      ->check(CLI::Range(0.01, 100.0));
+  command.add_option("--out", options.out, "folder for the results")
+      ->check(not_a_dash())
+      ->type_name(value::kFolder)
+      ->required();
+  command.add_flag("--force", options.force, "write over an image that is there already");
+}
+
+}  // namespace gyrotherm::app

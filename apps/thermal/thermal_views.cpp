@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/thermal/thermal_views.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "simulator/thermal/thermal_field.hpp"
+
+namespace gyrotherm::thermal {
+namespace {
+
+constexpr double kInside_mm = 0.05;  // depth of the view below a face
+constexpr double kMargin_mm = 2;     // around the block
+
+/// A plane through the cabinet: where its point (right, up), in mm, lies.
+struct Plane {
+  std::string file, title, x_title, y_title;
+  plot::Range right_mm, up_mm;
+  std::array<double, 3> origin_mm{}, along_right{}, along_up{};
+
+  [[nodiscard]] std::array<double, 3> at_m(double right, double up) const {
+    std::array<double, 3> point{};
+    for (std::size_t k = 0; k < 3; ++k) point[k] = 1e-3 * (origin_mm[k] + right * along_right[k] + up * along_up[k]);
+    return point;
+  }
+};
+
+Plane top_face(const GyroGeometry& geometry) {
+  const auto [x, y, z] = geometry.cabinet;
+  const double top = z / 2 + geometry.block_thickness / 2;
+  return {"top-face",
+          fmt::format("Top face of the block, z = {:g} mm", top),
+          "x, mm",
+          "y, mm",
+          {0, x},
+          {0, y},
+          {0, 0, top - kInside_mm},
+          {1, 0, 0},
+          {0, 1, 0}};
+}
+
+std::vector<Plane> planes_of(const GyroGeometry& geometry) {
+  const auto [x, y, z] = geometry.cabinet;
+  return {top_face(geometry),
+          {"bores",
+           fmt::format("Plane of the bores, z = {:g} mm", z / 2),
+           "x, mm",
+           "y, mm",
+           {0, x},
+           {0, y},
+           {0, 0, z / 2},
+           {1, 0, 0},
+           {0, 1, 0}},
+          {"section",
+           fmt::format("Upright section from G to A, x = {:g} mm", x / 2),
+           "y, mm",
+           "z, mm",
+           {0, y},
+           {0, z},
+           {x / 2, 0, 0},
+           {0, 1, 0},
+           {0, 0, 1}}};
+}
+
+/// Returns true for the block and all parts on it. The cabinet, its parts and the centre are much colder and would take
+/// most of the colours: the image shows their outlines alone.
+bool is_drawn(GyroPart part) {
+  return is_glass(part) || is_gas(part) || part == GyroPart::ballast_left || part == GyroPart::ballast_right ||
+         part == GyroPart::cathode;
+}
+
+plot::ThermalImage image_of(const Plane& plane, const ThermalField& field, std::size_t columns) {
+  const double per_mm = static_cast<double>(columns) / (plane.right_mm.high - plane.right_mm.low);
+  const auto rows = static_cast<std::size_t>(std::lround((plane.up_mm.high - plane.up_mm.low) * per_mm));
+  plot::ThermalImage image{.title = plane.title,
+                           .x_title = plane.x_title,
+                           .y_title = plane.y_title,
+                           .x_mm = plane.right_mm,
+                           .y_mm = plane.up_mm,
+                           .celsius = {columns, rows, {}},
+                           .parts = {},
+                           .colours_c = {},
+                           .marks = {},
+                           .simulated = true};
+  for (std::size_t row = 0; row < rows; ++row) {
+    const double up = plane.up_mm.high - (static_cast<double>(row) + 0.5) / per_mm;
+    for (std::size_t column = 0; column < columns; ++column) {
+      const auto at = plane.at_m(plane.right_mm.low + (static_cast<double>(column) + 0.5) / per_mm, up);
+      const auto part = field.part_at(at[0], at[1], at[2]);
+      const bool solid = part && is_drawn(*part);
+      image.celsius.values.push_back(solid ? field.temperature_at(at[0], at[1], at[2])
+                                           : std::numeric_limits<double>::quiet_NaN());
+      image.parts.push_back(part && !is_air(*part) ? static_cast<int>(index(*part) + 1) : 0);
+    }
+  }
+  return image;
+}
+
+std::vector<plot::ThermalMark> thermometers_of(const GyroModel& model, const SteadyState& state) {
+  std::vector<plot::ThermalMark> marks;
+  for (std::size_t k = 0; k < model.thermometers.size(); ++k) {
+    const auto [u, v] = model.thermometers[k];
+    marks.push_back({std::string(kThermalOutputNames[k]), model.geometry.cabinet[0] / 2 + u,
+                     model.geometry.cabinet[1] / 2 + v, state.outputs_c[k]});
+  }
+  return marks;
+}
+
+/// Cuts a level plane down to what it meets of the block and what is on it, in whole millimetres.
+void leave_cabinet_out(Plane& plane, const GyroParts& parts) {
+  PlanRectangle all = bounds(parts.block.plan);
+  const auto add = [&](const Prism& prism) {
+    const bool is_met = prism.z0 <= plane.origin_mm[2] && plane.origin_mm[2] <= prism.z1;
+    if (!is_drawn(prism.part) || prism.plan.empty() || !is_met) return;
+    const PlanRectangle one = bounds(prism.plan);
+    all = {std::min(all.x0, one.x0), std::max(all.x1, one.x1), std::min(all.y0, one.y0), std::max(all.y1, one.y1)};
+  };
+  std::ranges::for_each(parts.boxes, add);
+  std::ranges::for_each(parts.mirrors, add);
+  plane.right_mm = {std::floor(all.x0 - kMargin_mm), std::ceil(all.x1 + kMargin_mm)};
+  plane.up_mm = {std::floor(all.y0 - kMargin_mm), std::ceil(all.y1 + kMargin_mm)};
+}
+
+}  // namespace
+
+std::vector<ThermalView> views_of(const GyroModel& model, const GyroMesh& mesh, const SteadyState& state,
+                                  std::size_t columns) {
+  const ThermalField field(model, mesh, state.field_c);
+  std::vector<ThermalView> views;
+  plot::Range colours{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (const auto& plane : planes_of(model.geometry)) {
+    views.push_back({plane.file, image_of(plane, field, columns)});
+    colours = joined(colours, plot::range_of(views.back().image.celsius.values));
+  }
+  views.front().image.marks = thermometers_of(model, state);
+  for (auto& view : views) view.image.colours_c = rounded_out(colours, 10);
+  return views;
+}
+
+plot::ThermalImage top_face_of(const GyroModel& model, const GyroMesh& mesh, const SteadyState& state,
+                               std::size_t columns) {
+  Plane plane = top_face(model.geometry);
+  leave_cabinet_out(plane, parts_of(model));
+  auto image = image_of(plane, ThermalField(model, mesh, state.field_c), columns);
+  image.marks = thermometers_of(model, state);
+  image.colours_c = rounded_out(plot::range_of(image.celsius.values), 10);
+  return image;
+}
+
+}  // namespace gyrotherm::thermal

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Views of the gyro's temperatures: planes through the cabinet on which the field of a steady state is sampled.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "report/plot/thermal_image.hpp"
+#include "simulator/thermal/gyro_model.hpp"
+#include "simulator/thermal/mesh.hpp"
+#include "simulator/thermal/steady_state.hpp"
+
+namespace gyrotherm::thermal {
+
+struct ThermalView {
+  std::string file;  ///< "top-face"
+  plot::ThermalImage image;
+};
+
+/// Returns the block's top face with the thermometers, the plane of the bores, and the upright section from G to A. The
+/// block and what is on it are coloured, on one scale in all views; air is white, and the cabinet with what is on it
+/// shows as outlines. `columns`: samples from left to right.
+[[nodiscard]] std::vector<ThermalView> views_of(const GyroModel& model, const GyroMesh& mesh, const SteadyState& state,
+                                                std::size_t columns = 900);
+
+/// Returns the block's top face with the thermometers, without the cabinet around it, on a scale of its own. `columns`:
+/// samples from left to right.
+[[nodiscard]] plot::ThermalImage top_face_of(const GyroModel& model, const GyroMesh& mesh, const SteadyState& state,
+                                             std::size_t columns);
+
+}  // namespace gyrotherm::thermal

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+# gyrotherm_module(NAME SOURCES a.cpp … USES other modules … PRIVATE third parties …) makes the static library
+# gyrotherm::NAME of a module, or of a part of one. It is installed for others to build on (package.cmake) unless it is
+# INTERNAL to the programs. The modules in USES are public, third parties stay private. In a unity build each of the SOURCES
+# named in ALONE is compiled by itself, because another file uses the same local names. A NUMERICAL module leaves out Eigen's
+# index checks in a release.
+# GCC 12 warns of array bounds and restrict inside its own std::string; the sanitizer preset checks for the real ones.
+function(gyrotherm_options target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion $<$<BOOL:${GYROTHERM_WERROR}>:-Werror>
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread>)
+  target_include_directories(${target} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/gyrotherm>)
+endfunction()
+
+# Compiles the headers that most sources include once, for the module `first`; modules with the same compile options reuse
+# them. Qt and toml++ add options of their own.
+function(gyrotherm_precompile name first)
+  if(name STREQUAL first OR "${ARGN}" MATCHES "Qt6|tomlplusplus")
+    target_precompile_headers(gyrotherm_${name} PRIVATE <fmt/format.h> <algorithm> <chrono> <functional> <map> <memory> <optional> <string> <vector>)
+  else()
+    target_precompile_headers(gyrotherm_${name} REUSE_FROM gyrotherm_${first})
+  endif()
+endfunction()
+
+function(gyrotherm_module name)
+  cmake_parse_arguments(module "INTERNAL;NUMERICAL" "" "SOURCES;ALONE;USES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(gyrotherm_${name} STATIC ${module_SOURCES})
+  add_library(gyrotherm::${name} ALIAS gyrotherm_${name})
+  set_source_files_properties(${module_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  gyrotherm_options(gyrotherm_${name})
+  if(module_NUMERICAL)
+    gyrotherm_precompile(${name} ${name})  # with another's, of the same options, training took a third longer
+    if(name STREQUAL "dense")
+      target_precompile_headers(gyrotherm_${name} PRIVATE <Eigen/Core>)
+    else()
+      list(APPEND module_USES dense)
+      target_precompile_headers(gyrotherm_${name} PRIVATE <analysis/dense/dense.hpp>)
+    endif()
+    target_compile_definitions(gyrotherm_${name} PRIVATE $<$<CONFIG:Release>:EIGEN_NO_DEBUG>)
+  else()
+    gyrotherm_precompile(${name} drivers ${module_PUBLIC} ${module_PRIVATE})
+  endif()
+  target_link_libraries(gyrotherm_${name} PRIVATE ${module_PRIVATE})
+  target_link_libraries(gyrotherm_${name} PUBLIC fmt::fmt ${module_PUBLIC})
+  foreach(other IN LISTS module_USES)
+    target_link_libraries(gyrotherm_${name} PUBLIC gyrotherm::${other})
+  endforeach()
+  if(NOT module_INTERNAL)
+    gyrotherm_package_module(${name} USES ${module_USES} THIRD_PARTIES fmt::fmt ${module_PUBLIC} ${module_PRIVATE})
+  endif()
+endfunction()
+
+# Compiles a test without optimisation, in half the time. The modules that it tests stay optimised.
+function(gyrotherm_unoptimised target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O0>)
+endfunction()
+
+# Compiles each source of a target by itself, because its files use the same local names. CMAKE_UNITY_BUILD compiles the
+# files of other targets together, in a third of the time.
+function(gyrotherm_file_by_file target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
+endfunction()
+
+# Compiles the headers that most tests include once.
+function(gyrotherm_precompile_test name first)
+  if(name STREQUAL first)
+    target_precompile_headers(${name}_test PRIVATE <gtest/gtest.h> ${ARGN})
+  else()
+    target_precompile_headers(${name}_test REUSE_FROM ${first}_test)
+  endif()
+endfunction()
+
+# gyrotherm_test(NAME [COMPUTES [NUMERICAL]] USES modules … SOURCES … [PRIVATE third parties …] [TOGETHER suites …]) makes
+# NAME_test and registers each of its tests with CTest; each suite in TOGETHER is registered as one.
+function(gyrotherm_test name)
+  cmake_parse_arguments(test "COMPUTES;NUMERICAL" "" "USES;SOURCES;PRIVATE;TOGETHER" ${ARGN})
+  add_executable(${name}_test ${test_SOURCES})
+  gyrotherm_options(${name}_test)
+  if(NOT test_COMPUTES)
+    gyrotherm_unoptimised(${name}_test)
+    gyrotherm_precompile_test(${name} core)
+  else()
+    # Compiles in three quarters of the time; GCC 12 takes Eigen's vectors for used after they are freed then.
+    target_compile_options(${name}_test PRIVATE $<$<CONFIG:Release>:-O1> $<$<CONFIG:Release>:-Wno-use-after-free>)
+    if(test_NUMERICAL)
+      gyrotherm_precompile_test(${name} analysis <Eigen/Dense> <analysis/dense/dense.hpp>)
+    else()
+      gyrotherm_precompile_test(${name} ${name})
+    endif()
+  endif()
+  list(TRANSFORM test_USES PREPEND gyrotherm::)
+  target_link_libraries(${name}_test PRIVATE ${test_USES} ${test_PRIVATE} GTest::gtest_main)
+  target_compile_definitions(${name}_test PRIVATE GYROTHERM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  gyrotherm_discover(${name}_test TOGETHER ${test_TOGETHER})
+endfunction()
+
+# gyrotherm_discover(PROGRAM [TOGETHER suites …] [WAITING suites …]) registers each test of a program. A suite in TOGETHER
+# runs as one test, because its fixture takes long to make. A test counts as 2 PROCESSORS, or as 1 if its suite is WAITING
+# for clocks and other programs most of the time. The test preset runs 5 of these units at once on two processors, waiting
+# tests first.
+function(gyrotherm_discover program)
+  cmake_parse_arguments(suites "" "" "TOGETHER;WAITING" ${ARGN})
+  list(TRANSFORM suites_TOGETHER APPEND ".*" OUTPUT_VARIABLE together)
+  list(TRANSFORM suites_WAITING APPEND ".*" OUTPUT_VARIABLE waiting)
+  list(JOIN waiting ":" only_waiting)
+  list(APPEND together ${waiting})
+  list(JOIN together ":" others)
+  set(alike NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${GYROTHERM_TIMEOUT} PROCESSORS)
+  gtest_discover_tests(${program} TEST_FILTER "-${others}" ${alike} 2)
+  if(only_waiting)
+    gtest_discover_tests(${program} TEST_FILTER "${only_waiting}" ${alike} 1 COST 30)
+  endif()
+  foreach(suite IN LISTS suites_TOGETHER)
+    add_test(NAME ${suite} COMMAND ${program} --gtest_filter=${suite}.*)
+    set_tests_properties(${suite} PROPERTIES TIMEOUT ${GYROTHERM_TIMEOUT} PROCESSORS 2)
+  endforeach()
+endfunction()
+
+# gyrotherm_fuzz(NAME SOURCE libraries …) makes a fuzz target. With GYROTHERM_FUZZ it is a libFuzzer program, built by the
+# target `fuzzers`; the modules are instrumented too (CMakeLists.txt). Otherwise it replays inputs and a short seeded random
+# run under CTest.
+function(gyrotherm_fuzz name source)
+  add_executable(${name} ${source})
+  gyrotherm_options(${name})
+  target_link_libraries(${name} PRIVATE ${ARGN})
+  if(GYROTHERM_FUZZ)
+    target_compile_options(${name} PRIVATE -fsanitize=fuzzer)
+    target_link_options(${name} PRIVATE -fsanitize=fuzzer)
+    add_dependencies(fuzzers ${name})
+  else()
+    if(NOT TARGET gyrotherm_fuzz_driver)
+      add_library(gyrotherm_fuzz_driver OBJECT ${PROJECT_SOURCE_DIR}/tests/fuzz_driver.cpp)
+      gyrotherm_options(gyrotherm_fuzz_driver)
+    endif()
+    target_link_libraries(${name} PRIVATE gyrotherm_fuzz_driver)
+    add_test(NAME Fuzz.${name} COMMAND ${name} $<IF:$<BOOL:${GYROTHERM_NIGHTLY}>,1000000,20000>)
+    set_tests_properties(Fuzz.${name} PROPERTIES PROCESSORS 2)
+  endif()
+endfunction()

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/plot/isotherms.hpp"
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+
+namespace gyrotherm::plot {
+namespace {
+
+/// An edge of the grid, from a sample to its neighbour on the right (even) or below (odd).
+using Edge = std::size_t;
+
+/// The pieces of one line level: each joins two edges, and no edge has more than two.
+class Pieces {
+ public:
+  Pieces(const SampledField& field, double level) : field_(field), level_(level) {
+    for (std::size_t row = 0; row + 1 < field.rows; ++row) {
+      for (std::size_t column = 0; column + 1 < field.columns; ++column) cross_cell(row, column);
+    }
+  }
+
+  /// Takes one line out, or nothing once all are taken. Open lines are taken first, from one of their ends.
+  [[nodiscard]] std::optional<Isotherm> take() {
+    if (neighbours_.empty()) return std::nullopt;
+    auto start = neighbours_.begin();
+    for (auto candidate = start; candidate != neighbours_.end(); ++candidate) {
+      if (candidate->second.size() == 1) {
+        start = candidate;
+        break;
+      }
+    }
+    Isotherm line{point_on(start->first)};
+    for (auto next = step_from(start->first); next; next = step_from(*next)) line.push_back(point_on(*next));
+    return line;
+  }
+
+ private:
+  [[nodiscard]] Edge right_of(std::size_t row, std::size_t column) const { return 2 * (row * field_.columns + column); }
+  [[nodiscard]] Edge below(std::size_t row, std::size_t column) const { return right_of(row, column) + 1; }
+
+  [[nodiscard]] FieldPoint point_on(Edge edge) const {
+    const std::size_t row = edge / 2 / field_.columns, column = edge / 2 % field_.columns;
+    const bool downwards = edge % 2 == 1;
+    const double from = field_.at(row, column),
+                 to = downwards ? field_.at(row + 1, column) : field_.at(row, column + 1);
+    const double part = (level_ - from) / (to - from);
+    return {static_cast<double>(column) + (downwards ? 0 : part), static_cast<double>(row) + (downwards ? part : 0)};
+  }
+
+  void join(Edge a, Edge b) {
+    neighbours_[a].push_back(b);
+    neighbours_[b].push_back(a);
+  }
+
+  void cross_cell(std::size_t row, std::size_t column) {
+    const std::array corners{field_.at(row, column), field_.at(row, column + 1), field_.at(row + 1, column + 1),
+                             field_.at(row + 1, column)};
+    double sum = 0;
+    unsigned above = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (std::isnan(corners[k])) return;
+      sum += corners[k];
+      above |= (corners[k] >= level_ ? 1U : 0U) << k;
+    }
+    const Edge top = right_of(row, column), bottom = right_of(row + 1, column);
+    const Edge left = below(row, column), right = below(row, column + 1);
+    const bool middle_above = sum / 4 >= level_;
+    switch (above) {
+      case 0:
+      case 15: return;
+      case 1:
+      case 14: return join(left, top);
+      case 2:
+      case 13: return join(top, right);
+      case 4:
+      case 11: return join(right, bottom);
+      case 8:
+      case 7: return join(bottom, left);
+      case 3:
+      case 12: return join(left, right);
+      case 6:
+      case 9: return join(top, bottom);
+      default: break;
+    }
+    const bool cut_top_left = (above == 5) != middle_above;
+    join(left, cut_top_left ? top : bottom);
+    join(right, cut_top_left ? bottom : top);
+  }
+
+  /// Removes the piece that leads on from `edge` and says where it leads.
+  std::optional<Edge> step_from(Edge edge) {
+    const auto here = neighbours_.find(edge);
+    if (here == neighbours_.end()) return std::nullopt;
+    const Edge next = here->second.back();
+    here->second.pop_back();
+    if (here->second.empty()) neighbours_.erase(here);
+    const auto there = neighbours_.find(next);
+    std::erase(there->second, edge);
+    if (there->second.empty()) neighbours_.erase(there);
+    return next;
+  }
+
+  const SampledField& field_;
+  double level_;
+  std::map<Edge, std::vector<Edge>> neighbours_;
+};
+
+}  // namespace
+
+std::vector<Isotherm> isotherms(const SampledField& field, double level) {
+  Pieces pieces(field, level);
+  std::vector<Isotherm> lines;
+  while (auto line = pieces.take()) lines.push_back(std::move(*line));
+  return lines;
+}
+
+}  // namespace gyrotherm::plot

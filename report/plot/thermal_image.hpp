@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The thermal image of the gyro: a plane through it with isotherms and thermometers, as the paper's Figures 1 and 2.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/form.hpp"
+#include "report/plot/isotherms.hpp"
+#include "report/plot/plot.hpp"
+#include "report/plot/png.hpp"
+
+namespace gyrotherm::plot {
+
+/// A thermometer on the plane.
+struct ThermalMark {
+  std::string name;
+  double x_mm{}, y_mm{};
+  double celsius{};
+};
+
+struct ThermalImage {
+  std::string title;             ///< "Top face of the block, z = 52.5 mm"
+  std::string x_title, y_title;  ///< "x, mm"
+  Range x_mm, y_mm;              ///< covered by the samples; y points upwards
+  SampledField celsius;          ///< top row first; NaN is left white
+  std::vector<int> parts;        ///< one per sample; borders are drawn
+  Range colours_c;               ///< temperatures of the first and the last colour
+  double isotherm_step_k = 0.5;
+  std::vector<ThermalMark> marks;
+  bool simulated = false;
+};
+
+void describe(auto& form, Like<Range> auto& range) {
+  form("low", range.low);
+  form("high", range.high);
+}
+
+void describe(auto& form, Like<ThermalMark> auto& mark) {
+  form("name", mark.name);
+  form("x_mm", mark.x_mm);
+  form("y_mm", mark.y_mm);
+  form("celsius", mark.celsius);
+}
+
+/// Returns true if the image can be drawn: samples as many as its grid has, and ranges with a width.
+[[nodiscard]] bool can_be_drawn(const ThermalImage& image);
+
+void describe(auto& form, Like<ThermalImage> auto& image) {
+  form("title", image.title);
+  form("x_title", image.x_title);
+  form("y_title", image.y_title);
+  form("x_mm", image.x_mm);
+  form("y_mm", image.y_mm);
+  form("columns", image.celsius.columns);
+  form("rows", image.celsius.rows);
+  form("celsius", image.celsius.values);
+  form("parts", image.parts);
+  form("colours_c", image.colours_c);
+  form("marks", image.marks);
+  form("simulated", image.simulated);
+  form.expect("celsius", can_be_drawn(image), "not as many as rows and columns, or in a range that cannot be drawn");
+}
+
+/// Returns an SVG document with axes, a colour bar and labelled isotherms; the colours themselves are a PNG inside it.
+[[nodiscard]] std::string svg_of(const ThermalImage& image);
+
+/// The temperatures' colours, white where there is none, and the outlines of the parts.
+[[nodiscard]] Picture coloured(const ThermalImage& image);
+
+/// Where the isotherms lie, in °C: the multiples of the step within the samples' range.
+[[nodiscard]] std::vector<double> isotherm_levels(const ThermalImage& image);
+
+}  // namespace gyrotherm::plot

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/rig/fixture.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/quantity.hpp"
+
+namespace gyrotherm::rig {
+namespace {
+
+constexpr double kRadian = std::numbers::pi / 180;
+using Vector = std::array<double, 3>;  ///< north, west, up
+
+/// About the axis numbered `about`, right-handed.
+Vector turned(const Vector& v, std::size_t about, double radians) {
+  const std::size_t i = (about + 1) % 3, j = (about + 2) % 3;
+  Vector result = v;
+  result[i] = v[i] * std::cos(radians) - v[j] * std::sin(radians);
+  result[j] = v[i] * std::sin(radians) + v[j] * std::cos(radians);
+  return result;
+}
+
+Vector in_the_room(const Fixture& fixture, const FixtureVector& vector) {
+  const auto rolled = turned(vector, 0, fixture.roll * kRadian);
+  const auto raised = turned(rolled, 1, -fixture.elevation * kRadian);
+  return turned(raised, 2, -fixture.azimuth * kRadian);
+}
+
+}  // namespace
+
+std::optional<double> read_uncertainty(const TomlTable& table, const char* key) {
+  if (!table.has(key)) return std::nullopt;
+  const double value = table.number(key);
+  if (value >= 0 && std::isfinite(value)) return value;
+  table.mistake(key, "expected a standard uncertainty, which is not below zero");
+  return std::nullopt;
+}
+
+DegreesPerHour earth_rate(double latitude_deg, double azimuth_deg, double elevation_deg) {
+  const double phi = latitude_deg * kRadian, az = azimuth_deg * kRadian, el = elevation_deg * kRadian;
+  return {kEarthRateDegPerHour * (std::cos(phi) * std::cos(az) * std::cos(el) + std::sin(phi) * std::sin(el))};
+}
+
+double read_latitude(const TomlTable& table) {
+  const double latitude = table.number("latitude");
+  if (!(std::abs(latitude) <= 90))
+    table.mistake("latitude", fmt::format("\"latitude\" is {:g}°, expected -90 to 90, north above 0", latitude));
+  return latitude;
+}
+
+Fixture read_fixture(const TomlTable& table) {
+  return {.latitude = read_latitude(table),
+          .azimuth = table.number("azimuth", 0),
+          .elevation = table.number("elevation", 0),
+          .roll = table.number("roll", 0),
+          .latitude_uncertainty = read_uncertainty(table, "latitude_uncertainty"),
+          .azimuth_uncertainty = read_uncertainty(table, "azimuth_uncertainty"),
+          .elevation_uncertainty = read_uncertainty(table, "elevation_uncertainty"),
+          .roll_uncertainty = read_uncertainty(table, "roll_uncertainty")};
+}
+
+void place_axis(const Fixture& fixture, const FixtureVector& direction,
+                const std::optional<double>& direction_uncertainty, record::AxisInfo& axis) {
+  const auto points = in_the_room(fixture, direction);
+  const double level = std::hypot(points[0], points[1]);
+  const double azimuth = level > 0 ? std::atan2(-points[1], points[0]) / kRadian : 0;
+  const double elevation = std::atan2(points[2], level) / kRadian;
+  axis.direction = direction;
+  axis.earth_rate = earth_rate(fixture.latitude, azimuth, elevation);
+  auto& known = axis.uncertainty;
+  known.latitude_deg = fixture.latitude;
+  known.azimuth_deg = azimuth;
+  known.elevation_deg = elevation;
+  known.latitude_uncertainty_deg = fixture.latitude_uncertainty;
+  known.azimuth_uncertainty_deg = fixture.azimuth_uncertainty;
+  known.fixture_azimuth_deg = fixture.azimuth;
+  known.fixture_elevation_deg = fixture.elevation;
+  known.elevation_uncertainty_deg = fixture.elevation_uncertainty;
+  known.roll_uncertainty_deg = fixture.roll_uncertainty;
+  known.direction_uncertainty_deg = direction_uncertainty;
+}
+
+}  // namespace gyrotherm::rig

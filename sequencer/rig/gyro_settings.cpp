@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/rig/gyro_settings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "drivers/gyro/frame_sum.hpp"
+#include "sequencer/rig/fixture.hpp"
+#include "sequencer/rig/thermometer_settings.hpp"
+#include "simulator/servers/gyro_server.hpp"
+
+namespace gyrotherm::rig {
+namespace {
+
+/// A table of a gyro, or of one of its axes, and what it says beside the frames.
+struct AxisTable {
+  TomlTable table;
+  std::string name;
+  std::string field;  ///< of the stream; empty: its own choice
+};
+
+struct GyroTable {
+  TomlTable table;
+  std::vector<AxisTable> axes;
+};
+
+/// Keys of a unit: for each axis without its own.
+std::optional<double> uncertainty_of(const TomlTable& axis, const TomlTable& unit, const char* key) {
+  if (auto own = read_uncertainty(axis, key)) return own;
+  return read_uncertainty(unit, key);
+}
+
+GyroTable read_axis_names(const TomlTable& table) {
+  GyroTable gyro{.table = table, .axes = {}};
+  if (!table.is_list("axis")) {
+    gyro.axes.push_back({.table = table, .name = {}, .field = table.text("axis", "")});
+    return gyro;
+  }
+  const auto axes = table.tables("axis");
+  for (const auto& axis : axes) {
+    const auto name = axes.size() == 1 ? axis.text("name", "") : axis.text("name");
+    const bool taken = std::ranges::any_of(gyro.axes, [&](const auto& other) { return other.name == name; });
+    if (taken) axis.mistake("name", fmt::format("\"{}\" is another axis of this unit", name));
+    gyro.axes.push_back({.table = axis, .name = name, .field = axis.text("field", name)});
+  }
+  return gyro;
+}
+
+std::vector<double> read_direction(const TomlTable& table) {
+  auto direction = table.numbers("direction");
+  double square = 0;
+  for (const double part : direction) square += part * part;
+  if (direction.size() != 3 || !(square > 0) || !std::isfinite(square)) {
+    table.mistake("direction", "expected three numbers, along x, y and z of the fixture, that are not all zero");
+    return {1, 0, 0};
+  }
+  for (double& part : direction) part /= std::sqrt(square);
+  return direction;
+}
+
+/// How the only axis of a unit points that stands in no fixture.
+void place_alone(const TomlTable& table, record::AxisInfo& axis) {
+  const bool located = table.has("latitude");
+  const double latitude = located ? read_latitude(table) : 0, azimuth = table.number("azimuth", 0),
+               elevation = table.number("elevation", 90);
+  axis.uncertainty.latitude_uncertainty_deg = read_uncertainty(table, "latitude_uncertainty");
+  axis.uncertainty.azimuth_uncertainty_deg = read_uncertainty(table, "azimuth_uncertainty");
+  axis.uncertainty.tilt_uncertainty_deg = read_uncertainty(table, "tilt_uncertainty");
+  if (!located) return;
+  axis.earth_rate = earth_rate(latitude, azimuth, elevation);
+  axis.uncertainty.latitude_deg = latitude;
+  axis.uncertainty.azimuth_deg = azimuth;
+  axis.uncertainty.elevation_deg = elevation;
+}
+
+/// What one count of the frames is: they say it themselves, or they count pulses, whose weight the rig file has.
+double arcsec_per_count(const AxisTable& axis, const TomlTable& unit, const drivers::FrameFormat& frame,
+                        std::size_t index) {
+  const auto own = index < frame.gyros().size() ? drivers::arcsec_per_count(frame, index) : std::nullopt;
+  const auto& table = axis.table.has("arcsec_per_pulse") ? axis.table : unit;
+  if (own) {
+    if (table.has("arcsec_per_pulse"))
+      table.mistake("arcsec_per_pulse", "the frames have a scale of their own; this is for those that count pulses");
+    return *own;
+  }
+  const double weight = table.number("arcsec_per_pulse");
+  if (weight == 0) table.mistake("arcsec_per_pulse", "must not be zero");
+  return weight;
+}
+
+record::AxisInfo read_axis(const AxisTable& axis, const TomlTable& unit, const std::optional<Fixture>& fixture) {
+  record::AxisInfo info{.name = axis.name, .kind = record::GyroKind::pulse_count};
+  if (fixture) {
+    const auto direction = read_direction(axis.table);
+    place_axis(*fixture, {direction[0], direction[1], direction[2]},
+               uncertainty_of(axis.table, unit, "direction_uncertainty"), info);
+  } else {
+    place_alone(axis.table, info);
+  }
+  info.uncertainty.scale_factor_uncertainty_ppm = uncertainty_of(axis.table, unit, "scale_factor_uncertainty_ppm");
+  info.uncertainty.turn_on_repeatability_deg_per_h =
+      uncertainty_of(axis.table, unit, "turn_on_repeatability_deg_per_h");
+  return info;
+}
+
+std::vector<std::string> read_channels_of(const TomlTable& table, const char* key,
+                                          const std::vector<std::string>& channels) {
+  auto names = table.texts(key);
+  for (const auto& name : names)
+    if (std::ranges::count(channels, name) == 0)
+      table.mistake(key, fmt::format("\"{}\" is no channel of this rig's thermometers", name));
+  return names;
+}
+
+UnitSettings read_unit(const GyroTable& gyro, bool one_of_several, const std::optional<Fixture>& fixture,
+                       const std::vector<std::string>& channels) {
+  const auto& table = gyro.table;
+  UnitSettings unit;
+  if (one_of_several) unit.info.name = table.text("name");
+  unit.info.serial_number = table.text("serial_number", "");
+  unit.info.model = table.text("model", "");
+  unit.can_be_turned = table.boolean("can_be_turned", false);
+  if (table.has("largest_bias_deg_per_h")) {
+    unit.largest_bias_deg_per_h = table.number("largest_bias_deg_per_h");
+    if (!(*unit.largest_bias_deg_per_h >= 0)) table.mistake("largest_bias_deg_per_h", "expected zero or more");
+  }
+  unit.go_on_when_silent =
+      table.choice("when_silent", {"suspend", "go_on"}, one_of_several ? "go_on" : "suspend") == "go_on";
+  unit.has_own_thermometers = table.has("thermometers");
+  unit.info.gradients = read_channels_of(table, "thermometers", channels);
+  unit.info.three_point = read_channels_of(table, "three_point", channels);
+  if (unit.has_own_thermometers && unit.info.gradients.size() < 2)
+    table.mistake("thermometers", "expected at least two thermometers");
+  if (!unit.info.three_point.empty() && unit.info.three_point.size() != 3)
+    table.mistake("three_point", "expected three thermometers: cathode, anode, shell");
+  for (const auto& axis : gyro.axes) unit.info.axes.push_back(read_axis(axis, table, fixture));
+  return unit;
+}
+
+/// The frames of a line whose axes are wanted in this order.
+Result<void> read_frames(const TomlTable& table, const std::string& rig_file, const std::vector<std::string>& axes,
+                         const std::optional<std::string>& known, GyroLine& line) {
+  std::optional<double> rate_hz;
+  if (table.has("rate_hz")) rate_hz = table.number("rate_hz");
+  if (rate_hz && !(*rate_hz > 0)) table.mistake("rate_hz", "expected a positive number of frames a second");
+  line.listen_only = table.boolean("listen_only", false);
+  if (!table.has("stream")) {
+    line.frame = drivers::read_frame_format(table.table("frame"), axes, rate_hz);
+    return {};
+  }
+  if (table.has("frame")) table.mistake("frame", "the frames are those of the stream: expected one of the two");
+  auto stream = read_named(table, "stream", rig_file, kShippedGyroStream, known).and_then([&](const NamedText& named) {
+    return drivers::parse_gyro_stream(named.text, named.path, axes, rate_hz);
+  });
+  if (!stream) return failure(std::move(stream.error()));
+  line.frame = stream->frame;
+  line.stream = std::move(*stream);
+  return {};
+}
+
+/// All gyros of a rig file, put together one after the other.
+class Reader {
+ public:
+  Reader(const TomlTable& root, const std::string& rig_file, const std::vector<std::string>& channels,
+         const std::map<std::string, std::string>& known)
+      : root_(root), file_(rig_file), channels_(channels), known_(known) {}
+
+  Result<GyroSettings> read() {
+    const bool several = root_.is_list("gyro");
+    const auto tables = several ? root_.tables("gyro") : std::vector{root_.table("gyro")};
+    if (tables.empty()) root_.mistake("gyro", "missing [[gyro]], expected at least one");
+    std::optional<Fixture> fixture;
+    if (root_.has("fixture")) fixture = read_fixture(root_.table("fixture"));
+    for (const auto& table : tables) {
+      gyros_.push_back(read_axis_names(table));
+      settings_.units.push_back(read_unit(gyros_.back(), several, fixture, channels_));
+      if (!fixture && gyros_.back().axes.size() > 1 && table.has("latitude"))
+        table.mistake("latitude", "where several axes point is said by a [fixture] and the direction of each");
+    }
+    check_names();
+    for (std::size_t i = 0; i < gyros_.size(); ++i)
+      if (!gyros_[i].table.has("shares_line_with")) settings_.lines.push_back(begin_line(i));
+    for (std::size_t i = 0; i < gyros_.size(); ++i)
+      if (gyros_[i].table.has("shares_line_with")) share_line(i);
+    Result<void> done;
+    for (auto& line : settings_.lines)
+      if (auto read = fill(line); !read && done) done = std::move(read);
+    if (!done) return failure(done.error());
+    return std::move(settings_);
+  }
+
+ private:
+  void check_names() const {
+    for (std::size_t i = 0; i < gyros_.size(); ++i)
+      for (std::size_t k = 0; k < i; ++k)
+        if (settings_.units[i].info.name == settings_.units[k].info.name)
+          gyros_[i].table.mistake("name", fmt::format("\"{}\" is another gyro's", settings_.units[i].info.name));
+  }
+
+  [[nodiscard]] GyroLine begin_line(std::size_t unit) const {
+    GyroLine line;
+    line.line = gyros_[unit].table.text("line");
+    check_line(gyros_[unit].table, line.line);
+    line.shares.push_back({.unit = unit});
+    return line;
+  }
+
+  void share_line(std::size_t unit) {
+    const auto& table = gyros_[unit].table;
+    const auto owner = table.text("shares_line_with");
+    for (const char* key : {"line", "stream", "frame", "rate_hz", "listen_only"})
+      if (table.has(key)) table.mistake(key, fmt::format("the line and its frames are those of \"{}\"", owner));
+    for (auto& line : settings_.lines)
+      if (settings_.units[line.shares.front().unit].info.name == owner) {
+        line.shares.push_back({.unit = unit});
+        return;
+      }
+    table.mistake("shares_line_with", fmt::format("\"{}\" is no gyro with a line of its own", owner));
+  }
+
+  [[nodiscard]] Result<void> fill(GyroLine& line) {
+    std::vector<std::string> fields;
+    for (auto& share : line.shares)
+      for (const auto& axis : gyros_[share.unit].axes) {
+        share.axes.push_back(fields.size());
+        fields.push_back(axis.field);
+      }
+    if (fields.size() == 1 && fields.front().empty()) fields.clear();
+    const auto owner = line.shares.front().unit;
+    const auto text = known_.find(settings_.units[owner].info.name);
+    const auto read = read_frames(gyros_[owner].table, file_, fields,
+                                  text == known_.end() ? std::nullopt : std::optional(text->second), line);
+    if (!read) {
+      for (const auto& share : line.shares) ignore_scales(gyros_[share.unit]);
+      return read;
+    }
+    for (const auto& share : line.shares) read_scales(line, share);
+    share_values(line);
+    for (const auto& share : line.shares) {
+      auto& unit = settings_.units[share.unit];
+      unit.info.instrument = fmt::format("{} at {}", line.stream ? line.stream->name : "gyro", line.line);
+      if (!line.stream) continue;
+      unit.info.stream_text = line.stream->text;
+      if (!unit.largest_bias_deg_per_h) unit.largest_bias_deg_per_h = line.stream->largest_bias_deg_per_h;
+    }
+    return {};
+  }
+
+  static void ignore_scales(const GyroTable& gyro) {
+    for (const char* key : {"arcsec_per_pulse", "scale_correction_ppm", "values"}) {
+      gyro.table.ignore(key);
+      for (const auto& axis : gyro.axes) axis.table.ignore(key);
+    }
+  }
+
+  void read_scales(const GyroLine& line, const GyroLine::Share& share) {
+    const auto& gyro = gyros_[share.unit];
+    for (std::size_t i = 0; i < gyro.axes.size(); ++i) {
+      const auto& table = gyro.axes[i].table;
+      const double correction_ppm = table.number("scale_correction_ppm", 0);
+      settings_.units[share.unit].info.axes[i].scale =
+          arcsec_per_count(gyro.axes[i], gyro.table, line.frame, share.axes[i]) * (1 + correction_ppm * 1e-6);
+    }
+  }
+
+  /// Those that no other unit claims are the line's owner's.
+  void share_values(GyroLine& line) {
+    const auto all = drivers::housekeeping_of(line.frame);
+    std::vector<bool> claimed(all.size());
+    const auto give = [&](GyroLine::Share& share, std::size_t value) {
+      claimed[value] = true;
+      share.values.push_back(value);
+      settings_.units[share.unit].info.values.push_back(
+          {.name = all[value].name, .unit = all[value].unit, .is_temperature = all[value].is_temperature});
+    };
+    for (auto& share : line.shares) {
+      const auto& table = gyros_[share.unit].table;
+      for (const auto& name : table.texts("values")) {
+        const auto found = std::ranges::find_if(all, [&](const auto& value) { return value.name == name; });
+        const auto index = static_cast<std::size_t>(found - all.begin());
+        if (found == all.end())
+          table.mistake("values", fmt::format("\"{}\" is none of the stream's values", name));
+        else if (claimed[index])
+          table.mistake("values", fmt::format("\"{}\" is another unit's", name));
+        else
+          give(share, index);
+      }
+    }
+    auto& owner = line.shares.front();
+    if (gyros_[owner.unit].table.has("values")) return;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (!claimed[i]) give(owner, i);
+  }
+
+  const TomlTable& root_;
+  const std::string& file_;
+  const std::vector<std::string>& channels_;
+  const std::map<std::string, std::string>& known_;
+  std::vector<GyroTable> gyros_;
+  GyroSettings settings_;
+};
+
+}  // namespace
+
+std::string title_of(const GyroLine& line, const std::vector<UnitSettings>& units) {
+  std::string names;
+  for (const auto& share : line.shares) names += (names.empty() ? "" : "+") + units[share.unit].info.name;
+  return names == record::kOnlyUnit ? names : "gyro " + names;
+}
+
+Result<void> compare_serial_number(const GyroLine& line, const std::vector<UnitSettings>& units,
+                                   const std::string& identity) {
+  const auto& expected = units[line.shares.front().unit].info.serial_number;
+  if (line.shares.size() > 1 || expected.empty() || identity.find(expected) != std::string::npos) return {};
+  return failure(FaultKind::mismatch, title_of(line, units),
+                 fmt::format("\"{}\" answers, expected the serial number {}", identity, expected));
+}
+
+Result<GyroSettings> read_gyros(const TomlTable& root, const std::string& rig_file,
+                                const std::vector<std::string>& channels,
+                                const std::map<std::string, std::string>& known) {
+  return Reader(root, rig_file, channels, known).read();
+}
+
+std::unique_ptr<drivers::Gyro> make_gyro(const GyroLine& settings, const drivers::Line& line, Duration within) {
+  const auto serial = settings.stream ? settings.stream->port : drivers::SerialFormat{.baud = 115200};
+  auto stream = make_stream(line, {.serial = serial}, kConnectWithin);
+  drivers::GyroCommands commands;
+  if (settings.stream && !settings.listen_only)
+    commands = {.start = settings.stream->start, .stop = settings.stream->stop, .identity = settings.stream->identity};
+  return make_framed_gyro(settings.frame, make_pumped(std::move(stream)), within, std::move(commands));
+}
+
+std::unique_ptr<drivers::Gyro> make_simulated_gyro(const GyroLine& settings,
+                                                   std::unique_ptr<drivers::ByteStream> stream, Duration within,
+                                                   const Clock* clock) {
+  return make_framed_gyro(simulator::at_one_frame_a_second(settings.frame), std::move(stream), within, {}, clock);
+}
+
+}  // namespace gyrotherm::rig

@@ -1,0 +1,499 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/rig/rig.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "core/file.hpp"
+#include "core/shipped.hpp"
+#include "core/text.hpp"
+#include "drivers/chamber/chamber_lock.hpp"
+#include "drivers/chamber/modbus_chamber.hpp"
+#include "drivers/line/modbus.hpp"
+#include "sequencer/rig/attended_wires.hpp"
+#include "sequencer/rig/inquiry.hpp"
+#include "simulator/laboratory_parameters.hpp"
+#include "simulator/virtual_laboratory.hpp"
+#include "simulator/virtual_unit.hpp"
+
+namespace gyrotherm::rig {
+namespace {
+
+/// Less than the patience of InstrumentIo: a frame that comes later stays on the line and is there when the next second
+/// is read. A read that outlasts it takes its frame away, and of a frame a second every one would be lost.
+constexpr Duration kGyroWithin = std::chrono::milliseconds(800);
+constexpr Duration kGyroAskedWithin = std::chrono::milliseconds(1500);
+
+/// Who makes the drivers of a rig's instruments, each on its line.
+class Drivers {
+ public:
+  virtual ~Drivers() = default;
+  [[nodiscard]] virtual std::unique_ptr<drivers::Registers> registers(const drivers::RegisterMap& map) = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::Pauses> pauses() = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::Thermometer> thermometer(const RigFile& file, std::size_t index,
+                                                                          const std::string& place) = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, std::size_t line, Duration within) = 0;
+  [[nodiscard]] virtual std::unique_ptr<drivers::AnalogueInputs> analogue(const RigFile& file, std::size_t index) = 0;
+};
+
+/// Of a real rig. The file's lines were checked when it was read.
+class DriversOnLines final : public Drivers {
+ public:
+  explicit DriversOnLines(const std::string& chamber) : chamber_(drivers::parse_line(chamber).value()) {}
+
+  std::unique_ptr<drivers::Registers> registers(const drivers::RegisterMap& map) override {
+    return make_modbus(chamber_, map.link.modbus);
+  }
+  std::unique_ptr<drivers::Pauses> pauses() override { return drivers::real_pauses(); }
+  std::unique_ptr<drivers::Thermometer> thermometer(const RigFile& file, std::size_t index,
+                                                    const std::string& place) override {
+    const auto& settings = file.thermometers[index];
+    if (settings.kind == drivers::ThermometerKind::process) return make_process_thermometer(settings, place);
+    return make_thermometer(settings, place, drivers::parse_line(settings.line).value());
+  }
+  std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, std::size_t line, Duration within) override {
+    const auto& settings = file.gyro_lines[line];
+    return make_gyro(settings, drivers::parse_line(settings.line).value(), within);
+  }
+  std::unique_ptr<drivers::AnalogueInputs> analogue(const RigFile& file, std::size_t index) override {
+    const auto& settings = file.analogue_inputs[index];
+    auto registers = make_modbus(drivers::parse_line(settings.line).value(), settings.map.registers.link.modbus);
+    return make_analogue_inputs(settings, title_of_analogue(index), std::move(registers), drivers::real_pauses());
+  }
+
+ private:
+  drivers::Line chamber_;
+};
+
+class DriversOnWires final : public Drivers {
+ public:
+  explicit DriversOnWires(Wires& wires) : wires_(wires) {}
+
+  std::unique_ptr<drivers::Registers> registers(const drivers::RegisterMap& map) override {
+    return wires_.chamber(map);
+  }
+  std::unique_ptr<drivers::Pauses> pauses() override { return wires_.pauses(); }
+  std::unique_ptr<drivers::Thermometer> thermometer(const RigFile& file, std::size_t index,
+                                                    const std::string& place) override {
+    const auto& settings = file.thermometers[index];
+    if (settings.kind == drivers::ThermometerKind::mcc_usb_temp) {
+      auto wire = wires_.usb_temp(index);
+      return make_usb_temp(settings, place, std::move(wire.line), wire.clock);
+    }
+    auto wire = wires_.thermometer(index);
+    return make_thermometer(settings, place, std::move(wire.line), true, wire.clock);
+  }
+  std::unique_ptr<drivers::Gyro> gyro(const RigFile& file, std::size_t line, Duration within) override {
+    auto wire = wires_.gyro(line);
+    return make_simulated_gyro(file.gyro_lines[line], std::move(wire.line), within, wire.clock);
+  }
+  std::unique_ptr<drivers::AnalogueInputs> analogue(const RigFile& file, std::size_t index) override {
+    auto settings = file.analogue_inputs[index];
+    auto& link = settings.map.registers.link.modbus;
+    link = without_pauses(std::move(link));
+    auto wire = wires_.analogue_input(index, settings.map.registers);
+    return make_analogue_inputs(settings, title_of_analogue(index), std::move(wire.line), wires_.pauses());
+  }
+
+ private:
+  Wires& wires_;
+};
+
+/// What an instrument answers to a question that may be put again: one lost answer is no reason not to begin. Of
+/// several failures the first is told.
+template <typename Ask>
+auto patiently(const Ask& ask) {
+  constexpr int kMostTries = 3;
+  auto answer = ask();
+  for (int tries = 1; !answer && answer.error().kind != FaultKind::refused && tries < kMostTries; ++tries)
+    if (auto again = ask(); again) answer = std::move(again);
+  return answer;
+}
+
+std::vector<bool> lines_that_may_be_off(const RigFile& file, const RigStart& start) {
+  const auto is_dropped = [&](const GyroLine::Share& share) {
+    return std::ranges::count(start.dropped_units, file.units[share.unit].info.name) > 0;
+  };
+  std::vector<bool> may_be_off;
+  for (const auto& line : file.gyro_lines)
+    may_be_off.push_back(start.units_may_be_off || std::ranges::all_of(line.shares, is_dropped));
+  return may_be_off;
+}
+
+std::string title_of_thermometer(std::size_t index) { return fmt::format("thermometer {}", index + 1); }
+
+std::string place_of(const GyroLine& line) {
+  return line.stream ? fmt::format("stream {} on {}", line.stream->name, line.line) : "on " + line.line;
+}
+
+/// Instruments on their lines, and the io that reads them.
+class AssembledRig : public Rig {
+ public:
+  AssembledRig(RigFile file, std::unique_ptr<Drivers> drivers, const RigStart& start)
+      : file_(std::move(file)), drivers_(std::move(drivers)), may_be_off_(lines_that_may_be_off(file_, start)) {
+    auto& map = file_.chamber_map;
+    if (file_.simulated) map.link.modbus = without_pauses(std::move(map.link.modbus));
+    chamber_ = make_modbus_chamber(map, noting(drivers_->registers(map), chamber_line_),
+                                   noting(drivers_->pauses(), chamber_line_));
+    for (std::size_t i = 0; i < file_.thermometers.size(); ++i)
+      thermometers_.push_back(drivers_->thermometer(file_, i, title_of_thermometer(i)));
+    for (std::size_t i = 0; i < file_.analogue_inputs.size(); ++i) analogue_.push_back(drivers_->analogue(file_, i));
+  }
+
+  std::vector<Result<std::string>> ask() override {
+    const SteadyClock watch;
+    // One that does not answer is named, with its line and what was expected there.
+    const auto titled = [](const std::string& title, const std::string& place, Result<std::string> answer) {
+      if (answer) return Result<std::string>(plain(title + ": " + *answer));
+      auto& [kind, where, what] = answer.error();
+      where = where.empty() || where == title ? title : title + ": " + where;
+      what += " (" + place + ")";
+      return answer;
+    };
+    std::vector<Result<std::string>> answers{
+        titled("chamber", fmt::format("{} on {}", file_.chamber_map.name, file_.chamber_line), ask_chamber(watch))};
+    for (std::size_t i = 0; i < thermometers_.size(); ++i)
+      answers.push_back(titled(title_of_thermometer(i), "on " + file_.thermometers[i].line,
+                               ask_thermometer(*thermometers_[i], file_.thermometers[i].channels, watch)));
+    if (answers.front())
+      if (const auto warning = compare_air(); !warning.empty()) *answers.front() += "; " + warning;
+    for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) {
+      const auto gyro = drivers_->gyro(file_, i, kGyroAskedWithin);
+      answers.push_back(
+          titled(title_of(file_.gyro_lines[i], file_.units), place_of(file_.gyro_lines[i]),
+                 ask_gyro(*gyro, file_.gyro_lines[i], file_.units, file_.simulated, [this] { let_pass(1); })));
+    }
+    for (std::size_t i = 0; i < analogue_.size(); ++i)
+      answers.push_back(titled(title_of_analogue(i), "on " + file_.analogue_inputs[i].line,
+                               ask_analogue(*analogue_[i], readings_of(i), watch)));
+    return answers;
+  }
+
+  using Rig::prepare;
+  Result<std::vector<std::string>> prepare(const Entrance& entrance, const drivers::ChamberProgram* program) override {
+    if (auto opened = open_gyros(); !opened) return failure(opened.error());
+    auto names = ask_names();
+    if (!names) return names;
+    const auto found = look_at_chamber();
+    if (!found) return failure(found.error());
+    const auto first = entrance(*found);
+    if (!first) return failure(first.error());
+    as_found_ = false;
+    const auto kept = set_out(*first, program);
+    if (!kept) {
+      as_found_ = put_back(found->state, program != nullptr);
+      return failure(kept.error());
+    }
+    if (program) names->push_back(*kept);
+    io_ = make_io();
+    return names;
+  }
+  bool is_as_found() const override { return as_found_; }
+  Result<drivers::SetPointRange> controller_limits() override { return chamber_->limits(); }
+
+  io::InstrumentIo& io() override { return *io_; }
+  const RigFile& file() const override { return file_; }
+
+ protected:
+  [[nodiscard]] io::Instruments instruments() {
+    io::Instruments all{.chamber = *chamber_, .thermometers = {}, .gyros = {}, .chamber_line = chamber_line_.get()};
+    all.chamber_known = known(kChamberTitle);
+    for (std::size_t i = 0; i < thermometers_.size(); ++i)
+      all.thermometers.push_back({*thermometers_[i], file_.thermometers[i].channels, known(title_of_thermometer(i))});
+    for (std::size_t i = 0; i < gyros_.size(); ++i) {
+      io::GyroInputs inputs{*gyros_[i], {}, known(title_of(file_.gyro_lines[i], file_.units))};
+      for (const auto& [unit, axes, values] : file_.gyro_lines[i].shares) inputs.shares.push_back({unit, axes, values});
+      all.gyros.push_back(std::move(inputs));
+    }
+    for (std::size_t i = 0; i < analogue_.size(); ++i) {
+      io::AnalogueChannels inputs{*analogue_[i], {}, known(title_of_analogue(i))};
+      for (const auto& channel : file_.analogue_inputs[i].channels)
+        inputs.channels.push_back({.unit = channel.unit,
+                                   .value = channel.value,
+                                   .name = file_.units[channel.unit].info.name + "." + channel.name,
+                                   .scale = channel.scale,
+                                   .offset = channel.offset});
+      all.analogue.push_back(std::move(inputs));
+    }
+    return all;
+  }
+  void end_sampling() { io_.reset(); }
+
+ private:
+  /// The io that suits the rig's time; its clock starts.
+  [[nodiscard]] virtual std::unique_ptr<io::InstrumentIo> make_io() = 0;
+
+  /// The word order first, on a line of its own that is closed again: some units take one client at a time.
+  Result<std::string> ask_chamber(const Clock& watch) {
+    const auto order = ask_word_order(file_.chamber_map, *drivers_->registers(file_.chamber_map));
+    if (!order) return order;
+    auto answer = gyrotherm::rig::ask_chamber(*chamber_, watch);
+    if (answer && !order->empty()) *answer += "; " + *order;
+    return answer;
+  }
+
+  /// Warns if the chamber's air is far from all that the thermometers read.
+  [[nodiscard]] std::string compare_air() {
+    const auto state = chamber_->read();
+    std::vector<Celsius> read;
+    for (const auto& thermometer : thermometers_)
+      for (const auto& one : thermometer->read())
+        if (one) read.push_back(*one);
+    return state ? warn_of_air(state->air, read) : std::string();
+  }
+
+  /// Of a unit of analogue inputs, for people.
+  [[nodiscard]] std::vector<AnalogueReading> readings_of(std::size_t index) const {
+    const auto& settings = file_.analogue_inputs[index];
+    std::vector<AnalogueReading> readings;
+    for (const auto& channel : settings.channels) {
+      const auto& unit = file_.units[channel.unit];
+      const auto value = unit.info.values.size() - unit.analogue_values + channel.value;
+      readings.push_back({.channel = unit.info.name + "." + channel.name,
+                          .unit = unit.info.values[value].unit,
+                          .scale = channel.scale,
+                          .offset = channel.offset});
+    }
+    return readings;
+  }
+
+  Result<ChamberAsFound> look_at_chamber() {
+    const auto state = patiently([&] { return chamber_->inspect(); });
+    if (!state) return failure(state.error());
+    const auto limits = patiently([&] { return chamber_->limits(); });
+    if (!limits) return failure(limits.error());
+    return ChamberAsFound{*state, *limits, chamber_->missing(), identities_, chamber_->settings()};
+  }
+
+  /// Never start() at a set point that was not taken. Returns what the chamber says of the program that it keeps.
+  Result<std::string> set_out(Celsius first, const drivers::ChamberProgram* program) {
+    const auto moved = chamber_->head_for(first).and_then([&] { return chamber_->start(); });
+    if (!moved) return failure(moved.error());
+    auto kept = program ? chamber_->upload(*program) : Result<std::string>();
+    if (!kept) return kept;
+    let_pass(1);
+    // The first frame may be its whole period away, which is longer than one read waits.
+    for (std::size_t i = 0; i < gyros_.size(); ++i)
+      if (const auto origin = patiently([&] { return gyros_[i]->take_origin(); }); !origin && !may_be_off_[i])
+        return failure(origin.error());
+    if (const auto started = program ? chamber_->start_program() : Result<void>(); !started)
+      return failure(started.error());
+    return kept;
+  }
+
+  /// Whether the chamber is as it was found, by its own word.
+  bool put_back(const ChamberState& found, bool may_run_program) {
+    chamber_->end_rest();
+    bool done = !may_run_program || chamber_->end_program();
+    if (!std::isnan(found.set_point.value)) done = chamber_->insist(found.set_point) && done;
+    if (found.activity == ChamberActivity::off) done = chamber_->stop() && done;
+    return done;
+  }
+
+  Result<void> open_gyros() {
+    for (std::size_t i = 0; i < file_.gyro_lines.size(); ++i) gyros_.push_back(drivers_->gyro(file_, i, kGyroWithin));
+    for (std::size_t i = 0; i < gyros_.size(); ++i)
+      if (auto open = patiently([&] { return gyros_[i]->open(); }); !open && !may_be_off_[i]) return open;
+    return {};
+  }
+
+  /// Every instrument that can be asked, by its title; a gyro that may be off need not answer.
+  struct Asked {
+    std::string title;
+    drivers::Identified& instrument;
+    bool may_be_off = false;
+  };
+  [[nodiscard]] std::vector<Asked> instruments_to_ask() {
+    std::vector<Asked> all{{kChamberTitle, *chamber_}};
+    for (std::size_t i = 0; i < thermometers_.size(); ++i) all.push_back({title_of_thermometer(i), *thermometers_[i]});
+    for (std::size_t i = 0; i < analogue_.size(); ++i) all.push_back({title_of_analogue(i), *analogue_[i]});
+    for (std::size_t i = 0; i < gyros_.size(); ++i)
+      all.push_back({title_of(file_.gyro_lines[i], file_.units), *gyros_[i], may_be_off_[i]});
+    return all;
+  }
+
+  Result<std::vector<std::string>> ask_names() {
+    std::vector<std::string> names;
+    for (const auto& [title, instrument, may_be_off] : instruments_to_ask()) {
+      const auto answer = patiently([&] { return instrument.identify(); });
+      if (!answer && !may_be_off) return failure(answer.error());
+      if (!answer || answer->empty()) continue;
+      for (const auto& line : file_.gyro_lines)
+        if (title == title_of(line, file_.units))
+          if (auto same = compare_serial_number(line, file_.units, *answer); !same) return failure(same.error());
+      identities_.emplace(title, *answer);
+      names.push_back(plain(*answer));
+    }
+    return names;
+  }
+
+  [[nodiscard]] io::KnownAs known(const std::string& title) const {
+    const auto found = identities_.find(title);
+    return {title, found == identities_.end() ? "" : found->second};
+  }
+
+  RigFile file_;
+  std::unique_ptr<Drivers> drivers_;
+  std::shared_ptr<drivers::LineActivity> chamber_line_ = std::make_shared<drivers::LineActivity>();
+  std::unique_ptr<drivers::Chamber> chamber_;
+  std::vector<std::unique_ptr<drivers::Thermometer>> thermometers_;
+  std::vector<std::unique_ptr<drivers::AnalogueInputs>> analogue_;
+  std::vector<std::unique_ptr<drivers::Gyro>> gyros_;  ///< of each line
+  std::vector<bool> may_be_off_;                       ///< … whether its silence is no reason not to begin
+  std::map<std::string, std::string> identities_;      ///< of each instrument, by its title
+  bool as_found_ = true;
+  std::unique_ptr<io::InstrumentIo> io_;  // last: it stops before its instruments go
+};
+
+class RealRig final : public AssembledRig {
+ public:
+  RealRig(const RigFile& file, const RigStart& start)
+      : AssembledRig(file, std::make_unique<DriversOnLines>(file.chamber_line), start),
+        already_(start.already),
+        clock_(start.already) {}
+  ~RealRig() override { end_sampling(); }  // its workers read the clock, which goes before the base does
+  void let_pass(std::int64_t) override {}
+  void bring_units_to(const UnitState&) override {}
+  const Clock& clock() const override { return clock_; }
+  Duration will_start_utc() const override { return clock_.now().utc; }
+
+ private:
+  std::unique_ptr<io::InstrumentIo> make_io() override {
+    if (already_ == Duration{}) clock_ = SteadyClock();
+    return io::InstrumentIo::workers(instruments());
+  }
+  Duration already_;
+  SteadyClock clock_;
+};
+
+/// Wires of the rig's own are a base, for its instruments are at their ends: they come before them and go after them.
+struct OwnedWires {
+  std::unique_ptr<Wires> owned_;
+};
+
+class VirtualRig final : private OwnedWires, public AssembledRig {
+ public:
+  VirtualRig(const RigFile& file, Wires& wires)
+      : AssembledRig(file, std::make_unique<DriversOnWires>(wires), {}), wires_(wires) {}
+  VirtualRig(const RigFile& file, std::unique_ptr<Wires> wires, const RigStart& start)
+      : OwnedWires{std::move(wires)},
+        AssembledRig(file, std::make_unique<DriversOnWires>(*owned_), start),
+        wires_(*owned_) {}
+
+  void let_pass(std::int64_t seconds) override { wires_.let_pass(seconds); }
+  void bring_units_to(const UnitState& state) override { wires_.bring_units_to(state); }
+  const Clock& clock() const override { return wires_.clock(); }
+  Duration will_start_utc() const override { return wires_.clock().now().utc + kSecond; }
+
+ private:
+  std::unique_ptr<io::InstrumentIo> make_io() override {
+    auto all = instruments();
+    all.true_bias = [this](std::size_t unit) { return wires_.true_bias(file().units[unit].info.name); };
+    return io::InstrumentIo::inline_calls(std::move(all));
+  }
+  Wires& wires_;
+};
+
+simulator::VirtualThermometer virtual_thermometer(const ThermometerSettings& settings) {
+  simulator::VirtualThermometer thermometer{.channels = settings.channels,
+                                            .kind = settings.kind,
+                                            .addresses = settings.addresses,
+                                            .checksum = settings.checksum};
+  if (settings.type) thermometer.type = *settings.type;
+  return thermometer;
+}
+
+simulator::VirtualGyroLine virtual_gyro(const GyroLine& line, const std::vector<UnitSettings>& units) {
+  simulator::VirtualGyroLine served{.frame = line.frame};
+  if (line.stream) served.commands = line.stream->start;
+  for (const auto& share : line.shares)
+    for (const auto& axis : units[share.unit].info.axes)
+      served.axes.push_back({.unit = units[share.unit].info.name, .axis = axis.name});
+  return served;
+}
+
+simulator::VirtualAnalogueInput virtual_analogue(const AnalogueSettings& settings,
+                                                 const std::vector<UnitSettings>& units) {
+  simulator::VirtualAnalogueInput served{.map = settings.map, .inputs = {}};
+  for (const auto& channel : settings.channels)
+    served.inputs.push_back({.input = channel.input,
+                             .unit = units[channel.unit].info.name,
+                             .value = channel.name,
+                             .scale = channel.scale,
+                             .offset = channel.offset});
+  return served;
+}
+
+/// The world of the rig; of a real one, which says nothing of it, that of the shipped virtual rig.
+Result<simulator::LaboratoryParameters> laboratory_for(const RigFile& file) {
+  if (file.simulated) return simulator::parse_laboratory(file.text, file.file, file.gyro_model.text);
+  if (file.units.size() != 1 || file.units.front().info.axes.size() != 1)
+    return failure(FaultKind::usage, file.file,
+                   "has several axes, and nothing says what they would measure; of a real rig one axis can be served");
+  const auto path = path_of("virtual", kShippedRig);
+  if (!path) return failure(path.error());
+  const auto text = read_text_file(*path);
+  if (!text) return failure(text.error());
+  return simulator::parse_laboratory(*text, *path, {});
+}
+
+/// Channels of a real rig take the places of the virtual thermometers, one after the other, whatever they are called.
+Result<void> stand_in(const std::vector<std::string>& there, const RigFile& file,
+                      std::vector<simulator::VirtualThermometer>& thermometers) {
+  std::size_t next = 0;
+  for (auto& thermometer : thermometers)
+    for (auto& channel : thermometer.channels) {
+      if (next == there.size())
+        return failure(FaultKind::usage, file.file,
+                       fmt::format("has more than {} thermometers, as many as can be served", there.size()));
+      channel = there[next++];
+    }
+  return {};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<simulator::VirtualInstruments>> serve_virtual(const RigFile& file,
+                                                                     simulator::LaboratorySeed seed,
+                                                                     const ServeOptions& how) {
+  auto parameters = laboratory_for(file);
+  if (!parameters) return failure(parameters.error());
+  if (parameters->soaked && how.first_set_point)
+    parameters = simulator::soaked_at(std::move(*parameters), *how.first_set_point);
+  simulator::VirtualInstrumentsOptions options{.chamber = file.chamber_map,
+                                               .thermometers = {},
+                                               .gyros = {},
+                                               .first_port = how.first_port,
+                                               .frames = how.frames,
+                                               .ptys = how.ptys,
+                                               .attended = how.attended};
+  for (const auto& line : file.gyro_lines) options.gyros.push_back(virtual_gyro(line, file.units));
+  for (const auto& settings : file.thermometers) options.thermometers.push_back(virtual_thermometer(settings));
+  if (!file.simulated)
+    if (auto stood_in = stand_in(simulator::thermometer_names_of(parameters->units), file, options.thermometers);
+        !stood_in)
+      return failure(stood_in.error());
+  for (const auto& settings : file.analogue_inputs)
+    options.analogue_inputs.push_back(virtual_analogue(settings, file.units));
+  return simulator::VirtualInstruments::start(simulator::VirtualLaboratory(*parameters, seed), std::move(options));
+}
+
+Result<std::unique_ptr<Rig>> Rig::assemble(const RigFile& file, const RigStart& start) {
+  if (!file.simulated) return std::make_unique<RealRig>(file, start);
+  auto laboratory = serve_virtual(file, start.seed, {.first_set_point = start.first_set_point, .attended = true});
+  if (!laboratory) return failure(laboratory.error());
+  (*laboratory)->replay(start.replay);
+  const auto later = std::chrono::days(start.seed.days_later);
+  return std::make_unique<VirtualRig>(file, make_attended_wires(std::move(*laboratory), start.already, later), start);
+}
+
+std::unique_ptr<Rig> Rig::assemble(const RigFile& file, Wires& wires) {
+  assert(file.simulated);
+  return std::make_unique<VirtualRig>(file, wires);
+}
+
+}  // namespace gyrotherm::rig

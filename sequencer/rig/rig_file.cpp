@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/rig/rig_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "acquisition/record/schema.hpp"
+#include "core/file.hpp"
+#include "core/toml_reader.hpp"
+#include "drivers/chamber/register_map.hpp"
+#include "drivers/line/line_address.hpp"
+#include "sequencer/interlocks/limits.hpp"
+#include "sequencer/rig/link_table.hpp"
+#include "sequencer/rig/thermometer_settings.hpp"
+#include "simulator/chamber_registers.hpp"
+
+namespace gyrotherm::rig {
+namespace {
+
+std::optional<Celsius> read_side(const TomlTable& table, const char* key) {
+  if (!table.has(key)) return {};
+  return table.celsius(key);
+}
+
+void check_safe_set_point(const TomlTable& table, const char* key, const RigFile& rig) {
+  if (rig.safe_set_point < rig.chamber_limits.lowest || rig.safe_set_point > rig.chamber_limits.highest)
+    table.mistake(key, "the safe set point is outside what the chamber can do");
+}
+
+/// Of the table [chamber.limiter]; nothing if there is none. `lowest` and `highest` are the chamber's limits of the
+/// rig: a limiter set inside them would trip in a run, and is a mistake.
+std::optional<Limiter> read_limiter(const TomlTable& chamber, Celsius lowest, Celsius highest) {
+  if (!chamber.has("limiter")) return {};
+  const auto table = chamber.table("limiter");
+  Limiter limiter{.protection_class = table.choice("class", {"1", "2", "3.1", "3.2", "3.3"}),
+                  .lowest = read_side(table, "lowest"),
+                  .highest = read_side(table, "highest")};
+  if (!limiter.lowest && !limiter.highest) table.mistake("", "expected lowest, highest or both: what it is set to");
+  if (limiter.lowest && *limiter.lowest >= lowest)
+    table.mistake("lowest", "the limiter would trip at a set point that the chamber may be given");
+  if (limiter.highest && *limiter.highest <= highest)
+    table.mistake("highest", "the limiter would trip at a set point that the chamber may be given");
+  return limiter;
+}
+
+void read_chamber(const TomlTable& table, RigFile& rig) {
+  rig.chamber_line = table.text("line");
+  check_line(table, rig.chamber_line);
+  rig.chamber_link = drivers::read_link_settings(table.table("link"));
+  rig.chamber_limits = {
+      .lowest = table.celsius("lowest"),
+      .highest = table.celsius("highest"),
+      .fastest_heating = table.positive_rate("fastest_heating"),
+      .fastest_cooling = table.positive_rate("fastest_cooling"),
+  };
+  rig.safe_set_point = table.celsius("safe_set_point");
+  rig.limiter = read_limiter(table, rig.chamber_limits.lowest, rig.chamber_limits.highest);
+  if (rig.chamber_limits.lowest >= rig.chamber_limits.highest)
+    table.mistake("lowest", "the lowest temperature is not below the highest");
+  else
+    check_safe_set_point(table, "safe_set_point", rig);
+}
+
+/// The map, on the link that suits the line.
+Result<drivers::RegisterMap> read_map(const TomlTable& chamber, const RigFile& rig,
+                                      std::optional<drivers::LinkKind> framing,
+                                      const std::optional<std::string>& known) {
+  const auto named = read_named(chamber, "map", rig.file, kShippedChamberMap, known);
+  if (!named) return failure(named.error());
+  auto map = parse_register_map(named->text, named->path, rig.chamber_word_order);
+  const auto line = drivers::parse_line(rig.chamber_line);
+  if (!map || !line) return map;
+  if (rig.simulated)
+    if (const auto unit = simulator::read_simulated_unit(*map, named->path); !unit) return failure(unit.error());
+  auto linked = on_line(std::move(*map), *line, framing);
+  if (!linked) return failure(FaultKind::bad_file, chamber.place("line"), linked.error().what);
+  auto powered = with_power_switch(std::move(*linked), rig.chamber_power);
+  if (!powered) return failure(FaultKind::bad_file, chamber.place("power"), powered.error().what);
+  return with_link_settings(std::move(*powered), chamber, rig.chamber_line, rig.chamber_link);
+}
+
+/// Reads the word order and returns the framing that the file asks for, if any.
+std::optional<drivers::LinkKind> read_link_words(const TomlTable& chamber, RigFile& rig) {
+  rig.chamber_word_order = one_of_link(drivers::kWordOrders, chamber, "word_order");
+  return one_of_link(drivers::kLinkKinds, chamber, "framing");
+}
+
+/// What [analysis] says of units that do not say it themselves.
+void read_analysis(const TomlTable& table, const std::vector<std::string>& channels, std::vector<UnitSettings>& units) {
+  const auto gradients = table.texts("gradients"), three_point = table.texts("three_point");
+  const auto check = [&](const char* key, const std::vector<std::string>& names) {
+    for (const auto& name : names)
+      if (std::ranges::count(channels, name) == 0)
+        table.mistake(key, fmt::format("\"{}\" is no channel of this rig's thermometers", name));
+  };
+  check("gradients", gradients);
+  check("three_point", three_point);
+  const bool wanted = std::ranges::any_of(units, [](const auto& unit) { return !unit.has_own_thermometers; });
+  if ((wanted || table.has("gradients")) && gradients.size() < 2)
+    table.mistake("gradients", "expected at least two thermometers");
+  if (!three_point.empty() && three_point.size() != 3)
+    table.mistake("three_point", "expected three thermometers: cathode, anode, shell");
+  for (auto& unit : units) {
+    if (unit.has_own_thermometers) continue;
+    unit.info.gradients = gradients;
+    if (unit.info.three_point.empty()) unit.info.three_point = three_point;
+  }
+}
+
+/// Where an interlock leaves the chamber.
+void read_safe(const TomlTable& table, RigFile& rig) {
+  rig.safe_set_point = table.celsius("set_point", rig.safe_set_point);
+  rig.safe_off = table.boolean("off", false);
+  rig.safe_observe = table.duration("observe", rig.safe_observe);
+  if (rig.safe_observe > std::chrono::hours(1)) table.mistake("observe", "\"observe\" is at most 1 h");
+  if (table.has("set_point")) check_safe_set_point(table, "set_point", rig);
+}
+
+/// Beyond the air's limits every run would end, and so would the way to safety.
+void check_safe_air(const TomlTable& root, const RigFile& rig) {
+  const auto& limits = rig.limits;
+  if (rig.safe_set_point >= limits.air_lowest && rig.safe_set_point <= limits.air_highest) return;
+  const bool in_safe = root.has("safe") && root.table("safe").has("set_point");
+  root.table(in_safe ? "safe" : "chamber")
+      .mistake(
+          in_safe ? "set_point" : "safe_set_point",
+          fmt::format("the safe set point is {:g} °C, beyond the air's limits, {:g} to {:g} °C, at which a run ends",
+                      rig.safe_set_point.value, limits.air_lowest.value, limits.air_highest.value));
+}
+
+std::vector<record::Channel> thermometer_channels(const RigFile& rig) {
+  std::vector<record::Channel> channels;
+  for (const auto& settings : rig.thermometers)
+    channels.insert(channels.end(), settings.calibrated.begin(), settings.calibrated.end());
+  return channels;
+}
+
+std::vector<std::string> names_of(const std::vector<record::Channel>& channels) {
+  std::vector<std::string> names;
+  for (const auto& channel : channels) names.push_back(channel.name);
+  return names;
+}
+
+bool is_needed_by(const record::UnitInfo& unit, const std::string& channel) {
+  return std::ranges::count(unit.gradients, channel) + std::ranges::count(unit.three_point, channel) > 0;
+}
+
+interlocks::UnitLimits limits_of(const UnitSettings& unit, const std::vector<std::string>& channels) {
+  interlocks::UnitLimits limits{
+      .name = unit.info.name, .go_on_when_silent = unit.go_on_when_silent, .thermometers = {}};
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    if (is_needed_by(unit.info, channels[i])) limits.thermometers.push_back(i);
+  std::optional<DegreesPerHour> largest_bias;
+  if (const auto stated = unit.largest_bias_deg_per_h) largest_bias = DegreesPerHour{*stated};
+  for (std::size_t i = 0; i < unit.info.axes.size(); ++i)
+    limits.axes.push_back({.label = record::axis_label(unit.info, i),
+                           .arcsec_per_count = unit.info.axes[i].scale,
+                           .earth_rate = unit.info.axes[i].earth_rate,
+                           .largest_bias = largest_bias});
+  for (auto i = unit.info.values.size() - unit.analogue_values; i < unit.info.values.size(); ++i)
+    limits.analogue.push_back(unit.info.values[i].name);
+  return limits;
+}
+
+/// Lists the columns of each thermometer instrument, under the name that its faults have.
+std::vector<interlocks::InstrumentChannels> instruments_of(const RigFile& rig) {
+  std::vector<interlocks::InstrumentChannels> instruments;
+  std::size_t column = 0;
+  for (const auto& entry : rig.thermometers) {
+    instruments.push_back({.name = fmt::format("thermometer {}", instruments.size() + 1)});
+    for (std::size_t i = 0; i < entry.channels.size(); ++i) instruments.back().columns.push_back(column++);
+  }
+  return instruments;
+}
+
+/// As no record would take them, or none that is new.
+void check_names(const TomlTable& root, const RigFile& rig, bool is_of_a_record) {
+  record::RunInfo info;
+  info.thermometers = thermometer_channels(rig);
+  for (const auto& unit : rig.units) info.units.push_back(unit.info);
+  for (const auto& trouble : is_of_a_record ? record::name_troubles(info) : record::new_name_troubles(info))
+    root.mistake(trouble.of == record::NameTrouble::Of::thermometer ? "thermometer" : "gyro",
+                 fmt::format("{}: {}", trouble.what, trouble.why));
+}
+
+std::vector<std::string> lines_of(const RigFile& rig) {
+  std::vector<std::string> lines{rig.chamber_line};
+  for (const auto& gyro : rig.gyro_lines) lines.push_back(gyro.line);
+  for (const auto& settings : rig.thermometers) lines.push_back(settings.line);
+  for (const auto& settings : rig.analogue_inputs) lines.push_back(settings.line);
+  return lines;
+}
+
+/// A port, or a device on USB, is one instrument's. Behind an address on the network there may be several.
+void check_ports(const TomlTable& root, const RigFile& rig) {
+  std::set<std::string> taken;
+  int hids = 0;
+  bool any_hid = false;
+  for (const auto& text : lines_of(rig)) {
+    const auto line = drivers::parse_line(text);
+    if (!line) continue;
+    const auto* serial = std::get_if<drivers::SerialLine>(&*line);
+    const auto* hid = std::get_if<drivers::HidLine>(&*line);
+    hids += hid != nullptr ? 1 : 0;
+    any_hid = any_hid || (hid != nullptr && hid->serial.empty());
+    const bool is_one = serial != nullptr || hid != nullptr;
+    if (is_one && !taken.insert(serial ? serial->device : text).second)
+      root.mistake("", fmt::format("\"{}\" is the line of two instruments, and would be opened by both", text));
+  }
+  if (any_hid && hids > 1) root.mistake("", "\"hid:\" is for a rig with one device on USB, expected serial numbers");
+}
+
+/// All lines virtual, or none.
+void settle_simulated(const TomlTable& root, RigFile& rig) {
+  const auto lines = lines_of(rig);
+  const auto count = std::count(lines.begin(), lines.end(), kVirtualLine);
+  rig.simulated = count == static_cast<std::ptrdiff_t>(lines.size());
+  if (count != 0 && !rig.simulated)
+    root.mistake("chamber", "some lines are \"virtual\" and some are not; a rig is wholly virtual or wholly real");
+  if (rig.simulated != root.has("virtual"))
+    root.mistake("virtual",
+                 rig.simulated ? "a virtual rig needs a [virtual] table" : "a real rig has no [virtual] table");
+}
+
+}  // namespace
+
+std::string in_words(const Limiter& limiter) {
+  auto text = "class " + limiter.protection_class;
+  if (limiter.lowest) text += fmt::format(", below {:g} °C", limiter.lowest->value);
+  if (limiter.highest) text += fmt::format(", above {:g} °C", limiter.highest->value);
+  return text;
+}
+
+Result<RigFile> parse_rig(std::string_view text, const std::string& file, const NamedTexts& known) {
+  const auto root = TomlTable::parse(text, file);
+  if (!root) return failure(root.error());
+  RigFile rig;
+  rig.text = text;
+  rig.file = file;
+  root->expect("schema", "gyrotherm-rig/1");
+  rig.name = root->text("name");
+  rig.title = root->text("title", rig.name);
+  const auto chamber = root->table("chamber");
+  read_chamber(chamber, rig);
+  std::set<std::string> seen;
+  for (const auto& table : root->tables("thermometer"))
+    rig.thermometers.push_back(read_thermometer(table, known.folder.empty() ? folder_of(file) : known.folder,
+                                                rig.thermometers.size() + 1, seen));
+  if (rig.thermometers.empty()) root->mistake("", "missing [[thermometer]], expected at least one");
+  const auto channels = names_of(thermometer_channels(rig));
+  auto gyros = read_gyros(*root, file, channels, known.gyro_streams);
+  if (gyros) {
+    rig.units = std::move(gyros->units);
+    rig.gyro_lines = std::move(gyros->lines);
+  }
+  Result<std::vector<AnalogueSettings>> analogue;
+  if (gyros)
+    analogue = read_analogue_inputs(*root, file, rig.units, known.analogue_maps);
+  else
+    root->ignore("analogue_input");
+  if (analogue) rig.analogue_inputs = std::move(*analogue);
+  read_analysis(root->table("analysis"), channels, rig.units);
+  read_safe(root->table("safe"), rig);
+  rig.limits = interlocks::read_limits(*root, channels, rig.chamber_limits);
+  for (const auto& unit : rig.units) rig.limits.units.push_back(limits_of(unit, channels));
+  rig.limits.instruments = instruments_of(rig);
+  rig.run_limits = interlocks::read_run_limits(*root);
+  check_safe_air(*root, rig);
+  if (gyros) check_names(*root, rig, known.chamber_map.has_value());
+  if (gyros && analogue)
+    settle_simulated(*root, rig);
+  else
+    root->ignore("virtual");
+  check_ports(*root, rig);
+  rig.chamber_power = chamber.text("power", "");
+  const auto framing = read_link_words(chamber, rig);
+  auto map = read_map(chamber, rig, framing, known.chamber_map);
+  if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
+  if (!gyros) return failure(gyros.error());
+  if (!analogue) return failure(analogue.error());
+  if (!map) return failure(map.error());
+  rig.chamber_map = std::move(*map);
+  if (!rig.simulated) return rig;
+  auto gyro_model = simulator::gyro_model_of(text, file, known.gyro_model);
+  if (!gyro_model) return failure(gyro_model.error());
+  rig.gyro_model = std::move(*gyro_model);
+  return rig;
+}
+
+Result<RigFile> read_rig(const std::string& given) {
+  const auto file = path_of(given, kShippedRig);
+  if (!file) return failure(file.error());
+  return read_text_file(*file).and_then([&](const std::string& text) { return parse_rig(text, *file); });
+}
+
+std::vector<std::string> analogue_map_texts_of(const RigFile& rig) {
+  std::vector<std::string> texts;
+  for (const auto& settings : rig.analogue_inputs) texts.push_back(settings.map.registers.text);
+  return texts;
+}
+
+std::vector<record::Channel> channels_of(const RigFile& rig) {
+  auto channels = thermometer_channels(rig);
+  if (rig.units.size() < 2) return channels;
+  for (auto& channel : channels) {
+    channel.unit_under_test.clear();
+    int units = 0;
+    for (const auto& unit : rig.units)
+      if (is_needed_by(unit.info, channel.name)) channel.unit_under_test = ++units == 1 ? unit.info.name : "";
+  }
+  return channels;
+}
+
+const GyroLine& line_of(const RigFile& rig, std::size_t unit) {
+  const auto has_it = [unit](const GyroLine& line) {
+    return std::ranges::any_of(line.shares, [unit](const auto& share) { return share.unit == unit; });
+  };
+  return *std::ranges::find_if(rig.gyro_lines, has_it);
+}
+
+}  // namespace gyrotherm::rig

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/rig/thermometer_settings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "acquisition/record/run_info.hpp"
+#include "core/toml_reader.hpp"
+#include "drivers/line/echo_stream.hpp"
+#include "drivers/thermometer/dcon_thermometer.hpp"
+#include "drivers/thermometer/mcc_usb_temp.hpp"
+
+namespace gyrotherm::rig {
+namespace {
+
+enum class SensorKind { rtd, thermocouple, thermistor, semiconductor };
+constexpr auto kKinds =
+    words_in_order<SensorKind::rtd, SensorKind::semiconductor>("rtd", "thermocouple", "thermistor", "semiconductor");
+constexpr Vocabulary<drivers::MccWires, 2> kWires{
+    {{"2-wire", drivers::MccWires::two_wire_two_sensors}, {"4-wire", drivers::MccWires::four_wire}}};
+using Type = drivers::MccThermocoupleType;
+constexpr auto kTypes = words_in_order<Type::j, Type::n>("J", "K", "T", "E", "R", "S", "B", "N");
+
+float number(const TomlTable& table, const char* key) { return static_cast<float>(table.number(key)); }
+float number(const TomlTable& table, const char* key, float fallback) {
+  return table.has(key) ? number(table, key) : fallback;
+}
+
+/// `kind` = "rtd" (the default: platinum, 100 Ω, IEC 60751; `r0_ohm`, `a_per_k`, `b_per_k2`, `c_per_k4`),
+/// "thermocouple" (`type`), "thermistor" (Steinhart–Hart `a`, `b`, `c`) or "semiconductor" (`offset`, `scale`,
+/// `differential`). `wires`, of the first and the third: "2-wire" (the default) or "4-wire", which let every input have
+/// a sensor.
+drivers::MccSensor read_sensor(const TomlTable& table) {
+  switch (one_of(kKinds, table, "kind", "rtd")) {
+    case SensorKind::thermocouple: return drivers::MccThermocouple{one_of(kTypes, table, "type")};
+    case SensorKind::thermistor:
+      return drivers::MccThermistor{.wires = one_of(kWires, table, "wires", "2-wire"),
+                                    .a = number(table, "a"),
+                                    .b = number(table, "b"),
+                                    .c = number(table, "c")};
+    case SensorKind::semiconductor:
+      return drivers::MccSemiconductor{.differential = table.boolean("differential", false),
+                                       .offset = number(table, "offset"),
+                                       .scale = number(table, "scale")};
+    case SensorKind::rtd: break;
+  }
+  drivers::MccRtd rtd{.wires = one_of(kWires, table, "wires", "2-wire")};
+  rtd.r0_ohm = number(table, "r0_ohm", rtd.r0_ohm);
+  rtd.a_per_k = number(table, "a_per_k", rtd.a_per_k);
+  rtd.b_per_k2 = number(table, "b_per_k2", rtd.b_per_k2);
+  rtd.c_per_k4 = number(table, "c_per_k4", rtd.c_per_k4);
+  if (!(rtd.r0_ohm > 0)) table.mistake("r0_ohm", "expected a resistance above zero");
+  return rtd;
+}
+
+using Kind = drivers::ThermometerKind;
+
+constexpr Vocabulary<std::uint8_t, 4> kDconTypes{{{"J", 0x0E}, {"K", 0x0F}, {"T", 0x10}, {"E", 0x11}}};
+constexpr std::size_t kMostCoefficients = 10;
+
+std::size_t inputs_of(const ThermometerSettings& settings) {
+  return row_of(settings.kind).inputs * (settings.kind == Kind::dcon ? settings.addresses.size() : 1);
+}
+
+/// Notes a mistake if the instrument cannot be on it.
+void check_line_of(const TomlTable& table, const ThermometerSettings& settings) {
+  const auto line = drivers::parse_line(settings.line);
+  if (settings.kind != Kind::mcc_usb_temp || settings.line.empty()) return check_line(table, settings.line);
+  if (!line) return table.mistake("line", line.error().what);
+  if (!std::holds_alternative<drivers::HidLine>(*line) && settings.line != kVirtualLine)
+    table.mistake("line", "a USB-TEMP is an HID device; expected \"hid:SERIAL\" or \"hid:\"");
+}
+
+void read_link(const TomlTable& table, ThermometerSettings& settings) {
+  const auto link = table.table("link");
+  settings.echo = link.boolean("echo", false);
+  const auto line = drivers::parse_line(settings.line);
+  if (settings.echo && line && !drivers::carries_bytes(*line))
+    link.mistake("echo", "only a tcp:// or serial: line can echo");
+}
+
+void read_dcon(const TomlTable& table, ThermometerSettings& settings) {
+  if (table.has("addresses")) settings.addresses.clear();
+  for (const double address : table.numbers("addresses")) {
+    if (!(address >= 0 && address <= 255 && address == static_cast<std::uint8_t>(address)))
+      table.mistake("addresses", fmt::format("\"addresses\" has {}, expected whole numbers from 0 to 255", address));
+    else
+      settings.addresses.push_back(static_cast<std::uint8_t>(address));
+  }
+  if (settings.addresses.empty()) table.mistake("addresses", "expected at least one address");
+  settings.checksum = table.boolean("checksum", false) ? drivers::DconChecksum::on : drivers::DconChecksum::off;
+  if (table.has("type")) settings.type = one_of(kDconTypes, table, "type");
+}
+
+/// A program has no line of ours: it speaks to its instrument itself.
+void read_command(const TomlTable& table, const std::string& folder, ThermometerSettings& settings) {
+  settings.command = {.words = table.texts("command"), .folder = folder};
+  settings.line = "process:" + text(settings.command);
+  if (settings.command.words.empty() || settings.command.words.front().empty())
+    table.mistake("command", "no \"command\", expected a program and its arguments, as [\"python3\", \"acme.py\"]");
+  if (!table.has("line")) return;
+  settings.line = table.text("line");
+  if (settings.line != kVirtualLine) table.mistake("line", "a program has no line; expected none, or \"virtual\"");
+}
+
+std::optional<std::chrono::sys_days> read_day(const TomlTable& table, const char* key) {
+  if (!table.has(key)) return std::nullopt;
+  const auto text = table.text(key);
+  const auto day = record::parse_day(text);
+  if (!day) table.mistake(key, fmt::format("\"{}\" is \"{}\", expected a day like \"2027-03-01\"", key, text));
+  return day;
+}
+
+/// The certificate that a table names, for all of `channels` that have none.
+void read_certificate(const TomlTable& table, std::span<record::Channel> channels) {
+  const auto certificate = table.text("certificate", "");
+  const auto due = read_day(table, "due");
+  for (auto& channel : channels) {
+    if (channel.certificate.empty()) channel.certificate = certificate;
+    if (!channel.due) channel.due = due;
+  }
+}
+
+enum class Distribution { normal, rectangular };
+constexpr auto kDistributions =
+    words_in_order<Distribution::normal, Distribution::rectangular>("normal", "rectangular");
+
+/// A key's number, which must be above zero; nothing without the key.
+std::optional<double> above_zero(const TomlTable& table, const char* key) {
+  if (!table.has(key)) return std::nullopt;
+  const double value = table.number(key);
+  if (value > 0 && std::isfinite(value)) return value;
+  table.mistake(key, "expected a number above zero");
+  return std::nullopt;
+}
+
+/// The standard uncertainty of a certificate: what it says by its coverage factor (2 if it names none), or the half
+/// width of its limits by √3 (GUM 4.3.3, 4.3.7).
+record::ThermometerUncertainty read_uncertainty(const TomlTable& table) {
+  constexpr double kUsualCoverage = 2;
+  record::ThermometerUncertainty uncertainty{
+      .rectangular = one_of(kDistributions, table, "distribution", "normal") == Distribution::rectangular,
+      .calibrated = read_day(table, "calibrated")};
+  const auto value = above_zero(table, "uncertainty"), coverage = above_zero(table, "coverage_factor");
+  if (uncertainty.rectangular && coverage)
+    table.mistake("coverage_factor", "limits have none: expected one of coverage_factor and \"rectangular\"");
+  for (const auto* key : {"coverage_factor", "distribution"})
+    if (table.has(key) && !table.has("uncertainty")) table.mistake(key, "there is no \"uncertainty\" that it is of");
+  const double by = uncertainty.rectangular ? std::numbers::sqrt3 : coverage.value_or(kUsualCoverage);
+  if (value) uncertainty.calibration = Kelvins{*value / by};
+  if (const auto drift = above_zero(table, "drift_k_per_year")) uncertainty.drift_in_a_year = Kelvins{*drift};
+  return uncertainty;
+}
+
+/// What a table says of uncertainty, for all of `channels` that have not said it themselves.
+void take_uncertainty(const TomlTable& table, std::span<record::Channel> channels) {
+  const auto said = read_uncertainty(table);
+  for (auto& channel : channels) {
+    auto& known = channel.uncertainty;
+    if (!known.calibration) {
+      known.calibration = said.calibration;
+      known.rectangular = said.rectangular;
+    }
+    if (!known.drift_in_a_year) known.drift_in_a_year = said.drift_in_a_year;
+    if (!known.calibrated) known.calibrated = said.calibrated;
+  }
+}
+
+void read_calibration(const TomlTable& table, std::vector<record::Channel>& channels) {
+  const auto name = table.text("channel");
+  const auto found = std::find_if(channels.begin(), channels.end(), [&](const auto& c) { return c.name == name; });
+  if (found == channels.end()) {
+    if (!name.empty()) table.mistake("channel", fmt::format("\"{}\" is no channel of this thermometer", name));
+    for (const auto* key : {"offset", "polynomial", "certificate", "due", "uncertainty", "coverage_factor",
+                            "distribution", "drift_k_per_year", "calibrated"})
+      table.ignore(key);
+    return;
+  }
+  if (table.has("offset") && table.has("polynomial"))
+    table.mistake("offset", "a polynomial holds its offset: expected one of the two");
+  if (found->offset != Kelvins{} || !found->polynomial.empty())
+    table.mistake("channel", fmt::format("channel \"{}\" has a calibration already", name));
+  if (table.has("offset")) found->offset = {table.number("offset")};
+  found->polynomial = table.numbers("polynomial");
+  if (table.has("polynomial") && (found->polynomial.size() < 2 || found->polynomial.size() > kMostCoefficients))
+    table.mistake("polynomial", fmt::format("expected 2 to {} coefficients, the constant first", kMostCoefficients));
+  read_certificate(table, {&*found, 1});
+  take_uncertainty(table, {&*found, 1});
+}
+
+void read_offsets(const TomlTable& table, std::vector<record::Channel>& channels) {
+  const auto offsets = table.numbers("offsets");
+  if (!offsets.empty() && offsets.size() != channels.size())
+    table.mistake("offsets", fmt::format("{} offsets for {} channels", offsets.size(), channels.size()));
+  for (std::size_t i = 0; i < std::min(offsets.size(), channels.size()); ++i) channels[i].offset = {offsets[i]};
+}
+
+/// "dcon 2 at serial:/dev/ttyUSB0, module 01, input 3": inputs count from 1.
+std::string input_in_words(const ThermometerSettings& settings, std::size_t number, std::size_t input) {
+  const auto who = fmt::format("{} {} at {}", settings.driver, number, settings.line);
+  if (settings.kind != Kind::dcon || settings.addresses.empty()) return fmt::format("{}, input {}", who, input + 1);
+  const auto module = std::min(input / drivers::kDconInputs, settings.addresses.size() - 1);
+  return fmt::format("{}, module {:02X}, input {}", who, settings.addresses[module], input % drivers::kDconInputs + 1);
+}
+
+void read_channels(const TomlTable& table, std::size_t number, std::set<std::string>& seen,
+                   ThermometerSettings& settings) {
+  settings.channels = table.texts("channels");
+  if (settings.channels.empty() || settings.channels.size() > inputs_of(settings))
+    table.mistake("channels",
+                  fmt::format("{} channels, expected 1 to {}", settings.channels.size(), inputs_of(settings)));
+  for (std::size_t i = 0; i < settings.channels.size(); ++i) {
+    const auto& name = settings.channels[i];
+    if (!seen.insert(name).second) table.mistake("channels", fmt::format("channel \"{}\" is there twice", name));
+    settings.calibrated.push_back({.name = name, .instrument = input_in_words(settings, number, i), .offset = {}});
+  }
+}
+
+}  // namespace
+
+void check_line(const TomlTable& table, const std::string& line) {
+  if (line.empty()) return;  // it is missing, and told so
+  const auto parsed = drivers::parse_line(line);
+  if (!parsed) table.mistake("line", parsed.error().what);
+  if (parsed && line != kVirtualLine && !drivers::carries_bytes(*parsed))
+    table.mistake("line", "this instrument is not an HID device; expected a tcp:// or serial: line");
+}
+
+ThermometerSettings read_thermometer(const TomlTable& table, const std::string& folder, std::size_t number,
+                                     std::set<std::string>& seen) {
+  ThermometerSettings settings;
+  settings.place = table.place();
+  settings.kind = one_of(drivers::kThermometerDrivers, table, "driver");
+  settings.driver = row_of(settings.kind).name;
+  if (settings.kind == Kind::process) {
+    read_command(table, folder, settings);
+  } else {
+    settings.line = table.text("line");
+    check_line_of(table, settings);
+  }
+  if (table.has("link")) read_link(table, settings);
+  if (settings.kind == Kind::dcon) read_dcon(table, settings);
+  if (settings.kind == Kind::mcc_usb_temp && table.has("sensor")) settings.sensor = read_sensor(table.table("sensor"));
+  read_channels(table, number, seen, settings);
+  read_offsets(table, settings.calibrated);
+  for (const auto& calibration : table.tables("calibration")) read_calibration(calibration, settings.calibrated);
+  read_certificate(table, settings.calibrated);
+  take_uncertainty(table, settings.calibrated);
+  return settings;
+}
+
+std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings, const std::string& place,
+                                                       const drivers::Line& line) {
+  if (const auto* hid = std::get_if<drivers::HidLine>(&line))
+    return make_usb_temp(settings, place,
+                         drivers::make_hid_line({drivers::kMccKinds.begin(), drivers::kMccKinds.end()}, hid->serial));
+  auto stream = make_stream(line, {.serial = row_of(settings.kind).serial}, kConnectWithin);
+  if (settings.echo) stream = drivers::make_echo_stream(std::move(stream));
+  return make_thermometer(settings, place, std::move(stream), false);
+}
+
+std::unique_ptr<drivers::Thermometer> make_process_thermometer(const ThermometerSettings& settings,
+                                                               const std::string& place) {
+  auto program = std::make_unique<drivers::ProcessStream>(settings.command);
+  auto* const started = program.get();
+  return drivers::make_process_thermometer(
+      std::move(program), place, {.channels = settings.channels.size(), .end_program = [started] { started->kill(); }});
+}
+
+std::unique_ptr<drivers::Thermometer> make_thermometer(const ThermometerSettings& settings, const std::string& place,
+                                                       std::unique_ptr<drivers::ByteStream> stream, bool simulated,
+                                                       const Clock* clock) {
+  if (settings.kind == Kind::process)
+    return drivers::make_process_thermometer(std::move(stream), place,
+                                             {.channels = settings.channels.size(), .clock = clock});
+  if (const auto make = row_of(settings.kind).make) return make(std::move(stream), place, clock, simulated);
+  drivers::DconOptions options{.checksum = settings.checksum, .type = settings.type, .clock = clock};
+  if (simulated) options.pause = {};
+  return make_dcon_modules(std::move(stream), place, settings.addresses, options);
+}
+
+std::unique_ptr<drivers::Thermometer> make_usb_temp(const ThermometerSettings& settings, const std::string& place,
+                                                    std::unique_ptr<drivers::HidReports> reports, const Clock* clock) {
+  drivers::MccOptions options{.clock = clock};
+  for (std::size_t i = 0; i < std::min(settings.channels.size(), drivers::kMccInputs); ++i)
+    options.sensors[i] = settings.sensor;
+  return make_mcc_usb_temp(std::move(reports), place, options);
+}
+
+}  // namespace gyrotherm::rig

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulator/thermal/difference_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "simulator/thermal/mesh.hpp"
+#include "simulator/thermal/steady_state.hpp"
+
+namespace gyrotherm::thermal {
+namespace {
+
+/// A value tried, and how far its difference is from the wanted one.
+struct Trial {
+  double value{};
+  double error_k{};
+  double warmest_c{};
+};
+
+class Search {
+ public:
+  Search(const GyroModel& model, FitParameter parameter, double wanted_k, const FitOptions& options,
+         const ProgressSink& progress)
+      : model_(model), parameter_(parameter), wanted_k_(wanted_k), options_(options), progress_(progress) {}
+
+  Result<FittedDifference> run() {
+    const auto range = fit_range(model_, parameter_);
+    auto low = tried(range.low);
+    if (!low || fits(*low)) return outcome(low);
+    auto high = tried(range.high);
+    if (!high || fits(*high)) return outcome(high);
+    if (low->error_k * high->error_k > 0) return outcome(std::abs(low->error_k) < std::abs(high->error_k) ? low : high);
+    return narrow(*low, *high);
+  }
+
+ private:
+  [[nodiscard]] bool fits(const Trial& trial) const { return std::abs(trial.error_k) <= options_.tolerance_k; }
+
+  Result<FittedDifference> narrow(Trial a, Trial b) {
+    const bool logarithmic = a.value > 0 && b.value > 20 * a.value;
+    const auto scale = [&](double value) { return logarithmic ? std::log(value) : value; };
+    double weight_a = 1;
+    double weight_b = 1;
+    Result<Trial> last = a;
+    while (steps_ < options_.most_steps) {
+      const double ea = a.error_k * weight_a;
+      const double eb = b.error_k * weight_b;
+      const double at = (scale(a.value) * eb - scale(b.value) * ea) / (eb - ea);
+      last = tried(logarithmic ? std::exp(at) : at);
+      if (!last || fits(*last)) return outcome(last);
+      const bool replaces_a = last->error_k * a.error_k > 0;
+      weight_a = replaces_a ? 1 : weight_a / 2;  // the end that stays counts half
+      weight_b = replaces_a ? weight_b / 2 : 1;
+      (replaces_a ? a : b) = *last;
+    }
+    return outcome(last);
+  }
+
+  Result<Trial> tried(double value) {
+    if (!keep_going(progress_, kFitParameterNames[static_cast<std::size_t>(parameter_)],
+                    static_cast<double>(steps_) / options_.most_steps))
+      return failure(FaultKind::interrupted, "fit", "asked to stop");
+    ++steps_;
+    const auto model = with_parameter(model_, parameter_, value);
+    const auto mesh = make_mesh(model, options_.edge_mm);
+    SteadyOptions steady;
+    steady.ambient_c = options_.ambient_c;
+    const auto state = steady_state(model, mesh, steady);
+    if (!state) return failure(state.error());
+    const auto& y = state->outputs_c;
+    return Trial{value, gain_difference_k(y) - wanted_k_, *std::max_element(y.begin(), y.begin() + 8)};
+  }
+
+  [[nodiscard]] Result<FittedDifference> outcome(const Result<Trial>& trial) const {
+    if (!trial) return failure(trial.error());
+    return FittedDifference{parameter_,   trial->value,     trial->error_k + wanted_k_,
+                            fits(*trial), trial->warmest_c, steps_};
+  }
+
+  const GyroModel& model_;
+  FitParameter parameter_;
+  double wanted_k_;
+  const FitOptions& options_;
+  const ProgressSink& progress_;
+  int steps_ = 0;
+};
+
+}  // namespace
+
+GyroModel with_parameter(const GyroModel& model, FitParameter parameter, double value) {
+  auto changed = model;
+  switch (parameter) {
+    case FitParameter::emissivity:
+      for (auto* gap : {&changed.air.lid, &changed.air.side, &changed.air.base}) gap->emissivity = value;
+      break;
+    case FitParameter::nusselt:
+      for (auto* gap : {&changed.air.lid, &changed.air.side, &changed.air.base}) gap->nusselt = value;
+      break;
+    case FitParameter::thickness:
+      changed.geometry.block_thickness = value;
+      set_gap_widths(changed);
+      break;
+    case FitParameter::dither:
+      changed.materials[static_cast<std::size_t>(GyroMaterial::dither)].conductivity_w_per_m_k = value;
+      break;
+    case FitParameter::film:
+      (changed.mode == GyroMode::full ? changed.still_film_w_per_m2_k : changed.block_film_w_per_m2_k) = value;
+      break;
+  }
+  return changed;
+}
+
+FitRange fit_range(const GyroModel& model, FitParameter parameter) {
+  const auto& g = model.geometry;
+  switch (parameter) {
+    case FitParameter::emissivity: return {0, 1};
+    case FitParameter::nusselt: return {0.5, 10};
+    case FitParameter::thickness:
+      return {std::max({g.mirror_height, g.cathode[2], 15.0}), std::min(60.0, g.cabinet[2] - 2 * g.wall - 10)};
+    case FitParameter::dither: return {0.001, 10};
+    case FitParameter::film: break;
+  }
+  return {0.5, 100};
+}
+
+Result<FittedDifference> fit_difference(const GyroModel& model, FitParameter parameter, double wanted_k,
+                                        const FitOptions& options, const ProgressSink& progress) {
+  return Search(model, parameter, wanted_k, options, progress).run();
+}
+
+Result<std::vector<FittedDifference>> fit_family(const GyroModel& model, double wanted_k, const FitOptions& options,
+                                                 const ProgressSink& progress) {
+  std::vector<FitParameter> parameters{FitParameter::film, FitParameter::thickness};
+  if (model.mode == GyroMode::full) {
+    parameters = {FitParameter::emissivity, FitParameter::nusselt, FitParameter::thickness, FitParameter::dither,
+                  FitParameter::film};
+  }
+  std::vector<FittedDifference> family;
+  for (const auto parameter : parameters) {
+    auto fitted = fit_difference(model, parameter, wanted_k, options, progress);
+    if (!fitted) return failure(fitted.error());
+    family.push_back(*fitted);
+  }
+  return family;
+}
+
+}  // namespace gyrotherm::thermal

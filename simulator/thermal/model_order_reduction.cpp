@@ -1,0 +1,529 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulator/thermal/model_order_reduction.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "core/random.hpp"
+#include "simulator/thermal/assembly.hpp"
+#include "simulator/thermal/conjugate_gradients.hpp"
+#include "simulator/thermal/hex20.hpp"
+#include "simulator/thermal/model_order_reduction_error.hpp"
+#include "simulator/thermal/reduced/reduced_transient.hpp"
+
+namespace gyrotherm::thermal {
+namespace {
+
+constexpr double kColdest_c = -60;
+constexpr double kHottest_c = 80;
+
+std::vector<double> evenly(double first, double last, int count) {
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i) values.push_back(first + (last - first) * i / (count - 1));
+  return values;
+}
+
+/// 0, and evenly in the logarithm between the slowest mode of such a gyro and what its thermometers hardly see.
+std::vector<double> rates(double slowest, double fastest, int count) {
+  std::vector<double> values{0};
+  for (const double exponent : evenly(std::log(slowest), std::log(fastest), count))
+    values.push_back(std::exp(exponent));
+  return values;
+}
+
+/// Conductivities of gaps that are all alike: those of the gap that conducts worst, from cold to heat, and up to
+/// 0.06 W/(m·K) at least.
+struct Interval {
+  double lowest;
+  double highest;
+  [[nodiscard]] double at(double share) const { return lowest + share * (highest - lowest); }
+};
+
+Interval alike(const ReducedModel& about) {
+  constexpr double kHighest = 0.06;
+  const auto cold = coefficients_at(about, kColdest_c, GyroFilm::still);
+  const auto hot = coefficients_at(about, kHottest_c, GyroFilm::still);
+  return {std::min({cold[0], cold[1], cold[2]}), std::max(kHighest, std::min({hot[0], hot[1], hot[2]}))};
+}
+
+double film_of(const ReducedModel& about, GyroFilm film) {
+  return film == GyroFilm::still ? about.still_film_w_per_m2_k : about.chamber_film_w_per_m2_k;
+}
+
+/// All gaps alike, at `share` of their span.
+ThermalPoint gaps_alike(const ReducedModel& about, double share, GyroFilm film, double rate_per_s) {
+  const double k = alike(about).at(share);
+  return {{k, k, k, film_of(about, film)}, rate_per_s};
+}
+
+/// Under both films: the air's own coefficients at some temperatures, and all gaps alike at some shares of their span.
+std::vector<ThermalPoint> points(const ReducedModel& about, const std::vector<double>& air_c,
+                                 const std::vector<double>& shares, const std::vector<double>& rates_per_s) {
+  std::vector<ThermalPoint> found;
+  for (const double s : rates_per_s) {
+    for (const auto film : {GyroFilm::still, GyroFilm::chamber}) {
+      for (const double t : air_c) found.push_back({coefficients_at(about, t, film), s});
+      for (const double share : shares) found.push_back(gaps_alike(about, share, film, s));
+    }
+  }
+  return found;
+}
+
+/// Among these the fields are chosen.
+std::vector<ThermalPoint> candidate_points(const ReducedModel& about) {
+  return points(about, evenly(kColdest_c, kHottest_c, 4), {0, 1}, rates(5e-5, 1e-1, 9));
+}
+
+/// Over these they are compressed: the same region, finer.
+std::vector<ThermalPoint> dense_points(const ReducedModel& about) {
+  return points(about, evenly(kColdest_c, kHottest_c, 11), evenly(0, 1, 5), rates(2e-5, 1.5e-1, 26));
+}
+
+/// Off both.
+std::vector<ThermalPoint> check_points(const ReducedModel& about) {
+  return {gaps_alike(about, 0.05, GyroFilm::still, 0),
+          gaps_alike(about, 0.9, GyroFilm::chamber, 0),
+          gaps_alike(about, 0.2, GyroFilm::still, 5e-4),
+          gaps_alike(about, 0.63, GyroFilm::chamber, 3e-3),
+          {coefficients_at(about, 33, GyroFilm::chamber), 1.3e-3},
+          {coefficients_at(about, -37, GyroFilm::still), 2.3e-4}};
+}
+
+constexpr std::uint64_t kSums = 1024;  ///< spread of a squared norm: sqrt(2 / 1024), 4 %
+constexpr double kNewest = 1e-6;       ///< a field with less than this of itself outside the basis brings nothing
+
+void grow_square(Eigen::MatrixXd& matrix, Eigen::Index size) {
+  const auto before = matrix.rows();
+  matrix.conservativeResize(size, size);
+  matrix.rightCols(size - before).setZero();
+  matrix.bottomRows(size - before).setZero();
+}
+
+using Loads = Eigen::Matrix<double, kThermalInputs, kThermalInputs>;
+
+constexpr double kWorthSolving = 0.25;  ///< of the worst input's error at a point, for another input there
+constexpr double kMargin = 0.01;        ///< of the goal, for the errors within the reduction: in time they add up
+constexpr int kFewestStates = 8;
+constexpr double kRange_k = 100;   ///< of the ambient, over a chamber's programs
+constexpr double kAmbient_k = 50;  ///< at which errors are told
+
+std::string place(const ThermalPoint& p) {
+  return fmt::format("gaps {:.4f} {:.4f} {:.4f} W/(m·K), film {:.1f} W/(m²·K), s = {:.2g} 1/s", p.coefficients[0],
+                     p.coefficients[1], p.coefficients[2], p.coefficients[3], p.rate_per_s);
+}
+
+/// What the basis' answer to each of `loads` leaves of it.
+Eigen::MatrixXd residual_of(const ThermalSystem& system, const SparseMatrix& matrix, const ReducedBasis& basis,
+                            const ThermalPoint& p, const Eigen::MatrixXd& loads) {
+  const double film = p.coefficients[static_cast<std::size_t>(ThermalCoefficient::film)];
+  const Eigen::MatrixXd states = states_at(basis.model(), p.coefficients, p.rate_per_s) * loads;
+  const Eigen::MatrixXd answer = basis.basis() * states;
+  return system.inputs * loads + film * system.film_ambient * loads.row(0) - matrix * answer;
+}
+
+/// Chooses where to solve next. A residual says where an answer is wrong, not how much an output suffers; the ratio of
+/// the two is learnt, rate by rate, from the points solved so far.
+class Choice final {
+ public:
+  Choice(std::vector<ThermalPoint> candidates, const Loads& loads)
+      : candidates_(std::move(candidates)), loads_(loads) {}
+
+  struct Worst {
+    ThermalPoint point;
+    Eigen::VectorXd error_k;  ///< of each load, estimated
+  };
+  [[nodiscard]] Worst worst(const ReducedBasis& basis) {
+    std::optional<Worst> found;
+    for (const auto& point : candidates_) {
+      const Eigen::VectorXd error_k = k_per_residual(point.rate_per_s) * basis.residuals(point, loads_);
+      if (!found || error_k.maxCoeff() > found->error_k.maxCoeff()) found = Worst{point, error_k};
+    }
+    return *found;
+  }
+
+  void learn(const ThermalPoint& point, double estimated_k, double measured_k) {
+    auto& ratio = ratios_.try_emplace(point.rate_per_s, k_per_residual(point.rate_per_s)).first->second;
+    ratio *= std::clamp(measured_k / estimated_k, 0.01, 100.0);
+  }
+
+ private:
+  /// That of the next rate up at which something was learnt, else of the highest.
+  [[nodiscard]] double k_per_residual(double rate_per_s) const {
+    if (ratios_.empty()) return 1;
+    const auto above = ratios_.lower_bound(rate_per_s);
+    return above == ratios_.end() ? std::prev(above)->second : above->second;
+  }
+
+  std::vector<ThermalPoint> candidates_;
+  Loads loads_;
+  std::map<double, double> ratios_;
+};
+
+/// The loads that are worth solving for, the worst first.
+Eigen::MatrixXd worst_loads(const Loads& loads, const Eigen::VectorXd& error_k, Eigen::Index most) {
+  std::vector<Eigen::Index> chosen;
+  for (Eigen::Index i = 0; i < error_k.size(); ++i)
+    if (error_k[i] >= kWorthSolving * error_k.maxCoeff()) chosen.push_back(i);
+  std::ranges::sort(chosen, [&](auto a, auto b) { return error_k[a] > error_k[b]; });
+  if (std::ssize(chosen) > most) chosen.resize(static_cast<std::size_t>(most));
+  return loads(Eigen::all, chosen);
+}
+
+class ModelOrderReduction final {
+ public:
+  ModelOrderReduction(const ThermalSystem& system, const ReducedModel& about, const ReductionOptions& options,
+                      const SolveColumns& solve, const ProgressSink& progress)
+      : system_(system),
+        options_(options),
+        solve_(solve),
+        progress_(progress),
+        loads_(usual_loads(about)),
+        matrices_(system),
+        basis_(system, about, weights(about), 1 + options.most_fields) {}
+
+  Result<ReducedSystem> run() {
+    if (const auto found = find_fields(); !found) return failure(found.error());
+    return compress(dense_points(basis_.model()));
+  }
+
+  /// Largest error of `model` over check points and outputs, K.
+  Result<void> check(ReducedModel& model);
+
+ private:
+  [[nodiscard]] Eigen::VectorXd weights(const ReducedModel& about) {
+    const auto c = coefficients_at(about, 20, GyroFilm::chamber);
+    return matrices_.sum(1e-3, 1, c).diagonal().cwiseInverse();
+  }
+  [[nodiscard]] const SparseMatrix& matrix_at(const ThermalPoint& p) {
+    return matrices_.sum(p.rate_per_s, 1, p.coefficients);
+  }
+  [[nodiscard]] Result<void> interrupted_or(std::string_view stage, double fraction) const {
+    if (keep_going(progress_, stage, fraction)) return {};
+    return failure(FaultKind::interrupted, "reduction", fmt::format("stopped while {}", stage));
+  }
+  Result<void> find_fields();
+  [[nodiscard]] ReducedSystem compress(const std::vector<ThermalPoint>& points) const;
+
+  const ThermalSystem& system_;
+  const ReductionOptions& options_;
+  const SolveColumns& solve_;
+  const ProgressSink& progress_;
+  Loads loads_;
+  AffineMatrix matrices_;
+  ReducedBasis basis_;
+};
+
+Result<void> ModelOrderReduction::find_fields() {
+  Choice choice(candidate_points(basis_.model()), loads_);
+  while (true) {
+    const auto found = static_cast<double>(basis_.basis().cols() - 1);
+    if (const auto go = interrupted_or("solving for fields", found / options_.most_fields); !go) return go;
+    const auto worst = choice.worst(basis_);
+    const auto room = options_.most_fields + 1 - basis_.basis().cols();
+    if (room == 0 || (found > 0 && worst.error_k.maxCoeff() < kMargin * options_.goal_k)) return {};
+    const auto loads = worst_loads(loads_, worst.error_k, room);
+    const auto& matrix = matrix_at(worst.point);
+    auto missing = solve_(matrix, residual_of(system_, matrix, basis_, worst.point, loads));
+    if (!missing) return failure(missing.error());
+    const Eigen::MatrixXd outputs = system_.outputs * *missing;
+    choice.learn(worst.point, worst.error_k.maxCoeff(), outputs.cwiseAbs().maxCoeff());
+    if (basis_.grow(std::move(*missing)) == 0) return {};  // nothing new even where the answer is worst
+  }
+}
+
+/// The real and the imaginary part of (K + iω)⁻¹ F, side by side.
+class OscillatingAnswer final {
+ public:
+  OscillatingAnswer(const ThermalModes& modes, double omega) : modes_(modes) {
+    const Eigen::ArrayXd size = modes.rates_per_s.array().square() + omega * omega;
+    real_ = modes.rates_per_s.array() / size;
+    imaginary_ = -omega / size;
+  }
+  [[nodiscard]] Eigen::MatrixXd to(const Eigen::MatrixXd& forces) const {
+    const Eigen::MatrixXd modal = modes_.shapes.transpose() * forces;
+    Eigen::MatrixXd parts(forces.rows(), 2 * forces.cols());
+    parts << modes_.shapes * (real_.matrix().asDiagonal() * modal),
+        modes_.shapes * (imaginary_.matrix().asDiagonal() * modal);
+    return parts;
+  }
+
+ private:
+  const ThermalModes& modes_;
+  Eigen::ArrayXd real_, imaginary_;
+};
+
+/// Sums of x xᵀ over the answers x to the loads, and of z zᵀ over those z to the outputs as if they were sources; the
+/// points' rates are angular frequencies, so that the sums stand for what happens in time.
+struct Grams {
+  Eigen::MatrixXd loads;
+  Eigen::MatrixXd outputs;
+};
+
+Grams grams_of(const ReducedModel& rich, const std::vector<ThermalPoint>& points, const Loads& usual) {
+  constexpr double kCorner_per_s = 4e-3;  // a chamber's ramps move the ambient no faster with any strength
+  const auto states = rich.conduction.rows();
+  Grams grams{Eigen::MatrixXd::Zero(states, states), Eigen::MatrixXd::Zero(states, states)};
+  for (const auto& p : points) {
+    const auto modes = modes_of(rich, p.coefficients);
+    const OscillatingAnswer answer(modes, p.rate_per_s);
+    Loads loads = usual;
+    if (p.rate_per_s > kCorner_per_s) loads.col(0) *= kCorner_per_s / p.rate_per_s;
+    const Eigen::MatrixXd x = answer.to(inputs_at(rich, p.coefficients) * loads);
+    const Eigen::MatrixXd z = answer.to(rich.outputs.transpose());
+    grams.loads += x * x.transpose();
+    grams.outputs += z * z.transpose();
+  }
+  return grams;
+}
+
+/// Orthonormal, most telling first. An output's error is the product of what is missing of the answer to the input and
+/// of the answer to the output, so both count; their weights are found by trial (errors in time at equal states).
+Eigen::MatrixXd telling_directions(const ReducedModel& rich, const std::vector<ThermalPoint>& points,
+                                   const Loads& loads) {
+  constexpr double kOutputShare = 1e-4;
+  const auto grams = grams_of(rich, points, loads);
+  const auto varying = rich.conduction.rows() - 1;  // beside the constant field, which is the first state and stays
+  const Eigen::MatrixXd answers = grams.loads.bottomRightCorner(varying, varying) / grams.loads.trace();
+  const Eigen::MatrixXd outputs = grams.outputs.bottomRightCorner(varying, varying);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(answers + kOutputShare / outputs.trace() * outputs);
+  Eigen::MatrixXd directions = Eigen::MatrixXd::Identity(varying + 1, varying + 1);
+  directions.bottomRightCorner(varying, varying) = eigen.eigenvectors().rowwise().reverse();
+  return directions;
+}
+
+/// Largest difference of an output between two models, or the first that passes `limit_k`.
+double difference(const ReducedModel& a, const ReducedModel& b, const std::vector<ThermalPoint>& points,
+                  const Loads& loads, double limit_k) {
+  double largest_k = 0;
+  for (const auto& p : points) {
+    const Eigen::MatrixXd apart =
+        a.outputs * states_at(a, p.coefficients, p.rate_per_s) - b.outputs * states_at(b, p.coefficients, p.rate_per_s);
+    largest_k = std::max(largest_k, (apart * loads).cwiseAbs().maxCoeff());
+    if (largest_k > limit_k) break;
+  }
+  return largest_k;
+}
+
+/// The model on the span of `directions` (orthonormal columns) of its states.
+ReducedModel projected(const ReducedModel& model, const Eigen::MatrixXd& directions) {
+  ReducedModel smaller = model;
+  const auto onto = [&](const Eigen::MatrixXd& matrix) -> Eigen::MatrixXd {
+    const Eigen::MatrixXd square = directions.transpose() * matrix * directions;
+    return (square + square.transpose()) / 2;
+  };
+  smaller.conduction = onto(model.conduction);
+  for (auto& matrix : smaller.conduction_per) matrix = onto(matrix);
+  smaller.inputs = directions.transpose() * model.inputs;
+  smaller.film_ambient = directions.transpose() * model.film_ambient;
+  smaller.outputs = model.outputs * directions;
+  return smaller;
+}
+
+ReducedSystem ModelOrderReduction::compress(const std::vector<ThermalPoint>& points) const {
+  const auto& rich = basis_.model();
+  const auto directions = telling_directions(rich, points, loads_);
+  const auto largest = std::min<Eigen::Index>(options_.states, rich.conduction.rows());
+  const double limit_k = kMargin * options_.goal_k;
+  for (auto kept = std::min<Eigen::Index>(kFewestStates, largest);; kept = std::min(kept + 4, largest)) {
+    auto model = projected(rich, directions.leftCols(kept));
+    if (kept == largest || difference(model, rich, points, loads_, limit_k) <= limit_k)
+      return {std::move(model), basis_.basis() * directions.leftCols(kept)};
+  }
+}
+
+Result<void> ModelOrderReduction::check(ReducedModel& model) {
+  Eigen::MatrixXd both = Eigen::MatrixXd::Zero(kThermalInputs, 2);
+  both.col(0) = switched_on(model, 0);
+  both(0, 1) = kAmbient_k;
+  const auto points = check_points(model);
+  std::string where;
+  model.error = {};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto& p = points[i];
+    const auto done = static_cast<double>(i) / static_cast<double>(points.size());
+    if (const auto go = interrupted_or("checking", done); !go) return go;
+    // At rest the ambient's answer is the constant field, which the basis has.
+    const Eigen::MatrixXd loads = both.leftCols(p.rate_per_s == 0 ? 1 : 2);
+    const auto& matrix = matrix_at(p);
+    const auto missing = solve_(matrix, residual_of(system_, matrix, basis_, p, loads));
+    if (!missing) return failure(missing.error());
+    const Eigen::MatrixXd rich = basis_.model().outputs * states_at(basis_.model(), p.coefficients, p.rate_per_s);
+    const Eigen::MatrixXd small = model.outputs * states_at(model, p.coefficients, p.rate_per_s);
+    const double error_k = ((rich - small) * loads + system_.outputs * *missing).cwiseAbs().maxCoeff();
+    if (error_k < model.error.transfer_k) continue;
+    model.error.transfer_k = error_k;
+    where = place(p);
+  }
+  if (!(model.error.transfer_k <= options_.goal_k))
+    return failure(FaultKind::numeric, "reduction",
+                   fmt::format("{} states miss by {:.1e} K at {}, expected at most {:.1e} K", model.conduction.rows(),
+                               model.error.transfer_k, where, options_.goal_k));
+  return {};
+}
+
+}  // namespace
+
+ReducedBasis::ReducedBasis(const ThermalSystem& system, ReducedModel about, Eigen::VectorXd weights,
+                           Eigen::Index most_states)
+    : system_(system), weights_(weights.cwiseSqrt()), model_(std::move(about)) {
+  const auto unknowns = system.capacity.rows();
+  assert(weights_.size() == unknowns && most_states >= 1);
+  sums_.resize(static_cast<std::size_t>(unknowns));
+  for (Eigen::Index i = 0; i < unknowns; ++i) {
+    const auto bits = splitmix64(static_cast<std::uint64_t>(i));
+    sums_[static_cast<std::size_t>(i)] = static_cast<int>(bits % kSums);
+    if ((bits >> 63U) != 0) weights_[i] = -weights_[i];
+  }
+  basis_.resize(unknowns, most_states);
+  model_.conduction.resize(0, 0);
+  for (auto& matrix : model_.conduction_per) matrix.resize(0, 0);
+  for (auto& matrix : sketched_parts_) matrix.resize(kSums, most_states);
+  sketched_inputs_.resize(kSums, kThermalInputs);
+  for (Eigen::Index i = 0; i < sketched_inputs_.cols(); ++i) sketched_inputs_.col(i) = sketch(system.inputs.col(i));
+  sketched_film_ = sketch(system.film_ambient);
+  grow(Eigen::MatrixXd::Ones(unknowns, 1));
+}
+
+const SparseMatrix& ReducedBasis::part(std::size_t index) const {
+  if (index == 0) return system_.capacity;
+  return index == 1 ? system_.conduction : system_.conduction_per[index - 2];
+}
+
+Eigen::VectorXd ReducedBasis::sketch(const Eigen::VectorXd& residual) const {
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(kSums);
+  for (Eigen::Index i = 0; i < residual.size(); ++i)
+    sums[sums_[static_cast<std::size_t>(i)]] += weights_[i] * residual[i];
+  return sums;
+}
+
+bool ReducedBasis::append(Eigen::VectorXd field) {
+  if (states_ == basis_.cols()) return false;
+  const double size = std::sqrt(field.dot(system_.capacity * field));
+  if (!(size > 0)) return false;
+  field /= size;
+  // Gram and Schmidt twice: the second pass takes away what rounding left of the first.
+  for (int pass = 0; pass < 2; ++pass) {
+    const Eigen::VectorXd stored = system_.capacity * field;
+    const Eigen::VectorXd known = basis().transpose() * stored;
+    field -= basis() * known;
+  }
+  const double rest = std::sqrt(field.dot(system_.capacity * field));
+  if (!(rest > kNewest)) return false;
+  basis_.col(states_++) = field / rest;
+  return true;
+}
+
+Eigen::Index ReducedBasis::grow(Eigen::MatrixXd fields) {
+  const auto before = states_;
+  for (Eigen::Index i = 0; i < fields.cols(); ++i) (void)append(fields.col(i));
+  if (states_ > before) project(before);
+  return states_ - before;
+}
+
+void ReducedBasis::project(Eigen::Index from) {
+  const auto added = states_ - from;
+  const Eigen::MatrixXd fields = basis_.middleCols(from, added);
+  for (std::size_t p = 0; p < kParts; ++p) {
+    const Eigen::MatrixXd product = part(p) * fields;
+    for (Eigen::Index i = 0; i < added; ++i) sketched_parts_[p].col(from + i) = sketch(product.col(i));
+    if (p == 0) continue;  // VᵀCV = I by construction
+    auto& matrix = p == 1 ? model_.conduction : model_.conduction_per[p - 2];
+    grow_square(matrix, states_);
+    matrix.rightCols(added) = basis().transpose() * product;
+    matrix.bottomRows(added) = matrix.rightCols(added).transpose().eval();
+    matrix.bottomRightCorner(added, added) =
+        ((matrix.bottomRightCorner(added, added) + matrix.bottomRightCorner(added, added).transpose()) / 2).eval();
+  }
+  model_.inputs.conservativeResize(states_, kThermalInputs);
+  model_.inputs.bottomRows(added) = fields.transpose() * system_.inputs;
+  model_.film_ambient.conservativeResize(states_);
+  model_.film_ambient.tail(added) = fields.transpose() * system_.film_ambient;
+  model_.outputs.conservativeResize(kThermalOutputs, states_);
+  model_.outputs.rightCols(added) = system_.outputs * fields;
+}
+
+Eigen::VectorXd ReducedBasis::residuals(const ThermalPoint& point, const Eigen::MatrixXd& loads) const {
+  const auto& c = point.coefficients;
+  Eigen::MatrixXd balance = sketched_parts_[1].leftCols(states_);
+  if (point.rate_per_s != 0) balance += point.rate_per_s * sketched_parts_[0].leftCols(states_);
+  for (std::size_t m = 0; m < kThermalCoefficients; ++m) balance += c[m] * sketched_parts_[2 + m].leftCols(states_);
+  Eigen::MatrixXd residual = sketched_inputs_;
+  residual.col(0) += c[static_cast<std::size_t>(ThermalCoefficient::film)] * sketched_film_;
+  residual -= balance * states_at(model_, c, point.rate_per_s);
+  return (residual * loads).colwise().norm();
+}
+
+Eigen::Matrix<double, kThermalInputs, kThermalInputs> usual_loads(const ReducedModel& about) {
+  Loads loads = Loads::Zero();
+  loads.diagonal() = switched_on(about, kRange_k);
+  auto powers = loads.diagonal().tail<kThermalInputs - 1>();
+  assert(powers.sum() > 0);
+  powers = powers.cwiseMax(powers.sum() / 10).eval();
+  const auto pair = [&](ThermalInput left, ThermalInput right) {
+    const auto l = static_cast<Eigen::Index>(left);
+    const auto r = static_cast<Eigen::Index>(right);
+    loads(r, l) = loads(r, r);
+    loads(l, r) = -loads(l, l);
+  };
+  pair(ThermalInput::gain_left, ThermalInput::gain_right);
+  pair(ThermalInput::ballast_left, ThermalInput::ballast_right);
+  return loads;
+}
+
+Result<ReducedSystem> reduce(const ThermalSystem& system, const ReducedModel& about, const ReductionOptions& options,
+                             const SolveColumns& solve, const ProgressSink& progress) {
+  assert(options.states >= kFewestStates && options.most_fields >= kFewestStates && options.goal_k > 0);
+  ModelOrderReduction reduction(system, about, options, solve, progress);
+  auto reduced = reduction.run();
+  if (!reduced) return reduced;
+  if (const auto good = reduction.check(reduced->model); !good) return failure(good.error());
+  return reduced;
+}
+
+SolveColumns multigrid_solver() {
+  return [](const SparseMatrix& matrix, const Eigen::MatrixXd& right) -> Result<Eigen::MatrixXd> {
+    auto solver = ConjugateGradients::set_up(matrix, {.tolerance = kSolved});
+    if (!solver) return failure(solver.error());
+    Eigen::MatrixXd solutions(right.rows(), right.cols());
+    for (Eigen::Index i = 0; i < right.cols(); ++i) {
+      auto solution = solver->solve(right.col(i));
+      if (!solution) return failure(solution.error());
+      solutions.col(i) = std::move(solution->x);
+    }
+    return solutions;
+  };
+}
+
+ReducedModel about(const GyroModel& gyro, const std::string& source_sha256) {
+  ReducedModel model;
+  model.gyro = gyro.name;
+  model.source_sha256 = source_sha256;
+  model.air = gyro.air;
+  model.powers_w = gyro.powers_w;
+  model.still_film_w_per_m2_k = gyro.still_film_w_per_m2_k;
+  model.chamber_film_w_per_m2_k = gyro.chamber_film_w_per_m2_k;
+  return model;
+}
+
+Result<ReducedModel> reduce_gyro(const GyroModel& gyro, const std::string& source_sha256, MeshSize size,
+                                 const ReductionOptions& options, const ProgressSink& progress) {
+  const auto mesh = make_mesh(gyro, size);
+  const auto system = assemble(gyro, mesh);
+  auto what = about(gyro, source_sha256);
+  what.mesh = fmt::format("{}, {} nodes", kMeshSizeNames[static_cast<std::size_t>(size)], mesh.node_count);
+  const auto solve = multigrid_solver();
+  auto reduced = reduce(system, what, options, solve, progress);
+  if (!reduced) return failure(reduced.error());
+  const auto error = measure(system, *reduced, {}, solve, progress);
+  if (!error) return failure(error.error());
+  reduced->model.error = *error;
+  return std::move(reduced->model);
+}
+
+}  // namespace gyrotherm::thermal

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A file of a type prior is foreign bytes: whatever they are, a prior or a fault comes out, and a prior writes itself
+/// the same twice.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include "analysis/population/type_prior.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto prior = gyrotherm::population::type_prior_from_json({reinterpret_cast<const char*>(data), size}, "fuzz");
+  if (!prior) return 0;
+  const std::string json = to_json(*prior);
+  const auto again = gyrotherm::population::type_prior_from_json(json, "fuzz");
+  if (!again || to_json(*again) != json) std::abort();
+  return 0;
+}

@@ -1,0 +1,510 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A laboratory reports on a unit, from the records of a virtual rig, and again a year later.
+#include "report/calibration.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "acquisition/record/sqlite.hpp"
+#include "core/file.hpp"
+#include "report/dsi.hpp"
+#include "report/order.hpp"
+#include "report/words.hpp"
+#include "tests/apps/gyrotherm/program.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr const char* kLaboratory = R"(schema = "gyrotherm-laboratory/1"
+name = "House of Gyros"
+city = "Berlin"
+country = "DE"
+traceability = "To the SI."
+[[person]]
+name = "B. Berg"
+role = "authorising"
+)";
+
+constexpr const char* kOrder = R"(schema = "gyrotherm-order/1"
+number = "C-1"
+received = "2025-12-20"
+issued = "2026-01-09"
+method = "Ramps and soaks"
+[customer]
+name = "Navigation <script>alert(1)</script> Works 航海"
+city = "Hamburg"
+[[unit]]
+model = "RLG-1"
+serial_number = "0042"
+condition = "no damage"
+[[person]]
+name = "K. Kurz"
+role = "operator"
+[[limit]]
+quantity = "whole_run.rmse"
+stage = "as_left"
+at_most = 0.1
+[[limit]]
+quantity = "whole_run.std"
+stage = "uncompensated"
+at_most = 0.0001
+)";
+
+std::string text_in(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
+
+/// Narrow and other blanks that do not break as a plain blank, as pdftotext has them; lines joined.
+std::string plain_blanks(std::string text) {
+  for (const std::string blank : {"\u202f", "\u00a0", "\u2009", "\n"})
+    for (auto at = text.find(blank); at != std::string::npos; at = text.find(blank, at))
+      text.replace(at, blank.size(), " ");
+  return text;
+}
+
+/// Recorded, trained and reported once for all tests.
+class CalibrationOfAUnit : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder() = std::make_unique<Folder>();
+    std::ofstream(in("laboratory.toml")) << kLaboratory;
+    std::ofstream(in("order.toml")) << kOrder;
+    for (const auto& [profile, name] : {std::pair{"short-rate", "rate.db"}, std::pair{"short-random", "random.db"}})
+      run("run tests/profiles/" + std::string(profile) + ".toml --rig profiles/rigs/virtual.toml --seed 3 --out " +
+          in(name));
+    run("train " + in("rate.db") + " --inputs seven-point,A --method ridge-u --out " + in("model.json"));
+    run("report " + in("rate.db") + " " + in("random.db") + " --model " + in("model.json") + files("order.toml") +
+        " --language en,de --out " + in("report"));
+  }
+  static void TearDownTestSuite() { folder().reset(); }
+
+  static void run(const std::string& arguments) {
+    const auto ran = gyrotherm_with(arguments);
+    ASSERT_EQ(ran.exit_code, 0) << arguments << ": " << ran.err;
+  }
+  static std::string files(const std::string& order) {
+    return " --laboratory " + in("laboratory.toml") + " --order " + in(order);
+  }
+  [[nodiscard]] static std::string in(const std::string& name) { return *folder() / name; }
+  [[nodiscard]] static report::CalibrationReport filed(const std::string& name) {
+    return report::calibration_from_json(text_in(in(name) + "/calibration.json"), name).value();
+  }
+
+ private:
+  static std::unique_ptr<Folder>& folder() {
+    static std::unique_ptr<Folder> one;
+    return one;
+  }
+};
+
+TEST_F(CalibrationOfAUnit, HasAllItsViews) {
+  for (const char* name : {"calibration.json", "calibration.csv", "dcc.xml", "calibration.html", "calibration.de.html",
+                           "calibration.pdf", "calibration.de.pdf"})
+    EXPECT_TRUE(std::filesystem::exists(in("report/") + name)) << name;
+  const auto report = filed("report");
+  EXPECT_TRUE(report.missing.empty());
+  EXPECT_TRUE(report.simulated);
+  EXPECT_EQ(verdict_of(report), report::Verdict::fail)
+      << "before compensation it is far beyond a tenth of a thousandth";
+  EXPECT_NE(text_in(in("report/calibration.html")).find("&lt;script&gt;alert(1)"), std::string::npos);
+}
+
+TEST_F(CalibrationOfAUnit, SaysTheSameNumbersInAllOfThem) {
+  const std::string page = plain_blanks(text_in(in("report/calibration.html")));
+  const std::string certificate = text_in(in("report/dcc.xml"));
+  const auto pdf = shell("pdftotext -layout " + in("report/calibration.pdf") + " -");
+  ASSERT_EQ(pdf.exit_code, 0) << pdf.err;
+  const std::string paper = plain_blanks(pdf.out);
+  int values = 0;
+  for (const report::ResultTable& table : filed("report").results) {
+    for (const report::Column& column : table.columns) {
+      for (const report::ReportedValue& value : column.values) {
+        if (!std::isfinite(value.standard_uncertainty)) continue;
+        const std::string text = plain_blanks(report::format(report::Language::english, value));
+        EXPECT_NE(page.find(text), std::string::npos) << table.key << "." << column.quantity << " " << text;
+        EXPECT_NE(paper.find(text), std::string::npos) << table.key << "." << column.quantity << " " << text;
+        EXPECT_NE(certificate.find(report::dsi_value(value)), std::string::npos) << table.key << " " << text;
+        ++values;
+      }
+    }
+  }
+  EXPECT_GT(values, 30);
+}
+
+TEST_F(CalibrationOfAUnit, StatesTheRangeOfTheBlockThatTheModelWasTrainedIn) {
+  const auto model = nlohmann::json::parse(text_in(in("model.json")));
+  const auto& block = model["trained_on"][0]["block"];
+  const auto ranges = filed("report").trained_ranges;
+  ASSERT_EQ(ranges.size(), 1U);
+  EXPECT_EQ(ranges[0].stage, report::Stage::as_left);
+  ASSERT_TRUE(ranges[0].block);
+  EXPECT_EQ(ranges[0].block->low_c, block["low_c"]);
+  EXPECT_EQ(ranges[0].block->high_c, block["high_c"]);
+  EXPECT_NE(text_in(in("report/calibration.html")).find("Its model was trained with the block at "), std::string::npos);
+  EXPECT_NE(text_in(in("report/calibration.de.html")).find("Das Modell wurde bei Temperaturen des Blocks von "),
+            std::string::npos);
+}
+
+TEST_F(CalibrationOfAUnit, HoldsNoLimitAgainstWhatTheModelHasLearnt) {
+  for (const report::Conformity& one : filed("report").conformity) {
+    if (one.stage != report::Stage::as_left) continue;
+    EXPECT_EQ(one.run, filed("report").files[3].id) << "the random run";
+  }
+}
+
+/// A coefficient that is known to a tenth has fifty degrees of freedom (GUM G.3).
+TEST_F(CalibrationOfAUnit, KnowsItsNoiseWithTheDegreesOfFreedomOfABudget) {
+  int coefficients = 0;
+  for (const report::ResultTable& table : filed("report").results) {
+    if (table.group != report::Group::random_drift) continue;
+    const report::ReportedValue& value = table.columns.front().values.front();
+    EXPECT_NEAR(value.degrees_of_freedom, std::max(1.0, 0.5 * std::pow(value.value / value.standard_uncertainty, 2)),
+                1e-6)
+        << table.key;
+    ++coefficients;
+  }
+  EXPECT_GT(coefficients, 0);
+}
+
+TEST_F(CalibrationOfAUnit, IsOfOneGyro) {
+  run("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --seed 4 --out " + in("other.db"));
+  const auto refused = gyrotherm_with("report " + in("rate.db") + " " + in("other.db") + " --out " + in("mixed"));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("is of another gyro (seed 4)"), std::string::npos) << refused.err;
+  EXPECT_EQ(gyrotherm_with("train " + in("rate.db") + " " + in("other.db") + " --out " + in("none.json")).exit_code, 2);
+  run("report " + in("other.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("of_other"));
+  const auto missing = filed("of_other").missing;
+  EXPECT_NE(std::ranges::find(missing, "models: one that was trained on this unit"), missing.end());
+}
+
+TEST_F(CalibrationOfAUnit, SaysOfEachRecordWhatItsBiasIsCountedFrom) {
+  std::ofstream table(in("table.csv"));
+  table << "s,T,g\n";
+  for (int second = 0; second < 300; ++second) table << second << ',' << 20 + second % 7 << ",10.6\n";
+  table.close();
+  for (const auto& [name, earth_rate] : {std::pair{"known", "earth_rate = 10.6"}, std::pair{"unknown", ""}}) {
+    std::ofstream(in(name) + ".toml") << "schema = \"gyrotherm-import/1\"\nname = \"" << name << "\"\n"
+                                      << "[time]\ncolumn = \"s\"\nunit = \"s\"\n"
+                                      << "[[thermometer]]\nname = \"T\"\ncolumn = \"T\"\n"
+                                      << "[gyro]\ncolumn = \"g\"\nkind = \"rate\"\nscale = 1\n"
+                                      << earth_rate << "\n";
+    run("import " + in("table.csv") + " --map " + in(name) + ".toml --out " + in(name) + ".db");
+  }
+  run("report " + in("known.db") + " " + in("unknown.db") + " --out " + in("zeros"));
+  const auto report = filed("zeros");
+  EXPECT_EQ(report.bias_zero, "");
+  ASSERT_EQ(report.bias_zeros.size(), 2u);
+  EXPECT_EQ(report.bias_zeros[0].zero, "earth rate removed");
+  EXPECT_EQ(report.bias_zeros[1].zero, "nothing removed");
+  run("report " + in("known.db") + " --out " + in("zero"));
+  EXPECT_EQ(filed("zero").bias_zero, "earth rate removed");
+  EXPECT_TRUE(filed("zero").bias_zeros.empty());
+}
+
+TEST_F(CalibrationOfAUnit, HasEachCalibrationOfAThermometer) {
+  std::filesystem::copy_file(in("random.db"), in("anew.db"));
+  {
+    auto record = record::Database::open(in("anew.db"), record::Access::read_write, 0).value();
+    ASSERT_TRUE(record.execute("UPDATE channel SET calibrated = '2025-12-30', calibration_uncertainty_k = 0.1"));
+  }
+  run("report " + in("rate.db") + " " + in("anew.db") + " --unverified --out " + in("anew"));
+  std::vector<double> of_a;
+  for (const report::Equipment& one : filed("anew").equipment)
+    if (one.channel == "A") of_a.push_back(one.standard_uncertainty_k);
+  EXPECT_EQ(of_a, (std::vector<double>{0.02, 0.1})) << "as the budgets of the two records take it";
+}
+
+TEST_F(CalibrationOfAUnit, IsAuthorisedOnceAndNeverWrittenOver) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("once"));
+  run("report authorise " + in("once") + " --by 'B. Berg'");
+  EXPECT_EQ(filed("once").authorised->name, "B. Berg");
+  EXPECT_EQ(gyrotherm_with("report authorise " + in("once") + " --by 'B. Berg'").exit_code, 2);
+  const auto again = gyrotherm_with("report " + in("random.db") + files("order.toml") + " --out " + in("once"));
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_NE(again.err.find("has a report that is authorised"), std::string::npos) << again.err;
+}
+
+TEST_F(CalibrationOfAUnit, IsAuthorisedByPersonsWithThatRole) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("roles"));
+  for (const char* name : {"Mickey Mouse", "K. Kurz", "b. berg", "B. Berg ", "authorising"}) {
+    const auto refused = gyrotherm_with("report authorise " + in("roles") + " --by '" + name + "'");
+    EXPECT_EQ(refused.exit_code, 2) << name;
+    EXPECT_NE(refused.err.find("does not have the role authorising; laboratory.toml gives it to \"B. Berg\""),
+              std::string::npos)
+        << refused.err;
+    EXPECT_EQ(filed("roles").state, report::ReportState::draft);
+  }
+}
+
+TEST_F(CalibrationOfAUnit, IsNotAuthorisedWithTextsOfExamples) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("copied"));
+  auto draft = filed("copied");
+  draft.traceability = {"Temperatures are traceable to the SI through …", ""};
+  draft.customer.name = "Navigation Works";
+  draft.people[1].name = "O. Perator";
+  std::ofstream(in("copied/calibration.json")) << to_json(draft);  // as gyrotherm 0.1.0 left one
+  const auto refused = gyrotherm_with("report authorise " + in("copied") + " --by 'B. Berg'");
+  EXPECT_EQ(refused.exit_code, 2);
+  for (const char* key :
+       {"laboratory.toml: traceability.en", "order.toml: customer.name", "order.toml: person[1].name"})
+    EXPECT_NE(refused.err.find(key), std::string::npos) << refused.err;
+  EXPECT_EQ(filed("copied").state, report::ReportState::draft);
+}
+
+/// As gyrotherm 0.1.0 authorised, and where a view was changed since.
+TEST_F(CalibrationOfAUnit, IsAuthorisedAgainWhenItsFilesAreNotThoseAuthorised) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("again"));
+  const auto authorise = [] { return gyrotherm_with("report authorise " + in("again") + " --by 'B. Berg'"); };
+  ASSERT_EQ(authorise().exit_code, 0);
+  EXPECT_EQ(authorise().exit_code, 2) << "all files are as they were authorised";
+  const auto changes = std::to_array<std::function<void()>>(
+      {[] { std::filesystem::remove(in("again/authorisation.json")); },
+       [] { std::ofstream(in("again/calibration.csv"), std::ios::app) << "more\n"; },
+       [] { std::filesystem::remove(in("again/calibration.pdf")); }});
+  for (const auto& change : changes) {
+    change();
+    const auto done = authorise();
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_NE(done.err.find("was authorised by B. Berg; since then: "), std::string::npos) << done.err;
+    EXPECT_EQ(authorise().exit_code, 2);
+  }
+}
+
+/// As on a disk that is full when the last view is to be written: else a PDF that says draft could be signed.
+TEST_F(CalibrationOfAUnit, IsADraftUntilEachViewSaysThatItIsAuthorised) {
+  run("report " + in("random.db") + " --model " + in("model.json") + files("order.toml") + " --out " + in("half"));
+  const std::string pdf = in("half/calibration.pdf");
+  std::filesystem::remove(pdf);
+  std::filesystem::create_directories(pdf + "/in-the-way");
+  EXPECT_EQ(gyrotherm_with("report authorise " + in("half") + " --by 'B. Berg'").exit_code, 4);
+  EXPECT_EQ(filed("half").state, report::ReportState::draft);
+  std::filesystem::remove_all(pdf);
+  run("report authorise " + in("half") + " --by 'B. Berg'");
+  EXPECT_EQ(filed("half").state, report::ReportState::authorised);
+  EXPECT_TRUE(std::filesystem::is_regular_file(pdf));
+}
+
+TEST_F(CalibrationOfAUnit, WithoutAnOrderIsADraftThatSaysWhatIsMissing) {
+  run("report " + in("rate.db") + " --model " + in("model.json") + " --out " + in("draft"));
+  const auto report = filed("draft");
+  EXPECT_NE(std::ranges::find(report.missing, "order.toml: customer.name"), report.missing.end());
+  EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
+  const auto refused = gyrotherm_with("report authorise " + in("draft") + " --by B");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("lacks"), std::string::npos) << refused.err;
+}
+
+TEST_F(CalibrationOfAUnit, NamesInputsOfModelsThatLieInAFolder) {
+  const auto report = [](const std::string& models) {
+    return gyrotherm_with("report " + in("random.db") + models + " --inputs gradients,A --out " + in("inputs"));
+  };
+  for (const std::string& models : {std::string(), " --model " + in("model.json")}) {
+    const auto refused = report(models);
+    EXPECT_EQ(refused.exit_code, 2) << models;
+    EXPECT_NE(refused.err.find("--inputs: names models in a folder"), std::string::npos) << refused.err;
+  }
+  const auto looked = report(" --models " + in("nowhere"));
+  EXPECT_NE(looked.err.find("model-gradients,A.json"), std::string::npos) << looked.err;
+  EXPECT_FALSE(std::filesystem::exists(in("inputs")));
+}
+
+TEST_F(CalibrationOfAUnit, AYearLaterIsComparedWithWhatItLeftWith) {
+  std::string order = kOrder;
+  order.replace(order.find("\"C-1\""), 5, "\"C-2\"");
+  std::ofstream(in("order2.toml")) << order;
+  run("run tests/profiles/short-random.toml --rig profiles/rigs/virtual.toml --seed 3 --days-later 365 --out " +
+      in("later.db"));
+  run("report " + in("later.db") + " --found " + in("model.json") + files("order2.toml") + " --out " + in("later"));
+  const auto compared = gyrotherm_with("report compare " + in("report") + " " + in("later") + " --json");
+  ASSERT_EQ(compared.exit_code, 0) << compared.err;
+  const auto json = nlohmann::json::parse(compared.out);
+  EXPECT_TRUE(json["same_model"]);
+  EXPECT_NEAR(json["days_between"].get<double>(), 365, 1);
+  bool found = false;
+  for (const auto& one : json["results"]) {
+    EXPECT_NEAR(one["E_n"].get<double>() * one["U"].get<double>(), one["change"].get<double>(), 1e-12);
+    EXPECT_NEAR(std::hypot(one["before_U"].get<double>(), one["now_U"].get<double>()), one["U"].get<double>(), 1e-12);
+    found = found || (one["key"] == "whole_run" && one["before_at"] == "as_left" && one["now_at"] == "as_found");
+  }
+  EXPECT_TRUE(found);
+}
+
+TEST_F(CalibrationOfAUnit, IsSupersededByAnAuthorisedReportOfTheSameUnit) {
+  const auto reported = [](const std::string& name, std::initializer_list<std::pair<std::string, std::string>> other) {
+    std::string order = kOrder;
+    for (const auto& [from, to] : other) order.replace(order.find(from), from.size(), to);
+    std::ofstream(in(name + ".toml")) << order;
+    run("report " + in("random.db") + " --model " + in("model.json") + files(name + ".toml") + " --out " + in(name));
+  };
+  const auto refused = [](const std::string& by) {
+    const auto ran = gyrotherm_with("report supersede " + in("first") + " --by " + in(by));
+    EXPECT_EQ(ran.exit_code, 2);
+    return ran.err;
+  };
+  reported("first", {});
+  reported("second", {{"\"C-1\"", "\"C-2\""}});
+  reported("stranger", {{"\"C-1\"", "\"C-3\""}, {"\"0042\"", "\"0043\""}});
+  EXPECT_NE(refused("second").find("is draft"), std::string::npos);
+  for (const char* name : {"second", "stranger"}) run("report authorise " + in(name) + " --by 'B. Berg'");
+  EXPECT_NE(refused("second").find("is a draft, which was never valid"), std::string::npos);
+  run("report authorise " + in("first") + " --by 'B. Berg'");
+  EXPECT_NE(refused("stranger").find("is of another unit, RLG-1 0043, than RLG-1 0042"), std::string::npos);
+  std::ofstream(in("first/dcc.xml"), std::ios::app) << "<!-- <ds:Signature -->\n";
+  std::filesystem::create_directory(in("first/as-signed"));
+  const auto bad = gyrotherm_with("report supersede " + in("first") + " --by " + in("second"));
+  EXPECT_NE(bad.err.find("as-signed: is no whole copy of what is signed here"), std::string::npos) << bad.err;
+  std::filesystem::remove(in("first/as-signed"));
+  run("report supersede " + in("first") + " --by " + in("second") + " --reason 'a year'");
+  EXPECT_TRUE(std::filesystem::exists(in("first/as-signed/dcc.xml")));
+  EXPECT_EQ(filed("first").replaced_by->number, "C-2");
+}
+
+/// How far three starts differ is known of all of them together: the model has seen each.
+TEST_F(CalibrationOfAUnit, OfStartsThatTheModelHasLearntIsADraft) {
+  std::string records;
+  for (const char* name : {"one", "two", "three"}) {
+    std::ofstream(in(name) + ".toml") << fmt::format(R"(schema = "gyrotherm-profile/1"
+name = "{}"
+[defaults]
+guaranteed_soak = false
+[[segment]]
+kind = "hold"
+at = "20 °C"
+time = "2 h"
+[[segment]]
+kind = "repeat"
+count = 2
+cycle = true
+  [[segment.segment]]
+  kind = "ramp"
+  to = "0 °C"
+  rate = "4 °C/min"
+  [[segment.segment]]
+  kind = "ramp"
+  to = "40 °C"
+  rate = "4 °C/min"
+)",
+                                                     name);
+    run("run " + in(name) + ".toml --rig profiles/rigs/virtual.toml --seed 3 --out " + in(name) + ".db");
+    records += " " + in(name) + ".db";
+  }
+  run("train" + records + " --inputs seven-point,A --method ridge-u --out " + in("starts.json"));
+  std::ofstream(in("starts.toml")) << kOrder << "[[limit]]\nquantity = \"turn_on_repeatability.std_of_bias\"\n"
+                                   << "stage = \"as_left\"\nat_most = 0.1\n";
+  run("report" + records + " --model " + in("starts.json") + files("starts.toml") + " --out " + in("starts"));
+  const auto report = filed("starts");
+  EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
+  EXPECT_EQ(report.conformity.back().verdict, report::Verdict::not_known);
+  int tables = 0;
+  for (const report::ResultTable& table : report.results) {
+    if (table.key != "turn_on_repeatability") continue;
+    EXPECT_EQ(table.in_sample, table.stage == report::Stage::as_left);
+    ++tables;
+  }
+  EXPECT_EQ(tables, 2);
+}
+
+TEST_F(CalibrationOfAUnit, IsOfTheUnitThatTheRecordNames) {
+  const auto made = shell("sed 's#\\.\\./#" GYROTHERM_SOURCE_DIR
+                          "/profiles/#; s/^\\[gyro]$/&\\nserial_number = \"0043\"/' profiles/rigs/virtual.toml > " +
+                          in("rig.toml"));
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const auto planned = gyrotherm_with("qualify --rig " + in("rig.toml") + files("order.toml") + " --out " + in("q"));
+  EXPECT_EQ(planned.exit_code, 4);
+  EXPECT_NE(planned.err.find("the unit's serial_number is \"0042\", but"), std::string::npos) << planned.err;
+  EXPECT_FALSE(std::filesystem::exists(in("q"))) << "before anything moves";
+  run("run tests/profiles/short-random.toml --rig " + in("rig.toml") + " --seed 3 --out " + in("0043.db"));
+  const auto refused = gyrotherm_with("report " + in("0043.db") + files("order.toml") + " --out " + in("other_unit"));
+  EXPECT_EQ(refused.exit_code, 4);
+  EXPECT_NE(refused.err.find("but " + in("0043.db") + " has \"0043\""), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(in("other_unit")));
+}
+
+TEST_F(CalibrationOfAUnit, IsHeldAgainstNoResultThatNobodyKnows) {
+  std::string order = kOrder;
+  order.replace(order.find("whole_run.rmse"), 14, "whole_run.rsme");
+  std::ofstream(in("mistyped.toml")) << order;
+  for (const std::string& command : {"report " + in("random.db"), std::string("qualify")}) {
+    const auto refused = gyrotherm_with(command + files("mistyped.toml") + " --out " + in("mistyped"));
+    EXPECT_EQ(refused.exit_code, 4) << refused.err;
+    EXPECT_NE(refused.err.find("did you mean \"whole_run.rmse\"?"), std::string::npos) << refused.err;
+    EXPECT_FALSE(std::filesystem::exists(in("mistyped")));
+  }
+  // What a report has may be held against a limit, but for what was set or counted, and a share of which more is
+  // better.
+  for (const report::ResultTable& table : filed("report").results) {
+    for (const report::Column& column : table.columns) {
+      const auto given = {"set_point", "temperature", "starts", "within", "nominal_share", "seen_share"};
+      if (std::ranges::find(given, column.quantity) != given.end()) continue;
+      const std::string limit =
+          fmt::format("[[limit]]\nquantity = \"{}.{}\"\nat_most = 1\n", table.key, column.quantity);
+      EXPECT_TRUE(report::parse_order(kOrder + limit, "order.toml")) << limit;
+    }
+  }
+}
+
+TEST_F(CalibrationOfAUnit, RowsOfExportAreWhatCompensateTakes) {
+  run("export " + in("random.db") + " --out " + in("random.csv"));
+  run("export " + in("random.db") + " --compensated --model " + in("model.json") + " --out " + in("compensated.csv"));
+  const auto stream = gyrotherm_with("compensate " + in("model.json"), text_in(in("random.csv")));
+  ASSERT_EQ(stream.exit_code, 0) << stream.err;
+  const std::string table = text_in(in("compensated.csv"));
+  EXPECT_NE(table.find("# SIMULATED"), std::string::npos);
+  EXPECT_NE(table.find(",bias [°/h],compensated [°/h],U of a mean over 100 s [°/h]\n"), std::string::npos);
+  const auto last_of = [](std::string text, int from_behind) {
+    text.pop_back();
+    text = text.substr(text.rfind('\n') + 1);
+    for (; from_behind > 0; --from_behind) text = text.substr(0, text.rfind(','));
+    return std::stod(text.substr(text.rfind(',') + 1));
+  };
+  EXPECT_NEAR(last_of(stream.out, 0), last_of(table, 1), 1e-6);
+}
+
+TEST_F(CalibrationOfAUnit, CompensatedRowsHaveTheTimesOfOthers) {
+  const auto exported = [&](const std::string& how) {
+    run("export " + in("random.db") + " --from '10 min' --to '602 s' --force --out " + in("chosen.csv") + how);
+    return text_in(in("chosen.csv"));
+  };
+  const auto plain = exported(""), compensated = exported(" --compensated --model " + in("model.json"));
+  for (const char* time : {"600", "601", "602"}) {
+    EXPECT_NE(plain.find(fmt::format("\n{},{},", std::stoi(time) - 1, time)), std::string::npos) << plain;
+    EXPECT_NE(compensated.find(fmt::format("\n{},", time)), std::string::npos) << compensated;
+  }
+  EXPECT_EQ(std::ranges::count(compensated, '\n') - std::ranges::count(compensated, '#'), 4);
+  for (const std::string& how : {std::string(), " --compensated --model " + in("model.json")}) {
+    const auto none = gyrotherm_with("export " + in("random.db") + " --from '900 h' --out " + in("none.csv") + how);
+    EXPECT_EQ(none.exit_code, 2) << how;
+    EXPECT_NE(none.err.find("no row of the record is among those chosen"), std::string::npos) << none.err;
+    EXPECT_FALSE(std::filesystem::exists(in("none.csv")));
+  }
+}
+
+TEST_F(CalibrationOfAUnit, NoMeanReachesAcrossAGap) {
+  std::filesystem::copy_file(in("random.db"), in("gap.db"));
+  {
+    auto record = record::Database::open(in("gap.db"), record::Access::read_write, 0).value();
+    ASSERT_TRUE(record.execute("DELETE FROM sample WHERE slot BETWEEN 1000 AND 1009"));
+  }
+  run("export " + in("gap.db") + " --unverified --compensated --model " + in("model.json") + " --out " + in("gap.csv"));
+  const auto compensated = [table = text_in(in("gap.csv"))](int second) {
+    auto line = table.substr(table.find(fmt::format("\n{},", second + 1)) + 1);  // it is sampled at its end
+    line = line.substr(0, line.find('\n'));
+    line = line.substr(0, line.rfind(','));
+    return line.substr(line.rfind(',') + 1);
+  };
+  EXPECT_NE(compensated(999), "");
+  EXPECT_EQ(compensated(1010), "") << "the means of the last 100 s are not known";
+  EXPECT_EQ(compensated(1108), "");
+  EXPECT_NE(compensated(1209), "");
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

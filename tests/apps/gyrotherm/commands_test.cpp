@@ -1,0 +1,390 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What a user can rely on at the command line: exit codes, places of mistakes, suggestions.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/file.hpp"
+#include "tests/apps/gyrotherm/program.hpp"
+#include "tests/apps/gyrotherm/small_record.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+TEST(CommandLine, AMisspeltCommandIsAnsweredWithTheNearestOne) {
+  const auto ran = gyrotherm_with("qualifi --out x");
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_NE(ran.err.find("Did you mean \"qualify\"?"), std::string::npos) << ran.err;
+}
+
+TEST(CommandLine, NoCommandAndUnknownOptionsAreUsageErrors) {
+  EXPECT_EQ(gyrotherm_with("").exit_code, 2);
+  EXPECT_EQ(gyrotherm_with("check --colour").exit_code, 2);
+  EXPECT_EQ(gyrotherm_with("check").exit_code, 2);
+  EXPECT_EQ(gyrotherm_with("train").exit_code, 2);
+}
+
+TEST(CommandLine, ANumberIsDecimalAndFiniteAndNothingElse) {
+  const auto refused = [](const std::string& arguments, const std::string& option) {
+    const auto ran = gyrotherm_with(arguments);
+    EXPECT_EQ(ran.exit_code, 2) << arguments;
+    EXPECT_NE(ran.err.find(": " + option + ": \""), std::string::npos) << arguments << "\n" << ran.err;
+    EXPECT_NE(ran.err.find("\" is no number that it can take"), std::string::npos) << arguments << "\n" << ran.err;
+  };
+  for (const auto* number : {"''", "' 25'", "'25 '", "0x19", "+25", "1e999", "nan", "inf", "25,5", "25C"})
+    refused(std::string("go virtual ") + number, "at");
+  for (const auto* number : {"''", "' 1'", "0x10", "1.5", "18446744073709551616"}) {
+    refused(std::string("check --rig virtual --seed ") + number, "--seed");
+    refused(std::string("simulate --port ") + number, "--port");
+  }
+  refused("simulate --port 65536", "--port");
+  for (const auto* option : {"--threshold", "--guard", "--threads"})
+    refused(std::string("train run.db --out model.json ") + option + " nan", option);
+  refused("fuse run.db --models out --false-alarm nan", "--false-alarm");
+  refused("reduce model.json run.db --out small.json --within nan", "--within");
+  for (const auto* option : {"--film", "--ambient", "--fit"})
+    refused(std::string("thermal --out image ") + option + " nan", option);
+  EXPECT_EQ(gyrotherm_with("check --rig virtual --seed ' -1'").exit_code, 2);
+  EXPECT_EQ(gyrotherm_with("train run.db --out model.json --threads -5").exit_code, 2);
+  for (const auto* pace : {"x", "'x 10'", "x0x10", "xnan", "xinf", "x-1"})
+    EXPECT_EQ(gyrotherm_with(std::string("simulate --pace ") + pace).exit_code, 2) << pace;
+}
+
+TEST(CommandLine, AValueThatIsEmptyIsNotTakenForTheDefault) {
+  for (const auto* arguments : {"train run.db --out model.json --inputs ''", "check --rig ''", "check ''",
+                                "export run.db --out ''", "fuse run.db --models ''"}) {
+    const auto ran = gyrotherm_with(arguments);
+    EXPECT_EQ(ran.exit_code, 2) << arguments;
+    EXPECT_NE(ran.err.find("is empty"), std::string::npos) << arguments << "\n" << ran.err;
+  }
+}
+
+TEST(CommandLine, AnOptionThatCannotActIsRefused) {
+  for (const auto* option : {"--model model.json", "--outside refuse", "--unit u1", "--axis x"}) {
+    const auto ran = gyrotherm_with(std::string("export run.db --out rows.csv ") + option);
+    EXPECT_EQ(ran.exit_code, 2) << option;
+    EXPECT_NE(ran.err.find("--compensated"), std::string::npos) << option << "\n" << ran.err;
+  }
+}
+
+TEST(CommandLine, ADashIsNoNameOfAFile) {
+  const Folder folder;
+  for (const auto* arguments :
+       {"export run.db --out -", "train run.db --out -", "export-model model.json --as libsvm --out -",
+        "import rows.csv --map map.toml --out -", "run day.toml --rig virtual --out -", "qualify --out -",
+        "reduce model.json run.db --keep 3 --out -", "type-prior run.db --out -", "report run.db --out -"}) {
+    const auto ran = shell("cd " + (folder / ".") + " && gyrotherm " + arguments);
+    EXPECT_EQ(ran.exit_code, 2) << arguments << ran.err;
+    EXPECT_NE(ran.err.find("\"-\" is no name of a file here"), std::string::npos) << arguments << "\n" << ran.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "-")) << arguments;
+  }
+}
+
+/// SQLite keeps nothing that it writes there.
+TEST(CommandLine, NoRecordIsWrittenIntoMemory) {
+  const Folder folder;
+  std::ofstream(folder / "rows.csv") << small_rows(3);
+  std::ofstream(folder / "map.toml") << small_map();
+  std::ofstream(folder / "day.toml") << read_text_file(GYROTHERM_SOURCE_DIR "/tests/profiles/ten-seconds.toml").value();
+  for (const auto* arguments : {"import rows.csv --map map.toml --out ", "run day.toml --rig virtual --out "}) {
+    const auto inside = [&](const std::string& out) {
+      return shell("cd " + (folder / ".") + " && gyrotherm " + arguments + out);
+    };
+    const auto refused = inside(":memory:");
+    EXPECT_EQ(refused.exit_code, 2) << arguments << refused.err;
+    EXPECT_NE(refused.err.find("\":memory:\" is no name of a file here"), std::string::npos) << refused.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / ":memory:")) << arguments;
+    const auto made = inside("./:memory:");
+    EXPECT_EQ(made.exit_code, 0) << arguments << made.err;
+    EXPECT_TRUE(std::filesystem::remove(folder / ":memory:")) << arguments;
+  }
+}
+
+TEST(CommandLine, AFolderThatIsNotThereIsToldBeforeTheWork) {
+  const Folder folder;
+  for (const auto* arguments :
+       {"export run.db --out ", "train run.db --out ", "import rows.csv --map freeimu --out "}) {
+    const auto ran = gyrotherm_with(arguments + (folder / "none/file"));
+    EXPECT_EQ(ran.exit_code, 2) << arguments << ran.err;
+    EXPECT_NE(ran.err.find((folder / "none") + " is not there"), std::string::npos) << arguments << "\n" << ran.err;
+  }
+  const auto itself = gyrotherm_with("export run.db --force --out " + (folder / "."));
+  EXPECT_NE(itself.err.find("is a folder"), std::string::npos) << itself.err;
+}
+
+TEST(CommandLine, ADescriptorThatTheCallerClosedIsNobodyElses) {
+  const Folder folder;
+  make_small_model(folder);
+  const auto nothing_read = shell("gyrotherm compensate " + (folder / "model.json") + " <&-");
+  EXPECT_EQ(nothing_read.exit_code, 4) << "stdin is at its end: there is no header\n" << nothing_read.err;
+  const auto unheard = shell("gyrotherm check --rig virtual >&-");
+  EXPECT_EQ(unheard.exit_code, 4) << unheard.err;
+  EXPECT_NE(unheard.err.find("stdout: cannot be written"), std::string::npos) << unheard.err;
+  const auto mute = shell("gyrotherm export " + (folder / "record.db") + " --out " + (folder / "rows.csv") +
+                          " <&- >&- 2>&- && head -c 4 " + (folder / "rows.csv"));
+  EXPECT_EQ(mute.exit_code, 0);
+  EXPECT_EQ(mute.out.find("gyrotherm"), std::string::npos) << "a message is not written into the table";
+}
+
+TEST(CommandLine, HelpOfEachCommandOpensWithAnExample) {
+  for (const auto* command :
+       {"qualify", "run", "go", "resume", "status", "simulate", "check", "import", "export", "train", "verify",
+        "type-prior", "compensate", "fuse", "export-model", "reduce", "report", "doctor", "completion"}) {
+    const auto ran = gyrotherm_with(std::string(command) + " --help");
+    EXPECT_EQ(ran.exit_code, 0) << command;
+    EXPECT_TRUE(ran.out.starts_with("Example: gyrotherm " + std::string(command))) << ran.out;
+  }
+}
+
+TEST(Check, PrintsTheArithmeticOfTheRateProgram) {
+  const auto ran = gyrotherm_with("check profiles/qualification.toml --rig profiles/rigs/virtual.toml");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  for (const auto* figure : {"672", "552", "512", "480", "2216"})
+    EXPECT_NE(ran.out.find(figure), std::string::npos) << figure;
+}
+
+TEST(Check, AProfileBeyondTheChamberIsRefusedWithItsPlace) {
+  const Folder folder;
+  std::ofstream(folder / "hot.toml") << "schema = \"gyrotherm-profile/1\"\nname = \"hot\"\n\n[[segment]]\nkind = "
+                                        "\"hold\"\nat = \"150 °C\"\ntime = \"1 h\"\n";
+  const auto ran = gyrotherm_with("check " + (folder / "hot.toml") + " --rig profiles/rigs/virtual.toml");
+  EXPECT_EQ(ran.exit_code, 4);
+  EXPECT_NE(ran.err.find("hot.toml:4:1"), std::string::npos) << ran.err;
+}
+
+TEST(Check, AVirtualRigIsRefusedAsARunWouldRefuseIt) {
+  const Folder folder;
+  const auto rig = folder / "rig.toml";
+  const auto ran =
+      shell("sed 's/\"shell\"/\"outside\"/g; s|\"\\.\\./|\"'$PWD'/profiles/|' profiles/rigs/virtual.toml > " + rig +
+            "; gyrotherm check --rig " + rig);
+  EXPECT_EQ(ran.exit_code, 4) << ran.out;
+  EXPECT_NE(ran.err.find("channel \"outside\" is none of A, B"), std::string::npos) << ran.err;
+}
+
+TEST(Check, ASoakOnASensorThatTheRigDoesNotHaveIsRefusedBeforeAnythingMoves) {
+  const Folder folder;
+  std::ofstream(folder / "soak.toml")
+      << "schema = \"gyrotherm-profile/1\"\nname = \"soak\"\n\n[[segment]]\nkind = "
+         "\"hold\"\nat = \"20 °C\"\ntime = \"1 min\"\n\n[[segment]]\nkind = \"hold\"\n"
+         "at = \"150 °C\"\ntime = \"1 min\"\nguaranteed_soak = true\nsoak_sensor = \"Z\"\n";
+  const auto profile = folder / "soak.toml", record = folder / "soak.db";
+  EXPECT_EQ(gyrotherm_with("check " + profile).exit_code, 0) << "by itself it is well";
+  for (const auto& command : {"check " + profile, "run " + profile + " --out " + record}) {
+    const auto ran = gyrotherm_with(command + " --rig profiles/rigs/virtual.toml");
+    EXPECT_EQ(ran.exit_code, 4) << command;
+    EXPECT_NE(ran.err.find("soak.toml:9:1: soak_sensor is \"Z\", expected \"air\" or a channel"), std::string::npos)
+        << ran.err;
+    EXPECT_NE(ran.err.find("150 °C is beyond the chamber"), std::string::npos) << "and the other mistake: " << ran.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(record));
+}
+
+TEST(Check, AllMistakesOfAFileAreToldAtOnce) {
+  const Folder folder;
+  std::ofstream(folder / "bad.toml") << "schema = \"gyrotherm-profile/1\"\nnaem = \"x\"\n\n[[segment]]\nkind = "
+                                        "\"hold\"\nat = 20\ntime = \"1 fortnight\"\n";
+  const auto ran = gyrotherm_with("check " + (folder / "bad.toml"));
+  EXPECT_EQ(ran.exit_code, 4);
+  EXPECT_NE(ran.err.find("bad.toml:2:1"), std::string::npos) << ran.err;
+  EXPECT_NE(ran.err.find("bad.toml:7:8"), std::string::npos) << ran.err;
+}
+
+TEST(Check, ConnectAsksEveryInstrumentOfTheVirtualRig) {
+  const auto ran = gyrotherm_with("check --rig profiles/rigs/virtual.toml --connect");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  for (const auto* word : {"chamber:", "LSCI,MODEL218", "gyro:"})
+    EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
+}
+
+TEST(Check, ConnectTimesEveryInstrumentOfMixedOnes) {
+  const auto ran = gyrotherm_with("check --rig profiles/rigs/virtual-mixed.toml --connect");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  for (const auto* word : {"word order cdab", "USB-TEMP", "10 reads: ", "2 frames seen, 0 lost, 0 bad"})
+    EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
+}
+
+TEST(Check, SaysHowSureTheFilesAreAndWhichCalibrationIsDue) {
+  const Folder folder;
+  const auto ran = shell("sed -e 's#\\.\\./#" GYROTHERM_SOURCE_DIR
+                         "/profiles/#; s#2027-01-18#2020-01-18#' profiles/rigs/example-f4t-lakeshore-kvh.toml > " +
+                         (folder / "rig.toml") + " && gyrotherm check --rig " + (folder / "rig.toml"));
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  for (const auto* word :
+       {"description: verified, from DSP-3000 manual", "WARNING: calibration of B", "from the manual",
+        "polynomial 0.0031, 0.99987, 1.2e-06, certificate K-2026-0118, due 2020-01-18"})
+    EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
+}
+
+/// A copy of the virtual rig whose map stores set points in memory that endures `writes`; `link`: lines of [chamber].
+std::string rig_that_stores(const Folder& folder, const std::string& limits, const std::string& link = "") {
+  const auto made = shell("printf '[limits]\\n" + limits + "\\n' | cat profiles/chambers/virtual.toml - > '" +
+                          (folder / "map.toml") + "'; sed -e 's#\\.\\./chambers/virtual.toml#map.toml#; s#\\.\\./#" +
+                          GYROTHERM_SOURCE_DIR "/profiles/#; s#^safe_set_point#" + link +
+                          "safe_set_point#' profiles/rigs/virtual.toml > '" + (folder / "rig.toml") + "'");
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  return "'" + (folder / "rig.toml") + "'";
+}
+
+TEST(Check, CountsTheSetPointsOfARun) {
+  const Folder folder;
+  const auto counted = [&](const std::string& limits) {
+    const auto ran =
+        gyrotherm_with("check profiles/qualification.toml --json --rig " + rig_that_stores(folder, limits));
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    return nlohmann::json::parse(ran.out).at("profile").at("set_points").get<long>();
+  };
+  const auto each_second = counted("");
+  EXPECT_GT(each_second, 30'000);
+  EXPECT_NEAR(static_cast<double>(counted("every = \"10 s\"")), static_cast<double>(each_second) / 10, 100);
+  EXPECT_NE(
+      gyrotherm_with("check profiles/qualification.toml").out.find(fmt::format("sends {} set points", each_second)),
+      std::string::npos);
+}
+
+TEST(Check, WarnsOfAControllerThatStoresEachSetPoint) {
+  const Folder folder;
+  const auto ran = gyrotherm_with("check profiles/qualification.toml --rig " +
+                                  rig_that_stores(folder, "nonvolatile_set_point = 100000"));
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  for (const auto* word : {"stores each of them in memory that endures 100000 writes", "% of its life", "`every`"})
+    EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
+  EXPECT_EQ(gyrotherm_with("check profiles/qualification.toml --rig virtual").out.find("endures"), std::string::npos);
+  for (const auto* wrong : {"0", "-5", "1.5", "\"many\""})
+    EXPECT_EQ(gyrotherm_with("check --rig " + rig_that_stores(folder, "nonvolatile_set_point = " + std::string(wrong)))
+                  .exit_code,
+              4)
+        << wrong;
+}
+
+TEST(Check, WarnsOfDevicesWhoseNameMayChange) {
+  const Folder folder;
+  const auto edited = shell(
+      "sed 's#serial:/dev/serial/by-id/usb-Moxa[^\"]*#serial:/dev/ttyUSB3#' "
+      "profiles/rigs/example-f4t-lakeshore-kvh.toml > '" +
+      (folder / "rig.toml") + "'; gyrotherm check --rig '" + (folder / "rig.toml") + "'");
+  EXPECT_EQ(edited.exit_code, 0) << edited.err;
+  EXPECT_NE(edited.out.find("WARNING: gyro: /dev/ttyUSB3 depends on the order in which adapters are plugged in"),
+            std::string::npos)
+      << edited.out;
+}
+
+TEST(Check, ConnectSpeaksByTheLinkSettingsOfTheRig) {
+  const Folder folder;
+  for (const auto* link : {"link = { unit = 1 }", "link = { returns_other_transaction = true, read_at_most = 9 }",
+                           "link = { timeout = \"1 s\", returns_other_unit = true }"}) {
+    const auto ran = gyrotherm_with("check --connect --rig " + rig_that_stores(folder, "", std::string(link) + "\\n"));
+    EXPECT_EQ(ran.exit_code, 0) << link << ": " << ran.err;
+    EXPECT_NE(ran.out.find("chamber: "), std::string::npos);
+  }
+}
+
+TEST(Check, FindingsAreOneJsonDocument) {
+  const auto ran =
+      gyrotherm_with("check profiles/qualification.toml --rig profiles/rigs/virtual.toml --connect --json");
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const auto found = nlohmann::json::parse(ran.out);
+  EXPECT_EQ(found["rig"]["simulated"], true);
+  EXPECT_EQ(found["instruments"].size(), 4u);
+  EXPECT_EQ(found["profile"]["all"]["seconds"], 221600);
+  EXPECT_EQ(found["profile"]["all"]["clusters"], 2216);
+}
+
+TEST(Run, ARigThatIsNotThereIsAnInstrumentFault) {
+  const Folder folder;
+  auto rig =
+      shell(
+          "sed -e 's#\"virtual\"$#\"tcp://127.0.0.1:9\"#; s#= \"virtual\" .*#= \"tcp://127.0.0.1:9\"#; "
+          "s#\\.\\./chambers#" GYROTHERM_SOURCE_DIR "/profiles/chambers#; /^\\[virtual/,$d' profiles/rigs/virtual.toml")
+          .out;
+  std::ofstream(folder / "rig.toml") << rig;
+  const auto ran = gyrotherm_with("run tests/profiles/short-rate.toml --rig " + (folder / "rig.toml") + " --out " +
+                                  (folder / "run.db"));
+  EXPECT_EQ(ran.exit_code, 3) << ran.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "run.db"));
+}
+
+TEST(Run, WhatWasLeftOfAnEarlierRecordOfItsNameIsNoneOfIts) {
+  const Folder folder;
+  const auto record = folder / "run.db";
+  std::ofstream(record + ".made-safe")
+      << "schema = \"gyrotherm-made-safe/1\"\nat = \"2026-03-01T00:00:00Z\"\nutc_ns = 1772323200000000000\n"
+         "because = \"the program that drove it has ended\"\nset_point_c = 23\nconfirmed = false\n"
+         "details = \"no reply\"\n";
+  std::ofstream(record + ".sha256") << std::string(64, '0') << "  run.db\n";
+  const auto run = gyrotherm_with("run tests/profiles/ten-seconds.toml --rig virtual --out " + record);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_FALSE(std::filesystem::exists(record + ".made-safe"));
+  const auto status = gyrotherm_with("status --verify " + record);
+  EXPECT_EQ(status.exit_code, 0) << status.err;
+  EXPECT_EQ(status.out.find("by the guard"), std::string::npos) << status.out;
+}
+
+TEST(Run, ARecordIsNeverOverwritten) {
+  const Folder folder;
+  std::ofstream(folder / "run.db") << "precious";
+  const auto ran = gyrotherm_with("run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " +
+                                  (folder / "run.db"));
+  EXPECT_EQ(ran.exit_code, 4) << ran.err;
+  EXPECT_EQ(shell("cat " + (folder / "run.db")).out, "precious");
+}
+
+/// A record and its model, of which no command makes anything else.
+class Force : public testing::Test {
+ protected:
+  void SetUp() override { make_small_model(folder_); }
+  void expect_refused(const std::string& command, const std::string& out) const {
+    const auto before = read_text_file(folder_ / "record.db", kLargestTable);
+    ASSERT_TRUE(before);
+    const auto ran = shell("cd " + (folder_ / ".") + " && gyrotherm " + command + " --force " + out);
+    EXPECT_EQ(ran.exit_code, 2) << command << " " << out << "\n" << ran.err;
+    EXPECT_NE(ran.err.find("a record is never overwritten"), std::string::npos) << command << " " << out << ran.err;
+    const auto after = read_text_file(folder_ / "record.db", kLargestTable);
+    EXPECT_TRUE(after && *after == *before) << command << " " << out;
+  }
+  const Folder folder_;
+};
+
+TEST(Train, TakesNoMoreThreadsThanTheMachineHas) {
+  const Folder folder;
+  make_small_model(folder);
+  const auto train = "train " + (folder / "record.db") + " --inputs A --method linear --threads ";
+  const auto one = gyrotherm_with(train + "1 --out " + (folder / "one.json"));
+  for (const auto* threads : {"100", "2147483647"}) {
+    const auto many = gyrotherm_with(train + threads + " --force --out " + (folder / "many.json"));
+    EXPECT_EQ(many.exit_code, 0) << threads;
+    EXPECT_EQ(many.err, one.err) << threads;
+    EXPECT_EQ(read_text_file(folder / "many.json").value(), read_text_file(folder / "one.json").value()) << threads;
+  }
+}
+
+TEST_F(Force, NeverWritesOverARecord) {
+  for (const auto* command :
+       {"export record.db", "export record.db --as netcdf", "export record.db --compensated --model model.json",
+        "train record.db --inputs A --method linear", "reduce model.json record.db --keep 3", "type-prior record.db",
+        "export-model model.json --as libsvm", "export-model model.json --as libsvm --data record.db",
+        "fuse record.db --models ."})
+    expect_refused(command, "--out record.db");
+  expect_refused("fuse record.db --models .", "--export-c record.db");
+}
+
+TEST_F(Force, NeverWritesOverWhatBelongsToARecord) {
+  ASSERT_EQ(shell("cd " + (folder_ / ".") +
+                  " && cp record.db record.2.db && ln -s record.db link.csv"
+                  " && touch record.db-wal record.db.status record.db.sha256"
+                  " run.csv.socket soak.csv.safe-state && ln -s record.live.db.1 record.live.db")
+                .exit_code,
+            0);
+  for (const auto* out : {"record.2.db", "link.csv", "record.db-wal", "record.db.status", "record.db.sha256", "run.csv",
+                          "soak.csv", "record.live.db"})
+    expect_refused("export record.db", std::string("--out ") + out);
+  const auto other = gyrotherm_with("export-model " + (folder_ / "model.json") + " --as libsvm --force --out " +
+                                    (folder_ / "map.toml"));
+  EXPECT_EQ(other.exit_code, 0) << "what is no record is written over: " << other.err;
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The compensation of rows as text: in bulk, one by one, and wrong.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <string>
+
+#include "core/file.hpp"
+#include "tests/apps/gyrotherm/small_record.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+class Compensate : public testing::Test {
+ protected:
+  void SetUp() override { make_small_model(folder_); }
+  [[nodiscard]] Ran compensate(const std::string& rows, const std::string& options = "") const {
+    return gyrotherm_with("compensate " + (folder_ / "model.json") + " " + options, rows);
+  }
+  const Folder folder_;
+};
+
+TEST_F(Compensate, AnswersEachRowWithALine) {
+  const auto ran = compensate(small_rows(300));
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const auto lines = lines_of(ran.out);
+  ASSERT_EQ(lines.size(), 301u);
+  EXPECT_EQ(lines[0], "compensated_bias_deg_per_h");
+  for (int row = 1; row <= 300; ++row) EXPECT_EQ(lines[row].empty(), row < 100) << "the first mean is of 100 rows";
+  EXPECT_NE(ran.err.find("lag by 50 s"), std::string::npos) << ran.err;
+}
+
+TEST_F(Compensate, AnswersARowThatComesAloneAtOnce) {
+  std::ofstream(folder_ / "rows") << small_rows(101);
+  // The writer keeps its end open and goes on only once its rows have been answered; it gives up after a minute.
+  const auto ran = shell("cd " + (folder_ / ".") +
+                         " && mkfifo in && "
+                         "{ gyrotherm compensate $PWD/model.json < $PWD/in > $PWD/out & } && exec 3> in && "
+                         "answered() { i=0; until [ $(wc -l < out) -ge $1 ]; do i=$((i+1)); [ $i -lt 600 ] || exit 7; "
+                         "sleep 0.1; done; } && head -100 rows >&3 && answered 100 && tail -2 rows | head -1 >&3 && "
+                         "answered 101 && tail -1 rows >&3 && answered 102 && exec 3>&- && wait");
+  EXPECT_EQ(ran.exit_code, 0) << "7: a row was not answered while the input was open\n" << ran.err;
+}
+
+TEST_F(Compensate, EndsWhileRowsComeOnceItsAnswersGoNowhere) {
+  std::ofstream(folder_ / "rows") << small_rows(200);
+  // The writer, which would go on for a quarter of a minute, says how far it came.
+  const std::string rows = "cd " + (folder_ / ".") +
+                           " && { cat rows; row=$(tail -1 rows); i=0; while [ $i -lt 300 ] && echo \"$row\" "
+                           "2> /dev/null; do i=$((i+1)); sleep 0.05; done; echo $i rows >&2; } | ";
+  const auto left = shell(rows + "gyrotherm compensate $PWD/model.json | head -1");
+  EXPECT_EQ(left.out, "compensated_bias_deg_per_h\n");
+  EXPECT_EQ(left.err.find("300 rows"), std::string::npos) << left.err;
+  const auto full = shell(rows + "gyrotherm compensate $PWD/model.json > /dev/full");
+  EXPECT_EQ(full.exit_code, 4);
+  EXPECT_EQ(full.err.find("300 rows"), std::string::npos) << full.err;
+  EXPECT_NE(full.err.find("stdout: cannot be written"), std::string::npos) << full.err;
+}
+
+TEST_F(Compensate, AnswersTheSameHoweverItsInputComes) {
+  const auto bulk = compensate(small_rows(700));
+  const auto single =
+      shell("while IFS= read -r row; do echo \"$row\"; done | gyrotherm compensate " + (folder_ / "model.json"),
+            small_rows(700));
+  EXPECT_EQ(bulk.out, single.out);
+}
+
+TEST_F(Compensate, TellsAThermometerFromAGyroOfTheSameName) {
+  const auto rows = lines_of(small_rows(300));
+  std::string exported = "# axis gyro: scale 1, earth rate 0\nslot,gyro [°C],B [°C],gyro [1 °/h]\n";
+  for (int row = 1; row <= 300; ++row) exported += fmt::format("{},{}\n", row - 1, rows[row]);
+  const auto renamed =
+      shell("sed 's/\\bA\\b/gyro/g; s/\"type\": *\"gyro/\"type\": \"A/' " + (folder_ / "model.json") + " > " +
+                (folder_ / "gyro.json") + " && gyrotherm compensate " + (folder_ / "gyro.json"),
+            exported);
+  EXPECT_EQ(renamed.exit_code, 0) << renamed.err;
+  EXPECT_EQ(renamed.out, compensate(small_rows(300)).out);
+}
+
+/// Rows as export writes them, in these slots.
+std::string exported_rows(const std::vector<int>& slots) {
+  const auto rows = lines_of(small_rows(static_cast<int>(slots.size())));
+  std::string text = "# axis gyro: scale 1, earth rate 0\nslot,A [°C],B [°C],gyro [1 °/h]\n";
+  for (std::size_t row = 0; row < slots.size(); ++row) text += fmt::format("{},{}\n", slots[row], rows[row + 1]);
+  return text;
+}
+
+TEST_F(Compensate, OfAnExportTakesTheEarthsRateWithTheSignOfItsPosition) {
+  const auto rows = lines_of(small_rows(300));
+  std::string text = "# axis gyro: scale 1, earth rate 10\nslot,A [°C],B [°C],gyro [1 °/h],turned\n";
+  for (int row = 1; row <= 300; ++row) {
+    const auto comma = rows[row].rfind(',');
+    const char* turned = row <= 150 ? "0" : row <= 200 ? "" : "1";
+    const double rate = std::stod(rows[row].substr(comma + 1)) + (row <= 200 ? 10 : -10);
+    text += fmt::format("{},{},{},{}\n", row - 1, rows[row].substr(0, comma), rate, turned);
+  }
+  const auto known = lines_of(compensate(small_rows(300)).out), found = lines_of(compensate(text).out);
+  ASSERT_EQ(found.size(), 301u);
+  for (std::size_t row = 100; row <= 300; ++row)
+    if (row > 150 && row <= 200)
+      EXPECT_EQ(found[row], "") << "in people's hands";
+    else
+      EXPECT_NEAR(std::stod(found[row]), std::stod(known[row]), 2e-7) << row;
+}
+
+TEST_F(Compensate, OfAnExportHasNoValueAfterAGapUntilAWholeMeanHasCome) {
+  std::vector<int> slots(400), with_gap(400);
+  for (int row = 0; row < 400; ++row) {
+    slots[row] = 60 + row;
+    with_gap[row] = row < 150 ? row : row + 3000;
+  }
+  const auto whole = compensate(exported_rows(slots)), ran = compensate(exported_rows(with_gap));
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_EQ(whole.out, compensate(small_rows(400)).out) << "it need not begin with the run";
+  EXPECT_EQ(whole.err.find("missing"), std::string::npos) << whole.err;
+  const auto lines = lines_of(ran.out);
+  ASSERT_EQ(lines.size(), 401u);
+  for (std::size_t row = 1; row <= 400; ++row)
+    EXPECT_EQ(lines[row].empty(), row < 100 || (row > 150 && row < 250)) << row;
+  EXPECT_NE(ran.err.find("3000 seconds are missing"), std::string::npos) << ran.err;
+}
+
+TEST_F(Compensate, ASlotThatIsNotAfterTheOneBeforeIsRefusedWithItsPlace) {
+  std::vector<int> slots(120);
+  for (int row = 0; row < 120; ++row) slots[row] = row;
+  for (const int wrong : {109, 108, 0, -1, 2'000'000'000}) {
+    slots[110] = wrong;
+    const auto ran = compensate(exported_rows(slots));
+    EXPECT_EQ(ran.exit_code, 4) << wrong;
+    EXPECT_NE(ran.err.find(fmt::format("stdin:113:1: slot {}, expected a whole number from 110 to", wrong)),
+              std::string::npos)
+        << ran.err;
+    EXPECT_EQ(lines_of(ran.out).size(), 111u) << "the rows before it are answered";
+  }
+  const auto ran = compensate("# axis gyro: scale 1, earth rate 0\nslot,A [°C],B [°C],gyro [1 °/h]\n,20,20,1\n");
+  EXPECT_NE(ran.err.find("stdin:3:1: no slot, expected"), std::string::npos) << ran.err;
+}
+
+TEST_F(Compensate, ABadRowIsAnsweredWithItsPlaceAndThoseBeforeItWithValues) {
+  auto rows = small_rows(150) + "20,warm,1\n";
+  const auto ran = compensate(rows);
+  EXPECT_EQ(ran.exit_code, 4);
+  EXPECT_NE(ran.err.find("stdin:152:4: \"warm\", expected a number"), std::string::npos) << ran.err;
+  EXPECT_EQ(lines_of(ran.out).size(), 151u);
+  EXPECT_EQ(compensate("A,bias\n").exit_code, 2) << "the model needs B";
+  EXPECT_EQ(compensate("A,B\n").exit_code, 4);
+  EXPECT_EQ(compensate("").exit_code, 4);
+  EXPECT_EQ(gyrotherm_with("compensate " + (folder_ / "none.json")).exit_code, 4);
+}
+
+TEST_F(Compensate, AUnitThatItsNumbersDoNotHaveIsRefused) {
+  const auto rows = [](const std::string& header) {
+    const auto plain = small_rows(101);
+    return header + plain.substr(plain.find('\n'));
+  };
+  const auto as_plain = compensate(rows("A,B,bias"));
+  EXPECT_EQ(compensate(rows("A [°C],B [degC],bias [°/h]")).out, as_plain.out);
+  for (const auto* header : {"A [K],B [°C],bias", "A [°F],B,bias [°/h]"}) {
+    const auto ran = compensate(rows(header));
+    EXPECT_EQ(ran.exit_code, 4) << header;
+    EXPECT_NE(ran.err.find("expected a temperature in [°C]"), std::string::npos) << ran.err;
+    EXPECT_NE(ran.err.find("column 1 is \"A ["), std::string::npos) << ran.err;
+  }
+  const auto bias = compensate(rows("A [°C],B [°C],bias [°/s]"));
+  EXPECT_EQ(bias.exit_code, 4) << bias.out;
+  EXPECT_NE(bias.err.find("column 3 is \"bias [°/s]\", expected a bias in [°/h]"), std::string::npos) << bias.err;
+}
+
+TEST_F(Compensate, AMissingReadingLeavesItsMeansEmpty) {
+  const auto lines = lines_of(compensate(small_rows(150) + "20,,1\n" + small_rows(250).substr(9)).out);
+  ASSERT_EQ(lines.size(), 402u);
+  for (std::size_t row = 100; row <= 401; ++row) EXPECT_EQ(lines[row].empty(), row > 150 && row <= 250) << row;
+}
+
+TEST_F(Compensate, GivesTheUncertaintyBesideTheValue) {
+  const auto plain = compensate(small_rows(300)), with = compensate(small_rows(300), "--uncertainty");
+  ASSERT_EQ(with.exit_code, 0) << with.err;
+  const auto values = lines_of(plain.out), lines = lines_of(with.out);
+  ASSERT_EQ(lines.size(), values.size());
+  EXPECT_EQ(lines[0], "compensated_bias_deg_per_h,U_deg_per_h");
+  EXPECT_EQ(lines[1], ",") << "no value, no U";
+  const auto comma = lines[300].find(',');
+  EXPECT_EQ(lines[300].substr(0, comma), values[300]);
+  EXPECT_GT(std::stod(lines[300].substr(comma + 1)), 0);
+  EXPECT_NE(with.err.find("95 %"), std::string::npos) << with.err;
+}
+
+TEST_F(Compensate, WidensTheUncertaintyOutsideTheTrainedRange) {
+  const auto last_u = [this](double temperature) {
+    std::string rows = "A,B,bias\n";
+    for (int i = 0; i < 120; ++i) rows += fmt::format("{0},{0},1\n", temperature);
+    const auto lines = lines_of(compensate(rows, "--uncertainty").out);
+    return lines.size() == 121 ? std::stod(lines[120].substr(lines[120].find(',') + 1)) : 0.0;
+  };
+  const auto inside = lines_of(compensate(small_rows(300), "--uncertainty").out);
+  const double u = std::stod(inside[300].substr(inside[300].find(',') + 1));
+  EXPECT_GT(last_u(90), u);
+  EXPECT_GT(last_u(120), last_u(90));
+}
+
+TEST_F(Compensate, SaysWhenInputsLeaveTheTrainedRange) {
+  std::string hot = "A,B,bias\n";
+  for (int i = 0; i < 120; ++i) hot += "90,90,1\n";
+  const auto continued = compensate(hot), refused = compensate(hot, "--outside refuse");
+  EXPECT_NE(continued.err.find("21 rows had an input outside"), std::string::npos) << continued.err;
+  EXPECT_FALSE(lines_of(continued.out)[120].empty());
+  EXPECT_TRUE(lines_of(refused.out)[120].empty());
+  EXPECT_EQ(compensate(hot, "--outside guess").exit_code, 2);
+}
+
+TEST_F(Compensate, OfARecordTakesRowsForSecondsOnlyWhereTheyAre) {
+  const auto exported = [&](const std::string& time, const std::string& rows) {
+    std::ofstream(folder_ / "rows.csv") << rows;
+    const auto map = folder_ / "rows.toml", record = folder_ / "rows.db";
+    std::ofstream(map) << small_map(time);
+    const auto made = shell("rm -f " + record + "* && gyrotherm import " + (folder_ / "rows.csv") + " --map " + map +
+                            " --out " + record);
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    return gyrotherm_with("export " + record + " --compensated --model " + (folder_ / "model.json") +
+                          " --force --out " + (folder_ / "rows.out"));
+  };
+  const auto refused = exported("interval = \"100 ms\"", small_rows(300));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("0.1 s apart"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("every = \"1 s\""), std::string::npos) << refused.err;
+  EXPECT_EQ(exported("interval = \"100 ms\"\nevery = \"1 s\"", small_rows(3000)).exit_code, 0);
+
+  std::string rows = "t,A,B,bias\n";
+  const auto plain = lines_of(small_rows(300));
+  for (int row = 0; row < 300; ++row) rows += fmt::format("{},{}\n", row < 150 ? row : row + 50, plain[row + 1]);
+  ASSERT_EQ(exported("column = \"t\"\nunit = \"s\"", rows).exit_code, 0);
+  const auto lines = lines_of(read_text_file(folder_ / "rows.out").value());
+  ASSERT_EQ(lines.size(), 302u);
+  for (int i = 0; i < 300; ++i)
+    EXPECT_EQ(lines[i + 2].find(",,") != std::string::npos, i < 99 || (i >= 150 && i < 249)) << lines[i + 2];
+}
+
+/// A record long enough to show how its residual wanders.
+class CompensateAndTrack : public Compensate {
+ protected:
+  void SetUp() override {
+    Compensate::SetUp();
+    std::ofstream(folder_ / "long.csv") << small_rows(kRows);
+    const auto imported = gyrotherm_with("import " + (folder_ / "long.csv") + " --map " + (folder_ / "map.toml") +
+                                         " --out " + (folder_ / "long.db"));
+    ASSERT_EQ(imported.exit_code, 0) << imported.err;
+  }
+  /// The rows of a gyro whose bias is larger by 1 °/h, with a last column that says whether it is at rest.
+  static std::string shifted_rows(const std::string& at_rest) {
+    std::string text = "A,B,bias,at_rest\n";
+    for (const auto& line : lines_of(small_rows(kRows))) {
+      const auto comma = line.rfind(',');
+      if (line.front() == 'A') continue;
+      text += line.substr(0, comma + 1) + std::to_string(std::stod(line.substr(comma + 1)) + 1) + "," + at_rest + "\n";
+    }
+    return text;
+  }
+  /// The mean of the last 1000 answers.
+  static double mean_of_last(const Ran& ran) {
+    const auto lines = lines_of(ran.out);
+    double sum = 0;
+    for (std::size_t i = lines.size() - 1000; i < lines.size(); ++i) sum += std::stod(lines[i]);
+    return sum / 1000;
+  }
+  static constexpr int kRows = 9000;
+  [[nodiscard]] std::string options() const { return "--track --noise " + (folder_ / "long.db"); }
+};
+
+TEST_F(CompensateAndTrack, TakesAwayTheBiasThatIsLeftWhileTheGyroIsAtRest) {
+  const auto resting = compensate(shifted_rows("1"), options()), moving = compensate(shifted_rows("0"), options());
+  ASSERT_EQ(resting.exit_code, 0) << resting.err;
+  ASSERT_EQ(moving.exit_code, 0) << moving.err;
+  EXPECT_NE(resting.err.find("what is left is tracked, N "), std::string::npos) << resting.err;
+  EXPECT_LT(std::abs(mean_of_last(resting)), 0.2) << "of 1 °/h";
+  EXPECT_GT(mean_of_last(moving), 0.8) << "what may be a rotation is left alone";
+  EXPECT_EQ(compensate(shifted_rows(""), options()).out, moving.out) << "an empty field is no rest";
+}
+
+TEST_F(CompensateAndTrack, NeedsToKnowHowTheResidualWanders) {
+  const auto ran = compensate(small_rows(10), "--track");
+  EXPECT_EQ(ran.exit_code, 2) << "its 40 clusters were too few to tell";
+  EXPECT_NE(ran.err.find("--noise"), std::string::npos) << ran.err;
+  EXPECT_EQ(compensate(small_rows(10), "--noise " + (folder_ / "long.db")).exit_code, 2) << "a noise without tracking";
+  EXPECT_EQ(compensate(shifted_rows("1"), "").exit_code, 4) << "at_rest is for tracking";
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+/// kill -9 in the middle of a run: what was acknowledged is there, and resume ends the run.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <random>
+#include <thread>
+
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/row.hpp"
+#include "tests/apps/gyrotherm/program.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr const char* kShortRate = "tests/profiles/short-rate.toml";
+#ifdef GYROTHERM_NIGHTLY
+constexpr int kKilled = 40;
+#else
+constexpr int kKilled = 8;
+#endif
+
+void expect_whole(const record::Record& record) {
+  std::int64_t expected = 0;
+  auto gap = record.gaps.begin();
+  for (const auto slot : record.slot) {
+    if (gap != record.gaps.end() && gap->first == expected) expected = (gap++)->last + 1;
+    ASSERT_EQ(slot, expected) << "every second has one sample or lies in one gap";
+    ++expected;
+  }
+}
+
+TEST(Crash, KillLosesNoAcknowledgedSecondAndResumeEndsTheRun) {
+  std::mt19937_64 random(20);
+  for (int i = 0; i < kKilled; ++i) {
+    const Folder folder;
+    const auto path = folder / ("run" + std::to_string(i) + ".db");
+    Background run({"run", kShortRate, "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"}, folder / "log");
+    ASSERT_TRUE(run.wait_for("acknowledged", 60));
+    std::this_thread::sleep_for(std::chrono::milliseconds(random() % 300));
+    run.signal(SIGKILL);
+    const int ended = run.wait();
+    const auto acknowledged = last_acknowledged(run.output());
+    {
+      const auto record = record::read_record(path);
+      ASSERT_TRUE(record) << text(record.error());
+      ASSERT_FALSE(record->slot.empty());
+      EXPECT_GE(record->slot.back(), acknowledged) << "killed for the " << i + 1 << "th time";
+      expect_whole(*record);
+      if (record->finished) continue;  // it was quicker than the signal
+    }
+    ASSERT_EQ(ended, -SIGKILL);
+    const auto resumed = gyrotherm_with("resume " + path);
+    ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+    const auto record = record::read_record(path);
+    ASSERT_TRUE(record) << text(record.error());
+    EXPECT_TRUE(record->finished);
+    ASSERT_EQ(record->gaps.size(), 1u);
+    EXPECT_EQ(record->gaps[0].last - record->gaps[0].first + 1, 30);
+    expect_whole(*record);
+  }
+}
+
+TEST(Crash, CtrlCStopsCleanlyAndResumeGoesOn) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  Background run({"run", "profiles/random.toml", "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"},
+                 folder / "log");
+  ASSERT_TRUE(run.wait_for("acknowledged", 60));
+  run.signal(SIGINT);
+  EXPECT_EQ(run.wait(), 5) << run.output();
+  const auto status = gyrotherm_with("status " + path);
+  EXPECT_EQ(status.exit_code, 0);
+  EXPECT_NE(status.out.find("not finished"), std::string::npos) << status.out;
+  EXPECT_EQ(gyrotherm_with("train " + path + " --method linear --inputs A --out " + (folder / "m.json")).exit_code, 2)
+      << "an unfinished run is never mistaken for a finished one";
+  EXPECT_EQ(gyrotherm_with("resume " + path + " --gap '10 min'").exit_code, 5) << "a long gap is for people to allow";
+  EXPECT_EQ(gyrotherm_with("resume " + path + " --gap '10 min' --accept").exit_code, 0);
+}
+
+TEST(Crash, ResumeWaitsForWhoeverReadsTheRecord) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  Background run({"run", "profiles/random.toml", "--rig", "profiles/rigs/virtual.toml", "--out", path, "--json"},
+                 folder / "log");
+  ASSERT_TRUE(run.wait_for("acknowledged", 60));
+  run.signal(SIGKILL);
+  ASSERT_EQ(run.wait(), -SIGKILL);
+  auto reader = record::open_record(path);
+  ASSERT_TRUE(reader) << text(reader.error());
+  Background resumed({"resume", path}, folder / "resumed");
+  EXPECT_TRUE(resumed.wait_for("being read by another program", 60)) << resumed.output();
+  reader = failure(FaultKind::storage, path, "closed");
+  EXPECT_EQ(resumed.wait(), 0) << resumed.output();
+}
+
+/// A virtual run is replayed: from what the record holds, not from files that may have changed since.
+TEST(Crash, ResumeNeedsNoFileBesideTheRecord) {
+  const Folder folder;
+  const auto path = folder / "run.db";
+  const auto profiles = folder / "profiles";
+  ASSERT_EQ(shell("cp -r profiles " + profiles).exit_code, 0);
+  Background run({"run", "profiles/random.toml", "--rig", profiles + "/rigs/virtual.toml", "--out", path, "--json"},
+                 folder / "log");
+  ASSERT_TRUE(run.wait_for("acknowledged", 60));
+  run.signal(SIGINT);
+  ASSERT_EQ(run.wait(), 5) << run.output();
+  std::filesystem::remove_all(profiles);
+  const auto resumed = gyrotherm_with("resume " + path);
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What is shown of a run under way.
+#include "apps/gyrotherm/run/display.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace gyrotherm::app {
+namespace {
+
+const record::AxisInfo kGyro{.kind = record::GyroKind::pulse_count, .scale = 0.5, .earth_rate = DegreesPerHour{10}};
+
+Reading<GyroCount> counted(std::int64_t pulses) {
+  return {GyroCount{.pulses = {pulses}, .interval = std::chrono::seconds(1)}, {}};
+}
+
+TEST(BiasMeter, IsTheRateLessTheEarths) {
+  BiasMeter meter(kGyro);
+  EXPECT_FALSE(meter.last_second() || meter.mean());
+  meter.see(counted(22));
+  EXPECT_NEAR(meter.last_second()->value, 1.0, 1e-12) << "22 pulses of 0.5 arcsec in 1 s, less 10 °/h";
+  meter.see(counted(24));
+  EXPECT_NEAR(meter.last_second()->value, 2.0, 1e-12);
+  EXPECT_NEAR(meter.mean()->value, 1.5, 1e-12);
+}
+
+TEST(BiasMeter, AFaultIsNoReadingAndTheMeanGoesOnWithoutIt) {
+  BiasMeter meter(kGyro);
+  meter.see(counted(22));
+  meter.see({failure(FaultKind::timeout, "gyro", "silent"), {}});
+  EXPECT_FALSE(meter.last_second());
+  EXPECT_NEAR(meter.mean()->value, 1.0, 1e-12);
+}
+
+TEST(BiasMeter, TheMeanForgetsWhatIsOlderThanAHundredSeconds) {
+  BiasMeter meter(kGyro);
+  meter.see(counted(1'000'000));
+  for (int i = 0; i < 100; ++i) meter.see(counted(22));
+  EXPECT_NEAR(meter.mean()->value, 1.0, 1e-12);
+}
+
+struct Shown {
+  Console console;
+  profile::Profile profile;
+  rig::RigFile rig;
+  Sample sample;
+  RunStanding standing;
+  Shown() {
+    profile.name = "random";
+    profile.segments.resize(1);
+    profile.segments[0].name = "cold";
+    rig.simulated = true;
+    rig.units = {rig::UnitSettings{}};
+    rig.units[0].info.axes = {kGyro};
+    rig::ThermometerSettings entry;
+    entry.calibrated.resize(2);
+    entry.calibrated[0].name = "A";
+    entry.calibrated[1].name = "B";
+    rig.thermometers = {entry};
+    sample.slot = 899;
+    sample.chamber = {ChamberState{.air = {-39.5}, .set_point = {-40}}, {}};
+    sample.thermometers = {{Celsius{-38.25}, {}}, {failure(FaultKind::timeout, "B", "silent"), {}}};
+    sample.progress.set_point = {-40};
+    standing.time_left = std::chrono::seconds(2700);
+  }
+  [[nodiscard]] std::string text() {
+    Display display(console, profile, rig);
+    display.see(sample);
+    std::string all;
+    for (const auto& line : display.lines(sample, standing)) all += line + "\n";
+    return all;
+  }
+};
+
+TEST(Display, SaysHowARunThatIsHeldGoesOn) {
+  Shown shown;
+  EXPECT_EQ(shown.text().find("resume"), std::string::npos);
+  shown.standing.state = RunState::held;
+  shown.standing.cause = "the profile asks: switch the unit on";
+  EXPECT_NE(
+      shown.text().find("held: the profile asks: switch the unit on\n  goes on with \"gyrotherm tell RUN.db resume\""),
+      std::string::npos)
+      << shown.text();
+}
+
+TEST(Display, ShowsWhereTheRunStandsAndThatItIsSimulated) {
+  Shown shown;
+  const auto text = shown.text();
+  EXPECT_TRUE(text.starts_with("SIMULATED random: 25 %, time left not known yet, execute\n")) << text;
+  EXPECT_NE(text.find("  45 min 00 s of the run's own time left\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("segment 1 of 1, cold: ramping"), std::string::npos) << text;
+  EXPECT_NE(text.find("set point -40.00 °C (chamber -40.00 °C), air -39.50 °C"), std::string::npos) << text;
+  EXPECT_NE(text.find("A -38.25 B – °C"), std::string::npos) << text;
+  shown.rig.simulated = false;
+  EXPECT_TRUE(shown.text().starts_with("random: 25 %, 45 min 00 s left, ")) << "a real rig is not simulated";
+  EXPECT_NE(shown.text().find("Z, ends "), std::string::npos) << "the hour of the end: " << shown.text();
+}
+
+TEST(Display, ShowsTheNewestUnacknowledgedAlarms) {
+  Shown shown;
+  Display display(shown.console, shown.profile, shown.rig);
+  std::vector<record::Alarm> alarms;
+  for (int i = 9; i >= 1; --i)
+    alarms.push_back({.number = i, .interlock = "door", .text = "door (suspend): open", .count = i, .active = i > 8});
+  alarms[1].acknowledged = true;
+  alarms[2].suppressed_by = "host_late";
+  std::string text;
+  for (const auto& line : display.lines(shown.sample, shown.standing, alarms)) text += line + "\n";
+  EXPECT_NE(text.find("  ALARM 9 (active, 9 times): door (suspend): open\n"
+                      "  ALARM 6 (returned, 6 times): door (suspend): open\n"
+                      "  ALARM 5 (returned, 5 times): door (suspend): open\n"
+                      "  7 unacknowledged alarms\n"),
+            std::string::npos)
+      << text;
+}
+
+TEST(Display, FitsIntoSixtyColumns) {
+  Shown shown;
+  shown.rig.thermometers[0].calibrated.resize(9);
+  shown.sample.thermometers.resize(9, {Celsius{-38.25}, {}});
+  for (std::size_t i = 0; i < 9; ++i) shown.rig.thermometers[0].calibrated[i].name = "shell-" + std::to_string(i);
+  Display display(shown.console, shown.profile, shown.rig);
+  std::size_t found = 0;
+  for (const auto& line : display.lines(shown.sample, shown.standing)) {
+    if (line.find("shell-") == std::string::npos) continue;
+    EXPECT_LE(line.size(), 62u) << line;
+    ++found;
+  }
+  EXPECT_EQ(found, 3u) << "none is cut off";
+}
+
+TEST(Display, ShowsStateCauseAndEveryFaultThatStands) {
+  Shown shown;
+  shown.standing.state = RunState::suspended;
+  shown.standing.cause = "the chamber is silent";
+  shown.standing.behind_plan = std::chrono::seconds(65);
+  shown.standing.faults_now = {"chamber: no reply", "thermometer B: silent"};
+  shown.sample.chamber = {failure(FaultKind::timeout, "chamber", "no reply in 500 ms"), {}};
+  const auto text = shown.text();
+  EXPECT_NE(text.find("suspended: the chamber is silent (1 min 05 s behind plan)"), std::string::npos) << text;
+  EXPECT_NE(text.find("chamber: no reply in 500 ms"), std::string::npos) << text;
+  EXPECT_NE(text.find("fault: chamber: no reply\n  fault: thermometer B: silent\n"), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The way of a foreign file to its end: guess, import, train, verify, without a line of the map edited.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "acquisition/record/record.hpp"
+#include "core/file.hpp"
+#include "tests/apps/gyrotherm/program.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+/// A row every 10 s for 6 h: an oven that goes up and down, a second thermometer behind it, and a rate that follows.
+struct Bench {
+  static constexpr int kRows = 2160;
+  static double oven_c(int row) { return 20 - 20 * std::cos(row / 170.); }
+  static double wall_c(int row) { return 19 - 18 * std::cos((row - 12) / 170.); }
+  static double rate_deg_per_h(int row) { return 5 + 0.1 * oven_c(row) + 0.02 * std::sin(row * 1.7); }
+};
+
+std::string table(const std::string& header, const std::function<std::string(int)>& row) {
+  std::string text = header + "\n";
+  for (int i = 0; i < Bench::kRows; ++i) text += row(i) + "\n";
+  return text;
+}
+
+std::string clock(int row) {
+  const int s = 8 * 3600 + 10 * row;
+  return fmt::format("{:02}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+std::string with_comma(double number, int digits) {
+  auto text = fmt::format("{:.{}f}", number, digits);
+  text[text.find('.')] = ',';
+  return text;
+}
+
+struct ForeignTable {
+  std::string name, text, axis;
+};
+
+std::vector<ForeignTable> tables() {
+  using B = Bench;
+  return {
+      {"three axes in mdps",
+       table("Time [ms],T1 [degC],T2 [degC],gyro_x [mdps],gyro_y [mdps],gyro_z [mdps]",
+             [](int i) {
+               const double w = B::rate_deg_per_h(i) / 3.6;
+               return fmt::format("{},{:.3f},{:.3f},{:.5f},{:.5f},{:.5f}", 10'000 * i, B::oven_c(i), B::wall_c(i), w,
+                                  2 * w, w);
+             }),
+       "--axis gyro_z"},
+      {"a spreadsheet in German",
+       table("Zeit;T1 [°C];T2 [°C];Gyro [°/h]",
+             [](int i) {
+               return "01.03.2026 " + clock(i) + ";" + with_comma(B::oven_c(i), 3) + ";" + with_comma(B::wall_c(i), 3) +
+                      ";" + with_comma(B::rate_deg_per_h(i), 5);
+             }),
+       ""},
+      {"minutes and Fahrenheit",
+       "Chamber 3\nOperator: N. N.\n\n" + table("Time [min],T1 [°F],T2 [°F],Gyro [deg/h]",
+                                                [](int i) {
+                                                  return fmt::format("{:.4f},{:.3f},{:.3f},{:.5f}", i / 6.,
+                                                                     32 + 1.8 * B::oven_c(i), 32 + 1.8 * B::wall_c(i),
+                                                                     B::rate_deg_per_h(i));
+                                                }),
+       ""},
+      {"equal names and torn lines",
+       table("Time,Temp [°C],Temp [°C],w [rad/s]",
+             [](int i) {
+               return fmt::format("{},{:.3f},{:.3f},{:.9f}{}", 10 * i, B::oven_c(i), B::wall_c(i),
+                                  B::rate_deg_per_h(i) / 206264.80624709636,
+                                  i % 500 == 77 ? fmt::format("\n{},2", 10 * i + 5) : "");
+             }),
+       ""},
+  };
+}
+
+TEST(ForeignWay, GoesToItsEndWithoutEditing) {
+  for (const ForeignTable& foreign : tables()) {
+    SCOPED_TRACE(foreign.name);
+    const Folder folder;
+    std::ofstream(folder / "f.csv", std::ios::binary) << foreign.text;
+    const auto guessed = gyrotherm_with("import --guess " + (folder / "f.csv") + " --out " + (folder / "f.toml"));
+    ASSERT_EQ(guessed.exit_code, 0) << guessed.err;
+    const auto imported = gyrotherm_with("import " + (folder / "f.csv") + " --map " + (folder / "f.toml") + " --out " +
+                                         (folder / "f.db") + " --json");
+    ASSERT_EQ(imported.exit_code, 0) << imported.err << read_text_file(folder / "f.toml").value_or("");
+    EXPECT_EQ(imported.out.rfind("{\"rows\":2160,\"seconds\":", 0), 0u) << imported.out;
+    EXPECT_NEAR(std::stod(imported.out.substr(imported.out.find("seconds") + 9)), 21590, 0.01) << imported.out;
+    EXPECT_NE(imported.out.find("\"gaps\":0,"), std::string::npos) << imported.out;
+    const auto trained = gyrotherm_with("train " + (folder / "f.db") + " --inputs temperatures --method linear " +
+                                        foreign.axis + " --out " + (folder / "m.json"));
+    ASSERT_EQ(trained.exit_code, 0) << trained.err;
+    EXPECT_NE(trained.out.find("linear on temperatures (2 inputs)"), std::string::npos) << trained.out;
+    EXPECT_NE(trained.out.find("raw bias, without a model: std 1.4"), std::string::npos) << trained.out;
+    const auto verified = gyrotherm_with("verify " + (folder / "m.json") + " " + (folder / "f.db"));
+    EXPECT_EQ(verified.exit_code, 0) << verified.err;
+    EXPECT_EQ(verified.out.find("no better than no model"), std::string::npos) << verified.out;
+  }
+}
+
+/// A record of the bench, whose bias is as `rate` says.
+std::string record_of(const Folder& folder, const std::function<std::string(int)>& rate, const std::string& more = "",
+                      const std::function<double(int)>& third = Bench::wall_c) {
+  std::ofstream(folder / "t.csv") << table("t,TA,TB,w", [&](int i) {
+    return fmt::format("{},{:.6f},{:.6f},{}", 10 * i, Bench::oven_c(i), third(i), rate(i));
+  });
+  std::ofstream(folder / "t.toml")
+      << "schema = \"gyrotherm-import/1\"\nname = \"t\"\n[file]\n[time]\ncolumn = \"t\"\n"
+         "unit = \"s\"\n[[thermometer]]\nname = \"TA\"\ncolumn = \"TA\"\n[[thermometer]]\n"
+         "name = \"TB\"\ncolumn = \"TB\"\n[gyro]\ncolumn = \"w\"\nkind = \"rate\"\nscale = 1\n" +
+             more;
+  std::filesystem::remove(folder / "t.db");
+  std::filesystem::remove(folder / "t.db.sha256");
+  const auto made =
+      gyrotherm_with("import " + (folder / "t.csv") + " --map " + (folder / "t.toml") + " --out " + (folder / "t.db"));
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  return folder / "t.db";
+}
+
+std::string clean_rate(int i) { return fmt::format("{:.6f}", Bench::rate_deg_per_h(i)); }
+
+std::string train(const Folder& folder, const std::string& record, const std::string& options) {
+  const auto trained = gyrotherm_with("train " + record + " --method linear --inputs temperatures --force --out " +
+                                      (folder / "m.json") + " " + options);
+  return trained.exit_code == 0 ? trained.out : trained.err;
+}
+
+TEST(ForeignWay, NamesOutliersAndLeavesThemOutOnRequest) {
+  const Folder folder;
+  for (const double spike : {1000., -9999., 60.}) {
+    const auto record =
+        record_of(folder, [&](int i) { return i % 300 == 33 ? fmt::format("{}", spike) : clean_rate(i); });
+    const auto named = train(folder, record, "");
+    EXPECT_NE(named.find("8 samples of the bias are outliers"), std::string::npos) << named;
+    EXPECT_NE(named.find("at 330 s"), std::string::npos) << named;
+    const auto without = train(folder, record, "--outliers leave-out");
+    EXPECT_NE(without.find("were left out"), std::string::npos) << without;
+    EXPECT_NE(without.find("rmse 0.00"), std::string::npos) << without;
+    EXPECT_NE(read_text_file(folder / "m.json").value().find("samples of the bias are outliers"), std::string::npos);
+  }
+  EXPECT_EQ(train(folder, record_of(folder, clean_rate), "").find("outlier"), std::string::npos);
+}
+
+TEST(ForeignWay, SaysWhereAModelIsNoBetterThanNone) {
+  const Folder folder;
+  for (const double seed : {1.3, 2.1, 5.7}) {
+    const auto record = record_of(folder, [&](int i) {
+      return fmt::format("{:.6f}", std::fmod(std::abs(std::sin(i * seed) * 43758.5453), 1.0));
+    });
+    const auto trained = train(folder, record, "--folds blocks:8");
+    EXPECT_NE(trained.find("no better than no model: held out"), std::string::npos) << trained;
+  }
+}
+
+TEST(ForeignWay, NamesTheFoldInWhichAnInputStandsStill) {
+  const Folder folder;
+  for (int fold = 0; fold < 4; ++fold) {
+    const auto record = record_of(folder, clean_rate, "", [&](int i) { return i / 540 == fold ? 20. : 1.; });
+    const auto refused = train(folder, record, "--folds blocks:4 --guard 0");
+    EXPECT_NE(refused.find(fmt::format("without fold {} of 4", fold + 1)), std::string::npos) << refused;
+    EXPECT_NE(refused.find("expected other --folds"), std::string::npos) << refused;
+  }
+}
+
+TEST(ForeignWay, LearnsFromShortClusters) {
+  const Folder folder;
+  const auto record = record_of(folder, clean_rate);
+  for (const auto& [length, clusters] : {std::pair("50", 432), std::pair("20", 1080), std::pair("200", 108)}) {
+    const auto trained = train(folder, record, "--cluster-length " + std::string(length));
+    EXPECT_NE(trained.find(fmt::format("over {} clusters", clusters)), std::string::npos) << trained;
+    EXPECT_NE(trained.find("clusters are means over " + std::string(length) + " s"), std::string::npos) << trained;
+    const auto verified = gyrotherm_with("verify " + (folder / "m.json") + " " + record);
+    EXPECT_EQ(verified.exit_code, 0) << verified.err;
+  }
+}
+
+TEST(ForeignWay, TakesTheTimeOfAnExportedTable) {
+  const Folder folder;
+  const auto record = record_of(folder, clean_rate, "earth_rate = 0\n");
+  train(folder, record, "");
+  ASSERT_EQ(gyrotherm_with("export " + record + " --out " + (folder / "t.out.csv")).exit_code, 0);
+  const auto compensated = gyrotherm_with("compensate " + (folder / "m.json") + " < " + (folder / "t.out.csv"));
+  EXPECT_EQ(compensated.exit_code, 4);
+  EXPECT_NE(compensated.err.find("these are 10 s apart"), std::string::npos) << compensated.err;
+}
+
+/// Returns the folder of the inputs that public reports led to; empty: it is not at hand.
+std::string public_reports() {
+  const char* shared = std::getenv("GYROTHERM_SHARED");
+  const auto folder = shared != nullptr ? std::string(shared) + "/trials/files/" : "";
+  return std::filesystem::exists(folder) ? folder : "";
+}
+
+/// The inputs that public reports led to, where they are at hand.
+TEST(ForeignWay, ReadsTheFilesOfPublicReports) {
+  const auto trials = public_reports();
+  if (trials.empty()) GTEST_SKIP() << "trials/files is not in GYROTHERM_SHARED";
+  struct Trial {
+    const char* file;
+    std::size_t rows;
+    const char* said;
+  };
+  const Folder folder;
+  std::size_t seen = 0;
+  for (const Trial& trial : {Trial{"c02_preamble.csv", 1080, "2 h 59 min 50 s"},
+                             {"c03_excel_serial.csv", 1080, "2026-03-01T08:00:00Z"},
+                             {"c05c_thousands_few.csv", 1080, "gyro: 1080 values, 995 to 1001"},
+                             {"c06_german.csv", 1080, "2 h 59 min 50 s"},
+                             {"c06_two_cols.csv", 1080, "2 h 59 min 50 s"},
+                             {"c09_wrap.csv", 8000, "2 h 13 min 19 s"},
+                             {"c10_dup_header.csv", 1080, "TempT: 1080 values"},
+                             {"c11a_torn_fields.csv", 1080, "1 line cannot be read"},
+                             {"c11b_torn_number.csv", 1079, "has no end"},
+                             {"c14_degF.csv", 1080, "T1: 1080 values, 4.96056 to 35.0411 °C"},
+                             {"c15_minutes.csv", 1080, "2 h 59 min 50 s"},
+                             {"c22a_trailing_sep.csv", 1080, "2 h 59 min 50 s"},
+                             {"c27_nul_tail.csv", 1080, "1 line cannot be read"},
+                             {"c30_forward_glitch.csv", 1079, "2 h 59 min 50 s"},
+                             {"c32_mdps.csv", 1080, "imu.z: 1080 values, 3544.03 to 3619.65 °/h"},
+                             {"c34_time_10s.csv", 1080, "2 h 59 min 50 s"},
+                             {"f_gz.csv.gz", 1080, "2 h 59 min 50 s"},
+                             {"px4_default_topics.ulg", 900, "imu1.x: 900 values"},
+                             {"px4_unpublished_flow.ulg", 600, "imu.x: 600 values"},
+                             {"px4_stamps_since_1970.ulg", 600, "2026-03-01T08:00:0"},
+                             {"px4_bad_sector.ulg", 1494, "no messages and were passed over"}}) {
+    SCOPED_TRACE(trial.file);
+    const std::string map = folder / (std::string(trial.file) + ".toml"),
+                      out = folder / (std::string(trial.file) + ".db");
+    ASSERT_EQ(gyrotherm_with("import --guess " + trials + trial.file + " --out " + map).exit_code, 0);
+    const auto imported = gyrotherm_with("import " + trials + trial.file + " --map " + map + " --out " + out);
+    ASSERT_EQ(imported.exit_code, 0) << imported.err;
+    EXPECT_NE(imported.err.find(fmt::format("{} rows over", trial.rows)), std::string::npos) << imported.err;
+    EXPECT_NE(imported.err.find(trial.said), std::string::npos) << imported.err;
+    ++seen;
+  }
+  EXPECT_EQ(seen, 21u);
+  EXPECT_NE(gyrotherm_with("import --guess " + trials + "f_log.zip").err.find("unpack it first"), std::string::npos);
+  const auto overload = gyrotherm_with("import " + trials + "s13a_9.9e37.csv --map " + trials +
+                                       "s13a_9.9e37.toml --out " + (folder / "o.db"));
+  EXPECT_EQ(overload.exit_code, 4);
+  EXPECT_NE(overload.err.find("overload"), std::string::npos) << overload.err;
+}
+
+/// Imports a file of a public report by the map beside it.
+Ran import_of_report(const std::string& file, const std::string& map, const std::string& out) {
+  const auto trials = public_reports();
+  return gyrotherm_with("import " + trials + file + " --map " + trials + map + " --out " + out);
+}
+
+TEST(ForeignWay, TakesTheMapsOfPublicReports) {
+  if (public_reports().empty()) GTEST_SKIP() << "trials/files is not in GYROTHERM_SHARED";
+  const Folder folder;
+  const auto masked = import_of_report("n_valid_range.nc", "maps_nc.toml", folder / "n.db");
+  EXPECT_NE(masked.err.find("T1: 1069 values, 5 to 35 °C, 11 missing"), std::string::npos) << masked.err;
+
+  const auto pulses = import_of_report("c07b_dup_stamps_jitter.csv", "incr.toml", folder / "p.db");
+  ASSERT_EQ(pulses.exit_code, 0) << pulses.err;
+  const auto record = record::read_record(folder / "p.db");
+  ASSERT_TRUE(record);
+  double all = 0;
+  for (const double number : record->units.at(0).rotation.at(0)) all += number;
+  EXPECT_NEAR(all, 9029.5358, 1e-6) << "as the file's own column adds up to";
+
+  ASSERT_EQ(import_of_report("s0_good.csv", "s0e.toml", folder / "t.db").exit_code, 0);
+  train(folder, folder / "t.db", "");
+  ASSERT_EQ(gyrotherm_with("export " + (folder / "t.db") + " --out " + (folder / "t.csv")).exit_code, 0);
+  const auto compensated = gyrotherm_with("compensate " + (folder / "m.json") + " < " + (folder / "t.csv"));
+  EXPECT_NE(compensated.err.find("these are 10 s apart"), std::string::npos) << compensated.err;
+
+  ASSERT_EQ(import_of_report("s7_spikes.csv", "s7_spikes.toml", folder / "s.db").exit_code, 0);
+  EXPECT_NE(train(folder, folder / "s.db", "").find("20 samples of the bias are outliers"), std::string::npos);
+  EXPECT_NE(train(folder, folder / "s.db", "--outliers leave-out").find("rmse 0.015"), std::string::npos);
+
+  ASSERT_EQ(import_of_report("s12_step.csv", "s12_step.toml", folder / "c.db").exit_code, 0);
+  const auto refused = train(folder, folder / "c.db", "");
+  EXPECT_NE(refused.find("without fold 4 of 4"), std::string::npos) << refused;
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A run on a real rig: it is guarded, the chamber is its own, and other programs may speak to it.
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "acquisition/record/record.hpp"
+#include "core/file.hpp"
+#include "sequencer/control/control_socket.hpp"
+#include "tests/apps/gyrotherm/real_rig.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+constexpr double kSafe = 20;    ///< °C, of the rig
+constexpr double kWarm = 21.5;  ///< of the profile
+constexpr double kLimit = 20;   ///< s, within which the chamber is safe
+
+/// Finds the guard of a record and its children by their command lines.
+std::vector<pid_t> guards_of(const std::string& record) {
+  std::vector<pid_t> guards;
+  for (const auto& process : entries_of("/proc")) {
+    std::ifstream file(process / "cmdline");
+    std::string program, option, path;
+    for (auto* word : {&program, &option, &path}) std::getline(file, *word, '\0');
+    if (option == "--guard" && path == record) guards.push_back(std::stoi(process.filename().string()));
+  }
+  return guards;
+}
+
+/// Kills the guard of a record, as one that the test does not wait for.
+void end_guards(const std::string& record) {
+  for (const auto pid : guards_of(record)) ::kill(pid, SIGKILL);
+}
+
+class GuardedRun : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
+    ASSERT_TRUE(laboratory.serves());
+  }
+  [[nodiscard]] std::vector<std::string> warm_run(const std::string& out) const {
+    return {"run", "tests/profiles/ten-minutes-warm.toml", "--rig", laboratory.rig(), "--out", out, "--json"};
+  }
+
+  const Folder folder;
+  const RealLaboratory laboratory{folder / ""};
+  const std::string record = folder / "run.db";
+};
+
+TEST_F(GuardedRun, AKilledProgramLeavesTheChamberSafeWithinTwentySeconds) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 5));
+  EXPECT_TRUE(std::filesystem::exists(record + ".safe-state"));
+  run.signal(SIGKILL);
+  EXPECT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << run.output();
+  EXPECT_EQ(run.wait(), -SIGKILL);
+  for (int i = 0; i < 50 && std::filesystem::exists(record + ".safe-state"); ++i) shell("sleep 0.1");
+  EXPECT_FALSE(std::filesystem::exists(record + ".safe-state")) << "the chamber has confirmed it";
+  const auto status = gyrotherm_with("status " + record);
+  EXPECT_NE(status.out.find("made safe by the guard at "), std::string::npos) << status.out << status.err;
+}
+
+TEST_F(GuardedRun, EndsManualModeAndWatchesTheAirWhenTheProgramIsKilled) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 5));
+  const auto mode = [&](const std::string& write) {
+    return shell("mbpoll -m tcp -a 1 -0 -1 -q -t 4 -r 105 -c 1 -p " + laboratory.chamber_port() + " 127.0.0.1 " + write)
+        .out;
+  };
+  const std::string manual = "2", on = "[105]: \t1";
+  (void)shell("mbpoll -m tcp -a 1 -0 -q -t 4 -r 105 -p " + laboratory.chamber_port() + " 127.0.0.1 " + manual);
+  EXPECT_NE(mode("").find("[105]: \t2"), std::string::npos) << mode("");
+  run.signal(SIGKILL);
+  EXPECT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << run.output();
+  for (int i = 0; i < 300 && std::filesystem::exists(record + ".safe-state"); ++i) shell("sleep 0.1");
+  EXPECT_FALSE(std::filesystem::exists(record + ".safe-state")) << "set point, mode and air are shown";
+  EXPECT_NE(mode("").find(on), std::string::npos) << mode("");
+  const auto status = gyrotherm_with("status " + record);
+  EXPECT_NE(status.out.find("set point read back; mode running; air "), std::string::npos) << status.out << status.err;
+}
+
+TEST_F(GuardedRun, AnOrderlyStopLeavesTheSetPointAndNobodyOnGuard) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  Background second(warm_run(folder / "second.db"), folder / "second.log");
+  EXPECT_EQ(second.wait(), 3) << "one program drives a chamber";
+  EXPECT_NE(second.output().find("another program drives it: process "), std::string::npos) << second.output();
+  EXPECT_FALSE(std::filesystem::exists(folder / "second.db"));
+  run.signal(SIGINT);
+  EXPECT_EQ(run.wait(), 5) << run.output();
+  EXPECT_FALSE(std::filesystem::exists(record + ".safe-state"));
+  EXPECT_EQ(shell("sleep 2").exit_code, 0);
+  EXPECT_EQ(laboratory.set_point(), kWarm);
+  EXPECT_FALSE(std::filesystem::exists(record + ".made-safe"));
+}
+
+TEST_F(GuardedRun, IsMadeSafeBySigterm) {
+  for (const auto* before : {"", "pause", "note looked"}) {
+    const auto path = folder / ("run" + std::to_string(std::string(before).size()) + ".db");
+    Background run(warm_run(path), path + ".log");
+    ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+    ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 5));
+    if (*before != '\0') {
+      EXPECT_EQ(gyrotherm_with("tell " + path + " " + before).exit_code, 0);
+    }
+    run.signal(SIGTERM);
+    EXPECT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << run.output();
+    EXPECT_EQ(run.wait(), 5) << run.output();
+    EXPECT_NE(run.output().find("its guard remains"), std::string::npos) << run.output();
+    const auto status = gyrotherm_with("status --json " + path);
+    EXPECT_NE(status.out.find("\"finished\":false"), std::string::npos) << status.out << status.err;
+    end_guards(path);  // the next run has the chamber
+  }
+}
+
+TEST_F(GuardedRun, HoldsItsSetPointAfterSigtermWhenOnStopHolds) {
+  const auto holding = folder / "holding.toml";
+  auto text = read_text_file(laboratory.rig()).value();
+  const auto safe = text.find("[safe]");
+  if (safe == std::string::npos)
+    text += "\n[safe]\non_stop = \"hold\"\n";
+  else
+    text.insert(text.find('\n', safe) + 1, "on_stop = \"hold\"\n");
+  std::ofstream(holding) << text;
+  Background run({"run", "tests/profiles/ten-minutes-warm.toml", "--rig", holding, "--out", record, "--json"},
+                 folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  run.signal(SIGTERM);
+  EXPECT_EQ(run.wait(), 5) << run.output();
+  EXPECT_FALSE(std::filesystem::exists(record + ".safe-state"));
+  EXPECT_EQ(laboratory.set_point(), kWarm);
+}
+
+TEST_F(GuardedRun, IsMadeSafeBySigtermWithoutItsGuard) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  ASSERT_TRUE(laboratory.wait_for_set_point(kWarm, 5));
+  ASSERT_FALSE(guards_of(record).empty());
+  end_guards(record);
+  run.signal(SIGTERM);
+  EXPECT_TRUE(laboratory.wait_for_set_point(kSafe, kLimit)) << run.output();
+  const auto ended = run.wait();
+  EXPECT_TRUE(ended == 5 || ended == 6) << ended << run.output();
+  end_guards(record);
+}
+
+TEST_F(GuardedRun, WhoSpeaksToItIsAnsweredAndInTheRecord) {
+  const auto tell = [&](const std::string& words) { return gyrotherm_with("tell " + record + " " + words); };
+  EXPECT_EQ(tell("pause").exit_code, 2) << "nobody there";
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  EXPECT_EQ(tell("note 'looked at the cable'").exit_code, 0);
+  const auto refused = tell("resume");
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_NE(refused.err.find("the run is not held"), std::string::npos) << refused.err;
+  EXPECT_EQ(tell("pause").exit_code, 0);
+  std::string status;
+  for (int i = 0; i < 50 && status.find("\"state\":\"held\"") == std::string::npos; ++i)
+    status = shell("sleep 0.1; gyrotherm status --json " + record).out;
+  EXPECT_NE(status.find("\"state\":\"held\""), std::string::npos) << status;
+  EXPECT_EQ(tell("resume").exit_code, 0);
+  EXPECT_EQ(tell("abort").exit_code, 0);
+  EXPECT_EQ(run.wait(), 6) << run.output();
+  EXPECT_EQ(laboratory.set_point(), kSafe);
+  EXPECT_FALSE(std::filesystem::exists(record + ".safe-state"));
+  EXPECT_EQ(tell("note late").exit_code, 2);
+  const auto kept = record::read_record(record);
+  ASSERT_TRUE(kept) << text(kept.error());
+  std::string events;
+  for (const auto& stored : kept->events) events += stored.event.text + "\n";
+  for (const auto* part : {"): looked at the cable", "): resume, refused", "pause", "abort", "(uid "})
+    EXPECT_NE(events.find(part), std::string::npos) << part << " in\n" << events;
+}
+
+TEST_F(GuardedRun, AProfileThatAsksForSomethingWaitsForTheAnswer) {
+  Background run({"run", "tests/profiles/asks.toml", "--rig", laboratory.rig(), "--out", record}, folder / "log");
+  std::string status;
+  for (int i = 0; i < 300 && status.find("the profile asks: look at the cable") == std::string::npos; ++i)
+    status = shell("sleep 0.1; gyrotherm status --json " + record).out;
+  EXPECT_NE(status.find("the profile asks: look at the cable"), std::string::npos) << status << run.output();
+  const auto answered = gyrotherm_with("tell " + record + " resume 'it hangs free'");
+  EXPECT_EQ(answered.exit_code, 0) << answered.err;
+  EXPECT_EQ(run.wait(), 0) << run.output();
+  const auto kept = record::read_record(record);
+  ASSERT_TRUE(kept) << text(kept.error());
+  std::string events;
+  for (const auto& stored : kept->events) events += stored.event.text + "\n";
+  for (const auto* part : {"held: the profile asks: look at the cable", "): it hangs free", "profile complete"})
+    EXPECT_NE(events.find(part), std::string::npos) << part << " in\n" << events;
+}
+
+TEST_F(GuardedRun, WhoWasToldThatItIsHeldFindsItHeldThoughCtrlCComesInTheSameSecond) {
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  const auto told = gyrotherm_with("tell " + record + " pause");
+  run.signal(SIGINT);
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+  EXPECT_EQ(run.wait(), 5) << run.output();
+  const auto kept = record::read_record(record);
+  ASSERT_TRUE(kept) << text(kept.error());
+  EXPECT_EQ(kept->state.back(), RunState::held);
+  const auto resumed = gyrotherm_with("resume " + record);
+  EXPECT_EQ(resumed.exit_code, 5) << resumed.err;
+  EXPECT_NE(resumed.err.find("the run was held"), std::string::npos) << resumed.err;
+}
+
+/// The tick that Ctrl-C waited for begins to make the chamber safe: then it is not obeyed, as in any later second.
+TEST_F(GuardedRun, WhoWasToldThatItStopsFindsItStoppedThoughCtrlCComesInTheSameSecond) {
+  for (int tries = 0; tries < 6; ++tries) {
+    const auto path = folder / ("run" + std::to_string(tries) + ".db");
+    Background run(warm_run(path), folder / ("log" + std::to_string(tries)));
+    ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+    const auto told = [&](const std::string& word) {
+      const auto answer = control::tell(path, control::request_of(word, "").value(), std::chrono::seconds(5));
+      return answer && answer->done;
+    };
+    const auto paused = control::tell(path, control::request_of("pause", "").value(), std::chrono::seconds(5));
+    ASSERT_TRUE(paused) << text(paused.error());
+    EXPECT_TRUE(paused->done) << paused->text;
+    run.signal(SIGINT);
+    shell("sleep 0.1");  // it has been seen
+    const bool is_told = told("stop");
+    const int ended = run.wait();
+    if (!is_told) continue;  // the second was over
+    EXPECT_EQ(ended, 0) << run.output();
+    EXPECT_EQ(laboratory.set_point(), kSafe);
+    const auto kept = record::read_record(path);
+    ASSERT_TRUE(kept) << text(kept.error());
+    EXPECT_TRUE(kept->finished);
+    return;
+  }
+  FAIL() << "the second was always over";
+}
+
+/// The socket that systemd would listen at; the environment names it while this lives.
+class Watchdog {
+ public:
+  explicit Watchdog(const std::string& path) : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::copy(path.begin(), path.end(), address.sun_path);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    ::setenv("NOTIFY_SOCKET", path.c_str(), 1);
+    ::setenv("WATCHDOG_USEC", "8000000", 1);
+  }
+  ~Watchdog() {
+    ::unsetenv("NOTIFY_SOCKET");
+    ::unsetenv("WATCHDOG_USEC");
+    ::close(socket_);
+  }
+  Watchdog(const Watchdog&) = delete;
+  Watchdog& operator=(const Watchdog&) = delete;
+  /// One line for each message so far.
+  [[nodiscard]] std::string heard() {
+    char message[256];
+    for (ssize_t size; (size = ::recv(socket_, message, sizeof message, MSG_DONTWAIT)) > 0;)
+      heard_ += std::string(message, static_cast<std::size_t>(size)) + "\n";
+    return heard_;
+  }
+
+ private:
+  int socket_;
+  std::string heard_;
+};
+
+TEST_F(GuardedRun, UnderSystemdTheWatchdogHearsEachTickAndMakeSafeIsCalledAfterwards) {
+  Watchdog watchdog(folder / "notify");
+  Background run(warm_run(record), folder / "log");
+  ASSERT_TRUE(run.wait_for("\"acknowledged\": 1}", 60)) << run.output();
+  const auto heard = watchdog.heard();
+  EXPECT_TRUE(heard.starts_with("READY=1\nWATCHDOG_USEC=900000000\n")) << heard;
+  EXPECT_NE(heard.find("WATCHDOG_USEC=8000000\nWATCHDOG=1\nWATCHDOG=1\n"), std::string::npos) << heard;
+  const std::string make_safe = std::string(GYROTHERM_PROGRAM) + "-make-safe ";
+  EXPECT_EQ(shell(make_safe + record).exit_code, 5) << "the program lives";
+  EXPECT_EQ(laboratory.set_point(), kWarm);
+  run.signal(SIGKILL);
+  EXPECT_EQ(run.wait(), -SIGKILL);
+  auto made = shell(make_safe + "--kill " + record);
+  for (int i = 0; i < 20 && made.exit_code == 5; ++i)  // the guard has the chamber, and makes it safe itself
+    made = shell("sleep 1; " + make_safe + "--kill " + record);
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(laboratory.set_point(), kSafe);
+  const auto again = shell(make_safe + "--kill " + record);
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_NE(again.err.find("nothing to do"), std::string::npos) << again.err;
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

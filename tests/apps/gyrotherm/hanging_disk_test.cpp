@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A run on a real rig whose disk takes seconds, or forever, to answer.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+
+#include "acquisition/record/chain.hpp"
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/status.hpp"
+#include "core/file.hpp"
+#include "tests/apps/gyrotherm/real_rig.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+/// In the environment of what is started meanwhile.
+class Setting {
+ public:
+  Setting(const char* name, const std::string& value) : name_(name) { ::setenv(name, value.c_str(), 1); }
+  ~Setting() { ::unsetenv(name_); }
+  Setting(const Setting&) = delete;
+  Setting& operator=(const Setting&) = delete;
+
+ private:
+  const char* name_;
+};
+
+/// As the program tells it, until it is as wanted; the last one after 30 s.
+template <class Wanted>
+record::RunStatus status_once(const std::string& record, Wanted wanted) {
+  record::RunStatus status;
+  for (int i = 0; i < 300 && !wanted(status); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    const auto told = read_text_file(record::status_path(record)).and_then([](const auto& text) {
+      return record::parse_status(text, "status");
+    });
+    if (told) status = *told;
+  }
+  return status;
+}
+
+std::string acknowledged(std::int64_t second) { return "{\"acknowledged\": " + std::to_string(second) + "}"; }
+
+void expect_every_second_up_to(std::int64_t last, const std::string& path) {
+  const auto record = record::read_record(path);
+  ASSERT_TRUE(record) << text(record.error());
+  std::int64_t next = 0;
+  auto gap = record->gaps.begin();
+  for (const auto slot : record->slot) {
+    for (; gap != record->gaps.end() && gap->first == next; ++gap) next = gap->last + 1;
+    ASSERT_EQ(slot, next++);
+  }
+  EXPECT_GE(record->slot.back(), last);
+  EXPECT_TRUE(record::verify_record(path));
+}
+
+TEST(HangingDisk, DelaysNoTickIsToldAndLosesNothing) {
+  const Folder folder;
+  const RealLaboratory laboratory(folder / "");
+  ASSERT_TRUE(laboratory.serves());
+  const auto record = folder / "run.db", hangs = folder / "hangs";
+  std::optional<Background> run;
+  {
+    const Setting disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file("GYROTHERM_HANG", hangs);
+    const Setting also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
+    run.emplace(std::vector<std::string>{"run", "tests/profiles/ten-minutes-warm.toml", "--rig", laboratory.rig(),
+                                         "--out", record, "--json"},
+                folder / "log");
+  }
+  ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
+
+  std::ofstream(hangs) << "now";
+  const auto hanging = status_once(record, [](const auto& status) { return !status.storage_trouble.empty(); });
+  EXPECT_NE(hanging.storage_trouble.find("a write has not come back for "), std::string::npos)
+      << hanging.storage_trouble;
+  const auto later = status_once(record, [&](const auto& status) { return status.slot >= hanging.slot + 2; });
+  EXPECT_GE(later.slot, hanging.slot + 2) << "ticks go on";
+  EXPECT_EQ(later.acknowledged, hanging.acknowledged);
+  EXPECT_GE(later.backlog_s, 4);
+  EXPECT_EQ(run->output().find(acknowledged(hanging.acknowledged + 1)), std::string::npos)
+      << "what is not on the disk is not acknowledged";
+  const auto shown = gyrotherm_with("status " + record);
+  EXPECT_NE(shown.out.find("the disk takes no rows: a write has not come back for "), std::string::npos)
+      << shown.out << shown.err;
+
+  std::filesystem::remove(hangs);
+  const auto well = status_once(record, [&](const auto& status) { return status.acknowledged >= later.slot; });
+  EXPECT_GE(well.acknowledged, later.slot) << "what waited is on the disk";
+  EXPECT_EQ(well.storage_trouble, "");
+  run->signal(SIGINT);
+  EXPECT_EQ(run->wait(), 5) << run->output();
+  expect_every_second_up_to(well.acknowledged, record);
+}
+
+TEST(HangingDisk, ThatTakesNoStatusFileDoesNotKeepARunFromItsEnd) {
+  const Folder folder;
+  const RealLaboratory laboratory(folder / "");
+  ASSERT_TRUE(laboratory.serves());
+  const auto record = folder / "run.db", hangs = folder / "hangs";
+  std::optional<Background> run;
+  {
+    const Setting disk("LD_PRELOAD", GYROTHERM_HANGING_DISK), file("GYROTHERM_HANG_STATUS", hangs);
+    const Setting also_with_its_sanitizer("ASAN_OPTIONS", "verify_asan_link_order=0");
+    run.emplace(std::vector<std::string>{"run", "tests/profiles/ten-seconds.toml", "--rig", laboratory.rig(), "--out",
+                                         record, "--json"},
+                folder / "log");
+  }
+  ASSERT_TRUE(run->wait_for(acknowledged(1), 60)) << run->output();
+  std::ofstream(hangs) << "now";
+  EXPECT_EQ(run->wait(), 0) << run->output();
+  std::filesystem::remove(hangs);
+  const auto kept = record::read_record(record);
+  ASSERT_TRUE(kept) << text(kept.error());
+  EXPECT_TRUE(kept->finished);
+  const auto verified = record::verify_record(record);
+  ASSERT_TRUE(verified) << text(verified.error());
+  EXPECT_TRUE(verified->manifest);
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

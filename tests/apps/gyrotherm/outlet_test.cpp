@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/console/outlet.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <pty.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+
+#include "apps/console/console.hpp"
+#include "core/deadline.hpp"
+#include "core/file.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+using std::chrono_literals::operator""s;
+using std::chrono_literals::operator""ms;
+using std::chrono::steady_clock;
+
+/// A pipe that somebody has filled and nobody reads, until what is in it is asked for.
+class UnreadPipe {
+ public:
+  UnreadPipe() {
+    int ends[2];
+    EXPECT_EQ(::pipe2(ends, O_CLOEXEC), 0);
+    reader_ = Descriptor(ends[0]);
+    writer_ = Descriptor(ends[1]);
+    ::fcntl(writer_.number(), F_SETFL, O_NONBLOCK);
+    const std::string filling(4096, '.');
+    while (::write(writer_.number(), filling.data(), filling.size()) > 0) continue;
+    ::fcntl(writer_.number(), F_SETFL, 0);
+  }
+  [[nodiscard]] int writer() const { return writer_.number(); }
+  /// What has come without the filling, up to and with `end`.
+  [[nodiscard]] std::string read_until(const std::string& end) {
+    std::string text;
+    for (char bytes[4096]; !text.ends_with(end) && ready(reader_.number(), POLLIN, Deadline(10s));) {
+      const auto size = ::read(reader_.number(), bytes, sizeof bytes);
+      for (ssize_t i = 0; i < size; ++i)
+        if (bytes[i] != '.') text += bytes[i];
+    }
+    return text;
+  }
+
+ private:
+  Descriptor reader_, writer_;
+};
+
+Outlet::Lines line(const std::string& text) {
+  return [text](std::size_t dropped) { return dropped == 0 ? text + "\n" : fmt::format("{} -{}\n", text, dropped); };
+}
+
+TEST(Outlet, WritesInOrderAndAtOnceWhileItMayWait) {
+  int ends[2];
+  ASSERT_EQ(::pipe2(ends, O_CLOEXEC), 0);
+  const Descriptor reader(ends[0]), writer(ends[1]);
+  Outlet outlet(writer.number());
+  outlet.say(line("one"));
+  outlet.say(line("two"));
+  char bytes[16];
+  EXPECT_EQ(std::string(bytes, static_cast<std::size_t>(::read(reader.number(), bytes, sizeof bytes))), "one\ntwo\n");
+}
+
+TEST(Outlet, ThatNobodyReadsKeepsNobodyWaiting) {
+  UnreadPipe pipe;
+  const auto began = steady_clock::now();
+  {
+    Outlet outlet(pipe.writer());
+    outlet.never_wait();
+    for (int i = 0; i < 1000; ++i) {
+      outlet.say(line("a line"));
+      outlet.draw({"a picture"});
+    }
+    EXPECT_LT(steady_clock::now() - began, 1s);
+  }
+  EXPECT_LT(steady_clock::now() - began, 3s) << "a farewell of a second at most";
+  (void)pipe.read_until("a picture");  // or the writer would be left behind in a pipe that is closed
+}
+
+TEST(Outlet, WhatItDropsIsCountedInTheNextLinesThatAreTaken) {
+  UnreadPipe pipe;
+  Outlet outlet(pipe.writer());
+  outlet.never_wait();
+  const std::string kilobyte(1023, 'x');
+  for (int i = 0; i < 400; ++i) outlet.say(line(kilobyte));
+  std::string text;
+  const auto lines = [&] { return std::count(text.begin(), text.end(), '\n'); };
+  while (lines() < static_cast<std::ptrdiff_t>(Outlet::kMostWaiting / 1024)) text += pipe.read_until("\n");
+  outlet.say(line("now"));
+  while (text.find('-') == std::string::npos) text += pipe.read_until("\n");
+  EXPECT_EQ(lines() - 1 + std::stol(text.substr(text.find('-') + 1)), 400);
+}
+
+TEST(Outlet, OfPicturesOnlyTheNewestIsDrawn) {
+  UnreadPipe pipe;
+  Outlet outlet(pipe.writer());
+  outlet.never_wait();
+  for (int i = 0; i < 50; ++i) outlet.draw({fmt::format("picture {}", i)});
+  const auto drawn = pipe.read_until("picture 49");
+  std::size_t pictures = 0;
+  for (auto at = drawn.find("picture"); at != std::string::npos; at = drawn.find("picture", at + 1)) ++pictures;
+  EXPECT_LE(pictures, 2u) << "the one that was under way, and the newest";
+  EXPECT_TRUE(drawn.ends_with("picture 49")) << drawn;
+}
+
+/// A terminal of so many lines in the place of stderr, while it lives.
+class SmallTerminal {
+ public:
+  SmallTerminal(unsigned short rows, const char* kind) {
+    winsize size{.ws_row = rows, .ws_col = 80, .ws_xpixel = 0, .ws_ypixel = 0};
+    int ours = kNoDescriptor, its = kNoDescriptor;
+    EXPECT_EQ(::openpty(&ours, &its, nullptr, nullptr, &size), 0);
+    reader_ = Descriptor(ours);
+    const Descriptor terminal(its);
+    before_ = Descriptor(::dup(STDERR_FILENO));
+    ::dup2(its, STDERR_FILENO);
+    const char* named = std::getenv("TERM");
+    kind_before_ = named == nullptr ? "" : named;
+    ::setenv("TERM", kind, 1);
+    ::unsetenv("NO_COLOR");
+  }
+  ~SmallTerminal() {
+    ::dup2(before_.number(), STDERR_FILENO);
+    ::setenv("TERM", kind_before_.c_str(), 1);
+  }
+  SmallTerminal(const SmallTerminal&) = delete;
+  SmallTerminal& operator=(const SmallTerminal&) = delete;
+  /// What has come.
+  [[nodiscard]] std::string shown() const {
+    std::string text;
+    for (char bytes[4096]; ready(reader_.number(), POLLIN, Deadline(200ms));) {
+      const auto size = ::read(reader_.number(), bytes, sizeof bytes);
+      if (size <= 0) break;
+      text.append(bytes, static_cast<std::size_t>(size));
+    }
+    return text;
+  }
+
+ private:
+  Descriptor reader_, before_;
+  std::string kind_before_;
+};
+
+std::vector<std::string> ten_lines() {
+  std::vector<std::string> lines;
+  for (int i = 0; i < 10; ++i) lines.push_back(fmt::format("line {}", i));
+  return lines;
+}
+
+TEST(Console, APanelIsLowerThanTheTerminal) {
+  const SmallTerminal terminal(5, "xterm");
+  Console console;
+  ASSERT_TRUE(console.redraws());
+  console.panel(ten_lines, true);
+  const auto shown = terminal.shown();
+  EXPECT_NE(shown.find("line 3"), std::string::npos) << shown;
+  EXPECT_EQ(shown.find("line 4"), std::string::npos) << "its first line would leave the screen: " << shown;
+}
+
+TEST(Console, ATerminalThatCannotMoveIsNotRedrawn) {
+  for (const char* kind : {"dumb", ""}) {
+    const SmallTerminal terminal(24, kind);
+    Console console;
+    EXPECT_FALSE(console.redraws()) << kind;
+    console.panel(ten_lines, true);
+    console.progress("stage", 0.5);
+    EXPECT_EQ(terminal.shown().find('\033'), std::string::npos) << kind;
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What reads records as evidence looks whether they are as they were written.
+#include <gtest/gtest.h>
+
+#include "acquisition/record/sqlite.hpp"
+#include "tests/apps/gyrotherm/small_record.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+TEST(RecordedRun, ThatWasChangedIsRefusedWithItsPlaceUnlessItIsTakenUnverified) {
+  const Folder folder;
+  make_small_model(folder);
+  const auto record = folder / "record.db";
+  {
+    auto database = record::Database::open(record, record::Access::read_write, 0).value();
+    ASSERT_TRUE(database.execute("UPDATE sample SET A = A + 0.001 WHERE slot = 2000"));
+  }
+  const std::vector<std::string> commands{
+      "export " + record + " --out " + (folder / "x.csv"),
+      "train " + record + " --inputs A-B --method linear --folds blocks --out " + (folder / "x.json"),
+      "verify " + (folder / "model.json") + " " + record,
+      "placement " + record + " --folds blocks",
+      "reduce " + (folder / "model.json") + " " + record + " --keep 10 --out " + (folder / "small.json"),
+      "export-model " + (folder / "model.json") + " --as libsvm --data " + record};
+  for (const auto& command : commands) {
+    const auto refused = gyrotherm_with(command);
+    EXPECT_EQ(refused.exit_code, 4) << command;
+    EXPECT_EQ(refused.err, "gyrotherm: " + record +
+                               ": sample 2000 of second 2000, or what stood before it, is not as it was written\n")
+        << command;
+    EXPECT_EQ(refused.out, "") << command;
+    const auto taken = gyrotherm_with(command + " --unverified");
+    EXPECT_EQ(taken.exit_code, 0) << command << ": " << taken.err;
+    EXPECT_NE(taken.err.find("warning: " + record + ": not looked at"), std::string::npos) << command << taken.err;
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder / "x.csv")) << "unverified";
+}
+
+TEST(RecordedRun, ThatDecidesWhereThermometersGoIsGivenOnceAndVerifiesNothing) {
+  const Folder folder;
+  make_small_model(folder);
+  const auto record = folder / "record.db";
+  const auto twice = gyrotherm_with("placement " + record + " " + record + " --folds blocks");
+  EXPECT_EQ(twice.exit_code, 2) << "it would be held out and learnt from at once";
+  EXPECT_NE(twice.err.find("is the same run as " + record), std::string::npos) << twice.err;
+  const auto seen = gyrotherm_with("placement " + record + " --folds blocks --verify " + record);
+  EXPECT_EQ(seen.exit_code, 2);
+  EXPECT_NE(seen.err.find("--verify wants a run that decides nothing"), std::string::npos) << seen.err;
+}
+
+/// A byte that no row shows.
+TEST(RecordedRun, OfWhichAByteWasChangedIsRefusedByItsManifest) {
+  const Folder folder;
+  make_small_model(folder);
+  const auto record = folder / "record.db";
+  {
+    std::fstream file(record, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(96);  // the version of SQLite that wrote it
+    file.put(1);
+  }
+  const auto refused = gyrotherm_with("export " + record + " --out " + (folder / "x.csv"));
+  EXPECT_EQ(refused.exit_code, 4);
+  EXPECT_EQ(refused.err, "gyrotherm: " + record + ": is not as it was when the run was closed\n");
+  EXPECT_FALSE(std::filesystem::exists(folder / "x.csv"));
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A laboratory signs a report, and its customer verifies it.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/record/record.hpp"
+#include "acquisition/record/run_file.hpp"
+#include "core/file.hpp"
+#include "core/sha256.hpp"
+#include "report/calibration.hpp"
+#include "tests/apps/gyrotherm/program.hpp"
+#include "tests/apps/gyrotherm/small_record.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+report::CalibrationReport report_on(const Folder& folder) {
+  const auto used = [&](const char* role, const std::string& name) {
+    return report::UsedFile{
+        .role = role, .name = name, .sha256 = sha256(*read_text_file(folder / name, kLargestTable))};
+  };
+  report::CalibrationReport report;
+  report.number = "C-1";
+  report.state = report::ReportState::draft;
+  report.laboratory = {.name = "House of Gyros", .city = "Berlin", .country = "DE"};
+  report.customer.name = "Harbour Pilots";
+  report.people = {{"B. Berg", "authorising", ""}};
+  report.item.serial_number = "0042";
+  report.begun = report.ended = report.issued = "2026-11-20";
+  report.cluster_length_s = 100;
+  report.results = {{.group = report::Group::bias,
+                     .key = "stabilised_bias",
+                     .columns = {{"bias", "°/h", {report::with_uncertainty(0.1, 0.01, 30)}}}}};
+  report.files = {used("record", "record.db"), used("model_left", "model.json")};
+  report.files.push_back({.role = "profile", .name = "elsewhere.toml"});
+  return report;
+}
+
+/// A record and a model, the report on them in a folder beside, signed.
+class Signing : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new Folder;
+    make_small_model(*folder_);
+    std::filesystem::create_directory(*folder_ / "report");
+    std::ofstream(*folder_ / "report/calibration.json") << to_json(report_on(*folder_));
+    std::ofstream(*folder_ / "report/calibration.html") << "a view in this language is rendered";
+    const auto authorised = gyrotherm_with("report authorise " + (*folder_ / "report") + " --by 'B. Berg'");
+    ASSERT_EQ(authorised.exit_code, 0) << authorised.err;
+    const auto keys = shell("cd " + (*folder_ / ".") +
+                            " && openssl req -x509 -newkey rsa:2048 -nodes -keyout lab.key -out lab.pem -days 30 "
+                            "-subj '/CN=Our laboratory' -addext basicConstraints=critical,CA:FALSE -addext "
+                            "keyUsage=critical,digitalSignature && openssl req -x509 -newkey rsa:2048 -nodes -keyout "
+                            "other.key -out other.pem -days 30 -subj /CN=Other");
+    ASSERT_EQ(keys.exit_code, 0) << keys.err;
+    is_refused_when_changed_after_it_was_authorised();
+    const auto done = gyrotherm_with(sign_command());
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    ready_ = true;
+  }
+  /// Checks that what was changed between authorisation and signature is never signed, then puts it back.
+  static void is_refused_when_changed_after_it_was_authorised() {
+    const auto refused = [](const std::string& name, const std::string& bytes, const std::string& why) {
+      const std::string path = *folder_ / ("report/" + name), before = read_text_file(path, kLargestTable).value_or("");
+      std::ofstream(path, std::ios::binary) << bytes;
+      const auto ran = gyrotherm_with(sign_command());
+      EXPECT_EQ(ran.exit_code, 4) << name;
+      EXPECT_NE(ran.err.find(why + " " + name), std::string::npos) << ran.err;
+      before.empty() ? (void)std::filesystem::remove(path) : (void)(std::ofstream(path, std::ios::binary) << before);
+    };
+    for (const char* name : {"calibration.json", "calibration.html", "calibration.csv", "calibration.pdf", "dcc.xml"})
+      refused(name, read_text_file(*folder_ / ("report/" + std::string(name)), kLargestTable).value_or("") + "\n",
+              "changed");
+    for (const char* name : {"note.html", "zz.pdf", "calibration.de.csv"})
+      refused(name, "lies", "not part of the report");
+  }
+  static std::string sign_command() {
+    return "report sign " + (*folder_ / "report") + " --key " + (*folder_ / "lab.key") + " --certificate " +
+           (*folder_ / "lab.pem");
+  }
+  static void TearDownTestSuite() { delete folder_; }
+  void SetUp() override { ASSERT_TRUE(ready_); }
+
+  static Ran verified(const std::string& options, const std::string& trusted = "lab.pem") {
+    return gyrotherm_with("report verify " + (*folder_ / "report") + " --trusted " + (*folder_ / trusted) + " " +
+                          options);
+  }
+  /// With one byte of a file changed; the file is put back.
+  static Ran verified_with_another_byte(const std::string& name) {
+    const std::string before = *read_text_file(*folder_ / name, kLargestTable);
+    std::string after = before;
+    after[after.size() / 2] ^= 1;
+    std::ofstream(*folder_ / name, std::ios::binary) << after;
+    const Ran ran = verified("");
+    std::ofstream(*folder_ / name, std::ios::binary) << before;
+    return ran;
+  }
+
+  static inline Folder* folder_ = nullptr;
+  static inline bool ready_ = false;
+};
+
+TEST_F(Signing, IsSeenByTheCustomer) {
+  const auto ran = verified("");
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_NE(ran.out.find("holds      dcc.xml: signed by CN=Our laboratory"), std::string::npos) << ran.out;
+  EXPECT_NE(ran.out.find("holds      record.db: is the file that the report rests on, and all its"), std::string::npos);
+  EXPECT_NE(ran.out.find("holds      model.json"), std::string::npos);
+  EXPECT_NE(ran.out.find("not there  elsewhere.toml"), std::string::npos);
+  EXPECT_NE(ran.err.find("the report C-1 is as it was signed"), std::string::npos) << ran.err;
+}
+
+TEST_F(Signing, IsSeenByAProgram) {
+  const auto found = nlohmann::json::parse(verified("--json").out);
+  EXPECT_EQ(found["holds"], true);
+  EXPECT_EQ(found["report"], "C-1");
+  EXPECT_EQ(found["signer"]["subject"], "CN=Our laboratory");
+  EXPECT_EQ(found["checks"].size(), 9u);
+}
+
+TEST_F(Signing, VerifyNamesWhatIsForeignOrMissing) {
+  const std::string page = *folder_ / "report/calibration.html", note = *folder_ / "report/Calibration report.pdf";
+  std::filesystem::copy_file(*folder_ / "report/calibration.pdf", note);
+  std::filesystem::rename(page, *folder_ / "page.html");
+  const auto ran = verified(""), as_json = verified("--json");
+  std::filesystem::rename(*folder_ / "page.html", page);
+  std::filesystem::remove(note);
+  EXPECT_EQ(ran.exit_code, 4);
+  EXPECT_NE(ran.out.find("MISSING    calibration.html: "), std::string::npos) << ran.out;
+  EXPECT_NE(ran.out.find("FOREIGN    Calibration report.pdf: "), std::string::npos) << ran.out;
+  EXPECT_NE(ran.err.find("2 of 10 checks fail"), std::string::npos) << ran.err;
+  EXPECT_EQ(nlohmann::json::parse(as_json.out)["holds"], false);
+}
+
+TEST_F(Signing, OfWhatWasChangedDoesNotHold) {
+  for (const char* name : {"report/dcc.xml", "report/calibration.json", "record.db", "model.json"}) {
+    const auto ran = verified_with_another_byte(name);
+    EXPECT_EQ(ran.exit_code, 4) << name;
+    EXPECT_NE(ran.out.find("FAILS      " + std::filesystem::path(name).filename().string()), std::string::npos)
+        << ran.out;
+  }
+  EXPECT_EQ(verified("").exit_code, 0);
+}
+
+/// Else a file that goes on from the record would bring rows that nobody has signed.
+TEST_F(Signing, OfARecordIsOfAllItsFiles) {
+  const std::string manifest = *folder_ / "record.db.sha256", bytes = *read_text_file(manifest);
+  std::filesystem::remove(manifest);
+  {
+    const auto info = record::read_info(*folder_ / "record.db").value();
+    const record::Continuation continuation{.part = 2, .before = "record.db", .from = 100, .cause = "tested"};
+    auto part = record::RunFile::create(*folder_ / "record.2.db", info, continuation);
+    ASSERT_TRUE(part) << text(part.error());
+    ASSERT_TRUE(part->begin() && part->insert_event(-1, {{}, EventKind::fault, "goes on"}) &&
+                part->replace_frames({}) && part->commit());
+  }
+  const auto ran = verified("");
+  std::filesystem::remove(*folder_ / "record.2.db");
+  std::ofstream(manifest) << bytes;
+  EXPECT_EQ(ran.exit_code, 4);
+  EXPECT_NE(ran.out.find("FAILS      record.db: the number of its files is 2, the report names 1"), std::string::npos)
+      << ran.out;
+}
+
+TEST_F(Signing, ByAnotherIsNotTrusted) {
+  const auto ran = verified("", "other.pem");
+  EXPECT_EQ(ran.exit_code, 4);
+  EXPECT_NE(ran.out.find("FAILS      dcc.xml: the signer is not trusted"), std::string::npos) << ran.out;
+}
+
+TEST_F(Signing, IsAskedForWhomToTrust) {
+  EXPECT_EQ(gyrotherm_with("report verify " + (*folder_ / "report")).exit_code, 2);
+  EXPECT_EQ(gyrotherm_with("report").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Real rigs on the virtual instruments: on pseudo-terminals, and at a stream's own rate. Each takes more than ten
+/// seconds.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "core/file.hpp"
+#include "tests/apps/gyrotherm/program.hpp"
+#include "tests/apps/gyrotherm/real_rig.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+/// Makes the real rig of the instruments that `simulate` has printed, and runs ten seconds on it.
+nlohmann::json status_after_ten_seconds(const Folder& folder, const std::string& virtual_rig,
+                                        const std::string& lines) {
+  const auto rig = shell("/usr/bin/python3 tests/apps/gyrotherm/real_rig.py " + virtual_rig + " " + lines + " > " +
+                         (folder / "rig.toml"));
+  EXPECT_EQ(rig.exit_code, 0) << rig.err;
+  const auto ran = gyrotherm_with("run tests/profiles/ten-seconds.toml --json --rig " + (folder / "rig.toml") +
+                                  " --out " + (folder / "run.db"));
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_NE(ran.out.find("{\"acknowledged\": 9}"), std::string::npos) << ran.out;
+  return nlohmann::json::parse(gyrotherm_with("status --json " + (folder / "run.db")).out, nullptr, false);
+}
+
+std::string pty_of(const std::string& instrument, const std::string& output) {
+  std::smatch match;
+  return std::regex_search(output, match, std::regex(instrument + R"( +(serial:/dev/pts/\d+))")) ? match[1].str() : "";
+}
+
+/// The default rig with some of its text changed; paths stay true wherever it is put.
+std::string changed_rig(const std::string& from, const std::string& to, const std::string& instead) {
+  auto text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml").value();
+  const auto begin = text.find(from), end = text.find(to);
+  text.replace(begin, end - begin, instead);
+  const std::string profiles = GYROTHERM_SOURCE_DIR "/profiles/";
+  for (auto at = text.find("\"../"); at != std::string::npos; at = text.find("\"../", at))
+    text.replace(at, 4, "\"" + profiles);
+  return text;
+}
+
+TEST(Simulate, ARealRigRunsOnItsPseudoTerminals) {
+  const Folder folder;
+  std::ofstream(folder / "virtual.toml") << changed_rig(
+      "map = ", "line = ", "map = \"../chambers/watlow_f4t.toml\"\nframing = \"rtu\"\n");
+  Background simulate({"simulate", "--pty", "--rig", folder / "virtual.toml"}, folder / "log");
+  ASSERT_TRUE(simulate.wait_for("gyro           serial:", 20)) << simulate.output();
+  const auto output = simulate.output();
+  const auto status = status_after_ten_seconds(folder, folder / "virtual.toml",
+                                               pty_of("chamber", output) + " " + pty_of("thermometer 1", output) + " " +
+                                                   pty_of("thermometer 2", output) + " " + pty_of("gyro", output));
+  EXPECT_EQ(status["faults"], 0) << status.dump();
+}
+
+TEST(Simulate, OfAThousandFramesASecondNoneIsLost) {
+  const Folder folder;
+  std::ofstream(folder / "virtual.toml") << changed_rig(
+      "[gyro]", "[analysis]",
+      "[gyro]\nline = \"virtual\"\nlatitude = 45.0\nstream = \"../gyro-streams/kvh-17xx-b.toml\"\n\n");
+  Background simulate({"simulate", "--full-rate", "--rig", folder / "virtual.toml"}, folder / "log");
+  ASSERT_TRUE(simulate.wait_for("gyro", 20)) << simulate.output();
+  const auto output = simulate.output();
+  const auto status =
+      status_after_ten_seconds(folder, folder / "virtual.toml",
+                               port_of("chamber", output) + " " + port_of("thermometer 1", output) + " " +
+                                   port_of("thermometer 2", output) + " " + port_of("gyro", output));
+  EXPECT_EQ(status["faults"], 0) << status.dump();
+  EXPECT_EQ(status["frames"]["lost"], 0) << status.dump();
+  EXPECT_GT(status["frames"]["seen"], 9000) << status.dump();
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

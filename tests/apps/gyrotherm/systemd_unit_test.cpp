@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The unit that is shipped: systemd understands it, and it is well shut in.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <regex>
+
+#include "acquisition/record/run_file.hpp"
+#include "acquisition/record/run_parts.hpp"
+#include "core/file.hpp"
+#include "tests/apps/gyrotherm/program.hpp"
+
+namespace gyrotherm::app {
+namespace {
+
+/// The unit as it is installed, its programs being those under test.
+std::string unit_in(const Folder& folder) {
+  auto text = read_text_file(GYROTHERM_SOURCE_DIR "/apps/gyrotherm/systemd/gyrotherm@.service.in").value();
+  const auto programs = std::filesystem::path(GYROTHERM_PROGRAM).parent_path().string();
+  text = std::regex_replace(text, std::regex("@GYROTHERM_BIN@"), programs);
+  text = std::regex_replace(text, std::regex("@GYROTHERM_DOCS@"), "/usr/share/doc/gyrotherm");
+  const auto path = folder / "gyrotherm@.service";
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(SystemdUnit, IsVerified) {
+  if (!installed("systemd-analyze")) GTEST_SKIP() << "systemd-analyze is not installed";
+  const Folder folder;
+  const auto verified = shell("systemd-analyze verify --man=no " + unit_in(folder) + " 2>&1 | grep gyrotherm@");
+  EXPECT_EQ(verified.out, "");
+}
+
+TEST(SystemdUnit, IsShutIn) {
+  if (!installed("systemd-analyze")) GTEST_SKIP() << "systemd-analyze is not installed";
+  const Folder folder;
+  const auto judged = shell("systemd-analyze security --offline=true --threshold=20 --no-pager " + unit_in(folder));
+  EXPECT_EQ(judged.exit_code, 0) << judged.out << judged.err;
+}
+
+TEST(SystemdUnit, ItsTimesAddUpToTwentySeconds) {
+  const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/apps/gyrotherm/systemd/gyrotherm@.service.in").value();
+  const auto seconds = [&](const std::string& key) {
+    std::smatch match;
+    return std::regex_search(text, match, std::regex("\n" + key + "=(\\d+)\n")) ? std::stoi(match[1]) : 1000;
+  };
+  EXPECT_LE(seconds("WatchdogSec") + seconds("TimeoutAbortSec") + 10, 20);
+  EXPECT_GE(seconds("TimeoutStopSec"), 10) << "time for make-safe";
+}
+
+/// Returns what ExecStopPost starts for the run "rate" on a machine in that state. The programs here only print.
+std::string stop_post_in(const Folder& folder, const std::string& state) {
+  for (const auto& [name, text] : {std::pair<std::string, std::string>{"systemctl", "echo " + state},
+                                   {"gyrotherm-make-safe", "echo \"$@\""},
+                                   {"timeout", "echo within $1 s; shift; exec \"$@\""}}) {
+    std::ofstream(folder / name) << "#!/bin/sh\n" << text << "\n";
+    std::filesystem::permissions(folder / name, std::filesystem::perms::owner_all);
+  }
+  const auto text = read_text_file(GYROTHERM_SOURCE_DIR "/apps/gyrotherm/systemd/gyrotherm@.service.in").value();
+  std::smatch command;
+  EXPECT_TRUE(std::regex_search(text, command, std::regex("\nExecStopPost=(.*)\n")));
+  const auto line = std::regex_replace(command[1].str(), std::regex("@GYROTHERM_BIN@"), folder / ".");
+  return shell("PATH='" + (folder / ".") + "':$PATH; " + std::regex_replace(line, std::regex("%i"), "rate")).out;
+}
+
+TEST(SystemdUnit, LimitsMakeSafeAtShutdownAlone) {
+  const Folder folder;
+  EXPECT_EQ(stop_post_in(folder, "stopping"), "within 30 s\n--kill rate.db\n");
+  for (const auto* state : {"running", "degraded", "starting", "maintenance", "offline", "''"})
+    EXPECT_EQ(stop_post_in(folder, state), "--insist rate.db\n") << state;
+}
+
+/// What the unit asks before it starts the run "rate" of this folder. 0: it is started; 1 to 254: it is not, which is
+/// no failure.
+int condition_in(const Folder& folder) {
+  const auto text = read_text_file(unit_in(folder)).value();
+  std::smatch line;
+  if (!std::regex_search(text, line, std::regex("\nExecCondition=(/bin/sh -c '[^'\n]*')\n"))) return -1;
+  const auto command = std::regex_replace(line[1].str(), std::regex("%i"), "rate");
+  return shell("cd '" + (folder / ".") + "' && " + command).exit_code;
+}
+
+TEST(SystemdUnit, ARunThatHasFinishedIsLeftAloneAndIsNoFailure) {
+  const Folder folder;
+  const auto record = folder / "rate.db";
+  EXPECT_EQ(condition_in(folder), 0) << "no record: the run begins";
+  Background run({"run", "profiles/random.toml", "--rig", "profiles/rigs/virtual.toml", "--out", record, "--json"},
+                 folder / "log");
+  ASSERT_TRUE(run.wait_for("acknowledged", 60));
+  run.signal(SIGINT);
+  ASSERT_EQ(run.wait(), 5) << run.output();
+  EXPECT_EQ(condition_in(folder), 0) << "one that was broken off goes on";
+  const auto resumed = gyrotherm_with("resume " + record);
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(gyrotherm_with("resume " + record).exit_code, 2) << "which would be a unit that failed";
+  EXPECT_EQ(condition_in(folder), 1);
+}
+
+/// A file that a run of its own went on in, when rate.db was taken from it.
+void leave_second_file(const Folder& folder) {
+  record::RunInfo info;
+  info.id = "0123456789abcdef0123456789abcdef";
+  info.simulated = true;
+  const record::Continuation continuation{.part = 2, .before = "rate.db", .from = 0, .cause = "rate.db was removed"};
+  auto file = record::RunFile::create(folder / "rate.2.db", info, continuation);
+  ASSERT_TRUE(file) << text(file.error());
+  ASSERT_TRUE(file->begin() && file->insert_event(-1, {{}, EventKind::fault, "goes on"}) && file->replace_frames({}) &&
+              file->commit());
+}
+
+/// Its command, for the run "rate". The program does nothing but tell what was asked of it, but for "status".
+std::string start_command_in(const Folder& folder) {
+  std::ofstream(folder / "gyrotherm") << "#!/bin/sh\n[ \"$1\" = status ] && exec " GYROTHERM_PROGRAM
+                                         " \"$@\"\necho \"$@\"\n";
+  std::filesystem::permissions(folder / "gyrotherm", std::filesystem::perms::owner_all);
+  auto text = read_text_file(GYROTHERM_SOURCE_DIR "/apps/gyrotherm/systemd/gyrotherm@.service.in").value();
+  std::smatch command;
+  EXPECT_TRUE(std::regex_search(text, command, std::regex("\nExecStart=(.*)\n")));
+  auto line = std::regex_replace(command[1].str(), std::regex("@GYROTHERM_BIN@"), folder / ".");
+  return "cd " + (folder / ".") + "; export PROFILE=day.toml RIG=lab.toml; " +
+         std::regex_replace(line, std::regex("%i"), "rate");
+}
+
+TEST(SystemdUnit, GoesOnWithARunThatIsThereAndBeginsNoneAnew) {
+  const Folder folder;
+  const auto command = start_command_in(folder);
+  const std::string begins = "run day.toml --rig lab.toml --out rate.db\n", goes_on = "resume rate.db\n";
+  EXPECT_EQ(shell(command).out, begins);
+  std::ofstream(folder / "rate.2.db") << "somebody's";
+  EXPECT_EQ(shell(command).out, begins) << "no part of a run";
+  std::filesystem::remove(folder / "rate.2.db");
+  leave_second_file(folder);
+  EXPECT_EQ(shell(command).out, goes_on);
+  const auto anew = gyrotherm_with("run tests/profiles/short-rate.toml --rig profiles/rigs/virtual.toml --out " +
+                                   (folder / "rate.db"));
+  EXPECT_EQ(anew.exit_code, 4) << anew.err;
+  EXPECT_NE(anew.err.find("its run went on in " + (folder / "rate.2.db")), std::string::npos) << anew.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "rate.db"));
+  std::filesystem::remove(folder / "rate.2.db");
+  std::ofstream(folder / "rate.db") << "damaged";
+  EXPECT_EQ(shell(command).out, goes_on) << "and resume says what is wrong with it";
+}
+
+}  // namespace
+}  // namespace gyrotherm::app

@@ -1,0 +1,442 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Operators speak to a run through the page, and the record has each of them by name; an alarm at night reaches a mail
+server, the next address after a while, and nobody any more once it is acknowledged."""
+import http.client
+import json
+import os
+import pathlib
+import pty
+import pwd
+import re
+import shutil
+import signal
+import socket
+import ssl
+import subprocess
+import termios
+import threading
+import time
+import unittest
+
+from programs import (
+    MONITOR,
+    PASSWORD,
+    SOURCE,
+    Browser,
+    Folder,
+    Monitor,
+    RealTimeRun,
+    gyrotherm,
+    key_of,
+    monitor_command,
+    until,
+)
+
+
+class MailServer(threading.Thread):
+    """Takes mail by SMTP; so much of it as a client needs."""
+
+    def __init__(self) -> None:
+        super().__init__(daemon=True)
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listener.getsockname()[1]
+        self.letters: list[str] = []
+        self.start()
+
+    def run(self) -> None:
+        while True:
+            line, _ = self.listener.accept()
+            with line, line.makefile("rwb") as talk:
+                self.hear(talk)
+
+    def hear(self, talk) -> None:
+        def say(text: str) -> None:
+            talk.write(text.encode() + b"\r\n")
+            talk.flush()
+
+        say("220 here")
+        for word in talk:
+            verb = word[:4].upper()
+            if verb == b"DATA":
+                say("354 go on")
+                letter = b""
+                for text in talk:
+                    if text == b".\r\n":
+                        break
+                    letter += text
+                self.letters.append(letter.decode())
+                say("250 taken")
+            elif verb == b"QUIT":
+                return say("221 good night")
+            else:
+                say("250 yes")
+
+
+SITE = """schema = "gyrotherm-site/1"
+name = "laboratory"
+
+[notify.mail]
+server = "smtp://127.0.0.1:{port}"
+from = "rig@example.org"
+secure = false
+
+[[notify.address]]
+name = "night"
+mail = ["ada@example.org"]
+
+[[notify.address]]
+name = "boss"
+command = ["sh", "-c", "cat >> {folder}/boss.txt", "x"]
+
+[[notify.rule]]
+name = "alarms"
+when = "alarm"
+tell = ["night", "boss"]
+after = "2 s"
+
+[[notify.rule]]
+when = "run ended"
+tell = ["night"]
+"""
+
+
+class Control(unittest.TestCase):
+    def setUp(self) -> None:
+        self.holder = Folder()
+        self.folder = self.holder.__enter__()
+        for name, role in (("ada", "operator"), ("eve", "viewer"), ("root", "administrator")):
+            self.assertEqual(
+                monitor_command(self.folder, "user", "add", name, "--role", role, password=PASSWORD).returncode, 0
+            )
+        self.mail = MailServer()
+        site = self.folder / "site.toml"
+        site.write_text(SITE.format(port=self.mail.port, folder=self.folder))
+        self.run_ = RealTimeRun(self.folder)
+        self.monitor = Monitor(self.folder, "--control", "--site", str(site))
+        self.ada = Browser(self.monitor, "ada")
+        self.key = key_of(self.monitor, self.ada.headers)
+
+    def tearDown(self) -> None:
+        self.run_.end()
+        self.monitor.stop()
+        self.holder.__exit__()
+
+    def tell(self, verb: str, **body: str):
+        return self.ada.ask(f"/api/v1/runs/{self.key}/{verb}", body)
+
+    def status(self) -> dict:
+        return self.ada.ask(f"/api/v1/runs/{self.key}").json
+
+    def test_an_operator_speaks_to_the_run_and_is_told_of_it_at_night(self) -> None:
+        self.assertTrue(until(lambda: self.status()["state"] == "execute"))
+        self.assertEqual(self.tell("note", text="door <b>opened</b>").status, 200)
+        self.assertEqual(self.tell("pause").status, 200)
+        self.assertTrue(until(lambda: self.status()["state"] == "held"))
+        self.assertIn("ada", self.status()["cause"])
+        self.assertEqual(self.tell("pause").status, 409, "it is held already")
+        self.assertEqual(self.tell("resume", text="looked").status, 200)
+        self.assertTrue(until(lambda: self.status()["state"] == "execute"))
+
+        self.run_.move_set_point(24.0)
+        self.assertTrue(until(lambda: self.status()["alarms"], 20))
+        alarm = self.status()["alarms"][0]
+        self.assertTrue(until(lambda: self.mail.letters, 20))
+        self.assertIn("Subject: Alarm: laboratory: run on virtual", self.mail.letters[0])
+        self.assertIn("To: ada@example.org", self.mail.letters[0])
+        boss = self.folder / "boss.txt"
+        self.assertTrue(until(boss.exists, 20), "nobody acknowledges: the next address")
+        memory = self.folder / "state" / "told.json"
+        self.assertTrue(until(lambda: '"steps": 2' in memory.read_text(), 10))
+        self.monitor.kill()
+        self.monitor.again()
+        self.assertEqual(self.tell("acknowledge", alarm=str(alarm["number"])).status, 400, "without a comment")
+        self.assertTrue(
+            until(lambda: self.tell("acknowledge", alarm=str(alarm["number"]), text="I am coming").status == 200)
+        )
+        self.assertTrue(until(lambda: all(one["acknowledged"] for one in self.status()["alarms"])))
+        self.assertEqual(self.tell("acknowledge", alarm=str(alarm["number"]), text="again").status, 409)
+        letters = len(self.mail.letters)
+        time.sleep(2.5)
+        self.assertEqual(len(self.mail.letters), letters, "told once, over a restart too")
+        self.assertEqual(boss.read_text().count("rule"), 1)
+
+        asked = self.tell("stop")
+        self.assertEqual(asked.status, 409)
+        self.assertRegex(asked.json["question"], r"done, .* left\..*Sure\?")
+        self.assertIn("safe set point, ", asked.json["question"], "what becomes of the chamber, with the temperature")
+        self.assertEqual(self.tell("stop", confirm=asked.json["confirm"], text="the day is over").status, 200)
+        self.assertEqual(self.run_.run.wait(timeout=30), 0)
+        self.assertTrue(until(lambda: any("Subject: Ended" in letter for letter in self.mail.letters), 20))
+        self.expect_in_the_record(alarm["number"])
+
+    def expect_in_the_record(self, alarm: int) -> None:
+        events = self.run_.events()
+        for kind, pattern in (
+            ("note", r"door <b>opened</b>"),
+            ("command", r"pause.*ada \(through|ada \(through.*pause"),
+            ("command", "resume"),
+            ("command", "stop.*: the day is over"),
+            ("acknowledged", rf"{alarm}.*ada \(through .*I am coming"),
+            ("told", r"night was told of alarm"),
+            ("told", r"boss was told of alarm"),
+        ):
+            with self.subTest(kind=kind, pattern=pattern):
+                self.assertTrue(any(one == kind and re.search(pattern, text) for one, text in events), events)
+        verified = gyrotherm("status", str(self.run_.record), "--verify")
+        self.assertEqual(verified.returncode, 0, verified.stderr)
+
+
+class Starts(unittest.TestCase):
+    """What would let in whom nobody knows is refused before anything is listened at."""
+
+    def starts(self, *options: str) -> tuple[int, str]:
+        with Folder() as folder:
+            ran = subprocess.run(
+                [MONITOR, "--state", str(folder / "state"), *options],
+                capture_output=True,
+                text=True,
+                timeout=20,
+                check=False,
+            )
+            return ran.returncode, ran.stderr
+
+    def test_only_as_far_as_is_safe(self) -> None:
+        folder = str(pathlib.Path(__file__).parent)
+        for options, why in (
+            (("--listen", "127.0.0.1:0"), "--folder"),
+            (("--folder", folder, "--listen", "0.0.0.0:0"), "users"),
+            (("--folder", folder, "--control"), "users first"),
+            (("--folder", "/nothing/there"), "no folder"),
+            (("--folder", folder, "--listen", "somewhere"), "ADDRESS:PORT"),
+            (("--folder", folder, "--nonsense"), "--nonsense"),
+            (("--folder", folder, "--certificate", "x"), "--key"),
+            (("--folder", folder, "--behind-proxy", "--listen", "0.0.0.0:1"), "own address"),
+        ):
+            with self.subTest(options):
+                code, said = self.starts(*options)
+                self.assertEqual(code, 2, said)
+                self.assertIn(why, said)
+        code, said = self.starts("--folder", folder, "--site", __file__)
+        self.assertEqual(code, 4, said)
+        self.assertIn("control_test.py:", said)
+
+    def test_a_refusal_says_how_users_are_added_where_it_looks(self) -> None:
+        with Folder() as folder:
+            refused = monitor_command(folder, "--folder", str(folder), "--listen", "127.0.0.1:0", "--control")
+            self.assertEqual(refused.returncode, 2, refused.stderr)
+            words = re.search(r"gyrotherm-monitor (user add .*)", refused.stderr)[1].replace("NAME", "ada").split()
+            added = subprocess.run(
+                [MONITOR, *words], input=PASSWORD, capture_output=True, text=True, timeout=30, check=False
+            )
+            self.assertEqual(added.returncode, 0, added.stderr)
+            monitor = Monitor(folder, "--control")
+            Browser(monitor, "ada")
+            self.assertEqual(monitor.stop(), 0)
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root can write into another user's folder")
+    def test_root_adds_nobody_to_another_users_folder(self) -> None:
+        with Folder() as folder:
+            state, added = folder / "state", ("user", "add", "ada", "--role", "viewer")
+            state.mkdir(mode=0o700)
+            os.chown(state, 65534, 65534)
+            refused = monitor_command(folder, *added, password=PASSWORD)
+            self.assertEqual(refused.returncode, 4, refused.stderr)
+            self.assertIn(f"belongs to {pwd.getpwuid(65534).pw_name}", refused.stderr)
+            self.assertEqual(list(state.iterdir()), [])
+            os.chown(state, 0, 0)
+            self.assertEqual(monitor_command(folder, *added, password=PASSWORD).returncode, 0)
+
+    def test_the_cause_of_a_wrong_command_line_is_said(self) -> None:
+        for words, said in (
+            (("--foldr", "runs"), "--foldr is no option of gyrotherm-monitor. Did you mean --folder?"),
+            (("usr", "add", "ada", "--role", "viewer"), '"usr" is no command. Did you mean "user"?'),
+            (("user", "ad", "ada", "--role", "viewer"), '"ad" is no command. Did you mean "add"?'),
+        ):
+            refused = subprocess.run([MONITOR, *words], capture_output=True, text=True, timeout=30, check=False)
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn(said, refused.stderr)
+
+    def test_a_terminal_shows_again_what_is_typed_whatever_ends_the_prompt(self) -> None:
+        def is_shown() -> bool:
+            return termios.tcgetattr(terminal)[3] & termios.ECHO != 0
+
+        for key in (b"\x03", b"\x1c", PASSWORD.encode() + b"\n"):
+            with Folder() as folder:
+                screen, terminal = pty.openpty()
+                words = [MONITOR, "user", "add", "ada", "--role", "viewer", "--state", folder / "state"]
+                asked = subprocess.Popen(
+                    ["setsid", "--ctty", "--wait", *words], stdin=terminal, stdout=terminal, stderr=terminal
+                )
+                until(lambda: not is_shown(), 10)
+                os.write(screen, key)
+                asked.wait(10)
+                self.assertTrue(is_shown(), f"after {key!r}")
+                os.close(screen)
+                os.close(terminal)
+
+    def test_users_are_added_listed_and_removed(self) -> None:
+        with Folder() as folder:
+            self.assertEqual(
+                monitor_command(folder, "user", "add", "ada", "--role", "operator", password="short").returncode, 2
+            )
+            self.assertEqual(
+                monitor_command(folder, "user", "add", "ada", "--role", "boss", password=PASSWORD).returncode, 2
+            )
+            self.assertEqual(
+                monitor_command(folder, "user", "add", "ada", "--role", "operator", password=PASSWORD).returncode, 0
+            )
+            token = monitor_command(folder, "token", "add", "script", "--role", "viewer").stdout.strip()
+            self.assertEqual(len(token), 43)
+            listed = monitor_command(folder, "user", "list").stdout
+            self.assertIn("operator       ada", listed)
+            self.assertIn("script (token)", listed)
+            with open("/dev/full", "w") as full:
+                words = [MONITOR, "token", "add", "lost", "--role", "viewer", "--state", folder / "state"]
+                self.assertEqual(subprocess.run(words, stdout=full, stderr=full, check=False).returncode, 4)
+            self.assertNotIn("lost", monitor_command(folder, "user", "list").stdout)
+            (folder / "runs").mkdir()
+            monitor = Monitor(folder, runs=folder / "runs")
+            self.assertEqual(monitor.ask("/api/v1/runs").status, 401)
+            self.assertEqual(monitor.ask("/api/v1/runs", None, {"Authorization": "Bearer " + token}).status, 200)
+            ada = Browser(monitor, "ada")
+            self.assertEqual(monitor_command(folder, "user", "remove", "ada").returncode, 0)
+            self.assertEqual(ada.ask("/api/v1/runs").status, 401)
+            tries = [
+                monitor.ask(
+                    "/api/v1/login", {"name": "ada", "password": "wrong wrong"}, {"Sec-Fetch-Site": "same-origin"}
+                ).status
+                for _ in range(12)
+            ]
+            self.assertIn(429, tries)
+            self.assertNotIn(200, tries)
+            self.assertEqual(monitor.stop(), 0)
+
+    def test_it_ends_whenever_it_is_asked_to(self) -> None:
+        with Folder() as folder:
+            for i in range(24):
+                options = ["--folder", str(folder), "--listen", "127.0.0.1:0", "--state", str(folder / "state")]
+                starting = subprocess.Popen([MONITOR, *options], stdout=subprocess.DEVNULL)
+                time.sleep(0.004 * i)
+                starting.terminate()
+                try:
+                    self.assertIn(starting.wait(timeout=10), (0, -signal.SIGTERM), i)
+                finally:
+                    starting.kill()
+
+    def test_a_store_that_does_not_answer_costs_one_thread_and_once(self) -> None:
+        with Folder() as folder:
+            (folder / "runs").mkdir()
+            program, store = folder / "gyrotherm-monitor", folder / "gyrotherm-site"
+            shutil.copy(MONITOR, program)
+            store.write_text(f"#!/bin/sh\necho asked >> {folder}/asked\nsleep 4\necho no answer\nexit 4\n")
+            store.chmod(0o755)
+            (folder / "site.toml").write_text(
+                'schema = "gyrotherm-site/1"\nname = "s"\nrig = "r"\n'
+                f'folders = ["{folder}/runs"]\n[store]\naddress = "host=127.0.0.1 dbname=g"\n'
+            )
+            monitor = Monitor(folder, "--site", str(folder / "site.toml"), runs=folder / "runs", program=str(program))
+            answers, begun = [], time.monotonic()
+            ask = lambda: answers.append((monitor.ask("/api/v1/site/rigs"), time.monotonic() - begun))
+            asking = [threading.Thread(target=ask) for _ in range(40)]
+            for one in asking:
+                one.start()
+                time.sleep(0.02)
+            self.assertEqual(monitor.ask("/api/v1/session").status, 200)
+            self.assertLess(time.monotonic() - begun, 3.8, "while the store is being asked")
+            for one in asking:
+                one.join()
+            self.assertEqual({answer.status for answer, _ in answers}, {503})
+            self.assertEqual(sum(after > 3.8 for _, after in answers), 1, "who asked")
+            self.assertEqual(sum(answer.json.get("asking", False) for answer, _ in answers), 39)
+            self.assertIn("no answer", monitor.ask("/api/v1/site/rigs").json["error"])
+            self.assertEqual((folder / "asked").read_text().count("asked"), 1, "that it did not answer is kept")
+            self.assertEqual(monitor.stop(), 0)
+
+    def test_tls_is_spoken_where_it_was_asked_for(self) -> None:
+        with Folder() as folder:
+            certificate, key = folder / "page.pem", folder / "page.key"
+            made = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost"]
+            names = ["-addext", "subjectAltName=DNS:localhost", "-keyout", key, "-out", certificate]
+            subprocess.run([*made, *names], capture_output=True, check=True)
+            monitor_command(folder, "user", "add", "ada", "--role", "viewer", password=PASSWORD)
+            (folder / "runs").mkdir()
+            monitor = Monitor(folder, "--certificate", str(certificate), "--key", str(key), runs=folder / "runs")
+            trusted = ssl.create_default_context(cafile=str(certificate))
+            line = http.client.HTTPSConnection("localhost", monitor.port, context=trusted, timeout=10)
+            body = json.dumps({"name": "ada", "password": PASSWORD})
+            origin = {"Origin": f"https://localhost:{monitor.port}", "Content-Type": "application/json"}
+            line.request("POST", "/api/v1/login", body, origin)
+            reply = line.getresponse()
+            self.assertEqual(reply.status, 200, reply.read())
+            self.assertIn("; Secure", reply.headers["Set-Cookie"])
+            self.assertIn("HttpOnly; SameSite=Strict", reply.headers["Set-Cookie"])
+            line.close()
+            self.expect_a_goodbye(monitor, certificate)
+            self.assertEqual(monitor.raw(b"GET / HTTP/1.1\r\nHost: localhost:%d\r\n\r\n" % monitor.port), b"")
+            old = ssl.create_default_context(cafile=str(certificate))
+            old.minimum_version, old.maximum_version = ssl.TLSVersion.TLSv1, ssl.TLSVersion.TLSv1_1
+            with self.assertRaises((ssl.SSLError, OSError)):
+                with socket.create_connection(("localhost", monitor.port), timeout=5) as plain:
+                    old.wrap_socket(plain, server_hostname="localhost")
+            self.assertEqual(monitor.stop(), 0)
+
+    def expect_a_goodbye(self, monitor: Monitor, certificate: pathlib.Path) -> None:
+        """Whoever cuts the connection cannot make an answer seem whole: its end is said by TLS."""
+        trusted = ssl.create_default_context(cafile=str(certificate))
+        trusted.options &= ~ssl.OP_IGNORE_UNEXPECTED_EOF
+        with socket.create_connection(("localhost", monitor.port), timeout=5) as plain:
+            with trusted.wrap_socket(plain, server_hostname="localhost", suppress_ragged_eofs=False) as line:
+                host = b"Host: localhost:%d\r\n" % monitor.port
+                line.sendall(b"GET /icon.svg HTTP/1.1\r\n" + host + b"Connection: close\r\n\r\n")
+                answer = b""
+                while piece := line.recv(65536):
+                    answer += piece
+                self.assertIn(b"</svg>", answer)
+
+    def test_a_proxy_says_who_asks_and_how(self) -> None:
+        with Folder() as folder:
+            (folder / "runs").mkdir()
+            options = ("--behind-proxy", "--host", "rig.example.org")
+            alone = Monitor(folder, *options, runs=folder / "runs")
+            host = {"Host": "rig.example.org", "X-Forwarded-For": "10.1.2.3", "X-Forwarded-Proto": "https"}
+            self.assertEqual(
+                alone.ask("/api/v1/runs", None, host).status, 401, "an open door is for this machine alone"
+            )
+            self.assertEqual(alone.stop(), 0)
+            monitor_command(folder, "user", "add", "ada", "--role", "viewer", password=PASSWORD)
+            monitor = Monitor(folder, *options, runs=folder / "runs")
+            login = {"name": "ada", "password": PASSWORD}
+            page = host | {"Origin": "https://rig.example.org"}
+            self.assertEqual(monitor.ask("/api/v1/login", login, page).status, 200)
+            plain = host | {"Origin": "http://rig.example.org"}
+            self.assertEqual(monitor.ask("/api/v1/login", login, plain).status, 403)
+            wrong = [monitor.ask("/api/v1/login", login | {"password": "wrong wrong"}, page).status for _ in range(12)]
+            self.assertIn(429, wrong)
+            other = page | {"X-Forwarded-For": "10.1.2.3, 10.9.9.9"}
+            self.assertIn(monitor.ask("/api/v1/session", None, other).status, (200,))
+            self.assertEqual(monitor.stop(), 0)
+
+    def test_the_unit_is_understood_and_well_shut_in(self) -> None:
+        text = (SOURCE / "apps/monitor/systemd/gyrotherm-monitor.service.in").read_text()
+        self.assertIn("MemoryMax=64M", text)
+        self.assertIn("Restart=always", text)
+        if not shutil.which("systemd-analyze"):
+            self.skipTest("systemd-analyze is not installed")
+        with Folder() as folder:
+            unit = folder / "gyrotherm-monitor.service"
+            unit.write_text(
+                text.replace("@GYROTHERM_BIN@/gyrotherm-monitor", "/bin/true").replace("@GYROTHERM_DOCS@", "/")
+            )
+            said = subprocess.run(["systemd-analyze", "verify", "--man=no", unit], capture_output=True, text=True, check=False)
+            self.assertNotIn("gyrotherm-monitor.service:", said.stdout + said.stderr)
+            judged = subprocess.run(
+                ["systemd-analyze", "security", "--offline=true", "--threshold=25", "--no-pager", unit],
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            self.assertEqual(judged.returncode, 0, judged.stdout[-300:])
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/door.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "apps/monitor/request_head.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+constexpr const char *kPassword = "a long password", *kOther = "another password";
+
+class AtTheDoor : public ::testing::Test {
+ protected:
+  void put(const std::string& name, Role role, const std::string& password) {
+    change([&](UserList& list) { return put_user(list, name, role, password); });
+  }
+  void remove(const std::string& name) {
+    change([&](UserList& list) { return remove_name(list, name); });
+  }
+  template <class Change>
+  void change(Change change) {
+    auto list = read_users(folder_ / "users.json");
+    ASSERT_TRUE(list && change(*list) && write_users(folder_ / "users.json", *list));
+  }
+  static WebRequest request(const std::string& path, const std::string& peer = "127.0.0.1") {
+    WebRequest request;
+    request.head.method = "GET";
+    request.head.path = path;
+    request.peer = peer;
+    request.head.headers = {{"host", "page"}, {"origin", "http://page"}, {"content-type", "application/json"}};
+    return request;
+  }
+  WebAnswer log_in(const std::string& name, const std::string& password, const std::string& peer = "127.0.0.1") {
+    auto sent = request("/api/v1/login", peer);
+    sent.head.method = "POST";
+    sent.body = fmt::format(R"({{"name":"{}","password":"{}"}})", name, password);
+    return door_.log_in(sent);
+  }
+  /// What a browser has to show after it has logged in.
+  std::string cookie_of(const std::string& name, const std::string& password) {
+    const auto answer = log_in(name, password);
+    EXPECT_EQ(answer.status, 200);
+    const auto& header = answer.headers.front().second;
+    return header.substr(0, header.find(';'));
+  }
+  /// The name with which a cookie lets in; empty: it does not.
+  static std::string let_in_by(Door& door, const std::string& cookie) {
+    auto sent = request("/api/v1/runs");
+    sent.head.headers["cookie"] = cookie;
+    const auto found = door.guest_of(sent);
+    const auto* guest = std::get_if<Guest>(&found);
+    return guest == nullptr ? "" : guest->name();
+  }
+
+  tests::TestFolder folder_;
+  VirtualClock clock_;
+  Users users_{folder_ / "users.json"};
+  Sessions sessions_{folder_ / "sessions.json", clock_};
+  Door door_{{.control = true, .open = false}, users_, sessions_, clock_};
+};
+
+TEST_F(AtTheDoor, ANameThatIsAddedAgainDoesNotReviveItsSessions) {
+  put("eve", Role::viewer, kPassword);
+  const auto cookie = cookie_of("eve", kPassword);
+  EXPECT_EQ(let_in_by(door_, cookie), "eve");
+  remove("eve");
+  EXPECT_EQ(let_in_by(door_, cookie), "");
+  put("eve", Role::administrator, kPassword);
+  EXPECT_EQ(let_in_by(door_, cookie), "");
+  EXPECT_EQ(let_in_by(door_, cookie_of("eve", kPassword)), "eve");
+}
+
+TEST_F(AtTheDoor, ANewPasswordEndsTheSessionsOfTheOldOneOverARestartToo) {
+  put("ada", Role::conductor, kPassword);
+  const auto cookie = cookie_of("ada", kPassword), kept = cookie_of("ada", kPassword);
+  put("ada", Role::conductor, kOther);
+  EXPECT_EQ(let_in_by(door_, cookie), "");
+  Sessions read(folder_ / "sessions.json", clock_);
+  ASSERT_TRUE(read.load());
+  Door again({.control = true, .open = false}, users_, read, clock_);
+  EXPECT_EQ(let_in_by(again, kept), "");
+  EXPECT_EQ(let_in_by(again, cookie), "");
+}
+
+TEST_F(AtTheDoor, ABodyThatHasAKeyTwiceIsRefused) {
+  put("ada", Role::viewer, kPassword);
+  auto sent = request("/api/v1/login");
+  sent.head.method = "POST";
+  sent.body = fmt::format(R"({{"name":"eve","name":"ada","password":"{}"}})", kPassword);
+  EXPECT_EQ(door_.log_in(sent).status, 400);
+  EXPECT_EQ(log_in("ada", kPassword).status, 200);
+}
+
+TEST_F(AtTheDoor, WhoGuessesAtANameDoesNotKeepItsOwnerOut) {
+  put("ada", Role::conductor, kPassword);
+  int refused = 0;
+  for (int i = 0; i < 12; ++i) refused += log_in("ada", "", "10.0.0.1").status == 429 ? 1 : 0;
+  EXPECT_EQ(refused, 2);
+  for (int i = 0; i < 12; ++i) EXPECT_EQ(log_in("ada", "", fmt::format("10.0.1.{}", i)).status, 401);
+  EXPECT_EQ(log_in("ada", kPassword, "10.0.2.1").status, 200);
+  int tried = 0;
+  const std::string too_long(kLongestPassword + 1, 'x');  // which is known to be wrong at once
+  for (int i = 0; i < 600; ++i)
+    tried += log_in("eve", too_long, fmt::format("10.1.{}.{}", i / 200, i % 200)).status == 401;
+  EXPECT_EQ(tried, 500) << "and a name is not guessed at from everywhere without end";
+}
+
+TEST_F(AtTheDoor, TwoMonitorsOfOneNameDoNotTakeEachOthersCookieAway) {
+  put("ada", Role::viewer, kPassword);
+  Sessions others(folder_ / "others.json", clock_);
+  Door other({.control = true, .open = false}, users_, others, clock_);
+  std::map<std::string, std::string> kept;  // as a browser does, which looks at the name of the host alone
+  const auto calls = [&](Door& door, const std::string& host, const std::string& path) {
+    auto sent = request(path);
+    sent.head.headers["host"] = host;
+    sent.head.headers["origin"] = "http://" + host;
+    for (const auto& [name, secret] : kept) sent.head.headers["cookie"] += name + "=" + secret + "; ";
+    sent.body = fmt::format(R"({{"name":"ada","password":"{}"}})", kPassword);
+    if (path == "/") return std::holds_alternative<Guest>(door.guest_of(sent));
+    sent.head.method = "POST";
+    const auto answer = door.log_in(sent);
+    for (const auto& [header, value] : answer.headers)
+      if (header == "Set-Cookie") {
+        const auto equals = value.find('=');
+        kept[value.substr(0, equals)] = value.substr(equals + 1, value.find(';') - equals - 1);
+      }
+    return true;
+  };
+  calls(door_, "localhost:8321", "/api/v1/login");
+  calls(other, "localhost:8322", "/api/v1/login");
+  EXPECT_TRUE(calls(door_, "localhost:8321", "/"));
+  EXPECT_TRUE(calls(other, "localhost:8322", "/"));
+  EXPECT_FALSE(calls(other, "[::1]", "/")) << "no port is in there";
+  calls(other, "[::1]", "/api/v1/login");
+  EXPECT_TRUE(calls(other, "rig.example.org", "/"));
+  EXPECT_TRUE(calls(door_, "localhost:8321", "/"));
+}
+
+TEST_F(AtTheDoor, NamesOfHostsAreTheSameInCapitals) {
+  auto sent = request("/");
+  sent.head.headers["host"] = "RIG.example.org:8321";
+  sent.head.headers["origin"] = "http://rig.example.org:8321";
+  EXPECT_FALSE(door_.objection(sent));
+  sent.head.headers["origin"] = "http://pig.example.org:8321";
+  EXPECT_TRUE(door_.objection(sent));
+}
+
+}  // namespace
+}  // namespace gyrotherm::monitor

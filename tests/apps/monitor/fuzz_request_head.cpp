@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Any bytes as the head of a request: it is understood as one that can mean nothing else, or refused.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include "apps/monitor/request_head.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+void take(const std::string& bytes) {
+  if (const auto end = end_of_head(bytes)) require(*end <= bytes.size());
+  const auto read = read_head(bytes);
+  if (const auto* refused = std::get_if<HeadRefusal>(&read))
+    return require(refused->status >= 400 && *refused->why != 0);
+  const auto& head = std::get<RequestHead>(read);
+  require(end_of_head(bytes) == bytes.size());
+  require(head.path.starts_with('/') && is_utf8(head.path) && head.path.find("/../") == std::string::npos);
+  require(std::ranges::none_of(head.path, [](unsigned char c) { return c < ' '; }));
+  require(head.body_size <= kLargestBody && (head.method == "GET" || head.method == "POST"));
+  require(!head.headers.contains("transfer-encoding") && head.headers.size() <= kMostHeaders);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string bytes(reinterpret_cast<const char*>(data), size);
+  take(bytes);
+  take("GET /" + bytes + " HTTP/1.1\r\nHost: a\r\n\r\n");
+  take("GET /a?" + bytes + " HTTP/1.1\r\nHost: a\r\n\r\n");
+  take("POST /a HTTP/1.1\r\n" + bytes + "\r\n\r\n");
+  take("POST /a HTTP/1.1\r\nContent-Length: " + bytes + "\r\n\r\n");
+  (void)cookie_in(bytes, "session");
+  return 0;
+}
+
+}  // namespace gyrotherm::monitor

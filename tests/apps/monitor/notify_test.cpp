@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "apps/monitor/deliver.hpp"
+#include "apps/monitor/due_messages.hpp"
+#include "apps/monitor/site_file.hpp"
+#include "core/file.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+using std::chrono_literals::operator""h;
+using std::chrono_literals::operator""min;
+using std::chrono_literals::operator""s;
+using std::chrono_literals::operator""ms;
+
+constexpr const char* kSite = R"(schema = "gyrotherm-site/1"
+name = "lab"
+
+[[notify.address]]
+name = "day"
+command = ["true"]
+
+[[notify.address]]
+name = "night"
+command = ["true"]
+
+[[notify.rule]]
+when = "alarm"
+tell = ["day", "night"]
+after = "10 min"
+simulated = true
+
+[[notify.rule]]
+when = "run ended"
+tell = ["day"]
+
+[[notify.rule]]
+when = "disk low"
+tell = ["day"]
+free_gb = 2
+
+[[notify.rule]]
+when = "silent"
+tell = ["night"]
+after = "2 min"
+monitor = "http://other:8321/"
+)";
+
+class Told : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto read = parse_site(kSite, "site.toml");
+    ASSERT_TRUE(read) << text(read.error());
+    site_ = std::move(*read);
+    now_.runs = {{.id = "r",
+                  .name = "soak",
+                  .record = "/r/soak.db",
+                  .rig = "one",
+                  .simulated = false,
+                  .running = true,
+                  .silent = false,
+                  .outcome = {},
+                  .alarms = {},
+                  .free_bytes = 10'000'000'000}};
+  }
+  /// Who is told now, "ADDRESS: SUBJECT" each; each delivery succeeds.
+  std::vector<std::string> told() {
+    std::vector<std::string> all;
+    for (const auto& message : due_messages(site_, now_, utc_, memory_)) {
+      all.push_back(message.address + ": " + message.subject);
+      memory_.told(message, utc_);
+    }
+    return all;
+  }
+  using Messages = std::vector<std::string>;
+  Site site_;
+  Situation now_;
+  ToldMemory memory_;
+  Duration utc_ = 1000h;
+};
+
+TEST_F(Told, AnAlarmIsToldOnceAndEscalatesUntilItIsAcknowledged) {
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.front().alarms = {{7, "air above its limit"}};
+  EXPECT_EQ(told(), Messages{"day: Alarm: lab: soak on one"});
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 9min;
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 2min;
+  EXPECT_EQ(told(), Messages{"night: Alarm: lab: soak on one"});
+  utc_ += 24h;
+  EXPECT_EQ(told(), Messages{}) << "there is nobody left";
+}
+
+TEST_F(Told, AnAcknowledgementEndsTheEscalation) {
+  now_.runs.front().alarms = {{7, "air above its limit"}};
+  EXPECT_EQ(told().size(), 1u);
+  now_.runs.front().alarms.clear();
+  utc_ += 1h;
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.front().alarms = {{9, "again"}};
+  EXPECT_EQ(told().size(), 1u) << "another alarm is another matter";
+}
+
+TEST_F(Told, TheMemoryOutlivesTheMonitor) {
+  now_.runs.front().alarms = {{7, "air above its limit"}};
+  EXPECT_EQ(told().size(), 1u);
+  auto read = ToldMemory::parse(memory_.to_text(), "told.json");
+  ASSERT_TRUE(read) << text(read.error());
+  EXPECT_EQ(*read, memory_);
+  memory_ = std::move(*read);
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 11min;
+  EXPECT_EQ(told(), Messages{"night: Alarm: lab: soak on one"});
+}
+
+TEST_F(Told, WhoCannotBeReachedIsTriedThriceAndThenTheNextIs) {
+  now_.runs.front().alarms = {{7, "air above its limit"}};
+  for (int i = 0; i < kMostTries; ++i) {
+    const auto due = due_messages(site_, now_, utc_, memory_);
+    ASSERT_EQ(due.size(), 1u) << i;
+    EXPECT_EQ(due.front().address, "day");
+    memory_.failed(due.front(), utc_);
+    EXPECT_TRUE(i + 1 == kMostTries || due_messages(site_, now_, utc_, memory_).empty()) << "not at once";
+    utc_ += 2min;
+  }
+  utc_ += 10min;
+  EXPECT_EQ(told(), Messages{"night: Alarm: lab: soak on one"});
+}
+
+TEST_F(Told, TheEndOfARunIsToldOnceAndThatOfAnOldOneNever) {
+  EXPECT_EQ(told(), Messages{});
+  auto& run = now_.runs.front();
+  run.running = false;
+  run.outcome = "complete";
+  now_.runs.push_back(run);
+  now_.runs.back().id = "was over before";
+  EXPECT_EQ(told(), Messages{"day: Ended: lab: soak on one"});
+  utc_ += 24h;
+  EXPECT_EQ(told(), Messages{});
+}
+
+TEST_F(Told, ADiskThatIsLowIsToldAgainOnlyOnceItWasNot) {
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.front().free_bytes = 1'000'000'000;
+  EXPECT_EQ(told(), Messages{"day: Disk low: lab: soak on one"});
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.front().free_bytes = 9'000'000'000;
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.front().free_bytes = 1'000'000'000;
+  EXPECT_EQ(told().size(), 1u);
+}
+
+TEST_F(Told, NothingIsToldAgainBecauseItsRunCouldNotBeSeenForAWhile) {
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.front().alarms = {{7, "air above its limit"}};
+  now_.runs.front().free_bytes = 1'000'000'000;
+  EXPECT_EQ(told().size(), 2u);
+  const auto run = now_.runs.front();
+  now_.runs.front().free_bytes.reset();
+  EXPECT_EQ(told(), Messages{}) << "the disk was away first";
+  now_.runs.clear();
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 5min;
+  now_.runs = {run};
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.clear();
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 6min;
+  now_.runs = {run};
+  now_.runs.front().running = false;
+  now_.runs.front().outcome = "complete";
+  EXPECT_EQ(told(), (Messages{"night: Alarm: lab: soak on one", "day: Ended: lab: soak on one"}))
+      << "it ended while nobody saw";
+}
+
+TEST_F(Told, ARunThatIsGoneForADayIsForgotten) {
+  now_.runs.front().alarms = {{7, "air above its limit"}};
+  EXPECT_EQ(told().size(), 1u);
+  now_.runs.clear();
+  EXPECT_EQ(told(), Messages{});
+  EXPECT_NE(memory_, ToldMemory{});
+  utc_ += 25h;
+  EXPECT_EQ(told(), Messages{});
+  EXPECT_EQ(memory_, ToldMemory{});
+}
+
+TEST_F(Told, ARunThatCannotBeSeenAnyMoreIsSilentAlsoForAMonitorThatWasStartedAnew) {
+  site_.rules.push_back({.name = "a run is silent", .when = Occasion::silent, .tell = {"day"}, .after = 2min});
+  const auto run = now_.runs.front();
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.clear();
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 1min;
+  now_.runs = {run};
+  EXPECT_EQ(told(), Messages{}) << "it was away for a moment";
+  now_.runs.clear();
+  EXPECT_EQ(told(), Messages{});
+  auto read = ToldMemory::parse(memory_.to_text(), "told.json");
+  ASSERT_TRUE(read) << text(read.error());
+  memory_ = std::move(*read);
+  utc_ += 2min;
+  EXPECT_EQ(told(), Messages{"day: Silent: lab: soak on one"});
+  utc_ += 1h;
+  EXPECT_EQ(told(), Messages{}) << "once";
+  utc_ += 25h;
+  (void)told();
+  EXPECT_EQ(told(), Messages{});
+  EXPECT_EQ(memory_, ToldMemory{}) << "after a day it is forgotten";
+}
+
+TEST_F(Told, ARunThatWasSeenToEndMayBeTakenAway) {
+  site_.rules.push_back({.name = "a run is silent", .when = Occasion::silent, .tell = {"day"}, .after = 2min});
+  auto simulated = now_.runs.front();
+  simulated.id = "s";
+  simulated.simulated = true;
+  now_.runs.push_back(simulated);
+  EXPECT_EQ(told(), Messages{});
+  now_.runs.front().running = false;
+  now_.runs.front().outcome = "complete";
+  EXPECT_EQ(told(), Messages{"day: Ended: lab: soak on one"});
+  now_.runs.clear();
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 1h;
+  EXPECT_EQ(told(), Messages{}) << "and of a virtual rig nobody wants to hear";
+}
+
+TEST_F(Told, AClockThatIsSetBackMakesNobodyWaitForItToCatchUp) {
+  now_.runs.front().alarms = {{7, "air above its limit"}};
+  const auto due = due_messages(site_, now_, utc_, memory_);
+  ASSERT_EQ(due.size(), 1u);
+  memory_.failed(due.front(), utc_);
+  utc_ -= 1h;
+  EXPECT_EQ(told(), Messages{}) << "tried a moment ago";
+  utc_ += 1min;
+  EXPECT_EQ(told(), Messages{"day: Alarm: lab: soak on one"});
+  utc_ -= 1h;
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 10min;
+  EXPECT_EQ(told(), Messages{"night: Alarm: lab: soak on one"});
+}
+
+TEST_F(Told, AMonitorThatFallsSilentIsToldAfterAWhile) {
+  now_.monitors_answer["http://other:8321/"] = false;
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 1min;
+  EXPECT_EQ(told(), Messages{});
+  now_.monitors_answer["http://other:8321/"] = true;
+  EXPECT_EQ(told(), Messages{});
+  now_.monitors_answer["http://other:8321/"] = false;
+  EXPECT_EQ(told(), Messages{});
+  utc_ += 3min;
+  EXPECT_EQ(told(), Messages{"night: lab: http://other:8321/ does not answer"});
+}
+
+TEST_F(Told, SimulatedRunsAreForRulesThatWantThem) {
+  now_.runs.front().simulated = true;
+  now_.runs.front().alarms = {{7, "air above its limit"}};
+  now_.runs.front().free_bytes = 0;
+  EXPECT_EQ(told(), Messages{"day: Alarm: lab: SIMULATED soak on one"});
+}
+
+TEST(SiteFile, EachMistakeIsToldWithItsPlace) {
+  const auto read = parse_site(R"(schema = "gyrotherm-site/1"
+[[notify.address]]
+name = "post"
+mail = ["ada@example.org"]
+[[notify.rule]]
+when = "alarms"
+tell = ["nobody"]
+)",
+                               "site.toml");
+  ASSERT_FALSE(read);
+  EXPECT_NE(text(read.error()).find("did you mean \"alarm\""), std::string::npos) << text(read.error());
+  EXPECT_NE(read.error().what.find("no [notify.mail]"), std::string::npos) << read.error().what;
+  EXPECT_NE(read.error().what.find("\"nobody\""), std::string::npos) << read.error().what;
+}
+
+TEST(Mail, HasNoHeaderThatWasNotMeant) {
+  const MailServer server{.url = "smtp://x", .from = "rig@example.org", .user = {}, .password = {}};
+  const auto text = mail_text(server, {{"ada@example.org"}},
+                              {.subject = "Alarm\r\nBcc: eve@example.org", .text = "20 °C\n.\nend"}, 0s);
+  EXPECT_EQ(text.find("\nBcc"), std::string::npos);
+  EXPECT_NE(text.find("Subject: Alarm  Bcc: eve@example.org\r\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("\r\n\r\n20 °C\r\n.\r\nend\r\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("Date: Thu, 01 Jan 1970 00:00:00 +0000"), std::string::npos) << text;
+  EXPECT_NE(mail_text(server, {{"ada@example.org"}}, {.subject = "20 °C", .text = ""}, 0s)
+                .find("Subject: =?utf-8?Q?20_=C2=B0C?="),
+            std::string::npos);
+}
+
+TEST(Mail, NoLineOfASubjectIsLongerThanItMayBe) {
+  const MailServer server{.url = "smtp://x", .from = "rig@example.org", .user = {}, .password = {}};
+  for (int letters = 0; letters < 12; ++letters) {
+    std::string subject(static_cast<std::size_t>(letters), 'a');
+    for (int i = 0; i < 60; ++i) subject += "ü°漢";
+    const auto text = mail_text(server, {{"ada@example.org"}}, {.subject = subject, .text = ""}, 0s);
+    for (std::size_t begin = text.find("Subject: "), end = 0; end != text.find("\r\nAuto-Submitted"); begin = end + 2) {
+      end = text.find("\r\n", begin);
+      EXPECT_LE(end - begin, 76u) << text.substr(begin, end - begin);
+    }
+  }
+}
+
+TEST(RunProgram, GetsTheTextAndMustEnd) {
+  const tests::TestFolder folder;
+  ASSERT_TRUE(run_program({"sh", "-c", "cat > " + (folder / "told")}, "it is warm\n", 10s));
+  EXPECT_EQ(*read_text_file(folder / "told"), "it is warm\n");
+  EXPECT_EQ(run_program({"false"}, "", 10s).error().kind, FaultKind::refused);
+  EXPECT_EQ(run_program({"no-such-program-here"}, "", 10s).error().kind, FaultKind::usage);
+  EXPECT_EQ(run_program({"sleep", "60"}, "", 200ms).error().kind, FaultKind::timeout);
+}
+
+}  // namespace
+}  // namespace gyrotherm::monitor

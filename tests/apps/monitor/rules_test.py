@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The alert rules fire at what the monitor tells of a run, as promtool judges them; of what it tells tests/apps/monitor/
+run_answers_test.cpp is the judge."""
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+MONITOR = pathlib.Path(__file__).parents[3] / "apps/monitor"
+RULES = MONITOR / "prometheus/gyrotherm.rules.yml"
+OF_RUN = {"run": "soak", "rig": "oven", "profile": "p", "simulated": "0"}
+
+
+def series(name: str, values: str, **more: str) -> dict[str, str]:
+    labels = ",".join(f'{key}="{value}"' for key, value in (OF_RUN | more).items())
+    return {"series": f"{name}{{{labels}}}", "values": values}
+
+
+def fires(at: str, alert: str, severity: str = "", of: dict[str, str] | None = None, **annotations: str) -> dict:
+    """That the alert stands at that time, or without a severity that it does not."""
+    labels = (OF_RUN if of is None else of) | {"severity": severity}
+    alerts = [{"exp_labels": labels, "exp_annotations": annotations}] if severity else []
+    return {"eval_time": at, "alertname": alert, "exp_alerts": alerts}
+
+
+class Rules(unittest.TestCase):
+    def judge(self, input_series: list[dict], *alerts: dict) -> None:
+        """Every 15 s is a value of each series; "_" is none."""
+        if not shutil.which("promtool"):
+            self.skipTest("promtool (prometheus) is not installed")
+        test = {"interval": "15s", "input_series": input_series, "alert_rule_test": list(alerts)}
+        with tempfile.TemporaryDirectory() as folder:
+            told = pathlib.Path(folder) / "test.yml"
+            told.write_text(json.dumps({"rule_files": [str(RULES)], "evaluation_interval": "15s", "tests": [test]}))
+            judged = subprocess.run(["promtool", "test", "rules", told], capture_output=True, text=True, check=False)
+        self.assertEqual(judged.returncode, 0, judged.stdout + judged.stderr)
+
+    def test_an_aborted_run_is_told_of_after_its_program_has_ended(self) -> None:
+        self.judge(
+            [
+                series("gyrotherm_run_up", "1x10 _x200"),
+                series("gyrotherm_run_alarms", "0x8 1x120 _x80"),
+                series("gyrotherm_run_state", "0x8 1x1 0x119 _x80", state="aborting"),
+                series("gyrotherm_run_state", "0x10 1x118 _x80", state="aborted"),
+            ],
+            fires("1m", "GyrothermRunAborted"),
+            fires(
+                "3m",
+                "GyrothermRunAborted",
+                "critical",
+                summary="soak on oven was aborted",
+                description="The chamber is made safe. This stands until another run begins on the rig.",
+            ),
+            fires(
+                "13m",
+                "GyrothermAlarmUnacknowledged",
+                "warning",
+                summary="1 unacknowledged alarms of soak on oven",
+            ),
+            fires("20m", "GyrothermRunDoesNotAnswer"),
+            fires("45m", "GyrothermRunAborted"),
+            fires("45m", "GyrothermAlarmUnacknowledged"),
+        )
+
+    def test_a_run_that_died_held_is_not_held(self) -> None:
+        self.judge(
+            [series("gyrotherm_run_up", "1x20 0x200"), series("gyrotherm_run_state", "1x20 _x200", state="held")],
+            fires("40m", "GyrothermRunHeld"),
+            fires(
+                "40m",
+                "GyrothermRunDoesNotAnswer",
+                "critical",
+                summary="soak on oven is not over, and no program carries it out",
+                description="The program died, hangs, or its disk does. The guard makes the chamber safe; "
+                "gyrotherm resume goes on.",
+            ),
+        )
+
+    def test_a_monitor_is_missed_under_the_name_that_the_manual_gives_its_job(self) -> None:
+        job = re.search(r"job_name: (\w+)", (MONITOR.parent / "docs/monitor.md").read_text())[1]
+        of = {"job": job, "instance": "rig:8321"}
+        up = {"series": "up{job=\"%s\",instance=\"rig:8321\"}" % job, "values": "1x20 0x40"}
+        self.judge(
+            [up],
+            fires("5m", "GyrothermMonitorDoesNotAnswer"),
+            fires(
+                "10m",
+                "GyrothermMonitorDoesNotAnswer",
+                "critical",
+                of,
+                summary="The monitor at rig:8321 does not answer",
+            ),
+        )
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)

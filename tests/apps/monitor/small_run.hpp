@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A closed record of one thermometer and a counting gyro, whose values are known functions of the second.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "acquisition/record/store.hpp"
+#include "apps/monitor/run_catalogue.hpp"
+
+namespace gyrotherm::monitor {
+
+inline record::RunInfo small_run_info() {
+  record::RunInfo info;
+  info.id = "0123456789abcdef0123456789abcdef";
+  info.profile_name = "a profile";
+  info.rig_name = "a rig";
+  info.simulated = true;
+  info.started_utc = kVirtualEpoch;
+  info.thermometers = {{"A", "a bridge", Kelvins{0}}};
+  info.units = {{.axes = {{.kind = record::GyroKind::pulse_count, .scale = 0.1}}, .gradients = {"A"}}};
+  info.segments = {{"hold", true, Celsius{20}, {}, -1}};
+  return info;
+}
+
+/// The thermometer reads slot / 100 °C; in seconds that `silent` names it does not. The gyro counts 50 pulses in 2 s.
+inline Sample small_sample(std::int64_t slot, bool silent) {
+  const Instant at{std::chrono::seconds(slot), kVirtualEpoch + std::chrono::seconds(slot)};
+  const auto value = Celsius{static_cast<double>(slot) / 100};
+  Sample sample;
+  sample.slot = slot;
+  sample.at = at;
+  sample.chamber = {ChamberState{Celsius{20}, Celsius{21}}, at};
+  sample.thermometers = {{value, at}};
+  if (silent) sample.thermometers = {{failure(FaultKind::timeout, "A", "no reply"), at}};
+  sample.units = {{.count = {GyroCount{{50}, std::chrono::seconds(2)}, at}}};
+  sample.progress = {.segment = 0, .set_point = Celsius{20}};
+  return sample;
+}
+
+/// Seconds 0 to `seconds` − 1 but those from `gap_first` to `gap_last`, finished.
+inline void write_small_run(const std::string& path, std::int64_t seconds, std::int64_t gap_first = -1,
+                            std::int64_t gap_last = -1, const std::vector<std::int64_t>& silent = {}) {
+  auto store = record::Store::create(path, small_run_info());
+  ASSERT_TRUE(store) << text(store.error());
+  for (std::int64_t slot = 0; slot < seconds; ++slot) {
+    if (slot == gap_first) {
+      ASSERT_TRUE((*store)->append_gap(gap_first, gap_last, "a test"));
+    }
+    if (slot >= gap_first && slot <= gap_last) continue;
+    const bool is_silent = std::find(silent.begin(), silent.end(), slot) != silent.end();
+    std::vector<Event> events;
+    if (slot % 500 == 0)
+      events.push_back({.at = {}, .kind = EventKind::note, .text = "second " + std::to_string(slot)});
+    ASSERT_TRUE((*store)->append(small_sample(slot, is_silent), events));
+  }
+  ASSERT_TRUE((*store)->finish());
+}
+
+inline FoundRun found_in(const std::string& folder) {
+  RunCatalogue catalogue({folder});
+  catalogue.look();
+  const auto runs = catalogue.runs();
+  EXPECT_EQ(runs.size(), 1u);
+  return runs.empty() ? FoundRun{} : runs.front();
+}
+
+}  // namespace gyrotherm::monitor

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/users.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+
+#include "apps/monitor/sessions.hpp"
+#include "core/file.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+using std::chrono_literals::operator""h;
+using std::chrono_literals::operator""min;
+using std::chrono_literals::operator""s;
+
+struct Site {
+  tests::TestFolder folder;
+  std::string file = folder / "users.json";
+};
+
+void put(const std::string& file, const std::string& name, Role role) {
+  auto list = read_users(file);
+  ASSERT_TRUE(list) << text(list.error());
+  ASSERT_TRUE(put_user(*list, name, role, "a long password"));
+  ASSERT_TRUE(write_users(file, *list));
+}
+
+TEST(Users, AreKnownByTheirPasswordAndNothingElse) {
+  const Site site;
+  put(site.file, "ada", Role::conductor);
+  Users users(site.file);
+  ASSERT_TRUE(users.load());
+  const auto ada = users.of_password("ada", "a long password");
+  ASSERT_TRUE(ada);
+  EXPECT_EQ(ada->role, Role::conductor);
+  EXPECT_FALSE(users.of_password("ada", "a long passwore"));
+  EXPECT_FALSE(users.of_password("eve", "a long password"));
+  EXPECT_FALSE(users.of_password("ada", ""));
+}
+
+TEST(Users, StandInAFileThatHasNoSecretAndIsTheirOwnersAlone) {
+  const Site site;
+  put(site.file, "ada", Role::viewer);
+  auto list = read_users(site.file);
+  ASSERT_TRUE(list);
+  const auto secret = put_token(*list, "script", Role::viewer);
+  ASSERT_TRUE(secret && write_users(site.file, *list));
+  const auto stored = read_text_file(site.file);
+  ASSERT_TRUE(stored);
+  EXPECT_EQ(stored->find("a long password"), std::string::npos);
+  EXPECT_EQ(stored->find(*secret), std::string::npos);
+  EXPECT_NE(stored->find("$argon2id$"), std::string::npos);
+  struct stat facts {};
+  ASSERT_EQ(::stat(site.file.c_str(), &facts), 0);
+  EXPECT_EQ(facts.st_mode & 0777, 0600u);
+  ::chmod(site.file.c_str(), 0640);
+  EXPECT_FALSE(read_users(site.file)) << "a file that others read lets nobody in";
+  Users users(site.file);
+  EXPECT_FALSE(users.of_name("ada"));
+  EXPECT_TRUE(users.has_any()) << "and does not open the door";
+}
+
+TEST(Users, WhoIsRemovedIsOutAtOnce) {
+  const Site site;
+  put(site.file, "ada", Role::viewer);
+  Users users(site.file);
+  ASSERT_TRUE(users.of_name("ada"));
+  auto list = read_users(site.file);
+  ASSERT_TRUE(list && remove_name(*list, "ada") && write_users(site.file, *list));
+  EXPECT_FALSE(users.of_name("ada"));
+  EXPECT_FALSE(users.has_any());
+  EXPECT_FALSE(remove_name(*list, "ada"));
+}
+
+TEST(Users, NamesAndPasswordsThatAreNoneAreRefused) {
+  UserList list;
+  EXPECT_FALSE(put_user(list, "", Role::viewer, "a long password"));
+  EXPECT_FALSE(put_user(list, "a b", Role::viewer, "a long password"));
+  EXPECT_FALSE(put_user(list, "ada\n", Role::viewer, "a long password"));
+  EXPECT_FALSE(put_user(list, "ada", Role::viewer, "short"));
+  ASSERT_TRUE(put_token(list, "ada", Role::viewer));
+  EXPECT_FALSE(put_user(list, "ada", Role::viewer, "a long password")) << "the name of a token";
+}
+
+TEST(Users, TokensAreKnownWhole) {
+  const Site site;
+  UserList list;
+  const auto secret = put_token(list, "script", Role::viewer);
+  ASSERT_TRUE(secret && write_users(site.file, list));
+  EXPECT_EQ(secret->size(), 43u);
+  Users users(site.file);
+  EXPECT_TRUE(users.of_token(*secret));
+  EXPECT_FALSE(users.of_token(secret->substr(1)));
+  EXPECT_FALSE(users.of_token(*secret + "A"));
+  EXPECT_FALSE(users.of_token(""));
+}
+
+TEST(Sessions, OutliveTheMonitorAndEndUnused) {
+  const Site site;
+  VirtualClock clock;
+  const auto file = site.folder / "sessions.json";
+  std::string secret;
+  {
+    Sessions sessions(file, clock);
+    secret = sessions.open("ada", "a password");
+    EXPECT_TRUE(sessions.find(secret));
+  }
+  Sessions sessions(file, clock);
+  ASSERT_TRUE(sessions.load());
+  const auto found = sessions.find(secret);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->user, "ada");
+  EXPECT_EQ(found->known_by, "a password");
+  EXPECT_EQ(read_text_file(file)->find(secret), std::string::npos);
+  EXPECT_FALSE(sessions.find(random_secret()));
+  clock.advance(Sessions::kLongestUnused + 1min);
+  EXPECT_FALSE(sessions.find(secret));
+}
+
+TEST(Sessions, EndWhenTheyAreClosedAndAfterAWeekInAnyCase) {
+  VirtualClock clock;
+  Sessions sessions("", clock);
+  const auto closed = sessions.open("ada", "a password"), used = sessions.open("ada", "a password");
+  sessions.close(sessions.find(closed)->id);
+  EXPECT_FALSE(sessions.find(closed));
+  for (Duration passed{}; passed < Sessions::kLongest; passed += 6h) {
+    ASSERT_TRUE(sessions.find(used));
+    clock.advance(6h);
+  }
+  clock.advance(1h);
+  EXPECT_FALSE(sessions.find(used));
+}
+
+TEST(Confirmations, HoldOnceForWhatTheyWereGivenAndForHalfAMinute) {
+  VirtualClock clock;
+  Confirmations confirmations(clock);
+  const auto word = confirmations.ask("ada", "run", "stop");
+  EXPECT_FALSE(confirmations.take(word, "eve", "run", "stop")) << "and it is used up";
+  EXPECT_FALSE(confirmations.take(word, "ada", "run", "stop"));
+  const auto second = confirmations.ask("ada", "run", "stop");
+  EXPECT_TRUE(confirmations.take(second, "ada", "run", "stop"));
+  EXPECT_FALSE(confirmations.take(second, "ada", "run", "stop"));
+  const auto late = confirmations.ask("ada", "run", "stop");
+  clock.advance(31s);
+  EXPECT_FALSE(confirmations.take(late, "ada", "run", "stop"));
+  EXPECT_FALSE(confirmations.take("", "ada", "run", "stop"));
+}
+
+TEST(RateLimit, GivesEachNameItsTriesAndThemBackWithTime) {
+  VirtualClock clock;
+  RateLimit limit(3, 0.5, clock);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(limit.take("a"));
+  EXPECT_FALSE(limit.take("a"));
+  EXPECT_TRUE(limit.take("b"));
+  clock.advance(2s);
+  EXPECT_TRUE(limit.take("a"));
+  EXPECT_FALSE(limit.take("a"));
+}
+
+}  // namespace
+}  // namespace gyrotherm::monitor

@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: Apache-2.0
+/// gyrotherm-pdf as a laboratory uses it, and what other programs read in the file it makes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "report/document.hpp"
+#include "report/plot/png.hpp"
+#include "tests/apps/pdf/shell.hpp"
+#include "tests/report/sample_calibration.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+const std::string kProgram = "env -u QT_QPA_PLATFORM -u DISPLAY -u SOURCE_DATE_EPOCH " GYROTHERM_PDF " ";
+
+/// The sample's report, set once in each language.
+class Made {
+ public:
+  explicit Made(const CalibrationReport& report) : report_(report) {
+    std::ofstream(folder_ / "calibration.json") << to_json(report);
+    for (const auto* language : {"en", "de"})
+      said_ += shell(kProgram + source() + " --language " + language + " --out " + pdf(language)).out;
+  }
+  [[nodiscard]] std::string source() const { return folder_ / "calibration.json"; }
+  [[nodiscard]] std::string pdf(const std::string& language) const { return folder_ / (language + ".pdf"); }
+  [[nodiscard]] std::string operator/(const std::string& name) const { return folder_ / name; }
+  [[nodiscard]] Document document(const std::string& language) const {
+    return document_of(report_, language == "de" ? Language::german : Language::english);
+  }
+  [[nodiscard]] const std::string& said() const { return said_; }
+
+ private:
+  tests::TestFolder folder_;
+  CalibrationReport report_;
+  std::string said_;
+};
+
+const Made& sample() {
+  static const Made made(sample_calibration());
+  return made;
+}
+
+/// The words of a text. Whatever blank stands between them, narrow and unbreakable ones too, parts them.
+std::vector<std::string> words_of(std::string text) {
+  for (const std::string blank : {"\u202f", "\u00a0", "\u2009"})
+    for (auto at = text.find(blank); at != std::string::npos; at = text.find(blank, at))
+      text.replace(at, blank.size(), " ");
+  std::istringstream in(text);
+  std::vector<std::string> words;
+  for (std::string word; in >> word;) words.push_back(word);
+  return words;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const auto& word : words) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+/// As pdftotext finds it.
+std::string text_in(const std::string& pdf) { return joined(words_of(shell("pdftotext -layout " + pdf + " -").out)); }
+
+/// Its words, each by itself.
+std::set<std::string> words_in(const std::string& pdf) {
+  std::istringstream boxes(shell("pdftotext -bbox " + pdf + " -").out);
+  std::set<std::string> words;
+  for (std::string line; std::getline(boxes, line);) {
+    const auto begin = line.find('>') + 1, end = line.find("</word>");
+    if (end == std::string::npos) continue;
+    std::string word = line.substr(begin, end - begin);
+    for (const auto& [code, letter] :
+         {std::pair("&lt;", "<"), {"&gt;", ">"}, {"&quot;", "\""}, {"&apos;", "'"}, {"&amp;", "&"}})
+      for (auto at = word.find(code); at != std::string::npos; at = word.find(code))
+        word.replace(at, std::strlen(code), letter);
+    words.insert(word);
+  }
+  return words;
+}
+
+/// Every text of a document.
+std::vector<std::string> texts_of(const Document& document) {
+  std::vector<std::string> texts{document.title, document.number, document.laboratory, document.end};
+  for (const Block& block : document.blocks) {
+    if (const auto* heading = std::get_if<Heading>(&block)) texts.push_back(heading->text);
+    if (const auto* paragraph = std::get_if<Paragraph>(&block)) texts.push_back(paragraph->text);
+    if (const auto* figure = std::get_if<DocumentFigure>(&block)) texts.push_back(figure->caption);
+    if (const auto* definitions = std::get_if<Definitions>(&block))
+      for (const auto& [what, value] : definitions->lines) texts.insert(texts.end(), {what, value});
+    if (const auto* figures = std::get_if<KeyFigures>(&block))
+      for (const auto& one : figures->figures) texts.insert(texts.end(), {one.value, one.unit, one.label});
+    if (const auto* table = std::get_if<DocumentTable>(&block)) {
+      texts.push_back(table->caption);
+      texts.insert(texts.end(), table->header.begin(), table->header.end());
+      for (const auto& row : table->rows)
+        for (const auto& cell : row) texts.insert(texts.end(), {cell.text, cell.note});
+    }
+  }
+  return texts;
+}
+
+TEST(Pdf, EveryWordOfTheReportIsFoundInIt) {
+  EXPECT_EQ(sample().said(), "");
+  for (const std::string language : {"en", "de"}) {
+    const auto all = words_in(sample().pdf(language));
+    for (const auto& text : texts_of(sample().document(language)))
+      for (const auto& word : words_of(text))
+        EXPECT_TRUE(all.contains(word) || word.size() > 30) << language << ": " << word << " of " << text;
+  }
+}
+
+TEST(Pdf, EachValueIsFoundWithItsUncertainty) {
+  for (const std::string language : {"en", "de"}) {
+    const auto text = text_in(sample().pdf(language));
+    const auto document = sample().document(language);
+    int values = 0;
+    for (const Block& block : document.blocks) {
+      const auto* table = std::get_if<DocumentTable>(&block);
+      if (table == nullptr) continue;
+      for (const auto& row : table->rows)
+        for (const auto& cell : row) {
+          if (cell.text.find("±") == std::string::npos) continue;
+          ++values;
+          EXPECT_NE(text.find(joined(words_of(cell.text))), std::string::npos) << language << ": " << cell.text;
+        }
+    }
+    EXPECT_GT(values, 60);
+    EXPECT_NE(text.find(language == "de" ? "0,002 140 ± 0,000 061" : "0.002 140 ± 0.000 061"), std::string::npos);
+  }
+}
+
+TEST(Pdf, FontsAreInsideAndTextCanBeCopied) {
+  for (const std::string language : {"en", "de"}) {
+    std::istringstream fonts(shell("pdffonts " + sample().pdf(language)).out);
+    int count = 0;
+    for (std::string line; std::getline(fonts, line);) {
+      if (line.find("Identity-H") == std::string::npos) continue;
+      const auto words = words_of(line.substr(line.find("Identity-H")));
+      ++count;
+      ASSERT_GE(words.size(), 4u) << line;
+      EXPECT_EQ(words[1], "yes") << "emb: " << line;
+      EXPECT_EQ(words[3], "yes") << "uni: " << line;
+    }
+    EXPECT_GE(count, 2);
+  }
+}
+
+TEST(Pdf, EveryPageSaysWhoseItIsWhichItIsAndWhatItIsNot) {
+  for (const std::string language : {"en", "de"}) {
+    const auto info = shell("pdfinfo " + sample().pdf(language)).out;
+    const int pages = std::stoi(info.substr(info.find("Pages:") + 6));
+    ASSERT_GE(pages, 5);
+    for (int page = 1; page <= pages; ++page) {
+      const auto number = std::to_string(page);
+      const auto text = joined(words_of(
+          shell("pdftotext -f " + number + " -l " + number + " -layout " + sample().pdf(language) + " -").out));
+      const std::string word = language == "de" ? "Seite " : "page ", of = language == "de" ? " von " : " of ";
+      EXPECT_NE(text.find(word + number + of + std::to_string(pages)), std::string::npos) << text;
+      EXPECT_NE(text.find("Inertial Laboratory"), std::string::npos);
+      EXPECT_NE(text.find("C-2026-0042"), std::string::npos);
+      EXPECT_NE(text.find(sample().document(language).mark), std::string::npos);
+      const bool is_last = page == pages;
+      EXPECT_EQ(text.find(sample().document(language).end) != std::string::npos, is_last);
+    }
+  }
+}
+
+TEST(Pdf, ItSaysWhatItIsAndWhenItWasIssued) {
+  const auto info = shell("TZ=UTC pdfinfo -isodates " + sample().pdf("de")).out;
+  for (const std::string fact : {"Kalibrierbericht", "C-2026-0042", "Inertial Laboratory", "sha256:", "gyrotherm",
+                                 "2026-11-20T00:00:00Z", "A4", "Metadata Stream: yes"})
+    EXPECT_NE(info.find(fact), std::string::npos) << fact << "\n" << info;
+}
+
+/// With the numbers that the headings have.
+TEST(Pdf, HeadingsAreItsTableOfContents) {
+  const auto xml = shell("cd /tmp && pdftohtml -xml -stdout -i " + sample().pdf("en")).out;
+  const auto outline = xml.substr(std::min(xml.size(), xml.find("<outline>")));
+  int section = 0, sub = 0;
+  for (const Block& block : sample().document("en").blocks) {
+    const auto* heading = std::get_if<Heading>(&block);
+    if (heading == nullptr) continue;
+    sub = heading->sub ? sub + 1 : 0;
+    if (!heading->sub) ++section;
+    const auto number = std::to_string(section) + (heading->sub ? "." + std::to_string(sub) : "");
+    EXPECT_NE(outline.find(number + "  " + heading->text + "</item>"), std::string::npos) << number << heading->text;
+  }
+  EXPECT_GT(section, 5);
+}
+
+TEST(Pdf, EqualReportsGiveEqualBytes) {
+  const auto again = sample() / "again.pdf";
+  EXPECT_EQ(
+      shell("TZ=Asia/Tokyo LC_ALL=C QT_HASH_SEED=7 " + kProgram + sample().source() + " --out " + again).exit_code, 0);
+  EXPECT_EQ(content_of(again), content_of(sample().pdf("en")));
+  EXPECT_NE(content_of(sample().pdf("de")), content_of(again));
+}
+
+TEST(Pdf, ItsDayIsThatOfTheBuildWhereOneIsGiven) {
+  const auto dated = sample() / "dated.pdf";
+  EXPECT_EQ(shell("SOURCE_DATE_EPOCH=86400 " GYROTHERM_PDF " " + sample().source() + " --out " + dated).exit_code, 0);
+  EXPECT_NE(shell("TZ=UTC pdfinfo -isodates " + dated).out.find("1970-01-02T00:00:00Z"), std::string::npos);
+}
+
+TEST(Pdf, ASignatureIsAppendedAndLeavesEveryByte) {
+  if (!installed("certutil")) GTEST_SKIP() << "libnss3-tools is not installed";
+  const auto keys = sample() / "keys", made = sample().pdf("en"), signed_pdf = sample() / "signed.pdf";
+  std::filesystem::create_directory(keys);
+  std::ofstream(sample() / "noise") << std::string(64, 'n');
+  ASSERT_EQ(shell("certutil -N -d " + keys + " --empty-password && certutil -S -d " + keys +
+                  " -n lab -s 'CN=Laboratory' -x"
+                  " -t CTu,Cu,Cu -g 2048 -z " +
+                  (sample() / "noise"))
+                .exit_code,
+            0);
+  shell("pdfsig -nssdir " + keys + " -sign 1 -nick lab " + made + " " + signed_pdf);
+  const auto judged = shell("pdfsig -nssdir " + keys + " " + signed_pdf).out;
+  EXPECT_NE(judged.find("Signature is Valid"), std::string::npos) << judged;
+  EXPECT_NE(judged.find("Total document signed"), std::string::npos) << judged;
+  EXPECT_TRUE(content_of(signed_pdf).starts_with(content_of(made)));
+  EXPECT_LT(content_of(signed_pdf).size(), content_of(made).size() + 20'000) << "no font came with it";
+}
+
+/// Names of any length and script, tables of hundreds of rows, a draft without a number.
+CalibrationReport hard_report() {
+  auto report = sample_calibration();
+  report.state = ReportState::draft;
+  report.number.clear();
+  report.issued.clear();
+  report.customer.name = std::string(300, 'W');
+  report.laboratory.name = std::string(120, 'M') + " Größenordnung";
+  report.item.description = {"fine office flow " + std::string(400, 'x'), ""};
+  for (int k = 0; k < 300; ++k)
+    report.deviations.push_back({.utc = "2026-11-12T08:00:00Z", .kind = "note", .text = "note " + std::to_string(k)});
+  std::string endless;
+  for (int k = 0; k < 4000; ++k) endless += "word" + std::to_string(k) + " ";
+  report.deviations.push_back({.utc = "2026-11-12T09:00:00Z", .kind = "note", .text = endless});
+  return report;
+}
+
+/// What lies outside of the sheet, or over its header or its footer, by pdftotext's boxes.
+std::vector<std::string> words_outside(const std::string& pdf) {
+  std::istringstream boxes(shell("pdftotext -bbox " + pdf + " -").out);
+  std::vector<std::string> outside;
+  for (std::string line; std::getline(boxes, line);) {
+    const auto number = [&](const std::string& name) {
+      const auto at = line.find(name + "=\"");
+      return at == std::string::npos ? -1.0 : std::stod(line.substr(at + name.size() + 2));
+    };
+    if (line.find("<word") == std::string::npos) continue;
+    const bool is_turned = number("yMax") - number("yMin") > 40;  // the mark
+    if (is_turned) continue;
+    if (number("xMin") < 50 || number("xMax") > 595 - 50 || number("yMax") > 842 - 24) outside.push_back(line);
+  }
+  return outside;
+}
+
+TEST(Pdf, NoTextIsCutOrLeavesTheSheetHoweverLongItIs) {
+  const Made made(hard_report());
+  EXPECT_EQ(made.said(), "");
+  for (const std::string language : {"en", "de"}) {
+    EXPECT_EQ(words_outside(made.pdf(language)), std::vector<std::string>{});
+    const auto text = text_in(made.pdf(language));
+    for (const auto* word : {"word0 ", "word2000 ", "word3999", "note 299"})
+      EXPECT_NE(text.find(word), std::string::npos) << word;
+    std::size_t letters = 0;
+    for (const auto& word : words_of(text))
+      if (word.find_first_not_of('W') == std::string::npos) letters += word.size();
+    EXPECT_EQ(letters, 600u) << "the customer is named twice";
+    EXPECT_EQ(shell("pdfsig " + made.pdf(language)).out.find("not signed"), std::string::npos)
+        << "a draft is not signed";
+  }
+  EXPECT_EQ(words_outside(sample().pdf("de")), std::vector<std::string>{});
+}
+
+TEST(Pdf, CharactersThatNoFontHasAreNamed) {
+  auto report = sample_calibration();
+  report.customer.name = "\U0001E900";  // Adlam
+  const Made made(report);
+  EXPECT_TRUE(made.said().empty() || made.said().find("U+1E900") != std::string::npos) << made.said();
+  EXPECT_TRUE(std::filesystem::exists(made.pdf("en")));
+}
+
+TEST(Pdf, ABrokenLogoIsLeftOutWithAWord) {
+  auto report = sample_calibration();
+  report.logo =
+      Logo{.media_type = "image/svg+xml", .base64 = plot::base64("<svg><image href=\"http://a/b.png\"/></svg>")};
+  const Made made(report);
+  EXPECT_NE(made.said().find("laboratory.logo"), std::string::npos) << made.said();
+  EXPECT_TRUE(std::filesystem::exists(made.pdf("en")));
+}
+
+TEST(PdfProgram, MistakesAreOneSentenceAndAnExitCode) {
+  const auto& made = sample();
+  const auto out = " --out " + (made / "no.pdf");
+  EXPECT_EQ(shell(kProgram).exit_code, 2);
+  EXPECT_EQ(shell(kProgram + made.source()).exit_code, 2) << "no --out";
+  EXPECT_EQ(shell(kProgram + made.source() + " --language fr" + out).exit_code, 2);
+  EXPECT_EQ(shell(kProgram + made.source() + " --out " + made.pdf("en")).exit_code, 2) << "it is there";
+  EXPECT_EQ(shell(kProgram + made.source() + " --force --out " + made.pdf("en")).exit_code, 0);
+  EXPECT_EQ(shell(kProgram + "/nowhere.json" + out).exit_code, 4);
+  std::ofstream(made / "wrong.json") << "{\"schema\": \"gyrotherm-calibration/1\",\n}";
+  const auto wrong = shell(kProgram + (made / "wrong.json") + out);
+  EXPECT_EQ(wrong.exit_code, 4);
+  EXPECT_NE(wrong.out.find("wrong.json"), std::string::npos) << wrong.out;
+  EXPECT_EQ(std::count(wrong.out.begin(), wrong.out.end(), '\n'), 1) << wrong.out;
+  EXPECT_EQ(shell(kProgram + made.source() + " --out /nowhere/report.pdf").exit_code, 4);
+  EXPECT_FALSE(std::filesystem::exists(made / "no.pdf"));
+}
+
+TEST(PdfProgram, ReplacesNothingThatIsNotItsOwn) {
+  const auto& made = sample();
+  const auto record = made / "run.db";
+  const std::string bytes = "SQLite format 3 and a week of measurements";
+  std::ofstream(record) << bytes;
+  const auto ran = shell(kProgram + made.source() + " --force --out " + record);
+  EXPECT_EQ(ran.exit_code, 2) << ran.out;
+  EXPECT_EQ(content_of(record), bytes);
+  std::ofstream(record, std::ios::trunc).close();
+  EXPECT_EQ(shell(kProgram + made.source() + " --force --out " + record).exit_code, 0) << "an empty file";
+}
+
+TEST(PdfProgram, HelpOpensWithAnExample) {
+  const auto help = shell(kProgram + "--help");
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_TRUE(help.out.starts_with("Example: gyrotherm-pdf")) << help.out;
+}
+
+TEST(PdfProgram, AFigureBecomesAPngOfTheWidthAskedFor) {
+  const auto& made = sample();
+  for (const Block& block : made.document("en").blocks) {
+    const auto* figure = std::get_if<DocumentFigure>(&block);
+    if (figure == nullptr) continue;
+    std::ofstream(made / "figure.svg") << figure->svg;
+    const auto png = made / "figure.png";
+    const auto ran = shell(kProgram + "--force --png " + (made / "figure.svg") + " --width 800 --out " + png);
+    EXPECT_EQ(ran.exit_code, 0) << ran.out;
+    const auto bytes = content_of(png);
+    ASSERT_GT(bytes.size(), 1000u);
+    EXPECT_EQ(bytes.substr(1, 3), "PNG");
+    EXPECT_EQ(bytes.substr(16, 4), std::string("\0\0\x03\x20", 4));
+  }
+  std::ofstream(made / "no.svg") << "<svg";
+  EXPECT_EQ(shell(kProgram + "--png " + (made / "no.svg") + " --out " + (made / "no.png")).exit_code, 4);
+}
+
+}  // namespace
+}  // namespace gyrotherm::report

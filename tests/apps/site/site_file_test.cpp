@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What needs no server: site files, addresses, waits, the texts that rows become, answers as they are shown.
+#include "apps/site/site_file.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "apps/site/archive.hpp"
+#include "apps/site/backoff.hpp"
+#include "apps/site/documents.hpp"
+#include "apps/site/migrate.hpp"
+#include "apps/site/run_text.hpp"
+#include "core/file.hpp"
+#include "core/sha256.hpp"
+
+namespace gyrotherm::site {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kWhole = R"(schema = "gyrotherm-site/1"
+name = "hall 4"
+rig = "chamber-3"
+folders = ["runs", "/var/lib/gyrotherm"]
+[store]
+address = "host=db dbname=gyrotherm user=rig_3 sslmode=verify-full"
+passfile = "pgpass"
+longest_wait = "5 s"
+[archive]
+command = ["rclone", "copyto", "{file}", "remote:{sha256}.db"]
+[notify]
+rule = "of the live page"
+)";
+
+std::string without(std::string text, const std::string& what, const std::string& instead = "") {
+  text.replace(text.find(what), what.size(), instead);
+  return text;
+}
+
+std::string mistakes_of(const std::string& text, const std::string& credentials = "") {
+  const auto parsed = parse_site(text, "site.toml", credentials);
+  return parsed ? "" : parsed.error().where + ": " + parsed.error().what;
+}
+
+TEST(SiteFile, SaysRigFoldersStoreAndArchive) {
+  const auto site = parse_site(kWhole, "/etc/gyrotherm/site.toml", "").value();
+  EXPECT_EQ(site.rig, "chamber-3");
+  EXPECT_EQ(site.folders, (std::vector<std::string>{"/etc/gyrotherm/runs", "/var/lib/gyrotherm"}));
+  EXPECT_EQ(site.store.passfile, "/etc/gyrotherm/pgpass");
+  EXPECT_EQ(site.longest_wait, Duration(std::chrono::seconds(5)));
+  EXPECT_EQ(site.archive.command.size(), 4U);
+}
+
+TEST(SiteFile, TellsWhatIsWrong) {
+  const std::string whole = kWhole;
+  EXPECT_NE(mistakes_of(without(whole, "rig =", "rgi =")).find("did you mean \"rig\""), std::string::npos);
+  EXPECT_NE(mistakes_of(without(whole, "longest_wait", "longest_wate")).find("longest_wait"), std::string::npos);
+  EXPECT_NE(mistakes_of(without(whole, "user=rig_3", "password=secret")).find("expected a passfile"),
+            std::string::npos);
+  EXPECT_NE(mistakes_of(without(whole, "user=rig_3", "uesr=rig_3")).find("uesr"), std::string::npos);
+  EXPECT_NE(mistakes_of(without(whole, "{sha256}")).find("{sha256}"), std::string::npos);
+  EXPECT_NE(mistakes_of(without(whole, "\"5 s\"", "\"5 ms\"")).find("100 ms"), std::string::npos);
+  EXPECT_NE(mistakes_of(without(whole, "[\"runs\", \"/var/lib/gyrotherm\"]", "[]")).find("folders"), std::string::npos);
+  EXPECT_NE(mistakes_of(without(whole, "\"chamber-3\"", "\"\"")).find("is no name"), std::string::npos);
+}
+
+TEST(SiteFile, TakesACredentialFromTheFolderOfSystemd) {
+  const auto text = without(kWhole, "passfile = \"pgpass\"", "credential = \"store\"");
+  EXPECT_NE(mistakes_of(text).find("LoadCredential"), std::string::npos);
+  EXPECT_EQ(parse_site(text, "site.toml", "/run/credentials/x").value().store.passfile, "/run/credentials/x/store");
+}
+
+TEST(Backoff, GrowsToItsLongestByChanceAndStartsAnew) {
+  Backoff backoff(std::chrono::seconds(2), 7);
+  Duration before{};
+  for (const Duration whole : {Duration(std::chrono::milliseconds(250)), Duration(std::chrono::milliseconds(500)),
+                               Duration(std::chrono::seconds(1)), Duration(std::chrono::seconds(2)),
+                               Duration(std::chrono::seconds(2)), Duration(std::chrono::seconds(2))}) {
+    const auto wait = backoff.next();
+    EXPECT_GE(wait, whole / 2);
+    EXPECT_LE(wait, whole);
+    EXPECT_NE(wait, before);
+    before = wait;
+  }
+  backoff.reset();
+  EXPECT_LE(backoff.next(), Duration(std::chrono::milliseconds(250)));
+}
+
+TEST(Archive, RunsACommandWithoutAShell) {
+  const RunFileDigest file{.path = "/runs/$(reboot) {sha256}.db", .name = "x", .sha256 = "abc", .bytes = 1};
+  EXPECT_EQ(command_for({"rclone", "{file}", "to:{sha256}.db"}, file),
+            (std::vector<std::string>{"rclone", "/runs/$(reboot) {sha256}.db", "to:abc.db"}));
+}
+
+class InAFolder : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("gyrotherm-archive-" + std::to_string(::getpid()));
+    fs::create_directories(folder_ / "kept");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+  fs::path folder_;
+};
+
+using ArchiveFolder = InAFolder;
+
+TEST_F(ArchiveFolder, KeepsAFileUnderTheNameOfItsBytes) {
+  const auto path = write("run.db", "bytes");
+  const auto digest = digest_of(path).value();
+  EXPECT_EQ(digest.sha256, sha256("bytes"));
+  const ArchiveSettings settings{.folder = (folder_ / "kept").string()};
+  ASSERT_TRUE(archive(settings, digest, kNoDescriptor));
+  ASSERT_TRUE(archive(settings, digest, kNoDescriptor)) << "again";
+  EXPECT_EQ(read_text_file((folder_ / "kept" / (digest.sha256 + ".db")).string()).value(), "bytes");
+  EXPECT_EQ(entries_of(folder_ / "kept").size(), 1U);
+}
+
+TEST_F(ArchiveFolder, TakesNoFileThatHasChanged) {
+  const auto digest = digest_of(write("run.db", "bytes")).value();
+  write("run.db", "other");
+  const auto kept = archive({.folder = (folder_ / "kept").string()}, digest, kNoDescriptor);
+  ASSERT_FALSE(kept);
+  EXPECT_EQ(kept.error().what, "changed while it was copied");
+  EXPECT_TRUE(entries_of(folder_ / "kept").empty()) << "nothing half is left";
+}
+
+TEST_F(ArchiveFolder, KeepsNothingOfACopyWhoseProgramWasKilled) {
+  const auto digest = digest_of(write("run.db", "bytes")).value();
+  const auto target = "kept/" + digest.sha256 + ".db";
+  constexpr int kNobody = 2'000'000'000;  // no process has such a number
+  write(fmt::format("{}.{}.part", target, kNobody), "by");
+  write(fmt::format("{}.{}.part", target, ::getppid()), "byt");
+  write(fmt::format("{}.{}.part.old", target, kNobody), "b");
+  ASSERT_TRUE(archive({.folder = (folder_ / "kept").string()}, digest, kNoDescriptor));
+  EXPECT_EQ(read_text_file((folder_ / target).string()).value(), "bytes");
+  EXPECT_EQ(entries_of(folder_ / "kept").size(), 3U) << "beside it what goes on, and what is none of ours";
+  EXPECT_FALSE(fs::exists(folder_ / fmt::format("{}.{}.part", target, kNobody)));
+}
+
+using DocumentFile = InAFolder;
+
+TEST_F(DocumentFile, IsKnownByItsSchema) {
+  EXPECT_EQ(read_document(write("a.json", R"({"schema": "gyrotherm-model/1"})")).value()->kind, "model");
+  for (const char* other : {R"({"schema": "gyrotherm-comparison/1"})", "{}", "[1]", "no json", "{\"schema\": 1}"})
+    EXPECT_FALSE(read_document(write("b.json", other)).value()) << other;
+  EXPECT_FALSE(read_document((folder_ / "none.json").string()));
+}
+
+TEST(RunText, HasANumberForEachColumnButSlotAndUtc) {
+  record::RunInfo info;
+  info.simulated = true;
+  info.thermometers = {{.name = "A", .instrument = "i", .offset = {}}};
+  info.units = {{.axes = {{.kind = record::GyroKind::pulse_count, .scale = 1}}}};
+  std::string names;
+  for (const auto& channel : stored_channels(info)) names += channel.name + " ";
+  EXPECT_EQ(names,
+            "monotonic_ns set_point_c chamber_air_c chamber_set_point_c A pulses interval_ns segment cycle phase "
+            "in_segment_ns soaked_ns state true_bias_deg_per_h ");
+  info.simulated = false;
+  EXPECT_EQ(stored_channels(info).back().name, "state") << "what only a virtual gyro knows";
+  EXPECT_EQ(stored_channels(info).back().words.size(), kRunStates.size());
+}
+
+TEST(Migrations, AreNumberedWithoutAHole) {
+  int number = 0;
+  for (const auto& step : migrations()) {
+    EXPECT_EQ(step.number, ++number);
+    EXPECT_FALSE(step.sql().empty());
+    EXPECT_EQ(step.sql().find("BEGIN;"), std::string_view::npos) << "each has its transaction already";
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm::site

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/plot/plot.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <regex>
+
+#include "tests/support/markup.hpp"
+
+namespace gyrotherm::plot {
+namespace {
+
+Plot long_plot(std::size_t length) {
+  Curve curve{.name = "a <b> & \"c\"", .colour = "#123456"};
+  for (std::size_t k = 0; k < length; ++k) {
+    curve.x.push_back(static_cast<double>(k));
+    curve.y.push_back(std::sin(static_cast<double>(k)));
+  }
+  Panel panel;
+  panel.title = "R&D";
+  panel.left.title = "°/h";
+  panel.curves = {curve, curve};
+  panel.right = AxisStyle{.title = "°C"};
+  panel.curves[1].side = Side::right;
+  return {.id = "long", .title = "t", .x = {.title = "h"}, .panels = {panel}};
+}
+
+TEST(Plot, IsWellFormedWhateverItsTextsAre) { EXPECT_EQ(tests::markup_mistake(svg_of(long_plot(50))), ""); }
+
+TEST(Plot, IsTheSameTextEachTime) { EXPECT_EQ(svg_of(long_plot(5000)), svg_of(long_plot(5000))); }
+
+TEST(Plot, OfAMillionPointsStaysSmall) { EXPECT_LT(svg_of(long_plot(1000000)).size(), 150000U); }
+
+TEST(Plot, SaysSimulatedIfAndOnlyIfItIs) {
+  Plot plot = long_plot(10);
+  EXPECT_EQ(tests::count_of(svg_of(plot), "SIMULATED"), 0);
+  plot.simulated = true;
+  EXPECT_GE(tests::count_of(svg_of(plot), "SIMULATED"), 3);
+}
+
+TEST(Plot, OfNothingIsStillAFigure) {
+  Plot plot = long_plot(0);
+  EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
+  plot.panels[0].curves.clear();
+  EXPECT_EQ(tests::count_of(svg_of(plot), "nan"), 0);
+}
+
+TEST(Plot, BreaksALineAtNan) {
+  Plot plot = long_plot(5);
+  plot.panels[0].curves.resize(1);
+  plot.panels[0].right.reset();
+  plot.panels[0].curves[0].y[2] = std::numeric_limits<double>::quiet_NaN();
+  const std::string svg = svg_of(plot);
+  const auto path = svg.substr(svg.find("<path d=\""), 120);
+  EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
+}
+
+TEST(Plot, APointAloneBetweenTwoBreaksIsADot) {
+  Plot plot = long_plot(5);
+  plot.panels[0].curves.resize(1);
+  plot.panels[0].right.reset();
+  for (const std::size_t k : {1, 3}) plot.panels[0].curves[0].y[k] = std::numeric_limits<double>::quiet_NaN();
+  const std::string svg = svg_of(plot);
+  const auto path = svg.substr(svg.find("<path d=\""), 120);
+  EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "h1.2"), 3) << path;
+}
+
+/// A curve whose name is out of the picture is nobody's.
+TEST(Plot, HasEachNameOfALongLegendInThePicture) {
+  Plot plot = long_plot(5);
+  const auto height_of = [&] {
+    const std::string svg = svg_of(plot);
+    const auto at = svg.find(" height=\"") + 9;
+    return std::stod(svg.substr(at));
+  };
+  const double before = height_of();
+  for (int k = 0; k < 14; ++k) plot.panels[0].curves.push_back(plot.panels[0].curves[0]);
+  for (std::size_t k = 0; k < 16; ++k)
+    plot.panels[0].curves[k].name = "thermometer " + std::string(1, static_cast<char>('A' + k)) + " on the plate";
+  const std::string svg = svg_of(plot);
+  EXPECT_GT(height_of(), before) << "it takes nothing of the plotting area";
+  const std::regex name("<text x=\"(-?[0-9.]+)\" y=\"(-?[0-9.]+)\"[^>]*>thermometer");
+  int names = 0;
+  for (std::sregex_iterator one(svg.begin(), svg.end(), name), end; one != end; ++one, ++names) {
+    EXPECT_GT(std::stod((*one)[1]), 0) << one->str();
+    EXPECT_GT(std::stod((*one)[2]), 0) << one->str();
+  }
+  EXPECT_EQ(names, 16);
+}
+
+TEST(HeatMap, ShowsZeroOnTheDiagonalAndThreeDecimals) {
+  const HeatMap map{
+      .title = "r", .names = {"A", "B"}, .values = {{0, 0.9391}, {0.9391, 0}}, .threshold = 0.9, .caption = "<|r|>"};
+  const std::string svg = svg_of(map);
+  EXPECT_EQ(tests::markup_mistake(svg), "");
+  EXPECT_EQ(tests::count_of(svg, ">0.939<"), 2);
+  EXPECT_EQ(tests::count_of(svg, ">0<"), 2);
+}
+
+Plot logarithmic_plot() {
+  Curve curve{.name = "σ", .colour = "#123456", .x = {1, 10, 100}, .y = {0.1, 0.01, 0.02}, .marker = Marker::circle};
+  curve.error = {0.01, 0.001, 0.05};
+  curve.line = false;
+  Panel panel;
+  panel.left = {.title = "°/h", .logarithmic = true};
+  panel.curves = {curve};
+  return {.id = "log", .title = "t", .x = {.title = "s", .logarithmic = true}, .panels = {panel}};
+}
+
+TEST(LogarithmicPlot, IsWellFormedWithoutPointsToo) {
+  Plot plot = logarithmic_plot();
+  EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
+  plot.panels[0].curves[0].y = {0, -1, std::numeric_limits<double>::quiet_NaN()};
+  EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
+  EXPECT_EQ(tests::count_of(svg_of(plot), "nan"), 0);
+  EXPECT_EQ(tests::count_of(svg_of(plot), "inf"), 0);
+  plot.panels[0].curves.clear();
+  EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
+}
+
+TEST(LogarithmicPlot, DrawsABarAndItsCapsAtEachError) {
+  Plot plot = logarithmic_plot();
+  const auto strokes = [&] { return tests::count_of(svg_of(plot), "<line"); };
+  const int with = strokes();
+  plot.panels[0].left.range = Range{0.005, 0.2};
+  const int fixed = strokes();
+  plot.panels[0].curves[0].error.clear();
+  EXPECT_EQ(fixed - strokes(), 3 + 5) << "three bars; the cap of the last one lies below the axis";
+  EXPECT_GT(with, 0);
+}
+
+TEST(LogarithmicPlot, BreaksALineWhereAValueIsNotPositive) {
+  Plot plot = logarithmic_plot();
+  Curve& curve = plot.panels[0].curves[0];
+  curve.line = true;
+  curve.error.clear();
+  curve.x = {1, 10, 100, 1000, 10000};
+  curve.y = {0.1, 0.01, 0, 0.02, 0.03};
+  const std::string svg = svg_of(plot);
+  const auto path = svg.substr(svg.find("<path d=\""), 120);
+  EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
+}
+
+}  // namespace
+}  // namespace gyrotherm::plot

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The files on the page docs/adding-an-instrument.md are read, and run on the virtual laboratory.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "sequencer/rig/thermometer_settings.hpp"
+#include "tests/support/dry_run.hpp"
+#include "tests/support/folder.hpp"
+
+namespace gyrotherm::rig {
+namespace {
+
+/// The page's files by the path that their first line is.
+std::map<std::string, std::string> shown_files() {
+  std::istringstream page(read_text_file(GYROTHERM_SOURCE_DIR "/docs/adding-an-instrument.md").value());
+  std::map<std::string, std::string> files;
+  std::string path;
+  bool inside = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with("```")) {
+      inside = line == "```toml" || line == "```python";
+      path.clear();
+    } else if (inside && path.empty()) {
+      path = line.substr(2);
+    } else if (inside) {
+      files[path] += line + "\n";
+    }
+  }
+  return files;
+}
+
+/// The page's rig, with the laboratory of the default one behind it.
+Result<RigFile> shown_rig(const std::string& instead_of = "", const std::string& other = "") {
+  auto files = shown_files();
+  auto& rig = files["profiles/rigs/acme.toml"];
+  if (!instead_of.empty()) rig.replace(rig.find(instead_of), instead_of.size(), other);
+  const auto by_default = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml").value();
+  const auto dry_run = by_default.substr(by_default.find("[analysis]"));
+  return parse_rig(
+      rig + dry_run, "acme.toml",
+      {.chamber_map = files["profiles/chambers/acme_tc100.toml"],
+       .gyro_model = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.reduced.toml").value(),
+       .gyro_streams = {{"gyro", files["profiles/gyro-streams/acme-g1.toml"]}}});
+}
+
+TEST(AddingAnInstrument, EveryFileOfThePageIsRead) {
+  EXPECT_EQ(shown_files().size(), 6u);
+  const auto rig = shown_rig();
+  ASSERT_TRUE(rig) << text(rig.error());
+  EXPECT_EQ(rig->chamber_map.name, "TC-100");
+  EXPECT_EQ(rig->gyro_lines[0].frame.name, "acme-g1");
+  EXPECT_DOUBLE_EQ(rig->units[0].info.axes[0].scale, 0.01);
+}
+
+TEST(AddingAnInstrument, TheyRunOnTheVirtualLaboratory) {
+  tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
+  auto rig = shown_rig();
+  ASSERT_TRUE(rig) << text(rig.error());
+  dry_run.file() = std::move(*rig);
+  dry_run.run(600);
+  const auto record = record::read_record(dry_run.path());
+  ASSERT_TRUE(record) << text(record.error());
+  ASSERT_EQ(record->slot.size(), 600u);
+  for (std::size_t i = 0; i < record->slot.size(); ++i) {
+    ASSERT_NEAR(record->chamber_set_point_c[i], record->set_point_c[i], 0.051) << i;
+    ASSERT_NEAR(record->info.units[0].axes[0].scale * record->units[0].rotation[0][i], 10.6, 1) << i;
+    for (const auto& channel : record->thermometers_c) ASSERT_FALSE(std::isnan(channel[i])) << i;
+  }
+}
+
+TEST(AddingAnInstrument, TheProgramOfThePageIsAThermometer) {
+  auto files = shown_files();
+  const tests::TestFolder folder;
+  std::ofstream(folder / "acme_t2.py") << files["acme_t2.py"];
+  const auto table = TomlTable::parse(files["acme_t2.toml"], folder / "acme_t2.toml");
+  ASSERT_TRUE(table) << text(table.error());
+  std::set<std::string> seen;
+  const auto settings = read_thermometer(table->tables("thermometer")[0], folder / "", 1, seen);
+  ASSERT_TRUE(table->verdict()) << text(table->verdict().error());
+  const auto thermometer = make_process_thermometer(settings, "thermometer 1");
+  const auto who = thermometer->identify();
+  ASSERT_TRUE(who) << text(who.error());
+  EXPECT_EQ(*who, "Acme T-2 0815");
+  const auto readings = thermometer->read();
+  ASSERT_EQ(readings.size(), settings.channels.size());
+  EXPECT_EQ(readings[0].value(), Celsius{23.456});
+  EXPECT_EQ(text(readings[1].error()), "thermometer 1 input 2: the program has no reading of it");
+}
+
+TEST(AddingAnInstrument, AProgramHasACommandAndNoLine) {
+  const auto mistake = [](const std::string& keys) {
+    const auto table =
+        TomlTable::parse("[[thermometer]]\ndriver = \"process\"\nchannels = [\"A\"]\n" + keys, "rig.toml");
+    std::set<std::string> seen;
+    (void)read_thermometer(table->tables("thermometer")[0], ".", 1, seen);
+    const auto verdict = table->verdict();
+    return verdict ? std::string() : text(verdict.error());
+  };
+  EXPECT_EQ(mistake("command = [\"acme\"]"), "");
+  EXPECT_EQ(mistake("command = [\"acme\"]\nline = \"virtual\""), "");
+  EXPECT_NE(mistake("").find("no \"command\", expected a program"), std::string::npos);
+  EXPECT_NE(mistake("command = []").find("expected a program"), std::string::npos);
+  EXPECT_NE(mistake("command = [\"acme\"]\nline = \"tcp://1.2.3.4\"").find("a program has no line"), std::string::npos);
+}
+
+/// The rig of the page, with programs for all its thermometers: the laboratory answers in their place.
+TEST(AddingAnInstrument, AProgramIsTriedOnTheVirtualLaboratory) {
+  tests::DryRun dry_run(GYROTHERM_SOURCE_DIR "/tests/profiles/short-rate.toml");
+  auto rig = shown_rig("driver = \"pt12\"", "driver = \"process\"\ncommand = [\"./none\"]");
+  ASSERT_TRUE(rig) << text(rig.error());
+  dry_run.file() = std::move(*rig);
+  dry_run.run(60);
+  const auto record = record::read_record(dry_run.path());
+  ASSERT_TRUE(record) << text(record.error());
+  for (const auto& channel : record->thermometers_c)
+    for (const double reading : channel) EXPECT_FALSE(std::isnan(reading));
+}
+
+TEST(AddingAnInstrument, EveryPlaceThatThePageNamesIsThere) {
+  const auto page = read_text_file(GYROTHERM_SOURCE_DIR "/docs/adding-an-instrument.md").value();
+  for (const auto* path :
+       {"drivers/thermometer/pt12.hpp", "drivers/thermometer/pt12.cpp", "drivers/thermometer/thermometer_kinds.hpp",
+        "sequencer/rig/thermometer_settings.cpp", "simulator/servers/virtual_thermometers.cpp",
+        "simulator/virtual_instruments.cpp", "tests/drivers/gyro/frame_stream_test.cpp", "docs/chamber-maps.md",
+        "profiles/gyro-streams/"}) {
+    EXPECT_NE(page.find(path), std::string::npos) << path;
+    EXPECT_TRUE(std::filesystem::exists(std::string(GYROTHERM_SOURCE_DIR "/") + path)) << path;
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm::rig

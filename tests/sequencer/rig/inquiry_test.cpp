@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sequencer/rig/inquiry.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <tuple>
+
+#include "core/file.hpp"
+#include "drivers/chamber/modbus_chamber.hpp"
+#include "sequencer/rig/rig.hpp"
+#include "tests/support/fakes.hpp"
+
+namespace gyrotherm::rig {
+namespace {
+
+TEST(Inquiry, RoundTripsAreOrdered) {
+  VirtualClock clock;
+  int call = 0;
+  const auto trips = time_calls([&] { clock.advance(std::chrono::milliseconds(++call == 3 ? 100 : call)); }, clock);
+  EXPECT_EQ(call, 10);
+  EXPECT_EQ(trips.least, std::chrono::milliseconds(1));
+  EXPECT_EQ(trips.median, std::chrono::microseconds(6500));
+  EXPECT_EQ(trips.most, std::chrono::milliseconds(100));
+  EXPECT_EQ(text(trips), "10 reads: 1.000, 6.500, 100.000 ms (least, median, most)");
+}
+
+TEST(Inquiry, WarnsOfAirThatIsFarFromEveryThermometer) {
+  EXPECT_EQ(warn_of_air({20}, {}), "");
+  EXPECT_EQ(warn_of_air({20}, {{-40}, {33}}), "") << "one that is near is enough";
+  EXPECT_EQ(warn_of_air({20}, {{35}}), "");
+  const auto hot = warn_of_air({20}, {{60}, {35.5}});
+  EXPECT_NE(hot.find("WARNING: the chamber shows air of 20.0 °C, the nearest thermometer 35.5 °C;"), std::string::npos)
+      << hot;
+  for (const double celsius : {23.0, -40.0, 85.0, 12.0}) {
+    const auto warning = warn_of_air({celsius * 1.8 + 32}, {{celsius - 0.5}, {celsius + 1}});
+    EXPECT_EQ(warning.find("as if the chamber showed °F") != std::string::npos, celsius != -40.0) << warning;
+  }
+}
+
+TEST(Inquiry, TellsWhichAlarmNobodyWatches) {
+  const auto map = drivers::parse_register_map(R"(schema = "gyrotherm-chamber/1"
+name = "oven"
+vendor = "test"
+source = "none"
+[link]
+[[register]]
+name = "air_temperature"
+address = 1
+type = "s16"
+[[register]]
+name = "set_point"
+address = 2
+type = "s16"
+access = "rw"
+[[register]]
+name = "door"
+address = 3
+type = "u16"
+codes = { shut = 0, open = 1 }
+[[alarm]]
+severity = "stop"
+register = "door"
+is = "open"
+)",
+                                               "map.toml");
+  ASSERT_TRUE(map) << text(map.error());
+  auto without_door = std::make_unique<tests::FakeRegisters>();
+  without_door->words = {{1, 20}, {2, 20}};
+  const auto chamber = make_modbus_chamber(*map, std::move(without_door));
+  const auto answer = ask_chamber(*chamber, VirtualClock());
+  ASSERT_TRUE(answer) << text(answer.error());
+  EXPECT_NE(answer->find("WARNING: not watched, the unit does not have it: door (exception 2, illegal data address)"),
+            std::string::npos)
+      << *answer;
+}
+
+TEST(Inquiry, ChamberPrintsWhatWasVerifiedAndWhatWasNot) {
+  for (const auto& [name, verified, not_verified] :
+       {std::tuple{"watlow_f4t", "Watlow F4T, control loops without cascade", "what switches the chamber's power"},
+        std::tuple{"watlow_f4", "Watlow F4", "whether the unit ramps set points by itself"},
+        std::tuple{"binder_mb1", "", "make and model: no source names a register that shows them"},
+        std::tuple{"csz_ezt570i", "the set point is that of the air (product control off)", "make and model"}}) {
+    auto rig_text = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml").value();
+    const std::string map = "../chambers/virtual.toml";
+    ASSERT_NE(rig_text.find(map), std::string::npos);
+    rig_text.replace(rig_text.find(map), map.size(), fmt::format("../chambers/{}.toml", name));
+    const auto file = parse_rig(rig_text, GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual.toml");
+    ASSERT_TRUE(file) << text(file.error());
+    const auto rig = Rig::assemble(*file, {.seed = {}, .already = {}, .replay = {}});
+    ASSERT_TRUE(rig) << text(rig.error());
+    const auto chamber = (*rig)->ask().front();
+    ASSERT_TRUE(chamber) << text(chamber.error());
+    const auto list = chamber->find("; NOT verified: ");
+    ASSERT_NE(list, std::string::npos) << *chamber;
+    EXPECT_NE(chamber->find(not_verified, list), std::string::npos) << *chamber;
+    EXPECT_LT(chamber->find(verified), list) << *chamber;
+  }
+}
+
+TEST(Inquiry, EveryInstrumentOfTheMixedRigSaysWhoItIsAndWhatItReads) {
+  const auto file = read_rig(GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual-mixed.toml");
+  ASSERT_TRUE(file) << text(file.error());
+  const auto rig = Rig::assemble(*file, {.seed = {}, .already = {}, .replay = {}});
+  ASSERT_TRUE(rig) << text(rig.error());
+  const auto answers = (*rig)->ask();
+  ASSERT_EQ(answers.size(), 4u);
+  const auto expect = [&](std::size_t index, const std::string& part) {
+    ASSERT_TRUE(answers[index]) << text(answers[index].error());
+    EXPECT_NE(answers[index]->find(part), std::string::npos) << *answers[index];
+  };
+  expect(0, "chamber: ");
+  expect(0, "10 reads: ");
+  expect(1, "thermometer 1: LSCI,MODEL218");
+  expect(2, "shell ");
+  expect(3, "gyro: kvh-17xx-a frames, ");
+  expect(3, "2 frames seen, 0 lost, 0 bad");
+}
+
+TEST(Inquiry, AGyroWithoutAClockIsReadByTheRigs) {
+  const std::string place = GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual-mixed.toml";
+  auto rig_text = read_text_file(place).value();
+  const std::string was = "kvh-17xx-a.toml";
+  rig_text.replace(rig_text.find(was), was.size(), "hg4930.toml");
+  const auto file = parse_rig(rig_text, place);
+  ASSERT_TRUE(file) << text(file.error());
+  const auto rig = Rig::assemble(*file, {.seed = {}, .already = {}, .replay = {}});
+  ASSERT_TRUE(rig) << text(rig.error());
+  const auto answers = (*rig)->ask();
+  ASSERT_TRUE(answers.at(3)) << text(answers.at(3).error());
+  EXPECT_NE(answers.at(3)->find("mean of 2.000 s"), std::string::npos) << *answers.at(3);
+}
+
+TEST(Inquiry, DescribesARateBesideTheEarthRateAndWarnsWhenTheyDisagree) {
+  struct Case {
+    double measured, earth, bias, one_count;
+    bool warns;
+  };
+  const std::vector<Case> cases{
+      {10.64, 10.64, 0, 0, false},  {15.9, 10.64, 0, 0, false},                               // a factor below 1.5
+      {16.1, 10.64, 0, 0, true},    {5.2, 10.64, 0, 0, true},   {-10.64, 10.64, 0, 0, true},  // the other sign
+      {859, 10.64, 20, 0, true},                                                              // degrees for radians
+      {15000, 10.64, 500, 0, true}, {25, 10.64, 20, 0, false},  {1.4, 0, 0, 0, false},       {1.6, 0, 0, 0, true},
+      {1.6, 0, 0, 0.2, false},      {0, -11.2, 0, 0, true},     {-11.3, -11.2, 0, 0, false},
+  };
+  for (const auto& [measured, earth, bias, one_count, warns] : cases) {
+    const auto line = describe_rate("z", {measured}, DegreesPerHour{earth}, {bias}, {one_count});
+    EXPECT_EQ(line.find("WARNING") != std::string::npos, warns) << line;
+    EXPECT_TRUE(line.starts_with(fmt::format("z {:.2f} °/h (Earth rate {:.2f} °/h)", measured, earth))) << line;
+  }
+  EXPECT_EQ(describe_rate("rate", {12}, std::nullopt, {0}, {0}),
+            "rate 12.00 °/h (Earth rate unknown: the rig file has no latitude)");
+}
+
+/// A gyro that sends one rate, and of two values the second.
+class SteadyGyro final : public drivers::Gyro {
+ public:
+  explicit SteadyGyro(std::int64_t counts, std::vector<double> values) : counts_(counts), values_(std::move(values)) {}
+  Result<GyroCount> read(Duration) override { return GyroCount{{counts_}, kSecond, values_}; }
+
+ private:
+  std::int64_t counts_;
+  std::vector<double> values_;
+};
+
+Result<RigFile> mixed_rig_with(const std::string& stream, const std::string& keys) {
+  const std::string place = GYROTHERM_SOURCE_DIR "/profiles/rigs/virtual-mixed.toml";
+  auto rig_text = read_text_file(place).value();
+  const std::string was = "kvh-17xx-a.toml\"";
+  rig_text.replace(rig_text.find(was), was.size(), stream + ".toml\"\n" + keys + "\n");
+  return parse_rig(rig_text, place);
+}
+
+std::string asked(const RigFile& rig, std::int64_t counts, const std::vector<double>& values) {
+  SteadyGyro gyro(counts, values);
+  const auto answer = ask_gyro(gyro, rig.gyro_lines[0], rig.units, false, [] {});
+  return answer ? *answer : text(answer.error());
+}
+
+TEST(Inquiry, NamesTheRateOfAGyroAndNoValueThatDidNotCome) {
+  const auto rig = mixed_rig_with("stim300", "");
+  ASSERT_TRUE(rig) << text(rig.error());
+  const auto line = asked(*rig, 10'640'000, {std::nan(""), 1.5, std::nan("")});
+  EXPECT_NE(line.find("rate 10.64 °/h (Earth rate 10.64 °/h)"), std::string::npos) << line;
+  EXPECT_EQ(line.find("nan"), std::string::npos) << line;
+  EXPECT_EQ(line.find("acceleration_x"), std::string::npos) << line;
+  EXPECT_NE(line.find("acceleration_y 1.5 g"), std::string::npos) << line;
+  EXPECT_EQ(line.find("WARNING"), std::string::npos) << line;
+}
+
+TEST(Inquiry, WarnsOfARateThatTheBiasOfTheGyroDoesNotExplain) {
+  for (const auto& [stream, keys, counts, warns] :
+       std::vector<std::tuple<std::string, std::string, std::int64_t, bool>>{
+           {"kvh-17xx-a", "", 859'000'000, true},                              // degrees for radians
+           {"kvh-17xx-a", "", 25'000'000, false},                              // a bias of its class
+           {"kvh-17xx-a", "largest_bias_deg_per_h = 0.01", 25'000'000, true},  // a better unit
+           {"vectornav", "", 400'000'000, false},                              // the stream's own class
+           {"vectornav", "largest_bias_deg_per_h = 10", 400'000'000, true},
+           {"stim300", "", -600'000'000, true}}) {
+    const auto rig = mixed_rig_with(stream, keys);
+    ASSERT_TRUE(rig) << text(rig.error());
+    const auto line = asked(*rig, counts, {});
+    EXPECT_EQ(line.find("WARNING") != std::string::npos, warns) << line;
+  }
+}
+
+TEST(Inquiry, PrintsWhatOfTheSettingsWasNotVerified) {
+  const auto rig = mixed_rig_with("kvh-17xx-a", "");
+  ASSERT_TRUE(rig) << text(rig.error());
+  const auto line = asked(*rig, 0, {});
+  EXPECT_NE(line.find("settings verified: output format: A, unit of rotation: radians"), std::string::npos) << line;
+  EXPECT_NE(line.find("settings NOT verified: filter: as found"), std::string::npos) << line;
+  const auto silent = mixed_rig_with("kvh-17xx-a", "listen_only = true");
+  ASSERT_TRUE(silent) << text(silent.error());
+  EXPECT_NE(asked(*silent, 0, {}).find("settings NOT verified: output format: A (the gyro was not asked)"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace gyrotherm::rig

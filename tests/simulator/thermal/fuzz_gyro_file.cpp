@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Any text is either a gyro whose parts fit together or refused with a place.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "simulator/thermal/gyro_model.hpp"
+
+namespace {
+
+void require(bool law) {
+  if (!law) std::abort();
+}
+
+const std::string& shipped() {
+  static const std::string text = [] {
+    std::ifstream file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.toml");
+    std::ostringstream all;
+    all << file.rdbuf();
+    return all.str();
+  }();
+  return text;
+}
+
+void run(const std::string& text) {
+  const auto model = gyrotherm::thermal::parse_gyro(text, "fuzz.toml");
+  if (!model) return require(model.error().where.starts_with("fuzz.toml"));
+  require(model->geometry.block_thickness > 0 && model->air.lid.width_m > 0);
+  for (const double watts : model->powers_w) require(watts >= 0);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string bytes(reinterpret_cast<const char*>(data), size);
+  run(bytes);
+  if (size < 4 || data[2] % 16 != 0) return 0;  // a whole gyro takes longer
+  auto text = shipped();
+  require(!text.empty());
+  const std::size_t at = (data[0] * 256U + data[1]) % text.size();
+  run(text.replace(at, std::min<std::size_t>(size - 3, text.size() - at), bytes.substr(3)));
+  return 0;
+}

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulator/thermal/mesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "simulator/thermal/assembly.hpp"
+#include "tests/simulator/thermal/small_bodies.hpp"
+
+namespace gyrotherm::thermal {
+namespace {
+
+constexpr double kMm3 = 1e-9;  // m³
+
+/// Octagon less hole, mm².
+const double kPlan = 110 * 110 - 2 * 30 * 30 - std::numbers::pi * 900;
+/// Corners of the ring that the bores take from the mirrors instead of the block, mm²: each corner square less its
+/// half.
+const double kBoreSide = std::sqrt(1126.0 / 160);
+
+class EveryEdge : public testing::TestWithParam<double> {};
+
+TEST_P(EveryEdge, BoxesHaveTheirVolumesExactly) {
+  const auto mesh = make_mesh(shipped_gyro("calibrated"), GetParam());
+  const auto mm3 = [&](GyroPart part) { return volume_of(mesh, part) / kMm3; };
+  EXPECT_NEAR(mm3(GyroPart::gain_left), 563, 1e-6);
+  EXPECT_NEAR(mm3(GyroPart::gain_right), 563, 1e-6);
+  EXPECT_NEAR(mm3(GyroPart::passive_bore), 1126, 1e-6);
+  EXPECT_NEAR(mm3(GyroPart::ballast_left), 295, 1e-6);
+  EXPECT_NEAR(mm3(GyroPart::ballast_right), 295, 1e-6);
+  EXPECT_NEAR(mm3(GyroPart::preamplifier), 35'000, 1e-5);
+  EXPECT_NEAR(mm3(GyroPart::cathode), 6'400, 1e-6);
+  EXPECT_NEAR(mm3(GyroPart::shell), 150 * 150 * 80 - 144 * 144 * 74, 1e-4);
+}
+
+TEST_P(EveryEdge, SlantedAndRoundPartsHaveTheirVolumesButForRounding) {
+  const auto mesh = make_mesh(shipped_gyro("calibrated"), GetParam());
+  const auto mm3 = [&](GyroPart part) { return volume_of(mesh, part) / kMm3; };
+  const double hub = std::numbers::pi * 100 * (80.0 / 2 + 15 - 3);
+  const double dither = std::numbers::pi * (900 - 100) * 30;
+  const double bores_in_mirrors = 4 * kBoreSide * kBoreSide * kBoreSide / 2;
+  const double block = kPlan * 25 - (2252 - bores_in_mirrors);
+  EXPECT_NEAR(mm3(GyroPart::hub) / hub, 1, 3e-3);
+  EXPECT_NEAR(mm3(GyroPart::dither) / dither, 1, 2e-3);
+  EXPECT_NEAR(mm3(GyroPart::block) / block, 1, 5e-4);
+  for (const auto part : {GyroPart::mirror_b, GyroPart::mirror_c, GyroPart::mirror_f, GyroPart::mirror_h})
+    EXPECT_NEAR(mm3(part) / (24 * 24 * 6 - bores_in_mirrors / 4), 1, 5e-3);
+}
+
+TEST_P(EveryEdge, PartsFillTheCabinet) {
+  const auto mesh = make_mesh(shipped_gyro("calibrated"), GetParam());
+  double sum = 0;
+  for (std::size_t part = 0; part < kGyroParts; ++part) sum += volume_of(mesh, static_cast<GyroPart>(part));
+  EXPECT_NEAR(sum / kMm3, 150 * 150 * 80, 1e-4);
+}
+
+/// Top and bottom, mirrors' too; lateral walls less what mirrors, cathode and ballasts cover, and with what they add.
+void expect_the_film_of_the_block(double edge_mm) {
+  auto model = shipped_gyro("calibrated");
+  model.mode = GyroMode::block;
+  const auto mesh = make_mesh(model, edge_mm);
+  const double walls = (4 * 50 + 4 * 30 * std::numbers::sqrt2) * 25;
+  const double mirrors = 4 * (2 * 24 * 6 + 2 * 24 * 6);  // the front replaces what the back covers
+  const double ballast = std::cbrt(295.0);
+  const double boxes = 2 * 4 * ballast * ballast + 4 * 20 * 16;
+  EXPECT_NEAR(assemble_film_ambient(mesh).sum() * 1e6, 2 * kPlan + walls + mirrors + boxes, 1e-6);
+}
+
+TEST_P(EveryEdge, TheFilmOnTheBlockAloneHasItsTrueArea) { expect_the_film_of_the_block(GetParam()); }
+
+/// The strip of a 45° face above its mirror lies five bricks behind the mirror's face.
+TEST(Mesh, TheFilmHasItsTrueAreaWhereBricksAreMuchSmallerThanAMirror) { expect_the_film_of_the_block(1.1); }
+
+TEST_P(EveryEdge, ConsolidationKeepsTheBlocksVolume) {
+  auto model = shipped_gyro("calibrated");
+  const double full = volume_of(make_mesh(model, GetParam()), GyroPart::block);
+  model.mode = GyroMode::block;
+  EXPECT_NEAR(volume_of(make_mesh(model, GetParam()), GyroPart::block) / full, 1, 5e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(Mesh, EveryEdge, testing::Values(9.0, 4.6, 2.9));
+
+TEST(Mesh, NodesOfTheSizes) {
+  const auto model = shipped_gyro("calibrated");
+  EXPECT_EQ(make_mesh(model, MeshSize::coarse).node_count, 98'989U);
+  EXPECT_EQ(make_mesh(model, MeshSize::medium).node_count, 308'831U);
+}
+
+TEST(Mesh, LinesLieOnTheFacesOfBoxes) {
+  const auto mesh = make_mesh(shipped_gyro("calibrated"), MeshSize::coarse);
+  const auto has = [](const std::vector<double>& lines, double mm) {
+    return std::ranges::any_of(lines, [&](double line) { return std::abs(line - 1e-3 * mm) < 1e-9; });
+  };
+  for (const double x : {0.0, 3.0, 20.0, 45.0, 75.0, 130.0, 147.0}) EXPECT_TRUE(has(mesh.x, x)) << x;
+  for (const double z : {3.0, 15.0, 27.5, 52.5, 55.0, 77.0}) EXPECT_TRUE(has(mesh.z, z)) << z;
+}
+
+}  // namespace
+}  // namespace gyrotherm::thermal

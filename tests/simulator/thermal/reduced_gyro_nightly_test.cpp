@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The reduced model against the finite elements it is made of, in time and over coefficients. Minutes.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "core/file.hpp"
+#include "core/sha256.hpp"
+#include "simulator/thermal/assembly.hpp"
+#include "simulator/thermal/gyro_model.hpp"
+#include "simulator/thermal/model_order_reduction.hpp"
+#include "simulator/thermal/model_order_reduction_error.hpp"
+#include "simulator/thermal/reduced/reduced_model.hpp"
+#include "simulator/thermal/reduced/reduced_transient.hpp"
+#include "simulator/thermal/reduced/thermal_system.hpp"
+
+namespace gyrotherm::thermal {
+namespace {
+
+const std::string kGyros = GYROTHERM_SOURCE_DIR "/profiles/gyros/";
+
+GyroModel gyro_of(const std::string& name) {
+  const auto text = read_text_file(kGyros + name + ".toml");
+  const auto gyro = parse_gyro(text ? *text : "", name);
+  EXPECT_TRUE(gyro);
+  return gyro ? *gyro : GyroModel{};
+}
+
+/// The calibrated gyro on the coarse mesh, full and reduced.
+struct Coarse {
+  ThermalSystem system;
+  ReducedSystem reduced;
+};
+
+const Coarse& coarse() {
+  static const Coarse made = [] {
+    const auto gyro = gyro_of("calibrated");
+    Coarse c{assemble(gyro, make_mesh(gyro, MeshSize::coarse)), {}};
+    auto reduced = reduce(c.system, about(gyro, std::string(64, '0')), {}, multigrid_solver());
+    EXPECT_TRUE(reduced) << text(reduced.error());
+    if (reduced) c.reduced = std::move(*reduced);
+    return c;
+  }();
+  return made;
+}
+
+TEST(ReducedGyro, FollowsTheLinearModelInTime) {
+  for (const double air_c : {-40.0, 20.0, 60.0}) {
+    const auto error = measure(coarse().system, coarse().reduced, {.air_c = air_c}, multigrid_solver());
+    ASSERT_TRUE(error) << text(error.error());
+    fmt::print("coefficients of {:3} °C: ramps {:.2e} K, switch-on {:.2e} K\n", air_c, error->ramp_k,
+               error->switch_on_k);
+    EXPECT_LE(error->ramp_k, 1e-3) << air_c;
+    EXPECT_LE(error->switch_on_k, 1e-2) << air_c;
+  }
+}
+
+/// +5 °C/min from 20 to 60 °C, half an hour there, −5 °C/min to −40, 20 min there, +1 °C/min to −10.
+double program_c(double t_s) {
+  if (t_s < 480) return 20 + t_s / 12;
+  if (t_s < 2280) return 60;
+  if (t_s < 3480) return 60 - (t_s - 2280) / 12;
+  if (t_s < 4680) return -40;
+  return -40 + (t_s - 4680) / 60;
+}
+constexpr int kProgram_s = 6480;
+
+/// The full model's rest with the air's coefficients at its own temperature: the twin's is its first guess.
+Eigen::VectorXd full_rest(const ThermalSystem& system, const ReducedModel& model, double air_c) {
+  AffineMatrix matrices(system);
+  const Eigen::VectorXd load = system.inputs * switched_on(model, 0);
+  double gap_c = gap_air_c(model.outputs * rest_of(model, GyroFilm::chamber, air_c));
+  Eigen::VectorXd above = Eigen::VectorXd::Zero(load.size());
+  for (int round = 0; round < 5; ++round) {
+    const auto& matrix = matrices.sum(0, 1, coefficients_at(model, gap_c, GyroFilm::chamber));
+    const auto missing = multigrid_solver()(matrix, load - matrix * above);
+    EXPECT_TRUE(missing);
+    above += missing->col(0);
+    gap_c = gap_air_c((system.outputs * above).array() + air_c);
+  }
+  return above.array() + air_c;
+}
+
+/// Largest difference over A…H between the twin and the full model whose coefficients follow its own air each 10 s.
+double largest_difference(const ThermalSystem& system, const ReducedModel& model, int step_s) {
+  constexpr int kUpdate_s = 10;
+  FullTransient full(system, full_rest(system, model, program_c(0)), 1e-7);
+  ReducedTransient reduced(model, {.start = {program_c(0)}, .seconds_per_update = kUpdate_s});
+  double largest_k = 0;
+  for (int t = 0; t < kProgram_s; t += step_s) {
+    if (t % kUpdate_s == 0) {
+      EXPECT_TRUE(full.set(step_s, coefficients_at(model, gap_air_c(full.outputs_c()), GyroFilm::chamber)));
+    }
+    EXPECT_TRUE(full.step(switched_on(model, program_c(t)), switched_on(model, program_c(t + step_s))));
+    for (int s = 1; s <= step_s; ++s) reduced.step({program_c(t + s)});
+    const Eigen::VectorXd truth = full.outputs_c();
+    for (std::size_t i = 0; i < 8; ++i)
+      largest_k = std::max(largest_k, std::abs(truth[static_cast<Eigen::Index>(i)] - reduced.outputs_c()[i]));
+  }
+  return largest_k;
+}
+
+TEST(ReducedGyro, TwinFollowsTheNonlinearModelThroughRamps) {
+  const double error_k = largest_difference(coarse().system, coarse().reduced.model, 10);
+  fmt::print("twin against the full model, both with air that follows its temperature: {:.2e} K\n", error_k);
+  EXPECT_LE(error_k, 5e-3);
+}
+
+TEST(ReducedGyro, ADrawnGyroIsTheFullModelDrawnAlike) {
+  const auto& type = coarse().reduced.model;
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    SCOPED_TRACE(fmt::format("seed {}", seed));
+    RandomStream random(seed, RandomPurpose::film_spread);
+    const auto drawn = perturbed(type, {.gap = 0.1, .film = 0.2, .power = 0.05, .arms = 0.1}, random);
+    // Without a spread of the capacity the factors of the gaps are those of their matrices.
+    auto c = coefficients_at(drawn, 10, GyroFilm::chamber);
+    const auto drawn_c = c;
+    for (std::size_t m = 0; m < 3; ++m) c[m] *= drawn.conduction_per[m].norm() / type.conduction_per[m].norm();
+    AffineMatrix matrices(coarse().system);
+    const auto above = multigrid_solver()(matrices.sum(0, 1, c), coarse().system.inputs * switched_on(drawn, 0));
+    ASSERT_TRUE(above);
+    const Eigen::VectorXd miss = coarse().system.outputs * above->col(0) -
+                                 drawn.outputs * (states_at(drawn, drawn_c, 0) * switched_on(drawn, 0));
+    EXPECT_LE(miss.cwiseAbs().maxCoeff(), 5e-3);
+  }
+}
+
+TEST(ReducedGyro, TheShippedFileIsWhatTheModelGives) {
+  for (const std::string name : {"calibrated", "fast-film"}) {
+    const auto source = read_text_file(kGyros + name + ".toml");
+    const auto file = read_text_file(kGyros + name + ".reduced.toml");
+    ASSERT_TRUE(source && file);
+    const auto shipped = parse_reduced_model(*file, name);
+    ASSERT_TRUE(shipped) << text(shipped.error());
+    const auto gyro = gyro_of(name);
+    const auto system = assemble(gyro, make_mesh(gyro, MeshSize::medium));
+    const auto made = reduce(system, about(gyro, sha256(*source)), {}, multigrid_solver());
+    ASSERT_TRUE(made) << text(made.error());
+    EXPECT_EQ(shipped->source_sha256, made->model.source_sha256);
+    // The basis may turn from machine to machine; what it answers may not.
+    for (const double air_c : {-60.0, -10.0, 40.0, 80.0}) {
+      for (const double s : {0.0, 3e-4, 3e-3}) {
+        const auto c = coefficients_at(*shipped, air_c, GyroFilm::chamber);
+        const Eigen::MatrixXd miss =
+            made->model.outputs * states_at(made->model, c, s) - shipped->outputs * states_at(*shipped, c, s);
+        EXPECT_LE((miss * usual_loads(*shipped)).cwiseAbs().maxCoeff(), 2e-3) << name << air_c << s;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gyrotherm::thermal

@@ -290,7 +290,7 @@ std::string namespace_of(const Source& source) {
                                                              {"apps/console", "gyrotherm::app"},
                                                              {"apps/gyrotherm", "gyrotherm::app"},
                                                              {"apps/thermal", "gyrotherm::app"},
-                                                             {"apps/make_safe", "gyrotherm::app"},
+                                                             {"apps/make_safe", "gyrotherm::watchdog"},
                                                              {"apps/pdf", "gyrotherm::report"},
                                                              {"simulator/thermal/reduced", "gyrotherm::thermal"},
                                                              {"apps/site/live", "gyrotherm::site"},

@@ -235,8 +235,8 @@ Result<void> write_all(Console& console, const Solved& solved, const ThermalArgu
   const std::filesystem::path folder = options.out;
   std::vector<std::string> views;
   std::vector<std::pair<std::string, std::string>> files;
-  for (const auto& view : thermal::views_of(solved.model, solved.mesh, solved.state)) {
-    files.emplace_back(view.file + ".svg", svg_of(view.image));
+  for (const auto& view : views_of(solved.model, solved.mesh, solved.state)) {
+    files.emplace_back(view.file + ".svg", plot::svg_of(view.image));
     views.push_back(view.file);
   }
   std::ostringstream vtu, calculix;

@@ -10,7 +10,7 @@
 
 #include "simulator/thermal/thermal_field.hpp"
 
-namespace gyrotherm::thermal {
+namespace gyrotherm::app {
 namespace {
 
 constexpr double kInside_mm = 0.05;  // depth of the view below a face
@@ -29,7 +29,7 @@ struct Plane {
   }
 };
 
-Plane top_face(const GyroGeometry& geometry) {
+Plane top_face(const thermal::GyroGeometry& geometry) {
   const auto [x, y, z] = geometry.cabinet;
   const double top = z / 2 + geometry.block_thickness / 2;
   return {"top-face",
@@ -43,7 +43,7 @@ Plane top_face(const GyroGeometry& geometry) {
           {0, 1, 0}};
 }
 
-std::vector<Plane> planes_of(const GyroGeometry& geometry) {
+std::vector<Plane> planes_of(const thermal::GyroGeometry& geometry) {
   const auto [x, y, z] = geometry.cabinet;
   return {top_face(geometry),
           {"bores",
@@ -68,12 +68,12 @@ std::vector<Plane> planes_of(const GyroGeometry& geometry) {
 
 /// Returns true for the block and all parts on it. The cabinet, its parts and the centre are much colder and would take
 /// most of the colours: the image shows their outlines alone.
-bool is_drawn(GyroPart part) {
-  return is_glass(part) || is_gas(part) || part == GyroPart::ballast_left || part == GyroPart::ballast_right ||
-         part == GyroPart::cathode;
+bool is_drawn(thermal::GyroPart part) {
+  return is_glass(part) || is_gas(part) || part == thermal::GyroPart::ballast_left ||
+         part == thermal::GyroPart::ballast_right || part == thermal::GyroPart::cathode;
 }
 
-plot::ThermalImage image_of(const Plane& plane, const ThermalField& field, std::size_t columns) {
+plot::ThermalImage image_of(const Plane& plane, const thermal::ThermalField& field, std::size_t columns) {
   const double per_mm = static_cast<double>(columns) / (plane.right_mm.high - plane.right_mm.low);
   const auto rows = static_cast<std::size_t>(std::lround((plane.up_mm.high - plane.up_mm.low) * per_mm));
   plot::ThermalImage image{.title = plane.title,
@@ -100,23 +100,23 @@ plot::ThermalImage image_of(const Plane& plane, const ThermalField& field, std::
   return image;
 }
 
-std::vector<plot::ThermalMark> thermometers_of(const GyroModel& model, const SteadyState& state) {
+std::vector<plot::ThermalMark> thermometers_of(const thermal::GyroModel& model, const thermal::SteadyState& state) {
   std::vector<plot::ThermalMark> marks;
   for (std::size_t k = 0; k < model.thermometers.size(); ++k) {
     const auto [u, v] = model.thermometers[k];
-    marks.push_back({std::string(kThermalOutputNames[k]), model.geometry.cabinet[0] / 2 + u,
+    marks.push_back({std::string(thermal::kThermalOutputNames[k]), model.geometry.cabinet[0] / 2 + u,
                      model.geometry.cabinet[1] / 2 + v, state.outputs_c[k]});
   }
   return marks;
 }
 
 /// Cuts a level plane down to what it meets of the block and what is on it, in whole millimetres.
-void leave_cabinet_out(Plane& plane, const GyroParts& parts) {
-  PlanRectangle all = bounds(parts.block.plan);
-  const auto add = [&](const Prism& prism) {
+void leave_cabinet_out(Plane& plane, const thermal::GyroParts& parts) {
+  thermal::PlanRectangle all = bounds(parts.block.plan);
+  const auto add = [&](const thermal::Prism& prism) {
     const bool is_met = prism.z0 <= plane.origin_mm[2] && plane.origin_mm[2] <= prism.z1;
     if (!is_drawn(prism.part) || prism.plan.empty() || !is_met) return;
-    const PlanRectangle one = bounds(prism.plan);
+    const thermal::PlanRectangle one = bounds(prism.plan);
     all = {std::min(all.x0, one.x0), std::max(all.x1, one.x1), std::min(all.y0, one.y0), std::max(all.y1, one.y1)};
   };
   std::ranges::for_each(parts.boxes, add);
@@ -127,9 +127,9 @@ void leave_cabinet_out(Plane& plane, const GyroParts& parts) {
 
 }  // namespace
 
-std::vector<ThermalView> views_of(const GyroModel& model, const GyroMesh& mesh, const SteadyState& state,
-                                  std::size_t columns) {
-  const ThermalField field(model, mesh, state.field_c);
+std::vector<ThermalView> views_of(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                                  const thermal::SteadyState& state, std::size_t columns) {
+  const thermal::ThermalField field(model, mesh, state.field_c);
   std::vector<ThermalView> views;
   plot::Range colours{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   for (const auto& plane : planes_of(model.geometry)) {
@@ -141,14 +141,14 @@ std::vector<ThermalView> views_of(const GyroModel& model, const GyroMesh& mesh, 
   return views;
 }
 
-plot::ThermalImage top_face_of(const GyroModel& model, const GyroMesh& mesh, const SteadyState& state,
-                               std::size_t columns) {
+plot::ThermalImage top_face_of(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                               const thermal::SteadyState& state, std::size_t columns) {
   Plane plane = top_face(model.geometry);
   leave_cabinet_out(plane, parts_of(model));
-  auto image = image_of(plane, ThermalField(model, mesh, state.field_c), columns);
+  auto image = image_of(plane, thermal::ThermalField(model, mesh, state.field_c), columns);
   image.marks = thermometers_of(model, state);
   image.colours_c = rounded_out(plot::range_of(image.celsius.values), 10);
   return image;
 }
 
-}  // namespace gyrotherm::thermal
+}  // namespace gyrotherm::app

@@ -11,7 +11,7 @@
 #include "simulator/thermal/mesh.hpp"
 #include "simulator/thermal/steady_state.hpp"
 
-namespace gyrotherm::thermal {
+namespace gyrotherm::app {
 
 struct ThermalView {
   std::string file;  ///< "top-face"
@@ -21,12 +21,12 @@ struct ThermalView {
 /// Returns the block's top face with the thermometers, the plane of the bores, and the upright section from G to A. The
 /// block and what is on it are coloured, on one scale in all views; air is white, and the cabinet with what is on it
 /// shows as outlines. `columns`: samples from left to right.
-[[nodiscard]] std::vector<ThermalView> views_of(const GyroModel& model, const GyroMesh& mesh, const SteadyState& state,
-                                                std::size_t columns = 900);
+[[nodiscard]] std::vector<ThermalView> views_of(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                                                const thermal::SteadyState& state, std::size_t columns = 900);
 
 /// Returns the block's top face with the thermometers, without the cabinet around it, on a scale of its own. `columns`:
 /// samples from left to right.
-[[nodiscard]] plot::ThermalImage top_face_of(const GyroModel& model, const GyroMesh& mesh, const SteadyState& state,
-                                             std::size_t columns);
+[[nodiscard]] plot::ThermalImage top_face_of(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
+                                             const thermal::SteadyState& state, std::size_t columns);
 
-}  // namespace gyrotherm::thermal
+}  // namespace gyrotherm::app

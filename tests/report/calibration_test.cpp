@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "report/words.hpp"
-#include "tests/report/sample_calibration.hpp"
+#include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -19,8 +19,8 @@
 #include "report/calibration_csv.hpp"
 #include "report/calibration_html.hpp"
 #include "report/plot/svg.hpp"
-#include "tests/report/sample_calibration.hpp"
 #include "tests/support/markup.hpp"
+#include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "report/calibration_html.hpp"
 #include "report/comparison_document.hpp"
-#include "tests/report/sample_calibration.hpp"
+#include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -11,10 +11,10 @@
 #include "report/dcc_reader.hpp"
 #include "report/dsi.hpp"
 #include "report/other_program.hpp"
-#include "tests/report/sample_calibration.hpp"
 #include "tests/report/varied_calibrations.hpp"
 #include "tests/support/folder.hpp"
 #include "tests/support/markup.hpp"
+#include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "report/dcc.hpp"
 #include "report/document_parts.hpp"
-#include "tests/report/sample_calibration.hpp"
 #include "tests/support/markup.hpp"
+#include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
 namespace {

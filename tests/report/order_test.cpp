@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/report/sample_calibration.hpp"
+#include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
 namespace {

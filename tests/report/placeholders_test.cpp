@@ -7,7 +7,7 @@
 
 #include "core/file.hpp"
 #include "report/order.hpp"
-#include "tests/report/sample_calibration.hpp"
+#include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -17,8 +17,8 @@
 #include "report/dcc.hpp"
 #include "report/other_program.hpp"
 #include "report/signed_report.hpp"
-#include "tests/report/sample_calibration.hpp"
 #include "tests/support/folder.hpp"
+#include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
 namespace {

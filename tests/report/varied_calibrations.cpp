@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-#include "tests/report/sample_calibration.hpp"
+#include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
 namespace {

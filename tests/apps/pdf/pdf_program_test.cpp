@@ -15,7 +15,7 @@
 #include "report/document.hpp"
 #include "report/plot/png.hpp"
 #include "tests/apps/pdf/shell.hpp"
-#include "tests/report/sample_calibration.hpp"
+#include "tests/support/sample_calibration.hpp"
 #include "tests/support/folder.hpp"
 
 namespace gyrotherm::report {

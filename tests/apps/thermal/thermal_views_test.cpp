@@ -5,16 +5,18 @@
 
 #include <cmath>
 
-#include "tests/simulator/thermal/small_bodies.hpp"
+#include "core/file.hpp"
 
-namespace gyrotherm::thermal {
+namespace gyrotherm::app {
 namespace {
 
 constexpr double kEdge_mm = 9.0;
 
 TEST(ThermalViews, TopFaceShowsTheBlockWithoutItsCabinet) {
-  const GyroModel model = shipped_gyro("calibrated");
-  const GyroMesh mesh = make_mesh(model, kEdge_mm);
+  const auto model = read_text_file(GYROTHERM_SOURCE_DIR "/profiles/gyros/calibrated.toml")
+                         .and_then([](const std::string& toml) { return thermal::parse_gyro(toml, "calibrated"); })
+                         .value();
+  const thermal::GyroMesh mesh = make_mesh(model, kEdge_mm);
   const auto state = steady_state(model, mesh);
   ASSERT_TRUE(state) << text(state.error());
   const plot::ThermalImage image = top_face_of(model, mesh, *state, 114);
@@ -39,4 +41,4 @@ TEST(ThermalViews, TopFaceShowsTheBlockWithoutItsCabinet) {
 }
 
 }  // namespace
-}  // namespace gyrotherm::thermal
+}  // namespace gyrotherm::app

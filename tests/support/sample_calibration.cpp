@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/report/sample_calibration.hpp"
+#include "tests/support/sample_calibration.hpp"
 
 #include <cmath>
 #include <string>

@@ -80,7 +80,7 @@ class Rules(unittest.TestCase):
         )
 
     def test_a_monitor_is_missed_under_the_name_that_the_manual_gives_its_job(self) -> None:
-        job = re.search(r"job_name: (\w+)", (MONITOR.parent / "docs/monitor.md").read_text())[1]
+        job = re.search(r"job_name: (\w+)", (MONITOR.parents[1] / "docs/monitor.md").read_text())[1]
         of = {"job": job, "instance": "rig:8321"}
         up = {"series": "up{job=\"%s\",instance=\"rig:8321\"}" % job, "values": "1x20 0x40"}
         self.judge(

@@ -15,8 +15,8 @@
 #include "report/document.hpp"
 #include "report/plot/png.hpp"
 #include "tests/apps/pdf/shell.hpp"
-#include "tests/support/sample_calibration.hpp"
 #include "tests/support/folder.hpp"
+#include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {
 namespace {

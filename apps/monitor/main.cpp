@@ -158,13 +158,6 @@ void add_serve_options(CLI::App& cli, MonitorOptions& options) {
   cli.add_option("--certificate", options.certificate, "certificate chain in PEM, for TLS");
   cli.add_option("--key", options.key, "its key in PEM");
   cli.add_flag("--behind-proxy", options.behind_proxy, "a proxy on this machine speaks TLS, and says who asks");
-  auto* secop =
-      cli.add_option("--secop", options.secop, "ADDRESS:PORT of a SECoP node that shows the run that goes on");
-  cli.add_option("--secop-rig", options.secop_rig, "the rig whose runs the SECoP node shows; any without it")
-      ->needs(secop);
-  cli.add_flag("--secop-for-everybody", options.secop_for_everybody,
-               "whoever reaches the SECoP node may read the run: it has no login")
-      ->needs(secop);
 }
 
 int run(int argc, char** argv) {

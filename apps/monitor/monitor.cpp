@@ -20,7 +20,6 @@
 #include <thread>
 
 #include "apps/monitor/notifier.hpp"
-#include "apps/monitor/secop_server.hpp"
 #include "apps/monitor/site_answers.hpp"
 #include "apps/monitor/web_server.hpp"
 #include "core/clock.hpp"
@@ -114,14 +113,6 @@ Result<void> check(const MonitorOptions& options, const Address& address, bool h
   return {};
 }
 
-/// SECoP has no users: whoever reaches the node reads the run.
-Result<void> check_secop(const MonitorOptions& options, const Address& address, bool has_users) {
-  if (options.secop_for_everybody || (address.is_own() && !has_users && !options.behind_proxy)) return {};
-  return failure(FaultKind::usage, "--secop " + options.secop,
-                 std::string(address.is_own() ? "the page is for users alone" : "is an address that others reach") +
-                     ", and SECoP has no login; --secop-for-everybody lets whoever reaches the node read the run");
-}
-
 /// Whether one of these signals, which are blocked, waits to be taken.
 bool has_come(const sigset_t& signals) {
   sigset_t waiting;
@@ -131,50 +122,6 @@ bool has_come(const sigset_t& signals) {
 }
 
 std::string in_url(const std::string& host) { return host.find(':') == std::string::npos ? host : "[" + host + "]"; }
-
-/// The SEC node with its thread.
-class SecopService {
- public:
-  SecopService(const RunCatalogue& catalogue, const MonitorOptions& options, Users& users, const Clock& clock)
-      : run_(catalogue, options.secop_rig, clock),
-        server_(
-            run_, [&users, open = options.secop_for_everybody] { return open || !users.has_any(); }, clock) {}
-  ~SecopService() {
-    server_.stop();
-    if (thread_.joinable()) thread_.join();
-  }
-  SecopService(const SecopService&) = delete;
-  SecopService& operator=(const SecopService&) = delete;
-
-  /// Binds, and serves from now on.
-  [[nodiscard]] Result<void> start(const Address& address) {
-    return server_.bind(address.host, address.port).map([&](int port) {
-      place_ = fmt::format("secop://{}:{}", in_url(address.host), port);
-      thread_ = std::thread([this] {
-        block_signals();
-        server_.serve();
-      });
-    });
-  }
-  [[nodiscard]] const std::string& place() const { return place_; }
-
- private:
-  SecopRun run_;
-  SecopServer server_;
-  std::string place_;
-  std::thread thread_;
-};
-
-/// Null where none is asked for.
-Result<std::unique_ptr<SecopService>> open_secop(const MonitorOptions& options, const RunCatalogue& catalogue,
-                                                 Users& users, const Clock& clock) {
-  if (options.secop.empty()) return nullptr;
-  const auto address = parse_address("--secop", options.secop);
-  if (!address) return failure(address.error());
-  if (auto good = check_secop(options, *address, users.has_any()); !good) return failure(good.error());
-  auto service = std::make_unique<SecopService>(catalogue, options, users, clock);
-  return service->start(*address).map([&] { return std::move(service); });
-}
 
 /// A thread that does something now and then until it is stopped.
 class Often {
@@ -273,8 +220,6 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   if (!port) return failure(port.error());
   catalogue.look([&] { return has_come(ends); });
   if (has_come(ends)) return {};
-  const auto secop = open_secop(options, catalogue, users, clock);
-  if (!secop) return failure(secop.error());
   std::list<Often> looking;
   for (const auto& records : catalogue.folders())
     looking.emplace_back(kLookEvery,
@@ -289,7 +234,6 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
     server.serve();
   });
   say(fmt::format("{}://{}:{}/", tls ? "https" : "http", in_url(address->host), *port));
-  if (*secop) say((*secop)->place());
   int signal = 0;
   sigwait(&ends, &signal);
   feed.stop();

@@ -18,9 +18,6 @@ struct MonitorOptions {
   std::string state_folder{};             ///< users, sessions, what was told
   bool control{};
   bool behind_proxy{};
-  std::string secop{};         ///< ADDRESS:PORT of the SEC node; empty: none
-  std::string secop_rig{};     ///< the rig whose runs it shows; empty: any
-  bool secop_for_everybody{};  ///< also at another address, and where there are users: SECoP knows none
   std::string certificate{}, key{};
 };
 
@@ -31,8 +28,8 @@ inline constexpr const char *kUsersFile = "users.json", *kSessionsFile = "sessio
 /// Makes it, mode 0700, if it is not there. Fails with storage.
 [[nodiscard]] Result<void> make_state_folder(const std::string& folder);
 
-/// Serves until SIGINT or SIGTERM; `say` is told once where the page is, and where the SEC node, `complain` of people
-/// who cannot be told, by a thread of its own. Fails with usage where the options cannot be: a folder that is none;
+/// Serves until SIGINT or SIGTERM; `say` gets the address of the page once, `complain` each person who cannot be
+/// notified, from a thread of its own. Fails with usage where the options cannot be: a folder that is none;
 /// another address than the machine's own without users, or without TLS; a port that another program has; with bad_file
 /// where a file of its own is wrong.
 [[nodiscard]] Result<void> serve(const MonitorOptions& options, const std::function<void(const std::string&)>& say,

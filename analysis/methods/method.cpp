@@ -14,7 +14,6 @@
 #include "analysis/methods/ridge_u.hpp"
 #include "analysis/methods/state_space.hpp"
 #include "analysis/methods/svr.hpp"
-#include "analysis/methods/svr_joint.hpp"
 #include "analysis/methods/svr_linear.hpp"
 #include "analysis/svm/gaussian_sum.hpp"
 #include "core/text.hpp"
@@ -86,14 +85,6 @@ constexpr std::array kMethods = {
            .compared_on = {"multi-point-t"},
            .choose = choose_svr_linear,
            .fit = fit_svr_linear,
-           .tunes_svr = true,
-           .weighs_uncertainty = true},
-    Method{.name = "svr-joint",
-           .title = "PSO-SVM and a plane in one kernel",
-           .citation = "after Li et al. (2015) and Fuller (1987)",
-           .inputs = "temperatures",
-           .choose = choose_svr_joint,
-           .fit = fit_svr_joint,
            .tunes_svr = true,
            .weighs_uncertainty = true},
     Method{.name = "lsf",

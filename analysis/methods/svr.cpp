@@ -80,17 +80,16 @@ Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& opti
 }
 
 Result<svm::SvrSolution> solve_to_keep(const svm::GaussianSamples& samples, const Eigen::VectorXd& y,
-                                       const svm::SvrParameters& parameters, const MethodOptions& options,
-                                       const svm::PlaneSamples* plane) {
+                                       const svm::SvrParameters& parameters, const MethodOptions& options) {
   svm::KernelMemory memory;
   const svm::SvrOptions common = options.tuning.svr;
   if (options.tight_gap > 0 && options.tight_gap < common.relative_gap) {
     svm::SvrOptions tight = common;
     tight.relative_gap = options.tight_gap;
-    auto solution = solve_svr(samples, memory, y, parameters, tight, plane);
+    auto solution = solve_svr(samples, memory, y, parameters, tight);
     if (solution || solution.error().kind != FaultKind::numeric) return solution;
   }
-  return solve_svr(samples, memory, y, parameters, common, plane);
+  return solve_svr(samples, memory, y, parameters, common);
 }
 
 Result<Fit> fit_svr(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {

@@ -13,8 +13,7 @@ namespace gyrotherm::methods {
 // The plane is ridge-u's (ridge_u.hpp), so that its input noise is that of the certificate in closed form: to add
 // u² Σ(∂f/∂T_i)² to the loss, or to train on jittered copies of the inputs, is the same to first order (Bishop, Neural
 // Comput. 7 (1995) 108), and only the closed form is exact, has nothing to draw and no copy to solve for. Plane and
-// support vectors are fitted one after the other; svr_joint.hpp fits them together
-// (docs/decisions/0019-the-plane-carries-the-certificate.md).
+// support vectors are fitted one after the other (docs/decisions/0019-the-plane-carries-the-certificate.md).
 
 /// Chooses C, sigma and epsilon by tune_svr on what the plane of each fold's training rows leaves of the fold, in units
 /// of what it leaves of them.

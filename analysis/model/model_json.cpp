@@ -244,8 +244,12 @@ void describe_tuning(auto& form, Like<Model> auto& model) {
   form("swarm", tuning.swarm);
   form("warnings", tuning.warnings);
   form("options", model.tuning_options);
-  form.if_there("log2_plane_penalty", tuning.best.plane_penalty > 0, model.tuning_options.log2_plane_penalty);
   form.if_there("one_standard_error", tuning.one_standard_error.has_value(), tuning.one_standard_error);
+}
+
+/// Returns whether a model file may name this method: one of this version, or one that version 0.1.0 had.
+bool may_be_named(std::string_view method) {
+  return method == kTypePriorMethod || method == "svr-joint" || methods::find_method(method).has_value();
 }
 
 void describe(auto& form, Like<Model> auto& model) {
@@ -254,8 +258,7 @@ void describe(auto& form, Like<Model> auto& model) {
   form("program_version", model.program_version);
   form("inputs", model.inputs);
   form("method", model.method);
-  form.expect("method", model.method == kTypePriorMethod || methods::find_method(model.method).has_value(),
-              "expected a method that is known");
+  form.expect("method", may_be_named(model.method), "expected a method that is known");
   form("quick", model.quick);
   form("cluster_length_s", positive(model.cluster_length_s, kLongestClusterS));
   auto inputs = inputs_of(model);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/svm/kernel.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cassert>
 
@@ -47,40 +46,6 @@ void make_column(const double* x, Eigen::Index stride, Eigen::Index inputs, Eige
   make<DoubleLanes>(x, stride, inputs, i, scale, count, out);
 }
 
-// out_j += scale Σ_k x_jk x_ik, or scale Σ_k (x_jk − x_ik)², for `count` places.
-enum class Of { products, differences };
-
-template <class Lanes, Of of, class Real>
-[[gnu::always_inline]] inline void add(const Real* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i,
-                                       Real scale, int count, Real* out) {
-  constexpr int kLanes = sizeof(Lanes) / sizeof(Real);
-  for (int j = 0; j < count; j += kLanes) {
-    Lanes sum = {};
-    for (Eigen::Index k = 0; k < inputs; ++k) {
-      const Real* input = x + k * stride;
-      if constexpr (of == Of::products) {
-        sum += lanes_at(input + j) * input[i];
-      } else {
-        const Lanes apart = lanes_at(input + j) - input[i];
-        sum += apart * apart;
-      }
-    }
-    lanes_at(out + j) += scale * sum;
-  }
-}
-
-GYROTHERM_CLONES
-void add_differences(const float* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, float scale, int count,
-                     float* out) {
-  add<FloatLanes, Of::differences>(x, stride, inputs, i, scale, count, out);
-}
-
-GYROTHERM_CLONES
-void add_products(const double* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i, double scale, int count,
-                  double* out) {
-  add<DoubleLanes, Of::products>(x, stride, inputs, i, scale, count, out);
-}
-
 // In both precisions, padded with zeros to what the hot loops take.
 void lay_out(const Eigen::MatrixXd& coordinates, Eigen::MatrixXd& doubles, Eigen::MatrixXf& singles) {
   const Eigen::Index size = coordinates.rows(), directions = coordinates.cols();
@@ -121,40 +86,6 @@ Eigen::VectorXd GaussianSamples::response(double sigma, const Eigen::VectorXd& b
   return gaussian_response(places_, sigma, beta);
 }
 
-PlaneSamples::PlaneSamples(const Eigen::Ref<const SampleMatrix>& x, const Eigen::Ref<const Eigen::MatrixXd>& penalty)
-    : size_(x.rows()), mean_(x.colwise().mean()) {
-  assert(x.rows() > 0 && penalty.rows() == x.cols() && penalty.cols() == x.cols());
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(penalty);
-  assert(eigen.eigenvalues()(0) > 0);
-  greatest_penalty_ = eigen.eigenvalues()(x.cols() - 1);
-  const Eigen::MatrixXd root = eigen.eigenvectors() * eigen.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal();
-  const SampleMatrix whole = (x.rowwise() - mean_) * root;
-  const Eigen::MatrixXd basis = directions_of(whole);
-  to_slope_ = root * basis;
-  lay_out(whole * basis, doubles_, singles_);
-}
-
-void PlaneSamples::add_to_row(Eigen::Index i, double scale, float* out) const {
-  assert(0 <= i && i < size_);
-  add_differences(singles_.data(), singles_.rows(), singles_.cols(), i, static_cast<float>(-0.5 * scale),
-                  static_cast<int>(singles_.rows()), out);
-}
-
-void PlaneSamples::add_to_column(Eigen::Index i, double scale, double* out) const {
-  assert(0 <= i && i < size_);
-  add_products(doubles_.data(), doubles_.rows(), doubles_.cols(), i, scale, static_cast<int>(doubles_.rows()), out);
-}
-
-void PlaneSamples::add_response(const Eigen::VectorXd& beta, double scale, Eigen::VectorXd& sum) const {
-  const auto places = doubles_.topRows(size_);
-  sum += places * (scale * (places.transpose() * beta));
-}
-
-Eigen::VectorXd PlaneSamples::slope(const Eigen::VectorXd& beta) const {
-  assert(beta.size() == size_);
-  return to_slope_ * (doubles_.topRows(size_).transpose() * beta);
-}
-
 float* KernelMemory::singles(Eigen::Index n) {
   const std::size_t size = static_cast<std::size_t>(n) * padded_row(n);
   if (size > singles_size_) {
@@ -179,8 +110,7 @@ std::size_t least_kernel_bytes(Eigen::Index n) {
          Kernel::kSpare * padded_column(n) * sizeof(double);
 }
 
-Kernel::Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memory, std::size_t column_bytes,
-               KernelPlane plane)
+Kernel::Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memory, std::size_t column_bytes)
     : samples_(samples),
       sigma_(sigma),
       memory_(memory),
@@ -188,16 +118,12 @@ Kernel::Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memor
       singles_(memory.singles(samples.size())),
       has_row_(static_cast<std::size_t>(samples.size())),
       columns_(static_cast<std::size_t>(samples.size())),
-      most_(std::max<std::size_t>(column_bytes / (sizeof(double) * padded_column(samples.size())), 1)),
-      plane_(plane) {
-  assert(plane.samples == nullptr || plane.samples->size() == samples.size());
-}
+      most_(std::max<std::size_t>(column_bytes / (sizeof(double) * padded_column(samples.size())), 1)) {}
 
 const float* Kernel::row(Eigen::Index i) {
   float* row = singles_ + static_cast<std::size_t>(i) * row_stride_;
   if (has_row_[i] != 0) return row;
   samples_.single_row(i, sigma_, row);
-  if (plane_.samples != nullptr) plane_.samples->add_to_row(i, plane_.scale, row);
   has_row_[i] = 1;
   return row;
 }
@@ -206,23 +132,14 @@ const double* Kernel::column(Eigen::Index i) {
   if (columns_[i] != nullptr) return columns_[i];
   if (made_ < most_) {
     double* made = memory_.column(size(), kSpare + made_++);
-    fill_column(i, made);
+    samples_.double_column(i, sigma_, made);
     return columns_[i] = made;
   }
   double* spare = memory_.column(size(), spare_++ % kSpare);
-  fill_column(i, spare);
+  samples_.double_column(i, sigma_, spare);
   return spare;
 }
 
-void Kernel::fill_column(Eigen::Index i, double* out) const {
-  samples_.double_column(i, sigma_, out);
-  if (plane_.samples != nullptr) plane_.samples->add_to_column(i, plane_.scale, out);
-}
-
-Eigen::VectorXd Kernel::response(const Eigen::VectorXd& beta) const {
-  Eigen::VectorXd sum = samples_.response(sigma_, beta);
-  if (plane_.samples != nullptr) plane_.samples->add_response(beta, plane_.scale, sum);
-  return sum;
-}
+Eigen::VectorXd Kernel::response(const Eigen::VectorXd& beta) const { return samples_.response(sigma_, beta); }
 
 }  // namespace gyrotherm::svm

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The kernel matrix of a training set, Gaussian or a plane beside the Gaussians, made row by row as the solvers ask
-/// for it, and the memory that they keep of it.
+/// Makes the Gaussian kernel matrix of a training set row by row as the solvers ask for it, and keeps what it has made.
 #pragma once
 
 #include <Eigen/Core>
@@ -51,42 +50,6 @@ class GaussianSamples {
   Eigen::MatrixXd doubles_;
 };
 
-/// Samples laid out for the plane of a kernel, k(z, z') = (z − m)ᵀP⁻¹(z' − m), m their mean, P the penalty of a slope:
-/// the function w·z costs ½wᵀPw, and w = P⁻¹ Σ β_i (z_i − m).
-class PlaneSamples {
- public:
-  /// Lays out a training set; its rows are samples. `penalty` is symmetric, positive definite and of as many inputs.
-  PlaneSamples(const Eigen::Ref<const SampleMatrix>& x, const Eigen::Ref<const Eigen::MatrixXd>& penalty);
-  [[nodiscard]] Eigen::Index size() const { return size_; }
-  /// The greatest eigenvalue of P: what the costliest slope of length 1 costs, twice.
-  [[nodiscard]] double greatest_penalty() const { return greatest_penalty_; }
-  [[nodiscard]] const Eigen::RowVectorXd& mean() const { return mean_; }
-
-  /// Adds scale·(k(z_i, z_j) − ½k(z_i, z_i) − ½k(z_j, z_j)) for all j in single precision, from the differences
-  /// themselves: 0 where rows are equal. Where Σβ = 0 that is the kernel but for a constant in its response.
-  void add_to_row(Eigen::Index i, double scale, float* out) const;
-  /// Adds scale·k(z_i, z_j) for all j in double precision.
-  void add_to_column(Eigen::Index i, double scale, double* out) const;
-  /// Adds scale·Σ_i β_i k(z_i, z_j) for all j.
-  void add_response(const Eigen::VectorXd& beta, double scale, Eigen::VectorXd& sum) const;
-  /// The slope w of P⁻¹ Σ β_i (z_i − m).
-  [[nodiscard]] Eigen::VectorXd slope(const Eigen::VectorXd& beta) const;
-
- private:
-  Eigen::Index size_;
-  double greatest_penalty_;
-  Eigen::RowVectorXd mean_;
-  Eigen::MatrixXd to_slope_;  // inputs × directions in which the samples differ
-  Eigen::MatrixXf singles_;   // a column per direction, padded with zeros: its products are the kernel
-  Eigen::MatrixXd doubles_;
-};
-
-/// The plane of one training's kernel; none where there are no samples.
-struct KernelPlane {
-  const PlaneSamples* samples = nullptr;  ///< outlive the kernel
-  double scale{};                         ///< of their kernel, beside Gaussians of height 1
-};
-
 /// Memory that trainings hand on to each other, so that none of it is asked of the system anew. Not shared by threads.
 class KernelMemory {
  public:
@@ -105,18 +68,15 @@ class KernelMemory {
 /// The bytes that a training of n points needs at least: with no column kept.
 [[nodiscard]] std::size_t least_kernel_bytes(Eigen::Index n);
 
-/// The kernel matrix K_ij = exp(−‖x_i − x_j‖²/(2σ²)) + the plane's of one training: its rows in single and its columns
-/// in double precision are made when they are first asked for, and kept.
-///
-/// Rows are for steps that keep Σβ: of the plane they hold k_ij − ½k_ii − ½k_jj, so that the diagonal is 1.
+/// The kernel matrix K_ij = exp(−‖x_i − x_j‖²/(2σ²)) of one training: its rows in single and its columns in double
+/// precision are made when they are first asked for, and kept.
 ///
 /// Memory: 4n² bytes of rows at most, and columns up to `column_bytes`; a column beyond that is made anew each time it
 /// is asked for.
 class Kernel {
  public:
   /// The samples and the memory outlive it.
-  Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memory, std::size_t column_bytes,
-         KernelPlane plane = {});
+  Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memory, std::size_t column_bytes);
   [[nodiscard]] Eigen::Index size() const { return samples_.size(); }
   /// Row i in single precision.
   [[nodiscard]] const float* row(Eigen::Index i);
@@ -128,8 +88,6 @@ class Kernel {
   static constexpr int kSpare = 8;
 
  private:
-  void fill_column(Eigen::Index i, double* out) const;
-
   const GaussianSamples& samples_;
   double sigma_;
   KernelMemory& memory_;
@@ -140,7 +98,6 @@ class Kernel {
   std::size_t made_ = 0;
   std::size_t most_;
   std::size_t spare_ = 0;
-  KernelPlane plane_;
 };
 
 }  // namespace gyrotherm::svm

@@ -6,7 +6,6 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -97,25 +96,13 @@ void fill_kernel(const Eigen::MatrixXd& columns, Eigen::Index first, const Eigen
 
 }  // namespace
 
-KernelScales kernel_scales(const SvrParameters& parameters, double greatest_penalty) {
-  assert(parameters.plane_penalty > 0);
-  const double per_square = parameters.C * std::numbers::sqrt2 * std::numbers::inv_sqrtpi;  // c
-  const double height = 1 / (1 + per_square * greatest_penalty / (parameters.sigma * parameters.sigma));
-  return {.bound = height * parameters.C, .plane = 1 / (height * per_square * parameters.plane_penalty)};
-}
-
 Result<SvrSolution> solve_svr(const GaussianSamples& samples, KernelMemory& memory,
                               const Eigen::Ref<const Eigen::VectorXd>& y, const SvrParameters& parameters,
-                              const SvrOptions& options, const PlaneSamples* plane, const SvrStart* start) {
+                              const SvrOptions& options, const SvrStart* start) {
   if (auto ok = check(samples.size(), y, parameters.C, parameters.epsilon, options); !ok) return failure(ok.error());
   if (auto ok = check_positive("sigma", parameters.sigma); !ok) return failure(ok.error());
-  if (plane != nullptr && !(parameters.plane_penalty >= 1 && std::isfinite(parameters.plane_penalty)))
-    return misuse(fmt::format("plane_penalty = {}, must be at least 1 and finite", parameters.plane_penalty));
-  const KernelScales scales =
-      plane == nullptr ? KernelScales{parameters.C, 0} : kernel_scales(parameters, plane->greatest_penalty());
-  Kernel kernel(samples, parameters.sigma, memory, options.memory_bytes - least_kernel_bytes(samples.size()),
-                {plane, scales.plane});
-  const SvrProblem problem{kernel, y, scales.bound, parameters.epsilon};
+  Kernel kernel(samples, parameters.sigma, memory, options.memory_bytes - least_kernel_bytes(samples.size()));
+  const SvrProblem problem{kernel, y, parameters.C, parameters.epsilon};
   NewtonResult optimum = optimise(problem, options, start);
   const Certificate certificate = certify(problem, optimum.point, optimum.response);
   if (!(certificate.relative_gap <= options.relative_gap)) {
@@ -128,11 +115,6 @@ Result<SvrSolution> solve_svr(const GaussianSamples& samples, KernelMemory& memo
   solution.kkt_violation = kkt_violation(problem, optimum.point.beta, optimum.response);
   solution.beta = std::move(optimum.point.beta);
   solution.b = optimum.point.b;
-  solution.bound = scales.bound;
-  if (plane != nullptr) {
-    solution.slope = scales.plane * plane->slope(solution.beta);
-    solution.b -= plane->mean() * solution.slope;
-  }
   solution.relative_gap = certificate.relative_gap;
   solution.objective = certificate.objective;
   solution.support_vectors = static_cast<int>((solution.beta.array() != 0).count());

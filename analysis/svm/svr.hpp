@@ -4,20 +4,6 @@
 ///
 /// Dual, β_i = α_i − α_i*: minimise D(β) = ½βᵀKβ − yᵀβ + ε‖β‖₁ subject to Σβ_i = 0, −C ≤ β_i ≤ C, with
 /// K_ij = exp(−‖x_i − x_j‖² / (2σ²)). Prediction f(x) = Σ β_i K(x_i, x) + b.
-///
-/// With a plane beside the Gaussians, one kernel and one certificate: f(x) = w·x + g(x) + b minimises
-///   ½ cκ wᵀPw + ½(1 + cρ/σ²)‖g‖² + C Σ max(0, |y_i − f(x_i)| − ε),   c = C√(2/π),
-/// where y is in units of what is left of it, P is the penalty of least squares, ‖y − f‖² + wᵀPw, ρ its greatest
-/// eigenvalue, and κ ≥ 1.
-/// - c: if what is left is normal with a STD of 1, a change d of f adds ½cΣd² to the expected CΣ|y − f|, as it adds
-///   ½Σd² to ½‖y − f‖². So cP is P to first order where ε = 0; where ε > 0 the loss is less curved, by exp(−ε²/2), and
-///   the plane costs rather more.
-/// - ρ: if P = nU, U the covariance of errors of the inputs, such errors add ½cΣ∇fᵀU∇f to the expected loss (Bishop,
-///   Neural Comput. 7 (1995) 108, for squares). Of the plane that is ½c wᵀPw. Of Gaussians it is at most
-///   ½cρ‖g‖²/σ², the least multiple of ‖g‖² that bounds it, for a slope of g is at most ‖g‖/σ; and that is reached by a
-///   g that is nearly a plane, which costs as much as one then.
-/// Divided by the height a = 1/(1 + cρ/σ²) of the Gaussians this is the dual above with the bound aC for C and
-/// K_ij + (x_i − m)ᵀP⁻¹(x_j − m)/(acκ) for K_ij.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,31 +19,19 @@ namespace gyrotherm::svm {
 using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 class GaussianSamples;
-class PlaneSamples;
 class KernelMemory;
 
 struct SvrParameters {
-  double C{};                ///< > 0, in units of the target's training STD
-  double sigma{};            ///< > 0, kernel width in units of standardised inputs
-  double epsilon{};          ///< ≥ 0, in units of the target's training STD
-  double plane_penalty = 0;  ///< κ ≥ 1, a factor; 0 where there is no plane
+  double C{};        ///< > 0, in units of the target's training STD
+  double sigma{};    ///< > 0, kernel width in units of standardised inputs
+  double epsilon{};  ///< ≥ 0, in units of the target's training STD
 };
 
 void describe(auto& form, Like<SvrParameters> auto& parameters) {
   form("C", positive(parameters.C));
   form("sigma", positive(parameters.sigma));
   form("epsilon", not_negative(parameters.epsilon));
-  form.if_there("plane_penalty", parameters.plane_penalty > 0, positive(parameters.plane_penalty));
 }
-
-/// What C, κ and c make of a kernel whose Gaussians have the height 1.
-struct KernelScales {
-  double bound{};  ///< aC, of |β|
-  double plane{};  ///< 1/(acκ), of (x − m)ᵀP⁻¹(x' − m)
-};
-
-/// The scales beside a plane of which ρ is the greatest penalty. Asserts κ > 0.
-[[nodiscard]] KernelScales kernel_scales(const SvrParameters& parameters, double greatest_penalty);
 
 struct SvrOptions {
   double relative_gap = 1e-3;  ///< the certificate asked for: SvrSolution::relative_gap ≤ this
@@ -66,12 +40,10 @@ struct SvrOptions {
   std::size_t memory_bytes = std::size_t{2} << 30;
 };
 
-/// A solution and its certificate. `beta` has exact zeros for non-support vectors and exact ±bound for bounded ones.
+/// A solution and its certificate. `beta` has exact zeros for non-support vectors and exact ±C for bounded ones.
 struct SvrSolution {
   Eigen::VectorXd beta;
   double b{};
-  Eigen::VectorXd slope;  ///< w; empty where there is no plane
-  double bound{};         ///< C; beside a plane KernelScales.bound
   /// (P + D)/max(|D|, floor) of the returned (β, b), recomputed from scratch in double precision; it bounds how far D
   /// is from its optimum. P = ½βᵀKβ + C Σ max(0, |y_i − (Kβ)_i − b| − ε); the floor, a billionth of C Σ|y_i − ȳ|, gives
   /// the gap a scale where the optimum is β = 0 and D = 0.
@@ -107,11 +79,10 @@ struct SvrStart {
                                             const SvrOptions& options = {});
 
 /// Solves like the other solve_svr, from samples that are laid out already and with memory handed on from training to
-/// training (kernel.hpp). The samples are finite. `plane` is of the same samples, and then κ ≥ 1. It begins at `start`
-/// if there is one, which is of as many samples; the certificate is the same.
+/// training (kernel.hpp). The samples are finite. It begins at `start` if there is one, which is of as many samples;
+/// the certificate is the same.
 [[nodiscard]] Result<SvrSolution> solve_svr(const GaussianSamples& samples, KernelMemory& memory,
                                             const Eigen::Ref<const Eigen::VectorXd>& y, const SvrParameters& parameters,
-                                            const SvrOptions& options, const PlaneSamples* plane = nullptr,
-                                            const SvrStart* start = nullptr);
+                                            const SvrOptions& options, const SvrStart* start = nullptr);
 
 }  // namespace gyrotherm::svm

@@ -35,9 +35,7 @@ SampleMatrix places_of(const TuningFold& fold) {
 class PreparedFold {
  public:
   explicit PreparedFold(const TuningFold& fold)
-      : fold_(&fold), places_(places_of(fold)), samples_(places_.topRows(fold.train_x.rows())) {
-    if (fold.plane_penalty.size() > 0) plane_.emplace(fold.train_x, fold.plane_penalty);
-  }
+      : fold_(&fold), places_(places_of(fold)), samples_(places_.topRows(fold.train_x.rows())) {}
 
   [[nodiscard]] Eigen::Index held_out() const { return fold_->test_y.size(); }
 
@@ -49,25 +47,22 @@ class PreparedFold {
   };
   [[nodiscard]] Result<Solved> solve(const SvrParameters& parameters, const SvrOptions& options, KernelMemory& memory,
                                      const SvrStart* start) const {
-    auto solution =
-        solve_svr(samples_, memory, fold_->train_y, parameters, options, plane_ ? &*plane_ : nullptr, start);
+    auto solution = solve_svr(samples_, memory, fold_->train_y, parameters, options, start);
     if (!solution) return failure(solution.error());
     const auto held_out_places = places_.bottomRows(held_out());
-    Eigen::ArrayXd predicted =
+    const Eigen::ArrayXd predicted =
         gaussians_at(held_out_places, places_.topRows(samples_.size()), parameters.sigma, solution->beta).array() +
         solution->b;
-    if (plane_) predicted += (fold_->test_x * solution->slope).array();
     return Solved{
         .squared_error = fold_->target_scale * fold_->target_scale * (predicted - fold_->test_y.array()).square().sum(),
         .at = parameters,
-        .solution = {std::move(solution->beta), solution->bound}};
+        .solution = {std::move(solution->beta), parameters.C}};
   }
 
  private:
   const TuningFold* fold_;
   SampleMatrix places_;
   GaussianSamples samples_;
-  std::optional<PlaneSamples> plane_;
 };
 
 // All folds, and how each of them begins where the first ended.
@@ -176,15 +171,14 @@ class JudgedPositions {
   std::vector<JudgedPosition> judged_;
 };
 
-// The coordinates of a search: C, σ, ε unless it is fixed, κ if there is a plane.
+// The coordinates of a search: C, σ, and ε unless it is fixed.
 struct Coordinates {
   SwarmBox box;
   std::vector<const char*> names;
-  bool plane;
 };
 
-Coordinates coordinates_of(const TuningOptions& options, bool plane) {
-  Coordinates coordinates{.box = {}, .names = {}, .plane = plane};
+Coordinates coordinates_of(const TuningOptions& options) {
+  Coordinates coordinates{.box = {}, .names = {}};
   const auto add = [&](const char* name, const std::pair<double, double>& bounds) {
     coordinates.names.push_back(name);
     coordinates.box.lower.push_back(bounds.first);
@@ -193,42 +187,39 @@ Coordinates coordinates_of(const TuningOptions& options, bool plane) {
   add("C", options.log2_c);
   add("sigma", options.log2_sigma);
   if (options.fixed_epsilon <= 0) add("epsilon", options.log2_epsilon);
-  if (plane) add("plane penalty", options.log2_plane_penalty);
   return coordinates;
 }
 
-SvrParameters parameters_at(const std::vector<double>& position, const TuningOptions& options, bool plane) {
+SvrParameters parameters_at(const std::vector<double>& position, const TuningOptions& options) {
   return {.C = std::exp2(position[0]),
           .sigma = std::exp2(position[1]),
-          .epsilon = options.fixed_epsilon > 0 ? options.fixed_epsilon : std::exp2(position[2]),
-          .plane_penalty = plane ? std::exp2(position.back()) : 0};
+          .epsilon = options.fixed_epsilon > 0 ? options.fixed_epsilon : std::exp2(position[2])};
 }
 
 // Takes the simplest position within one standard error instead of the swarm's best, which is kept beside it. Returns
 // where it stands.
 std::vector<double> take_simplest(TuningSummary& summary, const std::vector<JudgedPosition>& judged,
-                                  const PreparedFolds& prepared, const TuningOptions& options, bool plane) {
+                                  const PreparedFolds& prepared, const TuningOptions& options) {
   std::vector<double> parts;
   for (const PreparedFold& fold : prepared.folds)
     parts.push_back(static_cast<double>(fold.held_out()) / static_cast<double>(prepared.held_out()));
   const OneStandardErrorChoice choice = simplest_within_one_standard_error(judged, parts);
-  summary.one_standard_error = {.best = parameters_at(judged[choice.best].position, options, plane),
+  summary.one_standard_error = {.best = parameters_at(judged[choice.best].position, options),
                                 .best_mse = mean_squared_error(judged[choice.best]),
                                 .standard_error_mse = choice.standard_error,
                                 .within = choice.within};
-  summary.best = parameters_at(judged[choice.simplest].position, options, plane);
+  summary.best = parameters_at(judged[choice.simplest].position, options);
   summary.cross_validation_mse = mean_squared_error(judged[choice.simplest]);
   return judged[choice.simplest].position;
 }
 
-// The lower edge of κ is no shortage of room: it is the certificate.
+// Warns of coordinates on the edge of their box, and of positions without a certificate.
 std::vector<std::string> warnings_of(const std::vector<double>& taken, const Coordinates& coordinates, int uncertified,
                                      int evaluations) {
-  const auto& [box, names, plane] = coordinates;
+  const auto& [box, names] = coordinates;
   std::vector<std::string> warnings;
   for (std::size_t k = 0; k < taken.size(); ++k) {
-    const bool certificate = plane && k + 1 == taken.size();
-    if ((taken[k] != box.lower[k] || certificate) && taken[k] != box.upper[k]) continue;
+    if (taken[k] != box.lower[k] && taken[k] != box.upper[k]) continue;
     warnings.push_back(fmt::format("log2 {} = {} lies on the edge of its box", names[k], taken[k]));
   }
   if (uncertified > 0) {
@@ -250,9 +241,6 @@ Result<void> check_fold(const TuningFold& fold, std::size_t number) {
     return wrong(fmt::format("fold {}: inputs and targets have different shapes", number));
   if (!fold.train_x.allFinite() || !fold.train_y.allFinite() || !fold.test_x.allFinite() || !fold.test_y.allFinite())
     return wrong(fmt::format("fold {} has a value that is not finite", number));
-  if (fold.plane_penalty.size() > 0 &&
-      (fold.plane_penalty.rows() != fold.train_x.cols() || fold.plane_penalty.cols() != fold.train_x.cols()))
-    return wrong(fmt::format("fold {} has a penalty that is not of its {} inputs", number, fold.train_x.cols()));
   return {};
 }
 
@@ -275,12 +263,11 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
   Workers workers = 0;
   const bool judges_all = options.choice == ChoiceRule::one_standard_error;
   JudgedPositions judged;
-  const bool plane = folds.front().plane_penalty.size() > 0;
   std::vector<History> histories(static_cast<std::size_t>(std::max(options.swarm.particles, 0)), History(folds.size()));
   const Fitness fitness = [&](std::size_t particle, const std::vector<double>& position,
                               double limit) -> Result<double> {
     ++workers;
-    const SvrParameters parameters = parameters_at(position, options, plane);
+    const SvrParameters parameters = parameters_at(position, options);
     const auto shares = Evaluation(prepared, parameters, options.svr, memories)
                             .shares(limit, judges_all, histories[particle], &workers);
     --workers;
@@ -289,7 +276,7 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
     ++uncertified;
     return kNoLimit;
   };
-  const Coordinates coordinates = coordinates_of(options, plane);
+  const Coordinates coordinates = coordinates_of(options);
   auto swarm = minimise(fitness, coordinates.box, options.swarm, progress);
   if (!swarm) return failure(swarm.error());
   if (!std::isfinite(swarm->best_fitness)) {
@@ -304,11 +291,11 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
     return shares ? sum_of(*shares) : judged_error;
   };
   TuningSummary summary;
-  summary.best = parameters_at(swarm->best, options, plane);
+  summary.best = parameters_at(swarm->best, options);
   summary.cross_validation_mse = swarm->best_fitness;
   summary.uncertified = uncertified;
   std::vector<double> taken = swarm->best;
-  if (judges_all) taken = take_simplest(summary, judged.all(), prepared, options, plane);
+  if (judges_all) taken = take_simplest(summary, judged.all(), prepared, options);
   summary.cross_validation_mse = afresh(summary.best, summary.cross_validation_mse);
   if (auto& rule = summary.one_standard_error) rule->best_mse = afresh(rule->best, rule->best_mse);
   summary.warnings = warnings_of(taken, coordinates, uncertified, swarm->evaluations);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// C, σ and ε of an ε-SVR, and κ of its plane if it has one, by particle swarm in log2 space; the fitness is the mean
-/// squared error on held-out folds.
+/// Chooses C, σ and ε of an ε-SVR by particle swarm in log2 space; the fitness is the mean squared error on held-out
+/// folds.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +27,6 @@ struct TuningFold {
   SampleMatrix test_x;
   Eigen::VectorXd test_y;
   double target_scale{};
-  Eigen::MatrixXd plane_penalty = {};  ///< P of svr.hpp, by the training part; empty: there is no plane
   /// Which rows of what was split into folds are trained on, so that one fold's training begins where another's ended;
   /// empty: not known.
   std::vector<Eigen::Index> train_rows = {};
@@ -48,9 +47,6 @@ template <std::derived_from<TuningFold> Fold>
 /// The box of errata 4, in log2, and how it is searched.
 struct TuningOptions {
   std::pair<double, double> log2_c{-2, 12}, log2_sigma{-2, 3.5}, log2_epsilon{-8, -1};  ///< lower and upper bounds
-  /// Of κ, where folds have a plane: not below 0, so that held-out cycles, which share one state of the thermometers,
-  /// cannot pay for less than these are known to err.
-  std::pair<double, double> log2_plane_penalty{0, 6};
   double fixed_epsilon = 0;  ///< > 0: the paper's two-dimensional search over C and σ at this ε
   /// one_standard_error judges every position on every fold: the swarm takes the same way, and more time.
   ChoiceRule choice = ChoiceRule::best;

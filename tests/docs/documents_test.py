@@ -22,8 +22,8 @@ MANUAL = [page for page in PAGES if DOCS in page.parents]
 SOURCES = (".md", ".toml", ".cpp", ".hpp", ".py", ".txt", ".yml", ".json", ".rules")
 _LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
 _NAMED = re.compile(
-    r"`((?:acquisition|analysis|app|bench|cmake|core|docs|drivers|monitor|plot|profiles|python|report|rig|sequencer"
-    r"|simulator|site|tests|thermal)/[\w./-]*\w)`"
+    r"`((?:acquisition|analysis|apps|bench|cmake|core|docs|drivers|profiles|python|report|sequencer|simulator|tests)"
+    r"/[\w./-]*\w)`"
 )
 _MADE_UP = re.compile(r"acme|NAME|^report/\w+\.json$")  # docs/adding-an-instrument.md invents one; what a run leaves
 
@@ -70,11 +70,14 @@ class Documents(unittest.TestCase):
         self.assertGreater(links, 50)
 
     def test_files_in_code_font_are_there(self):
-        for page in MANUAL:
+        seen = 0
+        for page in PAGES:
             for line, text in prose_of(page):
                 for name in _NAMED.findall(text):
                     if name.endswith(SOURCES) and not _MADE_UP.search(name):
+                        seen += 1
                         self.assertTrue((SOURCE / name).exists(), f"{place(page, line)}: {name} is not there")
+        self.assertGreater(seen, 150)
 
     def test_each_block_says_what_it_is(self):
         """A session is followed where it stands, so it stands in a folder whose pages are followed."""
@@ -123,6 +126,17 @@ class Documents(unittest.TestCase):
         for page in [*DOCS.glob("*.md"), *DOCS.glob("tutorial/*.md"), *DOCS.glob("how-to/*.md")]:
             if page.name != "index.md":
                 self.assertIn(f"({page.relative_to(DOCS)})", index)
+
+    def test_each_module_has_an_owner(self):
+        text = (SOURCE / ".github/CODEOWNERS").read_text(encoding="utf-8")
+        rules = [line.split() for line in text.splitlines() if line and not line.startswith("#")]
+        for path, *owners in rules:
+            self.assertTrue(path == "*" or (SOURCE / path.strip("/")).exists(), f"{path} is not there")
+            self.assertTrue(owners and all(owner.startswith("@") for owner in owners), path)
+        lists = (SOURCE / "CMakeLists.txt").read_text(encoding="utf-8")
+        modules = re.search(r"^foreach\(folder ([a-z ]+)\)$", lists, re.M)[1].split()
+        self.assertEqual(len(modules), 8)
+        self.assertLessEqual({f"/{module}/" for module in modules}, {rule[0] for rule in rules})
 
 
 if __name__ == "__main__":

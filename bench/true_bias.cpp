@@ -18,13 +18,13 @@ Result<Eigen::VectorXd> true_bias(const record::Record& record, const std::strin
   simulator::VirtualLaboratory laboratory(*parameters,
                                           {.gyro = record.info.seed, .run = run::run_number(record.info.profile_text)});
   laboratory.switch_on(true);
-  laboratory.command({record.chamber_set_point_c.front()});
+  laboratory.change_set_point({record.chamber_set_point_c.front()});
   laboratory.step();  // preparing took a second
   Eigen::VectorXd bias(static_cast<Eigen::Index>(record.slot.size()));
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
     const double wander = laboratory.drift()[0].value;  // of the second to come, turn-on included
     const auto before = laboratory.pulses()[0];
-    laboratory.command({record.chamber_set_point_c[i]});
+    laboratory.change_set_point({record.chamber_set_point_c[i]});
     laboratory.step();
     bias(static_cast<Eigen::Index>(i)) = laboratory.true_bias()[0].value + wander;
     if (laboratory.pulses()[0] - before == std::llround(record.units[0].rotation[0][i])) continue;

@@ -66,7 +66,7 @@ class Chamber : public Identified {
   [[nodiscard]] virtual Result<ChamberState> inspect() { return read(); }
   /// Makes `target` the controller's set point: written, then read back within the register's resolution.
   /// Fails with timeout, disconnected, refused or mismatch; then the set point is unknown.
-  [[nodiscard]] virtual Result<void> head_for(Celsius target) = 0;
+  [[nodiscard]] virtual Result<void> send_set_point(Celsius target) = 0;
   /// Starts conditioning at the present set point, verified by the state register where the map has one.
   [[nodiscard]] virtual Result<void> start() = 0;
   /// Ends conditioning, verified likewise.
@@ -85,13 +85,13 @@ class Chamber : public Identified {
   }
   /// The next call is tried at once, also on a line that rests after failures: for what cannot wait.
   virtual void end_rest() {}
-  /// `target` as head_for() makes it, but at once, on a line that rests too, and with nothing asked that the write
-  /// itself does not need: where a line loses answers, each question more is one that it may lose. Only a program that
-  /// was started from here is ended before. From now on a unit or a number of decimals that cannot be read counts as it
-  /// was last read. Fails like head_for().
-  [[nodiscard]] virtual Result<void> insist(Celsius target) {
+  /// `target` as send_set_point() makes it, but at once, on a line that rests too, and with nothing asked that the
+  /// write itself does not need: where a line loses answers, each question more is one that it may lose. Only a program
+  /// that was started from here is ended before. From now on a unit or a number of decimals that cannot be read counts
+  /// as it was last read. Fails like send_set_point().
+  [[nodiscard]] virtual Result<void> send_set_point_at_once(Celsius target) {
     end_rest();
-    return head_for(target);
+    return send_set_point(target);
   }
   /// Ends a program that the controller carries out, whoever started it; nothing to do where none runs, or the
   /// controller knows none.
@@ -104,7 +104,8 @@ class Chamber : public Identified {
     (void)program;
     return failure(FaultKind::refused, "chamber upload", "it has no memory for programs");
   }
-  /// Starts the program that was uploaded, from its first step, verified by the state register. head_for() ends it.
+  /// Starts the program that was uploaded, from its first step, verified by the state register. send_set_point() ends
+  /// it.
   [[nodiscard]] virtual Result<void> start_program() {
     return failure(FaultKind::refused, "chamber start_program", "it has no program");
   }

@@ -34,7 +34,7 @@ class Registers {
   [[nodiscard]] virtual Result<void> write(WriteFunction function, std::uint16_t address,
                                            std::span<const std::uint16_t> words) = 0;
   /// The next use is tried at once, also on a line that rests after failures: for what cannot wait.
-  virtual void insist() {}
+  virtual void end_rest() {}
   /// Counts the connections that broke so far. Another instrument may be at the end of the next one.
   [[nodiscard]] virtual std::uint64_t breaks() const { return 0; }
 };
@@ -50,8 +50,8 @@ class ByteStream {
   [[nodiscard]] virtual std::optional<Duration> came() const { return {}; }
   /// Writes all. Fails with timeout or disconnected.
   [[nodiscard]] virtual Result<void> write(std::span<const std::byte> bytes, Duration within) = 0;
-  /// The next use is tried at once, also on a line that rests after failures: how Registers::insist() reaches it.
-  virtual void insist() {}
+  /// The next use is tried at once, also on a line that rests after failures: how Registers::end_rest() reaches it.
+  virtual void end_rest() {}
 };
 
 /// An HID device that is spoken to in reports; byte 0 of a report is its number. Opened at first use, found again by

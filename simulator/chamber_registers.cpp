@@ -284,7 +284,7 @@ void ChamberRegisters::apply(const Assignment& assignment) {
 
 void ChamberRegisters::take_effect(const drivers::RegisterItem& item, double value) {
   const auto& unit = unit_;
-  if (item.name == "set_point") laboratory_.command({value});
+  if (item.name == "set_point") laboratory_.change_set_point({value});
   if (item.self_clearing && (item.name == unit.program_number || item.name == unit.program_step))
     image_.set_value(item, value);  // it is kept inside, and shows zero
   const bool manual = any_holds(unit.holds_output, item, value);
@@ -324,7 +324,7 @@ void ChamberRegisters::pass_second() {
   ++seconds_;
   if (!run_.runs()) return;
   const auto set_point = run_.next_set_point(laboratory_.air_as_measured());
-  if (laboratory_.accepts(set_point)) laboratory_.command(set_point);
+  if (laboratory_.accepts(set_point)) laboratory_.change_set_point(set_point);
 }
 
 }  // namespace gyrotherm::simulator

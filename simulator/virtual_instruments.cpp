@@ -165,7 +165,7 @@ class Servers final : public VirtualInstruments {
     const std::scoped_lock lock(guard_);
     laboratory_.switch_on(true);
     for (const auto& [set_point, unit] : seconds) {
-      laboratory_.command(set_point);
+      laboratory_.change_set_point(set_point);
       laboratory_.bring_unit_to(unit);
       laboratory_.step();
       for (auto& gyro : gyros_) gyro.skip(laboratory_);

@@ -181,7 +181,7 @@ bool VirtualLaboratory::accepts(Celsius set_point) const {
   return set_point.value >= plant.lowest_c && set_point.value <= plant.highest_c;
 }
 
-void VirtualLaboratory::command(Celsius set_point) {
+void VirtualLaboratory::change_set_point(Celsius set_point) {
   assert(accepts(set_point));
   parts_->set_point = set_point;
 }

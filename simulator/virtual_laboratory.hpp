@@ -80,7 +80,7 @@ class VirtualLaboratory {
   /// Whether the controller can be told this.
   [[nodiscard]] bool accepts(Celsius set_point) const;
   /// What the controller is told, which it must accept; in force from the next step on.
-  void command(Celsius set_point);
+  void change_set_point(Celsius set_point);
   void switch_on(bool on);
   /// Manual mode of the controller: its output stays at this, −1 (full cooling) … 1 (full heating), while it is on;
   /// nothing: it follows the set point.

@@ -146,12 +146,12 @@ class WatchedChamber {
   Result<ChamberState> read() {
     return watch_.guard(chamber_, [&] { return chamber_.read(); });
   }
-  Result<void> head_for(Celsius target) {
-    return watch_.guard(chamber_, [&] { return chamber_.head_for(target); });
+  Result<void> send_set_point(Celsius target) {
+    return watch_.guard(chamber_, [&] { return chamber_.send_set_point(target); });
   }
-  Result<void> insist(Celsius target) {
+  Result<void> send_set_point_at_once(Celsius target) {
     chamber_.end_rest();
-    return watch_.guard_safe(chamber_, [&] { return chamber_.insist(target); });
+    return watch_.guard_safe(chamber_, [&] { return chamber_.send_set_point_at_once(target); });
   }
   Result<void> switch_on(bool on) {
     if (on) return watch_.guard(chamber_, [&] { return chamber_.start(); });
@@ -225,8 +225,10 @@ class InlineIo final : public InstrumentIo {
       sample.units[unit].true_bias = instruments_.true_bias(unit);
     return sample;
   }
-  Result<void> command(Celsius target) override { return watches_.chamber.head_for(target); }
-  Result<void> insist(Celsius target) override { return watches_.chamber.insist(target); }
+  Result<void> send_set_point(Celsius target) override { return watches_.chamber.send_set_point(target); }
+  Result<void> send_set_point_at_once(Celsius target) override {
+    return watches_.chamber.send_set_point_at_once(target);
+  }
   Result<void> switch_on(bool on) override { return watches_.chamber.switch_on(on); }
   std::vector<std::string> strangers() const override { return watches_.strangers(); }
 
@@ -355,9 +357,9 @@ class WorkerIo final : public InstrumentIo {
     return sample;
   }
 
-  Result<void> command(Celsius target) override {
-    const auto head_for = [this, target] { return watches_.chamber.head_for(target); };
-    return order(fmt::format("set point {:g} °C", target.value), head_for, rest_of_tick());
+  Result<void> send_set_point(Celsius target) override {
+    const auto send = [this, target] { return watches_.chamber.send_set_point(target); };
+    return order(fmt::format("set point {:g} °C", target.value), send, rest_of_tick());
   }
 
   std::vector<std::string> strangers() const override { return watches_.strangers(); }
@@ -367,9 +369,9 @@ class WorkerIo final : public InstrumentIo {
     return instruments_.chamber_line ? std::min(busy, instruments_.chamber_line->quiet_for()) : busy;
   }
 
-  Result<void> insist(Celsius target) override {
-    const auto head_for = [this, target] { return watches_.chamber.insist(target); };
-    return order(fmt::format("set point {:g} °C", target.value), head_for, options_.patience);
+  Result<void> send_set_point_at_once(Celsius target) override {
+    const auto send = [this, target] { return watches_.chamber.send_set_point_at_once(target); };
+    return order(fmt::format("set point {:g} °C", target.value), send, options_.patience);
   }
 
   Result<void> switch_on(bool on) override {

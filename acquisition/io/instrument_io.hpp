@@ -89,15 +89,15 @@ class InstrumentIo {
   /// that it was known as: the reading of another one is the fault mismatch.
   [[nodiscard]] virtual Sample read(std::int64_t slot, const Clock& clock) = 0;
 
-  /// Makes `target` the chamber's set point. Fails as Chamber::head_for() does; with workers also with timeout if that
-  /// is not done within `patience`, or, after a read, within what that has left of the `tick`: a command that had not
-  /// begun by then is not sent later, of one that had the set point is unknown. To another chamber than the one that it
-  /// was known as nothing is sent: mismatch; here and below.
-  [[nodiscard]] virtual Result<void> command(Celsius target) = 0;
+  /// Makes `target` the chamber's set point. Fails as Chamber::send_set_point() does; with workers also with timeout if
+  /// that is not done within `patience`, or, after a read, within what that has left of the `tick`: a command that had
+  /// not begun by then is not sent later, of one that had the set point is unknown. To another chamber than the one
+  /// that it was known as nothing is sent: mismatch; here and below.
+  [[nodiscard]] virtual Result<void> send_set_point(Celsius target) = 0;
   /// Does the same at once, also on a line that rests after failures, and with the whole `patience`: for what cannot
   /// wait.
-  [[nodiscard]] virtual Result<void> insist(Celsius target) = 0;
-  /// Starts or ends conditioning. Fails as Chamber::start() and stop() do, and like command().
+  [[nodiscard]] virtual Result<void> send_set_point_at_once(Celsius target) = 0;
+  /// Starts or ends conditioning. Fails as Chamber::start() and stop() do, and like send_set_point().
   [[nodiscard]] virtual Result<void> switch_on(bool on) = 0;
 
   /// Describes each instrument in whose place another one answered when it was last asked.

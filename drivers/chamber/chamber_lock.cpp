@@ -360,7 +360,7 @@ class NotingRegisters final : public Registers {
     activity_->note();
     return done;
   }
-  void insist() override { registers_->insist(); }
+  void end_rest() override { registers_->end_rest(); }
   std::uint64_t breaks() const override { return registers_->breaks(); }
 
  private:

@@ -394,7 +394,7 @@ Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const
   for (;;) {
     auto sent = write_safe_words(item, words);
     if (sent || sent.error().kind == FaultKind::refused || --tries == 0) return sent;
-    registers_.insist();
+    registers_.end_rest();
   }
 }
 
@@ -417,7 +417,7 @@ Result<void> ItemExchange::write(const RegisterItem& item, double value, int tri
   const bool is_seen = !item.self_clearing && !item.seen_later && (item.readable || !item.seen_in.empty());
   if (sent) return is_seen ? wait_until_seen(*set, written) : Result<void>{};
   if (tries == 1 || !is_seen || sent.error().kind == FaultKind::refused) return sent;
-  registers_.insist();
+  registers_.end_rest();
   if (trust() == Trust::another) return sent;
   return wait_until_seen(*set, written) ? Result<void>{} : sent;
 }

@@ -155,7 +155,7 @@ class ModbusChamber final : public Chamber {
 
   /// Before the first set point: a program that somebody else started (or this program, before it was restarted) would
   /// overrule it.
-  Result<void> head_for(Celsius target) override {
+  Result<void> send_set_point(Celsius target) override {
     items_.trust_line();
     if (auto allowed = check_limits(target); !allowed) return allowed;
     if (std::isnan(sent_c_)) {
@@ -178,11 +178,11 @@ class ModbusChamber final : public Chamber {
     if (!map_.sequences.contains("start")) return map_.control ? switch_to(map_.control->on) : Result<void>{};
     if (auto started = perform("start"); !started) return started;
     if (std::isnan(sent_c_)) return {};
-    if (!set_point_.readable) return head_for({sent_c_});  // some units ignore it while they are off
+    if (!set_point_.readable) return send_set_point({sent_c_});  // some units ignore it while they are off
     const auto now = items_.read(set_point_);
     if (!now) return failure(now.error());
     const bool kept = std::abs(*now - sent_c_) <= set_point_tolerance(map_).value;
-    return kept ? Result<void>{} : head_for({sent_c_});
+    return kept ? Result<void>{} : send_set_point({sent_c_});
   }
 
   Result<void> stop() override {
@@ -201,9 +201,9 @@ class ModbusChamber final : public Chamber {
                    fmt::format("its register map has no command \"{}\"", command));
   }
 
-  void end_rest() override { registers_->insist(); }
+  void end_rest() override { registers_->end_rest(); }
 
-  Result<void> insist(Celsius target) override {
+  Result<void> send_set_point_at_once(Celsius target) override {
     items_.trust_line();
     end_rest();
     items_.fall_back();
@@ -261,7 +261,7 @@ class ModbusChamber final : public Chamber {
     turns_.begin_anew();
     auto started =
         items_.perform(map_.sequences.at("start_program"), {.program = *uploaded_, .step = map_.memory->first_step});
-    program_runs_ = true;  // even if it only may: head_for() is to end it
+    program_runs_ = true;  // even if it only may: send_set_point() is to end it
     return started;
   }
 

@@ -29,9 +29,9 @@ namespace gyrotherm::drivers {
 /// `before`: the controller's settings as another program has read them, which count where they cannot be read: for a
 /// chamber that is to be made safe.
 ///
-/// head_for() fails with out_of_range, and writes nothing, if the register cannot hold the target or the map or the
-/// controller limits it. start(), stop() and perform() carry out the map's command of that name, which waits for the
-/// registers that show that it took effect. A map with neither commands nor [control] describes a chamber that
+/// send_set_point() fails with out_of_range, and writes nothing, if the register cannot hold the target or the map or
+/// the controller limits it. start(), stop() and perform() carry out the map's command of that name, which waits for
+/// the registers that show that it took effect. A map with neither commands nor [control] describes a chamber that
 /// conditions whenever it is powered: start() has nothing to do, stop() is refused.
 [[nodiscard]] std::unique_ptr<Chamber> make_modbus_chamber(RegisterMap map, std::unique_ptr<Registers> registers,
                                                            std::unique_ptr<Pauses> pauses = real_pauses(),

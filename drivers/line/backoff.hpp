@@ -27,7 +27,7 @@ class Backoff {
     next_ = Deadline(rest_, clock_);
   }
   /// It may be tried at once; if that fails too, it rests as after a second failure.
-  void insist() { rest_ = Duration::zero(); }
+  void end_rest() { rest_ = Duration::zero(); }
   /// How long the line must rest still; zero: it may be tried.
   [[nodiscard]] Duration left() const { return rest_ == Duration::zero() ? rest_ : next_.left(); }
   /// "failed before, next try in 0.5 s"

@@ -47,7 +47,7 @@ class DescriptorStream : public ByteStream {
     return {};
   }
 
-  void insist() override { backoff_.insist(); }
+  void end_rest() override { backoff_.end_rest(); }
 
  protected:
   [[nodiscard]] Result<void> open() {

@@ -53,7 +53,7 @@ class EchoStream final : public ByteStream {
   }
 
   std::optional<Duration> came() const override { return line_->came(); }
-  void insist() override { line_->insist(); }
+  void end_rest() override { line_->end_rest(); }
 
  private:
   [[nodiscard]] static tl::unexpected<Fault> no_echo(std::size_t came, std::size_t sent) {

@@ -59,9 +59,9 @@ class GuardedRegisters final : public Registers {
     return {};
   }
 
-  void insist() override {
-    backoff_.insist();
-    line_->insist();
+  void end_rest() override {
+    backoff_.end_rest();
+    line_->end_rest();
   }
 
   std::uint64_t breaks() const override { return breaks_; }

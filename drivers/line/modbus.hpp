@@ -79,7 +79,7 @@ class ModbusLine {
   /// Lets `time` pass, in which nothing may come; what does is never taken for an answer either.
   virtual void rest(Duration time) = 0;
   /// The next try is made at once, also where the line below rests by itself after failures.
-  virtual void insist() {}
+  virtual void end_rest() {}
   /// "modbus 10.0.0.7:502"
   [[nodiscard]] virtual std::string place() const = 0;
 };

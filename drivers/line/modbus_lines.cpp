@@ -261,7 +261,7 @@ class ModbusRtu final : public ModbusLine {
     }
   }
 
-  void insist() override { stream_->insist(); }
+  void end_rest() override { stream_->end_rest(); }
 
   std::string place() const override { return place_; }
 

@@ -151,7 +151,7 @@ ProfileState with_its_deadline_anew(ProfileState state) {
   return Holding{overdue->segment, std::max(overdue->soaked, kSecond), overdue->soaked, {}};
 }
 
-Celsius command(const Profile& profile, const ProfileState& state) {
+Celsius demanded_set_point(const Profile& profile, const ProfileState& state) {
   return std::visit([&](const auto& s) { return set_point(profile, s); }, state);
 }
 
@@ -162,7 +162,7 @@ ProfilePosition position_of(const Profile& profile, const ProfileState& state) {
           .phase = now.phase,
           .in_segment = now.elapsed,
           .soaked = now.soaked,
-          .set_point = command(profile, state)};
+          .set_point = demanded_set_point(profile, state)};
 }
 
 bool unit_may_be_off(const Profile& profile, const ProfileState& state) {

@@ -68,7 +68,7 @@ struct Observation {
 [[nodiscard]] ProfileState with_its_deadline_anew(ProfileState state);
 
 /// The set point that the state asks for: a function of the state alone.
-[[nodiscard]] Celsius command(const Profile& profile, const ProfileState& state);
+[[nodiscard]] Celsius demanded_set_point(const Profile& profile, const ProfileState& state);
 
 /// Whether the unit is switched off by the profile's wish, or people may not have switched it on yet.
 [[nodiscard]] bool unit_may_be_off(const Profile& profile, const ProfileState& state);

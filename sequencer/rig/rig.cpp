@@ -271,7 +271,7 @@ class AssembledRig : public Rig {
 
   /// Never start() at a set point that was not taken. Returns what the chamber says of the program that it keeps.
   Result<std::string> set_out(Celsius first, const drivers::ChamberProgram* program) {
-    const auto moved = chamber_->head_for(first).and_then([&] { return chamber_->start(); });
+    const auto moved = chamber_->send_set_point(first).and_then([&] { return chamber_->start(); });
     if (!moved) return failure(moved.error());
     auto kept = program ? chamber_->upload(*program) : Result<std::string>();
     if (!kept) return kept;
@@ -289,7 +289,7 @@ class AssembledRig : public Rig {
   bool put_back(const ChamberState& found, bool may_run_program) {
     chamber_->end_rest();
     bool done = !may_run_program || chamber_->end_program();
-    if (!std::isnan(found.set_point.value)) done = chamber_->insist(found.set_point) && done;
+    if (!std::isnan(found.set_point.value)) done = chamber_->send_set_point_at_once(found.set_point) && done;
     if (found.activity == ChamberActivity::off) done = chamber_->stop() && done;
     return done;
   }

@@ -44,7 +44,7 @@ void HostLead::begin_away(std::optional<Celsius> air_before) {
   air_before_ = air_before;
 }
 
-void HostLead::inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) {
+void HostLead::fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) {
   if (const auto& chamber = second.sample.chamber.value) inputs.sent = path_.expected(chamber->set_point);
   inputs.set_point_tolerance = path_.tolerance();
   inputs.refusals = path_.refusals();
@@ -52,7 +52,7 @@ void HostLead::inform(const LeadSecond& second, interlocks::InterlockInputs& inp
   inputs.sends_again = path_.sends_again(second.at - kSecond - second.missed);
 }
 
-interlocks::InterlockDemand HostLead::weigh(interlocks::InterlockDemand demand, const LeadSecond& second) {
+interlocks::InterlockDemand HostLead::adjust(interlocks::InterlockDemand demand, const LeadSecond& second) {
   const auto& chamber = second.sample.chamber.value;
   const auto& before = second.air_before;
   unjudged_ += second.missed;
@@ -74,7 +74,7 @@ bool HostLead::is_in_place(const LeadSecond& second) const {
   return chamber && gyrotherm::run::is_in_place(chamber->air, second.goal, air_before_);
 }
 
-void HostLead::arrived() {
+void HostLead::on_arrival() {
   approaching_ = false;
   air_before_.reset();
 }
@@ -85,11 +85,12 @@ std::optional<std::string> HostLead::bring_back(io::InstrumentIo& io, const Lead
   approaching_ = true;
   path_.adopt(chamber.set_point);
   path_.begin_at(chamber.air);
-  const auto taken = path_.go(io, within(chamber.air, limits_), second.at).and_then([&] { return io.switch_on(true); });
+  const auto taken =
+      path_.advance(io, within(chamber.air, limits_), second.at).and_then([&] { return io.switch_on(true); });
   return taken ? std::nullopt : std::optional("taking the chamber over: " + text(taken.error()));
 }
 
-Result<void> HostLead::leave(io::InstrumentIo&, const LeadSecond& second) {
+Result<void> HostLead::send_last_set_point(io::InstrumentIo&, const LeadSecond& second) {
   if (second.anothers)
     return failure(FaultKind::refused, "chamber", "it does what somebody else has told it, not what the profile says");
   return {};
@@ -106,8 +107,8 @@ bool is_anothers(const interlocks::InterlockMemory& memory) {
          memory.is_seen(interlocks::InterlockId::not_following);
 }
 
-std::optional<std::string> HostLead::command(io::InstrumentIo& io, const LeadSecond& second, RunState state,
-                                             bool returning, const interlocks::InterlockMemory& memory) {
+std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const LeadSecond& second, RunState state,
+                                                    bool returning, const interlocks::InterlockMemory& memory) {
   if (!may_command(state) || !second.sample.chamber.value) return std::nullopt;
   if (std::exchange(taking_over_, false) || is_brought_back(memory)) return bring_back(io, second);
   if (was_restarted(memory)) return std::nullopt;  // an operator decides
@@ -121,7 +122,7 @@ std::optional<std::string> HostLead::command(io::InstrumentIo& io, const LeadSec
   if (state != RunState::execute && !returning) return std::nullopt;
   if (waits_for_air(second.sample.chamber.value->air)) return std::nullopt;
   ensure(may_command(state), "a set point is sent only while the run is carried out");
-  const auto sent = path_.go(io, second.goal, second.at);
+  const auto sent = path_.advance(io, second.goal, second.at);
   return sent || path_.refusals() != 1 ? std::nullopt : std::optional(text(sent.error()));
 }
 
@@ -240,19 +241,19 @@ std::string ControllerLead::judge(const LeadSecond& second) {
                      name(chamber->activity));
 }
 
-void ControllerLead::inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) {
+void ControllerLead::fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) {
   inputs.led_by_controller = true;
   watch_end(second);
   inputs.program = judge(second);
 }
 
-interlocks::InterlockDemand ControllerLead::weigh(interlocks::InterlockDemand demand, const LeadSecond&) {
+interlocks::InterlockDemand ControllerLead::adjust(interlocks::InterlockDemand demand, const LeadSecond&) {
   return demand.reaction < interlocks::Reaction::abort ? interlocks::InterlockDemand{} : demand;
 }
 
-Result<void> ControllerLead::leave(io::InstrumentIo& io, const LeadSecond& second) {
-  auto left = io.insist(second.goal);
-  for (int tries = 1; !left && tries < kStopTries; ++tries) left = io.insist(second.goal);
+Result<void> ControllerLead::send_last_set_point(io::InstrumentIo& io, const LeadSecond& second) {
+  auto left = io.send_set_point_at_once(second.goal);
+  for (int tries = 1; !left && tries < kStopTries; ++tries) left = io.send_set_point_at_once(second.goal);
   return left;
 }
 

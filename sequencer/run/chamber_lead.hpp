@@ -45,20 +45,20 @@ class ChamberLead {
   [[nodiscard]] virtual std::string objection(OperatorCommand command) const = 0;
 
   /// Fills in what the interlocks compare the chamber with.
-  virtual void inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) = 0;
+  virtual void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) = 0;
   /// What remains of the interlocks' demand, or what the lead demands besides.
-  [[nodiscard]] virtual interlocks::InterlockDemand weigh(interlocks::InterlockDemand demand,
-                                                          const LeadSecond& second) = 0;
+  [[nodiscard]] virtual interlocks::InterlockDemand adjust(interlocks::InterlockDemand demand,
+                                                           const LeadSecond& second) = 0;
   /// Whether set point and air are where the profile's clock may run.
   [[nodiscard]] virtual bool is_in_place(const LeadSecond& second) const = 0;
   /// The profile's clock runs: there is no way back to the profile any more.
-  virtual void arrived() = 0;
+  virtual void on_arrival() = 0;
   /// An operator lets the run go on over a set point that is not its own: the chamber is taken over with the next
   /// command.
   virtual void take_over() = 0;
   /// A run that is stopped is to leave the chamber at the profile's present set point. Fails where it may not stay
   /// there.
-  [[nodiscard]] virtual Result<void> leave(io::InstrumentIo& io, const LeadSecond& second) = 0;
+  [[nodiscard]] virtual Result<void> send_last_set_point(io::InstrumentIo& io, const LeadSecond& second) = 0;
 
   /// Returns why the profile, which has come to its end, cannot end there: what the chamber does is not what the
   /// profile has left it at. Empty: it can.
@@ -66,9 +66,9 @@ class ChamberLead {
 
   /// Commands the chamber in this second, in a run that stands in `state` (`returning`: on its way back to the
   /// profile). Returns what the record is to be told of a failure, or nothing.
-  [[nodiscard]] virtual std::optional<std::string> command(io::InstrumentIo& io, const LeadSecond& second,
-                                                           RunState state, bool returning,
-                                                           const interlocks::InterlockMemory& memory) = 0;
+  [[nodiscard]] virtual std::optional<std::string> send_set_point(io::InstrumentIo& io, const LeadSecond& second,
+                                                                  RunState state, bool returning,
+                                                                  const interlocks::InterlockMemory& memory) = 0;
   /// How many set points the chamber did not take.
   [[nodiscard]] virtual std::int64_t missed_set_points() const = 0;
 };
@@ -88,19 +88,20 @@ class HostLead final : public ChamberLead {
 
   [[nodiscard]] bool goes_on_by_itself() const override { return false; }
   [[nodiscard]] std::string objection(OperatorCommand) const override { return {}; }
-  void inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
+  void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
   /// After a pause of the program the resume rule holds as after a restart: air that has left its place suspends, and
   /// has to come back whatever else has stopped the run.
-  [[nodiscard]] interlocks::InterlockDemand weigh(interlocks::InterlockDemand demand,
-                                                  const LeadSecond& second) override;
+  [[nodiscard]] interlocks::InterlockDemand adjust(interlocks::InterlockDemand demand,
+                                                   const LeadSecond& second) override;
   [[nodiscard]] bool is_in_place(const LeadSecond& second) const override;
-  void arrived() override;
+  void on_arrival() override;
   void take_over() override { taking_over_ = true; }
   /// Fails for a chamber that another has changed.
-  [[nodiscard]] Result<void> leave(io::InstrumentIo&, const LeadSecond& second) override;
+  [[nodiscard]] Result<void> send_last_set_point(io::InstrumentIo&, const LeadSecond& second) override;
   /// A chamber that is silent, or has a set point that nobody understands, is sent nothing.
-  [[nodiscard]] std::optional<std::string> command(io::InstrumentIo& io, const LeadSecond& second, RunState state,
-                                                   bool returning, const interlocks::InterlockMemory& memory) override;
+  [[nodiscard]] std::optional<std::string> send_set_point(io::InstrumentIo& io, const LeadSecond& second,
+                                                          RunState state, bool returning,
+                                                          const interlocks::InterlockMemory& memory) override;
   [[nodiscard]] std::int64_t missed_set_points() const override { return path_.missed(); }
 
  private:
@@ -129,17 +130,17 @@ class ControllerLead final : public ChamberLead {
 
   [[nodiscard]] bool goes_on_by_itself() const override { return true; }
   [[nodiscard]] std::string objection(OperatorCommand command) const override;
-  void inform(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
+  void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
   /// What a controller does by itself goes on while an instrument is silent: only what aborts is left.
-  [[nodiscard]] interlocks::InterlockDemand weigh(interlocks::InterlockDemand demand,
-                                                  const LeadSecond& second) override;
+  [[nodiscard]] interlocks::InterlockDemand adjust(interlocks::InterlockDemand demand,
+                                                   const LeadSecond& second) override;
   [[nodiscard]] bool is_in_place(const LeadSecond&) const override { return true; }
-  void arrived() override {}
+  void on_arrival() override {}
   void take_over() override {}
   /// The controller would go on with its program otherwise.
-  [[nodiscard]] Result<void> leave(io::InstrumentIo& io, const LeadSecond& second) override;
-  [[nodiscard]] std::optional<std::string> command(io::InstrumentIo&, const LeadSecond&, RunState, bool,
-                                                   const interlocks::InterlockMemory&) override {
+  [[nodiscard]] Result<void> send_last_set_point(io::InstrumentIo& io, const LeadSecond& second) override;
+  [[nodiscard]] std::optional<std::string> send_set_point(io::InstrumentIo&, const LeadSecond&, RunState, bool,
+                                                          const interlocks::InterlockMemory&) override {
     return std::nullopt;
   }
   [[nodiscard]] std::int64_t missed_set_points() const override { return 0; }

@@ -87,7 +87,7 @@ RunController::RunController(const profile::Profile& profile, rig::Rig& rig, rec
       store_(store),
       state_(std::move(state)),
       next_slot_(first_slot),
-      lead_(std::make_unique<HostLead>(rig.file(), command(profile, state_), kSecond * first_slot)),
+      lead_(std::make_unique<HostLead>(rig.file(), demanded_set_point(profile, state_), kSecond * first_slot)),
       safe_(rig.file()),
       dropped_(names_of_units(rig.file())),
       channels_(channels_of(rig.file())),
@@ -141,7 +141,7 @@ std::string RunController::answer_to(OperatorCommand command) const {
                 : fmt::format("the chamber is made safe at {:g} °C", rig_.file().safe_set_point.value));
 }
 
-void RunController::tell(OperatorCommand command, const std::string& who, const std::string& answer) {
+void RunController::request(OperatorCommand command, const std::string& who, const std::string& answer) {
   const bool ends = command >= OperatorCommand::stop;
   requests_.add({command, who, takes_over(command), ends ? answer : std::string()});
   note(EventKind::command, fmt::format("{} by {}{}{}", name(command), who, answer.empty() ? "" : ": ", answer));
@@ -229,7 +229,7 @@ Result<void> RunController::record_gap(std::int64_t slot) {
   const bool slept = kSecond * missed > kLongestUnattended;
   const bool goes_on = lead_->goes_on_by_itself() && run_state() != RunState::aborting;
   for (auto left = goes_on ? missed : 0; left > 0; --left)
-    state_ = next(profile_, state_, {.elapsed = kSecond, .air = slept ? command(profile_, state_) : air_});
+    state_ = next(profile_, state_, {.elapsed = kSecond, .air = slept ? demanded_set_point(profile_, state_) : air_});
   tally_.see_gap(next_slot_, slot - 1);
   return store_.append_gap(std::exchange(next_slot_, slot), slot - 1, "the program was late");
 }
@@ -287,7 +287,7 @@ void RunController::note_alarms(const interlocks::InterlockResult& result, const
 
 LeadSecond RunController::second(const Sample& sample, Duration missed) const {
   return {.sample = sample,
-          .goal = command(profile_, state_),
+          .goal = demanded_set_point(profile_, state_),
           .at = kSecond * (next_slot_ + 1),
           .missed = missed,
           .in_last_segment = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size()),
@@ -301,7 +301,7 @@ LeadSecond RunController::second(const Sample& sample, Duration missed) const {
 interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration missed) const {
   interlocks::InterlockInputs around;
   around.led_by_controller = !may_command(run_state()) || run_state() == RunState::aborting;
-  lead_->inform(second(sample, missed), around);
+  lead_->fill_inputs(second(sample, missed), around);
   around.missed = missed;
   around.longest_missed = kLongestUnattended;
   const auto health = store_.health();
@@ -322,7 +322,7 @@ interlocks::InterlockDemand RunController::judge_second(const Sample& sample, Du
   auto result = judge(rig_.file().limits, std::move(memory_), sample, kSecond + missed, inputs(sample, missed));
   memory_ = std::move(result.memory);
   note_alarms(result, sample, missed);
-  return lead_->weigh(std::move(result.demand), second(sample, missed));
+  return lead_->adjust(std::move(result.demand), second(sample, missed));
 }
 
 void RunController::change_to(RunStateMachine machine) {
@@ -377,7 +377,7 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   const bool leaves = request && request->command == OperatorCommand::stop && run_state() != RunState::aborting &&
                       demand.reaction < interlocks::Reaction::abort &&
                       rig_.file().run_limits.on_stop == interlocks::OnStop::hold;
-  const auto left = leaves ? lead_->leave(rig_.io(), second(sample, missed)) : Result<void>();
+  const auto left = leaves ? lead_->send_last_set_point(rig_.io(), second(sample, missed)) : Result<void>();
   if (!left)
     note(EventKind::fault, "the chamber cannot be left at its set point, and is made safe: " + text(left.error()));
   if (run_state() == RunState::aborting) see_safe(sample);
@@ -394,7 +394,7 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   const auto* held = std::get_if<Held>(&machine);
   if (held && !now.prompt.empty() && held->cause == now.prompt) answered_ = sample.progress.segment;
   change_to(std::move(machine));
-  if (run_state() == RunState::execute) lead_->arrived();
+  if (run_state() == RunState::execute) lead_->on_arrival();
 }
 
 /// Takes the sensor that the present segment soaks on, as its certificate corrects it.
@@ -450,8 +450,8 @@ void RunController::command_chamber(const Sample& sample) {
   rig_.bring_units_to(profile_.segments[static_cast<std::size_t>(sample.progress.segment)].unit);
   const auto told = run_state() == RunState::aborting
                         ? safe_.attempt(rig_.io(), kSecond * next_slot_)
-                        : lead_->command(rig_.io(), second(sample, {}), sample.state,
-                                         std::holds_alternative<Returning>(machine_), memory_);
+                        : lead_->send_set_point(rig_.io(), second(sample, {}), sample.state,
+                                                std::holds_alternative<Returning>(machine_), memory_);
   if (told) note(EventKind::fault, *told);
 }
 

@@ -52,7 +52,7 @@ SetPointPath::SetPointPath(const profile::ChamberLimits& limits, Kelvins toleran
       at_(at),
       tried_(at - every) {}
 
-Result<void> SetPointPath::go(io::InstrumentIo& io, Celsius goal, Duration at) {
+Result<void> SetPointPath::advance(io::InstrumentIo& io, Celsius goal, Duration at) {
   if (is_at(goal) || (!begins_ && at - tried_ < every_)) return {};
   const auto time = std::min(at - at_, std::max(every_, kLongestStep));
   const auto target = begins_ ? base_ : step_towards(base_, goal, limits_, time);
@@ -60,7 +60,7 @@ Result<void> SetPointPath::go(io::InstrumentIo& io, Celsius goal, Duration at) {
   ensure(begins_ || abs(target - base_) <= fastest(base_, target, limits_) * time + kRounding * 2,
          "a set point moves no faster than the ramp limit");
   tried_ = at;
-  const auto taken = io.command(target);
+  const auto taken = io.send_set_point(target);
   known_ = taken.has_value();
   if (!taken) {
     attempted_ = target;

@@ -30,9 +30,9 @@ class SetPointPath {
   SetPointPath(const profile::ChamberLimits& limits, Kelvins tolerance, Duration every, Celsius sent, Duration at);
 
   /// Goes on towards `goal` as far as the time allows; sends nothing if the chamber is there, or was sent one too
-  /// recently, but for the beginning of a path. Fails as InstrumentIo::command() does: then what the chamber has is not
-  /// known until it is seen.
-  [[nodiscard]] Result<void> go(io::InstrumentIo& io, Celsius goal, Duration at);
+  /// recently, but for the beginning of a path. Fails as InstrumentIo::send_set_point() does: then what the chamber has
+  /// is not known until it is seen.
+  [[nodiscard]] Result<void> advance(io::InstrumentIo& io, Celsius goal, Duration at);
   /// The next set point is `here`, where the air is, and the path goes on from there.
   void begin_at(Celsius here);
   /// What the chamber shows is taken for what it was sent.

@@ -75,10 +75,10 @@ class Attempt {
 
   [[nodiscard]] Result<void> send_once() {
     if (auto known = recognise_chamber(); !known) return known;
-    if (!goal_.by_program) return chamber_->insist(goal_.set_point);
+    if (!goal_.by_program) return chamber_->send_set_point_at_once(goal_.set_point);
     chamber_->end_rest();
     const auto ended = chamber_->end_program();
-    return chamber_->insist(goal_.set_point).and_then([&] { return ended; });
+    return chamber_->send_set_point_at_once(goal_.set_point).and_then([&] { return ended; });
   }
 
   [[nodiscard]] bool send_set_point() {
@@ -135,7 +135,7 @@ class Attempt {
     chamber_->end_rest();
     if (auto known = recognise_chamber(); !known) return failure(known.error());
     if (auto ended = chamber_->end_program(); !ended) return failure(ended.error());
-    if (auto sent = chamber_->insist(goal_.set_point); !sent) return failure(sent.error());
+    if (auto sent = chamber_->send_set_point_at_once(goal_.set_point); !sent) return failure(sent.error());
     const auto state = see_to_mode();
     if (!state) return failure(state.error());
     if (!std::isnan(state->set_point.value) && abs(state->set_point - goal_.set_point) > goal_.tolerance)

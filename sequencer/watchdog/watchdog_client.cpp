@@ -121,7 +121,7 @@ std::optional<NotifySocket> NotifySocket::at(std::string address) {
   return NotifySocket(std::move(socket), std::move(address));
 }
 
-void NotifySocket::tell(std::string_view state) {
+void NotifySocket::notify(std::string_view state) {
   sockaddr_un to{};
   to.sun_family = AF_UNIX;
   std::copy(address_.begin(), address_.end(), to.sun_path);
@@ -289,9 +289,9 @@ Result<std::unique_ptr<WatchdogClient>> WatchdogClient::tie(const SafeState& saf
   line->took_over_ = after_a_death;
   line->systemd_ = NotifySocket::from_environment();
   line->watchdog_limit_ = line->systemd_ ? watchdog_limit() : std::nullopt;
-  if (line->systemd_) line->systemd_->tell("READY=1");
+  if (line->systemd_) line->systemd_->notify("READY=1");
   if (line->watchdog_limit_)  // an upload may take long
-    line->systemd_->tell(fmt::format("WATCHDOG_USEC={}", WatchLimits().preparing / std::chrono::microseconds(1)));
+    line->systemd_->notify(fmt::format("WATCHDOG_USEC={}", WatchLimits().preparing / std::chrono::microseconds(1)));
   ties->threads = 2;
   line->guard_tender_ = std::thread([ties] { ties->tend(&Ties::tend_guard); });
   line->file_tender_ = std::thread([ties] { ties->tend(&Ties::tend_file); });
@@ -299,9 +299,9 @@ Result<std::unique_ptr<WatchdogClient>> WatchdogClient::tie(const SafeState& saf
 }
 
 void WatchdogClient::heartbeat() {
-  if (watchdog_limit_ && !beating_) systemd_->tell("WATCHDOG_USEC=" + *watchdog_limit_);
+  if (watchdog_limit_ && !beating_) systemd_->notify("WATCHDOG_USEC=" + *watchdog_limit_);
   beating_ = true;
-  if (watchdog_limit_) systemd_->tell("WATCHDOG=1");
+  if (watchdog_limit_) systemd_->notify("WATCHDOG=1");
   const std::lock_guard lock(ties_->mutex);
   ties_->send(kAlive);
 }
@@ -332,7 +332,7 @@ void WatchdogClient::good_bye() {
     ties_->send(kGoodBye);
     ties_->stop = true;
   }
-  if (systemd_) systemd_->tell("STOPPING=1");
+  if (systemd_) systemd_->notify("STOPPING=1");
   end_threads();
   remove_safe_state(ties_->safe_state.record);
 }

@@ -24,7 +24,7 @@ class NotifySocket {
   [[nodiscard]] static std::optional<NotifySocket> at(std::string address);
 
   /// "READY=1", "WATCHDOG=1", "STATUS=…", "STOPPING=1". Never blocks; what cannot be told is not told.
-  void tell(std::string_view state);
+  void notify(std::string_view state);
 
  private:
   NotifySocket(Descriptor socket, std::string address) : socket_(std::move(socket)), address_(std::move(address)) {}

@@ -273,7 +273,7 @@ MUTANTS = [
      "const bool goes_on = lead_->goes_on_by_itself() && run_state() != RunState::aborting;", "const bool goes_on = true;",
      "run_test", "BrokenRig.InALateSecondTheClockStandsAndTheSetPointDoesNotJump"),
     ("a controller does not soak while the machine sleeps", "sequencer/run/run_controller.cpp",
-     ".air = slept ? command(profile_, state_) : air_", ".air = air_",
+     ".air = slept ? demanded_set_point(profile_, state_) : air_", ".air = air_",
      "run_test", "UploadedProgram.IsFollowedWhileTheMachineSleeps"),
     ("the run ends before the chamber is safe", "sequencer/run/safe_sequence.cpp",
      "confirmed_ = evidence_.is_safe();", "confirmed_ = true;",

@@ -106,7 +106,7 @@ TEST(Bracket, IsTheSameWhicheverUnitIsNamedFirst) {
   VirtualLaboratory ab(world_of({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = 2});
   VirtualLaboratory ba(world_of({"b", "a"}, {with(kFirst, {1, 0})}), {.gyro = 2});
   for (auto* laboratory : {&ab, &ba}) {
-    laboratory->command({-20});
+    laboratory->change_set_point({-20});
     laboratory->switch_on(true);
     for (int t = 0; t < 1800; ++t) laboratory->step();
   }
@@ -116,7 +116,7 @@ TEST(Bracket, IsTheSameWhicheverUnitIsNamedFirst) {
 /// The bracket comes after the cabinets, these after the air.
 TEST(Bracket, IsLateBehindItsBodies) {
   VirtualLaboratory laboratory(world_of({"a", "b"}, {with(kFirst, {0, 1})}), {.gyro = 1});
-  laboratory.command({60});
+  laboratory.change_set_point({60});
   laboratory.switch_on(true);
   for (int t = 0; t < 900; ++t) laboratory.step();
   const auto shown = thermometers(laboratory);

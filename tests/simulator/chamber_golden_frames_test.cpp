@@ -28,9 +28,9 @@ std::string reply_behind_number(const ChamberOnALine& line, const std::string& r
 
 TEST(GoldenFrames, OfTheEzt570iAtASetPoint) {
   ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
-  ASSERT_TRUE(line.chamber->head_for({20.0}));
+  ASSERT_TRUE(line.chamber->send_set_point({20.0}));
   EXPECT_EQ(reply_to(line, "01 06 00 3C 00 C8 48 50"), "01 06 00 3C 00 C8 48 50");
-  ASSERT_TRUE(line.chamber->head_for({-40.0}));
+  ASSERT_TRUE(line.chamber->send_set_point({-40.0}));
   EXPECT_EQ(reply_to(line, "01 06 00 3C FE 70 08 42"), "01 06 00 3C FE 70 08 42");
   ASSERT_TRUE(line.chamber->start());
   EXPECT_EQ(reply_to(line, "01 06 00 16 00 01 A9 CE"), "01 06 00 16 00 01 A9 CE");
@@ -41,10 +41,10 @@ TEST(GoldenFrames, OfTheEzt570iAtASetPoint) {
 
 TEST(EztUnit, ASetPointThatDidNotTakeIsSeenAtTheNextReading) {
   ChamberOnALine line("csz_ezt570i", drivers::LinkKind::rtu);
-  ASSERT_TRUE(line.chamber->head_for({30.0}));
+  ASSERT_TRUE(line.chamber->send_set_point({30.0}));
   EXPECT_EQ(line.chamber->read().value().set_point.value, 30.0);
-  ASSERT_TRUE(line.chamber->head_for({35.0}));
-  line.laboratory.command({25.0});  // somebody at the panel
+  ASSERT_TRUE(line.chamber->send_set_point({35.0}));
+  line.laboratory.change_set_point({25.0});  // somebody at the panel
   const auto seen = line.chamber->read();
   ASSERT_FALSE(seen);
   EXPECT_EQ(seen.error().kind, FaultKind::mismatch);
@@ -79,7 +79,7 @@ TEST(GoldenFrames, OfTheSamwon) {
 
 TEST(GoldenFrames, OfTheTt5166WhichIsUnitZero) {
   ChamberOnALine line("tt5166", drivers::LinkKind::rtu);
-  ASSERT_TRUE(line.chamber->head_for({22.0}));
+  ASSERT_TRUE(line.chamber->send_set_point({22.0}));
   EXPECT_EQ(reply_to(line, "00 06 00 26 00 DC 68 49"), "00 06 00 26 00 DC 68 49");
   ASSERT_TRUE(line.chamber->start());
   EXPECT_EQ(reply_to(line, "00 05 00 00 FF 00 8D EB"), "00 05 00 00 FF 00 8D EB");
@@ -102,7 +102,7 @@ TEST(GoldenFrames, OfTheTt5166WhichIsUnitZero) {
 
 TEST(GoldenFrames, OfTheYinhe) {
   ChamberOnALine line("yinhe", drivers::LinkKind::tcp);
-  ASSERT_TRUE(line.chamber->head_for({22.0}));
+  ASSERT_TRUE(line.chamber->send_set_point({22.0}));
   EXPECT_EQ(reply_behind_number(line, "00 00 00 0B 01 10 06 CE 00 02 04 41 B0 00 00"), "00 00 00 06 01 10 06 CE 00 02");
   ASSERT_TRUE(line.chamber->start());
   EXPECT_NE(reply_behind_number(line, "00 00 00 09 01 10 00 C8 00 01 02 00 01"), "not sent");
@@ -116,7 +116,7 @@ TEST(GoldenFrames, OfTheUmc1200WhoseSetPointsAreOneBlock) {
   const std::string none = "together_with = { register = \"humidity_set_point\", value = 0 }";
   text.replace(text.find(none), none.size(), "together_with = { register = \"humidity_set_point\", value = 55 }");
   ChamberOnALine line(drivers::parse_register_map(text, "umc1200.toml").value());
-  ASSERT_TRUE(line.chamber->head_for({22.0}));
+  ASSERT_TRUE(line.chamber->send_set_point({22.0}));
   EXPECT_NE(reply_behind_number(line, "00 00 00 0B 00 10 00 2B 00 02 04 00 DC 02 26"), "not sent");
   ASSERT_TRUE(line.chamber->start());
   EXPECT_NE(reply_behind_number(line, "00 00 00 09 00 10 00 2F 00 01 02 00 01"), "not sent");

@@ -63,7 +63,7 @@ class Upload : public testing::TestWithParam<Uploading> {};
 TEST_P(Upload, IsComparedAndCarriedOut) {
   ChamberOnALine line(GetParam().map, GetParam().link);
   const auto program = an_hour();
-  const auto sent = line.chamber->head_for({20});
+  const auto sent = line.chamber->send_set_point({20});
   ASSERT_TRUE(sent) << text(sent.error());
   ASSERT_TRUE(line.chamber->start());
   const auto report = line.chamber->upload(program);
@@ -88,12 +88,12 @@ TEST_P(Upload, IsComparedAndCarriedOut) {
 
 TEST_P(Upload, IsEndedByASetPoint) {
   ChamberOnALine line(GetParam().map, GetParam().link);
-  ASSERT_TRUE(line.chamber->head_for({20}));
+  ASSERT_TRUE(line.chamber->send_set_point({20}));
   ASSERT_TRUE(line.chamber->upload(an_hour()));
   ASSERT_TRUE(line.chamber->start_program());
   line.pass(600);
   ASSERT_TRUE(line.unit.program().runs());
-  const auto done = line.chamber->head_for({25});
+  const auto done = line.chamber->send_set_point({25});
   ASSERT_TRUE(done) << text(done.error());
   line.pass(10);
   EXPECT_FALSE(line.unit.program().runs());

@@ -73,7 +73,7 @@ TEST_F(VirtualInstrumentsTest, ShowTheNewStateOnceTimeHasPassed) {
   VirtualLaboratory same(laboratory_of_rig("virtual"), {});
   write_chamber(chamber, "set_point", -30);
   write_chamber(chamber, "control_mode", 1);
-  same.command({-30});
+  same.change_set_point({-30});
   same.switch_on(true);
   for (int i = 0; i < 50; ++i) {
     instruments->advance(7);

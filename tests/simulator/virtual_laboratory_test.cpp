@@ -19,7 +19,7 @@ namespace {
 /// All that instruments can see of a world, after each of some steps towards a set point.
 std::vector<double> seen(VirtualLaboratory& laboratory, Celsius set_point, int seconds) {
   std::vector<double> all;
-  laboratory.command(set_point);
+  laboratory.change_set_point(set_point);
   laboratory.switch_on(true);
   for (int t = 0; t < seconds; ++t) {
     laboratory.step();
@@ -55,7 +55,7 @@ double rate_over(VirtualLaboratory& laboratory, int seconds) {
 TEST(VirtualLaboratory, AGyroThatIsTurnedAroundSeesTheEarthTurnTheOtherWay) {
   for (const auto* rig : kRigs) {
     VirtualLaboratory laboratory(laboratory_of_rig(rig), {.gyro = 1, .run = 0});
-    laboratory.command({20});
+    laboratory.change_set_point({20});
     laboratory.switch_on(true);
     const double as_mounted = rate_over(laboratory, 600);
     laboratory.bring_unit_to({.turned = true});
@@ -71,7 +71,7 @@ TEST(VirtualLaboratory, AGyroThatIsTurnedAroundSeesTheEarthTurnTheOtherWay) {
 TEST(VirtualLaboratory, AGyroThatIsSwitchedOffIsSilentAndCoolsDown) {
   for (const auto* rig : kRigs) {
     VirtualLaboratory laboratory(laboratory_of_rig(rig), {.gyro = 1, .run = 0});
-    laboratory.command({20});
+    laboratory.change_set_point({20});
     laboratory.switch_on(true);
     const double warm_c = laboratory.thermometers_as_measured_c()[0];
     laboratory.bring_unit_to({.off = true});
@@ -90,7 +90,7 @@ TEST(VirtualLaboratory, AGyroThatIsSwitchedOffIsSilentAndCoolsDown) {
 /// The hard gyro's turn-on is drawn anew, and its warm-up begins.
 TEST(VirtualLaboratory, AGyroThatIsSwitchedOnAgainStartsAnew) {
   VirtualLaboratory laboratory(laboratory_of_rig("virtual-hard"), {.gyro = 1, .run = 0});
-  laboratory.command({20});
+  laboratory.change_set_point({20});
   laboratory.switch_on(true);
   for (int t = 0; t < 10; ++t) laboratory.step();
   const double before = laboratory.drift()[0].value;
@@ -112,7 +112,7 @@ TEST(VirtualLaboratory, DiffersBySeed) {
 /// SHA-256 of the first thousand pulse counts, a line each, on the way to 40 °C.
 std::string first_pulses_of(std::uint64_t seed) {
   VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {.gyro = seed, .run = 0});
-  laboratory.command({40});
+  laboratory.change_set_point({40});
   laboratory.switch_on(true);
   std::string counts;
   for (int t = 0; t < 1000; ++t) {
@@ -144,7 +144,7 @@ TEST(VirtualLaboratory, DoesNotChangeByBeingRead) {
   VirtualLaboratory read(laboratory_of_rig("virtual"), {.gyro = 3, .run = 0});
   VirtualLaboratory unread(laboratory_of_rig("virtual"), {.gyro = 3, .run = 0});
   (void)seen(read, {30}, 100);
-  unread.command({30});
+  unread.change_set_point({30});
   unread.switch_on(true);
   for (int t = 0; t < 100; ++t) unread.step();
   EXPECT_EQ(seen(read, {30}, 10), seen(unread, {30}, 10));
@@ -214,7 +214,7 @@ TEST(DrawGyro, SpreadsTheGyrosOfOtherSeeds) {
 
 /// The air after some minutes on the way to `set_point`.
 double air_after(VirtualLaboratory& laboratory, Celsius set_point, int minutes) {
-  laboratory.command(set_point);
+  laboratory.change_set_point(set_point);
   laboratory.switch_on(true);
   for (int t = 0; t < 60 * minutes; ++t) laboratory.step();
   return laboratory.air_as_measured().value;

@@ -58,7 +58,7 @@ std::string seen_of(VirtualLaboratory& laboratory, const std::string& unit, cons
 
 VirtualLaboratory cooling(const LaboratoryParameters& world, LaboratorySeed seed) {
   VirtualLaboratory laboratory(world, seed);
-  laboratory.command({-10});
+  laboratory.change_set_point({-10});
   laboratory.switch_on(true);
   return laboratory;
 }
@@ -66,13 +66,13 @@ VirtualLaboratory cooling(const LaboratoryParameters& world, LaboratorySeed seed
 /// SHA-256 of everything that can be seen of a plain world while its gyro is switched off and turned around.
 std::string plain_world(const std::string& rig, LaboratorySeed seed) {
   VirtualLaboratory laboratory(laboratory_of_rig(rig), seed);
-  laboratory.command({40});
+  laboratory.change_set_point({40});
   laboratory.switch_on(true);
   std::string all;
   for (int t = 0; t < 3000; ++t) {
     if (t == 1000) laboratory.bring_unit_to({.off = true});
     if (t == 1500) laboratory.bring_unit_to({.turned = true});
-    if (t == 2000) laboratory.command({-20});
+    if (t == 2000) laboratory.change_set_point({-20});
     laboratory.step();
     all += fmt::format("{} {} {:f}", laboratory.pulses()[0], laboratory.device_time_us(),
                        laboratory.air_as_measured().value);
@@ -254,7 +254,7 @@ TEST(OwnValues, AreAStraightLineInTheBlocksTemperature) {
   world.own_temperature = OwnThermometer{};
   world.values = {{.name = "current", .at_20_c = 2, .per_k = 0.1, .noise = 0}, {.name = "voltage", .at_20_c = 5}};
   VirtualLaboratory laboratory(world, {});
-  laboratory.command({60});
+  laboratory.change_set_point({60});
   laboratory.switch_on(true);
   for (int t = 0; t < 7200; ++t) laboratory.step();
   const auto values = laboratory.values();

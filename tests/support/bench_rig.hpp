@@ -63,7 +63,7 @@ class BenchIo final : public io::InstrumentIo {
     for (const auto& value : analogue) sample.units[0].analogue.push_back({value, sample.at});
     return sample;
   }
-  Result<void> command(Celsius target) override {
+  Result<void> send_set_point(Celsius target) override {
     if (chamber_.silent) return silence("chamber");
     if (chamber_.refuses) return failure(FaultKind::refused, "chamber", "exception 4");
     chamber_.sent_c.push_back(target.value);
@@ -71,9 +71,9 @@ class BenchIo final : public io::InstrumentIo {
     chamber_.set_point_c = target.value;
     return {};
   }
-  Result<void> insist(Celsius target) override {
+  Result<void> send_set_point_at_once(Celsius target) override {
     ++chamber_.insisted;
-    return command(target);
+    return send_set_point(target);
   }
   Result<void> switch_on(bool on) override {
     if (chamber_.silent) return silence("chamber");

@@ -58,9 +58,10 @@ class DryRun {
   run::RunOutcome run(simulator::LaboratorySeed seed, const drivers::ChamberProgram* program,
                       const std::function<void(RunHarness&, rig::Rig&)>& steps) {
     auto rig = rig::Rig::assemble(
-        file_, {.seed = seed, .already = {}, .replay = {}, .first_set_point = command(profile_, begin(profile_))});
+        file_,
+        {.seed = seed, .already = {}, .replay = {}, .first_set_point = demanded_set_point(profile_, begin(profile_))});
     EXPECT_TRUE(rig) << text(rig.error());
-    const auto prepared = (*rig)->prepare(command(profile_, begin(profile_)), program);
+    const auto prepared = (*rig)->prepare(demanded_set_point(profile_, begin(profile_)), program);
     EXPECT_TRUE(prepared) << text(prepared.error());
     auto store = record::Store::create(path(), info());
     EXPECT_TRUE(store) << text(store.error());

@@ -321,8 +321,8 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   const auto first = begin(profile);
   const simulator::LaboratorySeed seed{
       .gyro = options.seed, .run = run::run_number(profile.text), .days_later = options.days_later};
-  auto rig =
-      rig::Rig::assemble(file, {.seed = seed, .already = {}, .replay = {}, .first_set_point = command(profile, first)});
+  auto rig = rig::Rig::assemble(
+      file, {.seed = seed, .already = {}, .replay = {}, .first_set_point = demanded_set_point(profile, first)});
   if (!rig) return failure(rig.error());
   if (upload && !file.chamber_map.memory)
     return failure(FaultKind::usage, "--upload",
@@ -335,7 +335,7 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
   const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
     missing = found.missing;
     if (auto good = check_controller(found.limits, profile, file); !good) return failure(good.error());
-    const auto goal = command(profile, first), air = found.state.air;
+    const auto goal = demanded_set_point(profile, first), air = found.state.air;
     entry = run::entry_at(goal, air, run::is_in_place(air, goal, {}), file.chamber_limits);
     if (upload && entry.away) return failure(begins_elsewhere(goal, air));
     auto info =

@@ -49,7 +49,7 @@ class WiredChamber final : public drivers::Chamber {
     if (auto fault = wire_.call()) return failure(*fault);
     return ChamberState{Celsius{20}, Celsius{20}};
   }
-  Result<void> head_for(Celsius) override { return commanded(); }
+  Result<void> send_set_point(Celsius) override { return commanded(); }
   Result<void> start() override { return commanded(); }
   Result<void> stop() override { return commanded(); }
   int commands = 0;
@@ -235,11 +235,11 @@ TEST(ExchangedChamber, IsSentNothing) {
     const auto io = with_workers ? InstrumentIo::workers(rack.instruments(), {.patience = 10s})
                                  : InstrumentIo::inline_calls(rack.instruments());
     (void)io->read(0, rack.clock);
-    ASSERT_TRUE(io->command(Celsius{20}));
+    ASSERT_TRUE(io->send_set_point(Celsius{20}));
     rack.chamber_wire.swap();
     for (int slot = 1; slot < 4; ++slot) {
-      EXPECT_EQ(io->command(Celsius{50}).error().kind, FaultKind::mismatch);
-      EXPECT_EQ(io->insist(Celsius{20}).error().kind, FaultKind::mismatch);
+      EXPECT_EQ(io->send_set_point(Celsius{50}).error().kind, FaultKind::mismatch);
+      EXPECT_EQ(io->send_set_point_at_once(Celsius{20}).error().kind, FaultKind::mismatch);
       EXPECT_EQ(io->switch_on(true).error().kind, FaultKind::mismatch);
       EXPECT_EQ(io->switch_on(false).error().kind, FaultKind::mismatch);
       (void)io->read(slot, rack.clock);

@@ -49,7 +49,7 @@ class GatedChamber final : public drivers::Chamber {
     gate.pass();
     return ChamberState{Celsius{static_cast<double>(++reads)}, Celsius{set_point.load()}};
   }
-  Result<void> head_for(Celsius target) override {
+  Result<void> send_set_point(Celsius target) override {
     command_gate.pass();
     set_point = target.value;
     return {};
@@ -244,10 +244,10 @@ TEST(InstrumentIo, InstrumentThatStaysBusyIsAskedOnlyOnceMoreWhenItComesBack) {
 TEST(InstrumentIo, CommandReachesTheChamberEitherWay) {
   Bench bench;
   const auto inline_sampler = InstrumentIo::inline_calls(bench.instruments);
-  ASSERT_TRUE(inline_sampler->command(Celsius{-40}));
+  ASSERT_TRUE(inline_sampler->send_set_point(Celsius{-40}));
   EXPECT_EQ(bench.chamber.set_point, -40);
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 10s});
-  ASSERT_TRUE(io->command(Celsius{70}));
+  ASSERT_TRUE(io->send_set_point(Celsius{70}));
   EXPECT_EQ(io->read(0, bench.clock).chamber.value->set_point, Celsius{70});
 }
 
@@ -256,7 +256,7 @@ TEST(InstrumentIo, CommandThatCouldNotBeginIsNotSentLater) {
   bench.chamber.gate.close();
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 300ms});
   EXPECT_FALSE(io->read(0, bench.clock).chamber.value);
-  const auto sent = io->command(Celsius{70});
+  const auto sent = io->send_set_point(Celsius{70});
   ASSERT_FALSE(sent);
   EXPECT_EQ(text(sent.error()), "chamber: set point 70 °C not sent: the chamber was still busy after 300 ms");
   bench.chamber.gate.open();
@@ -267,7 +267,7 @@ TEST(InstrumentIo, CommandThatWasNotConfirmedIsUnknown) {
   Bench bench;
   bench.chamber.command_gate.close();
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
-  const auto sent = io->command(Celsius{70});
+  const auto sent = io->send_set_point(Celsius{70});
   ASSERT_FALSE(sent);
   EXPECT_EQ(sent.error().kind, FaultKind::timeout);
   EXPECT_EQ(sent.error().what, "set point 70 °C unknown: not confirmed in 50 ms");
@@ -280,7 +280,7 @@ TEST(InstrumentIo, ACommandWaitsNoLongerThanItsTick) {
   const auto io = InstrumentIo::workers(bench.instruments);
   EXPECT_TRUE(io->read(0, bench.clock).chamber.value);
   bench.clock.advance(930ms);  // an instrument was slow
-  EXPECT_EQ(io->command(Celsius{70}).error().what, "set point 70 °C unknown: not confirmed in 50 ms");
+  EXPECT_EQ(io->send_set_point(Celsius{70}).error().what, "set point 70 °C unknown: not confirmed in 50 ms");
   bench.chamber.command_gate.open();
 }
 

@@ -215,13 +215,13 @@ TEST_F(ChamberCommands, ABitIsSetAndTheOthersStay) {
 }
 
 TEST_F(ChamberCommands, ASetPointIsWrittenAsTheControllerCountsNow) {
-  ASSERT_TRUE(chamber->head_for({40}));
+  ASSERT_TRUE(chamber->send_set_point({40}));
   EXPECT_EQ(unit->words[3], 400);
   unit->words[4] = 2;
-  ASSERT_TRUE(chamber->head_for({40}));
+  ASSERT_TRUE(chamber->send_set_point({40}));
   EXPECT_EQ(unit->words[3], 4000) << "somebody set two decimals";
   unit->words[5] = 1;
-  ASSERT_TRUE(chamber->head_for({40}));
+  ASSERT_TRUE(chamber->send_set_point({40}));
   EXPECT_EQ(unit->words[3], 10400) << "… and °F";
   EXPECT_NEAR(chamber->read().value().set_point.value, 40, 1e-9);
 }
@@ -235,7 +235,7 @@ TEST_F(ChamberCommands, AControllerThatRoundsSetPointsToWholeDegreesIsNotTheOneO
   EXPECT_NE(text(coarse.error()).find("(set_point): the controller keeps steps of 1 K, expected 0.1 K"),
             std::string::npos)
       << text(coarse.error());
-  EXPECT_TRUE(chamber->insist({23.4})) << "it is made safe all the same";
+  EXPECT_TRUE(chamber->send_set_point_at_once({23.4})) << "it is made safe all the same";
   EXPECT_EQ(unit->words[3], 23);
 }
 
@@ -247,18 +247,18 @@ TEST_F(ChamberCommands, ASetPointThatTakesItsTimeToShowIsWaitedFor) {
   time->tick = [&](Duration now) {
     if (now >= std::chrono::milliseconds(500)) unit->words[3] = 300;
   };
-  EXPECT_TRUE(chamber->head_for({30}));
+  EXPECT_TRUE(chamber->send_set_point({30}));
   EXPECT_LE(time->now(), seconds(1));
   time->tick = [](Duration) {};
-  EXPECT_EQ(chamber->head_for({31}).error().kind, FaultKind::mismatch);
+  EXPECT_EQ(chamber->send_set_point({31}).error().kind, FaultKind::mismatch);
 }
 
 TEST_F(ChamberCommands, ASetPointBeyondTheControllersLimitIsNotWritten) {
-  const auto above = chamber->head_for({81});
+  const auto above = chamber->send_set_point({81});
   ASSERT_FALSE(above);
   EXPECT_EQ(above.error().kind, FaultKind::out_of_range);
   EXPECT_NE(above.error().what.find("81 °C is above the controller's limit of 80 °C"), std::string::npos);
-  EXPECT_EQ(chamber->head_for({-61}).error().kind, FaultKind::out_of_range);
+  EXPECT_EQ(chamber->send_set_point({-61}).error().kind, FaultKind::out_of_range);
   EXPECT_TRUE(unit->written.empty());
 }
 
@@ -270,7 +270,7 @@ TEST_F(ChamberCommands, ASentinelInTheAirIsAFaultAndNoTemperature) {
 }
 
 TEST_F(ChamberCommands, SomebodyElsesSetPointIsSeen) {
-  ASSERT_TRUE(chamber->head_for({40}));
+  ASSERT_TRUE(chamber->send_set_point({40}));
   unit->words[3] = 555;
   EXPECT_NEAR(chamber->read().value().set_point.value, 55.5, 1e-9);
 }
@@ -354,10 +354,11 @@ TEST_F(ChamberCommands, APieceThatTakesASecondToBeBusyMakesNotEveryReadingLate) 
 }
 
 TEST_F(ChamberCommands, InsistingAsksNothingThatTheSetPointItselfDoesNotNeed) {
-  ASSERT_TRUE(chamber->insist({23}));
+  ASSERT_TRUE(chamber->send_set_point_at_once({23}));
   EXPECT_EQ(unit->written, (Written{{3, 230}}));
   EXPECT_EQ(unit->asked, (std::vector<std::uint16_t>{4, 5, 3, 4, 5})) << "its decimals and unit, and the read-back";
-  EXPECT_TRUE(chamber->insist({85})) << "the controller's limit is not asked for: it may clamp, and is read back";
+  EXPECT_TRUE(chamber->send_set_point_at_once({85}))
+      << "the controller's limit is not asked for: it may clamp, and is read back";
 }
 
 TEST_F(ChamberCommands, InsistingGetsThroughOnALineThatLosesEachSecondRequest) {
@@ -366,7 +367,7 @@ TEST_F(ChamberCommands, InsistingGetsThroughOnALineThatLosesEachSecondRequest) {
   unit->loses = [&] {
     return requests += requests % 2 == 0 ? 2 : 1, false;
   };  // a read is asked again by the line itself
-  EXPECT_TRUE(chamber->insist({23}));
+  EXPECT_TRUE(chamber->send_set_point_at_once({23}));
   EXPECT_EQ(unit->words[3], 230);
 }
 
@@ -379,7 +380,7 @@ TEST_F(ChamberCommands, ASlowLineBringsAirAndSetPointInEachReadingAndTheRestInTu
     const auto state = chamber->read();
     ASSERT_TRUE(state) << text(state.error());
     states += state->activity == ChamberActivity::running ? 1 : 0;
-    ASSERT_TRUE(chamber->head_for({20.0 + second}));
+    ASSERT_TRUE(chamber->send_set_point({20.0 + second}));
     EXPECT_LE(time->now() - began, seconds(second == 0 ? 2 : 1)) << "second " << second;
     time->rest(std::max(Duration{}, began + seconds(1) - time->now()));
   }

@@ -167,7 +167,7 @@ TEST(Identity, OfACascadeUnitIsItsAirAndItsOwnLimits) {
   ASSERT_TRUE(chamber->identify());
   EXPECT_NEAR(chamber->read().value().air.value, 23, 1e-6);
   EXPECT_EQ(chamber->limits().value().lowest, Celsius{-70});
-  ASSERT_TRUE(chamber->head_for(Celsius{30}));
+  ASSERT_TRUE(chamber->send_set_point(Celsius{30}));
   ASSERT_TRUE(chamber->start());
   EXPECT_TRUE(unit.written_to(2782).empty()) << "the set point of the humidity";
   EXPECT_TRUE(unit.written_to(2730).empty());
@@ -395,7 +395,7 @@ TEST(UnreadableSetPoint, IsSentAgainOnceTheUnitIsOn) {
   ASSERT_FALSE(map.find("set_point")->readable);
   for (int word = 0; word < 4096; ++word) unit.words[static_cast<std::uint16_t>(word)] = 0;
   const auto chamber = unit.on_map(map);
-  ASSERT_TRUE(chamber->head_for({30}));
+  ASSERT_TRUE(chamber->send_set_point({30}));
   ASSERT_EQ(unit.written_to(address).size(), 1U);
   (void)chamber->start();
   ASSERT_EQ(unit.written_to(address).size(), 2U);

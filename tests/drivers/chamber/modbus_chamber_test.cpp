@@ -101,7 +101,7 @@ TEST_F(ModbusChamber, KnowsItsInstrumentByTheFingerprint) {
 
 TEST_F(ModbusChamber, HeadsForASetPointThatItReadsBack) {
   connect();
-  ASSERT_TRUE(chamber->head_for({-40.04}));
+  ASSERT_TRUE(chamber->send_set_point({-40.04}));
   EXPECT_EQ(registers->words[3], 0xFE70) << "-40.0 at the register's resolution";
   EXPECT_EQ(chamber->read().value().set_point, Celsius{-40.0});
 }
@@ -109,7 +109,7 @@ TEST_F(ModbusChamber, HeadsForASetPointThatItReadsBack) {
 TEST_F(ModbusChamber, AnAcknowledgedWriteThatDidNothingIsAMismatch) {
   connect();
   registers->ignore_writes();
-  const auto done = chamber->head_for({-40});
+  const auto done = chamber->send_set_point({-40});
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error().kind, FaultKind::mismatch);
   EXPECT_EQ(text(done.error()), "chamber register 3 (set_point): reads 20 after -40 was written");
@@ -118,12 +118,12 @@ TEST_F(ModbusChamber, AnAcknowledgedWriteThatDidNothingIsAMismatch) {
 TEST_F(ModbusChamber, AnIgnoredStepOfOneCountIsAMismatchToo) {
   connect();
   registers->ignore_writes();
-  EXPECT_EQ(chamber->head_for({20.1}).error().kind, FaultKind::mismatch);
+  EXPECT_EQ(chamber->send_set_point({20.1}).error().kind, FaultKind::mismatch);
 }
 
 TEST_F(ModbusChamber, WritesNothingThatTheRegisterCannotHold) {
   connect();
-  EXPECT_EQ(chamber->head_for({4000}).error().kind, FaultKind::out_of_range);
+  EXPECT_EQ(chamber->send_set_point({4000}).error().kind, FaultKind::out_of_range);
   EXPECT_EQ(registers->words[3], 200);
 }
 
@@ -161,7 +161,7 @@ TEST_F(ModbusChamber, AFaultOfTheWireIsItsOwn) {
   registers->fall_silent();
   EXPECT_EQ(chamber->read().error().kind, FaultKind::timeout);
   registers->disconnect();
-  EXPECT_EQ(chamber->head_for({10}).error().kind, FaultKind::disconnected);
+  EXPECT_EQ(chamber->send_set_point({10}).error().kind, FaultKind::disconnected);
   registers->recover();
   EXPECT_TRUE(chamber->read());
 }
@@ -169,7 +169,7 @@ TEST_F(ModbusChamber, AFaultOfTheWireIsItsOwn) {
 TEST_F(ModbusChamber, ALateAcknowledgementIsAFaultAlthoughTheWriteWasCarriedOut) {
   connect();
   registers->answer_late();
-  EXPECT_EQ(chamber->head_for({10}).error().kind, FaultKind::timeout);
+  EXPECT_EQ(chamber->send_set_point({10}).error().kind, FaultKind::timeout);
   EXPECT_EQ(chamber->read().value().set_point, Celsius{10});
 }
 

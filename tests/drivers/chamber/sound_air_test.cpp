@@ -110,10 +110,10 @@ TEST_P(UnitRegister, CountsAsLastReadForTheSafeSetPointAlone) {
   ASSERT_NEAR(chamber->read().value().air.value, 60, 0.01);
   shipped.refuse(GetParam().unit);
   const double before = set_point();
-  EXPECT_EQ(chamber->head_for({22}).error().kind, FaultKind::refused) << "no run goes on by guesses";
+  EXPECT_EQ(chamber->send_set_point({22}).error().kind, FaultKind::refused) << "no run goes on by guesses";
   EXPECT_EQ(set_point(), before) << "nothing is sent in a unit that was not read";
   EXPECT_EQ(chamber->read().error().kind, FaultKind::refused);
-  ASSERT_TRUE(chamber->insist({22}));
+  ASSERT_TRUE(chamber->send_set_point_at_once({22}));
   EXPECT_NEAR(set_point(), 71.6, 0.11) << "°F";
   const auto state = chamber->read();
   ASSERT_TRUE(state) << text(state.error());
@@ -128,9 +128,9 @@ TEST_P(UnitRegister, IsHandedOnToTheProgramThatMakesSafe) {
   EXPECT_EQ(settings.at(GetParam().unit), GetParam().fahrenheit);
   shipped.refuse(GetParam().unit);
   const auto other = shipped.connect(settings);
-  ASSERT_TRUE(other->insist({22}));
+  ASSERT_TRUE(other->send_set_point_at_once({22}));
   EXPECT_NEAR(set_point(), 71.6, 0.11);
-  EXPECT_FALSE(shipped.connect()->insist({22})) << "nothing is known of the unit";
+  EXPECT_FALSE(shipped.connect()->send_set_point_at_once({22})) << "nothing is known of the unit";
 }
 
 INSTANTIATE_TEST_SUITE_P(Maps, UnitRegister,

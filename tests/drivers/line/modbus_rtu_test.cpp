@@ -276,7 +276,7 @@ TEST(ModbusRtuOverTcp, InsistingEndsTheRestOfTheSocketTooAndNotOfTheRegistersAlo
   const auto why = [&] { return over_tcp->read(kHolding, 1, 1).error().what; };
   EXPECT_EQ(why(), "Connection refused");
   EXPECT_EQ(why(), "failed before, next try in 0.5 s");
-  over_tcp->insist();
+  over_tcp->end_rest();
   EXPECT_EQ(why(), "Connection refused");
 }
 

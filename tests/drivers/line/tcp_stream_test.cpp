@@ -74,7 +74,7 @@ TEST(TcpStream, RestsAfterTheSecondFailureInARow) {
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused");
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused");
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "failed before, next try in 0.5 s");
-  stream->insist();
+  stream->end_rest();
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "Connection refused") << "tried at once";
   EXPECT_EQ(exchange(*stream, "?", kSoon).error().what, "failed before, next try in 0.5 s") << "once";
 }

@@ -53,7 +53,7 @@ BreakableRun::BreakableRun(const Setting& setting) : file_(rig_file(setting)), p
   rig_ = rig::Rig::assemble(file_, *wires_);
   const auto program = setting.by_the_controller ? run::program_of(profile_) : Result<drivers::ChamberProgram>();
   const auto prepared =
-      rig_->prepare(command(profile_, begin(profile_)), setting.by_the_controller ? &*program : nullptr);
+      rig_->prepare(demanded_set_point(profile_, begin(profile_)), setting.by_the_controller ? &*program : nullptr);
   EXPECT_TRUE(prepared) << text(prepared.error());
   path_ = record::kInMemory;
   if (setting.rows_on_disk > 0) {

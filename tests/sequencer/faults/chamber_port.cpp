@@ -57,7 +57,7 @@ void ChamberPort::note(const drivers::ModbusRequest& request) {
 void ChamberPort::clamp() {
   const auto limit = trouble.clamps_at->value;
   if (std::abs(laboratory_.set_point().value) > limit)
-    laboratory_.command({std::copysign(limit, laboratory_.set_point().value)});
+    laboratory_.change_set_point({std::copysign(limit, laboratory_.set_point().value)});
 }
 
 void ChamberPort::spoil(Bytes& answer) {

@@ -72,7 +72,7 @@ void EachInterlock::expect_it_waits_for_the_operator() {
   EXPECT_EQ(d_.run_controller().run_state(), RunState::held) << "and yet it does not go on by itself";
   EXPECT_EQ(d_.progress(), stood);
   EXPECT_EQ(d_.chambers_set_point(), set_point);
-  d_.run_controller().tell(control::OperatorCommand::resume, "Ada");
+  d_.run_controller().request(control::OperatorCommand::resume, "Ada");
   EXPECT_NE(d_.until(RunState::execute, 1), -1);
 }
 
@@ -174,7 +174,7 @@ TEST(Interlocks, SuspendWithinSecondsWhenSetPointFlickers) {
   d.seconds(900);
   int seconds = 0;
   for (; seconds < 60 && d.run_controller().run_state() == RunState::execute; ++seconds) {
-    d.plant().laboratory().command({seconds % 2 == 0 ? 65.0 : 40.0});
+    d.plant().laboratory().change_set_point({seconds % 2 == 0 ? 65.0 : 40.0});
     d.seconds(1);
   }
   EXPECT_LE(seconds, 4);

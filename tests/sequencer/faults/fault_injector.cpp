@@ -79,7 +79,7 @@ void FaultInjector::happen(const InjectedFault& fault) {
       return;
     case Kind::chamber_switched_off: return laboratory.switch_on(false);
     case Kind::chamber_manual: return plant_.write("control_mode", kManual);
-    case Kind::panel_set_point: return laboratory.command({fault.size});
+    case Kind::panel_set_point: return laboratory.change_set_point({fault.size});
     case Kind::limiter_trips: return plant_.write("condition", kLimiterTripped);
     case Kind::gyro_restarts: return plant_.gyro(gyro_of(fault)).restart();
     case Kind::wall_clock_steps: return clock_.step_utc(from_seconds(fault.size));

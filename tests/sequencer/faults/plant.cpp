@@ -62,7 +62,7 @@ void Plant::pass_second() {
 }
 
 void Plant::restart_chamber(Celsius set_point, bool on) {
-  laboratory_.command(set_point);
+  laboratory_.change_set_point(set_point);
   laboratory_.switch_on(on);
 }
 

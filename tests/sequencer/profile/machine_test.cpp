@@ -66,8 +66,8 @@ TEST(Ramp, ItsSetPointGoesInAStraightLine) {
   const auto profile = soak_profile();
   auto state = after(profile, begin(profile), 100, Celsius{20});
   for (int s = 0; s < 60; ++s, state = next(profile, state, {kSecond, std::nullopt}))
-    EXPECT_NEAR(command(profile, state).value, 20 + s * 5 / 60.0, 1e-12);
-  EXPECT_EQ(command(profile, state), Celsius{25});
+    EXPECT_NEAR(demanded_set_point(profile, state).value, 20 + s * 5 / 60.0, 1e-12);
+  EXPECT_EQ(demanded_set_point(profile, state), Celsius{25});
 }
 
 TEST(Soak, TakesNoLongerThanAHoldIfTheAirIsThere) {
@@ -158,7 +158,7 @@ TEST(Soak, IsOverdueAfterItsDeadlineAndStaysSo) {
   ASSERT_TRUE(std::holds_alternative<Overdue>(state));
   const auto before = position_of(profile, state);
   EXPECT_EQ(position_of(profile, after(profile, state, 1000, Celsius{25})), before);
-  EXPECT_EQ(command(profile, state), Celsius{25});
+  EXPECT_EQ(demanded_set_point(profile, state), Celsius{25});
 }
 
 TEST(Soak, WithItsDeadlineAnewHasAllOfItAndKeepsWhatWasSoaked) {
@@ -175,7 +175,7 @@ TEST(Machine, CompleteStaysAtTheLastSetPoint) {
   const auto profile = soak_profile();
   const auto state = after(profile, at_soak(profile), 150, Celsius{25});
   EXPECT_TRUE(std::holds_alternative<Complete>(state));
-  EXPECT_EQ(command(profile, state), Celsius{25});
+  EXPECT_EQ(demanded_set_point(profile, state), Celsius{25});
   EXPECT_EQ(time_left(profile, state), Duration::zero());
   EXPECT_EQ(position_of(profile, state).segment, 2);
 }

@@ -92,7 +92,7 @@ TEST_P(EachController, ThatSomebodyEndsEndsTheRun) {
   // A set point ends the program, as a person at the panel would.
   const auto end_it = [](std::int64_t slot, rig::Rig& rig) {
     if (slot != 400) return;
-    ASSERT_TRUE(rig.io().command({0}));
+    ASSERT_TRUE(rig.io().send_set_point({0}));
   };
   ASSERT_EQ(upload_and_run(dry_run, GetParam(), cause, end_it), RunOutcome::made_safe);
   EXPECT_NE(cause.find("the controller has not carried out its program"), std::string::npos) << cause;
@@ -113,7 +113,7 @@ void upload_and_stop(tests::Bench& bench, bool silent) {
   bench.run_controller().leave_to_the_controller();
   bench.seconds(10);
   bench.chamber().silent = silent;
-  bench.run_controller().tell(OperatorCommand::stop, "Ada");
+  bench.run_controller().request(OperatorCommand::stop, "Ada");
   bench.seconds(1);
 }
 
@@ -136,7 +136,7 @@ TEST(UploadedProgram, OfAStoppedRunIsNotHeldWhereAnInterlockAborts) {
   bench.seconds(10);
   bench.chamber().sent_c.clear();
   bench.chamber().must_stop = true;
-  bench.run_controller().tell(OperatorCommand::stop, "Ada");
+  bench.run_controller().request(OperatorCommand::stop, "Ada");
   bench.seconds(1);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::aborting);
   EXPECT_EQ(bench.chamber().sent_c, std::vector<double>{25}) << "the safe set point alone";
@@ -211,7 +211,7 @@ TEST(UploadedProgram, MayBeFinishedInTheLastSegmentAlone) {
     Sample sample;
     sample.chamber = {ChamberState{{20}, {20}, activity}, {}};
     interlocks::InterlockInputs inputs;
-    lead.inform(
+    lead.fill_inputs(
         {.sample = sample, .goal = {20}, .missed = std::chrono::seconds(58), .in_last_segment = last, .end = {20}},
         inputs);
     return inputs.program;

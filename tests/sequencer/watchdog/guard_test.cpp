@@ -170,7 +170,7 @@ TEST(NotifySocket, TellsWhoeverListens) {
   ASSERT_EQ(::bind(listener.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   auto socket = NotifySocket::at(path);
   ASSERT_TRUE(socket);
-  socket->tell("READY=1");
+  socket->notify("READY=1");
   char heard[64];
   const auto size = ::recv(listener.number(), heard, sizeof heard, MSG_DONTWAIT);
   ASSERT_GT(size, 0);
@@ -180,7 +180,7 @@ TEST(NotifySocket, TellsWhoeverListens) {
 TEST(NotifySocket, NobodyThereIsNoFault) {
   auto socket = NotifySocket::at("@gyrotherm-nobody-listens");
   ASSERT_TRUE(socket);
-  socket->tell("WATCHDOG=1");
+  socket->notify("WATCHDOG=1");
   EXPECT_FALSE(NotifySocket::at(std::string(200, 'x')));
   EXPECT_FALSE(NotifySocket::at(""));
 }

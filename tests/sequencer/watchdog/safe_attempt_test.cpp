@@ -40,11 +40,11 @@ class FakeChamber final : public drivers::Chamber {
     return ChamberState{
         .air = {79}, .set_point = state_.drifts ? Celsius{60} : state_.set_point, .activity = state_.activity};
   }
-  Result<void> head_for(Celsius) override {
+  Result<void> send_set_point(Celsius) override {
     ADD_FAILURE() << "asks for limits and programs first";
     return {};
   }
-  Result<void> insist(Celsius target) override {
+  Result<void> send_set_point_at_once(Celsius target) override {
     state_.heard += "set ";
     state_.clock.advance(state_.slowness);
     if (state_.silent_tries-- > 0) return failure(state_.silence, "chamber", "no reply");

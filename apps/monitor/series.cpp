@@ -19,7 +19,7 @@ constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 constexpr std::int64_t kFinestOverview = 16;  ///< slots
 /// Rows read in one go: a record that nobody writes is open for so long, and a program that wants to go on with it
 /// waits.
-constexpr std::int64_t kAtOnce = 20'000;
+constexpr std::int64_t kRowsAtOnce = 20'000;
 
 }  // namespace
 
@@ -74,11 +74,11 @@ Result<std::int64_t> take_rows(const FoundRun& run, const std::vector<std::size_
                                std::int64_t to, const std::function<void(std::int64_t)>& before_row, Buckets& into) {
   const auto what = columns_of(series_channels(*run.info), channels);
   auto last = from - 1;
-  for (std::int64_t taken = kAtOnce; taken == kAtOnce;) {
+  for (std::int64_t taken = kRowsAtOnce; taken == kRowsAtOnce;) {
     const auto files = record::source_files(run.path, run.is_running());
     if (!files) return failure(files.error());
     taken = 0;
-    const auto read = record::each_row(*files, {.what = what, .first = last + 1, .last = to, .most = kAtOnce},
+    const auto read = record::each_row(*files, {.what = what, .first = last + 1, .last = to, .most = kRowsAtOnce},
                                        [&](const record::Statement& row) {
                                          last = row.integer(0);
                                          ++taken;
@@ -158,7 +158,7 @@ std::size_t SeriesCache::bytes() const {
 }
 
 bool SeriesCache::is_far_behind(const Overview& overview, const FoundRun& run) {
-  constexpr std::int64_t kFar = 2 * kAtOnce;
+  constexpr std::int64_t kFar = 2 * kRowsAtOnce;
   return run.status.slot - overview.read > kFar;
 }
 

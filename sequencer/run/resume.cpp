@@ -108,7 +108,7 @@ std::vector<simulator::PastSecond> replay_of(const record::Record& record, const
   // The last second sent the next set point only if the chamber had the one before.
   const auto before = seconds.back().set_point;
   const bool followed = abs(before - Celsius{record.set_point_c.back()}) <= set_point_tolerance(on.rig.chamber_map);
-  const simulator::PastSecond held{followed ? command(on.profile, on.state) : before,
+  const simulator::PastSecond held{followed ? demanded_set_point(on.profile, on.state) : before,
                                    unit_at(record, record.slot.size() - 1)};
   seconds.resize(seconds.size() + static_cast<std::size_t>(on.stood.down / kSecond) - 1, held);
   return seconds;
@@ -309,7 +309,7 @@ Result<RunContinuation> continuation_of(const record::Record& record, const std:
   on.start.seed = {.gyro = info.seed, .run = run, .days_later = info.days_later};
   on.start.units_may_be_off = unit_may_be_off(on.profile, on.state);
   on.start.dropped_units = dropped_units_of(record);
-  on.start.first_set_point = command(on.profile, begin(on.profile));
+  on.start.first_set_point = demanded_set_point(on.profile, begin(on.profile));
   if (info.days_later > simulator::kMostDaysLater)
     return failure(FaultKind::bad_file, path, fmt::format("a gyro that is {} days older", info.days_later));
   if (on.rig.simulated && on.last_slot > kMostReplayed)

@@ -141,7 +141,7 @@ std::string RunController::answer_to(OperatorCommand command) const {
                 : fmt::format("the chamber is made safe at {:g} °C", rig_.file().safe_set_point.value));
 }
 
-void RunController::request(OperatorCommand command, const std::string& who, const std::string& answer) {
+void RunController::submit(OperatorCommand command, const std::string& who, const std::string& answer) {
   const bool ends = command >= OperatorCommand::stop;
   requests_.add({command, who, takes_over(command), ends ? answer : std::string()});
   note(EventKind::command, fmt::format("{} by {}{}{}", name(command), who, answer.empty() ? "" : ": ", answer));
@@ -207,7 +207,7 @@ control::ControlAnswer RunController::carry_out(const control::ControlRequest& r
     note(EventKind::command, fmt::format("{}: {}, refused: {}", who, name(*request.command), why));
     return {.done = false, .text = std::move(why)};
   }
-  tell(*request.command, who, request.note);
+  submit(*request.command, who, request.note);
   return {.done = true, .text = answer_to(*request.command)};
 }
 

@@ -51,7 +51,7 @@ class RunController {
   [[nodiscard]] std::string objection(OperatorCommand command) const;
   /// An operator's command and what they say to it, recorded with the next tick, which carries out the most severe of
   /// those that came before it.
-  void request(OperatorCommand command, const std::string& who, const std::string& answer = {});
+  void submit(OperatorCommand command, const std::string& who, const std::string& answer = {});
   /// Before the first tick: units that were dropped from the run before.
   void leave_out(std::span<const std::string> units) { dropped_.drop(units); }
   /// Before the first tick of a resumed run: the counts of what was recorded before.

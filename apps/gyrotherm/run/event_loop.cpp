@@ -174,7 +174,7 @@ class RealTime {
     if (run_.rig.file().run_limits.on_hangup == interlocks::OnHangup::go_on)
       run_.run_controller.note(EventKind::note, "the terminal was closed; the run goes on, and its guard with it");
     else if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
-      run_.run_controller.request(control::OperatorCommand::abort, "the terminal, which was closed");
+      run_.run_controller.submit(control::OperatorCommand::abort, "the terminal, which was closed");
   }
 
   /// Returns true after a SIGTERM that is to leave the chamber safe. A shutdown does not wait: the guard takes over.
@@ -197,7 +197,7 @@ class RealTime {
   void stay_without_a_guard() {
     run_.console.say("no guard watches the chamber: this program ends once the chamber is safe");
     if (run_.run_controller.objection(control::OperatorCommand::abort).empty())
-      run_.run_controller.request(control::OperatorCommand::abort, "SIGTERM");
+      run_.run_controller.submit(control::OperatorCommand::abort, "SIGTERM");
   }
 
   void leave() {

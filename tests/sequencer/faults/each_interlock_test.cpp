@@ -72,7 +72,7 @@ void EachInterlock::expect_it_waits_for_the_operator() {
   EXPECT_EQ(d_.run_controller().run_state(), RunState::held) << "and yet it does not go on by itself";
   EXPECT_EQ(d_.progress(), stood);
   EXPECT_EQ(d_.chambers_set_point(), set_point);
-  d_.run_controller().request(control::OperatorCommand::resume, "Ada");
+  d_.run_controller().submit(control::OperatorCommand::resume, "Ada");
   EXPECT_NE(d_.until(RunState::execute, 1), -1);
 }
 

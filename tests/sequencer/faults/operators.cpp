@@ -31,7 +31,7 @@ int least_severity(control::OperatorCommand command) {
 /// What is not refused is promised. Of several promises the most severe is to be kept.
 void Operators::ask(control::OperatorCommand command, run::RunController& run_controller) {
   if (!run_controller.objection(command).empty()) return;
-  run_controller.request(command, "operator");
+  run_controller.submit(command, "operator");
   promised_ = std::max(promised_.value_or(command), command);
 }
 

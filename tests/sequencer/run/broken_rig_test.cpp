@@ -112,7 +112,7 @@ TEST(BrokenRig, AChamberThatComesBackOffIsSwitchedOnByAnOperatorAlone) {
     EXPECT_EQ(bench.chamber().sent_c.size(), sent);
     ASSERT_EQ(bench.run_controller().objection(OperatorCommand::resume), "");
     const double air = bench.chamber().air_c;
-    bench.run_controller().request(OperatorCommand::resume, "Ada");
+    bench.run_controller().submit(OperatorCommand::resume, "Ada");
     bench.seconds(1);
     EXPECT_TRUE(bench.chamber().on);
     ASSERT_GT(bench.chamber().sent_c.size(), sent);
@@ -147,7 +147,7 @@ TEST(BrokenRig, AChamberThatComesBackOtherwiseWaitsForTheOperatorWhereTheRigFile
   bench.seconds(600);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
   EXPECT_EQ(bench.chamber().sent_c.size(), sent);
-  bench.run_controller().request(OperatorCommand::resume, "Ada");
+  bench.run_controller().submit(OperatorCommand::resume, "Ada");
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
   EXPECT_EQ(bench.chamber().set_point_c, 30);
 }
@@ -165,7 +165,7 @@ TEST(BrokenRig, AnotherInstrumentHoldsTheRunUntilTheFirstOneIsBackAndAnOperatorR
   bench.chamber().silent = false;
   bench.seconds(60);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
-  bench.run_controller().request(OperatorCommand::resume, "Ada");
+  bench.run_controller().submit(OperatorCommand::resume, "Ada");
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
 }
 
@@ -178,7 +178,7 @@ TEST(BrokenRig, AForeignSetPointIsNotFought) {
   bench.seconds(600);
   EXPECT_EQ(bench.chamber().sent_c.size(), sent);
   EXPECT_EQ(bench.count(EventKind::interlock, "somebody else"), 1);
-  bench.run_controller().request(OperatorCommand::resume, "Ada");
+  bench.run_controller().submit(OperatorCommand::resume, "Ada");
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
   EXPECT_GT(bench.chamber().sent_c.size(), sent);
   EXPECT_EQ(bench.chamber().set_point_c, 30);
@@ -223,7 +223,7 @@ TEST(BrokenRig, AForeignSetPointAfterOneThatWasRefusedIsSeenToo) {
   bench.chamber().refuses = true;
   bench.seconds(1);
   bench.chamber().refuses = false;
-  bench.run_controller().request(OperatorCommand::pause, "Ada");
+  bench.run_controller().submit(OperatorCommand::pause, "Ada");
   bench.seconds(3);
   ASSERT_EQ(bench.run_controller().run_state(), RunState::held);
   bench.chamber().set_point_c = 45;
@@ -231,7 +231,7 @@ TEST(BrokenRig, AForeignSetPointAfterOneThatWasRefusedIsSeenToo) {
   EXPECT_EQ(bench.count(EventKind::interlock, "somebody else"), 1);
   const auto sent = bench.chamber().sent_c.size();
   const double air = bench.chamber().air_c;
-  bench.run_controller().request(OperatorCommand::resume, "Ada");
+  bench.run_controller().submit(OperatorCommand::resume, "Ada");
   bench.seconds(1);
   ASSERT_GT(bench.chamber().sent_c.size(), sent);
   EXPECT_NEAR(bench.chamber().sent_c[sent], air, 1) << "from the air on";
@@ -248,7 +248,7 @@ TEST(BrokenRig, WhatAForeignSetPointHoldsTheOperatorLetsGoOnAtOnce) {
   bench.chamber().set_point_c = 40;
   bench.seconds(60);
   ASSERT_EQ(bench.run_controller().run_state(), RunState::held);
-  bench.run_controller().request(OperatorCommand::resume, "Ada");
+  bench.run_controller().submit(OperatorCommand::resume, "Ada");
   ASSERT_NE(bench.until(RunState::execute, 2000), -1) << "asked once";
   EXPECT_EQ(bench.chamber().set_point_c, 30);
   EXPECT_NEAR(bench.chamber().air_c, 30, 2);
@@ -261,17 +261,17 @@ TEST(BrokenRig, TakingTheChamberOverEndsNoOtherHold) {
   bench.chamber().set_point_c = 40;
   bench.seconds(30);
   ASSERT_EQ(bench.run_controller().run_state(), RunState::suspended);
-  bench.run_controller().request(OperatorCommand::pause, "Ada");
+  bench.run_controller().submit(OperatorCommand::pause, "Ada");
   bench.seconds(10);
   ASSERT_EQ(bench.run_controller().objection(OperatorCommand::resume), "");
   bench.late(200);
-  bench.run_controller().request(OperatorCommand::resume, "Ada");
+  bench.run_controller().submit(OperatorCommand::resume, "Ada");
   bench.seconds(1);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
   EXPECT_EQ(bench.chamber().set_point_c, 40) << "nor is it taken over";
   EXPECT_TRUE(bench.told(EventKind::note, "resume is not carried out: what holds it still stands: the machine stood"));
   bench.seconds(1);
-  bench.run_controller().request(OperatorCommand::resume, "Ada");
+  bench.run_controller().submit(OperatorCommand::resume, "Ada");
   ASSERT_NE(bench.until(RunState::execute, 2000), -1);
   EXPECT_EQ(bench.chamber().set_point_c, 30);
 }
@@ -279,12 +279,12 @@ TEST(BrokenRig, TakingTheChamberOverEndsNoOtherHold) {
 /// A run that is paused when the set point is changed at the panel, and let go on before anybody was told.
 void let_go_on_before_it_is_told(tests::Bench& bench) {
   bench.seconds(500);
-  bench.run_controller().request(OperatorCommand::pause, "Ada");
+  bench.run_controller().submit(OperatorCommand::pause, "Ada");
   bench.seconds(10);
   bench.chamber().set_point_c = 40;
   bench.seconds(1);  // at the first poll it may be an error of reading
   ASSERT_EQ(bench.run_controller().objection(OperatorCommand::resume), "");
-  bench.run_controller().request(OperatorCommand::resume, "Ada");
+  bench.run_controller().submit(OperatorCommand::resume, "Ada");
   bench.seconds(30);
   EXPECT_EQ(bench.chamber().set_point_c, 40);
 }
@@ -301,7 +301,7 @@ TEST(BrokenRig, WhoDoesNotKnowOfAForeignSetPointDoesNotTakeTheChamberOver) {
   EXPECT_EQ(holding.run_controller().run_state(), RunState::held);
   EXPECT_TRUE(holding.told(EventKind::note, "resume is not carried out: what holds it still stands: somebody else"));
   for (auto* either : {&bench, &holding}) {
-    either->run_controller().request(OperatorCommand::resume, "Ada");
+    either->run_controller().submit(OperatorCommand::resume, "Ada");
     ASSERT_NE(either->until(RunState::execute, 2000), -1);
     EXPECT_EQ(either->chamber().set_point_c, 30);
   }
@@ -394,7 +394,7 @@ TEST(BrokenRig, SafeMaySwitchTheChamberOffToo) {
 TEST(BrokenRig, NothingIsSentWhileItIsHeldAndTheClockStands) {
   tests::Bench bench(kSoak);
   bench.seconds(130);
-  bench.run_controller().request(OperatorCommand::pause, "Ada");
+  bench.run_controller().submit(OperatorCommand::pause, "Ada");
   bench.seconds(1);
   ASSERT_EQ(bench.run_controller().run_state(), RunState::held);
   const auto before = bench.progress();
@@ -402,7 +402,7 @@ TEST(BrokenRig, NothingIsSentWhileItIsHeldAndTheClockStands) {
   bench.seconds(1000);
   EXPECT_EQ(bench.progress(), before);
   EXPECT_EQ(bench.chamber().sent_c.size(), sent);
-  bench.run_controller().request(OperatorCommand::resume, "Ada");
+  bench.run_controller().submit(OperatorCommand::resume, "Ada");
   bench.seconds(1);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::execute);
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
@@ -412,12 +412,12 @@ TEST(BrokenRig, NothingIsSentWhileItIsHeldAndTheClockStands) {
 TEST(BrokenRig, AStopLeavesTheChamberAsTheRigSays) {
   tests::Bench safe(kSoak);
   safe.seconds(500);
-  safe.run_controller().request(OperatorCommand::stop, "Ada");
+  safe.run_controller().submit(OperatorCommand::stop, "Ada");
   EXPECT_EQ(safe.seconds(3), RunOutcome::stopped);
   EXPECT_EQ(safe.chamber().set_point_c, 20);
   tests::Bench hold(kSoak, [](rig::RigFile& file) { file.run_limits.on_stop = interlocks::OnStop::hold; });
   hold.seconds(500);
-  hold.run_controller().request(OperatorCommand::stop, "Ada");
+  hold.run_controller().submit(OperatorCommand::stop, "Ada");
   EXPECT_EQ(hold.seconds(1), RunOutcome::stopped);
   EXPECT_EQ(hold.chamber().set_point_c, 30);
   EXPECT_EQ(hold.run_controller().end_cause(), "stopped by Ada");
@@ -460,13 +460,13 @@ TEST(BrokenRig, ADwellBeginsAnewIfTheAirLeftItsBandWhileTheRunWasHeld) {
   tests::Bench bench(profile);
   bench.seconds(900);
   ASSERT_GT(bench.progress().soaked, Duration{});
-  bench.run_controller().request(OperatorCommand::pause, "Ada");
+  bench.run_controller().submit(OperatorCommand::pause, "Ada");
   bench.chamber().door_open = true;
   bench.seconds(200);
   bench.chamber().door_open = false;
   bench.seconds(250);
   ASSERT_NEAR(bench.chamber().air_c, 30, 1) << "it is back before the clock runs again";
-  bench.run_controller().request(OperatorCommand::resume, "Ada");
+  bench.run_controller().submit(OperatorCommand::resume, "Ada");
   EXPECT_EQ(bench.seconds(5000), RunOutcome::complete);
   int inside = 0;
   Duration soaked{};
@@ -489,7 +489,7 @@ TEST(BrokenRig, ARampAtTheEndComesToItsTarget) {
 TEST(BrokenRig, AnOperatorsAbortMakesSafe) {
   tests::Bench bench(kSoak);
   bench.seconds(500);
-  bench.run_controller().request(OperatorCommand::abort, "Ada");
+  bench.run_controller().submit(OperatorCommand::abort, "Ada");
   EXPECT_EQ(bench.seconds(3), RunOutcome::made_safe);
   EXPECT_EQ(bench.chamber().set_point_c, 20);
 }
@@ -514,7 +514,7 @@ TEST(BrokenRig, AfterALongSleepOnlyTheOperatorGoesOn) {
   ASSERT_EQ(bench.run_controller().run_state(), RunState::held);
   bench.seconds(1000);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::held);
-  bench.run_controller().request(OperatorCommand::resume, "Ada");
+  bench.run_controller().submit(OperatorCommand::resume, "Ada");
   bench.seconds(1);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::execute);
 }
@@ -559,7 +559,7 @@ TEST(BrokenRig, AirThatLeftItsPlaceInAPauseHasToComeBack) {
       bench.seconds(1);
       bench.chamber().door_open = false;
       ASSERT_LT(bench.chamber().air_c, 26);
-      if (pause > 120) bench.run_controller().request(OperatorCommand::resume, "Ada");
+      if (pause > 120) bench.run_controller().submit(OperatorCommand::resume, "Ada");
       ASSERT_NE(bench.until(RunState::execute, 2000), -1);
       EXPECT_NEAR(bench.chamber().air_c, 30, 2) << pause << " " << silent;
     }

@@ -26,7 +26,7 @@ void is_watched(rig::RigFile& file) {
 void abort_warm(tests::Bench& bench) {
   bench.chamber().air_c = 30;
   bench.seconds(60);
-  bench.run_controller().request(OperatorCommand::abort, "Ada");
+  bench.run_controller().submit(OperatorCommand::abort, "Ada");
   bench.seconds(1);
   ASSERT_EQ(bench.run_controller().run_state(), RunState::aborting);
 }
@@ -94,7 +94,7 @@ TEST(SafeSequence, OfAStopShowsTheAirToo) {
   tests::Bench bench(kHoldAt30, is_watched);
   bench.chamber().air_c = 30;
   bench.seconds(60);
-  bench.run_controller().request(OperatorCommand::stop, "Ada");
+  bench.run_controller().submit(OperatorCommand::stop, "Ada");
   bench.seconds(1);
   bench.chamber().manual = bench.chamber().keeps_manual = true;
   EXPECT_EQ(bench.seconds(300), RunOutcome::going_on);
@@ -126,7 +126,7 @@ TEST(NotFollowing, SuspendsUntilTheModeIsBackOrAnOperatorTakesOver) {
   EXPECT_TRUE(bench.instruments().switched.empty());
   EXPECT_NE(bench.run_controller().foreign_hold(), "");
   bench.chamber().keeps_manual = false;
-  bench.run_controller().request(OperatorCommand::resume, "Ada");
+  bench.run_controller().submit(OperatorCommand::resume, "Ada");
   bench.seconds(2);
   EXPECT_FALSE(bench.chamber().manual);
   EXPECT_NE(bench.until(RunState::execute, 2000), -1);
@@ -143,7 +143,7 @@ TEST(NotFollowing, IsNoStateThatAStopMayLeave) {
     bench.chamber().manual = manual;
     if (!manual) bench.chamber().set_point_c = 55;
     bench.seconds(2);
-    bench.run_controller().request(OperatorCommand::stop, "Ada");
+    bench.run_controller().submit(OperatorCommand::stop, "Ada");
     bench.seconds(1);
     EXPECT_EQ(bench.run_controller().run_state(), RunState::aborting);
     EXPECT_TRUE(bench.told(EventKind::fault, "it does what somebody else has told it"));

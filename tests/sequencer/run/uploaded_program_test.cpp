@@ -113,7 +113,7 @@ void upload_and_stop(tests::Bench& bench, bool silent) {
   bench.run_controller().leave_to_the_controller();
   bench.seconds(10);
   bench.chamber().silent = silent;
-  bench.run_controller().request(OperatorCommand::stop, "Ada");
+  bench.run_controller().submit(OperatorCommand::stop, "Ada");
   bench.seconds(1);
 }
 
@@ -136,7 +136,7 @@ TEST(UploadedProgram, OfAStoppedRunIsNotHeldWhereAnInterlockAborts) {
   bench.seconds(10);
   bench.chamber().sent_c.clear();
   bench.chamber().must_stop = true;
-  bench.run_controller().request(OperatorCommand::stop, "Ada");
+  bench.run_controller().submit(OperatorCommand::stop, "Ada");
   bench.seconds(1);
   EXPECT_EQ(bench.run_controller().run_state(), RunState::aborting);
   EXPECT_EQ(bench.chamber().sent_c, std::vector<double>{25}) << "the safe set point alone";

@@ -83,19 +83,18 @@ TEST(WarmStart, AgreesWithAColdStartToTheCertifiedGap) {
     const SvrParameters before = drawn_position(generator);
     const auto solved = solve_svr(first_samples, memory, first.train_y, before, {.relative_gap = kGap});
     ASSERT_TRUE(solved) << text(solved.error());
-    const SvrStart end{solved->beta, solved->bound};
+    const SvrStart end{solved->beta, before.C};
 
     // The same position on another fold, and another position, near or anywhere, on the same fold.
     const SvrStart seeded = FoldSeed::between(first, second)->start(end);
-    const auto warm =
-        solve_svr(second_samples, memory, second.train_y, before, {.relative_gap = kGap}, nullptr, &seeded);
+    const auto warm = solve_svr(second_samples, memory, second.train_y, before, {.relative_gap = kGap}, &seeded);
     const auto cold = solve_svr(second_samples, memory, second.train_y, before, {.relative_gap = kGap});
     ASSERT_TRUE(warm && cold);
     expect_agreement(second, before, *warm, *cold, kGap);
 
     SvrParameters after = drawn_position(generator);
     if (seed % 2 == 0) after = {before.C * 1.3, before.sigma * 0.9, before.epsilon * 1.1};
-    const auto moved = solve_svr(first_samples, memory, first.train_y, after, {.relative_gap = kGap}, nullptr, &end);
+    const auto moved = solve_svr(first_samples, memory, first.train_y, after, {.relative_gap = kGap}, &end);
     const auto anew = solve_svr(first_samples, memory, first.train_y, after, {.relative_gap = kGap});
     ASSERT_TRUE(moved && anew);
     expect_agreement(first, after, *moved, *anew, kGap);
@@ -112,8 +111,8 @@ TEST(WarmStart, OfALargeTrainingAgreesToo) {
     const SvrParameters at{.C = C, .sigma = 1.2, .epsilon = 0.03};
     const auto solved = solve_svr(first_samples, memory, first.train_y, at, {});
     ASSERT_TRUE(solved) << text(solved.error());
-    const SvrStart seeded = FoldSeed::between(first, second)->start({solved->beta, solved->bound});
-    const auto warm = solve_svr(second_samples, memory, second.train_y, at, {}, nullptr, &seeded);
+    const SvrStart seeded = FoldSeed::between(first, second)->start({solved->beta, C});
+    const auto warm = solve_svr(second_samples, memory, second.train_y, at, {}, &seeded);
     const auto cold = solve_svr(second_samples, memory, second.train_y, at, {});
     ASSERT_TRUE(warm && cold);
     expect_agreement(second, at, *warm, *cold, SvrOptions{}.relative_gap);

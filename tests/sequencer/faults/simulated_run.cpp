@@ -181,7 +181,7 @@ void SimulatedRun::begin_run() {
   auto info = info_of(ground_.profile, file_);
   const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
     info.identities = found.identities;
-    return command(ground_.profile, state);
+    return demanded_set_point(ground_.profile, state);
   };
   if (const auto prepared = rig_->prepare(entrance, nullptr); !prepared) return end_life(kTriesAgainAfter);
   const bool excused = disk_.is_sick();
@@ -200,7 +200,7 @@ void SimulatedRun::resume_run() {
   if (!on) return end_at_storage("I16", on.error(), excused);
   clock_.restart_at(on->start.already - kSecond);
   assemble();
-  const auto goal = command(on->profile, on->state);
+  const auto goal = demanded_set_point(on->profile, on->state);
   run::EntryPoint entry;
   const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
     on->stood.strangers = run::strangers_among(identities_, found.identities);

@@ -62,7 +62,7 @@ TEST(HardRig, ResumeReplaysTheSameDays) {
   const auto next_after = [](const run::RunContinuation& continuation) {
     auto rig = Rig::assemble(continuation.rig, continuation.start);
     EXPECT_TRUE(rig) << text(rig.error());
-    EXPECT_TRUE((*rig)->prepare(command(continuation.profile, continuation.state)));
+    EXPECT_TRUE((*rig)->prepare(demanded_set_point(continuation.profile, continuation.state)));
     (*rig)->let_pass(1);
     return (*rig)->io().read(0, (*rig)->clock());
   };

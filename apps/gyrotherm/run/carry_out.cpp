@@ -168,7 +168,7 @@ tl::unexpected<Fault> not_begun(run::ChamberOwnership& ownership, const rig::Rig
 /// The resume rule, carried out: where the run goes on from; what it leaves to people is theirs to allow.
 Result<run::EntryPoint> reentry(const run::RunContinuation& on, const ChamberState& now, const std::string& path,
                                 bool accepted) {
-  const auto goal = command(on.profile, on.state);
+  const auto goal = demanded_set_point(on.profile, on.state);
   const bool has_not_begun = on.last_slot < 0 && on.stood.strangers.empty();
   const auto verdict = has_not_begun ? run::ReentryDecision{} : judge_reentry(on.stood, on.rig.safe_set_point, now.air);
   if (verdict.way == run::Reentry::ask && !accepted)

@@ -148,6 +148,99 @@ class Often {
   std::thread thread_;
 };
 
+/// Blocks the signals that end the monitor, in this thread and in those that it starts. Returns them.
+sigset_t block_ends() {
+  sigset_t ends;
+  sigemptyset(&ends);
+  sigaddset(&ends, SIGINT);
+  sigaddset(&ends, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+  return ends;
+}
+
+/// Returns nothing if the page is served without TLS. Fails as TlsServer::load does.
+Result<std::optional<TlsServer>> load_tls(const MonitorOptions& options) {
+  if (options.certificate.empty()) return std::optional<TlsServer>();
+  auto loaded = TlsServer::load(options.certificate, options.key);
+  if (!loaded) return failure(loaded.error());
+  return std::optional(std::move(*loaded));
+}
+
+/// The parts that a monitor with a site file has; null without one.
+struct SiteParts {
+  std::unique_ptr<SiteOverview> overview;
+  std::unique_ptr<Notifier> notifier;
+};
+
+/// Reads the site file. Fails as read_site, SiteOverview::open and Notifier::load do.
+Result<SiteParts> open_site(const MonitorOptions& options, const std::string& told_file, const RunCatalogue& catalogue,
+                            const Clock& clock, const std::function<void(const Fault&)>& complain) {
+  SiteParts parts;
+  if (options.site_file.empty()) return parts;
+  auto site = read_site(options.site_file);
+  if (!site) return failure(site.error());
+  auto overview = SiteOverview::open(*site, options.site_file, complain);
+  if (!overview) return failure(overview.error());
+  parts.overview = std::move(*overview);
+  parts.notifier = std::make_unique<Notifier>(std::move(*site), told_file, catalogue, clock, complain);
+  if (auto loaded = parts.notifier->load(); !loaded) return failure(loaded.error());
+  return parts;
+}
+
+/// The server of the page with all that answers its requests.
+class Page {
+ public:
+  /// `tls` and `overview` may be null.
+  Page(const MonitorOptions& options, const Address& address, const TlsServer* tls, Users& users, Sessions& sessions,
+       const RunCatalogue& catalogue, RunFeed& feed, SiteOverview* overview, const Clock& clock)
+      : door_({.control = options.control, .open = address.is_own() && !options.behind_proxy}, users, sessions, clock),
+        runs_(catalogue, feed, [this] { return server_.is_stopping(); }),
+        control_(door_, catalogue, clock),
+        site_(door_, runs_, control_, catalogue, feed, overview),
+        server_({.address = address.host,
+                 .port = address.port,
+                 .hosts = options.hosts,
+                 .tls = tls,
+                 .behind_proxy = options.behind_proxy},
+                [this](const WebRequest& request) { return site_.answer(request); }) {}
+
+  [[nodiscard]] WebServer& server() { return server_; }
+  [[nodiscard]] RunAnswers& runs() { return runs_; }
+
+ private:
+  Door door_;
+  RunAnswers runs_;
+  RunControl control_;
+  SiteAnswers site_;
+  WebServer server_;
+};
+
+/// Runs the threads of the monitor until one of the signals `ends` comes. Calls `started` once, when they run.
+/// `notifier` may be null.
+void serve_until_signal(const sigset_t& ends, Page& page, RunCatalogue& catalogue, RunFeed& feed, Notifier* notifier,
+                        const std::function<void()>& started) {
+  auto& server = page.server();
+  std::list<Often> looking;
+  for (const auto& records : catalogue.folders())
+    looking.emplace_back(kLookEvery,
+                         [&, records] { catalogue.look_in(records, [&] { return server.is_stopping(); }); });
+  const Often reading(kReadEvery, [&] { feed.read(); });
+  const Often catching_up(kReadEvery, [&] { page.runs().catch_up(); });
+  const Often telling(kTellEvery, [&] {
+    if (notifier != nullptr) notifier->look();
+  });
+  std::thread serving([&] {
+    block_signals();
+    server.serve();
+  });
+  started();
+  int signal = 0;
+  sigwait(&ends, &signal);
+  feed.stop();
+  server.stop();
+  serving.join();
+}
+
 }  // namespace
 
 std::string state_folder_or_usual(const std::string& given) {
@@ -168,12 +261,7 @@ Result<void> make_state_folder(const std::string& folder) {
 Result<void> serve(const MonitorOptions& options, const std::function<void(const std::string&)>& say,
                    const std::function<void(const Fault&)>& complain) {
   limit_itself();
-  sigset_t ends;
-  sigemptyset(&ends);
-  sigaddset(&ends, SIGINT);
-  sigaddset(&ends, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
-
+  const auto ends = block_ends();
   const auto folder = state_folder_or_usual(options.state_folder);
   if (auto made = make_state_folder(folder); !made) return made;
   const SteadyClock clock;
@@ -184,61 +272,21 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   const auto address = parse_address("--listen", options.listen);
   if (!address) return failure(address.error());
   if (auto good = check(options, *address, users.has_any(), folder); !good) return good;
-  std::optional<TlsServer> tls;
-  if (!options.certificate.empty()) {
-    auto loaded = TlsServer::load(options.certificate, options.key);
-    if (!loaded) return failure(loaded.error());
-    tls = std::move(*loaded);
-  }
+  const auto tls = load_tls(options);
+  if (!tls) return failure(tls.error());
 
   RunCatalogue catalogue(options.folders);
-  std::optional<Notifier> notifier;
-  std::unique_ptr<SiteOverview> overview;
-  if (!options.site_file.empty()) {
-    auto read = read_site(options.site_file);
-    if (!read) return failure(read.error());
-    auto opened = SiteOverview::open(*read, options.site_file, complain);
-    if (!opened) return failure(opened.error());
-    overview = std::move(*opened);
-    notifier.emplace(std::move(*read), folder + "/" + kToldFile, catalogue, clock, complain);
-    if (auto loaded = notifier->load(); !loaded) return loaded;
-  }
+  const auto site = open_site(options, folder + "/" + kToldFile, catalogue, clock, complain);
+  if (!site) return failure(site.error());
   RunFeed feed(catalogue);
-  WebServer* running = nullptr;
-  Door door({.control = options.control, .open = address->is_own() && !options.behind_proxy}, users, sessions, clock);
-  RunAnswers runs(catalogue, feed, [&] { return running->is_stopping(); });
-  RunControl control(door, catalogue, clock);
-  SiteAnswers site(door, runs, control, catalogue, feed, overview.get());
-  WebServer server({.address = address->host,
-                    .port = address->port,
-                    .hosts = options.hosts,
-                    .tls = tls ? &*tls : nullptr,
-                    .behind_proxy = options.behind_proxy},
-                   [&](const WebRequest& request) { return site.answer(request); });
-  running = &server;
-  const auto port = server.bind();
+  Page page(options, *address, *tls ? &**tls : nullptr, users, sessions, catalogue, feed, site->overview.get(), clock);
+  const auto port = page.server().bind();
   if (!port) return failure(port.error());
   catalogue.look([&] { return has_come(ends); });
   if (has_come(ends)) return {};
-  std::list<Often> looking;
-  for (const auto& records : catalogue.folders())
-    looking.emplace_back(kLookEvery,
-                         [&, records] { catalogue.look_in(records, [&] { return server.is_stopping(); }); });
-  const Often reading(kReadEvery, [&] { feed.read(); });
-  const Often catching_up(kReadEvery, [&] { runs.catch_up(); });
-  const Often telling(kTellEvery, [&] {
-    if (notifier) notifier->look();
+  serve_until_signal(ends, page, catalogue, feed, site->notifier.get(), [&] {
+    say(fmt::format("{}://{}:{}/", *tls ? "https" : "http", in_url(address->host), *port));
   });
-  std::thread serving([&] {
-    block_signals();
-    server.serve();
-  });
-  say(fmt::format("{}://{}:{}/", tls ? "https" : "http", in_url(address->host), *port));
-  int signal = 0;
-  sigwait(&ends, &signal);
-  feed.stop();
-  server.stop();
-  serving.join();
   return {};
 }
 

@@ -78,26 +78,38 @@ struct Conducting {
   Line x, y, z;
 };
 
-/// In place, from sums over nodes to the forces on them. `corner[p]`, p = bit 0 for x, bit 1 for y, bit 2 for z: sums
-/// over the corners, odd in the axes of the bits; `on_x`, `on_y`, `on_z` likewise over the middles of the edges along
-/// an axis, bits of the other two axes in their order.
-///
-/// With c a corner sum and e an edge sum of the same parity the coefficient of P₂ along the edge's axis times the odd
-/// factors is t/12, t = c − 2e, and that of the odd factors alone w/24, w = 3c − 2Σt. In these polynomials the energy
-/// of k_xx, k_yy and k_zz is diagonal: ∫P₂'² = 6, ∫P₂² = 2/5, ∫1 = 2, ∫x² = 2/3.
-template <class Real, bool slanted, class Line>
-GYROTHERM_BRICK_INLINE void respond(const Conducting<Line>& k, const Line& xy, Line* corner, Line* on_x, Line* on_y,
-                                    Line* on_z) {
-  constexpr Real kEdge = Real(1) / 144, kCorner = Real(1) / 576;
-  const Line zero = Line{};
-  // The coefficients' t and w.
-  Line tx[4], ty[4], tz[4], w[8];
+/// Coefficients of bricks side by side, or the forces on them. `x[q]`, `y[q]`, `z[q]`: P₂ along that axis times odd
+/// factors in the other two axes, by the bits of q in their order. `odd[p]`: the odd factors alone, by the bits of p.
+template <class Line>
+struct Polynomials {
+  Line x[4], y[4], z[4], odd[8];
+};
+
+/// Sums over the nodes of bricks side by side, and in their place the forces on the nodes. `corner[p]`, p = bit 0 for
+/// x, bit 1 for y, bit 2 for z: sums over the corners, odd in the axes of the bits; `on_x`, `on_y`, `on_z` likewise
+/// over the middles of the edges along an axis, bits of the other two axes in their order.
+template <class Line>
+struct NodeSums {
+  Line corner[8], on_x[4], on_y[4], on_z[4];
+};
+
+template <class Real>
+constexpr Real kEdge = Real(1) / 144;
+template <class Real>
+constexpr Real kCorner = Real(1) / 576;
+
+/// Computes 12 times the coefficients of P₂, and 24 times those of the odd factors alone. With c a corner sum and e an
+/// edge sum of the same parity these are t = c − 2e and w = 3c − 2Σt.
+template <class Line>
+GYROTHERM_BRICK_INLINE void find_coefficients(const NodeSums<Line>& sums, Polynomials<Line>& found) {
+  const auto& [corner, on_x, on_y, on_z] = sums;
+  auto& [tx, ty, tz, w] = found;
   for (int q = 0; q < 4; ++q) {
     tx[q] = corner[2 * q] - 2 * on_x[q];
     ty[q] = corner[(q & 1) + 4 * (q >> 1)] - 2 * on_y[q];
     tz[q] = corner[q] - 2 * on_z[q];
   }
-  w[0] = zero;
+  w[0] = Line{};
   w[1] = 3 * corner[1] - 2 * (ty[1] + tz[1]);
   w[2] = 3 * corner[2] - 2 * (tx[1] + tz[2]);
   w[3] = 3 * corner[3] - 2 * tz[3];
@@ -105,20 +117,28 @@ GYROTHERM_BRICK_INLINE void respond(const Conducting<Line>& k, const Line& xy, L
   w[5] = 3 * corner[5] - 2 * ty[3];
   w[6] = 3 * corner[6] - 2 * tx[3];
   w[7] = 3 * corner[7];
-  // Forces on the coefficients, without the share of w that t has.
-  constexpr Real kA = 24 * kEdge, kB = 8 * kEdge, kC = kEdge * 8 / 3, kD = kEdge * 8 / 5, kE = kEdge * 8 / 15;
-  Line gx[4], gy[4], gz[4], g[8];
-  const auto edges_along = [&](const Line& along, const Line& first, const Line& second, const Line* t, Line* force)
+}
+
+/// Computes the forces on the coefficients by k_xx, k_yy and k_zz, without the share of w that t has. The energy is
+/// diagonal in these polynomials: ∫P₂'² = 6, ∫P₂² = 2/5, ∫1 = 2, ∫x² = 2/3.
+template <class Real, class Line>
+GYROTHERM_BRICK_INLINE void find_forces(const Conducting<Line>& k, const Polynomials<Line>& at,
+                                        Polynomials<Line>& force) {
+  constexpr Real kA = 24 * kEdge<Real>, kB = 8 * kEdge<Real>, kC = kEdge<Real> * 8 / 3, kD = kEdge<Real> * 8 / 5,
+                 kE = kEdge<Real> * 8 / 15;
+  const auto edges_along = [&](const Line& along, const Line& first, const Line& second, const Line* t, Line* g)
       __attribute__((always_inline)) {
-    force[0] = kA * along * t[0];
-    force[1] = (kB * along + kD * first) * t[1];
-    force[2] = (kB * along + kD * second) * t[2];
-    force[3] = (kC * along + kE * (first + second)) * t[3];
+    g[0] = kA * along * t[0];
+    g[1] = (kB * along + kD * first) * t[1];
+    g[2] = (kB * along + kD * second) * t[2];
+    g[3] = (kC * along + kE * (first + second)) * t[3];
   };
-  edges_along(k.x, k.y, k.z, tx, gx);
-  edges_along(k.y, k.x, k.z, ty, gy);
-  edges_along(k.z, k.x, k.y, tz, gz);
-  constexpr Real kOne = 8 * kCorner, kTwo = kCorner * 8 / 3, kThree = kCorner * 8 / 9;
+  edges_along(k.x, k.y, k.z, at.x, force.x);
+  edges_along(k.y, k.x, k.z, at.y, force.y);
+  edges_along(k.z, k.x, k.y, at.z, force.z);
+  constexpr Real kOne = 8 * kCorner<Real>, kTwo = kCorner<Real> * 8 / 3, kThree = kCorner<Real> * 8 / 9;
+  const Line* w = at.odd;
+  Line* g = force.odd;
   g[1] = kOne * k.x * w[1];
   g[2] = kOne * k.y * w[2];
   g[3] = kTwo * (k.x + k.y) * w[3];
@@ -126,25 +146,36 @@ GYROTHERM_BRICK_INLINE void respond(const Conducting<Line>& k, const Line& xy, L
   g[5] = kTwo * (k.x + k.z) * w[5];
   g[6] = kTwo * (k.y + k.z) * w[6];
   g[7] = kThree * (k.x + k.y + k.z) * w[7];
-  if constexpr (slanted) {
-    // ∫(∂x u ∂y v + ∂y u ∂x v) couples few of the polynomials: 4 n, n = 2, or 2/3 where both are odd in z.
-    constexpr Real kMixed = Real(1) / 288;
-    for (int b = 0; b < 2; ++b) {
-      const Real n = b == 0 ? 8 : Real(8) / 3;
-      const int up = 4 * b;
-      gx[2 * b] += n * kMixed * xy * w[3 + up];  // P₂(x) with xy
-      g[3 + up] += n * kMixed * xy * tx[2 * b];
-      gy[2 * b] += n * kMixed * xy * w[3 + up];  // P₂(y) with xy
-      g[3 + up] += n * kMixed * xy * ty[2 * b];
-      gx[1 + 2 * b] += n * kEdge * xy * ty[1 + 2 * b];  // P₂(x) y with x P₂(y)
-      gy[1 + 2 * b] += n * kEdge * xy * tx[1 + 2 * b];
-      g[1 + up] += n * kCorner * xy * w[2 + up];  // x with y
-      g[2 + up] += n * kCorner * xy * w[1 + up];
-    }
-    gz[1] += kD * xy * tz[2];  // x P₂(z) with y P₂(z)
-    gz[2] += kD * xy * tz[1];
+}
+
+/// Adds the forces by k_xy. ∫(∂x u ∂y v + ∂y u ∂x v) couples few of the polynomials: 4 n, n = 2, or 2/3 where both are
+/// odd in z.
+template <class Real, class Line>
+GYROTHERM_BRICK_INLINE void add_slanted_forces(const Line& xy, const Polynomials<Line>& at, Polynomials<Line>& force) {
+  constexpr Real kMixed = Real(1) / 288;
+  const auto& [tx, ty, tz, w] = at;
+  auto& [gx, gy, gz, g] = force;
+  for (int b = 0; b < 2; ++b) {
+    const Real n = b == 0 ? 8 : Real(8) / 3;
+    const int up = 4 * b;
+    gx[2 * b] += n * kMixed * xy * w[3 + up];  // P₂(x) with xy
+    g[3 + up] += n * kMixed * xy * tx[2 * b];
+    gy[2 * b] += n * kMixed * xy * w[3 + up];  // P₂(y) with xy
+    g[3 + up] += n * kMixed * xy * ty[2 * b];
+    gx[1 + 2 * b] += n * kEdge<Real> * xy * ty[1 + 2 * b];  // P₂(x) y with x P₂(y)
+    gy[1 + 2 * b] += n * kEdge<Real> * xy * tx[1 + 2 * b];
+    g[1 + up] += n * kCorner<Real> * xy * w[2 + up];  // x with y
+    g[2 + up] += n * kCorner<Real> * xy * w[1 + up];
   }
-  // Back to the sums over nodes.
+  gz[1] += kEdge<Real> * 8 / 5 * xy * tz[2];  // x P₂(z) with y P₂(z)
+  gz[2] += kEdge<Real> * 8 / 5 * xy * tz[1];
+}
+
+/// Writes the forces on the nodes' sums, from those on the coefficients. Gives `force` the share of w that t has.
+template <class Line>
+GYROTHERM_BRICK_INLINE void write_forces(Polynomials<Line>& force, NodeSums<Line>& to) {
+  auto& [gx, gy, gz, g] = force;
+  auto& [corner, on_x, on_y, on_z] = to;
   gx[1] -= 2 * g[2];
   gx[2] -= 2 * g[4];
   gx[3] -= 2 * g[6];
@@ -167,6 +198,16 @@ GYROTHERM_BRICK_INLINE void respond(const Conducting<Line>& k, const Line& xy, L
     on_y[q] = -2 * gy[q];
     on_z[q] = -2 * gz[q];
   }
+}
+
+/// Replaces sums over nodes by the forces on them.
+template <class Real, bool slanted, class Line>
+GYROTHERM_BRICK_INLINE void respond(const Conducting<Line>& k, const Line& xy, NodeSums<Line>& sums) {
+  Polynomials<Line> coefficients, force;
+  find_coefficients(sums, coefficients);
+  find_forces<Real>(k, coefficients, force);
+  if constexpr (slanted) add_slanted_forces<Real>(xy, coefficients, force);
+  write_forces(force, sums);
 }
 
 /// The rows of places around a row of bricks along x: corners and middles of x-edges at (j, k), (j + 1, k), (j, k + 1),
@@ -212,7 +253,9 @@ GYROTHERM_BRICK_INLINE void multiply_line(const BrickWeights<Real>& weights, std
   load(weights.z.data() + at, k.z);
   Line xy{};
   if constexpr (slanted) load(weights.xy.data() + at, xy);
-  Line even[4], odd[4], of[4], corner[8], on_x[4], on_y[4], on_z[4];
+  NodeSums<Line> nodes;
+  auto& [corner, on_x, on_y, on_z] = nodes;
+  Line even[4], odd[4], of[4];
   for (int n = 0; n < 4; ++n) {
     Line left, right;
     load(from.corner[n] + i, left);
@@ -230,7 +273,7 @@ GYROTHERM_BRICK_INLINE void multiply_line(const BrickWeights<Real>& weights, std
   sums(of, on_y);
   for (int n = 0; n < 4; ++n) load(from.z_edge[n / 2] + i + n % 2, of[n]);
   sums(of, on_z);
-  respond<Real, slanted>(k, xy, corner, on_x, on_y, on_z);
+  respond<Real, slanted>(k, xy, nodes);
   spread(on_x, of);
   for (int n = 0; n < 4; ++n) add(to.x_edge[n] + i, of[n]);
   for (int q = 0; q < 4; ++q) of[q] = corner[2 * q];

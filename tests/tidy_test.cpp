@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/source_functions.hpp"
+
 #ifdef NDEBUG
 #error "Assertions stay on in every build: see CMAKE_CXX_FLAGS_* in CMakeLists.txt."
 #endif
@@ -20,6 +22,8 @@
 namespace {
 
 namespace fs = std::filesystem;
+
+using gyrotherm::scan_functions;
 
 const fs::path kRoot = GYROTHERM_SOURCE_DIR;
 const std::vector<std::string> kModules{"core",      "drivers",  "simulator", "acquisition",
@@ -351,21 +355,109 @@ TEST(House, DocumentsFitASheet) {
   }
 }
 
-/// In this layout a function starts on an unindented (or twice-indented member) line that ends with "{" and ends at a
-/// line that is "}" with the same indent.
 TEST(House, FunctionsAreShort) {
-  const std::regex opening(R"(^( {0,2})[A-Za-z_~\[].*\(.*\{$|^( {0,4})[^ #/].*\).*\{$)");
-  for (const auto& source : sources())
-    for (std::size_t i = 0; i < source.lines.size(); ++i) {
-      const auto& line = source.lines[i];
-      const auto indent = line.find_first_not_of(' ');
-      if (indent == std::string::npos || indent > 2 || !std::regex_match(line, opening)) continue;
-      if (line.starts_with("namespace") || line.starts_with("extern")) continue;
-      const std::string closing = std::string(indent, ' ') + "}";
-      auto end = i + 1;
-      while (end < source.lines.size() && !source.lines[end].starts_with(closing)) ++end;
-      EXPECT_LE(end - i, 70u) << source.at(i) << ": shorten this function";
+  std::size_t functions = 0, wrapped = 0;
+  for (const auto& source : sources()) {
+    const auto scanned = scan_functions(fmt::format("{}\n", fmt::join(source.lines, "\n")));
+    EXPECT_TRUE(scanned.is_balanced) << source.at(0) << ": the scanner does not understand this file";
+    for (const auto& function : scanned.functions) {
+      EXPECT_LE(function.lines(), 70u) << source.at(function.first_line - 1) << ": shorten this function";
+      if (source.lines[function.first_line - 1].find('{') == std::string::npos) ++wrapped;
     }
+    functions += scanned.functions.size();
+  }
+  EXPECT_GT(functions, 7000u);
+  EXPECT_GT(wrapped, 400u);
+}
+
+/// Returns the signatures that the scanner finds, each with its first and its last line.
+std::vector<std::string> found_by_scanner(const std::string& source) {
+  const auto scanned = scan_functions(source);
+  EXPECT_TRUE(scanned.is_balanced) << source;
+  std::vector<std::string> found;
+  for (const auto& function : scanned.functions)
+    found.push_back(fmt::format("{}-{} {}", function.first_line, function.last_line, function.signature));
+  return found;
+}
+using Found = std::vector<std::string>;
+
+TEST(FunctionScanner, FindsWrappedSignatures) {
+  EXPECT_EQ(found_by_scanner("namespace a {\nint sum(int first,\n        int second) {\n  return first;\n}\n}\n"),
+            (Found{"2-5 int sum(int first, int second)"}));
+  EXPECT_EQ(found_by_scanner("template <class T,\n          class U = T>\nauto f(T t) -> std::vector<T> {\n}\n"),
+            (Found{"1-4 template <class T, class U = T> auto f(T t) -> std::vector<T>"}));
+  EXPECT_EQ(found_by_scanner("std::map<int,\n         int>\nC::f()\n    const noexcept {}\n"),
+            (Found{"1-4 std::map<int, int> C::f() const noexcept"}));
+}
+
+TEST(FunctionScanner, FindsMembersAndConstructorsWithInitialisers) {
+  const std::string source = R"(class C : public B<int> {
+ public:
+  explicit C(int n)
+      : n_(n), list_{1, 2},
+        work_([this] { run(); }),
+        base_<int>{n} {
+    run();
+  }
+  ~C() { stop(); }
+  C& operator=(const C&) = delete;
+  bool operator==(const C& other) const { return n_ == other.n_; }
+  int operator()(int x) const { return x; }
+
+ private:
+  int n_{}, m_ = 3;
+  std::function<void(int)> f_{[](int) {}};
+  struct Inner {
+    void g() {}
+  };
+};)";
+  EXPECT_EQ(
+      found_by_scanner(source),
+      (Found{"3-8 explicit C(int n) : n_(n), list_{ }, work_([this] { run(); }), base_<int>{ }", "9-9 ~C()",
+             "11-11 bool operator==(const C& other) const", "12-12 int operator()(int x) const", "18-18 void g()"}));
+}
+
+TEST(FunctionScanner, SkipsBracesInLiteralsAndComments) {
+  const std::string source = R"code(// a brace {
+#define OPEN {
+/* another { */ const char* const kText = R"({ "( )";
+const std::string kRaw = R"x({ )" { )x";
+const char kBrace = '{', kQuote = '\'';
+constexpr int kMany = 10'000;
+void f() {
+  const char* text = "}\"}";  // }
+  use(text, '}', 1'0);
+}
+)code";
+  EXPECT_EQ(found_by_scanner(source), (Found{"7-10 void f()"}));
+}
+
+TEST(FunctionScanner, TakesNoValueTypeOrNamespaceForAFunction) {
+  const std::string source = R"(extern "C" {
+int c_function(void) { return 0; }
+}
+enum class Colour { red, green };
+const std::map<std::string, std::function<int(int)>> kTable{{"a", [](int x) { return x; }}};
+const auto kMade = make(3, [] {
+  return 4;
+});
+constexpr Pair kPair = Pair(1){2};
+struct Plain {
+  int x = 3, y{4};
+};
+struct stat status_of(int file) { return {}; }
+template <>
+struct LineOf<float> {
+  using Line = float __attribute__((vector_size(64)));
+};
+)";
+  EXPECT_EQ(found_by_scanner(source), (Found{"2-2 int c_function(void)", "13-13 struct stat status_of(int file)"}));
+}
+
+TEST(FunctionScanner, ReportsABraceWithoutItsPartner) {
+  EXPECT_FALSE(scan_functions("void f() { if (x) { }\n").is_balanced);
+  EXPECT_FALSE(scan_functions("namespace a {\nvoid f() {}\n").is_balanced);
+  EXPECT_FALSE(scan_functions("void f() {} }\n").is_balanced);
 }
 
 struct Ban {

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Finds the function definitions of a C++ source, for the house rule on the length of functions.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace gyrotherm {
+
+/// A function definition at namespace or class scope. Lines count from 1.
+struct SourceFunction {
+  /// Joins the lines of the head, up to the opening brace, by single blanks. Literals are left out.
+  std::string signature;
+  std::size_t first_line{};  ///< of the signature, template line included
+  std::size_t last_line{};   ///< of the closing brace
+
+  [[nodiscard]] std::size_t lines() const { return last_line - first_line + 1; }
+};
+
+struct ScannedSource {
+  std::vector<SourceFunction> functions;  ///< in their order in the source
+  /// False if a brace is never closed or never opened. The functions behind it are then unknown.
+  bool is_balanced{};
+};
+
+/// Replaces comments, literals and preprocessor directives by blanks. Keeps the line breaks.
+[[nodiscard]] std::string blank_literals(const std::string& source);
+
+/// Finds every function with a body at namespace or class scope. Skips local classes and lambdas: they are part of the
+/// function, or of the initialiser, around them.
+[[nodiscard]] ScannedSource scan_functions(const std::string& source);
+
+}  // namespace gyrotherm

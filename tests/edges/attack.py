@@ -13,7 +13,7 @@ from typing import Any, Callable, Iterator
 
 import program
 from laboratory import SET_POINT, Laboratory
-from program import Programs, Run, Terminal, until
+from program import EVENT_LIMIT, Programs, Run, Terminal, until
 from records import Record, holes, lost_seconds, read_record, wrong_readings
 from rig import SAFE, Rig, hold, profile
 from standstill import Standstill
@@ -215,10 +215,10 @@ class Scene:
         self.fact(f"{len(record.rows)} rows compared")
         self.expect(not wrong, f"{len(wrong)} wrong or old readings: " + "; ".join(wrong[:4]))
 
-    def expect_guarded(self, run: Run, within: float = 10) -> None:
-        self.expect(until(run.guards, within), "there is no guard")
+    def expect_guarded(self, run: Run) -> None:
+        self.expect(until(run.guards), "there is no guard")
 
-    def stop(self, run: Run, within: float = 20) -> int | None:
+    def stop(self, run: Run, within: float = EVENT_LIMIT) -> int | None:
         """Ends a run in order, by SIGINT; its exit code."""
         run.signal(signal.SIGINT)
         code = run.wait(within)
@@ -232,7 +232,7 @@ class Scene:
             close()
         program.sweep(self.folder)
         for run in self.runs:
-            run.wait(5)
+            run.wait()
         for laboratory in self.laboratories:
             laboratory.close()
 

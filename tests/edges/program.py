@@ -20,11 +20,13 @@ from typing import Any, Callable, IO
 
 MARK = "GYROTHERM_EDGES"  # in the environment of every process that is started here; its value is the attack's folder
 TELL = "gyrotherm-tell/1"
-OF_OTHERS = ("NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "XDG_RUNTIME_DIR")  # not handed on
+OF_OTHERS = ("NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "XDG_RUNTIME_DIR", "NO_COLOR")  # not handed on
+EVENT_LIMIT = 60.0  # s, after which an event that only a busy machine delays is taken for missing
+TERMINAL = {"TERM": "xterm"}  # a chroot has none, and the program draws no panel on a dumb terminal
 NOBODY = ("setpriv", "--reuid=nobody", "--regid=nogroup", "--clear-groups", "--")
 
 
-def until(condition: Callable[[], Any], seconds: float, every: float = 0.05) -> Any:
+def until(condition: Callable[[], Any], seconds: float = EVENT_LIMIT, every: float = 0.05) -> Any:
     """Waits until the condition holds and returns what it returned; its last answer after `seconds`."""
     end = time.monotonic() + seconds
     while not (answer := condition()) and time.monotonic() < end:
@@ -57,7 +59,7 @@ class Programs:
 
     def environment(self, more: dict[str, str] | None = None) -> dict[str, str]:
         kept = {k: v for k, v in os.environ.items() if k not in OF_OTHERS}
-        return kept | {MARK: str(self.folder)} | (more or {})
+        return kept | TERMINAL | {MARK: str(self.folder)} | (more or {})
 
     def finish(self, command: list[Any], within: float = 60, before: tuple[str, ...] = (), **environment: str) -> Ran:
         """Runs a command to its end; kills it after `within`."""
@@ -120,7 +122,7 @@ class Run:
     def ended(self) -> bool:
         return self.process.poll() is not None
 
-    def wait(self, within: float) -> int | None:
+    def wait(self, within: float = EVENT_LIMIT) -> int | None:
         """Its exit code, or −signal; nothing if it still lives after `within`."""
         try:
             return self.process.wait(within)
@@ -184,6 +186,9 @@ class Speaker:
         return verdict == "done", text
 
 
+ERASE = b"\r\x1b[J"  # begins each picture but the first
+
+
 class Terminal:
     """A pseudo-terminal whose master is read only when that is asked for."""
 
@@ -221,6 +226,11 @@ class Terminal:
                 self.shown += data
         except OSError:
             pass
+
+    def pictures(self, since: int = 0) -> list[bytes]:
+        """Returns each different picture that was drawn whole in the bytes from `since` on, in their order."""
+        drawn = bytes(self.shown[since:]).split(ERASE)[1:-1]  # the last one may still be on its way
+        return list(dict.fromkeys(drawn))
 
     def let_go(self) -> None:
         """The program alone has the terminal's end now."""

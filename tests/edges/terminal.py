@@ -12,7 +12,7 @@ from program import Pipe, Run, Terminal, json_lines, kill, until
 from laboratory import Laboratory
 from rig import hold
 
-CTRL_S = b"\x13"
+CTRL_S, CTRL_Q = b"\x13", b"\x11"
 AFTER_THE_LIMIT = 5.0  # s, within which a chamber beyond its limit is safe
 
 
@@ -33,11 +33,11 @@ def expect_the_limit_holds(scene: Scene, laboratory: Laboratory, run: Run, stopp
     laboratory.chamber.shown_air = 120.0
     scene.expect_safe(laboratory, beyond, AFTER_THE_LIMIT, "the air beyond its limit")
     laboratory.chamber.shown_air = None  # the run ends when the air has been seen on its way to the safe set point
-    code = run.wait(40)
+    code = run.wait()
     scene.expect(code == 6, f"an interlock ends a run with 6, not {code}")
     if code is None:
         run.signal(signal.SIGKILL)
-        run.wait(10)
+        run.wait()
     scene.expect_whole(scene.read(run.record), laboratory, run.acknowledged())
 
 
@@ -85,10 +85,10 @@ def resume_on_an_unread_terminal(scene: Scene) -> None:
     """A killed run is resumed on a terminal that is full and that nobody reads: it goes on, and its limits hold."""
     laboratory, terminal = scene.laboratory(), scene.terminal()
     run = scene.hot_run(laboratory)
-    for pid in until(run.guards, 5) or []:
+    for pid in until(run.guards) or []:
         kill(pid)
     run.signal(signal.SIGKILL)
-    run.wait(5)
+    run.wait()
     acknowledged = run.acknowledged()
     terminal.fill()
     again = scene.resume(run, terminal=terminal)
@@ -97,7 +97,7 @@ def resume_on_an_unread_terminal(scene: Scene) -> None:
     laboratory.chamber.shown_air = 120.0
     scene.expect_safe(laboratory, beyond, AFTER_THE_LIMIT, "the air beyond its limit")
     laboratory.chamber.shown_air = None
-    code = again.wait(40)
+    code = again.wait()
     scene.expect(code == 6, f"an interlock ends a run with 6, not {code}")
 
 
@@ -108,7 +108,7 @@ def unread_terminal_for_everything(scene: Scene) -> None:
     record = scene.folder / "run.db"
     laboratory.chamber.begin_at(60)
     run = scene.start(scene.profile(hold(60.0, 3600)), scene.rig(laboratory), terminal=terminal, stdout=terminal.slave)
-    scene.need(until(lambda: scene.programs.status(record).get("acknowledged", -1) >= 2, 60, 0.5), "it did not begin")
+    scene.need(until(lambda: scene.programs.status(record).get("acknowledged", -1) >= 2, every=0.5), "it did not begin")
     terminal.fill()
     stopped_at = time.monotonic()
     time.sleep(waits(scene, 15, 120))
@@ -117,7 +117,7 @@ def unread_terminal_for_everything(scene: Scene) -> None:
     laboratory.chamber.shown_air = 120.0
     scene.expect_safe(laboratory, beyond, AFTER_THE_LIMIT, "the air beyond its limit")
     laboratory.chamber.shown_air = None  # the run ends when the air has been seen on its way to the safe set point
-    code = run.wait(40)
+    code = run.wait()
     scene.expect(code == 6, f"an interlock ends a run with 6, not {code}")
 
 
@@ -171,7 +171,7 @@ def full_pipe_for_acknowledgements(scene: Scene) -> None:
     pipe.fill(but=120)
     run = scene.start(scene.profile(hold(60.0, 3600)), scene.rig(laboratory), stdout=pipe.writes)
     pipe.let_go()
-    scene.need(until(lambda: scene.programs.status(record).get("acknowledged", -1) >= 2, 60, 0.5),
+    scene.need(until(lambda: scene.programs.status(record).get("acknowledged", -1) >= 2, every=0.5),
                f"it did not begin: {run.errors()}")
     stopped_at = time.monotonic()
     time.sleep(waits(scene, 30, 120))
@@ -201,7 +201,7 @@ def full_pipe_for_acknowledgements_then_killed(scene: Scene) -> None:
     scene.closing.append(pipe.close)
     laboratory.chamber.begin_at(60)
     run = scene.start(scene.profile(hold(60.0, 3600)), scene.rig(laboratory), stdout=pipe.writes)
-    scene.need(until(lambda: run.status().get("acknowledged", -1) >= 2, 60, 0.5), f"it did not begin: {run.errors()}")
+    scene.need(until(lambda: run.status().get("acknowledged", -1) >= 2, every=0.5), f"it did not begin: {run.errors()}")
     pipe.fill()
     time.sleep(3)
     died = time.monotonic()
@@ -217,7 +217,7 @@ def closed_outputs(scene: Scene) -> None:
     laboratory.chamber.begin_at(60)
     with open("/dev/full", "wb") as full:
         run = scene.start(scene.profile(hold(60.0, 3600)), scene.rig(laboratory), stdout=full, stderr=full)
-    scene.need(until(lambda: scene.programs.status(record).get("acknowledged", -1) >= 8, 60, 0.5), "it did not go on")
+    scene.need(until(lambda: scene.programs.status(record).get("acknowledged", -1) >= 8, every=0.5), "it did not go on")
     acknowledged = scene.programs.status(record).get("acknowledged", -1)
     scene.stop(run)
     scene.expect_whole(scene.read(record), laboratory, acknowledged)
@@ -233,7 +233,7 @@ def hung_up(scene: Scene, *, on_hangup: str) -> None:
     terminal.hang_up()
     if on_hangup == "safe":
         scene.expect_safe(laboratory, hung, AFTER_THE_LIMIT, "a closed terminal with on_hangup = \"safe\"")
-        scene.expect(run.wait(15) == 6, f"exit {run.process.poll()}, expected 6")
+        scene.expect(run.wait() == 6, f"exit {run.process.poll()}, expected 6")
         return
     time.sleep(8)
     scene.expect(not run.ended(), f"the run ended with {run.process.poll()} at a closed terminal, the chamber at "
@@ -250,23 +250,33 @@ enter("terminal", "hangup_goes_on_as_told", functools.partial(hung_up, on_hangup
 enter("terminal", "hangup_makes_safe", functools.partial(hung_up, on_hangup="safe"))
 
 
-@attack("terminal")
+def expect_standstill(scene: Scene, run: Run, terminal: Terminal) -> None:
+    """The run acknowledges three more seconds, and nothing of them comes to the terminal."""
+    def nothing_came() -> bool:
+        shown = len(terminal.shown)
+        scene.need(run.wait_acknowledged(run.acknowledged() + 3), "the run does not go on while its terminal is stopped")
+        return len(terminal.shown) == shown
+    scene.need(until(nothing_came), "Ctrl-S does not stop the terminal")
+
+
+@attack("terminal", limit=600)
 def back_after_ctrl_q(scene: Scene) -> None:
     """Ctrl-Q after Ctrl-S: the panel comes back, and what was said meanwhile is there or counted."""
     laboratory, terminal = scene.laboratory(), scene.terminal()
     terminal.read_on()
     run = on_a_terminal(scene, laboratory, terminal)
+    scene.need(until(lambda: len(terminal.pictures()) > 2), f"no panel moves: {terminal.shown[-600:]!r}")
     terminal.press(CTRL_S)
-    time.sleep(2)
+    expect_standstill(scene, run, terminal)
     done, _ = run.tell("note", "said while nobody looked")
     scene.expect(done, "a note was refused")
-    time.sleep(8)
+    expect_standstill(scene, run, terminal)
     shown = len(terminal.shown)
-    terminal.press(b"\x11")
-    came = until(lambda: b"told" in terminal.shown[shown:] or b"missed" in terminal.shown[shown:], 10)
+    terminal.press(CTRL_Q)
+    came = until(lambda: b"told" in terminal.shown[shown:] or b"missed" in terminal.shown[shown:])
     scene.expect(came, f"nothing of the note after Ctrl-Q: {bytes(terminal.shown[shown:])[-300:]!r}")
     later = len(terminal.shown)
-    scene.expect(until(lambda: len(terminal.shown) > later + 200, 10), "the panel does not move after Ctrl-Q")
+    scene.expect(until(lambda: len(terminal.pictures(later)) > 2), "the panel does not move after Ctrl-Q")
     scene.stop(run)
     scene.expect_whole(scene.read(run.record), laboratory, run.acknowledged())
 
@@ -279,7 +289,7 @@ def interrupt_at_a_blocked_terminal(scene: Scene) -> None:
     terminal.fill()
     time.sleep(3)
     terminal.press(b"\x03")
-    code = run.wait(15)
+    code = run.wait()
     scene.expect(code == 5, f"exit {code} after Ctrl-C at a full terminal, expected 5")
     time.sleep(1)
     scene.expect(abs(laboratory.chamber.set_point - 60) < 0.01,

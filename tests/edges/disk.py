@@ -81,7 +81,7 @@ def goes_on(scene: Scene, *, kind: type[Disk]) -> None:
     scene.expect_safe(laboratory, beyond, AFTER_THE_LIMIT, "the air beyond its limit")
     laboratory.chamber.shown_air = None
     disk.answer()
-    code = run.wait(40)
+    code = run.wait()
     scene.expect(code == 6, f"an interlock ends a run with 6, not {code}")
     scene.expect_whole(scene.read(run.record), laboratory, run.acknowledged())
 
@@ -100,7 +100,7 @@ def dies(scene: Scene, *, kind: type[Disk], number: int) -> None:
         disk.answer()
         scene.expect_held(laboratory, 1)
         run.signal(signal.SIGKILL)
-        run.wait(10)
+        run.wait()
 
 
 def make_safe_by_hand(scene: Scene, *, kind: type[Disk]) -> None:
@@ -143,7 +143,7 @@ def messages(scene: Scene, *, then: str) -> None:
         scene.expect_safe(laboratory, since, AFTER_THE_LIMIT, "the air beyond its limit")
         laboratory.chamber.shown_air = None
     disk.answer()
-    code = run.wait(40)
+    code = run.wait()
     scene.expect(code == (-signal.SIGKILL if then == "killed" else 6), f"exit {code}")
     scene.expect_whole(scene.read(run.record), laboratory, run.acknowledged())
 

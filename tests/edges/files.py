@@ -235,7 +235,7 @@ def attacked(scene: Scene, *, mishap: Mishap) -> None:
     scene.expect(code is not None, f"the run did not end within {LENGTH + 30} s")
     if code is None:
         run.signal(signal.SIGKILL)
-        run.wait(10)
+        run.wait()
     scene.expect(in_status or in_the_events(scene, run, attacked_at),
                  f"no alarm within {TOLD_WITHIN:g} s, neither in status nor in the record's events")
     manifest = run.record.with_name(run.record.name + ".sha256")
@@ -254,7 +254,7 @@ def attacked_and_killed(scene: Scene, *, mishap: Mishap) -> None:
     mishap.act(run.record)
     time.sleep(4)
     run.signal(signal.SIGKILL)
-    run.wait(10)
+    run.wait()
     scene.expect_whole(scene.read(run.record), scene.laboratories[0], run.acknowledged())
 
 
@@ -269,7 +269,7 @@ def second_part_too(scene: Scene) -> None:
     """After the main file its follower is removed as well: nothing is lost all the same."""
     run = begin(scene)
     run.record.unlink()
-    scene.need(until(lambda: part_of(run.record, 2).exists(), 8), "there is no RUN.2.db")
+    scene.need(until(lambda: part_of(run.record, 2).exists()), "there is no RUN.2.db")
     time.sleep(2)
     part_of(run.record, 2).unlink()
     code = run.wait(LENGTH + 30)

@@ -61,7 +61,7 @@ def beyond_its_limit(scene: Scene, *, flickers: Callable[[Laboratory], Callable[
     scene.expect_safe(laboratory, since, SAFE_WITHIN, "beyond its limit, each other reading lost")
     flicker.ends.set()
     laboratory.chamber.shown_air = None  # the run ends when the air has been seen on its way to the safe set point
-    code = run.wait(40)
+    code = run.wait()
     scene.expect(code == 6, f"exit {code}, expected 6")
 
 
@@ -97,13 +97,13 @@ def profile_at_the_panel(scene: Scene, *, aborted: bool, goes_on: bool = False) 
     chamber.break_as(profile_stuck=goes_on)
     chamber.start_profile(80.0 if aborted else 130.0)
     if aborted:
-        scene.expect(until(lambda: run.status().get("state") == "suspended", 15, 0.5),
+        scene.expect(until(lambda: run.status().get("state") == "suspended", every=0.5),
                      f"15 s later the run is \"{run.status().get('state')}\"")
         scene.expect(run.tell("abort")[0], "the abort was refused")
     if goes_on:
         scene.expect(run.wait(12) is None, "it ended while the profile went on")
         chamber.heal()
-    code = run.wait(60)
+    code = run.wait()
     scene.expect(code == 6, f"exit {code}, expected 6")
     scene.expect(chamber.profile_goal is None, "the profile goes on although the run says that the chamber is safe")
     scene.expect(abs(chamber.set_point - SAFE) < 0.01, f"the set point is {chamber.set_point:g} °C")

@@ -136,7 +136,7 @@ def lost_for_good(scene: Scene, *, link: str, faults: dict[str, Any]) -> None:
     healed = time.monotonic()
     laboratory.chamber.heal()
     scene.expect_safe(laboratory, broken, healed - broken + GUARD_LIMIT, "the line lost for good and good again")
-    code = run.wait(20)
+    code = run.wait()
     scene.expect(code == 6, f"exit {code} after chamber_lost, expected 6")
     scene.expect_held(laboratory, 2)
     record = scene.read(run.record)

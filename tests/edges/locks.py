@@ -108,7 +108,7 @@ class Machine:
         self.scene.need(run.wait_acknowledged(0, START_LIMIT), f"it did not begin: {run.errors()[-600:]}")
         files, names = self.lock_files(), sorted(self.names())
         run.signal(signal.SIGINT)
-        self.scene.need(run.wait(20) == 5, "it did not end")
+        self.scene.need(run.wait() == 5, "it did not end")
         for file in files:
             file.unlink(missing_ok=True)
             if file.parent.name.startswith("gyrotherm"):
@@ -133,14 +133,14 @@ def expect_refused(machine: Machine, ran: Ran, holder: Run, user: str = "root") 
 
 def expect_safe_death(machine: Machine, run: Run) -> None:
     """The first program is killed, and its chamber is safe within 20 s."""
-    guards = until(run.guards, 5) or [] if machine.stolen else []
+    guards = until(run.guards) or [] if machine.stolen else []
     for pid in guards:
         kill(pid, signal.SIGSTOP)
     died = time.monotonic()
     run.signal(signal.SIGKILL)
     if machine.stolen:
-        run.wait(5)
-        machine.scene.need(bool(until(lambda: machine.stolen <= machine.names(), 5)), "the thieves were too slow")
+        run.wait()
+        machine.scene.need(bool(until(lambda: machine.stolen <= machine.names())), "the thieves were too slow")
     for pid in guards:
         kill(pid, signal.SIGCONT)
     machine.scene.expect_safe(machine.laboratory, died, GUARD_LIMIT, "the program killed")
@@ -254,7 +254,7 @@ def names_by_nobody(machine: Machine, files: list[pathlib.Path], names: list[str
     if not names:
         machine.scene.fact("the program listens at no abstract name")
     squat(machine, names)
-    taken = until(lambda: set(names) <= machine.names(), 5)
+    taken = until(lambda: set(names) <= machine.names())
     machine.scene.need(bool(taken), "nobody could not take the names")
 
 
@@ -333,12 +333,12 @@ def lock_thieves_and_make_safe(scene: Scene) -> None:
     run = machine.first()
     need_begun(machine, run)
     thieves(machine)
-    guards = until(run.guards, 5) or []
+    guards = until(run.guards) or []
     for pid in guards:
         kill(pid, signal.SIGSTOP)
     died = time.monotonic()
     run.signal(signal.SIGKILL)
-    run.wait(5)
+    run.wait()
     for pid in guards:
         kill(pid)
     time.sleep(0.5)
@@ -430,7 +430,7 @@ def foreign_safe_state_file(scene: Scene, *, option: str) -> None:
     need_begun(machine, run)
     text = pathlib.Path(f"{run.record}.safe-state").read_text()
     scene.need(run.tell("abort")[0], "an abort was refused")
-    scene.need(run.wait(20) == 6, "it did not end")
+    scene.need(run.wait() == 6, "it did not end")
     victim = subprocess.Popen(["sleep", "300"], env=scene.programs.environment())
     started = pathlib.Path(f"/proc/{victim.pid}/stat").read_text().rpartition(")")[2].split()[19]
     evil = scene.folder / "evil.db"
@@ -446,7 +446,7 @@ def foreign_safe_state_file(scene: Scene, *, option: str) -> None:
     scene.expect(made.code in codes, f"make-safe ended with {made.code}, expected 4: {made.text}")
     scene.expect(state_of(victim.pid) not in ("", "Z"), "make-safe has killed a process that another user named")
     victim.kill()
-    victim.wait(5)
+    victim.wait()
     sent = [write.value for write in machine.laboratory.chamber.writes(since)]
     scene.expect(not sent, f"make-safe has sent {sent} °C to the chamber")
 

@@ -56,7 +56,7 @@ def tries(scene: Scene, words: tuple[str, ...], on_stop: str,
         said = say_at_once(run, words) if number % 2 and not signals else say(run, words)
         judge(scene, laboratory, run, said, began)
         run.signal(signal.SIGKILL)
-        run.wait(10)
+        run.wait()
         for guard in run.guards():
             program.kill(guard)
 
@@ -77,7 +77,7 @@ def expect_aborted(scene: Scene, laboratory: Laboratory, run: Run, said: Said, s
         return
     scene.expect(any(word == "abort" and done for word, done, _ in said), f"the abort was not acknowledged: {said}")
     scene.expect_safe(laboratory, since, SOON, f"{said}")
-    code = run.wait(10)
+    code = run.wait()
     scene.expect(code == 6, f"exit {code}, expected 6 after {said}")
     expect_consistent(scene, said, "abort", "safe", "abort")
     scene.expect_held(laboratory, 1)

@@ -24,7 +24,7 @@ EVIL = "\x1b[31mEVIL\x1b]0;title\x07\x9b2J"
 
 def stop_with_its_guard(scene: Scene, run: Run) -> list[int]:
     """Stops the guard first, so that it does not end the program that is stopped next."""
-    guards = until(run.guards, 5) or []
+    guards = until(run.guards) or []
     for pid in guards:
         kill(pid, signal.SIGSTOP)
     run.signal(signal.SIGSTOP)
@@ -42,9 +42,9 @@ def stopped_program_in_status(scene: Scene) -> None:
     ago = well.get("written_ago_s")
     scene.expect(isinstance(ago, (int, float)) and -1 <= ago <= 3, f"written_ago_s of a healthy run: {ago}")
     guards = stop_with_its_guard(scene, run)
-    silent = until(lambda: run.status().get("answers") is False, 6, 0.3)
+    silent = until(lambda: run.status().get("answers") is False, every=0.3)
     status = run.status()
-    scene.expect(silent, f"after 6 s status says answers = {status.get('answers')}, state = {status.get('state')}")
+    scene.expect(silent, f"status says answers = {status.get('answers')}, state = {status.get('state')}")
     scene.expect((status.get("written_ago_s") or 0) > 1.5, f"written_ago_s = {status.get('written_ago_s')}")
     try:
         written = datetime.datetime.fromisoformat(str(status.get("written")).replace("Z", "+00:00"))
@@ -57,7 +57,7 @@ def stopped_program_in_status(scene: Scene) -> None:
     run.signal(signal.SIGCONT)
     for pid in guards:
         kill(pid, signal.SIGCONT)
-    scene.expect(until(lambda: run.status().get("answers") is True, 6, 0.3), "it answers again, and status denies it")
+    scene.expect(until(lambda: run.status().get("answers") is True, every=0.3), "it answers again, and status denies it")
 
 
 @attack("status", limit=240)

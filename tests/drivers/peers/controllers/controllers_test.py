@@ -86,14 +86,14 @@ class Scene(unittest.TestCase):
         run = self.bench.run(self.bench.rig(more=more))
         began = run.wait_acknowledged(1, BEGINS)
         self.assertTrue(began, f"the run did not begin: exit {run.process.poll()}, {run.errors()[-900:]}")
-        self.assertIsNotNone(until(self.chamber.follows, 5), "the controller does not follow its set point")
+        self.assertIsNotNone(until(self.chamber.follows), "the controller does not follow its set point")
         before = self.chamber.air_now()
-        moved = until(lambda: self.chamber.air_now() > before + 2, 20, 0.2)
+        moved = until(lambda: self.chamber.air_now() > before + 2, every=0.2)
         self.assertTrue(moved, f"the air stays at {before:.2f} °C; {run.errors()[-600:]}")
         self.assertIsNone(run.process.poll(), run.errors()[-600:])
         self.assertNotIn("alarm", run.errors())
         self.expect_only_its_registers()
-        self.assertTrue(until(run.guards, 10), "there is no guard")
+        self.assertTrue(until(run.guards), "there is no guard")
         return run
 
     def expect_only_its_registers(self) -> None:
@@ -106,13 +106,13 @@ class Scene(unittest.TestCase):
         self.assertTrue(self.chamber.is_off() or (sought is not None and abs(sought - SAFE) < 0.06),
                         f"{when}: follows {sought}, off: {self.chamber.is_off()}, air {self.chamber.air_now():.1f} °C")
         if sought is not None:
-            before, now = self.chamber.air_now(), until(lambda: abs(self.chamber.air_now() - SAFE) < 0.5, 40, 0.2)
+            before, now = self.chamber.air_now(), until(lambda: abs(self.chamber.air_now() - SAFE) < 0.5, every=0.2)
             self.assertTrue(now, f"{when}: the air went from {before:.1f} to {self.chamber.air_now():.1f} °C")
 
     def kill_both(self, run: Run) -> None:
         for pid in [*run.guards(), run.pid]:
             program.kill(pid)
-        run.wait(5)
+        run.wait()
 
     def confirmed(self, run: Run) -> bool:
         return not pathlib.Path(f"{run.record}.safe-state").exists()
@@ -124,7 +124,7 @@ def follow_and_kill(scene: Scene) -> None:
     scene.check()
     run = scene.begin()
     run.signal(signal.SIGKILL)
-    run.wait(5)
+    run.wait()
     scene.assertTrue(until(lambda: scene.confirmed(run), 90), f"not confirmed within 90 s: {run.errors()[-900:]}")
     scene.expect_safe("after the guard")
     scene.expect_only_its_registers()
@@ -184,7 +184,7 @@ def guard_brings_back(scene: Scene) -> None:
     run = scene.begin()
     scene.assertTrue(scene.chamber.to_manual() or scene.chamber.to_program())
     run.signal(signal.SIGKILL)
-    run.wait(5)
+    run.wait()
     scene.assertTrue(until(lambda: scene.confirmed(run), 90), f"not confirmed within 90 s: {run.errors()[-900:]}")
     scene.expect_safe("after the guard")
     scene.expect_only_its_registers()
@@ -231,7 +231,7 @@ def never_written_to(scene: Scene) -> None:
         run = scene.bench.run(scene.bench.rig(), f"run{attempt}.db")
         run.wait_acknowledged(0, 10)
         scene.assertEqual(scene.chamber.log, [], f"attempt {attempt}: {run.errors()[-300:]}")
-        scene.assertIn(run.wait(5), (3, 4), run.errors())
+        scene.assertIn(run.wait(), (3, 4), run.errors())
 
 
 def no_false_fault(scene: Scene) -> None:
@@ -251,7 +251,7 @@ def read_back_is_not_claimed(scene: Scene) -> None:
     """No message claims that a set point was read back that cannot be read."""
     run = scene.begin()
     run.signal(signal.SIGKILL)
-    run.wait(5)
+    run.wait()
     scene.assertTrue(until(lambda: scene.confirmed(run), 90), run.errors()[-900:])
     scene.assertNotIn("read back", run.errors())
 

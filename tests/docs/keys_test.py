@@ -86,6 +86,7 @@ class Keys(unittest.TestCase):
         texts += [p.read_text(encoding="utf-8") for p in (SOURCE / "profiles").rglob("*.toml")]
         texts.append((SOURCE / "sequencer/rig/thermometer_settings.cpp").read_text(encoding="utf-8"))
         whole = "\n".join(texts)
+        seen = 0
         for sources in (keys.PROFILE, keys.RIG, keys.VIRTUAL, keys.LABORATORY, keys.ORDER, keys.SITE):
             for key in keys.keys_of(sources):
                 in_prose, in_a_file = (
@@ -94,6 +95,8 @@ class Keys(unittest.TestCase):
                 )
                 said = re.search(f"{in_prose}|{in_a_file}", whole, re.M)
                 self.assertTrue(said, f"{key.place}: {key.name} is said nowhere")
+                seen += 1
+        self.assertGreater(seen, 300)
 
 
 if __name__ == "__main__":

@@ -138,15 +138,15 @@ class Control(unittest.TestCase):
         self.assertTrue(until(lambda: self.status()["state"] == "execute"))
 
         self.run_.move_set_point(24.0)
-        self.assertTrue(until(lambda: self.status()["alarms"], 20))
+        self.assertTrue(until(lambda: self.status()["alarms"]))
         alarm = self.status()["alarms"][0]
-        self.assertTrue(until(lambda: self.mail.letters, 20))
+        self.assertTrue(until(lambda: self.mail.letters))
         self.assertIn("Subject: Alarm: laboratory: run on virtual", self.mail.letters[0])
         self.assertIn("To: ada@example.org", self.mail.letters[0])
         boss = self.folder / "boss.txt"
-        self.assertTrue(until(boss.exists, 20), "nobody acknowledges: the next address")
+        self.assertTrue(until(boss.exists), "nobody acknowledges: the next address")
         memory = self.folder / "state" / "told.json"
-        self.assertTrue(until(lambda: '"steps": 2' in memory.read_text(), 10))
+        self.assertTrue(until(lambda: '"steps": 2' in memory.read_text()))
         self.monitor.kill()
         self.monitor.again()
         self.assertEqual(self.tell("acknowledge", alarm=str(alarm["number"])).status, 400, "without a comment")
@@ -165,8 +165,8 @@ class Control(unittest.TestCase):
         self.assertRegex(asked.json["question"], r"done, .* left\..*Sure\?")
         self.assertIn("safe set point, ", asked.json["question"], "what becomes of the chamber, with the temperature")
         self.assertEqual(self.tell("stop", confirm=asked.json["confirm"], text="the day is over").status, 200)
-        self.assertEqual(self.run_.run.wait(timeout=30), 0)
-        self.assertTrue(until(lambda: any("Subject: Ended" in letter for letter in self.mail.letters), 20))
+        self.assertEqual(self.run_.run.wait(timeout=60), 0)
+        self.assertTrue(until(lambda: any("Subject: Ended" in letter for letter in self.mail.letters)))
         self.expect_in_the_record(alarm["number"])
 
     def expect_in_the_record(self, alarm: int) -> None:
@@ -267,9 +267,9 @@ class Starts(unittest.TestCase):
                 asked = subprocess.Popen(
                     ["setsid", "--ctty", "--wait", *words], stdin=terminal, stdout=terminal, stderr=terminal
                 )
-                until(lambda: not is_shown(), 10)
+                until(lambda: not is_shown())
                 os.write(screen, key)
-                asked.wait(10)
+                asked.wait(60)
                 self.assertTrue(is_shown(), f"after {key!r}")
                 os.close(screen)
                 os.close(terminal)
@@ -319,7 +319,7 @@ class Starts(unittest.TestCase):
                 time.sleep(0.004 * i)
                 starting.terminate()
                 try:
-                    self.assertIn(starting.wait(timeout=10), (0, -signal.SIGTERM), i)
+                    self.assertIn(starting.wait(timeout=60), (0, -signal.SIGTERM), i)
                 finally:
                     starting.kill()
 
@@ -328,26 +328,28 @@ class Starts(unittest.TestCase):
             (folder / "runs").mkdir()
             program, store = folder / "gyrotherm-monitor", folder / "gyrotherm-site"
             shutil.copy(MONITOR, program)
-            store.write_text(f"#!/bin/sh\necho asked >> {folder}/asked\nsleep 4\necho no answer\nexit 4\n")
+            end = folder / "end"
+            wait = f"while [ ! -e {end} ]; do sleep 0.05; done"
+            store.write_text(f"#!/bin/sh\necho asked >> {folder}/asked\n{wait}\necho no answer\nexit 4\n")
             store.chmod(0o755)
             (folder / "site.toml").write_text(
                 'schema = "gyrotherm-site/1"\nname = "s"\nrig = "r"\n'
                 f'folders = ["{folder}/runs"]\n[store]\naddress = "host=127.0.0.1 dbname=g"\n'
             )
             monitor = Monitor(folder, "--site", str(folder / "site.toml"), runs=folder / "runs", program=str(program))
-            answers, begun = [], time.monotonic()
-            ask = lambda: answers.append((monitor.ask("/api/v1/site/rigs"), time.monotonic() - begun))
+            answers = []
+            ask = lambda: answers.append(monitor.ask("/api/v1/site/rigs"))
             asking = [threading.Thread(target=ask) for _ in range(40)]
             for one in asking:
                 one.start()
                 time.sleep(0.02)
             self.assertEqual(monitor.ask("/api/v1/session").status, 200)
-            self.assertLess(time.monotonic() - begun, 3.8, "while the store is being asked")
+            self.assertTrue(until(lambda: len(answers) == 39, 15), "all but who asked, while the store is being asked")
+            end.touch()
             for one in asking:
                 one.join()
-            self.assertEqual({answer.status for answer, _ in answers}, {503})
-            self.assertEqual(sum(after > 3.8 for _, after in answers), 1, "who asked")
-            self.assertEqual(sum(answer.json.get("asking", False) for answer, _ in answers), 39)
+            self.assertEqual({answer.status for answer in answers}, {503})
+            self.assertEqual([answer.json.get("asking", False) for answer in answers], [True] * 39 + [False])
             self.assertIn("no answer", monitor.ask("/api/v1/site/rigs").json["error"])
             self.assertEqual((folder / "asked").read_text().count("asked"), 1, "that it did not answer is kept")
             self.assertEqual(monitor.stop(), 0)

@@ -159,7 +159,7 @@ class Hostile(WatchedRun):
 
     def expect_undisturbed(self) -> None:
         before = self.run_.acknowledged
-        self.assertTrue(until(lambda: self.run_.acknowledged > before, 5))
+        self.assertTrue(until(lambda: self.run_.acknowledged > before))
         run = self.ada.ask(f"/api/v1/runs/{self.key}").json
         self.assertEqual(run["state"], "execute")
         kinds = [event["kind"] for event in self.ada.ask(f"/api/v1/runs/{self.key}/events").json["events"]]
@@ -240,13 +240,13 @@ class Hostile(WatchedRun):
         headers = {"mal": mal.headers, "sue": sue.headers, "feed": {"Authorization": "Bearer " + token}}
         streams = {name: Stream(self.monitor, self.key, one) for name, one in headers.items()}
         others = Stream(self.monitor, self.key, self.eve.headers)
-        self.assertTrue(until(lambda: all(b"id:" in stream.came for stream in (*streams.values(), others)), 20))
+        self.assertTrue(until(lambda: all(b"id:" in stream.came for stream in (*streams.values(), others))))
         self.assertEqual(root.ask("/api/v1/sessions", {"user": "sue"}).status, 200)
         for name in ("mal", "feed"):
             self.assertEqual(monitor_command(self.folder, "user", "remove", name).returncode, 0)
         for name, stream in streams.items():
             with self.subTest(name):
-                stream.join(5)
+                stream.join(60)
                 self.assertFalse(stream.is_alive(), "it is told more")
         self.assertTrue(others.is_alive(), "of another user")
         monitor_command(self.folder, "user", "add", "mal", "--role", "administrator", password=PASSWORD)
@@ -261,7 +261,7 @@ class Hostile(WatchedRun):
                 line.sendall(b"GET / HTTP/1.1\r\nHost: ")
             except OSError:
                 pass
-        self.assertTrue(until(lambda: self.tries(), 8))
+        self.assertTrue(until(lambda: self.tries()))
         for line in lines:
             line.close()
         self.assertLess(self.monitor.memory_mb, MOST_MEMORY_MB)

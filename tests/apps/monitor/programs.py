@@ -23,7 +23,10 @@ PASSWORD = "correct horse"
 MOST_MEMORY_MB = float(os.environ.get("GYROTHERM_MEMORY_MB", "64"))
 
 
-def until(condition: Callable[[], Any], seconds: float = 20, every: float = 0.05) -> Any:
+EVENT_LIMIT = 60.0  # s, after which an event that only a busy machine delays is taken for missing
+
+
+def until(condition: Callable[[], Any], seconds: float = EVENT_LIMIT, every: float = 0.05) -> Any:
     """Waits until the condition holds and returns what it returned; its last answer after `seconds`."""
     end = time.monotonic() + seconds
     while not (answer := condition()) and time.monotonic() < end:
@@ -119,14 +122,15 @@ class Monitor:
             connection.close()
 
     def raw(self, text: bytes, seconds: float = 3) -> bytes:
-        """What comes back for these bytes until the connection ends, or for so long."""
-        with socket.create_connection(("127.0.0.1", self.port), timeout=5) as line:
+        """Returns what comes back for these bytes until the connection ends, or until nothing more has come for
+        `seconds`."""
+        with socket.create_connection(("127.0.0.1", self.port), timeout=EVENT_LIMIT) as line:
             reply = b""
             try:
                 line.sendall(text)
-                line.settimeout(seconds)
                 while piece := line.recv(65536):
                     reply += piece
+                    line.settimeout(seconds)
             except (TimeoutError, ConnectionError):
                 pass
             return reply

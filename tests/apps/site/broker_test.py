@@ -42,7 +42,7 @@ class Broker:
     def start(self) -> None:
         self.process = subprocess.Popen(["mosquitto", "-c", self.folder / "broker.conf"], stdout=subprocess.DEVNULL,
                                         stderr=subprocess.DEVNULL)
-        assert until(self.answers, 20)
+        assert until(self.answers)
 
     def answers(self) -> bool:
         with socket.socket() as line:
@@ -101,7 +101,7 @@ class Live(unittest.TestCase):
         self.assertEqual((first["run"], first["left"]), (None, None))
         run = RealTimeRun(self.folder / "records")
         self.addCleanup(run.end)
-        self.assertTrue(until(lambda: self.status()["run"] is not None, 30))
+        self.assertTrue(until(lambda: self.status()["run"] is not None))
         samples = self.broker.heard("gyrotherm/v1/lab_1/+/sample", 3)
         slots = [sample["values"]["slot"] for sample in samples]
         self.assertEqual(slots, list(range(slots[0], slots[0] + 3)))
@@ -110,7 +110,7 @@ class Live(unittest.TestCase):
 
         self.broker.kill()
         self.broker.start()  # it has kept nothing
-        self.assertTrue(until(lambda: self.status()["run"]["state"] == "execute", 20))
+        self.assertTrue(until(lambda: self.status()["run"]["state"] == "execute"))
         listening = subprocess.Popen([*self.broker.listener("gyrotherm/v1/#"), "-v", "-W", "15"],
                                      stdout=subprocess.PIPE, text=True)
         self.assertIn("/status", listening.stdout.readline())
@@ -122,15 +122,15 @@ class Live(unittest.TestCase):
         going_on = self.status()
         self.assertIsNone(going_on["left"])
         run.run.kill()  # and its guard makes the chamber safe
-        self.assertTrue(until(lambda: self.status()["run"] is None, 20))
+        self.assertTrue(until(lambda: self.status()["run"] is None))
         left = self.status()["left"]
         self.assertEqual((left["id"], left["finished"], left["being_written"]), (going_on["run"]["id"], False, False))
 
         publisher.send_signal(signal.SIGKILL)
         publisher.wait()
-        self.assertTrue(until(lambda: self.status()["online"] is False, 40), "the broker says so")
+        self.assertTrue(until(lambda: self.status()["online"] is False), "the broker says so")
         publisher = self.publish()
-        self.assertTrue(until(lambda: self.status()["online"] is True, 10))
+        self.assertTrue(until(lambda: self.status()["online"] is True))
         publisher.send_signal(signal.SIGTERM)
         self.assertEqual(publisher.wait(10), 0)
         self.assertFalse(self.status()["online"])

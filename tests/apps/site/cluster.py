@@ -41,7 +41,7 @@ def must_have_postgresql() -> None:
             skip("PostgreSQL does not run as root, and there is no user postgres")
 
 
-def until(condition: Callable[[], Any], seconds: float = 20, every: float = 0.1) -> Any:
+def until(condition: Callable[[], Any], seconds: float = 60, every: float = 0.1) -> Any:
     """Waits until the condition holds and returns what it returned; its last answer after `seconds`."""
     end = time.monotonic() + seconds
     while not (answer := condition()) and time.monotonic() < end:
@@ -126,7 +126,7 @@ password_encryption = scram-sha-256
             with contextlib.suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
         self.process.wait()
-        until(lambda: not any(pathlib.Path(f"/proc/{child}").exists() for child in children), 20)
+        until(lambda: not any(pathlib.Path(f"/proc/{child}").exists() for child in children))
 
     def children(self) -> list[int]:
         found = pathlib.Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text()

@@ -842,11 +842,10 @@ class Isolated(unittest.TestCase):
                      "SELECT pg_advisory_lock(hashtext('gyrotherm.make_month'));"
                      "SELECT pg_advisory_lock(hashtext('gyrotherm.make_drift'), hashtext('S1 m'));"):
             with self.open_transaction(held):
-                begun = time.monotonic()
+                # A statement that waits for the lock fails: the store's lock timeout is shorter than the transaction.
                 self.store.sql(self.add_run("rig-1", units=[{"label": "u", "serial_number": "S2", "model": "m"}])
                                + self.add_run("rig-1", started_ns=(2_000_000_000 + 3_000_000 * len(held)) * 10**9)
                                + self.calibration("rig-1", number=f"C{len(held)}"), "rig_1")
-                self.assertLess(time.monotonic() - begun, 9)
 
     def test_an_old_transaction_ends_and_others_go_on(self) -> None:
         for number, held in enumerate((self.add_run("rig-2", started_ns=1_700_000_000 * 10**9),

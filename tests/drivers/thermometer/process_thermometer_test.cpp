@@ -7,6 +7,7 @@
 
 #include "drivers/line/process_stream.hpp"
 #include "tests/support/fakes.hpp"
+#include "tests/support/slept.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
@@ -124,7 +125,8 @@ TEST_F(ProcessThermometerTest, IsEndedAfterTenQuestionsWithoutAGoodAnswer) {
   EXPECT_EQ(line->heard.front(), "12 hello\n") << "the new one is greeted";
 }
 
-/// A real program that misbehaves: what one reading says of it, in what time.
+/// Returns what one reading of a real program that misbehaves reports. Fails the test if the reading sleeps for longer
+/// than `most`.
 std::string reading_of(const std::string& script, Duration most = 900ms) {
   const std::string good =
       "answer() { case $2 in hello) echo \"$1 gyrotherm-thermometer/1 2 Acme T-2\";; read) echo \"$1 1.5 2.5\";; esac; "
@@ -132,9 +134,9 @@ std::string reading_of(const std::string& script, Duration most = 900ms) {
   auto stream = std::make_unique<ProcessStream>(ProgramCommand{.words = {"/bin/sh", "-c", good + script}});
   const auto bank = make_process_thermometer(std::move(stream), "t", {.channels = 2});
   const auto who = bank->identify();
-  const auto begun = std::chrono::steady_clock::now();
+  const tests::SleepMeter meter;
   const auto readings = bank->read();
-  EXPECT_LT(std::chrono::steady_clock::now() - begun, most) << script;
+  EXPECT_LT(meter.slept(), most) << script;
   EXPECT_EQ(readings.size(), 2u);
   return readings[0] ? "good" : name(readings[0].error().kind);
 }

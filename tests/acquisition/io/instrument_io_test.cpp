@@ -4,14 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <thread>
 
 namespace gyrotherm::io {
 namespace {
 
 using std::chrono_literals::operator""ms;
 using std::chrono_literals::operator""s;
+using std::chrono::steady_clock;
 
 /// A line that can be held up: calls wait at it while it is closed.
 class Gate {
@@ -137,31 +140,52 @@ TEST(InstrumentIo, ReadsEveryInstrumentOnceWithWorkers) {
   EXPECT_EQ(io->read(1, bench.clock).chamber.value->air, Celsius{2});
 }
 
+/// Waits for each instrument but those that hang: long enough for a busy machine.
+constexpr auto kPatient = 2s;
+
 TEST(InstrumentIo, SilentInstrumentIsAFaultInItsOwnColumnsAlone) {
   Bench bench;
   bench.first.gate.close();
-  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = kPatient});
   const Sample sample = io->read(0, bench.clock);
   for (const std::size_t i : {0, 1, 2}) {
     const Fault& fault = sample.thermometers[i].value.error();
     EXPECT_EQ(fault.kind, FaultKind::timeout);
     EXPECT_EQ(fault.where, std::string(1, static_cast<char>('A' + i)));
-    EXPECT_EQ(fault.what, "still busy after 50 ms");
+    EXPECT_EQ(fault.what, "still busy after 2000 ms");
   }
   EXPECT_TRUE(sample.thermometers[3].value && sample.chamber.value && sample.units[0].count.value);
   bench.first.gate.open();
+}
+
+/// Reads with a chamber that hangs, until its call is under way. Returns the time at which it was.
+steady_clock::time_point read_until_stuck(Bench& bench, InstrumentIo& io) {
+  bench.chamber.gate.close();
+  static_cast<void>(io.read(0, bench.clock));
+  bench.chamber.gate.wait_for_arrivals(1);
+  return steady_clock::now();
+}
+
+void expect_free(InstrumentIo& io) {
+  for (const auto end = steady_clock::now() + 60s; io.stuck_for() != Duration{} && steady_clock::now() < end;)
+    std::this_thread::sleep_for(1ms);
+  EXPECT_EQ(io.stuck_for(), Duration{});
 }
 
 TEST(InstrumentIo, TellsHowLongACallOfTheChamberHasNotGotOn) {
   Bench bench;
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
   EXPECT_EQ(io->stuck_for(), Duration{});
-  bench.chamber.gate.close();
-  static_cast<void>(io->read(0, bench.clock));
-  EXPECT_GE(io->stuck_for(), 40ms) << "the call that hangs is under way";
+  const auto began = steady_clock::now();
+  const auto stuck = read_until_stuck(bench, *io);
+  std::this_thread::sleep_for(50ms);
+  const auto before = steady_clock::now();
+  const auto stuck_for = io->stuck_for();
+  EXPECT_GE(stuck_for, before - stuck) << "the call that hangs is under way";
+  EXPECT_LE(stuck_for, steady_clock::now() - began);
   bench.chamber.gate.open();
   static_cast<void>(io->read(1, bench.clock));
-  EXPECT_LT(io->stuck_for(), 40ms);
+  expect_free(*io);
 }
 
 TEST(InstrumentIo, ACallWhoseExchangesEndIsNotStuckHoweverLongItLasts) {
@@ -169,11 +193,14 @@ TEST(InstrumentIo, ACallWhoseExchangesEndIsNotStuckHoweverLongItLasts) {
   drivers::LineActivity line;
   bench.instruments.chamber_line = &line;
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
-  bench.chamber.gate.close();
-  static_cast<void>(io->read(0, bench.clock));
-  EXPECT_GE(io->stuck_for(), 40ms);
+  const auto stuck = read_until_stuck(bench, *io);
+  std::this_thread::sleep_for(50ms);
+  const auto before = steady_clock::now();
+  EXPECT_GE(io->stuck_for(), before - stuck);
+  const auto noted = steady_clock::now();
   line.note();
-  EXPECT_LT(io->stuck_for(), 40ms) << "on a line that loses most of what is asked";
+  const auto stuck_for = io->stuck_for();
+  EXPECT_LE(stuck_for, steady_clock::now() - noted) << "on a line that loses most of what is asked";
   bench.chamber.gate.open();
 }
 
@@ -182,7 +209,8 @@ TEST(InstrumentIo, AThermometerThatHangsIsNoReasonToEndTheRun) {
   const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
   bench.first.gate.close();
   static_cast<void>(io->read(0, bench.clock));
-  EXPECT_LT(io->stuck_for(), 40ms);
+  bench.first.gate.wait_for_arrivals(1);
+  expect_free(*io);
   bench.first.gate.open();
 }
 
@@ -190,7 +218,7 @@ TEST(InstrumentIo, LateAnswerIsNeverALaterSecondsValue) {
   Bench bench;
   bench.chamber.gate.close();
   bench.gyro.gate.close();
-  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 300ms});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = kPatient});
   const Sample missed = io->read(0, bench.clock);
   EXPECT_EQ(missed.chamber.value.error().kind, FaultKind::timeout);
   EXPECT_EQ(missed.units[0].count.value.error().kind, FaultKind::timeout);
@@ -254,11 +282,11 @@ TEST(InstrumentIo, CommandReachesTheChamberEitherWay) {
 TEST(InstrumentIo, CommandThatCouldNotBeginIsNotSentLater) {
   Bench bench;
   bench.chamber.gate.close();
-  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 300ms});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 900ms});
   EXPECT_FALSE(io->read(0, bench.clock).chamber.value);
   const auto sent = io->send_set_point(Celsius{70});
   ASSERT_FALSE(sent);
-  EXPECT_EQ(text(sent.error()), "chamber: set point 70 °C not sent: the chamber was still busy after 300 ms");
+  EXPECT_EQ(text(sent.error()), "chamber: set point 70 °C not sent: the chamber was still busy after 900 ms");
   bench.chamber.gate.open();
   EXPECT_EQ(io->read(1, bench.clock).chamber.value->set_point, Celsius{20});
 }
@@ -266,11 +294,11 @@ TEST(InstrumentIo, CommandThatCouldNotBeginIsNotSentLater) {
 TEST(InstrumentIo, CommandThatWasNotConfirmedIsUnknown) {
   Bench bench;
   bench.chamber.command_gate.close();
-  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = kPatient});
   const auto sent = io->send_set_point(Celsius{70});
   ASSERT_FALSE(sent);
   EXPECT_EQ(sent.error().kind, FaultKind::timeout);
-  EXPECT_EQ(sent.error().what, "set point 70 °C unknown: not confirmed in 50 ms");
+  EXPECT_EQ(sent.error().what, "set point 70 °C unknown: not confirmed in 2000 ms");
   bench.chamber.command_gate.open();
 }
 
@@ -279,8 +307,8 @@ TEST(InstrumentIo, ACommandWaitsNoLongerThanItsTick) {
   bench.chamber.command_gate.close();
   const auto io = InstrumentIo::workers(bench.instruments);
   EXPECT_TRUE(io->read(0, bench.clock).chamber.value);
-  bench.clock.advance(930ms);  // an instrument was slow
-  EXPECT_EQ(io->send_set_point(Celsius{70}).error().what, "set point 70 °C unknown: not confirmed in 50 ms");
+  bench.clock.advance(480ms);  // an instrument was slow
+  EXPECT_EQ(io->send_set_point(Celsius{70}).error().what, "set point 70 °C unknown: not confirmed in 500 ms");
   bench.chamber.command_gate.open();
 }
 
@@ -323,9 +351,9 @@ TEST(InstrumentIo, AnOpenAnalogueInputIsAFaultInItsOwnChannelAlone) {
 TEST(InstrumentIo, SilentAnalogueInputsAreAFaultInTheirOwnChannelsAlone) {
   AnalogueBench bench;
   bench.inputs.gate.close();
-  const auto io = InstrumentIo::workers(bench.instruments, {.patience = 50ms});
+  const auto io = InstrumentIo::workers(bench.instruments, {.patience = kPatient});
   const auto sample = io->read(0, bench.clock);
-  EXPECT_EQ(text(sample.units[1].analogue[0].value.error()), "u2.current: still busy after 50 ms");
+  EXPECT_EQ(text(sample.units[1].analogue[0].value.error()), "u2.current: still busy after 2000 ms");
   EXPECT_EQ(sample.units[0].analogue[0].value.error().where, "u1.current");
   EXPECT_TRUE(sample.units[0].count.value && sample.units[1].count.value && sample.chamber.value);
   bench.inputs.gate.open();

@@ -16,10 +16,11 @@ using std::chrono_literals::operator""ms;
 using std::chrono_literals::operator""s;
 using std::chrono::steady_clock;
 
-/// Its exit code, or −signal; fails if it does not end in time.
-int end_of(Background& program, steady_clock::duration within) {
+/// Returns the exit code, or −signal. Fails the test if the program never ends: its code shows whether the signal ended
+/// it, or the end of its work.
+int end_of(Background& program) {
   const auto began = steady_clock::now();
-  while (program.is_running() && steady_clock::now() - began < within) std::this_thread::sleep_for(5ms);
+  while (program.is_running() && steady_clock::now() - began < 60s) std::this_thread::sleep_for(5ms);
   EXPECT_FALSE(program.is_running()) << "still there";
   if (program.is_running()) program.signal(SIGKILL);
   return program.wait();
@@ -59,7 +60,7 @@ TEST(Interrupt, EndsACommandThatStopsForNothingAtOnce) {
     std::this_thread::sleep_for(300ms);
     ASSERT_TRUE(check.is_running()) << check.output();
     check.signal(number);
-    EXPECT_EQ(end_of(check, 1s), -number);
+    EXPECT_EQ(end_of(check), -number);
   }
 }
 
@@ -74,7 +75,7 @@ TEST(Interrupt, LeavesNothingOfAnImport) {
     while (import.is_running() && !std::filesystem::exists(record)) std::this_thread::sleep_for(5ms);
     ASSERT_TRUE(import.is_running()) << import.output();
     import.signal(number);
-    EXPECT_EQ(end_of(import, 3s), 5) << import.output();
+    EXPECT_EQ(end_of(import), 5) << import.output();
     EXPECT_TRUE(std::filesystem::is_empty(folder / "records")) << "after signal " << number;
   }
 }
@@ -83,9 +84,9 @@ TEST(Interrupt, StopsAServerInOrder) {
   const Folder folder;
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     Background simulate({"simulate"}, folder / ("out" + std::to_string(number)));
-    ASSERT_TRUE(simulate.wait_for("gyro ", 20)) << simulate.output();
+    ASSERT_TRUE(simulate.wait_for("gyro ", 60)) << simulate.output();
     simulate.signal(number);
-    EXPECT_EQ(end_of(simulate, 3s), 0);
+    EXPECT_EQ(end_of(simulate), 0);
   }
 }
 
@@ -93,21 +94,21 @@ TEST(Interrupt, StopsAServerInOrder) {
 TEST(Interrupt, TheSecondEndsACommandThatDoesNotComeBack) {
   const Folder folder;
   Background thermal({"thermal", "--mesh", "fine", "--out", folder / "image"}, folder / "out");
-  ASSERT_TRUE(thermal.wait_for("steady state", 20)) << thermal.output();
+  ASSERT_TRUE(thermal.wait_for("steady state", 60)) << thermal.output();
   thermal.signal(SIGINT);
   thermal.signal(SIGINT);
   std::this_thread::sleep_for(700ms);
   if (!thermal.is_running()) GTEST_SKIP() << "this machine solves it too fast";
   thermal.signal(SIGINT);
-  EXPECT_EQ(end_of(thermal, 1s), -SIGINT) << "two at once are one press; the one after it counts";
+  EXPECT_EQ(end_of(thermal), -SIGINT) << "two at once are one press; the one after it counts";
 }
 
 TEST(Interrupt, ThermalIsNotDoneOnceItWasToStop) {
   const Folder folder;
   Background thermal({"thermal", "--mesh", "coarse", "--out", folder / "image"}, folder / "out");
-  ASSERT_TRUE(thermal.wait_for("steady state", 20)) << thermal.output();
+  ASSERT_TRUE(thermal.wait_for("steady state", 60)) << thermal.output();
   thermal.signal(SIGINT);
-  EXPECT_EQ(end_of(thermal, 60s), 5) << thermal.output();
+  EXPECT_EQ(end_of(thermal), 5) << thermal.output();
   EXPECT_TRUE(std::filesystem::is_empty(folder / "image"));
 }
 

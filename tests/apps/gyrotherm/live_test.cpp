@@ -53,7 +53,7 @@ TEST_F(LiveRun, ItsRowsAreExportedAsTheyCome) {
 
 TEST_F(LiveRun, IsFollowedToItsEnd) {
   Background follower({"export", path_, "--follow"}, folder_ / "followed");
-  ASSERT_TRUE(follower.wait_for("\n10,", 20));
+  ASSERT_TRUE(follower.wait_for("\n10,", 60));
   run_.signal(SIGINT);
   EXPECT_EQ(run_.wait(), 5);
   EXPECT_EQ(follower.wait(), 0) << follower.output();
@@ -64,7 +64,7 @@ TEST_F(LiveRun, IsFollowedToItsEnd) {
 
 TEST_F(LiveRun, IsFollowedToWhereItsProgramWasKilled) {
   Background follower({"export", path_, "--follow"}, folder_ / "followed");
-  ASSERT_TRUE(follower.wait_for("\n10,", 20));
+  ASSERT_TRUE(follower.wait_for("\n10,", 60));
   run_.signal(SIGKILL);
   EXPECT_EQ(run_.wait(), -SIGKILL);
   EXPECT_EQ(follower.wait(), 0) << follower.output();
@@ -100,7 +100,7 @@ TEST_F(LiveRun, SaysEachSecondWhereItStands) {
 }
 
 TEST_F(LiveRun, PrintsEachSecondWhole) {
-  ASSERT_TRUE(run_.wait_for("\"slot\":100,", 20)) << run_.output();
+  ASSERT_TRUE(run_.wait_for("\"slot\":100,", 60)) << run_.output();
   const auto lines = split_lines(run_.output());
   ASSERT_GT(lines.size(), 100u);
   const auto second = json::parse(lines[0]);
@@ -118,7 +118,7 @@ TEST_F(LiveRun, IsFoundByALinkToItsRecord) {
   const auto status = gyrotherm_with("status '" + link + "'");
   EXPECT_NE(status.out.find(": running"), std::string::npos) << status.out;
   Background follower({"export", link, "--follow"}, folder_ / "followed");
-  EXPECT_TRUE(follower.wait_for("\n10,", 20)) << follower.output();
+  EXPECT_TRUE(follower.wait_for("\n10,", 60)) << follower.output();
 }
 
 TEST_F(LiveRun, IsFoundByTheNameOfItsCopy) {
@@ -126,7 +126,7 @@ TEST_F(LiveRun, IsFoundByTheNameOfItsCopy) {
   const auto status = gyrotherm_with("status " + copy);
   EXPECT_NE(status.out.find("run.db: running"), std::string::npos) << status.out << status.err;
   Background follower({"export", copy, "--follow"}, folder_ / "followed");
-  ASSERT_TRUE(follower.wait_for("\n10,", 20)) << follower.output();
+  ASSERT_TRUE(follower.wait_for("\n10,", 60)) << follower.output();
   run_.signal(SIGSTOP);
   std::this_thread::sleep_for(3000ms);
   EXPECT_TRUE(follower.is_running()) << "the record is being written, although nobody writes the copy";
@@ -181,7 +181,7 @@ TEST_F(CopyOfAnotherRun, IsNotFollowed) {
 
 TEST_F(CopyOfAnotherRun, EndsWhatIsFollowed) {
   Background follower({"export", folder_ / "run.db", "--follow"}, folder_ / "followed");
-  ASSERT_TRUE(follower.wait_for("\n39,", 20)) << follower.output();
+  ASSERT_TRUE(follower.wait_for("\n39,", 60)) << follower.output();
   lead_to("two", 2);
   EXPECT_NE(follower.wait(), 0);
   EXPECT_EQ(follower.output().find("\n40,"), std::string::npos) << follower.output();

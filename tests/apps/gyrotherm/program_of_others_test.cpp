@@ -69,7 +69,7 @@ class ProgramOfOthers : public testing::Test {
     std::vector<std::string> words{"resume", path, "--json"};
     words.insert(words.end(), options.begin(), options.end());
     Background resumed(words, new_log());
-    const bool goes_on = resumed.wait_for("acknowledged", 30);
+    const bool goes_on = resumed.wait_for("acknowledged", 60);
     resumed.signal(SIGINT);
     const bool interrupted = resumed.wait() == 5;
     output = resumed.output();

@@ -15,7 +15,7 @@ TEST(Simulate, MbpollReadsTheChamberAndSetsItsSetPoint) {
   if (!installed("mbpoll")) GTEST_SKIP() << "mbpoll is not installed";
   const Folder folder;
   Background simulate({"simulate", "--rig", "profiles/rigs/virtual.toml"}, folder / "log");
-  ASSERT_TRUE(simulate.wait_for("gyro", 20)) << simulate.output();
+  ASSERT_TRUE(simulate.wait_for("gyro", 60)) << simulate.output();
   const auto port = port_of("chamber", simulate.output());
   const auto mbpoll = "mbpoll -m tcp -a 1 -0 -1 -q -B -t 4:float -p " + port;
   const auto air = shell(mbpoll +
@@ -37,7 +37,7 @@ TEST(Simulate, APymodbusClientReadsTheChamberAndSetsItsSetPoint) {
     GTEST_SKIP() << "python3-pymodbus is not installed";
   const Folder folder;
   Background simulate({"simulate", "--rig", "profiles/rigs/virtual.toml", "--pace", "x20"}, folder / "log");
-  ASSERT_TRUE(simulate.wait_for("gyro", 20)) << simulate.output();
+  ASSERT_TRUE(simulate.wait_for("gyro", 60)) << simulate.output();
   const auto ran = shell("/usr/bin/python3 tests/apps/gyrotherm/pymodbus_client.py " +
                          port_of("chamber", simulate.output()) + " profiles/chambers/virtual.toml");
   EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
@@ -46,7 +46,7 @@ TEST(Simulate, APymodbusClientReadsTheChamberAndSetsItsSetPoint) {
 TEST(Simulate, ARealRigFileRunsOnItInRealTime) {
   const Folder folder;
   Background simulate({"simulate", "--rig", "profiles/rigs/virtual.toml"}, folder / "log");
-  ASSERT_TRUE(simulate.wait_for("gyro", 20)) << simulate.output();
+  ASSERT_TRUE(simulate.wait_for("gyro", 60)) << simulate.output();
   const auto output = simulate.output();
   const auto rig =
       shell("/usr/bin/python3 tests/apps/gyrotherm/real_rig.py profiles/rigs/virtual.toml " +
@@ -64,7 +64,7 @@ TEST(Simulate, ARealRigFileRunsOnItInRealTime) {
 TEST(Simulate, InPlaceOfARealRigVirtualInstrumentsOfItsKindsAreServed) {
   const Folder folder;
   Background simulate({"simulate", "--rig", "example-f4t-lakeshore-kvh"}, folder / "log");
-  ASSERT_TRUE(simulate.wait_for("gyro  ", 20)) << simulate.output();
+  ASSERT_TRUE(simulate.wait_for("gyro  ", 60)) << simulate.output();
   const auto output = simulate.output();
   EXPECT_NE(output.find("Modbus TCP, unit 1, F4T"), std::string::npos) << output;
   EXPECT_NE(output.find("pt12: shell"), std::string::npos) << output;
@@ -81,7 +81,7 @@ TEST(Simulate, ASerialLineHasTheAddressesOfItsOwnLink) {
       (folder / "f4t.toml"));
   ASSERT_EQ(rig.exit_code, 0) << rig.err;
   Background simulate({"simulate", "--pty", "--rig", folder / "f4t.toml"}, folder / "log");
-  ASSERT_TRUE(simulate.wait_for("gyro           serial", 20)) << simulate.output();
+  ASSERT_TRUE(simulate.wait_for("gyro           serial", 60)) << simulate.output();
   const auto output = simulate.output();
   std::smatch serial;
   ASSERT_TRUE(std::regex_search(output, serial, std::regex(R"(chamber +(serial:\S+))"))) << output;

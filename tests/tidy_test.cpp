@@ -181,7 +181,11 @@ std::vector<Source> sources_in(const std::vector<std::string>& folders) {
 
 /// Every .hpp and .cpp of the modules.
 const std::vector<Source>& sources() {
-  static const std::vector<Source> all = sources_in(kModules);
+  static const std::vector<Source> all = [] {
+    auto found = sources_in(kModules);
+    EXPECT_GT(found.size(), 800u);
+    return found;
+  }();
   return all;
 }
 
@@ -190,6 +194,7 @@ const std::vector<Source>& sources_beside() {
   static const std::vector<Source> all = [] {
     auto found = sources_in({"tests", "bench"});
     std::erase_if(found, [](const Source& source) { return source.path.filename() == "tidy_test.cpp"; });
+    EXPECT_GT(found.size(), 450u);
     return found;
   }();
   return all;
@@ -207,6 +212,7 @@ TEST(House, EachFileBelongsToAPartOfAModule) {
 
 TEST(House, IncludesPointOneWay) {
   const std::regex include(R"re(^#include "([a-z_0-9/]+)/[a-z_0-9]+\.hpp")re");
+  std::size_t includes = 0;
   for (const auto& source : sources())
     for (std::size_t i = 0; i < source.lines.size(); ++i) {
       std::smatch match;
@@ -214,7 +220,9 @@ TEST(House, IncludesPointOneWay) {
       const auto part = part_of(match[1].str() + "/");
       EXPECT_TRUE(part == source.part || kArrows.at(source.part).contains(part))
           << source.at(i) << ": " << source.part << " may not include " << match[1];
+      ++includes;
     }
+  EXPECT_GT(includes, 2500u);
 }
 
 TEST(House, ModulesDependOneWay) {
@@ -239,6 +247,7 @@ TEST(House, ModulesDependOneWay) {
 /// The modules' tests share what lies in tests/support; only the tests of the benchmarks include those.
 TEST(House, TestsAndBenchmarksShareWhatIsMeantToBeShared) {
   const std::regex include(R"re(^#include "((tests|bench)/[a-z_0-9]+)/.*")re");
+  std::size_t includes = 0;
   for (const auto& source : sources_beside())
     for (std::size_t i = 0; i < source.lines.size(); ++i) {
       std::smatch match;
@@ -246,7 +255,9 @@ TEST(House, TestsAndBenchmarksShareWhatIsMeantToBeShared) {
       const auto path = fs::relative(source.path, kRoot).string();
       EXPECT_TRUE(path.starts_with(match[1].str() + "/") || (path.starts_with("tests/bench/") && match[2] == "bench"))
           << source.at(i) << ": move it to tests/support, or to bench/: " << match[1];
+      ++includes;
     }
+  EXPECT_GT(includes, 100u);
 }
 
 TEST(House, ThirdPartiesStayInTheirModules) {
@@ -258,12 +269,15 @@ TEST(House, ThirdPartiesStayInTheirModules) {
   const auto starts = [](const std::string& header, const std::vector<std::string>& with) {
     return std::any_of(with.begin(), with.end(), [&](const auto& prefix) { return header.starts_with(prefix); });
   };
+  std::size_t includes = 0;
   for (const auto& source : sources())
     for (std::size_t i = 0; i < source.lines.size(); ++i) {
       std::smatch match;
       if (!std::regex_search(source.lines[i], match, include) || !starts(match[1], known)) continue;
       EXPECT_TRUE(starts(match[1], kThirdParties.at(source.part))) << source.at(i) << ": " << match[1];
+      ++includes;
     }
+  EXPECT_GT(includes, 100u);
 }
 
 TEST(House, HeadersOfAModuleHideItsThirdParties) {
@@ -304,13 +318,16 @@ std::string namespace_of(const Source& source) {
 }
 
 TEST(House, EachPartHasItsNamespace) {
+  std::size_t seen = 0;
   for (const auto& source : sources()) {
     std::string last;  // before it others may stand: of what is declared there, or specialised
     for (const auto& line : source.lines)
       if (line.starts_with("namespace gyrotherm")) last = line;
     if (last.empty()) continue;
     EXPECT_EQ(last, "namespace " + namespace_of(source) + " {") << source.at(0);
+    ++seen;
   }
+  EXPECT_GT(seen, 800u);
 }
 
 TEST(House, EachSourceSaysItsLicence) {
@@ -529,6 +546,7 @@ TEST(House, EachPresetCompilesWithAssertions) {
 
 /// The documents name scripts as commands.
 TEST(House, ScriptsCanBeRun) {
+  int scripts = 0;
   for (const std::string folder : {"bench", "debian", "profiles", "tests"}) {
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
       if (!entry.is_regular_file()) continue;
@@ -536,8 +554,10 @@ TEST(House, ScriptsCanBeRun) {
       std::getline(std::ifstream(entry.path()), first);
       if (!first.starts_with("#!")) continue;
       EXPECT_NE(entry.status().permissions() & fs::perms::owner_exec, fs::perms::none) << entry.path() << ": chmod +x";
+      ++scripts;
     }
   }
+  EXPECT_GT(scripts, 20);
 }
 
 /// What a pattern finds in a text, its first group of each.
@@ -560,20 +580,25 @@ TEST(House, EveryReferenceToAnErratumAnInvariantOrADecisionResolves) {
     decisions.insert(entry.path().filename().string().substr(0, 4));
   EXPECT_GT(sections.size(), 10u);
   EXPECT_EQ(invariants.size(), 28u);
+  std::size_t references = 0;
   for (fs::recursive_directory_iterator entry(kRoot), end; entry != end; ++entry) {
     const auto path = fs::relative(entry->path(), kRoot).generic_string();
     const auto ending = entry->path().extension();
     if (path == "build" || path == "out" || path == ".git") entry.disable_recursion_pending();
     if (ending != ".cpp" && ending != ".hpp" && ending != ".py" && ending != ".md") continue;
     const auto text = text_of(entry->path());
-    for (const auto& section : found_in(text, R"(\berrata (\d+(?:\.\d+)?))"))
-      EXPECT_TRUE(sections.contains(section)) << path << ": errata " << section;
-    for (const auto& number : found_in(text, R"(decisions?[ /](\d{4})\b)"))
-      EXPECT_TRUE(decisions.contains(number)) << path << ": decision " << number;
-    if (!path.starts_with("tests/sequencer") && !path.starts_with("tests/mutants")) continue;
-    for (const auto& invariant : found_in(text, R"(\b(I\d{1,2})\b)"))
-      EXPECT_TRUE(invariants.contains(invariant)) << path << ": " << invariant;
+    const auto expect_in = [&](const std::set<std::string>& known, const char* pattern) {
+      for (const auto& reference : found_in(text, pattern)) {
+        EXPECT_TRUE(known.contains(reference)) << path << ": " << pattern << ": " << reference;
+        ++references;
+      }
+    };
+    expect_in(sections, R"(\berrata (\d+(?:\.\d+)?))");
+    expect_in(decisions, R"(decisions?[ /](\d{4})\b)");
+    if (path.starts_with("tests/sequencer") || path.starts_with("tests/mutants"))
+      expect_in(invariants, R"(\b(I\d{1,2})\b)");
   }
+  EXPECT_GT(references, 50u);
 }
 
 /// The last column of docs/glossary.md.
@@ -606,11 +631,13 @@ TEST(House, TopLevelHoldsTheModulesAndNothingElse) {
                                 "python",
                                 "tests"};
   allowed.insert(kModules.begin(), kModules.end());
+  std::set<std::string> found;
   for (const auto& entry : fs::directory_iterator(kRoot)) {
     const auto name = entry.path().filename().string();
     if (name.starts_with('.') || name == "build" || name == "out") continue;
-    EXPECT_TRUE(allowed.contains(name)) << name << " is no module";
+    found.insert(name);
   }
+  EXPECT_EQ(found, allowed);
 }
 
 }  // namespace

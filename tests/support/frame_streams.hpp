@@ -2,6 +2,8 @@
 /// The shipped descriptions of gyro streams, and bytes written in hexadecimal.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -18,11 +20,13 @@
 
 namespace gyrotherm::tests {
 
+/// Returns the names of the shipped streams. Fails the test if one is missing.
 [[nodiscard]] inline std::vector<std::string> shipped_streams() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(GYROTHERM_SOURCE_DIR "/profiles/gyro-streams"))
     if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
   std::sort(names.begin(), names.end());
+  EXPECT_GE(names.size(), 14u);
   return names;
 }
 

@@ -81,11 +81,14 @@ void expect_record(const std::string& path, std::int64_t acknowledged, const std
 
 void expect_sound(const std::string& path, std::int64_t acknowledged, const std::string& what) {
   expect_record(path, acknowledged, what);
+  int databases = 0;
   for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(path).parent_path())) {
     if (entry.path().extension() != ".db") continue;
     auto database = Database::open(entry.path(), Access::read_only, 0).value();
     ASSERT_EQ(database.ask("PRAGMA integrity_check").value_or("?"), "ok") << what << ": " << entry.path();
+    ++databases;
   }
+  EXPECT_GE(databases, 1) << what;
 }
 
 /// One fault at one operation. False if the run has fewer operations.

@@ -13,6 +13,7 @@
 #include <ctime>
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <thread>
 
 namespace gyrotherm::app {
@@ -103,7 +104,9 @@ std::string Background::output() const { return content(output_file_); }
 bool Background::wait_for(const std::string& text, int seconds) const {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(seconds);
   while (std::chrono::steady_clock::now() < end) {
+    const bool has_ended = !is_running();
     if (output().find(text) != std::string::npos) return true;
+    if (has_ended) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   return false;
@@ -115,6 +118,13 @@ std::int64_t last_acknowledged(const std::string& output) {
   while (at != std::string::npos && output.find('}', at) == std::string::npos)
     at = at == 0 ? std::string::npos : output.rfind(key, at - 1);
   return at == std::string::npos ? -1 : std::stoll(output.substr(at + key.size()));
+}
+
+std::set<std::string> options_in(const std::string& text) {
+  std::set<std::string> options;
+  const std::regex option(R"((?:^|[^A-Za-z0-9_-])(--[a-z][a-z-]*[a-z]))");
+  for (std::sregex_iterator at(text.begin(), text.end(), option), end; at != end; ++at) options.insert((*at)[1]);
+  return options;
 }
 
 bool installed(const std::string& program) {

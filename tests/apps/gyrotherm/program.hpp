@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -52,7 +53,7 @@ class Background {
   [[nodiscard]] std::chrono::nanoseconds processor_time() const;
   /// What it has printed so far.
   [[nodiscard]] std::string output() const;
-  /// Waits until it has printed `text`; false after `seconds`.
+  /// Waits until it has printed `text`. Returns false after `seconds`, or if the program has ended without it.
   [[nodiscard]] bool wait_for(const std::string& text, int seconds) const;
 
  private:
@@ -62,6 +63,9 @@ class Background {
 
 /// The last second that the program said, in its --json output, that it had acknowledged; −1 if none.
 std::int64_t last_acknowledged(const std::string& output);
+
+/// Returns the options that a text names, each as "--out".
+std::set<std::string> options_in(const std::string& text);
 
 /// True if a program of this name is on the PATH.
 bool installed(const std::string& program);

@@ -115,7 +115,8 @@ TEST(SafeStateFile, EveryCutAndEveryChangedLineIsRefusedWithItsPlace) {
   for (std::size_t length = 0; length + 1 < golden.size(); ++length)  // its last line may lack its end
     EXPECT_FALSE(parse_safe_state(golden.substr(0, length), "cut")) << length;
   EXPECT_FALSE(parse_safe_state(golden + "x", "longer"));
-  for (auto at = golden.find(" = "); at < golden.find("map"); at = golden.find(" = ", at + 1)) {
+  int lines = 0;
+  for (auto at = golden.find(" = "); at < golden.find("map"); at = golden.find(" = ", at + 1), ++lines) {
     auto changed = golden;
     changed[at + 1] = ';';
     const auto read = parse_safe_state(changed, "changed");
@@ -123,6 +124,7 @@ TEST(SafeStateFile, EveryCutAndEveryChangedLineIsRefusedWithItsPlace) {
     EXPECT_EQ(read.error().kind, FaultKind::bad_file);
     EXPECT_TRUE(read.error().where.starts_with("changed:")) << read.error().where;
   }
+  EXPECT_GE(lines, 8);
 }
 
 TEST(SafeStateFile, NoNumberThatIsNoTemperatureIsTaken) {

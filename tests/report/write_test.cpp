@@ -33,8 +33,12 @@ TEST_F(WriteReport, LeavesPageFiguresAndJsonAndNothingElse) {
   EXPECT_EQ(read("report.json"), report);
   EXPECT_TRUE(read("report.html").starts_with("<!DOCTYPE html>"));
   EXPECT_TRUE(read("figures/figure-8.svg").starts_with("<svg "));
-  for (const auto& entry : fs::recursive_directory_iterator(folder_))
+  int files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
     EXPECT_NE(entry.path().extension(), ".part") << entry.path();
+    files += entry.is_regular_file() ? 1 : 0;
+  }
+  EXPECT_GT(files, 6);
 }
 
 TEST_F(WriteReport, IsRebuiltFromItsJsonToTheSameBytes) {

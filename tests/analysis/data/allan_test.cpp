@@ -318,7 +318,9 @@ TEST(AllanFit, OfChosenTermsSeesNoOther) {
 
 TEST(AllanFit, OfAConstantSeesNothing) {
   const RateStretches rates{.interval_s = 1, .values = {Eigen::VectorXd::Constant(200, 0.25)}};
-  for (const NoiseCoefficient& coefficient : fitted(rates).coefficients) EXPECT_FALSE(coefficient.seen);
+  const AllanFit fit = fitted(rates);
+  EXPECT_EQ(fit.coefficients.size(), 5u);
+  for (const NoiseCoefficient& coefficient : fit.coefficients) EXPECT_FALSE(coefficient.seen);
 }
 
 TEST(AllanFit, OfAShortCurveIsStillAFit) {

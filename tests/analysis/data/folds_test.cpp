@@ -158,6 +158,7 @@ TEST(Folds, AreRefusedWhereThereAreMoreOfThemThanClusters) {
 TEST(Folds, WithinAFoldKeepOutWhatTheFoldKeepsOut) {
   const Clusters record = without_cycles(400);
   const TrainingSet training_set{record, *plan_folds({record}, blocks(5, 20))};
+  EXPECT_EQ(training_set.folds.folds.size(), 5u);
   for (const Fold& outer : training_set.folds.folds) {
     const TrainingSet inner = within(training_set, outer.training);
     EXPECT_EQ(inner.folds.folds.size(), 4u);

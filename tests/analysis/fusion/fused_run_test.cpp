@@ -330,7 +330,9 @@ TEST(FusedRun, LetsTheBiasWanderOnOverAGap) {
   axes.time_s.tail(20000).array() += 90000;
   const Eigen::RowVector4d walked = (axes.directions * Eigen::Vector3d(0.05, 0, 0)).transpose();
   axes.rate_deg_per_h.bottomRows(20000).rowwise() += walked;
-  for (const Alarm& alarm : fused_run(axes).summary.alarms)
+  const FusedRun run = fused_run(axes);
+  EXPECT_GT(run.summary.fused, 39000);
+  for (const Alarm& alarm : run.summary.alarms)
     EXPECT_NE(alarm.kind, AlarmKind::rest_hop) << alarm.at_s << ": " << alarm.statement;
 }
 

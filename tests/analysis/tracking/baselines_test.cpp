@@ -66,11 +66,14 @@ TEST(Denoisers, SayNothingOfARateBeforeItHasCome) {
 
 TEST(Denoisers, OfAConstantSayTheConstant) {
   const StateSpace space = virtual_space();
+  int denoised_constants = 0;
   for (const Denoiser& denoiser : denoisers(space)) {
     if (denoiser.name == "thermal model alone") continue;
+    ++denoised_constants;
     const Denoised denoised = denoiser.denoise(Eigen::VectorXd::Constant(3000, 0.01));
     EXPECT_NEAR(denoised.bias(2999), 0.01, 2e-4) << denoiser.name;
   }
+  EXPECT_EQ(denoised_constants, 8);
 }
 
 TEST(Denoisers, OfTheKalmanFilterAreTheTracker) {

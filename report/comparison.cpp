@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -131,10 +130,8 @@ std::string zero_of(const CalibrationReport& report, const ResultTable& table) {
   return own == report.bias_zeros.end() ? report.bias_zero : own->zero;
 }
 
-/// Whether it depends on what the bias is counted from.
 bool is_counted_from_a_zero(const std::string& quantity) {
-  constexpr std::array kQuantities{"bias", "mean", "rmse", "largest", "compensated_bias"};
-  return std::ranges::find(kQuantities, quantity) != kQuantities.end();
+  return std::ranges::find(kCountedFromAZero, quantity) != kCountedFromAZero.end();
 }
 
 /// A table of either report that speaks of the same.

@@ -2,8 +2,10 @@
 /// Two calibrations of one unit: by how much it has drifted, and whether that is more than both are uncertain.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/result.hpp"
@@ -12,6 +14,10 @@
 namespace gyrotherm::report {
 
 inline constexpr const char* kComparisonSchema = "gyrotherm-comparison/1";
+
+/// Quantities that depend on the zero of the bias. The store of a site has the same list (apps/site/migrations).
+inline constexpr std::array<std::string_view, 5> kCountedFromAZero{"bias", "mean", "rmse", "largest",
+                                                                   "compensated_bias"};
 
 /// One quantity in both reports.
 struct ComparedResult {

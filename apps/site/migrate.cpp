@@ -12,12 +12,9 @@
 namespace gyrotherm::site {
 namespace {
 
-constexpr std::array kMigrations{Migration{1, "store", store_schema},     Migration{2, "questions", fleet_questions},
-                                 Migration{3, "owners", document_owners}, Migration{4, "simulated", simulated_apart},
-                                 Migration{5, "bounds", bounds_of_rigs},  Migration{6, "isolation", rigs_apart},
-                                 Migration{7, "alarms", alarm_rows},      Migration{8, "zeros", zeros_in_conditions}};
+constexpr std::array kMigrations{Migration{1, "store", store_schema}};
 
-/// What has to be there before the first step.
+/// Makes the schema and the table of the steps, if they do not exist.
 constexpr const char* kBeginning = R"(
 BEGIN;
 SELECT pg_advisory_xact_lock(hashtext('gyrotherm.migrate'));
@@ -27,24 +24,41 @@ CREATE TABLE IF NOT EXISTS gyrotherm.migration (number integer PRIMARY KEY, name
 COMMIT;
 )";
 
-/// Nothing changes unless the step is the next one now: another program may have taken it meanwhile.
-Result<bool> take_step(Postgres& store, const Migration& step) {
-  const auto digest = sha256(step.sql());
+/// Fails with refused if the store has seen another step than the known one of its number, or a further one.
+Result<void> check_seen(Postgres& store, std::span<const Migration> known) {
+  const auto seen = store.ask("SELECT number, sha256 FROM gyrotherm.migration ORDER BY number");
+  if (!seen) return failure(seen.error());
+  for (int row = 0; row < seen->rows(); ++row) {
+    const auto number = seen->integer(row, 0);
+    const auto step = std::ranges::find(known, number, [](const Migration& one) { return std::int64_t{one.number}; });
+    if (step == known.end())
+      return failure(FaultKind::refused, kStore,
+                     fmt::format("has migration {}, and this version knows {}: a newer version made it; migrate with "
+                                 "that version",
+                                 number, known.back().number));
+    if (seen->text(row, 1) != sha256(step->sql()))
+      return failure(FaultKind::refused, kStore,
+                     fmt::format("has a migration {} that differs from this version's: another version made the store; "
+                                 "make a new store and publish again, the records are the source",
+                                 number));
+  }
+  return {};
+}
+
+/// Returns false, and changes nothing, if the store has seen the step: another program may have executed it meanwhile.
+Result<bool> take_step(Postgres& store, std::span<const Migration> known, const Migration& step) {
   auto begun = store.run("BEGIN; SELECT pg_advisory_xact_lock(hashtext('gyrotherm.migrate'))");
   if (!begun) return failure(begun.error());
-  const auto seen =
-      store.ask("SELECT sha256 FROM gyrotherm.migration WHERE number = $1", {std::to_string(step.number)});
-  if (!seen) return failure(seen.error());
-  if (seen->rows() > 0) {
-    const bool same = seen->text(0, 0) == digest;
-    if (auto ended = store.run("ROLLBACK"); !ended) return failure(ended.error());
-    if (same) return false;
-    return failure(FaultKind::refused, fmt::format("migration {}", step.number),
-                   "the store has seen another one of that number");
+  const auto seen = check_seen(store, known).and_then([&] {
+    return store.ask("SELECT FROM gyrotherm.migration WHERE number = $1", {std::to_string(step.number)});
+  });
+  if (!seen || seen->rows() > 0) {
+    if (!store.is_broken()) static_cast<void>(store.run("ROLLBACK"));
+    return seen.map([](const Answer&) { return false; });
   }
   const auto taken = store.run(std::string(step.sql())).and_then([&] {
     return store.ask("INSERT INTO gyrotherm.migration(number, name, sha256) VALUES ($1, $2, $3)",
-                     {std::to_string(step.number), step.name, digest});
+                     {std::to_string(step.number), step.name, sha256(step.sql())});
   });
   if (!taken) {
     if (!store.is_broken()) static_cast<void>(store.run("ROLLBACK"));
@@ -57,17 +71,13 @@ Result<bool> take_step(Postgres& store, const Migration& step) {
 
 std::span<const Migration> migrations() { return kMigrations; }
 
-Result<void> migrate(Postgres& store, int last, const std::function<void(const Migration&)>& done) {
+Result<void> migrate(Postgres& store, std::span<const Migration> known, int last,
+                     const std::function<void(const Migration&)>& done) {
   if (auto begun = store.run(kBeginning); !begun) return begun;
-  const auto known = store.ask("SELECT coalesce(max(number), 0) FROM gyrotherm.migration");
-  if (!known) return failure(known.error());
-  if (known->integer(0, 0) > kMigrations.back().number)
-    return failure(FaultKind::refused, kStore,
-                   fmt::format("has migration {}, and this program knows {}: a newer one made it", known->integer(0, 0),
-                               kMigrations.back().number));
-  for (const auto& step : kMigrations) {
+  if (auto good = check_seen(store, known); !good) return good;
+  for (const auto& step : known) {
     if (step.number > last) break;
-    const auto taken = take_step(store, step);
+    const auto taken = take_step(store, known, step);
     if (!taken) return failure(taken.error());
     if (*taken) done(step);
   }

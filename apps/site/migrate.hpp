@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Brings the store's schema up to date, step by step.
+/// Brings the store's schema up to date, step by step. The store keeps the number and the digest of each step.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +19,13 @@ struct Migration {
   std::string_view (*sql)() = nullptr;
 };
 
-/// All that this program knows, in order; numbers go on from 1.
+/// Returns the steps that this program knows, numbered from 1 in order.
 [[nodiscard]] std::span<const Migration> migrations();
 
-/// Carries out the steps that the store has not seen, up to `last`, each in a transaction of its own, and calls `done`
-/// after each; two that migrate at once wait for each other. Fails like Postgres, and with refused if a step that the
-/// store has seen was another one, or the store has steps that this program does not know.
-[[nodiscard]] Result<void> migrate(Postgres& store, int last, const std::function<void(const Migration&)>& done);
+/// Executes those of the known steps that the store has not seen, up to number `last`, each in a transaction of its
+/// own, and calls `done` after each. Two programs that migrate at once wait for each other. Fails like Postgres. Fails
+/// with refused, and changes nothing, if the store has a step that is not one of `known`.
+[[nodiscard]] Result<void> migrate(Postgres& store, std::span<const Migration> known, int last,
+                                   const std::function<void(const Migration&)>& done);
 
 }  // namespace gyrotherm::site

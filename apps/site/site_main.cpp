@@ -63,7 +63,7 @@ Result<int> bring_up_to_date(const SiteOptions& options) {
   if (!store) return failure(store.error());
   bool any = false;
   Result<void> told;
-  const auto migrated = migrate(*store, options.to, [&](const Migration& step) {
+  const auto migrated = migrate(*store, migrations(), options.to, [&](const Migration& step) {
     any = true;
     told = write_to_stdout(fmt::format("migration {}: {}\n", step.number, step.name));
   });

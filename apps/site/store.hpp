@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The functions of the store, called: what a rig may say there (apps/site/migrations/0001-store.sql says what each
-/// checks). Fails like Postgres; refused is what a function itself refused.
+/// Calls the functions of the store that are for rigs; apps/site/migrations/0001-store.sql documents each with its
+/// checks. Fails like Postgres, and with refused if the function itself refuses the call.
 #pragma once
 
 #include <optional>

@@ -5,7 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <regex>
+#include <set>
+#include <string>
 
+#include "analysis/data/dataset.hpp"
+#include "core/file.hpp"
 #include "report/calibration_html.hpp"
 #include "report/comparison_document.hpp"
 #include "tests/support/sample_calibration.hpp"
@@ -139,6 +144,22 @@ TEST(Comparison, OfDifferentZerosHasNoBias) {
   expect_no_bias();
   before.bias_zero = now.bias_zero = data::kOwnZero;  // each its own
   expect_no_bias();
+}
+
+/// The store of a site cannot link this module: its SQL has the same list and the same keyword.
+TEST(Comparison, CountsFromZeroWhatTheStoreDoes) {
+  const auto sql = read_text_file(GYROTHERM_SOURCE_DIR "/apps/site/migrations/0001-store.sql");
+  ASSERT_TRUE(sql);
+  std::smatch list;
+  ASSERT_TRUE(std::regex_search(*sql, list, std::regex(R"('quantity' IN \(([^)]*)\) AS depends_on_it)")));
+  const std::string quantities = list[1];
+  const std::regex quoted("'([^']*)'");
+  std::set<std::string> there;
+  for (std::sregex_iterator one(quantities.begin(), quantities.end(), quoted), end; one != end; ++one)
+    there.insert((*one)[1]);
+  EXPECT_EQ(there, std::set<std::string>(kCountedFromAZero.begin(), kCountedFromAZero.end()));
+  ASSERT_TRUE(std::regex_search(*sql, list, std::regex("WHEN n.zero = '([^']*)'")));
+  EXPECT_EQ(list[1], std::string(data::kOwnZero));
 }
 
 TEST(Comparison, SaysHowManyDoNotAgree) {

@@ -1,19 +1,20 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The store of a site: what its rigs recorded, and the functions that are the one door for them (docs/decisions/0031).
+-- The store of a site: the runs of its rigs, the functions through which a rig adds to them, and the views that answer
+-- questions (docs/decisions/0031, 0045).
 --
--- The record stays a rig's own SQLite file. What is here is a copy that many may ask, made of the same numbers; a run's
--- rows come in order and without holes, so that "how far is it?" has one answer: run.last_slot.
+-- The record remains the SQLite file of the rig. The store has a copy of the same numbers that many programs can read.
+-- The rows of a run come in order and without holes, so that run.last_slot alone is the position of a run.
 --
--- No clock of the server is in any key. A run is filed under the month in which its own clock says that it started.
+-- No key contains a time of the server. A run is filed under the month in which it started by its own clock.
 --
--- sample.numbers has a number for each channel of the run, in order of their positions. What is missing is NULL inside
--- the array and not NaN: avg() and max() pass over it instead of becoming NaN, it costs a bit instead of eight bytes,
--- and two rows that miss the same reading are equal. Whole numbers, as nanoseconds are, are exact up to 2^53, which is
--- 104 days; of a word (phase, state) there is the place in channel.words, from 0.
+-- sample.numbers has one number for each channel of the run, in order of channel.position. A missing number is NULL and
+-- not NaN: avg() and max() ignore it, it costs one bit instead of eight bytes, and two rows that miss the same reading
+-- are equal. Integers, such as nanoseconds, are exact up to 2^53, which is 104 days. A channel with keywords (phase,
+-- state) has their positions in channel.words, from 0.
 --
--- Who is who: the role that migrates owns all this and is the only one that may change or delete. Members of
--- gyrotherm_rig call functions and see no table. Members of gyrotherm_analyst read. A run belongs to the role that
--- logged in to add it (session_user, which SET ROLE does not change), and a rig's name to the first role that used it.
+-- Roles: the role that migrates owns everything and is the only one that can change or delete. Members of gyrotherm_rig
+-- call functions and read no table. Members of gyrotherm_analyst read. A run belongs to the role that logged in to add
+-- it (session_user, which SET ROLE does not change), and the name of a rig to the first role that used it.
 
 DO $$
 BEGIN
@@ -30,19 +31,16 @@ REVOKE ALL ON SCHEMA gyrotherm FROM PUBLIC;
 GRANT USAGE ON SCHEMA gyrotherm TO gyrotherm_rig, gyrotherm_analyst;
 ALTER DEFAULT PRIVILEGES IN SCHEMA gyrotherm GRANT SELECT ON TABLES TO gyrotherm_analyst;
 ALTER DEFAULT PRIVILEGES REVOKE EXECUTE ON FUNCTIONS FROM PUBLIC;
-GRANT SELECT ON gyrotherm.migration TO gyrotherm_analyst;
 
 -- Tables
+--
+-- A rig is not trusted: its password lies on a computer in a hall. The constraints keep out numbers and days with which
+-- a view could not calculate, so that one rig cannot make a view fail for all readers. Two rigs share no row that they
+-- insert, because a rig that keeps a transaction open keeps its locks.
 
 CREATE TABLE gyrotherm.rig (
   name text PRIMARY KEY CHECK (name ~ '^[^[:cntrl:]]{1,64}$'),
   owner name NOT NULL
-);
-
-CREATE TABLE gyrotherm.unit (
-  serial_number text NOT NULL CHECK (serial_number <> ''),
-  model text NOT NULL,
-  PRIMARY KEY (serial_number, model)
 );
 
 CREATE TABLE gyrotherm.run (
@@ -54,10 +52,10 @@ CREATE TABLE gyrotherm.run (
   simulated boolean NOT NULL,
   imported boolean NOT NULL,
   info jsonb NOT NULL,
-  -- What it is doing, as its rig said last.
+  -- The last state that its rig reported.
   state text NOT NULL DEFAULT 'execute',
   cause text NOT NULL DEFAULT '',
-  -- How far it is here: grows with its rows, in the same transaction.
+  -- The position of the run in the store: changes with its rows, in the same transaction.
   rows bigint NOT NULL DEFAULT 0,
   last_slot integer NOT NULL DEFAULT -1,
   last_utc_ns bigint,
@@ -65,15 +63,16 @@ CREATE TABLE gyrotherm.run (
   last_event bigint NOT NULL DEFAULT 0,
   gaps bigint NOT NULL DEFAULT 0,
   last_gap integer NOT NULL DEFAULT -1,
-  -- Of a finished run.
+  -- The end of a finished run.
   finished boolean NOT NULL DEFAULT false,
   ended timestamptz,
   chain_head text,
-  files jsonb,           -- [{"name", "sha256", "bytes"}], the record's own first
-  rows_in_record bigint, -- fewer than here where a rig lost the end of a record that had been sent already
+  files jsonb,           -- [{"name", "sha256", "bytes"}], the record first
+  rows_in_record bigint, -- fewer than rows if the rig lost the end of a record that was sent before
   -- The owner dropped its samples.
   dropped boolean NOT NULL DEFAULT false,
-  UNIQUE (id, started)
+  UNIQUE (id, started),
+  CONSTRAINT run_file_has_a_size CHECK ((files->0->>'bytes')::bigint >= 0)
 ) WITH (fillfactor = 50);
 CREATE INDEX ON gyrotherm.run (rig, started);
 CREATE INDEX ON gyrotherm.run (started);
@@ -84,10 +83,11 @@ CREATE TABLE gyrotherm.channel (
   name text NOT NULL,
   unit text NOT NULL,
   measures text NOT NULL,
-  unit_under_test text NOT NULL, -- label of it in the run; empty: the rig's
-  words text[],                  -- what a number of it stands for; NULL where it is a number
-  calibration jsonb,             -- of a thermometer: offset, polynomial, certificate, due, uncertainty
-  PRIMARY KEY (run, position)
+  unit_under_test text NOT NULL, -- its label in the run; empty: the rig's
+  words text[],                  -- keywords of its numbers; NULL: plain numbers
+  calibration jsonb,             -- thermometer: offset, polynomial, certificate, due, uncertainty
+  PRIMARY KEY (run, position),
+  CONSTRAINT channel_due_is_a_day CHECK (isfinite(nullif(calibration->>'due', '')::date))
 );
 
 CREATE TABLE gyrotherm.run_unit (
@@ -95,8 +95,7 @@ CREATE TABLE gyrotherm.run_unit (
   label text NOT NULL,
   serial_number text NOT NULL,
   model text NOT NULL,
-  PRIMARY KEY (run, label),
-  FOREIGN KEY (serial_number, model) REFERENCES gyrotherm.unit
+  PRIMARY KEY (run, label)
 );
 CREATE INDEX ON gyrotherm.run_unit (serial_number);
 
@@ -107,9 +106,10 @@ CREATE TABLE gyrotherm.thermometer (
   certificate text NOT NULL,
   calibrated date,
   due date,
-  run uuid NOT NULL REFERENCES gyrotherm.run, -- the latest that had it
+  run uuid NOT NULL REFERENCES gyrotherm.run, -- the latest real run with it
   started timestamptz NOT NULL,
-  PRIMARY KEY (rig, name)
+  PRIMARY KEY (rig, name),
+  CONSTRAINT thermometer_due_is_a_day CHECK (isfinite(calibrated) AND isfinite(due))
 );
 
 CREATE TABLE gyrotherm.event (
@@ -131,23 +131,31 @@ CREATE TABLE gyrotherm.gap (
   first integer NOT NULL,
   last integer NOT NULL CHECK (last >= first),
   cause text NOT NULL,
-  PRIMARY KEY (run, first)
+  PRIMARY KEY (run, first),
+  CONSTRAINT gap_lies_in_a_run CHECK (first >= 0 AND last <= 100000000)
 );
 
--- The month of `started` is the partition, so that a month is dropped at once; (run, started) is one run, so that
--- (run, slot) is one row although partitions go by time.
+-- The month of `started` is the partition, so that a month is dropped at once. (run, started) identifies one run, so
+-- that (run, slot) identifies one row although the partitions follow time. There is no foreign key to run: with one, a
+-- new month would wait for every open transaction that has added a run. add_rows() is the only function that inserts,
+-- and it locks the run.
 CREATE TABLE gyrotherm.sample (
   started timestamptz NOT NULL,
   run uuid NOT NULL,
   slot integer NOT NULL,
   utc_ns bigint,
   numbers double precision[] NOT NULL,
-  PRIMARY KEY (started, run, slot),
-  FOREIGN KEY (run, started) REFERENCES gyrotherm.run (id, started)
+  PRIMARY KEY (started, run, slot)
 ) PARTITION BY RANGE (started);
 
--- What is left of samples that were dropped: of each hour and channel how many numbers there were, their mean, and the
--- lowest and the highest of them.
+-- Months that rigs have opened. The table is also the lock under which a month is made: no rig can lock it by itself.
+CREATE TABLE gyrotherm.month_made (
+  partition text PRIMARY KEY,
+  owner name NOT NULL,
+  made timestamptz NOT NULL -- by the server's clock: a bound, not a key
+);
+
+-- The summary of dropped samples: the count, mean, lowest and highest number of each channel in each hour.
 CREATE TABLE gyrotherm.sample_hour (
   run uuid NOT NULL REFERENCES gyrotherm.run,
   hour integer NOT NULL, -- since the run started, from 0
@@ -159,7 +167,7 @@ CREATE TABLE gyrotherm.sample_hour (
   PRIMARY KEY (run, hour, position)
 );
 
--- A model, a report, a certificate, to the byte: sha256 is that of the text in UTF-8.
+-- A model, a report or a certificate, byte for byte: sha256 is that of the text in UTF-8.
 CREATE TABLE gyrotherm.document (
   sha256 text PRIMARY KEY,
   kind text NOT NULL, -- calibration, model, report
@@ -170,7 +178,16 @@ CREATE TABLE gyrotherm.document (
   text text NOT NULL
 );
 
--- What a calibration report says, taken from its document by the store itself.
+-- A document has a sender for each role that sent these bytes; document.owner is the first of them.
+CREATE TABLE gyrotherm.document_sender (
+  sha256 text NOT NULL REFERENCES gyrotherm.document,
+  owner name NOT NULL,
+  rig text NOT NULL REFERENCES gyrotherm.rig,
+  name text NOT NULL,
+  PRIMARY KEY (sha256, owner)
+);
+
+-- The content of a calibration report. The store itself reads it from the document.
 CREATE TABLE gyrotherm.calibration (
   sha256 text PRIMARY KEY REFERENCES gyrotherm.document,
   serial_number text NOT NULL,
@@ -180,34 +197,81 @@ CREATE TABLE gyrotherm.calibration (
   simulated boolean NOT NULL,
   calibrated date NOT NULL, -- the day on which its last record ended
   issued date,
-  FOREIGN KEY (serial_number, model) REFERENCES gyrotherm.unit
+  CONSTRAINT calibration_has_a_unit CHECK (serial_number <> ''),
+  CONSTRAINT calibration_is_of_a_day CHECK (isfinite(calibrated) AND isfinite(issued))
 );
 CREATE INDEX ON gyrotherm.calibration (serial_number, calibrated);
 
+-- The bounds keep squares, differences and ratios of results finite.
 CREATE TABLE gyrotherm.calibration_result (
   sha256 text NOT NULL REFERENCES gyrotherm.calibration,
   number integer NOT NULL,
   axis text NOT NULL,
   stage text NOT NULL, -- uncompensated, as_found, as_left
-  quantity text NOT NULL, -- KEY.QUANTITY, as docs/calibration-report.md has them
-  condition text NOT NULL, -- profile, detail and what else stands in the line of its table
+  quantity text NOT NULL, -- KEY.QUANTITY, as in docs/calibration-report.md
+  condition text NOT NULL, -- profile, detail, the other columns of its row, and the zero of the bias
   value double precision,
   standard_uncertainty double precision,
   expanded_uncertainty double precision,
   unit text NOT NULL,
   in_sample boolean NOT NULL,
-  PRIMARY KEY (sha256, number)
+  PRIMARY KEY (sha256, number),
+  CONSTRAINT result_is_a_number
+    CHECK ((value = 0 OR abs(value) BETWEEN 1e-150 AND 1e100)
+           AND (standard_uncertainty = 0 OR abs(standard_uncertainty) BETWEEN 1e-150 AND 1e100)
+           AND (expanded_uncertainty = 0 OR abs(expanded_uncertainty) BETWEEN 1e-150 AND 1e100))
 );
 CREATE INDEX ON gyrotherm.calibration_result (quantity, stage);
 
--- Nanoseconds since 1970 as the store's kind of time, to the microsecond.
+-- Each result of a unit against the one before. make_drift() computes the rows of a unit whenever a calibration of it
+-- comes, in whatever order they come, so that a question costs nothing.
+CREATE TABLE gyrotherm.drift (
+  sha256 text NOT NULL,
+  number integer NOT NULL,
+  serial_number text NOT NULL,
+  model text NOT NULL,
+  axis text NOT NULL,
+  stage text NOT NULL,
+  quantity text NOT NULL,
+  condition text NOT NULL,
+  unit text NOT NULL,
+  calibrated date NOT NULL,
+  value double precision,
+  expanded_uncertainty double precision,
+  calibrated_before date,
+  value_before double precision,
+  change double precision,
+  e_n double precision,
+  is_newest boolean NOT NULL,
+  lot bigint NOT NULL, -- equal if model, axis, stage, quantity, condition, unit and simulated are
+  PRIMARY KEY (sha256, number),
+  FOREIGN KEY (sha256, number) REFERENCES gyrotherm.calibration_result (sha256, number)
+);
+CREATE INDEX ON gyrotherm.drift (serial_number);
+CREATE INDEX ON gyrotherm.drift (abs(e_n) DESC NULLS LAST);
+CREATE INDEX ON gyrotherm.drift (lot) INCLUDE (value) WHERE is_newest AND value IS NOT NULL;
+
+-- One row for each unit with calibrations. Two reports of one unit take turns at its drift by locking this row, which
+-- no rig can lock by itself.
+CREATE TABLE gyrotherm.drift_turn (
+  serial_number text NOT NULL,
+  model text NOT NULL,
+  PRIMARY KEY (serial_number, model)
+);
+
+-- Units are known from the runs and calibrations that name them.
+CREATE VIEW gyrotherm.unit AS
+  SELECT serial_number, model FROM gyrotherm.run_unit UNION SELECT serial_number, model FROM gyrotherm.calibration;
+
+-- Converts nanoseconds since 1970 to the server's time, to the microsecond.
 CREATE FUNCTION gyrotherm.utc(ns bigint) RETURNS timestamptz LANGUAGE sql IMMUTABLE PARALLEL SAFE
 RETURN 'epoch'::timestamptz + ns / 1000 * interval '1 microsecond';
 
--- Functions of the owner's alone
+-- Functions of the owner alone
 
--- Makes the partition of a month where there is none. It is made beside the table and attached, so that writers of
--- other months wait for a moment only.
+-- Makes the partition of a month if it does not exist. It is made beside the table and attached, so that writers of
+-- other months wait for a moment only. A role may open 24 months a day: each month slows every question about all
+-- samples.
 CREATE FUNCTION gyrotherm.make_month(a_month timestamptz) RETURNS void
 LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp SET timezone = 'UTC' AS $$
 DECLARE
@@ -216,21 +280,28 @@ DECLARE
   partition text := 'sample_' || to_char(first, 'YYYY_MM');
 BEGIN
   IF to_regclass('gyrotherm.' || partition) IS NOT NULL THEN RETURN; END IF;
-  PERFORM pg_advisory_xact_lock(hashtext('gyrotherm.make_month'));
-  -- Whoever waited for another one that made it would not see it by its name yet, but does so in the catalogue.
+  LOCK TABLE gyrotherm.month_made IN SHARE ROW EXCLUSIVE MODE;
+  -- A session that waited for the lock finds the month of another one in the catalogue, not yet by its name.
   IF EXISTS (SELECT FROM pg_class WHERE relnamespace = 'gyrotherm'::regnamespace AND relname = partition) THEN
     RETURN;
+  END IF;
+  IF (SELECT count(*) FROM gyrotherm.month_made m
+      WHERE m.owner = session_user AND m.made > now() - interval '1 day') >= 24 THEN
+    PERFORM gyrotherm.refuse(format('%s has opened 24 months of samples within a day', session_user));
   END IF;
   EXECUTE format('CREATE TABLE gyrotherm.%I (LIKE gyrotherm.sample INCLUDING DEFAULTS, '
                  'CHECK (started >= %L AND started < %L))', partition, first, following);
   EXECUTE format('ALTER TABLE gyrotherm.sample ATTACH PARTITION gyrotherm.%I FOR VALUES FROM (%L) TO (%L)',
                  partition, first, following);
+  INSERT INTO gyrotherm.month_made(partition, owner, made) VALUES (partition, session_user, now())
+  ON CONFLICT ON CONSTRAINT month_made_pkey DO UPDATE SET owner = EXCLUDED.owner, made = EXCLUDED.made;
 END
 $$;
 
--- Retention: drops the samples of the runs that started in a month, all of them finished; what they were, means of each
--- hour, their events and their calibrations stay. Returns how many runs that were. With `detach` the partition is kept as a table beside,
--- gyrotherm.dropped_YYYY_MM, for pg_dump.
+-- Drops the samples of the runs that started in a month, and returns the number of these runs. All of them must be
+-- finished. The runs, the summary of each hour, events and calibrations remain. With `detach` the partition remains as
+-- a table of its own, gyrotherm.dropped_YYYY_MM, for pg_dump. A number that no mean can be made of is left out of the
+-- summary.
 CREATE FUNCTION gyrotherm.drop_month(a_month date, detach boolean DEFAULT false) RETURNS bigint
 LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp SET timezone = 'UTC' AS $$
 DECLARE
@@ -250,7 +321,7 @@ BEGIN
     SELECT s.run, s.slot / 3600, n.position, count(*), avg(n.value), min(n.value), max(n.value)
     FROM gyrotherm.sample s
     CROSS JOIN LATERAL unnest(s.numbers) WITH ORDINALITY AS n(value, position)
-    WHERE s.started >= first AND s.started < following AND n.value IS NOT NULL
+    WHERE s.started >= first AND s.started < following AND abs(n.value) < 1e100
     GROUP BY s.run, s.slot / 3600, n.position
     ON CONFLICT DO NOTHING;
   UPDATE gyrotherm.run SET dropped = true WHERE started >= first AND started < following;
@@ -265,15 +336,16 @@ BEGIN
 END
 $$;
 
--- Takes a run for ended of which no rig will send the rest: it takes no more rows.
+-- Ends a run that no rig will finish: it takes no more rows.
 CREATE FUNCTION gyrotherm.give_up(a_run uuid) RETURNS void
 LANGUAGE sql SET search_path = pg_catalog, pg_temp AS $$
   UPDATE gyrotherm.run SET finished = true, state = 'given up', rows_in_record = rows
   WHERE id = a_run AND NOT finished;
 $$;
 
--- Functions for rigs
+-- Functions that the functions for rigs call
 
+-- Fails with a reason. The type lets it be called where a row of numbers is expected.
 CREATE FUNCTION gyrotherm.refuse(why text) RETURNS double precision[]
 LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp AS $$
 BEGIN
@@ -281,8 +353,8 @@ BEGIN
 END
 $$;
 
--- The run, locked until the transaction ends, if it is the caller's. Whether there is such a run of somebody else's is
--- not told.
+-- Returns the caller's run, locked until the transaction ends. Fails in the same way if there is no such run and if it
+-- belongs to another role.
 CREATE FUNCTION gyrotherm.own_run(a_run uuid) RETURNS gyrotherm.run
 LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp AS $$
 DECLARE
@@ -296,11 +368,14 @@ BEGIN
 END
 $$;
 
--- The rig of that name, which belongs to the caller from now on if it was nobody's.
+-- Checks that the rig of that name belongs to the caller. A new name belongs to the caller from now on. A name that
+-- exists is read, not inserted: a role waits only for one that claims the same new name.
 CREATE FUNCTION gyrotherm.own_rig(a_rig text) RETURNS void
 LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp AS $$
 BEGIN
-  INSERT INTO gyrotherm.rig(name, owner) VALUES (a_rig, session_user) ON CONFLICT DO NOTHING;
+  IF NOT EXISTS (SELECT FROM gyrotherm.rig WHERE name = a_rig) THEN
+    INSERT INTO gyrotherm.rig(name, owner) VALUES (a_rig, session_user) ON CONFLICT DO NOTHING;
+  END IF;
   PERFORM FROM gyrotherm.rig WHERE name = a_rig AND owner = session_user;
   IF NOT FOUND THEN
     RAISE EXCEPTION 'rig "%" is not one of %', a_rig, session_user USING ERRCODE = '42501';
@@ -308,13 +383,121 @@ BEGIN
 END
 $$;
 
--- The number of the last migration.
+-- Ends the sessions of rigs whose transaction is older than a minute, which no publisher waits for (longest_answer).
+-- Returns their number. Returns -1 if the owner of the store is not a member of pg_signal_backend.
+CREATE FUNCTION gyrotherm.end_stale() RETURNS integer
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
+BEGIN
+  RETURN (SELECT count(*) FILTER (WHERE pg_terminate_backend(a.pid)) FROM pg_stat_activity a
+          WHERE a.datname = current_database() AND a.pid <> pg_backend_pid()
+            AND a.xact_start < clock_timestamp() - interval '1 minute'
+            AND pg_has_role(a.usesysid, 'gyrotherm_rig', 'MEMBER')
+            AND NOT EXISTS (SELECT FROM pg_roles r WHERE r.oid = a.usesysid AND r.rolsuper));
+EXCEPTION WHEN insufficient_privilege THEN
+  RETURN -1;
+END
+$$;
+
+-- Calibrations and their drift
+
+-- Reports that count: at least one sender of the report has neither replaced nor superseded it. A role replaces its own
+-- reports only, and a report replaces one of its own kind, real or simulated. If several reports of one unit and day
+-- have one number, the authorised one counts. A draft counts if no report of that day is authorised.
+CREATE VIEW gyrotherm.current_calibration AS
+  SELECT c.* FROM gyrotherm.calibration c
+  WHERE c.state <> 'superseded' AND EXISTS (
+    SELECT FROM gyrotherm.document_sender d
+    WHERE d.sha256 = c.sha256 AND NOT EXISTS (
+      SELECT FROM gyrotherm.calibration o JOIN gyrotherm.document_sender p USING (sha256)
+      WHERE o.serial_number = c.serial_number AND o.model = c.model AND o.simulated = c.simulated
+        AND (p.owner = d.owner OR c.state = 'draft')
+        AND (o.state = 'superseded' AND o.number = c.number AND c.number <> ''
+             OR o.state <> 'superseded' AND o.calibrated = c.calibrated AND (o.number = c.number OR c.state = 'draft')
+                AND (o.state, o.sha256) < (c.state, c.sha256))));
+
+-- Computes the drift of a unit anew, real and simulated calibrations apart. As found is compared with the as left
+-- before it, so that the change is the drift of the compensated unit. As left against as found of the same day is an
+-- adjustment and no change. E_n = change / sqrt(U^2 + U_before^2) (ISO 13528:2022, 9.7): beyond 1 the two do not agree.
+CREATE FUNCTION gyrotherm.make_drift(a_serial_number text, a_model text) RETURNS void
+LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp AS $$
+BEGIN
+  INSERT INTO gyrotherm.drift_turn VALUES (a_serial_number, a_model) ON CONFLICT DO NOTHING;
+  PERFORM FROM gyrotherm.drift_turn WHERE serial_number = a_serial_number AND model = a_model FOR UPDATE;
+  DELETE FROM gyrotherm.drift WHERE serial_number = a_serial_number AND model = a_model;
+  INSERT INTO gyrotherm.drift
+  SELECT sha256, result, serial_number, model, axis, stage, quantity, condition, unit, calibrated, value,
+         expanded_uncertainty, calibrated_before, value_before, change,
+         change / nullif(sqrt(expanded_uncertainty ^ 2 + uncertainty_before ^ 2), 0), calibrated = newest,
+         hashtextextended(concat_ws('|', model, axis, stage, quantity, condition, unit,
+                                    CASE WHEN simulated THEN 'simulated' END), 0)
+  FROM (
+    SELECT *, CASE WHEN stage <> 'as_left' OR stage_before <> 'as_found' THEN value - value_before END AS change
+    FROM (
+      SELECT c.*, r.number AS result, r.axis, r.stage, r.quantity, r.condition, r.unit, r.value, r.expanded_uncertainty,
+             lag(r.value) OVER series AS value_before, lag(r.expanded_uncertainty) OVER series AS uncertainty_before,
+             lag(r.stage) OVER series AS stage_before, lag(c.calibrated) OVER series AS calibrated_before,
+             max(c.calibrated) OVER (PARTITION BY c.simulated) AS newest
+      FROM gyrotherm.current_calibration c JOIN gyrotherm.calibration_result r USING (sha256)
+      WHERE c.serial_number = a_serial_number AND c.model = a_model AND r.expanded_uncertainty IS NOT NULL
+        AND NOT r.in_sample
+      WINDOW series AS (PARTITION BY c.simulated, r.axis, r.stage = 'uncompensated', r.quantity, r.condition, r.unit
+                        ORDER BY c.calibrated, r.stage, c.sha256)
+    ) pairs
+  ) changes;
+END
+$$;
+
+-- Appends the zero of the bias to the conditions of the results that depend on it, so that drift and outliers compare
+-- results of one zero. The mean of a record's first hold is a zero of that run alone, so the run is appended too. A
+-- report without a zero is left as it is. The quantities and the keyword are those of report/comparison.hpp and
+-- analysis/data/dataset.hpp; tests/report/comparison_test.cpp compares them.
+CREATE FUNCTION gyrotherm.name_zeros(a_sha256 text) RETURNS void
+LANGUAGE sql SET search_path = pg_catalog, pg_temp AS $$
+  WITH report AS (
+    SELECT text::jsonb AS d FROM gyrotherm.document WHERE sha256 = a_sha256
+  ), own AS (
+    SELECT z->>'axis' AS axis, z->>'run' AS run, z->>'zero' AS zero
+    FROM report, jsonb_array_elements(d->'bias_zeros') AS z
+  ), counted AS (
+    SELECT row_number() OVER (ORDER BY r.n, c.n, v.n) AS number, r.value->>'axis' AS axis, r.value->>'run' AS run,
+           c.value->>'quantity' IN ('bias', 'mean', 'rmse', 'largest', 'compensated_bias') AS depends_on_it,
+           d->>'bias_zero' AS zero
+    FROM report, jsonb_array_elements(d->'results') WITH ORDINALITY AS r(value, n),
+      jsonb_array_elements(r.value->'columns') WITH ORDINALITY AS c(value, n),
+      jsonb_array_elements(c.value->'values') WITH ORDINALITY AS v(value, n)
+  ), named AS (
+    SELECT number, counted.run, coalesce(own.zero, nullif(counted.zero, '')) AS zero
+    FROM counted LEFT JOIN own USING (axis, run) WHERE depends_on_it
+  )
+  UPDATE gyrotherm.calibration_result r
+  SET condition = concat_ws(', ', nullif(r.condition, ''), n.zero,
+                            CASE WHEN n.zero = 'mean of the first hold removed' THEN 'run ' || n.run END)
+  FROM named n WHERE r.sha256 = a_sha256 AND r.number = n.number AND n.zero IS NOT NULL;
+$$;
+
+-- Names the zeros of new results and computes the drift of their units.
+CREATE FUNCTION gyrotherm.results_came() RETURNS trigger
+LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp AS $$
+BEGIN
+  PERFORM gyrotherm.name_zeros(sha256) FROM (SELECT DISTINCT sha256 FROM came) c;
+  PERFORM gyrotherm.make_drift(u.serial_number, u.model)
+  FROM (SELECT DISTINCT c.serial_number, c.model FROM came JOIN gyrotherm.calibration c USING (sha256)
+        ORDER BY c.serial_number, c.model) u;
+  RETURN NULL;
+END
+$$;
+CREATE TRIGGER results_came AFTER INSERT ON gyrotherm.calibration_result REFERENCING NEW TABLE AS came
+  FOR EACH STATEMENT EXECUTE FUNCTION gyrotherm.results_came();
+
+-- Functions for rigs. A call waits 10 s for a lock of another rig, then fails; the publisher tries again.
+
+-- Returns the number of the last migration.
 CREATE FUNCTION gyrotherm.version() RETURNS integer
 LANGUAGE sql STABLE SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
   SELECT max(number) FROM gyrotherm.migration;
 $$;
 
--- How far a run of the caller's is; no row if there is none.
+-- Returns the position of a run of the caller; no row if there is none.
 CREATE FUNCTION gyrotherm.run_position(a_run uuid)
 RETURNS TABLE (last_slot integer, last_event bigint, last_gap integer, state text, cause text, finished boolean,
                dropped boolean)
@@ -323,11 +506,13 @@ LANGUAGE sql STABLE SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
   FROM gyrotherm.run r WHERE r.id = a_run AND r.owner = session_user;
 $$;
 
--- A run with its channels: {"started_ns", "profile", "simulated", "imported", "channels": [{"name", "unit", "measures",
--- "unit_under_test", "words", "calibration"}], "units": [{"label", "serial_number", "model"}], …}; all of it is kept
--- as run.info but the channels. The same run again changes nothing; one that differs is refused.
+-- Adds a run with its channels: {"started_ns", "profile", "simulated", "imported", "channels": [{"name", "unit",
+-- "measures", "unit_under_test", "words", "calibration"}], "units": [{"label", "serial_number", "model"}], …}. All but
+-- the channels is kept as run.info. The same run again changes nothing; a different one is refused. A run on a virtual
+-- rig does not change the thermometers of the rig.
 CREATE FUNCTION gyrotherm.add_run(a_run uuid, a_rig text, a_info jsonb) RETURNS void
-LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET timezone = 'UTC' AS $$
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET timezone = 'UTC' SET lock_timeout = '10s'
+AS $$
 DECLARE
   begun timestamptz := gyrotherm.utc((a_info->>'started_ns')::bigint);
   kept jsonb := a_info - 'channels';
@@ -338,6 +523,7 @@ BEGIN
     PERFORM gyrotherm.refuse('no run starts then');
   END IF;
   IF NOT EXISTS (SELECT FROM gyrotherm.run WHERE id = a_run) THEN
+    PERFORM gyrotherm.end_stale();
     PERFORM gyrotherm.own_rig(a_rig);
     PERFORM gyrotherm.make_month(begun);
     INSERT INTO gyrotherm.run(id, rig, owner, started, profile, simulated, imported, info)
@@ -346,7 +532,7 @@ BEGIN
     ON CONFLICT DO NOTHING;
     is_new := FOUND;
   END IF;
-  IF NOT is_new THEN -- or somebody was faster
+  IF NOT is_new THEN -- or another session was faster
     there := gyrotherm.own_run(a_run);
     IF there.info <> kept OR there.rig <> a_rig THEN
       PERFORM gyrotherm.refuse('the run that is there is another one');
@@ -358,12 +544,10 @@ BEGIN
          CASE WHEN c.value ? 'words' THEN ARRAY(SELECT jsonb_array_elements_text(c.value->'words')) END,
          c.value->'calibration'
   FROM jsonb_array_elements(a_info->'channels') WITH ORDINALITY AS c(value, position);
-  INSERT INTO gyrotherm.unit(serial_number, model)
-  SELECT DISTINCT u->>'serial_number', u->>'model' FROM jsonb_array_elements(a_info->'units') u
-  WHERE u->>'serial_number' <> '' ON CONFLICT DO NOTHING;
   INSERT INTO gyrotherm.run_unit(run, label, serial_number, model)
   SELECT a_run, u->>'label', u->>'serial_number', u->>'model' FROM jsonb_array_elements(a_info->'units') u
   WHERE u->>'serial_number' <> '';
+  IF (a_info->>'simulated')::boolean THEN RETURN; END IF;
   INSERT INTO gyrotherm.thermometer(rig, name, instrument, certificate, calibrated, due, run, started)
   SELECT a_rig, c->>'name', c->'calibration'->>'instrument', c->'calibration'->>'certificate',
          nullif(c->'calibration'->>'calibrated', '')::date, nullif(c->'calibration'->>'due', '')::date, a_run, begun
@@ -374,12 +558,12 @@ BEGIN
 END
 $$;
 
--- Rows, the first and the last slot at their ends, the next ones behind slot `after`, which must not lie behind the
--- last that is there: so rows have no holes. Each of `numbers` is an array as text, "{1.5,NULL}", with a number for
--- each channel. Rows that are there already must be the same; then nothing changes. Returns the run's last slot.
+-- Adds rows behind slot `after`, the first and the last slot at their ends. Slot `after` must not lie behind the last
+-- stored slot, so that rows have no holes. Each of `numbers` is an array as text, "{1.5,NULL}", with a number for each
+-- channel. Rows that exist must be equal; then nothing changes. Returns the last slot of the run.
 CREATE FUNCTION gyrotherm.add_rows(a_run uuid, a_after integer, slots integer[], utcs bigint[], numbers text[])
 RETURNS integer
-LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET lock_timeout = '10s' AS $$
 DECLARE
   to_run gyrotherm.run := gyrotherm.own_run(a_run);
   channels integer := (SELECT count(*) FROM gyrotherm.channel WHERE run = a_run);
@@ -427,10 +611,10 @@ BEGIN
 END
 $$;
 
--- Events in order of their numbers, the next ones behind number `after`: [{"number", "slot", "utc_ns", "kind",
--- "interlock", "reaction", "segment", "channel", "text"}]. Otherwise as add_rows.
+-- Adds events behind number `after`, in order of their numbers: [{"number", "slot", "utc_ns", "kind", "interlock",
+-- "reaction", "segment", "channel", "text"}]. Otherwise like add_rows().
 CREATE FUNCTION gyrotherm.add_events(a_run uuid, a_after bigint, a_events jsonb) RETURNS bigint
-LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET lock_timeout = '10s' AS $$
 DECLARE
   to_run gyrotherm.run := gyrotherm.own_run(a_run);
   added integer;
@@ -462,10 +646,10 @@ BEGIN
 END
 $$;
 
--- Gaps in order, the next ones behind the gap that begins with slot `after`: [{"first", "last", "cause"}]. Otherwise as
--- add_rows.
+-- Adds gaps behind the gap that begins at slot `after`, in order: [{"first", "last", "cause"}]. Otherwise like
+-- add_rows().
 CREATE FUNCTION gyrotherm.add_gaps(a_run uuid, a_after integer, a_gaps jsonb) RETURNS integer
-LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET lock_timeout = '10s' AS $$
 DECLARE
   to_run gyrotherm.run := gyrotherm.own_run(a_run);
   added integer;
@@ -494,9 +678,9 @@ BEGIN
 END
 $$;
 
--- What an unfinished run does now, and why.
+-- Sets the state of an unfinished run and its cause.
 CREATE FUNCTION gyrotherm.say_state(a_run uuid, a_state text, a_cause text) RETURNS void
-LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET lock_timeout = '10s' AS $$
 DECLARE
   to_run gyrotherm.run := gyrotherm.own_run(a_run);
 BEGIN
@@ -505,10 +689,10 @@ BEGIN
 END
 $$;
 
--- The end of a run: {"state", "cause", "ended_ns", "rows", "events", "gaps", "chain_head", "files"}. It is refused as
--- long as the store has fewer rows, events or gaps than the record. The same again changes nothing.
+-- Ends a run: {"state", "cause", "ended_ns", "rows", "events", "gaps", "chain_head", "files"}. Refuses if the store has
+-- fewer rows, events or gaps than the record. The same end again changes nothing.
 CREATE FUNCTION gyrotherm.finish_run(a_run uuid, a_end jsonb) RETURNS void
-LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET lock_timeout = '10s' AS $$
 DECLARE
   to_run gyrotherm.run := gyrotherm.own_run(a_run);
 BEGIN
@@ -530,32 +714,39 @@ BEGIN
 END
 $$;
 
--- Whether a document is there already.
+-- Returns whether the caller has sent this document.
 CREATE FUNCTION gyrotherm.has_document(a_sha256 text) RETURNS boolean
 LANGUAGE sql STABLE SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
-  SELECT EXISTS (SELECT FROM gyrotherm.document WHERE sha256 = a_sha256);
+  SELECT EXISTS (SELECT FROM gyrotherm.document_sender WHERE sha256 = a_sha256 AND owner = session_user);
 $$;
 
--- A model, report or calibration. It is known by its own bytes: what a calibration says is taken from them here, so
--- that nobody can say it otherwise. Returns its SHA-256.
+-- Adds a model, a report or a calibration, and returns its SHA-256. The content of a calibration is read from its bytes
+-- here, so that no rig can report it differently.
 CREATE FUNCTION gyrotherm.add_document(a_rig text, a_kind text, a_name text, a_text text) RETURNS text
-LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET lock_timeout = '10s' AS $$
 DECLARE
   digest text := encode(sha256(convert_to(a_text, 'UTF8')), 'hex');
   d jsonb := a_text::jsonb;
+  is_new boolean;
 BEGIN
+  PERFORM gyrotherm.end_stale();
   PERFORM gyrotherm.own_rig(a_rig);
   IF a_kind NOT IN ('calibration', 'model', 'report') OR d->>'schema' NOT LIKE 'gyrotherm-' || a_kind || '/%' THEN
     PERFORM gyrotherm.refuse('it is no such document');
   END IF;
   INSERT INTO gyrotherm.document(sha256, kind, schema, name, rig, owner, text)
   VALUES (digest, a_kind, d->>'schema', a_name, a_rig, session_user, a_text) ON CONFLICT DO NOTHING;
+  is_new := FOUND;
+  INSERT INTO gyrotherm.document_sender(sha256, owner, rig, name)
+  VALUES (digest, session_user, a_rig, a_name) ON CONFLICT DO NOTHING;
   IF NOT FOUND OR a_kind <> 'calibration' OR d->'item'->>'serial_number' = ''
      OR coalesce(d->>'ended', '') = '' THEN
     RETURN digest;
   END IF;
-  INSERT INTO gyrotherm.unit(serial_number, model) VALUES (d->'item'->>'serial_number', d->'item'->>'model')
-  ON CONFLICT DO NOTHING;
+  IF NOT is_new THEN -- another sender of the same report may make it count again
+    PERFORM gyrotherm.make_drift(d->'item'->>'serial_number', d->'item'->>'model');
+    RETURN digest;
+  END IF;
   INSERT INTO gyrotherm.calibration(sha256, serial_number, model, number, state, simulated, calibrated, issued)
   VALUES (digest, d->'item'->>'serial_number', d->'item'->>'model', d->>'number', d->>'state',
           (d->>'simulated')::boolean, (d->>'ended')::date, nullif(d->>'issued', '')::date);
@@ -571,7 +762,7 @@ BEGIN
           (SELECT f->>'profile' FROM jsonb_array_elements(d->'files') f
            WHERE f->>'role' = 'record' AND f->>'id' = r.value->>'run' LIMIT 1),
           nullif(r.value->>'detail', ''),
-          -- A table's first column, where it has no uncertainty, says of what the others are: a set point, a share.
+          -- The first column of a table, if it has no uncertainty, is the condition of the others, such as a set point.
           (SELECT string_agg(format('%s %s %s', replace(o.value->>'quantity', '_', ' '),
                                     o.value->'values'->(v.n::integer - 1)->>'value', o.value->>'unit'), ', '
                              ORDER BY o.n)
@@ -590,7 +781,7 @@ BEGIN
 END
 $$;
 
--- Views for people; what begins with v1 keeps its columns.
+-- Views for people. Columns of a view whose name begins with v1 remain; further ones may follow them.
 
 CREATE VIEW gyrotherm.v1_run AS
   SELECT id AS run, rig, started, profile, simulated, state, cause, finished, ended, rows, gaps,
@@ -603,10 +794,11 @@ CREATE VIEW gyrotherm.v1_channel AS
          nullif(calibration->>'due', '')::date AS due
   FROM gyrotherm.channel;
 
--- As recorded: readings are raw, and channel.calibration says what makes a temperature of them.
+-- Samples as recorded: readings are raw, and channel.calibration converts them to temperatures. A number without a
+-- keyword has none.
 CREATE VIEW gyrotherm.v1_sample AS
   SELECT s.run, s.slot, gyrotherm.utc(s.utc_ns) AS utc, c.name, n.value, c.unit,
-         c.words[n.value::integer + 1] AS word
+         c.words[CASE WHEN n.value >= 0 AND n.value < cardinality(c.words) THEN n.value::integer + 1 END] AS word
   FROM gyrotherm.sample s
   CROSS JOIN LATERAL unnest(s.numbers) WITH ORDINALITY AS n(value, position)
   JOIN gyrotherm.channel c ON c.run = s.run AND c.position = n.position;
@@ -628,6 +820,94 @@ CREATE VIEW gyrotherm.v1_calibration AS
   SELECT c.serial_number, c.model, r.axis, c.calibrated, r.stage, r.quantity, r.condition, r.value,
          r.expanded_uncertainty, r.unit, r.in_sample, c.number, c.state, c.simulated, c.sha256
   FROM gyrotherm.calibration c JOIN gyrotherm.calibration_result r USING (sha256);
+
+CREATE VIEW gyrotherm.v1_drift AS
+  SELECT d.serial_number, d.model, d.axis, d.stage, d.quantity, d.condition, d.calibrated, d.value,
+         d.expanded_uncertainty, d.unit, d.calibrated_before, d.value_before, d.change, d.e_n,
+         d.change / nullif((d.calibrated - d.calibrated_before) / 365.25, 0) AS change_per_year, c.state, c.number,
+         c.simulated
+  FROM gyrotherm.drift d JOIN gyrotherm.calibration c USING (sha256);
+
+-- Outliers: the newest result of each unit among all units of its model. z = 0.6745 (x - median) / MAD; beyond 3.5 it
+-- is one (Iglewicz & Hoaglin 1993). A lot of fewer than five units has no outliers.
+CREATE VIEW gyrotherm.v1_outlier AS
+  WITH middle AS (
+    SELECT lot, array_agg(value) AS numbers, percentile_cont(0.5) WITHIN GROUP (ORDER BY value) AS median
+    FROM gyrotherm.drift WHERE is_newest AND value IS NOT NULL GROUP BY lot HAVING count(*) >= 5
+  ), spread AS MATERIALIZED (
+    SELECT lot, cardinality(numbers) AS units, median,
+           (SELECT percentile_cont(0.5) WITHIN GROUP (ORDER BY abs(n - median)) FROM unnest(numbers) n) AS mad
+    FROM middle
+  )
+  SELECT d.serial_number, d.model, d.axis, d.stage, d.quantity, d.condition, d.calibrated, d.value, d.unit, s.median,
+         s.mad, 0.6745 * (d.value - s.median) / s.mad AS robust_z, s.units, c.simulated
+  FROM spread s JOIN gyrotherm.drift d USING (lot) JOIN gyrotherm.calibration c USING (sha256)
+  WHERE d.is_newest AND d.value IS NOT NULL AND s.mad > 0 AND abs(0.6745 * (d.value - s.median) / s.mad) > 3.5;
+
+-- Thermometers and the day on which their calibration ends.
+CREATE VIEW gyrotherm.v1_thermometer AS
+  SELECT rig, name, instrument, certificate, calibrated, due, due - current_date AS days_left, started AS last_used
+  FROM gyrotherm.thermometer;
+
+-- Hours that a rig ran, by ISO week (its Monday, UTC). A run in progress counts to its last row. Imported runs are left
+-- out: their rig is unknown.
+CREATE VIEW gyrotherm.v1_utilisation AS
+  SELECT r.rig, w.week::date AS week, count(*) AS runs, sum(t.seconds) / 3600 AS hours,
+         sum(t.seconds) / 6048 AS percent, r.simulated
+  FROM (SELECT rig, simulated, started AT TIME ZONE 'UTC' AS started,
+               coalesce(gyrotherm.utc(last_utc_ns), started) AT TIME ZONE 'UTC' AS until
+        FROM gyrotherm.run WHERE NOT imported) r
+  CROSS JOIN LATERAL generate_series(date_trunc('week', r.started), r.until, interval '7 days') AS w(week)
+  CROSS JOIN LATERAL (SELECT extract(epoch FROM least(r.until, w.week + interval '7 days')
+                                            - greatest(r.started, w.week)) AS seconds) t
+  GROUP BY r.rig, w.week, r.simulated;
+
+-- Runs that a person should look at, and the reason. An alarm is the action of an interlock or a warning, whose event
+-- has the kind `fault`. One row per alarm tag, which is an interlock and its channel. An acknowledgement has the number
+-- of the alarm in its range: "alarm 12 to 40 acknowledged by …" (docs/interlocks.md). A run is silent if it is neither
+-- finished nor aborted and its last row is ten minutes old.
+CREATE VIEW gyrotherm.v1_attention AS
+  SELECT r.id AS run, r.rig, r.started, r.profile, a.what, a.detail, r.simulated
+  FROM gyrotherm.run r
+  CROSS JOIN LATERAL (
+    SELECT 'aborted' AS what, r.cause AS detail WHERE r.state IN ('aborting', 'aborted')
+    UNION ALL
+    SELECT 'alarm', (array_agg(e.text ORDER BY e.number DESC))[1] ||
+                    CASE WHEN count(*) > 1 THEN format(' (%s times)', count(*)) ELSE '' END
+    FROM gyrotherm.event e
+    WHERE e.run = r.id AND e.kind IN ('interlock', 'fault') AND e.interlock <> '' AND NOT EXISTS (
+      SELECT FROM gyrotherm.event k
+      CROSS JOIN LATERAL regexp_match(k.text, '^alarm ([0-9]{1,18})(?: to ([0-9]{1,18}))? acknowledged') AS m
+      WHERE k.run = r.id AND k.kind = 'acknowledged' AND m IS NOT NULL
+        AND e.number BETWEEN m[1]::bigint AND coalesce(m[2], m[1])::bigint
+        AND (m[2] IS NULL OR (k.interlock, coalesce(k.channel, '')) = (e.interlock, coalesce(e.channel, ''))))
+    GROUP BY e.interlock, e.channel
+    UNION ALL
+    SELECT 'gaps', format('%s gaps, %s s without rows', count(*), sum(g.last - g.first + 1))
+    FROM gyrotherm.gap g WHERE g.run = r.id HAVING count(*) > 0
+    UNION ALL
+    SELECT 'silent', format('%s; last row %s', r.state,
+                            coalesce(to_char(gyrotherm.utc(r.last_utc_ns) AT TIME ZONE 'UTC',
+                                             'YYYY-MM-DD"T"HH24:MI:SS"Z"'), 'none'))
+    WHERE NOT r.finished AND r.state <> 'aborted'
+      AND coalesce(gyrotherm.utc(r.last_utc_ns), r.started) < now() - interval '10 minutes'
+    UNION ALL
+    SELECT 'more rows than its record', format('%s rows here, %s in the record', r.rows, r.rows_in_record)
+    WHERE r.rows > r.rows_in_record
+  ) a;
+
+-- Each rig, and the run on it that began last: a run of its own before those that it imported, and both before virtual
+-- ones.
+CREATE VIEW gyrotherm.v1_rig AS
+  SELECT g.name AS rig, g.owner, CASE WHEN r.finished THEN 'idle' ELSE r.state END AS state, r.profile, r.started,
+         gyrotherm.utc(r.last_utc_ns) AS last_row,
+         (SELECT string_agg(u.serial_number, ' ' ORDER BY u.label)
+          FROM gyrotherm.run_unit u WHERE u.run = r.id) AS units,
+         (SELECT count(*) FROM gyrotherm.run o WHERE o.rig = g.name) AS runs, r.id AS run, r.simulated
+  FROM gyrotherm.rig g
+  LEFT JOIN LATERAL (
+    SELECT * FROM gyrotherm.run o WHERE o.rig = g.name
+    ORDER BY o.simulated, o.imported, o.started DESC LIMIT 1) r ON true;
 
 -- Rights
 

@@ -156,10 +156,9 @@ password_encryption = scram-sha-256
             check=False,
         )
 
-    def migrate(self, to: int | None = None) -> str:
+    def migrate(self) -> str:
         address = f"{self.address('postgres')} options='-c role=gyrotherm_owner'"  # as docs/site.md has it
-        words = ["migrate", "--store", address, *(["--to", str(to)] if to else [])]
-        made = subprocess.run([SITE, *words], capture_output=True, text=True, check=False)
+        made = subprocess.run([SITE, "migrate", "--store", address], capture_output=True, text=True, check=False)
         assert made.returncode == 0, made.stderr
         return made.stdout
 

@@ -13,7 +13,6 @@
 #include "apps/site/archive.hpp"
 #include "apps/site/backoff.hpp"
 #include "apps/site/documents.hpp"
-#include "apps/site/migrate.hpp"
 #include "apps/site/run_text.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
@@ -168,16 +167,6 @@ TEST(RunText, HasANumberForEachColumnButSlotAndUtc) {
   info.simulated = false;
   EXPECT_EQ(stored_channels(info).back().name, "state") << "what only a virtual gyro knows";
   EXPECT_EQ(stored_channels(info).back().words.size(), kRunStates.size());
-}
-
-TEST(Migrations, AreNumberedWithoutAHole) {
-  int number = 0;
-  for (const auto& step : migrations()) {
-    EXPECT_EQ(step.number, ++number);
-    EXPECT_FALSE(step.sql().empty());
-    EXPECT_EQ(step.sql().find("BEGIN;"), std::string_view::npos) << "each has its transaction already";
-  }
-  EXPECT_GE(number, 8);
 }
 
 }  // namespace

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Steps after the first one, with a PostgreSQL whose address is in GYROTHERM_STORE: Site.LetsNobodyElseIn starts one,
+/// and a publisher sends to it meanwhile.
+#include "apps/site/migrate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "apps/site/migrations.hpp"
+
+namespace gyrotherm::site {
+namespace {
+
+std::string_view a_table() { return "CREATE TABLE gyrotherm.further (number integer)"; }
+std::string_view another_table() { return "CREATE TABLE gyrotherm.another (number integer)"; }
+std::string_view broken() { return "CREATE TABLE gyrotherm.half (number integer); SELECT 1/0"; }
+
+constexpr Migration kFirst{1, "store", store_schema}, kSecond{2, "further", a_table};
+
+TEST(Migrations, AreNumberedWithoutAHole) {
+  int number = 0;
+  for (const auto& step : migrations()) {
+    EXPECT_EQ(step.number, ++number);
+    EXPECT_FALSE(step.sql().empty());
+    EXPECT_EQ(step.sql().find("BEGIN;"), std::string_view::npos) << "each has its transaction already";
+  }
+  EXPECT_GT(number, 0);
+}
+
+class MigratedStore : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* address = std::getenv("GYROTHERM_STORE");
+    if (address == nullptr) GTEST_SKIP() << "GYROTHERM_STORE is not set: Site.LetsNobodyElseIn sets it";
+    auto store = Postgres::connect({.conninfo = address}, {});
+    ASSERT_TRUE(store) << text(store.error());
+    store_.emplace(std::move(*store));
+  }
+
+  /// Returns the numbers of the steps that were executed.
+  Result<std::vector<int>> take(const std::vector<Migration>& known, int last = 99) {
+    std::vector<int> taken;
+    const auto done = migrate(*store_, known, last, [&](const Migration& step) { taken.push_back(step.number); });
+    if (!done) return failure(done.error());
+    return taken;
+  }
+  bool has(const std::string& table) {
+    const auto found = store_->ask("SELECT to_regclass($1) IS NOT NULL", {table});
+    return found && found->boolean(0, 0);
+  }
+
+  std::optional<Postgres> store_;
+};
+
+TEST_F(MigratedStore, TakesEachStepOnce) {
+  EXPECT_EQ(take({kFirst, kSecond}, 1).value(), std::vector<int>{});
+  EXPECT_FALSE(has("gyrotherm.further"));
+  EXPECT_EQ(take({kFirst, kSecond}).value(), std::vector{2}) << "the program has executed the first one";
+  EXPECT_EQ(take({kFirst, kSecond}).value(), std::vector<int>{});
+  EXPECT_TRUE(has("gyrotherm.further"));
+
+  const auto differs = take({kFirst, {2, "further", another_table}});
+  ASSERT_FALSE(differs);
+  EXPECT_EQ(differs.error().kind, FaultKind::refused);
+  EXPECT_NE(differs.error().what.find("migration 2 that differs"), std::string::npos) << differs.error().what;
+  EXPECT_FALSE(has("gyrotherm.another"));
+
+  const auto fails = take({kFirst, kSecond, {3, "broken", broken}});
+  ASSERT_FALSE(fails);
+  EXPECT_EQ(fails.error().where, "migration 3");
+  EXPECT_FALSE(has("gyrotherm.half")) << "the whole step is undone";
+  EXPECT_EQ(take({kFirst, kSecond, {3, "another", another_table}}).value(), std::vector{3});
+
+  const auto is_older = take({kFirst, kSecond});
+  ASSERT_FALSE(is_older);
+  EXPECT_EQ(is_older.error().kind, FaultKind::refused);
+}
+
+}  // namespace
+}  // namespace gyrotherm::site

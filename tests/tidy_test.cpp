@@ -100,9 +100,8 @@ const std::map<std::string, std::set<std::string>> kArrows{
       "report/plot",
       "simulator",
       "apps/console"}},
-    {"apps/monitor", {"core", "acquisition/record", "sequencer/profile", "sequencer/control", "apps/site/live"}},
-    {"apps/site", {"core", "acquisition/record", "apps/site/live", "apps/site/job"}},
-    {"apps/site/live", {"core", "acquisition/record"}},
+    {"apps/monitor", {"core", "acquisition/record", "sequencer/profile", "sequencer/control"}},
+    {"apps/site", {"core", "acquisition/record", "apps/site/job"}},
     {"apps/site/job", {"core", "acquisition/record"}},
     {"apps/thermal", {"core", "report/plot", "simulator/thermal", "simulator/thermal/reduced", "apps/console"}},
 };
@@ -140,7 +139,6 @@ const std::map<std::string, std::vector<std::string>> kThirdParties{
     {"apps/thermal", {"Eigen/"}},
     {"apps/monitor", {"nlohmann/", "httplib.h", "sodium.h", "curl/", "openssl/", "CLI/"}},
     {"apps/site", {"nlohmann/", "libpq-fe.h", "CLI/"}},
-    {"apps/site/live", {"mosquitto.h"}},
     {"apps/site/job", {"CLI/"}},
 };
 
@@ -262,10 +260,10 @@ TEST(House, TestsAndBenchmarksShareWhatIsMeantToBeShared) {
 
 TEST(House, ThirdPartiesStayInTheirModules) {
   const std::regex include(R"(^#include <([^>]+)>)");
-  const std::vector<std::string> known{"toml++/",  "modbus/",         "sqlite3.h",  "nlohmann/",  "Eigen/",   "tbb/",
-                                       "oneapi/",  "boost/",          "Q",          "CLI/",       "png.h",    "HYPRE",
-                                       "mpi.h",    "libserialport.h", "hidapi.h",   "httplib.h",  "sodium.h", "curl/",
-                                       "openssl/", "netcdf.h",        "libpq-fe.h", "mosquitto.h"};
+  const std::vector<std::string> known{"toml++/",  "modbus/",         "sqlite3.h", "nlohmann/", "Eigen/",   "tbb/",
+                                       "oneapi/",  "boost/",          "Q",         "CLI/",      "png.h",    "HYPRE",
+                                       "mpi.h",    "libserialport.h", "hidapi.h",  "httplib.h", "sodium.h", "curl/",
+                                       "openssl/", "netcdf.h",        "libpq-fe.h"};
   const auto starts = [](const std::string& header, const std::vector<std::string>& with) {
     return std::any_of(with.begin(), with.end(), [&](const auto& prefix) { return header.starts_with(prefix); });
   };
@@ -282,7 +280,7 @@ TEST(House, ThirdPartiesStayInTheirModules) {
 
 TEST(House, HeadersOfAModuleHideItsThirdParties) {
   const std::regex include(
-      R"(^#include <(toml\+\+/|modbus/|libserialport|hidapi|sqlite3\.h|libpq|mosquitto|nlohmann/|Q[A-Z]|HYPRE|mpi\.h))");
+      R"(^#include <(toml\+\+/|modbus/|libserialport|hidapi|sqlite3\.h|libpq|nlohmann/|Q[A-Z]|HYPRE|mpi\.h))");
   for (const auto& source : sources()) {
     const bool is_of_a_program =
         source.module == "apps" && !source.part.starts_with("apps/monitor") && !source.part.starts_with("apps/site");
@@ -311,7 +309,6 @@ std::string namespace_of(const Source& source) {
                                                              {"apps/make_safe", "gyrotherm::watchdog"},
                                                              {"apps/pdf", "gyrotherm::report"},
                                                              {"simulator/thermal/reduced", "gyrotherm::thermal"},
-                                                             {"apps/site/live", "gyrotherm::site"},
                                                              {"apps/site/job", "gyrotherm::site"}};
   if (const auto found = exceptions.find(source.part); found != exceptions.end()) return found->second;
   return "gyrotherm::" + source.part.substr(source.part.find('/') + 1);

@@ -172,16 +172,14 @@ struct SiteParts {
   std::unique_ptr<Notifier> notifier;
 };
 
-/// Reads the site file. Fails as read_site, SiteOverview::open and Notifier::load do.
+/// Reads the site file. Fails as read_site and Notifier::load do.
 Result<SiteParts> open_site(const MonitorOptions& options, const std::string& told_file, const RunCatalogue& catalogue,
                             const Clock& clock, const std::function<void(const Fault&)>& complain) {
   SiteParts parts;
   if (options.site_file.empty()) return parts;
   auto site = read_site(options.site_file);
   if (!site) return failure(site.error());
-  auto overview = SiteOverview::open(*site, options.site_file, complain);
-  if (!overview) return failure(overview.error());
-  parts.overview = std::move(*overview);
+  parts.overview = std::make_unique<SiteOverview>(site->name, site->has_store ? options.site_file : "");
   parts.notifier = std::make_unique<Notifier>(std::move(*site), told_file, catalogue, clock, complain);
   if (auto loaded = parts.notifier->load(); !loaded) return failure(loaded.error());
   return parts;
@@ -284,9 +282,8 @@ Result<void> serve(const MonitorOptions& options, const std::function<void(const
   if (!port) return failure(port.error());
   catalogue.look([&] { return has_come(ends); });
   if (has_come(ends)) return {};
-  serve_until_signal(ends, page, catalogue, feed, site->notifier.get(), [&] {
-    say(fmt::format("{}://{}:{}/", *tls ? "https" : "http", in_url(address->host), *port));
-  });
+  serve_until_signal(ends, page, catalogue, feed, site->notifier.get(),
+                     [&] { say(fmt::format("{}://{}:{}/", *tls ? "https" : "http", in_url(address->host), *port)); });
   return {};
 }
 

@@ -8,7 +8,6 @@
 #include <set>
 
 #include "apps/monitor/private_file.hpp"
-#include "apps/site/live/passfile.hpp"
 #include "core/file.hpp"
 #include "core/toml_reader.hpp"
 
@@ -110,10 +109,7 @@ Result<Site> parse_site(std::string_view text, const std::string& file) {
   root->expect("schema", kSiteSchema);
   for (const char* others : {"rig", "folders", "store", "archive"}) root->ignore(others);  // apps/site/site_file.hpp
   Site site{.name = line_at(*root, "name", ""), .has_store = root->has("store")};
-  if (root->has("live")) {
-    site.live = site::broker_at(root->table("live"), file, site::credentials_folder());
-    if (site.name.empty()) root->mistake("name", "what is said live names its site; expected a name");
-  }
+  if (root->has("live")) root->mistake("live", "[live] is no longer read: the store has the live state; remove it");
   const auto notify = root->table("notify");
   for (const auto& table : notify.tables("address")) site.addresses.push_back(address_of(table));
   for (const auto& table : notify.tables("rule")) site.rules.push_back(rule_of(table));

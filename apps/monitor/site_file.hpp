@@ -9,7 +9,6 @@
 #include <variant>
 #include <vector>
 
-#include "apps/site/live/broker.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
@@ -65,8 +64,7 @@ struct Site {
   std::vector<NotifyAddress> addresses{};
   std::vector<NotifyRule> rules{};
   std::optional<MailServer> mail{};
-  std::optional<site::BrokerAddress> live{};  ///< where the rigs of the site say how they are
-  bool has_store{};                           ///< which `gyrotherm-site --site FILE` asks
+  bool has_store{};  ///< which `gyrotherm-site --site FILE` asks
 };
 
 /// Fails with bad_file, all mistakes with their places.

@@ -14,17 +14,25 @@ namespace gyrotherm::monitor {
 namespace {
 
 constexpr std::array kQuestions{"rigs", "attention", "drift", "outliers", "thermometers", "utilisation"};
-/// As many as rigs that a SiteView has. The page says that there may be more where an answer has so many: kMostRows in
-/// page/site.js.
+/// The page says that there may be more rows if an answer has so many: kMostRows in page/site.js.
 constexpr const char* kMostRows = "5000";
 constexpr Duration kFresh = std::chrono::seconds(30), kPatienceWithStore = std::chrono::seconds(20);
+constexpr Duration kLiveFresh = std::chrono::seconds(3), kPatienceWithLive = std::chrono::seconds(5);
 
-Json json_of_rig(const site::HeardRig& rig) {
-  return {{"rig", rig.name},
-          {"online", rig.online},
-          {"age_s", to_seconds(rig.age)},
-          {"run", Json::parse(rig.run)},
-          {"left", Json::parse(rig.left)}};
+/// Returns the answer of the store as JSON. Fails like printed_by().
+Result<std::string> ask_store(const std::string& question, const std::string& site_file, Duration within) {
+  return printed_by(
+      {program_beside_this_one("gyrotherm-site"), question, "--json", "--most", kMostRows, "--site", site_file},
+      within);
+}
+
+/// Adds the time since the answer to the age of each rig's last second.
+Json aged(const std::string& rigs, Duration since) {
+  auto list = Json::parse(rigs);
+  for (auto& rig : list)
+    if (rig.is_object() && rig.contains("age_s") && rig["age_s"].is_number())
+      rig["age_s"] = rig["age_s"].get<double>() + to_seconds(since);
+  return list;
 }
 
 WebAnswer being_asked() {
@@ -35,33 +43,50 @@ WebAnswer being_asked() {
 
 }  // namespace
 
-Result<std::unique_ptr<SiteOverview>> SiteOverview::open(const Site& site, const std::string& site_file,
-                                                         const std::function<void(const Fault&)>& complain) {
-  std::unique_ptr<SiteOverview> overview(new SiteOverview(site.name, site.has_store ? site_file : ""));
-  if (!site.live) return overview;
-  auto view = site::SiteView::connect(*site.live, site.name, complain);
-  if (!view) return failure(view.error());
-  overview->view_ = std::move(*view);
-  return overview;
-}
-
 WebAnswer SiteOverview::answer(std::string_view rest) {
-  if (rest.empty()) return rigs();
+  if (rest.empty()) return site();
   const auto name = rest.substr(1);
   if (site_file_.empty() || std::ranges::find(kQuestions, name) == kQuestions.end())
     return refusal(404, "the site has no such question");
   return question(std::string(name));
 }
 
-WebAnswer SiteOverview::rigs() const {
-  Json site{{"name", name_}, {"live", nullptr}, {"rigs", Json::array()}, {"questions", Json::array()}};
-  if (view_) {
-    site["live"] = {{"connected", view_->is_connected()}};
-    for (const auto& rig : view_->rigs()) site["rigs"].push_back(json_of_rig(rig));
+WebAnswer SiteOverview::site() {
+  Json site{{"name", name_}, {"store", nullptr}, {"rigs", Json::array()}, {"questions", Json::array()}};
+  if (site_file_.empty()) return {.body = text_of(site)};
+  const auto now = live();
+  site["store"] = {{"error", now.error}, {"age_s", nullptr}};
+  if (now.answered_at) {
+    const auto since = since_boot() - *now.answered_at;
+    site["store"]["age_s"] = to_seconds(since);
+    site["rigs"] = aged(now.rigs, since);
   }
-  if (!site_file_.empty())
-    for (const char* question : kQuestions) site["questions"].push_back(question);
+  for (const char* question : kQuestions) site["questions"].push_back(question);
   return {.body = text_of(site)};
+}
+
+SiteOverview::Live SiteOverview::known_live() const {
+  const std::lock_guard lock(knowing_);
+  return live_;
+}
+
+SiteOverview::Live SiteOverview::live() {
+  const auto is_fresh = [](const Live& live) { return live.asked_at && since_boot() - *live.asked_at <= kLiveFresh; };
+  auto before = known_live();
+  if (is_fresh(before)) return before;
+  const std::unique_lock lock(asking_live_, std::try_to_lock);
+  if (!lock.owns_lock()) return before;
+  if (before = known_live(); is_fresh(before)) return before;
+  const auto json = ask_store("live", site_file_, kPatienceWithLive);
+  const bool is_list = json && Json::parse(*json, nullptr, false).is_array();
+  const std::lock_guard knowing(knowing_);
+  live_.asked_at = since_boot();
+  live_.error = is_list ? "" : json ? "no list of rigs" : json.error().what;
+  if (is_list) {
+    live_.rigs = *json;
+    live_.answered_at = live_.asked_at;
+  }
+  return live_;
 }
 
 std::optional<SiteOverview::Answered> SiteOverview::known(const std::string& name) const {
@@ -80,9 +105,7 @@ WebAnswer SiteOverview::question(const std::string& name) {
   const std::unique_lock lock(asking_, std::try_to_lock);
   if (!lock.owns_lock()) return before ? before->answer : being_asked();
   if (before = known(name); is_fresh(before)) return before->answer;
-  auto json =
-      printed_by({program_beside_this_one("gyrotherm-site"), name, "--json", "--most", kMostRows, "--site", site_file_},
-                 kPatienceWithStore);
+  auto json = ask_store(name, site_file_, kPatienceWithStore);
   auto answer =
       json ? WebAnswer{.body = std::move(*json)} : refusal(503, "the store does not answer: " + json.error().what);
   const std::lock_guard knowing(knowing_);

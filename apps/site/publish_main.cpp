@@ -4,21 +4,14 @@
 #include <sys/signalfd.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <csignal>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "acquisition/record/run_finder.hpp"
-#include "apps/site/folders.hpp"
-#include "apps/site/live/live_rig.hpp"
 #include "apps/site/programs.hpp"
 #include "apps/site/publisher.hpp"
-#include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
-#include "core/process.hpp"
 #include "core/program_start.hpp"
 #include "core/text.hpp"
 
@@ -61,33 +54,12 @@ std::string in_json(const std::vector<RunLag>& lags) {
   return text_of(list) + "\n";
 }
 
-/// Says once a second how the rig is, until it is stopped; the store may answer or not meanwhile.
-void tell_live(LiveRig& rig, const std::vector<std::string>& folders, const std::stop_token& stop) {
-  block_signals();
-  while (!stop.stop_requested()) {
-    const Deadline next(std::chrono::seconds(1));
-    std::vector<std::string> records;
-    for (const auto& folder : folders_below(folders))
-      for (const auto& path : record::records_in(folder)) records.push_back(path);
-    rig.look(records);
-    sleep_unless_stopped(stop, next.left());
-  }
-}
-
-Result<void> serve(Publisher& publisher, const SiteSettings& settings) {
-  if (!settings.live) return publisher.serve();
-  auto rig = LiveRig::connect(*settings.live, {.site = settings.name, .rig = settings.rig}, complain);
-  if (!rig) return failure(rig.error());
-  const std::jthread telling([&](const std::stop_token& stop) { tell_live(**rig, settings.folders, stop); });
-  return publisher.serve();
-}
-
 Result<void> publish(const PublishOptions& options, int stop) {
   auto settings = read_site(options.site);
   if (!settings) return failure(settings.error());
   Publisher publisher(*settings, stop, say, complain);
   if (options.once) return publisher.once();
-  if (!options.status) return serve(publisher, *settings);
+  if (!options.status) return publisher.serve();
   return publisher.lags().and_then(
       [&](const std::vector<RunLag>& lags) { return write_to_stdout(options.json ? in_json(lags) : in_lines(lags)); });
 }

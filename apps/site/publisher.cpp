@@ -160,11 +160,18 @@ Result<void> Publisher::send_events_and_gaps(const std::vector<record::SourceFil
   }
 }
 
+Result<void> Publisher::send_state(Run& run, const RunNow& now) {
+  if (run.position->sent == now) return {};
+  if (auto sent = store_->say_state(run.info.id, now); !sent) return sent;
+  run.position->sent = now;
+  return {};
+}
+
 Result<void> Publisher::end_run(const std::string& path, const std::vector<record::SourceFile>& files, Run& run) {
-  const auto end = end_of(run.info, files);
+  const auto end = end_of(path, run.info, files);
   if (!end) return failure(end.error());
   if (auto same = check_unchanged(files, run.states); !same) return same;
-  if (!end->finished) return store_->say_state(run.info.id, end->state, end->cause);
+  if (!end->finished) return send_state(run, {.state = end->state, .cause = end->cause, .alarms = end->alarms});
   std::vector<RunFileDigest> digests;
   for (const auto& file : files) {
     auto digest = digest_of(file.path);
@@ -218,13 +225,10 @@ Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& wa
   const bool is_live = files->front().live;
   if (is_live) {
     if (!status || status->id != run.info.id) return Sent::everything;
-    const auto* state = name(status->standing.state);
-    const auto& cause = status->standing.cause;
-    if (run.position->state == state && run.position->cause == cause) return Sent::everything;
-    if (auto said = store_->say_state(run.info.id, state, cause); !said) return failure(said.error());
-    run.position->state = state;
-    run.position->cause = cause;
-    return Sent::everything;
+    const RunNow now{.state = name(status->standing.state),
+                     .cause = status->standing.cause,
+                     .alarms = alarms_as_json(status->alarms)};
+    return send_state(run, now).map([] { return Sent::everything; });
   }
   if (!run.position->finished && !run.position->dropped)
     if (auto ended = end_run(path, *files, run); !ended) return failure(ended.error());

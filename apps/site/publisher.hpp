@@ -85,6 +85,8 @@ class Publisher {
   [[nodiscard]] Result<void> ask_position(Run& run);
   [[nodiscard]] Result<Sent> send_rows(const std::vector<record::SourceFile>& files, Run& run);
   [[nodiscard]] Result<void> send_events_and_gaps(const std::vector<record::SourceFile>& files, Run& run);
+  /// Sends state, cause and alarms if one of them differs from what was sent last.
+  [[nodiscard]] Result<void> send_state(Run& run, const RunNow& now);
   [[nodiscard]] Result<void> end_run(const std::string& path, const std::vector<record::SourceFile>& files, Run& run);
   [[nodiscard]] Result<void> send_document(const std::string& path);
   /// Whether what failed concerns this file alone; then it is told once.

@@ -33,7 +33,10 @@ constexpr std::array kQuestions{
     Question{"attention", "v1_attention", "rig, started, profile, what, detail, run", "NOT simulated",
              "started DESC, what", "Runs that somebody should look at: aborted, with alarms, with gaps, silent."},
     Question{"rigs", "v1_rig", "rig, state, profile, started, last_row, units, runs, simulated",
-             "simulated IS NOT TRUE", "rig", "Rigs, and what is on them now."}};
+             "simulated IS NOT TRUE", "rig", "Rigs, and the run that began last on each."},
+    Question{"live", "v1_live",
+             "rig, state, cause, profile, segment, chamber_air_c, set_point_c, alarms, age_s, simulated", "", "rig",
+             "Rigs as they are now: air and set point of the last second, unacknowledged alarms, age of that second."}};
 
 /// PostgreSQL's numbers of its types: bool; int8, int2, int4, float4, float8, numeric.
 constexpr unsigned kBoolType = 16;

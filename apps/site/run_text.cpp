@@ -247,7 +247,17 @@ Result<JsonBatch> next_gaps(const std::vector<record::SourceFile>& files, std::i
   return batch;
 }
 
-Result<RunEnd> end_of(const record::RunInfo& info, const std::vector<record::SourceFile>& files) {
+std::string alarms_as_json(const std::vector<record::Alarm>& alarms) {
+  Json list = Json::array();
+  for (auto alarm : alarms) {
+    for (auto* text : {&alarm.text, &alarm.subject, &alarm.comment, &alarm.acknowledged_by}) *text = plain(*text);
+    list.push_back(json_of(alarm));
+  }
+  return text_of(list);
+}
+
+Result<RunEnd> end_of(const std::string& path, const record::RunInfo& info,
+                      const std::vector<record::SourceFile>& files) {
   RunEnd end;
   auto database = record::open_source(files.back());
   if (!database) return failure(database.error());
@@ -256,6 +266,9 @@ Result<RunEnd> end_of(const record::RunInfo& info, const std::vector<record::Sou
   end.finished = status->finished;
   end.state = name(last_state(*status));
   end.cause = status->ended_by;
+  const auto alarms = record::alarms_of(path);
+  if (!alarms) return failure(alarms.error());
+  end.alarms = alarms_as_json(alarms->list());
   end.ended_ns = info.started_utc.count();
   const auto read = record::into(end.chain_head, database->ask("SELECT head FROM frames ORDER BY id DESC LIMIT 1"))
                         .and_then([&] {
@@ -274,6 +287,7 @@ std::string end_as_json(const RunEnd& end, const std::vector<RunFileDigest>& fil
   for (const auto& file : files) list.push_back({{"name", file.name}, {"sha256", file.sha256}, {"bytes", file.bytes}});
   return text_of({{"state", end.state},
                   {"cause", end.cause},
+                  {"alarms", Json::parse(end.alarms)},
                   {"ended_ns", end.ended_ns},
                   {"rows", end.rows},
                   {"events", end.events},

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/alarms.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/run_source.hpp"
 #include "core/result.hpp"
@@ -30,14 +31,24 @@ struct StoredChannel {
 /// What add_run() takes.
 [[nodiscard]] std::string run_as_json(const record::RunInfo& info);
 
-/// What the store knows of how far a run is.
+/// The state of a run, its cause, and its alarms as say_state() takes them.
+struct RunNow {
+  std::string state{}, cause{}, alarms{};
+  bool operator==(const RunNow&) const = default;
+};
+
+/// Returns a JSON list with each alarm as a status file has it.
+[[nodiscard]] std::string alarms_as_json(const std::vector<record::Alarm>& alarms);
+
+/// The position of a run in the store.
 struct RunPosition {
   std::int64_t slot{-1};
   std::int64_t event{};
   std::int64_t gap{-1};
-  std::string state{}, cause{};
   bool finished{};
   bool dropped{};
+  /// Sent last over this connection; empty before the first time.
+  RunNow sent{};
 };
 
 /// Rows behind a slot, as add_rows() takes them.
@@ -71,11 +82,14 @@ struct RunEnd {
   bool finished{};
   std::string state;  ///< as in RunState; imported: "complete"
   std::string cause;
+  std::string alarms;  ///< as in RunNow
   std::int64_t ended_ns{};
   std::int64_t rows{}, events{}, gaps{};
   std::string chain_head;
 };
-[[nodiscard]] Result<RunEnd> end_of(const record::RunInfo& info, const std::vector<record::SourceFile>& files);
+/// `path` is that of the record, `files` are those that it is read from.
+[[nodiscard]] Result<RunEnd> end_of(const std::string& path, const record::RunInfo& info,
+                                    const std::vector<record::SourceFile>& files);
 
 /// A file of a finished run.
 struct RunFileDigest {

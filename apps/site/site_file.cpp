@@ -4,8 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 
-#include "apps/site/live/passfile.hpp"
 #include "core/file.hpp"
 #include "core/toml_reader.hpp"
 
@@ -20,6 +21,24 @@ std::string name_at(const TomlTable& table, const char* key) {
   if (name.empty() || name.size() > kLongestRigName || std::ranges::any_of(name, is_control))
     table.mistake(key, fmt::format("\"{}\" is no name, expected 1 to {} characters", key, kLongestRigName));
   return name;
+}
+
+/// Returns a path of a site file, relative to the folder of the file.
+std::string path_from(const std::string& file, const std::string& path) {
+  return (std::filesystem::path(file).parent_path() / path).string();
+}
+
+/// Returns the file with the password: the `passfile` of the table, or its `credential` in the folder `credentials`;
+/// empty if it has neither.
+std::string passfile_at(const TomlTable& table, const std::string& file, const std::string& credentials) {
+  if (table.has("passfile") && table.has("credential"))
+    table.mistake("credential", "has one of passfile and credential");
+  if (table.has("credential")) {
+    if (credentials.empty())
+      table.mistake("credential", "there is no $CREDENTIALS_DIRECTORY: LoadCredential= of systemd makes it");
+    return credentials + "/" + table.text("credential");
+  }
+  return table.has("passfile") ? path_from(file, table.text("passfile")) : "";
 }
 
 StoreAddress store_of(const TomlTable& table, const std::string& file, const std::string& credentials) {
@@ -53,8 +72,9 @@ Result<SiteSettings> parse_site(std::string_view text, const std::string& file, 
   const auto root = TomlTable::parse(text, file);
   if (!root) return failure(root.error());
   root->expect("schema", kSiteSchema);
+  root->ignore("name");
   root->ignore("notify");
-  SiteSettings site{.name = root->text("name", ""), .rig = name_at(*root, "rig")};
+  SiteSettings site{.rig = name_at(*root, "rig")};
   for (const auto& folder : root->texts("folders")) site.folders.push_back(path_from(file, folder));
   if (site.folders.empty()) root->mistake("folders", "\"folders\" is empty, expected folders with records");
   const auto store = root->table("store");
@@ -64,18 +84,16 @@ Result<SiteSettings> parse_site(std::string_view text, const std::string& file, 
   constexpr Duration kLeast = std::chrono::milliseconds(100);
   if (site.longest_wait < kLeast) store.mistake("longest_wait", "expected 100 ms or more");
   if (site.longest_answer < kLeast) store.mistake("longest_answer", "expected 100 ms or more");
-  if (root->has("live")) {
-    site.live = broker_at(root->table("live"), file, credentials);
-    if (site.name.empty()) root->mistake("name", "what is said live names its site; expected a name");
-  }
+  if (root->has("live")) root->mistake("live", "[live] is no longer read: the store has the live state; remove it");
   if (root->has("archive")) site.archive = archive_of(root->table("archive"), file);
   if (const auto verdict = root->verdict(); !verdict) return failure(verdict.error());
   return site;
 }
 
 Result<SiteSettings> read_site(const std::string& file) {
+  const char* credentials = std::getenv("CREDENTIALS_DIRECTORY");
   return read_text_file(file).and_then(
-      [&](const std::string& text) { return parse_site(text, file, credentials_folder()); });
+      [&](const std::string& text) { return parse_site(text, file, credentials != nullptr ? credentials : ""); });
 }
 
 }  // namespace gyrotherm::site

@@ -3,12 +3,10 @@
 /// file may say whom the live page tells of what (docs/monitor.md); each program passes over the other's part.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "apps/site/live/broker.hpp"
 #include "apps/site/postgres.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
@@ -25,14 +23,12 @@ struct ArchiveSettings {
 };
 
 struct SiteSettings {
-  std::string name{};
   std::string rig{};                   ///< by what name the store knows it
   std::vector<std::string> folders{};  ///< of records; their folders are looked at, too
   StoreAddress store{};
   Duration longest_wait = std::chrono::minutes(1);    ///< between two tries to reach the store
   Duration longest_answer = std::chrono::minutes(1);  ///< of the store; after that the connection counts as lost
   ArchiveSettings archive{};
-  std::optional<BrokerAddress> live{};  ///< where the rig says how it is
 };
 
 /// Fails with bad_file, all mistakes with their places. Relative paths are those of the file's folder; a `credential`

@@ -8,11 +8,13 @@ namespace gyrotherm::site {
 Result<Store> Store::open(const StoreAddress& address, const Patience& patience) {
   auto connection = Postgres::connect(address, patience);
   if (!connection) return failure(connection.error());
-  const auto version = connection->ask("SELECT gyrotherm.version()");
+  // A store that was made before the first release has a greater version, and another say_state().
+  const auto version = connection->ask(
+      "SELECT gyrotherm.version(), to_regprocedure('gyrotherm.say_state(uuid, text, text, jsonb)') IS NOT NULL");
   if (!version && version.error().kind == FaultKind::refused)
     return failure(FaultKind::refused, kStore, fmt::format("is not set up for this user: {}", version.error().what));
   if (!version) return failure(version.error());
-  if (version->integer(0, 0) < kOldestStore)
+  if (version->integer(0, 0) < kOldestStore || !version->boolean(0, 1))
     return failure(FaultKind::refused, kStore, "is older than this program, expected gyrotherm site migrate first");
   return Store(std::move(*connection));
 }
@@ -23,16 +25,14 @@ Result<void> Store::call(const std::string& statement, const std::vector<Paramet
 
 Result<std::optional<RunPosition>> Store::position(const std::string& run) {
   const auto answer = connection_.ask(
-      "SELECT last_slot, last_event, last_gap, state, cause, finished, dropped FROM gyrotherm.run_position($1)", {run});
+      "SELECT last_slot, last_event, last_gap, finished, dropped FROM gyrotherm.run_position($1)", {run});
   if (!answer) return failure(answer.error());
   if (answer->rows() == 0) return std::nullopt;
   return RunPosition{.slot = answer->integer(0, 0),
                      .event = answer->integer(0, 1),
                      .gap = answer->integer(0, 2),
-                     .state = std::string(answer->text(0, 3)),
-                     .cause = std::string(answer->text(0, 4)),
-                     .finished = answer->boolean(0, 5),
-                     .dropped = answer->boolean(0, 6)};
+                     .finished = answer->boolean(0, 3),
+                     .dropped = answer->boolean(0, 4)};
 }
 
 Result<void> Store::add_run(const std::string& run, const std::string& rig, const std::string& json) {
@@ -56,8 +56,8 @@ Result<void> Store::add_gaps(const std::string& run, std::int64_t after, const s
   return call("SELECT gyrotherm.add_gaps($1, $2, $3)", {run, std::to_string(after), json});
 }
 
-Result<void> Store::say_state(const std::string& run, const std::string& state, const std::string& cause) {
-  return call("SELECT gyrotherm.say_state($1, $2, $3)", {run, state, cause});
+Result<void> Store::say_state(const std::string& run, const RunNow& now) {
+  return call("SELECT gyrotherm.say_state($1, $2, $3, $4)", {run, now.state, now.cause, now.alarms});
 }
 
 Result<void> Store::finish_run(const std::string& run, const std::string& json) {

@@ -37,7 +37,7 @@ class Store {
   [[nodiscard]] Result<void> rows_are_in();
   [[nodiscard]] Result<void> add_events(const std::string& run, std::int64_t after, const std::string& json);
   [[nodiscard]] Result<void> add_gaps(const std::string& run, std::int64_t after, const std::string& json);
-  [[nodiscard]] Result<void> say_state(const std::string& run, const std::string& state, const std::string& cause);
+  [[nodiscard]] Result<void> say_state(const std::string& run, const RunNow& now);
   [[nodiscard]] Result<void> finish_run(const std::string& run, const std::string& json);
   [[nodiscard]] Result<bool> has_document(const std::string& sha256);
   [[nodiscard]] Result<void> add_document(const std::string& rig, const Document& document);

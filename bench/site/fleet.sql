@@ -17,11 +17,12 @@ CREATE TEMP TABLE visit AS
   FROM generate_series(1, 200) u, generate_series(0, 9) v;
 
 INSERT INTO gyrotherm.run(id, rig, owner, started, profile, simulated, imported, info, state, rows, last_slot,
-                          last_utc_ns, finished, ended, rows_in_record)
+                          last_utc_ns, heard, finished, ended, rows_in_record)
   SELECT gen_random_uuid(), rig, 'gyrotherm_owner', at + n * interval '1 day',
          CASE n WHEN 0 THEN 'qualification' ELSE 'random' END, false, false, '{}',
          CASE WHEN random() < 0.01 THEN 'aborted' ELSE 'complete' END, 79200, 79199,
-         extract(epoch FROM at + n * interval '1 day' + interval '22 hours')::bigint * 1000000000, random() < 0.999,
+         extract(epoch FROM at + n * interval '1 day' + interval '22 hours')::bigint * 1000000000,
+         at + n * interval '1 day' + interval '22 hours', random() < 0.999,
          at + n * interval '1 day' + interval '22 hours', 79200
   FROM visit, generate_series(0, 1) n;
 INSERT INTO gyrotherm.run_unit

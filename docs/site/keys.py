@@ -118,14 +118,12 @@ ORDER = {
 }  # fmt: skip
 SITE = {
     "apps/site/site_file.cpp": {
-        "store_of": ["store"], "archive_of": ["archive"], "parse_site:store": ["store"], "parse_site": [""],
+        "passfile_at": ["store"], "store_of": ["store"], "archive_of": ["archive"], "parse_site:store": ["store"], "parse_site": [""],
     },
     "apps/monitor/site_file.cpp": {
         "address_of": ["[notify.address]"], "rule_of": ["[notify.rule]"], "mail_of": ["notify.mail"],
         "check_names": [], "parse_site:notify": ["notify"], "parse_site": [""],
     },
-    "apps/site/live/broker.cpp": {"broker_at": ["live"]},
-    "apps/site/live/passfile.cpp": {"passfile_at": ["store", "live"]},
 }  # fmt: skip
 # Reading function → what the value is. None: it reads no value. "table NAME": a function that is given the table, and
 # has the name of a method of tables.
@@ -384,7 +382,7 @@ def page() -> str:
                       "some of those that may be left out a report is a draft, and says which.")  # fmt: skip
     lines += _chapter("Order", ORDER, report, "Of a [calibration report](../calibration-report.md), likewise.")
     lines += _chapter("Site", SITE, ["docs/site.md", "docs/monitor.md"], "One file for `gyrotherm-publish`, which reads "
-                      "all but `[notify]`, and for `gyrotherm-monitor`, which reads `name`, `[live]` and `[notify]` and "
+                      "all but `[notify]`, and for `gyrotherm-monitor`, which reads `name` and `[notify]` and "
                       "lets the rest be left out: [The site](../site.md), [The live page](../monitor.md).")  # fmt: skip
     return "\n".join(lines).rstrip() + "\n"
 

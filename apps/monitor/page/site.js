@@ -17,30 +17,30 @@ function in_scroll(label, table) {
   return make('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label}, table);
 }
 
-/// Of a run that was left.
-function left_state(run) {
-  return run.finished || ['aborting', 'aborted', 'stopped'].includes(run.state) ? run.state : 'silent';
-}
-
-// A rig repeats its status every 10 s. One that was kept by the broker may be of any age.
-const kHeardWithinS = 60;
-
 function rig_row(rig) {
-  const is_heard = rig.online && rig.age_s <= kHeardWithinS;
-  const run = rig.run || rig.left || {};
-  const state = !rig.online ? 'gone' : !is_heard ? 'silent' : rig.run ? run.state : rig.left ? left_state(run) : 'idle';
-  const word = {idle: 'Idle', gone: 'Off'}[state] || kStates[state] || state;
+  const word = rig.state === 'idle' ? 'Idle' : kStates[rig.state] || rig.state;
+  const celsius = value => (value === null ? '–' : with_unit(value, '°C'));
   return make(
     'tr',
     {},
     make('td', {}, rig.rig),
-    make('td', {}, make('span', {class: 'badge ' + state}, word), ' ', simulated_badge(run)),
-    make('td', {}, run.id && is_heard ? run.segment : ''),
-    make('td', {class: 'number'}, rig.run && is_heard ? with_unit(run.chamber_air_c, '°C') : '–'),
-    make('td', {class: 'number'}, rig.run && is_heard ? with_unit(run.set_point_c, '°C') : '–'),
-    make('td', {class: 'number'}, run.id && is_heard ? String(unacknowledged(run).length) : '–'),
+    make('td', {}, make('span', {class: 'badge ' + rig.state}, word), ' ', simulated_badge(rig)),
+    make('td', {}, rig.segment || ''),
+    make('td', {class: 'number'}, celsius(rig.chamber_air_c)),
+    make('td', {class: 'number'}, celsius(rig.set_point_c)),
+    make('td', {class: 'number'}, rig.alarms === null ? '–' : String(rig.alarms)),
     make('td', {class: 'number'}, duration(rig.age_s))
   );
+}
+
+/// Returns why the list is empty or old; an empty text if it is neither.
+function note_on(site) {
+  if (!site.store) return 'The site file names no store, so that other rigs are unknown.';
+  const {error, age_s} = site.store;
+  if (error && age_s !== null) return `The store does not answer: ${error}. The list is ${duration(age_s)} old.`;
+  if (error) return `The store does not answer: ${error}.`;
+  if (age_s === null) return 'The store is being asked.';
+  return site.rigs.length === 0 ? 'No rig has sent anything yet.' : '';
 }
 
 function cell_text(value) {
@@ -108,7 +108,7 @@ views.site = content => {
       note,
       in_scroll(
         'Table of the rigs of the site',
-        make('table', {}, head_row('Rig', 'State', 'Segment', '>Air', '>Set point', '>Alarms', '>Heard'), body)
+        make('table', {}, head_row('Rig', 'State', 'Segment', '>Air', '>Set point', '>Alarms', '>Last second'), body)
       )
     ),
     questions
@@ -117,16 +117,7 @@ views.site = content => {
     const site = await ask_soon('/api/v1/site');
     if (!site) return set_text(note, 'This monitor has no site.');
     set_text(document.getElementById('site-title'), site.name ? `Site: ${site.name}` : 'Site');
-    set_text(
-      note,
-      !site.live
-        ? 'The site file names no broker, so that nothing is heard of other rigs.'
-        : site.live.connected
-          ? site.rigs.length === 0
-            ? 'No rig has said anything yet.'
-            : ''
-          : 'There is no connection to the broker; this is what was heard before.'
-    );
+    set_text(note, note_on(site));
     body.replaceChildren(...site.rigs.map(rig_row));
     if (questions.children.length === 0) questions.replaceChildren(...site.questions.map(question));
   });

@@ -55,10 +55,12 @@ CREATE TABLE gyrotherm.run (
   -- The last state that its rig reported.
   state text NOT NULL DEFAULT 'execute',
   cause text NOT NULL DEFAULT '',
+  alarms jsonb NOT NULL DEFAULT '[]', -- active or unacknowledged, as in the status file of the run
   -- The position of the run in the store: changes with its rows, in the same transaction.
   rows bigint NOT NULL DEFAULT 0,
   last_slot integer NOT NULL DEFAULT -1,
   last_utc_ns bigint,
+  heard timestamptz NOT NULL, -- when the last row came, by the server's clock: for v1_live, not a key
   events bigint NOT NULL DEFAULT 0,
   last_event bigint NOT NULL DEFAULT 0,
   gaps bigint NOT NULL DEFAULT 0,
@@ -74,7 +76,8 @@ CREATE TABLE gyrotherm.run (
   UNIQUE (id, started),
   CONSTRAINT run_file_has_a_size CHECK ((files->0->>'bytes')::bigint >= 0)
 ) WITH (fillfactor = 50);
-CREATE INDEX ON gyrotherm.run (rig, started);
+CREATE INDEX ON gyrotherm.run (rig, simulated, imported, started DESC);
+CREATE INDEX ON gyrotherm.run (rig) WHERE NOT finished;
 CREATE INDEX ON gyrotherm.run (started);
 
 CREATE TABLE gyrotherm.channel (
@@ -368,6 +371,17 @@ BEGIN
 END
 $$;
 
+-- Refuses alarms that are not a list, or that each look at v1_live would have to read for long. A publisher sends at
+-- most 256 rows of some hundred bytes.
+CREATE FUNCTION gyrotherm.check_alarms(a_alarms jsonb) RETURNS void
+LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp AS $$
+BEGIN
+  IF jsonb_typeof(a_alarms) IS DISTINCT FROM 'array' OR octet_length(a_alarms::text) > 1000000 THEN
+    PERFORM gyrotherm.refuse('the alarms are not a list of rows');
+  END IF;
+END
+$$;
+
 -- Checks that the rig of that name belongs to the caller. A new name belongs to the caller from now on. A name that
 -- exists is read, not inserted: a role waits only for one that claims the same new name.
 CREATE FUNCTION gyrotherm.own_rig(a_rig text) RETURNS void
@@ -499,10 +513,9 @@ $$;
 
 -- Returns the position of a run of the caller; no row if there is none.
 CREATE FUNCTION gyrotherm.run_position(a_run uuid)
-RETURNS TABLE (last_slot integer, last_event bigint, last_gap integer, state text, cause text, finished boolean,
-               dropped boolean)
+RETURNS TABLE (last_slot integer, last_event bigint, last_gap integer, finished boolean, dropped boolean)
 LANGUAGE sql STABLE SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
-  SELECT r.last_slot, r.last_event, r.last_gap, r.state, r.cause, r.finished, r.dropped
+  SELECT r.last_slot, r.last_event, r.last_gap, r.finished, r.dropped
   FROM gyrotherm.run r WHERE r.id = a_run AND r.owner = session_user;
 $$;
 
@@ -526,9 +539,9 @@ BEGIN
     PERFORM gyrotherm.end_stale();
     PERFORM gyrotherm.own_rig(a_rig);
     PERFORM gyrotherm.make_month(begun);
-    INSERT INTO gyrotherm.run(id, rig, owner, started, profile, simulated, imported, info)
+    INSERT INTO gyrotherm.run(id, rig, owner, started, profile, simulated, imported, info, heard)
     VALUES (a_run, a_rig, session_user, begun, a_info->>'profile', (a_info->>'simulated')::boolean,
-            (a_info->>'imported')::boolean, kept)
+            (a_info->>'imported')::boolean, kept, now())
     ON CONFLICT DO NOTHING;
     is_new := FOUND;
   END IF;
@@ -603,7 +616,7 @@ BEGIN
     END IF;
   END IF;
   IF added > 0 THEN
-    UPDATE gyrotherm.run SET rows = rows + added, last_slot = greatest(last_slot, last_one),
+    UPDATE gyrotherm.run SET rows = rows + added, heard = now(), last_slot = greatest(last_slot, last_one),
       last_utc_ns = CASE WHEN last_one > last_slot THEN utcs[cardinality(utcs)] ELSE last_utc_ns END
     WHERE id = a_run;
   END IF;
@@ -678,19 +691,20 @@ BEGIN
 END
 $$;
 
--- Sets the state of an unfinished run and its cause.
-CREATE FUNCTION gyrotherm.say_state(a_run uuid, a_state text, a_cause text) RETURNS void
+-- Sets the state of an unfinished run, its cause and its alarms.
+CREATE FUNCTION gyrotherm.say_state(a_run uuid, a_state text, a_cause text, a_alarms jsonb) RETURNS void
 LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET lock_timeout = '10s' AS $$
 DECLARE
   to_run gyrotherm.run := gyrotherm.own_run(a_run);
 BEGIN
-  UPDATE gyrotherm.run SET state = a_state, cause = a_cause
-  WHERE id = a_run AND NOT finished AND (state, cause) IS DISTINCT FROM (a_state, a_cause);
+  PERFORM gyrotherm.check_alarms(a_alarms);
+  UPDATE gyrotherm.run SET state = a_state, cause = a_cause, alarms = a_alarms
+  WHERE id = a_run AND NOT finished AND (state, cause, alarms) IS DISTINCT FROM (a_state, a_cause, a_alarms);
 END
 $$;
 
--- Ends a run: {"state", "cause", "ended_ns", "rows", "events", "gaps", "chain_head", "files"}. Refuses if the store has
--- fewer rows, events or gaps than the record. The same end again changes nothing.
+-- Ends a run: {"state", "cause", "alarms", "ended_ns", "rows", "events", "gaps", "chain_head", "files"}. Refuses if the
+-- store has fewer rows, events or gaps than the record. The same end again changes nothing.
 CREATE FUNCTION gyrotherm.finish_run(a_run uuid, a_end jsonb) RETURNS void
 LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET lock_timeout = '10s' AS $$
 DECLARE
@@ -707,8 +721,9 @@ BEGIN
     PERFORM gyrotherm.refuse(format('the store has %s rows, %s events and %s gaps, the record %s, %s and %s',
       to_run.rows, to_run.events, to_run.gaps, a_end->>'rows', a_end->>'events', a_end->>'gaps'));
   END IF;
+  PERFORM gyrotherm.check_alarms(a_end->'alarms');
   UPDATE gyrotherm.run SET finished = true, state = a_end->>'state', cause = a_end->>'cause',
-    ended = gyrotherm.utc((a_end->>'ended_ns')::bigint),
+    alarms = a_end->'alarms', ended = gyrotherm.utc((a_end->>'ended_ns')::bigint),
     chain_head = a_end->>'chain_head', files = a_end->'files', rows_in_record = (a_end->>'rows')::bigint
   WHERE id = a_run;
 END
@@ -909,12 +924,55 @@ CREATE VIEW gyrotherm.v1_rig AS
     SELECT * FROM gyrotherm.run o WHERE o.rig = g.name
     ORDER BY o.simulated, o.imported, o.started DESC LIMIT 1) r ON true;
 
+-- Runs with the age of their last second: since the row came, or since it was measured by the clock of the rig,
+-- whichever is greater. The clock of a virtual rig does not count.
+CREATE VIEW gyrotherm.run_now AS
+  SELECT *, greatest(now() - heard, CASE WHEN NOT simulated THEN now() - coalesce(gyrotherm.utc(last_utc_ns), started)
+                     END, interval '0') AS age
+  FROM gyrotherm.run;
+
+-- Each rig as it is now: the run in progress, a real one before one on a virtual rig, or the last run. A run that has
+-- not ended is silent if its last second is older than one minute. A run that was aborted, or ended with unacknowledged
+-- alarms, remains until the next one. A suppressed alarm is acknowledged with its root.
+CREATE VIEW gyrotherm.v1_live AS
+  SELECT g.name AS rig, n.state, r.cause, r.profile,
+         CASE WHEN n.state NOT IN ('idle', 'silent') THEN r.info->'segments'->l.segment->>'name' END AS segment,
+         CASE WHEN n.state NOT IN ('idle', 'silent') AND NOT r.finished THEN l.chamber_air_c END AS chamber_air_c,
+         CASE WHEN n.state NOT IN ('idle', 'silent') AND NOT r.finished THEN l.set_point_c END AS set_point_c,
+         a.unacknowledged AS alarms, round(extract(epoch FROM r.age)) AS age_s, r.simulated, r.started, r.id AS run
+  FROM gyrotherm.rig g
+  LEFT JOIN LATERAL (
+    (SELECT o.*, 1 AS choice FROM gyrotherm.run_now o
+     WHERE o.rig = g.name AND NOT o.finished AND o.state <> 'aborted' AND o.age <= interval '1 minute'
+     ORDER BY o.simulated, o.imported, o.started DESC LIMIT 1)
+    UNION ALL
+    (SELECT o.*, 2 FROM gyrotherm.run_now o WHERE o.rig = g.name
+     ORDER BY o.simulated, o.imported, o.started DESC LIMIT 1)
+    ORDER BY choice LIMIT 1) r ON true
+  LEFT JOIN LATERAL (
+    SELECT count(*) AS unacknowledged FROM jsonb_array_elements(r.alarms) e
+    WHERE e->>'acknowledged' IS DISTINCT FROM 'true' AND coalesce(e->>'suppressed_by', '') = '') a ON r.id IS NOT NULL
+  CROSS JOIN LATERAL (
+    SELECT CASE WHEN r.state = 'aborted' OR r.finished AND a.unacknowledged > 0 THEN r.state
+                WHEN r.finished OR r.id IS NULL THEN 'idle'
+                WHEN r.age > interval '1 minute' THEN 'silent'
+                ELSE r.state END AS state) n
+  LEFT JOIN LATERAL (
+    SELECT max(n.value) FILTER (WHERE c.name = 'chamber_air_c') AS chamber_air_c,
+           max(n.value) FILTER (WHERE c.name = 'set_point_c') AS set_point_c,
+           (max(n.value) FILTER (WHERE c.name = 'segment' AND n.value >= 0))::integer AS segment
+    FROM gyrotherm.sample s JOIN gyrotherm.channel c ON c.run = s.run
+    CROSS JOIN LATERAL (SELECT s.numbers[c.position] AS value) n
+    WHERE s.started = r.started AND s.run = r.id AND s.slot = r.last_slot
+      AND c.name IN ('chamber_air_c', 'set_point_c', 'segment') AND abs(n.value) < 1e6) l ON true;
+
 -- Rights
 
 REVOKE ALL ON ALL FUNCTIONS IN SCHEMA gyrotherm FROM PUBLIC;
 GRANT EXECUTE ON FUNCTION gyrotherm.version(), gyrotherm.utc(bigint) TO gyrotherm_rig, gyrotherm_analyst;
 GRANT EXECUTE ON FUNCTION gyrotherm.run_position(uuid), gyrotherm.add_run(uuid, text, jsonb),
   gyrotherm.add_rows(uuid, integer, integer[], bigint[], text[]), gyrotherm.add_events(uuid, bigint, jsonb),
-  gyrotherm.add_gaps(uuid, integer, jsonb), gyrotherm.say_state(uuid, text, text), gyrotherm.finish_run(uuid, jsonb),
-  gyrotherm.has_document(text), gyrotherm.add_document(text, text, text, text) TO gyrotherm_rig;
+  gyrotherm.add_gaps(uuid, integer, jsonb), gyrotherm.say_state(uuid, text, text, jsonb),
+  gyrotherm.finish_run(uuid, jsonb), gyrotherm.has_document(text), gyrotherm.add_document(text, text, text, text)
+  TO gyrotherm_rig;
 GRANT SELECT ON ALL TABLES IN SCHEMA gyrotherm TO gyrotherm_analyst;

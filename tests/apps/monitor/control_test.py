@@ -354,6 +354,35 @@ class Starts(unittest.TestCase):
             self.assertEqual((folder / "asked").read_text().count("asked"), 1, "that it did not answer is kept")
             self.assertEqual(monitor.stop(), 0)
 
+    def test_the_list_of_rigs_is_asked_for_rarely_and_not_for_long(self) -> None:
+        with Folder() as folder:
+            (folder / "runs").mkdir()
+            program, store = folder / "gyrotherm-monitor", folder / "gyrotherm-site"
+            shutil.copy(MONITOR, program)
+            answers = '[{"rig": "a", "age_s": 2, "state": "execute"}]'
+            store.write_text(f"#!/bin/sh\necho asked >> {folder}/asked\n[ -e {folder}/hangs ] && exec sleep 60\n"
+                             f"echo '{answers}'\n")
+            store.chmod(0o755)
+            (folder / "site.toml").write_text(
+                f'schema = "gyrotherm-site/1"\nname = "s"\n[store]\naddress = "host=127.0.0.1 dbname=g"\n'
+            )
+            monitor = Monitor(folder, "--site", str(folder / "site.toml"), runs=folder / "runs", program=str(program))
+            asked = lambda: (folder / "asked").read_text().count("asked")
+            site = monitor.ask("/api/v1/site").json
+            self.assertEqual((site["store"]["error"], [rig["rig"] for rig in site["rigs"]]), ("", ["a"]))
+            for _ in range(50):
+                monitor.ask("/api/v1/site")
+            self.assertLess(asked(), 5, "of 51 looks")
+            (folder / "hangs").touch()
+            lost = until(lambda: (now := monitor.ask("/api/v1/site").json)["store"]["error"] and now)
+            self.assertTrue(lost, "within a bound that is less than what until() waits for")
+            self.assertEqual(lost["rigs"][0]["state"], "execute", "as it was")
+            self.assertAlmostEqual(lost["rigs"][0]["age_s"], 2 + lost["store"]["age_s"], places=3)
+            self.assertGreater(lost["store"]["age_s"], 3)
+            (folder / "hangs").unlink()
+            self.assertTrue(until(lambda: not monitor.ask("/api/v1/site").json["store"]["error"]))
+            self.assertEqual(monitor.stop(), 0)
+
     def test_tls_is_spoken_where_it_was_asked_for(self) -> None:
         with Folder() as folder:
             certificate, key = folder / "page.pem", folder / "page.key"

@@ -264,6 +264,14 @@ TEST_F(Told, SimulatedRunsAreForRulesThatWantThem) {
   EXPECT_EQ(told(), Messages{"day: Alarm: lab: SIMULATED soak on one"});
 }
 
+TEST(SiteFile, RefusesLiveTableOnce) {
+  const auto read = parse_site("schema = \"gyrotherm-site/1\"\n[live]\nbroker = \"mqtts://b\"\n", "site.toml");
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().kind, FaultKind::bad_file);
+  EXPECT_EQ(read.error().where, "site.toml:2:1");
+  EXPECT_EQ(read.error().what.find('\n'), std::string::npos) << read.error().what;
+}
+
 TEST(SiteFile, EachMistakeIsToldWithItsPlace) {
   const auto read = parse_site(R"(schema = "gyrotherm-site/1"
 [[notify.address]]

@@ -68,6 +68,14 @@ TEST(SiteFile, TellsWhatIsWrong) {
   EXPECT_NE(mistakes_of(without(whole, "\"chamber-3\"", "\"\"")).find("is no name"), std::string::npos);
 }
 
+/// A rig of version 0.1.0 with a broker.
+TEST(SiteFile, RefusesLiveTableWithRemedy) {
+  const auto read = parse_site(std::string(kWhole) + "[live]\nbroker = \"mqtts://b\"\n", "site.toml", "");
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().kind, FaultKind::bad_file);
+  EXPECT_EQ(read.error().what, "[live] is no longer read: the store has the live state; remove it");
+}
+
 TEST(SiteFile, TakesACredentialFromTheFolderOfSystemd) {
   const auto text = without(kWhole, "passfile = \"pgpass\"", "credential = \"store\"");
   EXPECT_NE(mistakes_of(text).find("LoadCredential"), std::string::npos);

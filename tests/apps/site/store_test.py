@@ -158,7 +158,7 @@ class Store(unittest.TestCase):
             f"add_rows('{run}', 16479, '{{16480}}', '{{0}}', '{{\"{{1}}\"}}')",
             f"add_events('{run}', 0, '[]')",
             f"add_gaps('{run}', -1, '[]')",
-            f"say_state('{run}', 'aborted', '')",
+            f"say_state('{run}', 'aborted', '', '[]')",
             f"finish_run('{run}', '{{}}')",
             f"""add_run('{run}', 'rig-2', '{{"started_ns": 0, "profile": "p"}}')""",
         ):
@@ -268,10 +268,11 @@ class Store(unittest.TestCase):
             " AND prosrc ~* 'now\\(|current_(date|time)|clock_timestamp|localtime'"
             " ORDER BY 1"
         )
-        self.assertEqual(calls, [["end_stale"], ["make_month"]], "the age of a session, and how many months in a day")
+        self.assertEqual(calls, [["add_rows"], ["add_run"], ["end_stale"], ["make_month"]],
+                         "when a row came, the age of a session, and how many months in a day")
 
     def test_every_question_is_answered(self) -> None:
-        for question in ("drift", "outliers", "thermometers", "utilisation", "attention", "rigs", "status"):
+        for question in ("drift", "outliers", "thermometers", "utilisation", "attention", "rigs", "live", "status"):
             asked = [SITE, question, "--store", self.store.address("ada"), "--json"]
             answer = subprocess.run(asked, capture_output=True, text=True, check=False)
             self.assertEqual(answer.returncode, 0, answer.stderr)
@@ -540,7 +541,7 @@ class Simulated(unittest.TestCase):
                      "text": "alarm 6 to 8 acknowledged by ada (uid 1000): the latch"},
         ]
         self.store.sql(f"SELECT gyrotherm.add_events('{run}', 0, '{json.dumps(events)}')", "rig_1")
-        self.store.sql(f"SELECT gyrotherm.say_state('{run}', 'aborted', 'too hot')", "rig_1")
+        self.store.sql(f"SELECT gyrotherm.say_state('{run}', 'aborted', 'too hot', '[]')", "rig_1")
         told = [(row["what"], row["detail"]) for row in self.ask("attention") if row["rig"] == "chamber-7"]
         self.assertEqual(sorted(told), [("aborted", "too hot"), ("alarm", "A stands"), ("alarm", "lost A (2 times)"),
                                         ("alarm", "lost B"), ("alarm", "open"), ("alarm", "too hot")])
@@ -779,7 +780,7 @@ class Bounded(unittest.TestCase):
 
     def test_by_numbers_beyond_their_place(self) -> None:
         rows = """add_rows('RUN', -1, '{0,1,2}', '{0,1,2}', '{"{1e300,1e308}","{NaN,1e308}","{0,NaN}"}')"""
-        end = '{"state": "complete", "cause": "", "rows": 3, "events": 0, "gaps": 0, "files": []}'
+        end = '{"state": "complete", "cause": "", "alarms": [], "rows": 3, "events": 0, "gaps": 0, "files": []}'
         self.assertEqual(self.say(rows, f"finish_run('RUN', '{end}')", began_s=1_800_000_000), "")
         self.everybody_is_answered()
         words = self.store.sql(f"SELECT word FROM gyrotherm.v1_sample WHERE run = '{self.run_id}' AND name = 'state'"
@@ -797,7 +798,7 @@ class Bounded(unittest.TestCase):
         gaps = """add_gaps('RUN', -1, '[{"first": 0, "last": 2147483647, "cause": ""}]')"""
         self.assertIn("gap_lies_in_a_run", self.say(gaps))
         for size in ('"much"', "1e30", "-1"):
-            end = ('{"state": "complete", "cause": "", "rows": 0, "events": 0, "gaps": 0,'
+            end = ('{"state": "complete", "cause": "", "alarms": [], "rows": 0, "events": 0, "gaps": 0,'
                    f' "files": [{{"bytes": {size}}}]}}')
             self.assertIn("ERROR", self.say(f"finish_run('RUN', '{end}')"), size)
         self.everybody_is_answered()

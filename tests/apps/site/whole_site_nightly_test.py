@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""A whole site on one machine, of Debian's packages: PostgreSQL, mosquitto, Prometheus with Alertmanager, Slurm with
-two nodes, three rigs whose chambers go sixty times as fast, their publishers, and the live page. One rig's program is
+"""A whole site on one machine, of Debian's packages: PostgreSQL, Prometheus with Alertmanager, Slurm with two
+nodes, three rigs whose chambers go sixty times as fast, their publishers, and the live page. One rig's program is
 killed: somebody is told. All of it ends in order."""
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "monitor"))
 os.environ["PATH"] += ":/usr/sbin"
 
 import slurm
-from broker_test import PASSWORD, Broker
 from cluster import SITE, SKIPPED, SOURCE, Rig, cluster, finished, free_port, rows_of, run_of, stored_rows, until
 from programs import Monitor, RealTimeRun
 
@@ -86,13 +85,7 @@ class WholeSite(unittest.TestCase):
         with cluster() as store:
             store.migrate()
             store.add_people()
-            (broker_folder := store.folder / "broker").mkdir()
-            broker = Broker(broker_folder)
-            self.addCleanup(broker.kill)
-            (broker_folder / "password").write_text(PASSWORD)
-            live = (f'[live]\nbroker = "mqtts://localhost:{broker.port}"\nauthority = "{broker_folder}/cert.pem"\n'
-                    f'user = "rig"\npassfile = "{broker_folder}/password"\n')
-            rigs = [Rig(store, store.folder / name, name, top='name = "hall 4"', below=live) for name in RIGS]
+            rigs = [Rig(store, store.folder / name, name, top='name = "hall 4"') for name in RIGS]
             runs = [RealTimeRun(rig.records, name=rig.name, pace="x60") for rig in rigs]
             for run in runs:
                 self.addCleanup(run.end)
@@ -101,14 +94,14 @@ class WholeSite(unittest.TestCase):
                 self.addCleanup(lambda rig=rig: rig.process.kill())
             own = store.folder / "monitor.toml"
             own.write_text(f'schema = "gyrotherm-site/1"\nname = "hall 4"\nrig = "none"\nfolders = ["."]\n\n[store]\n'
-                           f'address = "{store.address("ada")}"\n\n{live}')
+                           f'address = "{store.address("ada")}"\n')
             folders = [word for rig in rigs[1:] for word in ("--folder", str(rig.records))]
             monitor = Monitor(store.folder, "--site", str(own), *folders, runs=rigs[0].records)
             self.addCleanup(monitor.kill)
             alerts = self.begin_alerts(store.folder, monitor)
 
             on = lambda: {rig["rig"] for rig in monitor.ask("/api/v1/site").json["rigs"]
-                          if rig["online"] and rig["run"] and rig["run"]["state"] == "execute"}
+                          if rig["state"] == "execute" and rig["chamber_air_c"] is not None}
             self.assertTrue(until(lambda: on() == set(RIGS), 30), monitor.ask("/api/v1/site").body)
             in_store = monitor.ask("/api/v1/site/rigs")
             self.assertEqual(in_store.status, 200, in_store.body)
@@ -135,7 +128,8 @@ class WholeSite(unittest.TestCase):
                 self.assertEqual(stored_rows(store, run_of(run.record)), rows_of(run.record))
             for rig in rigs:
                 self.assertEqual(rig.stop(), 0, rig.log.read_text())
-            self.assertTrue(until(lambda: not any(rig["online"] for rig in monitor.ask("/api/v1/site").json["rigs"])))
+            states = lambda: {rig["rig"]: rig["state"] for rig in monitor.ask("/api/v1/site").json["rigs"]}
+            self.assertTrue(until(lambda: states() == {"rig-1": "idle", "rig-2": "idle", "rig-3": "silent"}, 90), states())
             for process in alerts:
                 process.terminate()
                 self.assertEqual(process.wait(20), 0)
@@ -143,7 +137,7 @@ class WholeSite(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    needed = ["mosquitto", "mosquitto_sub", "openssl", "prometheus", "prometheus-alertmanager", *slurm.PROGRAMS]
+    needed = ["prometheus", "prometheus-alertmanager", *slurm.PROGRAMS]
     if missing := [program for program in needed if not shutil.which(program)]:
         print(f"skipped: {', '.join(missing)} is not installed")
         sys.exit(SKIPPED)

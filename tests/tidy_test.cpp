@@ -132,7 +132,7 @@ const std::map<std::string, std::vector<std::string>> kThirdParties{
     {"simulator", {"Eigen/"}},
     {"sequencer/rig", {}},
     {"report", {"Eigen/", "Q"}},
-    {"apps/pdf", {"Q", "CLI/"}},
+    {"apps/pdf", {"CLI/"}},
     {"apps/console", {"CLI/"}},
     {"apps/gyrotherm", {"Q", "CLI/", "Eigen/"}},
     {"apps/make_safe", {}},

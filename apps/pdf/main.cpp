@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-pdf: makes the PDF of a calibration report, or a PNG of a figure. A program of its own, so that what
-/// commands a chamber for days links no fonts and no pictures.
+/// gyrotherm-pdf: makes the PDF of a calibration report, or a PNG of a figure. paper.py sets the pages with WeasyPrint.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -11,15 +10,18 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <string>
 
-#include "apps/pdf/pdf.hpp"
+#include "apps/pdf/paper_html.hpp"
 #include "core/file.hpp"
 #include "core/program_start.hpp"
 #include "core/sha256.hpp"
+#include "core/shipped.hpp"
 #include "core/text.hpp"
 #include "report/calibration.hpp"
 #include "report/document.hpp"
+#include "report/other_program.hpp"
 
 namespace gyrotherm::report {
 namespace {
@@ -59,22 +61,51 @@ std::optional<std::int64_t> date_of(const CalibrationReport& report) {
   return issued ? issued : midnight_of(report.ended);
 }
 
-Result<FinishedFile> report_pdf(const PdfProgram& program, const Arguments& arguments) {
+struct FinishedFile {
+  std::string bytes;
+  std::string remarks;  ///< a sentence per line: a logo that is left out, characters that no font has
+};
+
+/// Returns the last line, which is the error even where Python prints how it came to it.
+std::string last_line_of(std::string text) {
+  while (text.ends_with('\n')) text.pop_back();
+  return text.substr(text.rfind('\n') + 1);
+}
+
+/// Runs paper.py on what it reads, in a folder that only this user can read. Faults name the file `from`.
+Result<FinishedFile> run_paper(const std::string& kind, const std::string& given, const std::string& from,
+                               const std::string& option) {
+  constexpr std::chrono::minutes kLongest{5};
+  const auto program = shipped_file("apps/pdf/paper.py");
+  if (program.empty()) return failure(FaultKind::bad_file, "apps/pdf/paper.py", "is not installed");
+  const auto folder = PrivateFolder::make();
+  if (!folder) return failure(folder.error());
+  const std::string source = *folder / "given", out = *folder / "made";
+  if (auto put = replace_own_file(source, given, Syncing::not_awaited); !put) return failure(put.error());
+  const auto ran = run_program(std::filesystem::absolute(program), {kind, source, out, option}, kLongest);
+  if (!ran) return failure(ran.error());
+  if (ran->exit_code != 0) return failure(FaultKind::bad_file, from, last_line_of(ran->out));
+  auto bytes = read_text_file(out, kLargestTable);
+  if (!bytes) return failure(bytes.error());
+  return FinishedFile{std::move(*bytes), ran->out};
+}
+
+Result<FinishedFile> report_pdf(const Arguments& arguments) {
   const auto json = read_text_file(arguments.report, kLargestTable);
   if (!json) return failure(json.error());
   const auto report = calibration_from_json(*json, arguments.report);
   if (!report) return failure(report.error());
   const auto document = document_of(*report, arguments.language == "de" ? Language::german : Language::english);
-  return program.pdf_of(document, {.program = "gyrotherm " GYROTHERM_VERSION,
-                                   .source_sha256 = sha256(*json),
-                                   .utc_s = date_of(*report),
-                                   .has_signature_field = report->state == ReportState::authorised});
+  const auto html = paper_html(
+      document, {.program = "gyrotherm " GYROTHERM_VERSION, .source_sha256 = sha256(*json), .utc_s = date_of(*report)});
+  return run_paper("pdf", html, arguments.report,
+                   report->state == ReportState::authorised ? "--signature-field" : "--plain");
 }
 
-Result<FinishedFile> figure_png(const PdfProgram& program, const Arguments& arguments) {
+Result<FinishedFile> figure_png(const Arguments& arguments) {
   const auto svg = read_text_file(arguments.figure, kLargestTable);
   if (!svg) return failure(svg.error());
-  return program.png_of(*svg, {.width_px = arguments.width_px});
+  return run_paper("png", *svg, arguments.figure, std::to_string(arguments.width_px));
 }
 
 /// A file that is there is replaced with --force alone, and only if it could be this program's: a record never is.
@@ -89,11 +120,11 @@ Result<void> check_is_free(const std::string& path, bool force) {
 
 Result<void> make(const Arguments& arguments) {
   if (auto free = check_is_free(arguments.out, arguments.force); !free) return free;
-  const PdfProgram program;
-  const auto made = arguments.figure.empty() ? report_pdf(program, arguments) : figure_png(program, arguments);
+  const auto made = arguments.figure.empty() ? report_pdf(arguments) : figure_png(arguments);
   if (!made) return failure(made.error());
   if (auto written = replace_text_file(arguments.out, made->bytes); !written) return written;
-  for (const std::string& remark : made->remarks) say(remark);
+  std::istringstream remarks(made->remarks);
+  for (std::string remark; std::getline(remarks, remark);) say(remark);
   return {};
 }
 

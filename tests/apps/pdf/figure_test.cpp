@@ -1,23 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Figures of plot/ as pixels: what Qt's own SVG would leave out or draw otherwise.
+/// Figures of report/plot as pixels.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "report/plot/svg.hpp"
-#include "tests/apps/pdf/shared_program.hpp"
+#include "tests/apps/pdf/shell.hpp"
+#include "tests/support/folder.hpp"
 
 namespace gyrotherm::report {
 namespace {
+
+/// Runs gyrotherm-pdf on an SVG. Returns the PNG, which is empty if there is none.
+std::string png_of_svg(const std::string& svg, const std::string& width = "400") {
+  const tests::TestFolder folder;
+  std::ofstream(folder / "figure.svg") << svg;
+  const auto ran = shell(GYROTHERM_PDF " --png " + (folder / "figure.svg") + " --width " + width + " --out " +
+                         (folder / "figure.png"));
+  EXPECT_EQ(ran.exit_code, std::filesystem::exists(folder / "figure.png") ? 0 : 4) << ran.out;
+  return content_of(folder / "figure.png");
+}
 
 /// The PNG of a figure that `draw` draws.
 template <class Draw>
 std::string drawn(Draw draw) {
   plot::SvgWriter svg(200, 100, "figure");
   draw(svg);
-  const auto png = shared_program().png_of(std::move(svg).finish(), {.width_px = 400});
-  EXPECT_TRUE(png) << text(png.error());
-  return png ? png->bytes : "";
+  const auto png = png_of_svg(std::move(svg).finish());
+  EXPECT_TRUE(png.starts_with("\x89PNG"));
+  return png;
 }
 
 TEST(Figure, APictureInItIsDrawn) {
@@ -48,10 +61,10 @@ TEST(Figure, TextIsDrawnWhereItIsAnchored) {
 }
 
 TEST(Figure, WhatIsNoSvgOrIsTooLargeIsRefused) {
-  EXPECT_FALSE(shared_program().png_of("<svg", {}));
-  EXPECT_FALSE(shared_program().png_of("<html/>", {}));
-  EXPECT_FALSE(shared_program().png_of("<svg viewBox=\"0 0 1 1000000\"/>", {.width_px = 2000}));
-  EXPECT_FALSE(shared_program().png_of("<svg viewBox=\"0 0 nan 1\"/>", {}));
+  EXPECT_EQ(png_of_svg("<svg"), "");
+  EXPECT_EQ(png_of_svg("<html/>"), "");
+  EXPECT_EQ(png_of_svg("<svg viewBox=\"0 0 1 1000000\"/>", "2000"), "");
+  EXPECT_EQ(png_of_svg("<svg viewBox=\"0 0 nan 1\"/>"), "");
 }
 
 }  // namespace

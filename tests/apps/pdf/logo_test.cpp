@@ -5,24 +5,19 @@
 #include <string>
 
 #include "report/plot/png.hpp"
-#include "tests/apps/pdf/shared_program.hpp"
+#include "tests/apps/pdf/paper.hpp"
 
 namespace gyrotherm::report {
 namespace {
 
 /// What is said of a report with this logo.
 std::string said_of(const std::string& media_type, const std::string& bytes, const std::string& base64 = {}) {
-  Document document;
-  document.title = "Calibration report";
-  document.number = "C-1";
-  document.laboratory = "Laboratory";
-  document.end = "End";
-  document.page_of = "page {} of {}";
+  Document document = small_document();
   document.logo = Logo{.media_type = media_type, .base64 = base64.empty() ? plot::base64(bytes) : base64};
-  const auto pdf = shared_program().pdf_of(document, {});
-  if (!pdf) return "no PDF: " + text(pdf.error());
-  EXPECT_TRUE(pdf->bytes.starts_with("%PDF-1.4"));
-  return pdf->remarks.empty() ? "" : pdf->remarks.front();
+  const Paper paper(document);
+  EXPECT_EQ(paper.ran().exit_code, 0) << paper.ran().out;
+  EXPECT_TRUE(paper.bytes().starts_with("%PDF-1.4"));
+  return paper.ran().out;
 }
 
 std::string svg_with(const std::string& content) {

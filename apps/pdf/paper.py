@@ -1,0 +1,372 @@
+#!/usr/bin/python3 -I
+# SPDX-License-Identifier: Apache-2.0
+"""Makes a PDF/A-1b of a calibration report's HTML with WeasyPrint, or a PNG of a figure with rsvg-convert.
+
+    paper.py pdf PAGE.html OUT.pdf [--signature-field]
+    paper.py png FIGURE.svg OUT.png WIDTH
+
+gyrotherm-pdf runs it. Remarks about what was left out are lines on stdout. A failure is one line, with exit code 1.
+Equal input gives equal bytes where the same fonts and the same WeasyPrint are installed."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import hashlib
+import io
+import logging
+import os
+import re
+import subprocess
+import sys
+from html import escape, unescape
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
+
+FAMILY = "DejaVu Sans"
+SVG = "http://www.w3.org/2000/svg"
+PACKAGES = {"rsvg-convert": "librsvg2-bin", "fc-match": "fontconfig", "fc-list": "fontconfig"}
+
+
+class PaperError(Exception):
+    """States in one sentence why there is no file."""
+
+
+class LogoError(Exception):
+    """States why a logo is left out."""
+
+
+def run(command: list[str], given: bytes = b"") -> bytes:
+    """Returns what a program writes to stdout."""
+    try:
+        done = subprocess.run(command, input=given, capture_output=True, timeout=50, check=True)
+    except FileNotFoundError as error:
+        raise PaperError(f"{command[0]} is not installed (Debian: {PACKAGES[command[0]]})") from error
+    except subprocess.TimeoutExpired as error:
+        raise PaperError(f"{command[0]} did not end in 50 s") from error
+    except subprocess.CalledProcessError as error:
+        raise PaperError(f"{command[0]}: {error.stderr.decode(errors='replace').strip()}") from error
+    return done.stdout
+
+
+# Figures
+
+
+def on_white(colour: str, opacity: float) -> str:
+    """Returns the colour "#rrggbb" as it looks through on white paper."""
+    parts = [int(colour[at : at + 2], 16) for at in (1, 3, 5)]
+    return "#" + "".join(f"{round(255 - opacity * (255 - part)):02x}" for part in parts)
+
+
+def condensed(text: re.Match[str]) -> str:
+    """Returns the start of a text element with letters of 0.88 of their width, turned about its anchor as before.
+
+    Figures are laid out for a narrower face than DejaVu Sans."""
+    x, y, attributes = text.groups()
+    turned = re.search(r' transform="rotate\((-?[0-9.]+)[^"]*"', attributes)
+    turn = f" rotate({turned[1]})" if turned else ""
+    attributes = attributes.replace(turned[0], "") if turned else attributes
+    return f'<text x="0" y="0" transform="translate({x} {y}){turn} scale(0.88 1)"{attributes}>'
+
+
+def for_paper(markup: str) -> str:
+    """Returns markup with the figures of report/plot prepared for a page: opaque colours, one condensed font."""
+    markup = re.sub(r'fill="(#[0-9a-f]{6})"([^<>]*?) fill-opacity="([0-9.]+)"',
+                    lambda found: f'fill="{on_white(found[1], float(found[3]))}"{found[2]}', markup)
+    markup = re.sub(r'font-family="[^"]*"', f'font-family="{FAMILY}"', markup)
+    return re.sub(r'<text x="([^"]*)" y="([^"]*)"([^<>]*)>', condensed, markup)
+
+
+def size_of(svg: str) -> tuple[float, float]:
+    """Returns width and height of an SVG in its own pixels."""
+    roots: list[tuple[str, dict[str, str]]] = []
+    parser = expat.ParserCreate(namespace_separator=" ")
+    parser.StartElementHandler = lambda name, attributes: roots.append((name, attributes))
+    try:
+        parser.Parse(svg.encode(), True)
+    except expat.ExpatError as error:
+        raise PaperError(f"figure: is a broken SVG: {error}") from error
+    name, attributes = roots[0]
+    box = re.split(r"[ ,]+", attributes.get("viewBox", "").strip())
+    size = box[2:] if len(box) == 4 else [attributes.get("width", ""), attributes.get("height", "")]
+    try:
+        width, height = (float(part) for part in size)
+    except ValueError:
+        width = height = 0.0
+    if name != f"{SVG} svg" and name != "svg" or not (0 < width < 1e9 and 0 < height < 1e9):
+        raise PaperError("figure: expected svg with a size")
+    return width, height
+
+
+def png_of(svg: str, width_px: int) -> bytes:
+    """Returns a figure as a PNG, as high as its shape asks for."""
+    width, height = size_of(svg)
+    height_px = round(width_px * height / width)
+    if height_px < 1 or height_px * width_px > 100_000_000:
+        raise PaperError("figure: it would have more than 100 million pixels, or none")
+    return drawn(for_paper(svg).encode(), width_px, height_px)
+
+
+def drawn(svg: bytes, width_px: int, height_px: int, *, shape: bool = False) -> bytes:
+    """Returns an SVG as a PNG on white; with `shape` no larger than these pixels, in its own shape."""
+    size = ["--width", str(width_px), "--height", str(height_px)] + (["--keep-aspect-ratio"] if shape else [])
+    return run(["rsvg-convert", *size, "--background-color", "white"], svg)
+
+
+# The laboratory's logo comes from outside and is not trusted.
+
+KNOWN = frozenset("svg g defs title desc metadata rect circle ellipse line polyline polygon path text tspan style "
+                  "linearGradient radialGradient stop switch".split())
+LOGO_PX = (1240, 472)  # 52.5 mm × 20 mm at 600 to the inch
+
+
+def is_harmless(value: str) -> bool:
+    """Returns whether a value, or a style sheet, stays inside the file and is quickly drawn. A backslash could hide any
+    word."""
+    tight = value.replace(" ", "").lower().replace("dasharray:none", "")
+    if any(word in tight for word in ("\\", "@import", "dasharray")):
+        return False
+    return tight.count("url(") == sum(tight.count(start) for start in ("url(#", "url('#", 'url("#'))
+
+
+class LogoCheck:
+    """Refuses an SVG that refers to something outside itself, or that is small and much work."""
+
+    def __init__(self) -> None:
+        self.elements = 0
+        self.text: list[str] = []
+
+    def refuse_entity(self, *_: object) -> None:
+        raise LogoError("has entities of its own")
+
+    def refuse_instruction(self, *_: object) -> None:
+        raise LogoError("has an instruction to another program")
+
+    def take_text(self, text: str) -> None:
+        self.text.append(text)
+
+    def end(self, _: str = "") -> None:
+        """Judges the text of an element as a whole."""
+        if not is_harmless("".join(self.text)):
+            raise LogoError("has a style that a logo may not have")
+        self.text = []
+
+    def start(self, name: str, attributes: dict[str, str]) -> None:
+        self.end()
+        self.elements += 1
+        space, _, element = name.rpartition(" ")
+        if self.elements == 1 and element != "svg":
+            raise LogoError("is no SVG")
+        if self.elements > 5000:
+            raise LogoError("has more than 5000 elements")
+        if space != SVG:  # what drawing programs keep beside the drawing
+            return
+        if element not in KNOWN:
+            raise LogoError(f"has <{element}>, which a logo may not")
+        for long_name, value in attributes.items():
+            attribute = long_name.rpartition(" ")[2]
+            if attribute == "href" and not value.startswith("#"):
+                raise LogoError("refers to something outside itself")
+            if attribute == "stroke-dasharray" and value != "none" or not is_harmless(value):
+                raise LogoError(f'has "{attribute}", which a logo may not have like that')
+
+
+def svg_logo(content: bytes) -> bytes:
+    """Returns an SVG as a PNG on white, after a look at what it holds."""
+    check = LogoCheck()
+    parser = expat.ParserCreate(namespace_separator=" ")
+    parser.StartElementHandler, parser.EndElementHandler = check.start, check.end
+    parser.EntityDeclHandler, parser.ProcessingInstructionHandler = check.refuse_entity, check.refuse_instruction
+    parser.CharacterDataHandler = check.take_text
+    try:
+        parser.Parse(content, True)
+        return drawn(content, *LOGO_PX, shape=True)
+    except expat.ExpatError as error:
+        raise LogoError(f"is a broken SVG: {error}") from error
+    except PaperError as error:
+        raise LogoError(f"cannot be drawn: {error}") from error
+
+
+def on_white_png(content: bytes) -> bytes:
+    """Returns a PNG without transparency, no larger than a logo needs."""
+    from PIL import Image, ImageFile
+
+    ImageFile.LOAD_TRUNCATED_IMAGES = False  # WeasyPrint allows them
+    if not content.startswith(b"\x89PNG\r\n\x1a\n"):
+        raise LogoError("is no PNG")
+    try:
+        with Image.open(io.BytesIO(content), formats=["PNG"]) as opened:
+            if max(opened.size) > 4000:
+                raise LogoError("is wider or higher than 4000 pixels")
+            picture = opened.convert("RGBA")
+    except (OSError, ValueError, SyntaxError) as error:
+        raise LogoError(f"is a broken PNG: {error}") from error
+    flat = Image.new("RGB", picture.size, "white")
+    flat.paste(picture, mask=picture)
+    bytes_out = io.BytesIO()
+    flat.save(bytes_out, "PNG")
+    return bytes_out.getvalue()
+
+
+def fetch(url: str, remarks: list[str]) -> dict[str, Any]:
+    """Returns the picture in a data URL as an opaque PNG. Fetches nothing else: no network, no file."""
+    header, _, coded = url.partition(",")
+    try:
+        if not header.startswith("data:image/"):
+            raise LogoError("refers to something outside the report")
+        try:
+            content = base64.b64decode(coded, validate=True)
+        except binascii.Error as error:
+            raise LogoError("is not in base64") from error
+        if len(content) > 2_000_000:
+            raise LogoError("has more than 2 MB")
+        picture = svg_logo(content) if header.startswith("data:image/svg+xml") else on_white_png(content)
+    except LogoError as error:
+        remarks.append(f"laboratory.logo: {error}; it is left out")
+        raise ValueError(str(error)) from error
+    return {"string": picture, "mime_type": "image/png"}
+
+
+# Fonts
+
+
+def check_fonts(text: str) -> list[str]:
+    """Fails where the font is not installed; returns a remark on characters that no installed font has."""
+    family, _, charset = run(["fc-match", "-f", "%{family[0]}|%{charset}", FAMILY]).decode().partition("|")
+    if family != FAMILY:
+        raise PaperError(f"{FAMILY}: the font is not installed (Debian: fonts-dejavu-core)")
+    ranges = [[int(end, 16) for end in part.split("-")] for part in charset.split()]
+    strange = [letter for letter in sorted(set(text)) if letter.isprintable() and not letter.isspace()
+               and not any(part[0] <= ord(letter) <= part[-1] for part in ranges)]
+    missing = [f"U+{ord(one):04X}" for one in strange if not run(["fc-list", f":charset={ord(one):x}", "family"])]
+    if not missing:
+        return []
+    return [f"no installed font has {', '.join(missing)}; they are left out (Debian: fonts-noto-core, fonts-noto-cjk)"]
+
+
+# The PDF
+
+
+def add_signature_field(pdf: Any, pydyf: Any) -> None:
+    """Adds an empty field, which is not seen, to the last page. Filled, it adds the signature and nothing else, while a
+    signature without a field brings one along, and some programs (pdfsig) a font, too."""
+    page = pdf.objects[pdf.pages["Kids"][-3]]
+    look = pydyf.Stream([], {"Type": "/XObject", "Subtype": "/Form", "BBox": pydyf.Array([0, 0, 0, 0])})
+    pdf.add_object(look)
+    field = pydyf.Dictionary({
+        "Type": "/Annot", "Subtype": "/Widget", "FT": "/Sig", "T": pydyf.String("Signature"), "F": 132,
+        "Rect": pydyf.Array([0, 0, 0, 0]), "P": page.reference, "AP": pydyf.Dictionary({"N": look.reference}),
+    })  # fmt: skip
+    pdf.add_object(field)
+    page["Annots"] = pydyf.Array([*page.get("Annots", []), field.reference])
+    pdf.catalog["AcroForm"] = pydyf.Dictionary({"Fields": pydyf.Array([field.reference]), "SigFlags": 1})
+
+
+def add_glyph_sets(pdf: Any, pydyf: Any) -> None:
+    """Adds to each font the list of glyphs that it has, which PDF/A-1 asks for (ISO 19005-1, 6.3.5).
+
+    WeasyPrint 57.2 writes it for PDF 1.4 alone, and fails where the last glyph's number is a multiple of 8."""
+    for font in [one for one in pdf.objects if isinstance(one, dict) and "DescendantFonts" in one]:
+        inner = pdf.objects[int(font["DescendantFonts"][0].split()[0])]
+        glyphs = [first + k for first, widths in zip(inner["W"][::2], inner["W"][1::2]) for k in range(len(widths))]
+        bits = bytearray(max(glyphs) // 8 + 1)
+        for glyph in glyphs:
+            bits[glyph // 8] |= 0x80 >> glyph % 8
+        glyph_set = pydyf.Stream([bytes(bits)])
+        pdf.add_object(glyph_set)
+        descriptor = pdf.objects[int(inner["FontDescriptor"].split()[0])]
+        descriptor["CIDSet"] = glyph_set.reference
+        if "FontFile3" in descriptor:
+            strip_opentype(pdf.objects[int(descriptor["FontFile3"].split()[0])])
+            descriptor.pop("Subtype", None)
+
+
+def strip_opentype(program: Any) -> None:
+    """Leaves the outlines alone of a font that is OpenType, which PDF 1.4 does not know."""
+    from fontTools.ttLib import TTFont
+
+    (content,) = program.stream
+    if content.startswith(b"OTTO"):
+        program.stream = [TTFont(io.BytesIO(content)).reader["CFF "]]
+        program.extra["Subtype"] = "/CIDFontType0C"
+
+
+XMP = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
+<x:xmpmeta xmlns:x="adobe:ns:meta/">
+<rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">
+<rdf:Description rdf:about="" xmlns:dc="http://purl.org/dc/elements/1.1/" xmlns:pdf="http://ns.adobe.com/pdf/1.3/"
+ xmlns:xmp="http://ns.adobe.com/xap/1.0/" xmlns:pdfaid="http://www.aiim.org/pdfa/ns/id/">
+<dc:format>application/pdf</dc:format>
+<dc:title><rdf:Alt><rdf:li xml:lang="x-default">{title}</rdf:li></rdf:Alt></dc:title>
+<dc:creator><rdf:Seq><rdf:li>{author}</rdf:li></rdf:Seq></dc:creator>
+<dc:language><rdf:Bag><rdf:li>{language}</rdf:li></rdf:Bag></dc:language>
+<pdf:Keywords>{keywords}</pdf:Keywords>
+<pdf:Producer>WeasyPrint {version}</pdf:Producer>
+<xmp:CreatorTool>{program}</xmp:CreatorTool>
+{dates}<pdfaid:part>1</pdfaid:part>
+<pdfaid:conformance>B</pdfaid:conformance>
+</rdf:Description>
+</rdf:RDF>
+</x:xmpmeta>
+<?xpacket end="r"?>"""
+
+
+def xmp_of(facts: Any, version: str) -> bytes:
+    """Returns the facts about a document as archives read them. PDFBox's preflight does not find the part of PDF/A in
+    the packet of WeasyPrint 57.2."""
+    dates = "".join(f"<xmp:{name}>{escape(day)}</xmp:{name}>\n"
+                    for name, day in (("CreateDate", facts.created), ("ModifyDate", facts.modified)) if day)
+    return XMP.format(title=escape(facts.title or ""), author=escape(", ".join(facts.authors)),
+                      language=escape(facts.lang or ""), keywords=escape(", ".join(facts.keywords)), version=version,
+                      program=escape(facts.generator or ""), dates=dates).encode()
+
+
+def pdf_of(html: str, *, has_signature_field: bool, remarks: list[str]) -> bytes:
+    """Returns the PDF/A-1b of a report's HTML."""
+    os.environ["SOURCE_DATE_EPOCH"] = "0"  # the day in a font; the PDF's own is in the HTML
+    try:
+        import pydyf
+        import weasyprint
+        from weasyprint.pdf.pdfa import pdfa
+    except ImportError as error:
+        raise PaperError(f"WeasyPrint cannot be loaded ({error}); Debian has it in the package weasyprint") from error
+    logging.getLogger("weasyprint").disabled = True
+
+    def finish(document: Any, pdf: Any) -> None:
+        pdfa(pdf, document.metadata, document, [], 1)
+        metadata = pdf.objects[int(pdf.catalog["Metadata"].split()[0])]
+        metadata.stream = [xmp_of(document.metadata, weasyprint.__version__)]
+        add_glyph_sets(pdf, pydyf)
+        pdf.version = b"1.4"
+        pdf.catalog["PageMode"] = "/UseOutlines"
+        pdf.catalog["ViewerPreferences"] = pydyf.Dictionary({"DisplayDocTitle": "true"})
+        if has_signature_field:
+            add_signature_field(pdf, pydyf)
+
+    remarks += check_fonts(unescape(re.sub(r"<svg.*?</svg>|<[^>]*>", "", html, flags=re.DOTALL)))
+    page = weasyprint.HTML(string=for_paper(html), url_fetcher=lambda url, **_: fetch(url, remarks))
+    sheet = weasyprint.CSS(string=Path(__file__).with_name("paper.css").read_text())
+    digest = hashlib.sha256(html.encode()).hexdigest()[:32]
+    return page.write_pdf(stylesheets=[sheet], finisher=finish, identifier=digest.encode())
+
+
+def main(arguments: list[str]) -> int:
+    """Runs the command line above."""
+    remarks: list[str] = []
+    try:
+        given, out = Path(arguments[1]).read_text(encoding="utf-8"), Path(arguments[2])
+        if arguments[0] == "png":
+            out.write_bytes(png_of(given, int(arguments[3])))
+        else:
+            out.write_bytes(pdf_of(given, has_signature_field="--signature-field" in arguments, remarks=remarks))
+    except (PaperError, OSError, UnicodeDecodeError) as error:
+        print(error)
+        return 1
+    for remark in dict.fromkeys(remarks):
+        print(remark)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

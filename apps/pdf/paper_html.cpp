@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/pdf/paper_html.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstddef>
+#include <ctime>
+#include <span>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "report/plot/svg.hpp"
+
+namespace gyrotherm::report {
+namespace {
+
+using plot::escaped;
+
+constexpr double kTextWidthPt = 174 / 25.4 * 72;
+constexpr double kBold = 1.17;  ///< width of bold letters, in those of others
+
+double letters_in(std::string_view text) {
+  return static_cast<double>(
+      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+}
+
+/// Estimates the width of a text in DejaVu Sans, in sizes. It is about 3 % too wide rather than too narrow.
+double width_of(std::string_view text) {
+  double width = 0;
+  for (const char c : text) {
+    if ((static_cast<unsigned char>(c) & 0xC0) == 0x80) continue;  // the rest of a character
+    if (static_cast<unsigned char>(c) == 0xE2)                     // narrow blanks, dashes and signs
+      width += 0.6;
+    else if (std::string_view("ijl").find(c) != std::string_view::npos)
+      width += 0.29;
+    else if (std::string_view(" .,:;-/()frt").find(c) != std::string_view::npos)
+      width += 0.4;
+    else if (std::string_view("mwMW%").find(c) != std::string_view::npos)
+      width += 0.95;
+    else
+      width += std::isupper(static_cast<unsigned char>(c)) != 0 ? 0.71 : 0.64;
+  }
+  return width;
+}
+
+/// Calls `take` with each word and each blank or line break of a text, in their order.
+template <class Take>
+void for_each_word(std::string_view text, Take take) {
+  while (!text.empty()) {
+    const std::size_t end = text.find_first_of(" \n");
+    take(text.substr(0, end));
+    if (end == std::string_view::npos) return;
+    take(text.substr(end, 1));
+    text.remove_prefix(end + 1);
+  }
+}
+
+double longest_word(std::string_view text, double (&measure)(std::string_view)) {
+  double longest = 0;
+  for_each_word(text, [&](std::string_view word) { longest = std::max(longest, measure(word)); });
+  return longest;
+}
+
+/// Escapes a text. No line ends at a stroke or a hyphen inside a short word: "°/h" and "A-D" stay whole.
+std::string text_html(std::string_view text) {
+  constexpr double kShort = 16;
+  std::string html;
+  for_each_word(text, [&](std::string_view word) {
+    const bool is_whole = word.find_first_of("/-") != std::string_view::npos && letters_in(word) <= kShort;
+    html += is_whole ? "<span class=\"whole\">" + escaped(word) + "</span>" : escaped(word);
+  });
+  return html;
+}
+
+struct Mark {
+  const char *sign, *style;
+};
+
+/// A verdict has a sign too, for readers to whom colours look alike.
+Mark mark_of(Cell::Mark mark) {
+  switch (mark) {
+    case Cell::Mark::none: break;
+    case Cell::Mark::pass: return {"✓", "pass"};
+    case Cell::Mark::caution: return {"▲", "care"};
+    case Cell::Mark::fail: return {"✗", "fail"};
+  }
+  return {"", ""};
+}
+
+/// Brief notes are not broken where the table has the width.
+bool is_brief(std::string_view note) { return letters_in(note) <= 32; }
+
+std::string cell_html(const Cell& cell) {
+  std::string html = text_html(cell.text);
+  if (const auto [sign, style] = mark_of(cell.mark); *sign != '\0')
+    html = fmt::format("<span class=\"{}\">{}\u00a0{}</span>", style, sign, html);
+  if (!cell.note.empty())
+    html +=
+        fmt::format("<div class=\"cell-note{}\">{}</div>", is_brief(cell.note) ? " brief" : "", text_html(cell.note));
+  return html;
+}
+
+/// The width below which a cell is cut apart, in its sizes. Numbers are not broken, and neither are brief notes.
+double least_width(const Cell& cell, bool is_text) {
+  constexpr double kNote = 0.86;  // letters of a note, in those of its cell
+  const double bold = cell.mark == Cell::Mark::none ? 1 : kBold, sign = cell.mark == Cell::Mark::none ? 0 : 1.2;
+  const double text = is_text ? longest_word(cell.text, width_of) : width_of(cell.text);
+  const double note = is_brief(cell.note) ? width_of(cell.note) : longest_word(cell.note, width_of);
+  return std::max(sign + bold * text, kNote * note);
+}
+
+/// The largest of three sizes in which no column is cut; else the smallest, in which words break anywhere. Words longer
+/// than those of a language do so anyway.
+const char* size_class(const DocumentTable& table) {
+  constexpr double kLongest = 18;
+  double width = 0;
+  for (std::size_t k = 0; k < table.header.size(); ++k) {
+    double widest = kBold * longest_word(table.header[k], width_of);
+    for (const auto& row : table.rows) widest = std::max(widest, least_width(row[k], k < table.text_columns));
+    width += k < table.text_columns ? std::min(kLongest, widest) : widest;
+  }
+  const double room = kTextWidthPt - 3 / 25.4 * 72 * static_cast<double>(table.header.size() - 1);
+  for (const auto& [name, size] : {std::pair("large", 8.0), std::pair("medium", 7.2), std::pair("small", 6.4)})
+    if (width * size <= room) return name;
+  return "crowded";
+}
+
+/// A number whose value fills its cell on one line, in points.
+double key_size(const KeyFigures::One& one, double room) {
+  constexpr double kLargest = 14, kSmallest = 7, kUnit = 7.6;
+  const double has = room - kUnit * (width_of(one.unit) + 0.4);
+  return std::clamp(has / (kBold * std::max(1.0, width_of(one.value))), kSmallest, kLargest);
+}
+
+/// Writes the blocks one after the other. Headings are numbered: 1, 1.1.
+class PaperWriter {
+ public:
+  explicit PaperWriter(const Document& document) {
+    for (const Block& block : document.blocks) std::visit(*this, block);
+  }
+
+  [[nodiscard]] std::string html() && { return std::move(html_); }
+
+  void operator()(const Heading& heading) {
+    if (!heading.sub) ++section_;
+    subsection_ = heading.sub ? subsection_ + 1 : 0;
+    const std::string number = heading.sub ? fmt::format("{}.{}", section_, subsection_) : std::to_string(section_);
+    html_ += fmt::format("<h{0} data-bookmark=\"{1}  {2}\"><span class=\"number\">{1}</span> {3}</h{0}>\n",
+                         heading.sub ? 3 : 2, number, escaped(heading.text), text_html(heading.text));
+  }
+
+  void operator()(const Paragraph& paragraph) {
+    constexpr const char* kStyles[] = {"plain", "note", "caution"};
+    html_ += fmt::format("<p class=\"{}\">{}</p>\n", kStyles[static_cast<std::size_t>(paragraph.style)],
+                         text_html(paragraph.text));
+  }
+
+  void operator()(const Definitions& definitions) {
+    html_ += "<table class=\"definitions\">\n";
+    for (const auto& [what, value] : definitions.lines)
+      html_ += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", text_html(what), text_html(value));
+    html_ += "</table>\n";
+  }
+
+  void operator()(const KeyFigures& keys) {
+    constexpr std::size_t kMostInARow = 4;
+    if (keys.figures.empty()) return;
+    if (!keys.title.empty()) html_ += "<p class=\"keys-title\">" + text_html(keys.title) + "</p>\n";
+    const std::size_t rows = (keys.figures.size() + kMostInARow - 1) / kMostInARow;
+    const std::size_t in_a_row = (keys.figures.size() + rows - 1) / rows;
+    html_ += "<table class=\"keys\">\n";
+    for (std::size_t k = 0; k < keys.figures.size(); ++k) {
+      if (k % in_a_row == 0) html_ += k == 0 ? "<tr>" : "</tr>\n<tr>";
+      add_key(keys.figures[k], in_a_row);
+    }
+    html_ += "</tr>\n</table>\n";
+  }
+
+  void operator()(const DocumentTable& table) {
+    constexpr std::size_t kKeptWhole = 5;
+    if (table.header.empty()) return;
+    html_ += fmt::format("<div class=\"results {}{}\">\n", size_class(table),
+                         table.rows.size() <= kKeptWhole ? " short" : "");
+    if (!table.caption.empty()) html_ += "<p class=\"caption\">" + text_html(table.caption) + "</p>\n";
+    html_ += "<table><thead><tr>";
+    for (std::size_t k = 0; k < table.header.size(); ++k)
+      html_ += fmt::format("<th{}>{}</th>", class_of(table, k, table.header[k]), text_html(table.header[k]));
+    html_ += "</tr></thead>\n<tbody>\n";
+    for (const auto& row : table.rows) add_row(table, row);
+    html_ += "</tbody>\n</table></div>\n";
+  }
+
+  void operator()(const DocumentFigure& figure) {
+    html_ += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", figure.svg, text_html(figure.caption));
+  }
+
+ private:
+  /// Long words, such as hashes, may break anywhere.
+  static const char* class_of(const DocumentTable& table, std::size_t column, std::string_view text) {
+    constexpr double kLong = 30;
+    if (column >= table.text_columns) return " class=\"n\"";
+    return longest_word(text, letters_in) > kLong ? " class=\"long\"" : "";
+  }
+
+  void add_row(const DocumentTable& table, const std::vector<Cell>& row) {
+    html_ += "<tr>";
+    for (std::size_t k = 0; k < row.size(); ++k)
+      html_ += fmt::format("<td{}>{}</td>", class_of(table, k, row[k].text + "\n" + row[k].note), cell_html(row[k]));
+    html_ += "</tr>\n";
+  }
+
+  void add_key(const KeyFigures::One& one, std::size_t in_a_row) {
+    const double room = kTextWidthPt / static_cast<double>(in_a_row) - 2 * 3 / 25.4 * 72;
+    html_ +=
+        fmt::format("<td{}><b style=\"font-size: {:.1f}pt\">{}</b> <span class=\"unit\">{}</span><div>{}</div></td>",
+                    one.best ? " class=\"best\"" : "", key_size(one, room), text_html(one.value), text_html(one.unit),
+                    text_html(one.label));
+  }
+
+  std::string html_{};
+  int section_ = 0, subsection_ = 0;
+};
+
+/// Returns a text as a string of CSS: all but letters and digits by their code, so that it is read as neither CSS nor
+/// HTML.
+std::string css_string(std::string_view text) {
+  std::string safe = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x80 || std::isalnum(byte) != 0)
+      safe += c;
+    else
+      safe += fmt::format("\\{:x} ", byte);
+  }
+  return safe + "\"";
+}
+
+/// Returns "page {} of {}" with counters of CSS in its places.
+std::string page_counter(const std::string& page_of) {
+  const auto first = page_of.find("{}"), second = page_of.find("{}", first + 2);
+  if (first == std::string::npos || second == std::string::npos) return "counter(page)";
+  return fmt::format("{} counter(page) {} counter(pages) {}", css_string(page_of.substr(0, first)),
+                     css_string(page_of.substr(first + 2, second - first - 2)), css_string(page_of.substr(second + 2)));
+}
+
+/// Returns as many letters of a text as a margin has room for, and "…"; the whole text is on the first page.
+std::string shortened(std::string_view text) {
+  constexpr double kRoom = 24;  // sizes
+  if (width_of(text) <= kRoom) return std::string(text);
+  while (width_of(text) > kRoom - 1) {
+    while ((static_cast<unsigned char>(text.back()) & 0xC0) == 0x80) text.remove_suffix(1);
+    text.remove_suffix(1);
+  }
+  return std::string(text) + "…";
+}
+
+/// Returns the texts in the margins of every page; paper.css has their look.
+std::string margins(const Document& document, const PaperFacts& facts) {
+  const auto source = facts.source_sha256.empty() ? "" : "calibration.json SHA-256 " + facts.source_sha256;
+  return fmt::format(
+      "@page {{ @top-left {{ content: {} }} @top-center {{ content: {} }} @top-right {{ content: {} }}\n"
+      "@bottom-left {{ content: {} }} @bottom-center {{ content: {} }} @bottom-right {{ content: {} }} }}",
+      css_string(shortened(document.laboratory)), css_string(document.mark), css_string(shortened(document.number)),
+      css_string(facts.program), css_string(source), page_counter(document.page_of));
+}
+
+std::string meta(std::string_view name, std::string_view content) {
+  return fmt::format("<meta name=\"{}\" content=\"{}\"/>\n", name, escaped(content));
+}
+
+std::string head_html(const Document& document, const PaperFacts& facts) {
+  std::string html = fmt::format("<title>{} {}</title>\n", escaped(document.title), escaped(document.number));
+  html += meta("author", document.laboratory) + meta("generator", facts.program);
+  if (!facts.source_sha256.empty()) html += meta("keywords", "calibration.json sha256:" + facts.source_sha256);
+  if (facts.utc_s) {
+    const auto day = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(*facts.utc_s)));
+    html += meta("dcterms.created", day) + meta("dcterms.modified", day);
+  }
+  return html + "<style>" + margins(document, facts) + "</style>\n";
+}
+
+/// Returns the mark across a page, as large as its diagonal allows; it is painted first, behind the text.
+std::string mark_html(const std::string& mark) {
+  constexpr double kLargestPt = 90, kLongestPt = 265 / 25.4 * 72;
+  if (mark.empty()) return {};
+  const double size = std::min(kLargestPt, kLongestPt / (0.78 * letters_in(mark)));  // capitals
+  return fmt::format("<div class=\"mark\" style=\"font-size: {:.0f}pt\">{}</div>\n", size, escaped(mark));
+}
+
+}  // namespace
+
+std::string paper_html(const Document& document, const PaperFacts& facts) {
+  std::string html = fmt::format("<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\"/>\n{}</head>\n",
+                                 code(document.language), head_html(document, facts));
+  html += "<body>\n" + mark_html(document.mark) + "<header>";
+  if (document.logo && !document.logo->base64.empty())
+    html += fmt::format("<img alt=\"\" src=\"data:{};base64,{}\"/>", escaped(document.logo->media_type),
+                        escaped(document.logo->base64));
+  html += fmt::format("<p class=\"laboratory\">{}</p>\n<h1>{}</h1>\n<p class=\"report-number\">{}</p></header>\n",
+                      text_html(document.laboratory), text_html(document.title), text_html(document.number));
+  return html + PaperWriter(document).html() + "<p class=\"end\">— " + text_html(document.end) +
+         " —</p>\n</body>\n</html>\n";
+}
+
+}  // namespace gyrotherm::report

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <utility>
 
@@ -40,14 +41,14 @@ Result<void> make_folder(const std::string& folder) {
   return trouble ? Result<void>(failure(FaultKind::storage, folder, trouble.message())) : Result<void>{};
 }
 
-/// A program of its own sets it: this one, which commands chambers, has no windows and no fonts.
+/// Runs the program that sets it. A rig that makes no reports needs no WeasyPrint.
 Result<std::string> pdf_of(const std::string& json, const std::string& language) {
   const auto place = report::PrivateFolder::make();
   if (!place) return failure(place.error());
   const std::string source = *place / report::kCalibrationFile, pdf = *place / name_in(language, "pdf");
   if (auto put = replace_own_file(source, json, Syncing::not_awaited); !put) return failure(put.error());
-  const auto ran =
-      report::run_program(program_beside_this_one(kPdfProgram), {source, "--language", language, "--out", pdf});
+  const auto ran = report::run_program(program_beside_this_one(kPdfProgram),
+                                       {source, "--language", language, "--out", pdf}, std::chrono::minutes(6));
   if (!ran) return failure(ran.error());
   if (ran->exit_code != 0) return failure(FaultKind::storage, name_in(language, "pdf"), ran->out);
   return read_text_file(pdf, kLargestTable);

@@ -133,8 +133,8 @@ def killed_while_its_guard_is_replaced(scene: Scene, *, by: int) -> None:
     slow.parent.mkdir()
     begins_late, begun = slow.with_name("begins-late"), slow.with_name("begun")
     make_safe.rename(slow)
-    make_safe.write_text(f"#!/bin/sh\nif [ -e '{begins_late}' ]; then : > '{begun}'; sleep 3; fi\nexec '{slow}' \"$@\"\n",
-                         encoding="utf-8")
+    wrapper = f"#!/bin/sh\nif [ -e '{begins_late}' ]; then : > '{begun}'; sleep 3; fi\nexec '{slow}' \"$@\"\n"
+    make_safe.write_text(wrapper, encoding="utf-8")
     make_safe.chmod(0o755)
     run = scene.hot_run(laboratory)
     guards = until(run.guards, PUT_BACK_WITHIN) or []

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstddef>
 #include <string_view>
 #include <utility>
@@ -13,6 +12,7 @@
 
 #include "report/calibration_chart.hpp"
 #include "report/dygraphs.hpp"
+#include "report/html_page.hpp"
 #include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
@@ -131,27 +131,6 @@ constexpr const char* kPrintStyle = R"css(
     opacity: .08; z-index: 3; }
 }
 )css";
-
-/// A text as a string of CSS: all but letters and digits by their code, so that none of it is read as CSS or HTML.
-std::string css_string(std::string_view text) {
-  std::string safe = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte >= 0x80 || std::isalnum(byte) != 0)
-      safe += c;
-    else
-      safe += fmt::format("\\{:x} ", byte);
-  }
-  return safe + "\"";
-}
-
-/// "page {} of {}" with counters of CSS in its places.
-std::string page_counter(const std::string& page_of) {
-  const auto first = page_of.find("{}"), second = page_of.find("{}", first + 2);
-  if (first == std::string::npos || second == std::string::npos) return "counter(page)";
-  return fmt::format("{} counter(page) {} counter(pages) {}", css_string(page_of.substr(0, first)),
-                     css_string(page_of.substr(first + 2, second - first - 2)), css_string(page_of.substr(second + 2)));
-}
 
 /// What stands in the margins of every sheet.
 std::string sheet_style(const Document& document) {

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+
 #include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
@@ -126,6 +128,25 @@ std::string html_of(const HtmlPage& page) {
       "</head>\n<body>\n{}<main tabindex=\"0\">\n{}{}<footer>{}</footer>\n</main>\n</body>\n</html>\n",
       page.simulated ? "SIMULATED – " : "", plot::escaped(page.title), style_sheet(page.simulated),
       page.simulated ? kSimulatedBanner : "", head, page.body, plot::escaped(page.footer));
+}
+
+std::string css_string(std::string_view text) {
+  std::string safe = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x80 || std::isalnum(byte) != 0)
+      safe += c;
+    else
+      safe += fmt::format("\\{:x} ", byte);
+  }
+  return safe + "\"";
+}
+
+std::string page_counter(const std::string& page_of) {
+  const auto first = page_of.find("{}"), second = page_of.find("{}", first + 2);
+  if (first == std::string::npos || second == std::string::npos) return "counter(page)";
+  return fmt::format("{} counter(page) {} counter(pages) {}", css_string(page_of.substr(0, first)),
+                     css_string(page_of.substr(first + 2, second - first - 2)), css_string(page_of.substr(second + 2)));
 }
 
 }  // namespace gyrotherm::report

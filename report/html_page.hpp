@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace gyrotherm::report {
 
@@ -18,5 +19,12 @@ struct HtmlPage {
 };
 
 [[nodiscard]] std::string html_of(const HtmlPage& page);
+
+/// Returns a text as a string of CSS: all but letters and digits by their code, so that none of it is read as CSS or
+/// HTML.
+[[nodiscard]] std::string css_string(std::string_view text);
+
+/// Returns "page {} of {}" with CSS counters in its places.
+[[nodiscard]] std::string page_counter(const std::string& page_of);
 
 }  // namespace gyrotherm::report

@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "report/html_page.hpp"
 #include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {
@@ -224,28 +225,6 @@ class PaperWriter {
   std::string html_{};
   int section_ = 0, subsection_ = 0;
 };
-
-/// Returns a text as a string of CSS: all but letters and digits by their code, so that it is read as neither CSS nor
-/// HTML.
-std::string css_string(std::string_view text) {
-  std::string safe = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte >= 0x80 || std::isalnum(byte) != 0)
-      safe += c;
-    else
-      safe += fmt::format("\\{:x} ", byte);
-  }
-  return safe + "\"";
-}
-
-/// Returns "page {} of {}" with counters of CSS in its places.
-std::string page_counter(const std::string& page_of) {
-  const auto first = page_of.find("{}"), second = page_of.find("{}", first + 2);
-  if (first == std::string::npos || second == std::string::npos) return "counter(page)";
-  return fmt::format("{} counter(page) {} counter(pages) {}", css_string(page_of.substr(0, first)),
-                     css_string(page_of.substr(first + 2, second - first - 2)), css_string(page_of.substr(second + 2)));
-}
 
 /// Returns as many letters of a text as a margin has room for, and "…"; the whole text is on the first page.
 std::string shortened(std::string_view text) {

@@ -59,6 +59,20 @@ void keep_every(Eigen::Index kth, svm::TuningFold& fold) {
   fold.train_rows = std::move(kept);
 }
 
+/// Solves with the tighter of the options' gaps if it can be had, else with the common one. Fails like solve_svr.
+Result<svm::SvrSolution> solve_to_keep(const svm::GaussianSamples& samples, const Eigen::VectorXd& y,
+                                       const svm::SvrParameters& parameters, const MethodOptions& options) {
+  svm::KernelMemory memory;
+  const svm::SvrOptions common = options.tuning.svr;
+  if (options.tight_gap > 0 && options.tight_gap < common.relative_gap) {
+    svm::SvrOptions tight = common;
+    tight.relative_gap = options.tight_gap;
+    auto solution = solve_svr(samples, memory, y, parameters, tight);
+    if (solution || solution.error().kind != FaultKind::numeric) return solution;
+  }
+  return solve_svr(samples, memory, y, parameters, common);
+}
+
 }  // namespace
 
 Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& options, const ProgressSink& progress) {
@@ -77,19 +91,6 @@ Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& opti
   choice.warnings = tuned->warnings;
   choice.tuning = std::move(*tuned);
   return choice;
-}
-
-Result<svm::SvrSolution> solve_to_keep(const svm::GaussianSamples& samples, const Eigen::VectorXd& y,
-                                       const svm::SvrParameters& parameters, const MethodOptions& options) {
-  svm::KernelMemory memory;
-  const svm::SvrOptions common = options.tuning.svr;
-  if (options.tight_gap > 0 && options.tight_gap < common.relative_gap) {
-    svm::SvrOptions tight = common;
-    tight.relative_gap = options.tight_gap;
-    auto solution = solve_svr(samples, memory, y, parameters, tight);
-    if (solution || solution.error().kind != FaultKind::numeric) return solution;
-  }
-  return solve_svr(samples, memory, y, parameters, common);
 }
 
 Result<Fit> fit_svr(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options) {

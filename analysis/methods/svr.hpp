@@ -14,11 +14,6 @@ namespace gyrotherm::methods {
 /// those of the k-th did. A warning says so.
 [[nodiscard]] ChooseFunction choose_svr;
 
-/// Solves with the tighter of the options' gaps if it can be had, else with the common one; fails like solve_svr.
-[[nodiscard]] Result<svm::SvrSolution> solve_to_keep(const svm::GaussianSamples& samples, const Eigen::VectorXd& y,
-                                                     const svm::SvrParameters& parameters,
-                                                     const MethodOptions& options);
-
 /// Fits by solve_svr and fails like it. The effective parameters are the support vectors that are not at their bound
 /// (Gunter, Zhu 2007).
 [[nodiscard]] FitFunction fit_svr;

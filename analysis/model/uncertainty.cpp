@@ -195,6 +195,13 @@ std::optional<double> value_of(const std::optional<Kelvins>& kelvins) {
   return kelvins ? std::optional(kelvins->value) : std::nullopt;
 }
 
+/// Computes the drift from the calibration to the run of a record, K, with 0.05 K a year and a year where the record
+/// does not state them.
+double drift_until_run_k(const data::Dataset& dataset, const record::ThermometerUncertainty& said) {
+  const double in_a_year_k = value_of(said.drift_in_a_year).value_or(kDriftInAYear_k);
+  return in_a_year_k * std::sqrt(years_since_calibration(dataset, said).value_or(kYearsSinceCalibration));
+}
+
 /// How the gyro was switched on, and what comes with the Earth rate that is taken away.
 void add_gyro(std::vector<BudgetRow>& rows, const std::vector<data::Dataset>& datasets) {
   const data::Dataset& dataset = datasets.front();
@@ -441,23 +448,16 @@ double drift_in_a_year_deg_per_h(const Model& model, const data::Dataset& datase
 
 double drift_between_k(const BudgetRow& row, const data::Dataset& dataset) {
   const record::ThermometerUncertainty said = said_of(dataset, row.of);
-  const auto years = years_since_calibration(dataset, said);
-  if (row.assumed && !years) return row.standard_uncertainty;
-  const double in_a_year = said.drift_in_a_year.value_or(Kelvins{kDriftInAYear_k}).value;
-  return std::hypot(row.standard_uncertainty, in_a_year * std::sqrt(years.value_or(kYearsSinceCalibration)));
+  if (row.assumed && !years_since_calibration(dataset, said)) return row.standard_uncertainty;
+  return std::hypot(row.standard_uncertainty, drift_until_run_k(dataset, said));
 }
 
 std::vector<double> drifts_between_k(const data::Dataset& trained, const data::Dataset& used) {
   std::vector<double> all;
   for (const std::string& name : used.thermometers) {
     const record::ThermometerUncertainty then = said_of(trained, name), now = said_of(used, name);
-    const auto years_then = years_since_calibration(trained, then), years_now = years_since_calibration(used, now);
-    const auto drift = [](const record::ThermometerUncertainty& said, std::optional<double> years) {
-      return value_of(said.drift_in_a_year).value_or(kDriftInAYear_k) *
-             std::sqrt(years.value_or(kYearsSinceCalibration));
-    };
-    const bool no_day_is_known = !years_then && !years_now;
-    all.push_back(std::hypot(no_day_is_known ? 0 : drift(then, years_then), drift(now, years_now)));
+    const bool a_day_is_known = years_since_calibration(trained, then) || years_since_calibration(used, now);
+    all.push_back(std::hypot(a_day_is_known ? drift_until_run_k(trained, then) : 0, drift_until_run_k(used, now)));
   }
   return all;
 }

@@ -64,7 +64,7 @@ Fault Bytes::unreadable() const {
   return {FaultKind::bad_file, name_, std::string("cannot be read: ") + std::strerror(errno)};
 }
 
-/// Stands at a byte of the file, with nothing read.
+/// Moves to a byte of the file and drops what was read ahead.
 Result<void> Bytes::begin_at(std::uint64_t byte) {
   if (::lseek(file_.descriptor.number(), static_cast<off_t>(byte), SEEK_SET) < 0) return failure(unreadable());
   ahead_ = {};

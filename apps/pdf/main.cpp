@@ -63,7 +63,8 @@ std::optional<std::int64_t> date_of(const CalibrationReport& report) {
 
 struct FinishedFile {
   std::string bytes;
-  std::string remarks;  ///< a sentence per line: a logo that is left out, characters that no font has
+  /// One sentence per line, such as an omitted logo or characters that no font has.
+  std::string remarks;
 };
 
 /// Returns the last line, which is the error even where Python prints how it came to it.

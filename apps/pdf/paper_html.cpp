@@ -22,7 +22,7 @@ namespace {
 using plot::escaped;
 
 constexpr double kTextWidthPt = 174 / 25.4 * 72;
-constexpr double kBold = 1.17;  ///< width of bold letters, in those of others
+constexpr double kBold = 1.17;  ///< width ratio, bold to regular
 
 double letters_in(std::string_view text) {
   return static_cast<double>(
@@ -33,7 +33,7 @@ double letters_in(std::string_view text) {
 double width_of(std::string_view text) {
   double width = 0;
   for (const char c : text) {
-    if ((static_cast<unsigned char>(c) & 0xC0) == 0x80) continue;  // the rest of a character
+    if ((static_cast<unsigned char>(c) & 0xC0) == 0x80) continue;  // continuation byte
     if (static_cast<unsigned char>(c) == 0xE2)                     // narrow blanks, dashes and signs
       width += 0.6;
     else if (std::string_view("ijl").find(c) != std::string_view::npos)
@@ -107,7 +107,7 @@ std::string cell_html(const Cell& cell) {
 
 /// The width below which a cell is cut apart, in its sizes. Numbers are not broken, and neither are brief notes.
 double least_width(const Cell& cell, bool is_text) {
-  constexpr double kNote = 0.86;  // letters of a note, in those of its cell
+  constexpr double kNote = 0.86;  // size ratio, note to cell
   const double bold = cell.mark == Cell::Mark::none ? 1 : kBold, sign = cell.mark == Cell::Mark::none ? 0 : 1.2;
   const double text = is_text ? longest_word(cell.text, width_of) : width_of(cell.text);
   const double note = is_brief(cell.note) ? width_of(cell.note) : longest_word(cell.note, width_of);

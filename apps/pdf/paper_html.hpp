@@ -10,11 +10,12 @@
 
 namespace gyrotherm::report {
 
-/// What the file states beside the document.
+/// Facts about the file itself.
 struct PaperFacts {
-  std::string program;                ///< in the footer: "gyrotherm 0.1.0"
-  std::string source_sha256;          ///< of calibration.json; in the footer and among the keywords; or empty
-  std::optional<std::int64_t> utc_s;  ///< date of the PDF, s since 1970; empty: none
+  std::string program;  ///< "gyrotherm 0.1.0"
+  /// SHA-256 of calibration.json, for the footer and the keywords; may be empty.
+  std::string source_sha256;
+  std::optional<std::int64_t> utc_s;  ///< date of the PDF, s since 1970
 };
 
 /// Returns the whole page without style sheet: its sheet is paper.css, which needs the classes used here. Title,

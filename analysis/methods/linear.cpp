@@ -4,26 +4,75 @@
 #include <fmt/format.h>
 
 #include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "analysis/methods/held_out.hpp"
 
 namespace gyrotherm::methods {
+namespace {
+
+/// A direction that counts for less than this part of the greatest is rounding: inputs that depend on each other.
+constexpr double kRelativeRank = 1e-9;
+
+/// What a direction counts at least, of the greatest, where its variance is asked for: inputs that nearly depend on
+/// each other in training, as powers of one temperature in a hold, may not do so elsewhere. Of inputs that always
+/// depend on each other rounding is left, which this keeps below a thousandth of a target's variance.
+constexpr double kShortest = 3e-7;
+constexpr double kTiny = 1e-150;  ///< so that no square is 0
+
+}  // namespace
+
+PredictiveVariance coefficient_variance(const Eigen::Ref<const Eigen::MatrixXd>& z,
+                                        const Eigen::Ref<const Eigen::VectorXd>& residual, double effective_parameters,
+                                        const Eigen::MatrixXd& penalty_rows) {
+  const auto samples = static_cast<double>(z.rows());
+  const double variance = residual.squaredNorm() / std::max(1.0, samples - effective_parameters);
+  if (z.cols() == 0) return variance_of_plane(Eigen::MatrixXd::Constant(1, 1, variance / samples), std::sqrt(variance));
+  const Eigen::RowVectorXd mean = z.colwise().mean();
+  Eigen::MatrixXd stacked(z.rows() + penalty_rows.rows(), z.cols());
+  stacked << z.rowwise() - mean, penalty_rows;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(stacked);
+  const Eigen::Index rank = std::min(stacked.rows(), stacked.cols());
+  const Eigen::MatrixXd triangle = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(triangle, Eigen::ComputeFullV);
+  Eigen::ArrayXd lengths = Eigen::ArrayXd::Zero(z.cols());
+  lengths.head(rank) = svd.singularValues();
+  const Eigen::ArrayXd open_along = lengths.max(std::max(kShortest * lengths(0), kTiny)).square().inverse();
+  const Eigen::MatrixXd slopes = svd.matrixV() * open_along.matrix().asDiagonal() * svd.matrixV().transpose();
+  const Eigen::VectorXd with_constant = -slopes * mean.transpose();
+  Eigen::MatrixXd open(z.cols() + 1, z.cols() + 1);
+  open << slopes, with_constant, with_constant.transpose(), 1 / samples - mean * with_constant;
+  return variance_of_plane(variance * open, std::sqrt(variance));
+}
+
+PredictiveVariance over_all_inputs(const PredictiveVariance& variance, const std::vector<Eigen::Index>& columns,
+                                   Eigen::Index inputs) {
+  std::vector<Eigen::Index> with_constant = columns;
+  with_constant.push_back(inputs);
+  Eigen::MatrixXd open = Eigen::MatrixXd::Zero(inputs + 1, inputs + 1);
+  open(with_constant, with_constant) = variance.posterior;
+  return variance_of_plane(std::move(open), variance.noise);
+}
 
 Result<Fit> fit_linear(const FitInput& set, const HyperParameters&, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   Eigen::MatrixXd design(set.x.rows(), set.x.cols() + 1);
   design << set.x, Eigen::VectorXd::Ones(set.x.rows());
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr;
-  qr.setThreshold(1e-9);
+  qr.setThreshold(kRelativeRank);
   qr.compute(design);
   if (set.x.rows() <= qr.rank()) {
     return failure(FaultKind::usage, "least squares",
                    fmt::format("{} clusters are too few for {} coefficients", set.x.rows(), qr.rank()));
   }
   const Eigen::VectorXd coefficients = qr.solve(set.y);
+  const auto parameters = static_cast<double>(qr.rank());
   return Fit{.function = LinearModel{.weights = coefficients.head(set.x.cols()), .b = coefficients(set.x.cols())},
-             .effective_parameters = static_cast<double>(qr.rank())};
+             .effective_parameters = parameters,
+             .variance = coefficient_variance(set.x, set.y - design * coefficients, parameters)};
 }
 
 namespace {
@@ -77,6 +126,7 @@ Result<Fit> fit_polynomial(const FitInput& set, const HyperParameters& parameter
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(set.x.cols());
   weights(columns) = polynomial.weights;
   polynomial.weights = std::move(weights);
+  fitted->variance = over_all_inputs(*fitted->variance, columns, set.x.cols());
   return fitted;
 }
 

@@ -182,6 +182,17 @@ int numbers_in(const Function& function) {
   return std::visit([](const auto& form) { return numbers(form); }, function);
 }
 
+PredictiveVariance variance_of_plane(Eigen::MatrixXd open, double noise) {
+  constexpr double kWide = 1e12;
+  const Eigen::Index inputs = open.cols() - 1;
+  return {.centres = data::SampleMatrix::Zero(1, inputs),
+          .lengths = Eigen::RowVectorXd::Constant(inputs, kWide),
+          .signal = 1,
+          .noise = noise,
+          .posterior = std::move(open),
+          .root = Eigen::MatrixXd::Ones(1, 1)};
+}
+
 Eigen::MatrixXd features_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled) {
   const Covariance covariance{.lengths = variance.lengths, .signal = variance.signal, .noise = variance.noise};
   const Eigen::MatrixXd kernel = covariance_matrix(covariance, scaled, variance.centres);

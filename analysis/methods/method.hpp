@@ -64,6 +64,10 @@ struct PredictiveVariance {
   Eigen::MatrixXd root{};       ///< L, m × m, lower triangular, its diagonal above 0
 };
 
+/// Returns the variance of a plane z·w + b as a PredictiveVariance: `open` is the covariance of (w, b), `noise` that of
+/// one target, both in units of the target's. The constant is a single Gaussian so wide that it is 1 everywhere.
+[[nodiscard]] PredictiveVariance variance_of_plane(Eigen::MatrixXd open, double noise);
+
 /// φ at each row, rows × (inputs + m).
 [[nodiscard]] Eigen::MatrixXd features_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled);
 
@@ -142,7 +146,9 @@ struct Fit {
   Function function;
   double effective_parameters{};  ///< trace of the matrix from targets to fitted values, or the method's nearest to it
   std::string particulars = {};   ///< in words, what else is worth knowing; may be empty
-  std::optional<PredictiveVariance> variance = {};  ///< of a method that knows it
+  /// Of a method that knows it: all but the SVRs, the networks and what is made of them. A plane's takes residuals as
+  /// independent.
+  std::optional<PredictiveVariance> variance = {};
 };
 
 /// Chooses hyper-parameters by held-out error alone. Fails with usage or interrupted. No folds, no choice: an empty

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "analysis/methods/held_out.hpp"
+#include "analysis/methods/linear.hpp"
 
 namespace gyrotherm::methods {
 namespace {
@@ -69,8 +70,13 @@ Eigen::MatrixXd slope_penalty(const FitInput& set, double variance) {
 Result<Fit> fit_ridge_u(const FitInput& set, const HyperParameters&, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const PenalisedPlane plane = plane_of(set);
+  const Eigen::VectorXd residual = set.y - ((set.x * plane.weights).array() + plane.b).matrix();
+  Eigen::MatrixXd penalty;
+  if (set.input_covariance.size() > 0)
+    penalty = std::sqrt(static_cast<double>(set.x.rows())) * root_of(set.input_covariance);
   return Fit{.function = LinearModel{.weights = plane.weights, .b = plane.b},
-             .effective_parameters = plane.effective_parameters};
+             .effective_parameters = plane.effective_parameters,
+             .variance = coefficient_variance(set.x, residual, plane.effective_parameters, penalty)};
 }
 
 }  // namespace gyrotherm::methods

@@ -109,10 +109,14 @@ Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters&, const Meth
   linear.b -= set.x.colwise().mean() * linear.weights;
   std::vector<std::string> names;
   for (const Eigen::Index input : subset) names.push_back(to_string(set.terms[input]));
+  const Eigen::VectorXd residual = set.y - ((set.x * linear.weights).array() + linear.b).matrix();
+  const auto parameters = static_cast<double>(subset.size()) + 1;
+  const data::SampleMatrix taken = set.x(Eigen::all, subset);
   return Fit{.function = std::move(linear),
-             .effective_parameters = static_cast<double>(subset.size()) + 1,
+             .effective_parameters = parameters,
              .particulars = fmt::format("{} of {} inputs entered, in this order: {}", subset.size(), set.x.cols(),
-                                        names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", ")))};
+                                        names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))),
+             .variance = over_all_inputs(coefficient_variance(taken, residual, parameters), subset, set.x.cols())};
 }
 
 }  // namespace gyrotherm::methods

@@ -125,6 +125,10 @@ struct Uncertainty {
   Budget budget;                           ///< of a mean over 1 h
   std::vector<Sensitivity> sensitivities;  ///< of the thermometers that the model asks for, over its training clusters
   double added_noise_deg_per_h{};          ///< that the compensation adds to one cluster's mean, √Σ(c_i n_i)²
+  /// Mean of the model's own variance over its training clusters, (°/h)²: the part of it that the held-out residual,
+  /// and so the row of the model's form, contains. NaN where the model does not know its variance, or it is a row by
+  /// itself.
+  double variance_in_training = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// What the budget comes to for a mean over another time.
@@ -199,6 +203,8 @@ void describe(auto& form, Like<Uncertainty> auto& uncertainty) {
               "does not say the same as the rows of the budget");
   form("sensitivities", uncertainty.sensitivities);
   form("added_noise_deg_per_h", not_negative(uncertainty.added_noise_deg_per_h));
+  form.if_there("variance_in_training", std::isfinite(uncertainty.variance_in_training),
+                not_negative(uncertainty.variance_in_training));
 }
 
 }  // namespace gyrotherm::model

@@ -74,23 +74,15 @@ methods::LinearModel plane_of(const Eigen::VectorXd& coefficients) {
   return {.weights = coefficients.tail(coefficients.size() - 1), .b = coefficients(0)};
 }
 
-/// A constant as a Gaussian that is so wide as to be one, beside the inputs themselves: with its signal and root 1 the
-/// variance is (z, 1)ᵀS(z, 1), S the covariance of slopes and constant.
+/// Returns what is open of the careful coefficients: their own covariance, and how far they are from the likeliest.
 methods::PredictiveVariance variance_of(const population::TypePrior& prior, const population::LearntUnit& unit,
                                         const Eigen::VectorXd& careful) {
-  constexpr double kWide = 1e12;
-  const Eigen::Index inputs = careful.size() - 1;
   const Eigen::VectorXd apart = unit.coefficients.mean - careful;
   const Eigen::MatrixXd open = unit.coefficients.covariance + apart * apart.transpose();
   RowNumbers slopes_first;
-  for (Eigen::Index i = 1; i <= inputs; ++i) slopes_first.push_back(i);
+  for (Eigen::Index i = 1; i < careful.size(); ++i) slopes_first.push_back(i);
   slopes_first.push_back(0);
-  return {.centres = data::SampleMatrix::Zero(1, prior.scaling.std.size()),
-          .lengths = Eigen::RowVectorXd::Constant(inputs, kWide),
-          .signal = 1,
-          .noise = prior.noise.white_deg_per_h,
-          .posterior = open(slopes_first, slopes_first),
-          .root = Eigen::MatrixXd::Ones(1, 1)};
+  return methods::variance_of_plane(open(slopes_first, slopes_first), prior.noise.white_deg_per_h);
 }
 
 std::string particulars_of(const population::TypePrior& prior) {
@@ -263,6 +255,7 @@ Result<Model> train_with_prior(const population::TypePrior& prior, const std::ve
   auto uncertainty = uncertainty_of(*model, {datasets, own->records, model->leave_cycle_out_residual});
   if (!uncertainty) return failure(uncertainty.error());
   add_type(uncertainty->budget.rows, prior, coefficients_deg_per_h(prior, *unit, *model->variance));
+  uncertainty->variance_in_training = std::numeric_limits<double>::quiet_NaN();  // it is the row just added
   model->uncertainty = std::move(*uncertainty);
   warn(*model, prior, datasets, *own);
   warn_of_over_fit(*model, datasets, own->records);

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <variant>
 
 #include "analysis/data/input_noise.hpp"
 #include "analysis/data/outliers.hpp"
@@ -212,6 +213,15 @@ Result<Model> fit_to_keep(const TrainingContext& context, EstimatorOptions estim
   return fit(context.all, context.learnt, estimator);
 }
 
+/// Widens what is open of a plane's coefficients to residuals that depend on their neighbours: they count as the
+/// effective number of their mean, since inputs vary as slowly.
+void take_as_correlated(Model& model) {
+  if (!model.variance || !std::holds_alternative<methods::LinearModel>(model.function)) return;
+  const auto freedom = [&](double number) { return std::max(1.0, number - model.effective_parameters); };
+  const double wider = freedom(model.in_sample.count) / freedom(model.in_sample.effective.of_mean);
+  model.variance->posterior *= std::max(1.0, wider);
+}
+
 svm::TuningOptions tuning_options_of(const TrainingOptions& options) {
   svm::TuningOptions tuning = options.tuning;
   if (!options.quick) return tuning;
@@ -299,6 +309,7 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   record_sources(*model, datasets, context->records);
   if (const auto judged = judge_in_sample(*model, context->training_set.clusters); !judged)
     return failure(judged.error());
+  take_as_correlated(*model);
   auto uncertainty = uncertainty_of(*model, {datasets, context->records, by->residual, by->chosen_on_these_folds});
   if (!uncertainty) return failure(uncertainty.error());
   model->uncertainty = std::move(*uncertainty);

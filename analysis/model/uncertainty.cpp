@@ -419,6 +419,12 @@ Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
        .evaluation = Evaluation::a,
        .standard_uncertainty = result.added_noise_deg_per_h * std::sqrt(clusters->length_s / kSecondsPerHour)});
   add_model(rows, *clusters, on, floor);
+  if (model.variance) {
+    const auto open = variance_of_function(model, *clusters);
+    if (!open) return failure(open.error());
+    const std::vector<Eigen::Index> known = data::finite_rows(*open);
+    if (!known.empty()) result.variance_in_training = (*open)(known).mean();
+  }
   for (const Sensitivity& one : result.sensitivities)
     for (BudgetRow& row : budget_of_thermometer(on.datasets.front(), one)) rows.push_back(std::move(row));
   add_gyro(rows, on.datasets);
@@ -481,13 +487,14 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
   if (!inputs) return failure(inputs.error());
   const Eigen::VectorXd excess = within_range(model, *inputs, Outside::extrapolate).excess;
   Eigen::VectorXd variance = form_variance(rows) * excess.unaryExpr(&widening);
+  const bool is_a_row = std::ranges::find(rows, Source::coefficients, &BudgetRow::source) != rows.end();
+  if (model.variance && (is_a_row || std::isfinite(trained.variance_in_training))) {
+    const auto open = variance_of_function(model, clusters);
+    if (!open) return failure(open.error());
+    variance += is_a_row ? *open : (open->array() - trained.variance_in_training).max(0).matrix();
+  }
   for (const BudgetRow& row : rows) {
-    if (row.source == Source::coefficients && model.variance) {
-      const auto open = variance_of_function(model, clusters);
-      if (!open) return failure(open.error());
-      variance += *open;
-      continue;
-    }
+    if (row.source == Source::coefficients && model.variance) continue;
     if (!is_drift(row.source)) {
       variance.array() += std::pow(contribution_deg_per_h(row), 2);
       continue;

@@ -128,8 +128,9 @@ struct ThermometersInUse {
 /// budget is. What is the same in training and in use is not in it, for the model has learnt it. A thermometer counts
 /// by its sensitivity in that very cluster, and by its drift until the training and until this run, as if they were
 /// independent: of one walk that is an upper limit. Outside the trained range widening() is added. Where neither day of
-/// calibration is known, a year is between. What is open of coefficients counts by the model's variance in that
-/// cluster. `trained` is that of the model. NaN where an input is not known. Fails as sensitivities() does.
+/// calibration is known, a year is between. Where a model knows its own variance, that of the cluster counts: all of it
+/// in the place of a row `coefficients`, else what exceeds its mean in training, which the held-out residual contains.
+/// `trained` is that of the model. NaN where an input is not known. Fails as sensitivities() does.
 [[nodiscard]] Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
                                                            const data::Dataset& dataset,
                                                            const data::Clusters& clusters);

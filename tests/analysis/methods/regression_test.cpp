@@ -213,5 +213,86 @@ TEST(HeldOut, PassesOverACandidateThatCannotBeLearnt) {
   EXPECT_EQ(held_out_errors(folds, 3, all_fail, {}, {}).error().where, "a method");
 }
 
+/// The calibration of a thermometer of GUM, JCGM 100:2008, H.3: corrections, °C, at temperatures less 20 °C.
+TEST(CoefficientVariance, IsThatOfTheGuidesThermometer) {
+  Eigen::MatrixXd temperature(11, 1);
+  temperature << 1.521, 2.012, 2.512, 3.003, 3.507, 3.999, 4.513, 5.002, 5.503, 6.010, 6.511;
+  Eigen::VectorXd correction(11);
+  correction << -0.171, -0.169, -0.166, -0.159, -0.164, -0.165, -0.156, -0.157, -0.159, -0.161, -0.160;
+  const data::SampleMatrix x = temperature;
+  const auto fit = fit_linear({x, correction, {data::temperature_term("A")}}, {}, {});
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(linear_of(*fit).b, -0.1712, 5e-5);
+  EXPECT_NEAR(linear_of(*fit).weights(0), 0.00218, 5e-6);
+  const Eigen::MatrixXd& open = fit->variance->posterior;
+  EXPECT_NEAR(std::sqrt(open(1, 1)), 0.0029, 5e-5);
+  EXPECT_NEAR(std::sqrt(open(0, 0)), 0.00067, 5e-6);
+  EXPECT_NEAR(open(0, 1) / std::sqrt(open(0, 0) * open(1, 1)), -0.930, 5e-4);
+  EXPECT_NEAR(fit->variance->noise, 0.0035, 5e-5);
+  const data::SampleMatrix at_30 = data::SampleMatrix::Constant(1, 1, 10);
+  EXPECT_NEAR(std::sqrt(variance_of(*fit->variance, at_30)(0)), 0.0041, 5e-5);
+}
+
+TEST(CoefficientVariance, IsTheSquareByWhichPlanesOfManyDrawsErr) {
+  constexpr int kDraws = 400;
+  constexpr Eigen::Index kRows = 40, kInputs = 3;
+  const data::SampleMatrix x = data::bent_samples(kRows, kInputs, 0, 1).x,
+                           elsewhere = 4 * data::bent_samples(50, kInputs, 0, 2).x;
+  const std::vector<data::Term> terms = data::bent_samples(1, kInputs, 0, 1).terms;
+  constexpr double kNoise = 0.3;
+  for (const double lambda : {0.0, 0.02}) {  // with a penalty the weights are drawn as it believes
+    SCOPED_TRACE(lambda);
+    double squares = 0, variances = 0;
+    for (int draw = 1; draw <= kDraws; ++draw) {
+      const double spread = lambda > 0 ? kNoise / std::sqrt(lambda * kRows) : 1;
+      const Eigen::VectorXd weights = spread * data::normal_vector(kInputs, 3 * draw);
+      const Eigen::VectorXd y = (x * weights).array() + 0.5 + kNoise * data::normal_vector(kRows, 3 * draw + 1).array();
+      const FitInput set{x, y, terms};
+      const auto fit = lambda > 0 ? fit_ridge(set, {{"lambda", lambda}}, {}) : fit_linear(set, {}, {});
+      ASSERT_TRUE(fit);
+      const Eigen::VectorXd truth = (elsewhere * weights).array() + 0.5;
+      squares += (value_of(fit->function, elsewhere) - truth).squaredNorm();
+      variances += variance_of(*fit->variance, elsewhere).sum();
+    }
+    EXPECT_NEAR(squares / variances, 1, 4 * std::sqrt(2.0 / (kDraws * kInputs)));
+  }
+}
+
+TEST(CoefficientVariance, OfInputsThatAlwaysDependOnEachOtherIsThatOfOne) {
+  const data::Samples samples = data::bent_samples(30, 2, 0.1, 4);
+  data::SampleMatrix twice(30, 3);
+  twice << samples.x, samples.x.col(1);
+  const data::Term term = samples.terms.front();
+  const auto once = fit_linear(samples.set(), {}, {}),
+             both = fit_linear({twice, samples.y, {term, term, term}}, {}, {});
+  ASSERT_TRUE(once && both);
+  const Eigen::VectorXd expected = variance_of(*once->variance, 5 * samples.x);
+  EXPECT_LT((variance_of(*both->variance, 5 * twice) - expected).cwiseAbs().maxCoeff(), 1e-3 * expected.maxCoeff());
+}
+
+TEST(CoefficientVariance, OfInputsThatDependedOnEachOtherInTrainingOnlyIsWide) {
+  const data::Samples samples = data::bent_samples(30, 2, 0.1, 4);
+  data::SampleMatrix both(30, 2);
+  both << samples.x.col(0), samples.x.col(0);
+  const data::Term term = samples.terms.front();
+  const auto fit = fit_linear({both, samples.y, {term, term}}, {}, {});
+  ASSERT_TRUE(fit);
+  data::SampleMatrix apart(1, 2);
+  apart << 1, -1;
+  EXPECT_GT(variance_of(*fit->variance, apart)(0), 1e9);
+}
+
+TEST(CoefficientVariance, OfTermsThatAreNotTakenIsZero) {
+  data::Samples samples = polynomial_samples(120, 9);
+  samples.y = data::normal_vector(120, 10);
+  const auto fit = fit_polynomial(samples.set(), {{"order", 1.0}, {"rate terms", 0.0}}, {});
+  ASSERT_TRUE(fit);
+  EXPECT_GT(fit->variance->posterior(0, 0), 0);
+  EXPECT_TRUE(fit->variance->posterior.middleRows(1, 4).isZero(0));
+  data::SampleMatrix moved = samples.x;
+  moved.rightCols(4).array() += 7;
+  EXPECT_EQ(variance_of(*fit->variance, moved), variance_of(*fit->variance, samples.x));
+}
+
 }  // namespace
 }  // namespace gyrotherm::methods

@@ -9,9 +9,11 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <random>
 
 #include "analysis/model/training.hpp"
+#include "tests/analysis/random_samples.hpp"
 #include "tests/analysis/small_model.hpp"
 #include "tests/analysis/synthetic_run.hpp"
 
@@ -434,6 +436,74 @@ double drawn(const BudgetRow& row, std::mt19937_64& random) {
   if (row.distribution == ErrorDistribution::rectangular)
     return std::uniform_real_distribution<double>(-half_width, half_width)(random);
   return std::normal_distribution<double>(0, row.standard_uncertainty)(random);
+}
+
+/// The clusters of the record's first hour, in which the chamber keeps its temperature.
+data::Clusters first_hold(const data::Clusters& clusters) {
+  std::vector<Eigen::Index> rows(36);
+  std::iota(rows.begin(), rows.end(), 0);
+  return pick(clusters, rows);
+}
+
+TEST_F(UncertaintyOfAModel, OfOneHoldIsAsWideElsewhereAsItsCoefficientsAreOpen) {
+  const data::Clusters hold = first_hold(clusters_);
+  for (const char* method : {"linear", "lsf", "ridge", "ridge-u", "stepwise", "gp"}) {
+    SCOPED_TRACE(method);
+    TrainingOptions options;
+    options.inputs = "temperatures";
+    options.method = method;
+    options.quick = true;
+    const auto model = train({dataset_}, {hold}, options);
+    ASSERT_TRUE(model) << model.error().what;
+    ASSERT_TRUE(std::isfinite(model->uncertainty->variance_in_training));
+    const Eigen::VectorXd error = clusters_.bias_deg_per_h - *predict(*model, clusters_);
+    const Eigen::VectorXd half = *interval_half_widths(*model, *model->uncertainty, dataset_, clusters_);
+    const auto known = data::finite_rows(Eigen::VectorXd(error + half));
+    const auto held = std::ranges::count_if(known, [&](Eigen::Index k) { return std::abs(error(k)) <= half(k); });
+    EXPECT_GE(static_cast<double>(held), 0.8 * static_cast<double>(known.size()));
+  }
+}
+
+TEST_F(UncertaintyOfAModel, CountsItsVarianceBeyondThatOfItsTrainingOnly) {
+  Model without = model_;
+  without.variance.reset();
+  const Eigen::VectorXd half = *interval_half_widths(model_, *model_.uncertainty, dataset_, clusters_);
+  const Eigen::VectorXd least = *interval_half_widths(without, *model_.uncertainty, dataset_, clusters_);
+  const Eigen::VectorXd open = predict_with_std(model_, *evaluate(model_.terms, clusters_))->std_deg_per_h.cwiseAbs2();
+  const double k = combined(model_.uncertainty->budget.rows).coverage_factor;
+  int wider = 0;
+  for (Eigen::Index row = 0; row < half.size(); ++row) {
+    const double beyond = std::max(0.0, open(row) - open.mean());
+    EXPECT_GE(half(row), least(row));
+    if (beyond > 0) {
+      ++wider;
+    } else {
+      EXPECT_EQ(half(row), least(row));
+    }
+    EXPECT_NEAR(half(row) * half(row) - least(row) * least(row), k * k * beyond, 0.1 * k * k * beyond + 1e-12);
+  }
+  EXPECT_GT(wider, 0);
+  EXPECT_LT(wider, half.size());
+}
+
+TEST_F(UncertaintyOfAModel, OfResidualsThatDependOnEachOtherHasWiderCoefficients) {
+  data::Clusters wandering = clusters_;
+  double wander = 0;
+  const Eigen::VectorXd steps = data::normal_vector(clusters_.bias_deg_per_h.size(), 5);
+  for (Eigen::Index row = 0; row < steps.size(); ++row) {
+    wander = 0.9 * wander + 0.003 * steps(row);
+    wandering.bias_deg_per_h(row) += wander;
+  }
+  TrainingOptions options;
+  options.inputs = "A";
+  options.method = "linear";
+  const auto model = train({dataset_}, {wandering}, options);
+  ASSERT_TRUE(model) << model.error().what;
+  const double count = model->in_sample.count, effective = model->in_sample.effective.of_mean;
+  ASSERT_LT(effective, 0.3 * count);
+  const double in_training = model->uncertainty->variance_in_training;
+  const double by_hand = 2 * count * std::pow(model->in_sample.rmse, 2) / (effective - 2) / count;
+  EXPECT_NEAR(in_training, by_hand, 1e-6 * by_hand) << "two coefficients, each of one part in n of the variance";
 }
 
 TEST_F(UncertaintyOfAModel, TheBudgetIsWhatAMonteCarloGives) {

@@ -9,12 +9,11 @@
 #include <string_view>
 
 #include "core/toml_reader.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace {
 
-void require(bool law) {
-  if (!law) std::abort();
-}
+using gyrotherm::fuzz::require;
 
 /// Asks every question of every key.
 void interrogate(const gyrotherm::TomlTable& table, int depth) {
@@ -63,7 +62,7 @@ std::string piled_up(const std::uint8_t* data, std::size_t size) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(toml_reader, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   if (const auto d = gyrotherm::parse_duration(bytes)) require(*d >= gyrotherm::Duration::zero());
   run(bytes);

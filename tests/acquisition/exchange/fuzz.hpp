@@ -4,17 +4,15 @@
 #pragma once
 
 #include <cmath>
-#include <cstdlib>
 #include <optional>
 #include <string>
 
 #include "acquisition/exchange/import.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::exchange {
 
-inline void require(bool condition) {
-  if (!condition) std::abort();
-}
+using fuzz::require;
 
 inline void require_rows_or_a_fault(const std::string& bytes, const ImportMap& map) {
   std::optional<Duration> last;

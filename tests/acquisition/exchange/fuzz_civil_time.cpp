@@ -7,10 +7,11 @@
 #include "acquisition/exchange/civil_time.hpp"
 #include "acquisition/record/row.hpp"
 #include "tests/acquisition/exchange/fuzz.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::exchange {
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(civil_time, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   for (const std::string& text : {bytes, "2026-03-01T12:30" + bytes, "2026-03-01 " + bytes, "2026-" + bytes}) {
     for (const auto early : {EarlyDays::julian, EarlyDays::gregorian})

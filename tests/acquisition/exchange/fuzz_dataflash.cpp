@@ -7,6 +7,7 @@
 #include "acquisition/exchange/dataflash.hpp"
 #include "tests/acquisition/exchange/foreign.hpp"
 #include "tests/acquisition/exchange/fuzz.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::exchange {
 
@@ -22,7 +23,7 @@ ImportMap dataflash_map(bool together) {
   return map;
 }
 
-std::string messages_of(const std::string& bytes) {
+std::string log_messages_of(const std::string& bytes) {
   DataflashText log;
   log.format(9, "IMU", "QBfc", "TimeUS,I,GyrX,T", 18).format(10, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds", 44);
   for (std::size_t i = 0; i + 16 < bytes.size(); i += 16) {
@@ -41,9 +42,9 @@ std::string messages_of(const std::string& bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(dataflash, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
-  for (const std::string& log : {bytes, DataflashText().text() + bytes, messages_of(bytes)}) {
+  for (const std::string& log : {bytes, DataflashText().text() + bytes, log_messages_of(bytes)}) {
     for (const bool together : {false, true}) require_rows_or_a_fault(log, dataflash_map(together));
     (void)columns_of_dataflash(Bytes(log, "fuzz"));
   }

@@ -10,6 +10,7 @@
 #include "acquisition/exchange/guess.hpp"
 #include "acquisition/exchange/import_map.hpp"
 #include "tests/acquisition/exchange/fuzz.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::exchange {
 
@@ -26,7 +27,7 @@ bool is_read_or_asks(const std::string& map) {
   return section.find('?') != std::string::npos;
 }
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(guess, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   for (const std::string& table : {bytes, "time,gyro x,gyro y,T\n" + bytes, "t;T;w\n0;1;2\n" + bytes}) {
     const auto map = guess_map_of(table, "fuzz");

@@ -10,6 +10,7 @@
 #include "acquisition/exchange/gunzip.hpp"
 #include "core/file.hpp"
 #include "tests/acquisition/exchange/fuzz.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::exchange {
 
@@ -33,7 +34,7 @@ bool read_all(int file, std::size_t piece, std::string& content) {
   return true;
 }
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(gunzip, const std::uint8_t* data, std::size_t size) {
   for (const std::string& beginning : {std::string(), std::string("\x1F\x8B\x08\0\0\0\0\0\0\x03", 10)}) {
     const auto bytes = beginning + std::string(reinterpret_cast<const char*>(data), size);
     const Descriptor file(::memfd_create("fuzz", MFD_CLOEXEC));

@@ -5,8 +5,9 @@
 #include <cstdlib>
 
 #include "acquisition/exchange/import_map.hpp"
+#include "tests/support/fuzz_target.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(import_map, const std::uint8_t* data, std::size_t size) {
   const auto map = gyrotherm::exchange::parse_import_map({reinterpret_cast<const char*>(data), size}, "fuzz");
   if (!map && map.error().kind != gyrotherm::FaultKind::bad_file) std::abort();
   return 0;

@@ -12,6 +12,7 @@
 #include "tests/acquisition/exchange/classic_netcdf.hpp"
 #include "tests/acquisition/exchange/fuzz.hpp"
 #include "tests/support/folder.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::exchange {
 namespace {
@@ -35,7 +36,7 @@ void require_rows_or_a_fault_of(const std::string& bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(netcdf, const std::uint8_t* data, std::size_t size) {
   static const ClassicNetcdf good(3);
   static unsigned turn = 0;
   const std::string bytes(reinterpret_cast<const char*>(data), size);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tests/acquisition/exchange/fuzz.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::exchange {
 
@@ -50,7 +51,7 @@ std::string widened(const std::string& bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(text_table, const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const ImportMap map = chosen_map(data[0]);
   const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);

@@ -7,6 +7,7 @@
 #include "acquisition/exchange/ulog.hpp"
 #include "tests/acquisition/exchange/foreign.hpp"
 #include "tests/acquisition/exchange/fuzz.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::exchange {
 
@@ -23,7 +24,7 @@ ImportMap ulog_map(bool together) {
 }
 
 /// Each byte a letter of the grammar of messages: whole messages come out of few bytes.
-std::string messages_of(const std::string& bytes) {
+std::string ulog_messages_of(const std::string& bytes) {
   UlogText log;
   log.format("g:uint64_t timestamp;float[2] x;int16_t t;").subscribe(7, "g");
   for (std::size_t i = 0; i + 20 < bytes.size(); i += 20) {
@@ -44,9 +45,10 @@ std::string messages_of(const std::string& bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(ulog, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
-  for (const std::string& log : {UlogText().text() + bytes, messages_of(bytes), messages_of(bytes + bytes) + bytes}) {
+  for (const std::string& log :
+       {UlogText().text() + bytes, ulog_messages_of(bytes), ulog_messages_of(bytes + bytes) + bytes}) {
     for (const bool together : {false, true}) require_rows_or_a_fault(log, ulog_map(together));
     (void)columns_of_ulog(Bytes(log, "fuzz"));
   }

@@ -8,14 +8,13 @@
 #include <cstdlib>
 
 #include "acquisition/record/csv.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::record {
 
-namespace {
+using fuzz::require;
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+namespace {
 
 bool same(const std::vector<double>& one, const std::vector<double>& other) {
   if (one.size() != other.size()) return false;
@@ -32,7 +31,7 @@ Result<void> read_in_pieces(LiveRows& rows, std::string_view text, std::size_t s
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(live_rows, const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
   LiveRows whole("fuzz"), pieces("fuzz");

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "analysis/data/features.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace {
 
@@ -29,7 +30,7 @@ std::string pieced_together(const std::uint8_t* data, std::size_t size) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(term, const std::uint8_t* data, std::size_t size) {
   read({reinterpret_cast<const char*>(data), size});
   for (std::size_t length = 1; length <= 9 && length <= size; ++length) read(pieced_together(data, length));
   return 0;

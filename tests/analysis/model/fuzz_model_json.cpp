@@ -7,8 +7,9 @@
 #include <string>
 
 #include "analysis/model/model.hpp"
+#include "tests/support/fuzz_target.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(model_json, const std::uint8_t* data, std::size_t size) {
   const auto model = gyrotherm::model::model_from_json({reinterpret_cast<const char*>(data), size}, "fuzz");
   if (!model) return 0;
   const std::string json = gyrotherm::model::to_json(*model);

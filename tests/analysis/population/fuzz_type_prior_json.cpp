@@ -7,8 +7,9 @@
 #include <string>
 
 #include "analysis/population/type_prior.hpp"
+#include "tests/support/fuzz_target.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(type_prior_json, const std::uint8_t* data, std::size_t size) {
   const auto prior = gyrotherm::population::type_prior_from_json({reinterpret_cast<const char*>(data), size}, "fuzz");
   if (!prior) return 0;
   const std::string json = to_json(*prior);

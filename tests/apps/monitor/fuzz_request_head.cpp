@@ -8,13 +8,12 @@
 
 #include "apps/monitor/request_head.hpp"
 #include "core/text.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::monitor {
-namespace {
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+using fuzz::require;
+namespace {
 
 void take(const std::string& bytes) {
   if (const auto end = end_of_head(bytes)) require(*end <= bytes.size());
@@ -31,7 +30,7 @@ void take(const std::string& bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(request_head, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   take(bytes);
   take("GET /" + bytes + " HTTP/1.1\r\nHost: a\r\n\r\n");

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "drivers/analogue/modbus_analogue_input.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::drivers {
 namespace {
@@ -51,7 +52,7 @@ const std::string& shipped_map() {
 }
 
 /// The shipped map in which each three bytes of the input replace one character.
-std::string edited_map(const std::uint8_t* data, std::size_t size) {
+std::string edited_analogue_map(const std::uint8_t* data, std::size_t size) {
   auto text = shipped_map();
   constexpr std::size_t kMostEdits = 4;
   for (std::size_t i = 0; i + 2 < std::min(size, 3 * kMostEdits); i += 3)
@@ -61,7 +62,7 @@ std::string edited_map(const std::uint8_t* data, std::size_t size) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(analogue_map, const std::uint8_t* data, std::size_t size) {
   static const std::string good =
       "schema = \"gyrotherm-analogue-inputs/1\"\nname = \"n\"\nvendor = \"v\"\nsource = \"s\"\n"
       "[[input]]\nregister = \"a\"\nunit = \"V\"\n"
@@ -69,7 +70,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string text(reinterpret_cast<const char*>(data), size);
   (void)parse_analogue_map(text, "fuzz");
   if (auto map = parse_analogue_map(good + text, "fuzz")) use(std::move(*map), data, size);
-  if (auto map = parse_analogue_map(edited_map(data, size), "fuzz")) use(std::move(*map), data, size);
+  if (auto map = parse_analogue_map(edited_analogue_map(data, size), "fuzz")) use(std::move(*map), data, size);
   return 0;
 }
 

@@ -10,6 +10,7 @@
 
 #include "drivers/chamber/program.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::drivers {
 
@@ -70,7 +71,7 @@ std::string edited_map(const std::uint8_t* data, std::size_t size) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(register_map, const std::uint8_t* data, std::size_t size) {
   static const std::string good =
       "schema = \"gyrotherm-chamber/1\"\nname = \"n\"\nvendor = \"v\"\nsource = \"s\"\n"
       "[[register]]\nname = \"air_temperature\"\naddress = 1\ntype = \"f32\"\n"

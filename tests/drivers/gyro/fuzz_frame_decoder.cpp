@@ -7,6 +7,7 @@
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "tests/support/frame_streams.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::drivers {
 
@@ -78,7 +79,7 @@ void decode_all(const Known& all, std::span<const std::byte> bytes, bool then_go
 }  // namespace
 
 /// The first byte chooses a description; from 0xF0, good frames follow the noise.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(frame_decoder, const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const auto& all = descriptions();
   decode_all(all[data[0] % all.size()], std::as_bytes(std::span(data, size)).subspan(1), data[0] >= 0xF0);

@@ -9,6 +9,7 @@
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "tests/support/frame_streams.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::drivers {
 
@@ -64,7 +65,7 @@ std::string falsified(const std::uint8_t* data, std::size_t size) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(frame_format, const std::uint8_t* data, std::size_t size) {
   if (size < 4) return 0;
   use_text({reinterpret_cast<const char*>(data), size});
   if (data[3] % 2 == 0) {

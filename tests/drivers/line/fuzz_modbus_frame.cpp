@@ -4,11 +4,12 @@
 #include <cstdlib>
 
 #include "drivers/line/modbus_frame.hpp"
+#include "tests/support/fuzz_target.hpp"
 #include "tests/support/modbus_words.hpp"
 
 namespace gyrotherm::drivers {
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(modbus_frame, const std::uint8_t* data, std::size_t size) {
   const auto bytes = std::as_bytes(std::span(data, size));
 
   ModbusRequest request{.unit = 1, .function = ModbusFunction::read_holding, .address = 7, .count = 2};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "drivers/line/modbus_frame.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::drivers {
 
@@ -47,7 +48,7 @@ void check_reply(const ModbusRequest& asked, std::span<const std::byte> bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(modbus_rtu_frame, const std::uint8_t* data, std::size_t size) {
   const auto raw = std::as_bytes(std::span(data, size));
   std::vector<std::byte> bytes(raw.begin(), raw.end());
   if (size > 0 && data[size - 1] % 2 == 0) append_rtu_crc(bytes);

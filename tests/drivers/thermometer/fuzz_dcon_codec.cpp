@@ -3,10 +3,11 @@
 #include <cstdlib>
 
 #include "drivers/thermometer/dcon_thermometer.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::drivers {
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(dcon_codec, const std::uint8_t* data, std::size_t size) {
   static const std::vector<TemperatureRange> ranges(kDconInputs, TemperatureRange{{-100}, {400}});
   const std::string_view line(reinterpret_cast<const char*>(data), size);
   const auto try_readings = [&](std::string_view text, std::size_t inputs) {

@@ -3,10 +3,11 @@
 #include <cstdlib>
 
 #include "drivers/thermometer/lakeshore_218.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::drivers {
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(lakeshore_218_codec, const std::uint8_t* data, std::size_t size) {
   const auto readings = decode_crdg({reinterpret_cast<const char*>(data), size});
   if (!readings) return 0;
   if (readings->size() != kLakeshore218Inputs) std::abort();

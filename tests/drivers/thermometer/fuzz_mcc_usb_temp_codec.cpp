@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "drivers/thermometer/mcc_usb_temp.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::drivers {
 
@@ -25,7 +26,7 @@ void read_reply(const MccRequest& request, std::span<const std::byte> report) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(mcc_usb_temp_codec, const std::uint8_t* data, std::size_t size) {
   const auto bytes = std::as_bytes(std::span(data, size));
   std::vector<std::byte> report(bytes.begin(), bytes.end());
   if (const auto request = decode_mcc_request(report)) {

@@ -4,13 +4,12 @@
 
 #include "core/text.hpp"
 #include "drivers/thermometer/process_thermometer.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::drivers {
-namespace {
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+using fuzz::require;
+namespace {
 
 void take(std::string_view text) {
   if (const auto line = split_numbered_line(text)) require(line->rest.size() <= text.size());
@@ -28,7 +27,7 @@ void take(std::string_view text) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(process_thermometer, const std::uint8_t* data, std::size_t size) {
   const std::string line(reinterpret_cast<const char*>(data), size);
   take(line);
   take("gyrotherm-thermometer/1 " + line);

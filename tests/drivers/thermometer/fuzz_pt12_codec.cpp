@@ -3,10 +3,11 @@
 #include <cstdlib>
 
 #include "drivers/thermometer/pt12.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::drivers {
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(pt12_codec, const std::uint8_t* data, std::size_t size) {
   const std::string_view line(reinterpret_cast<const char*>(data), size);
   const auto check = [](const Result<Celsius>& reading) {
     if (reading && !(reading->value >= -200 && reading->value <= 850)) std::abort();

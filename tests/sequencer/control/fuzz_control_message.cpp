@@ -8,14 +8,13 @@
 
 #include "core/text.hpp"
 #include "sequencer/control/control_message.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::control {
 
-namespace {
+using fuzz::require;
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+namespace {
 
 void take(std::string_view message) {
   if (const auto request = parse_request(message)) {
@@ -35,7 +34,7 @@ void take(std::string_view message) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(control_message, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   take(bytes);
   for (const auto* beginning : {" ", " note ", " pause ", " done ", " refused ", " acknowledge ", " acknowledge 1 ",

@@ -10,17 +10,16 @@
 
 #include "sequencer/profile/machine.hpp"
 #include "sequencer/profile/profile.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::profile {
+
+using fuzz::require;
 
 namespace {
 
 constexpr std::string_view kHead =
     "schema = \"gyrotherm-profile/1\"\nname = \"p\"\n[[segment]]\nkind = \"hold\"\nat = 20\ntime = \"10 s\"\n";
-
-void require(bool invariant) {
-  if (!invariant) std::abort();
-}
 
 void run(std::string_view text) {
   const auto profile = parse_profile(text, "fuzz.toml");
@@ -60,7 +59,7 @@ std::string spelled(const std::uint8_t* data, std::size_t size) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(profile, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   run(bytes);
   run(std::string(kHead) + bytes);

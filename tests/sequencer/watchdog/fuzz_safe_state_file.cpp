@@ -10,14 +10,13 @@
 #include <string>
 
 #include "sequencer/watchdog/safe_state_file.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::watchdog {
 
-namespace {
+using fuzz::require;
 
-void require(bool condition) {
-  if (!condition) std::abort();
-}
+namespace {
 
 /// A text with a good beginning, so that what follows it is reached.
 std::string with_beginning(std::string_view bytes, std::size_t lines) {
@@ -37,7 +36,7 @@ std::string with_beginning(std::string_view bytes, std::size_t lines) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(safe_state_file, const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   const auto text = with_beginning(bytes, data[0] % 15);

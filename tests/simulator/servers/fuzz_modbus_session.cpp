@@ -5,10 +5,11 @@
 #include "simulator/chamber_registers.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::simulator {
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(modbus_session, const std::uint8_t* data, std::size_t size) {
   static VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
   static ChamberRegisters registers(chamber_map("virtual"), laboratory);
   ModbusSession session(registers);

@@ -4,10 +4,11 @@
 
 #include "simulator/servers/virtual_thermometers.hpp"
 #include "tests/simulator/shipped_rigs.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::simulator {
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(process_session, const std::uint8_t* data, std::size_t size) {
   static const VirtualLaboratory laboratory(laboratory_of_rig("virtual"), {});
   ProcessSession session(laboratory, {0, 1, 2, 3});
   std::vector<std::byte> reply;

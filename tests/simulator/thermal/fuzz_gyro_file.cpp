@@ -9,12 +9,11 @@
 #include <string>
 
 #include "simulator/thermal/gyro_model.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace {
 
-void require(bool law) {
-  if (!law) std::abort();
-}
+using gyrotherm::fuzz::require;
 
 const std::string& shipped() {
   static const std::string text = [] {
@@ -35,7 +34,7 @@ void run(const std::string& text) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(gyro_file, const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   run(bytes);
   if (size < 4 || data[2] % 16 != 0) return 0;  // a whole gyro takes longer

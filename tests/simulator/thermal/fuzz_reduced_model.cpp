@@ -10,14 +10,13 @@
 #include <string_view>
 
 #include "simulator/thermal/reduced/reduced_transient.hpp"
+#include "tests/support/fuzz_target.hpp"
 
 namespace gyrotherm::thermal {
 
-namespace {
+using fuzz::require;
 
-void require(bool law) {
-  if (!law) std::abort();
-}
+namespace {
 
 void run(std::string_view text) {
   const auto model = parse_reduced_model(text, "fuzz.toml");
@@ -83,7 +82,7 @@ std::string spelled(const std::uint8_t* data, std::size_t size) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(reduced_model, const std::uint8_t* data, std::size_t size) {
   run({reinterpret_cast<const char*>(data), size});
   run(spelled(data, size));
   return 0;

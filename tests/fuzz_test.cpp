@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Runs a fuzz target without libFuzzer: fuzz_test TARGET [N | FILE …], on N seeded random inputs (default 10000) or on
+/// the content of files. Without arguments it lists the targets.
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tests/support/fuzz_target.hpp"
+
+namespace gyrotherm::fuzz {
+namespace {
+
+std::map<std::string, Function*>& targets() {
+  static std::map<std::string, Function*> all;
+  return all;
+}
+
+void run_random(Function* target, long count) {
+  std::mt19937_64 random(20151130);
+  std::vector<std::uint8_t> input;
+  for (long i = 0; i < count; ++i) {
+    input.resize(random() % 300);
+    const bool printable = random() % 2 == 0;
+    for (auto& byte : input) byte = static_cast<std::uint8_t>(printable ? 32 + random() % 96 : random());
+    target(input.data(), input.size());
+  }
+}
+
+/// Runs the target on a number of random inputs, or on a file's content. Returns false if there is no such file.
+bool run(Function* target, const std::string& argument) {
+  char* end = nullptr;
+  if (const long count = std::strtol(argument.c_str(), &end, 10); *end == '\0') {
+    run_random(target, count);
+    return true;
+  }
+  std::ifstream file(argument, std::ios::binary);
+  if (!file) return false;
+  const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+  target(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+  return true;
+}
+
+}  // namespace
+
+Target::Target(const char* name, Function* run) { targets().emplace(name, run); }
+
+}  // namespace gyrotherm::fuzz
+
+int main(int argc, char** argv) {
+  using namespace gyrotherm::fuzz;
+  if (argc < 2) {
+    for (const auto& [name, target] : targets()) std::puts(name.c_str());
+    return 0;
+  }
+  const auto target = targets().find(argv[1]);
+  if (target == targets().end()) {
+    std::fprintf(stderr, "%s: no such target\n", argv[1]);
+    return 2;
+  }
+  std::vector<std::string> arguments(argv + 2, argv + argc);
+  if (arguments.empty()) arguments = {"10000"};
+  for (const std::string& argument : arguments) {
+    if (run(target->second, argument)) continue;
+    std::fprintf(stderr, "%s: cannot be read\n", argument.c_str());
+    return 2;
+  }
+  std::puts("no crash");
+}

@@ -45,24 +45,13 @@ bool run(Function* target, const std::string& argument) {
   return true;
 }
 
-}  // namespace
-
-Target::Target(const char* name, Function* run) { targets().emplace(name, run); }
-
-}  // namespace gyrotherm::fuzz
-
-int main(int argc, char** argv) {
-  using namespace gyrotherm::fuzz;
-  if (argc < 2) {
-    for (const auto& [name, target] : targets()) std::puts(name.c_str());
-    return 0;
-  }
-  const auto target = targets().find(argv[1]);
+/// Runs one target on all arguments, 10,000 random inputs without any. Returns the exit code.
+int run_all(const std::string& name, std::vector<std::string> arguments) {
+  const auto target = targets().find(name);
   if (target == targets().end()) {
-    std::fprintf(stderr, "%s: no such target\n", argv[1]);
+    std::fprintf(stderr, "%s: no such target\n", name.c_str());
     return 2;
   }
-  std::vector<std::string> arguments(argv + 2, argv + argc);
   if (arguments.empty()) arguments = {"10000"};
   for (const std::string& argument : arguments) {
     if (run(target->second, argument)) continue;
@@ -70,4 +59,21 @@ int main(int argc, char** argv) {
     return 2;
   }
   std::puts("no crash");
+  return 0;
+}
+
+void list() {
+  for (const auto& [name, target] : targets()) std::puts(name.c_str());
+}
+
+}  // namespace
+
+Target::Target(const char* name, Function* run) { targets().emplace(name, run); }
+
+}  // namespace gyrotherm::fuzz
+
+int main(int argc, char** argv) {
+  if (argc > 1) return gyrotherm::fuzz::run_all(argv[1], {argv + 2, argv + argc});
+  gyrotherm::fuzz::list();
+  return 0;
 }

@@ -3,6 +3,7 @@
 /// Measurement (GUM, JCGM 100:2008): one row a source, what they come to together, and by how much that is expanded.
 #pragma once
 
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>

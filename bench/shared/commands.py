@@ -31,9 +31,7 @@ def judge(program: str, model: Path, random: Path) -> dict[str, float]:
     rows = [row["standard_uncertainty"] for row in uncertainty["budget"] if row["source"] == "coefficients"]
     coverage = json.loads(call(program, "verify", model, random, "--json", "--unverified").splitlines()[0])["coverage"]
     return {"U": 1e3 * uncertainty["combined"]["U_deg_per_h"], "coefficients": 1e3 * rows[0] if rows else 0,
-            "half-width": 1e3 * coverage["mean_half_width_deg_per_h"], "share": 100 * coverage["seen"],
-            "outside": json.loads(call(program, "verify", model, random, "--json",
-                                       "--unverified").splitlines()[0])["outside_trained_range"]}
+            "half-width": 1e3 * coverage["mean_half_width_deg_per_h"], "share": 100 * coverage["seen"]}
 
 
 def cell(values: list[float]) -> str:
@@ -69,7 +67,7 @@ def main() -> None:
                 found.setdefault((name, hours), []).append(judge(asked.program, model, random))
     print("| own hours | " + " | ".join(LENGTHS) + " |\n|" + "---|" * (len(LENGTHS) + 1))
     for name in ("type prior", "ridge-u"):
-        for figure in ("U", "coefficients", "half-width", "share", "outside"):
+        for figure in ("U", "coefficients", "half-width", "share"):
             cells = [found.get((name, hours), []) for hours in LENGTHS]
             print(f"| {name}: {figure} | "
                   + " | ".join(cell([one[figure] for one in each]) if len(each) > 1 else "–" for each in cells) + " |")

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "apps/monitor/body.hpp"
-#include "apps/monitor/request_head.hpp"
+#include "apps/monitor/http_message.hpp"
 #include "core/json.hpp"
 
 namespace gyrotherm::monitor {

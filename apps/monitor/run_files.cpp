@@ -10,7 +10,7 @@
 
 #include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/run_source.hpp"
-#include "apps/monitor/request_head.hpp"
+#include "apps/monitor/http_message.hpp"
 #include "apps/monitor/run_answers.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
@@ -71,7 +71,7 @@ constexpr std::array kReports{
     "calibration.html", "calibration.pdf",   "calibration.de.html", "calibration.de.pdf", "calibration.csv",
     "calibration.json", "authorisation.json"};
 
-/// Whether an address may have it (request_head.hpp).
+/// Returns whether a file of this name can be requested (http_message.hpp).
 bool can_be_asked_for(const std::string& name) {
   return name.find('\\') == std::string::npos && percent_decoded(percent_encoded(name)) == name;
 }

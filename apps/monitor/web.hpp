@@ -13,7 +13,7 @@
 
 namespace gyrotherm::monitor {
 
-/// What comes before the body; checked (request_head.hpp).
+/// The part before the body, as read_head() has accepted it (http_message.hpp).
 struct RequestHead {
   std::string method;                          ///< "GET" or "POST"
   std::string path;                            ///< begins with '/'; decoded
@@ -58,8 +58,5 @@ struct WebAnswer {
 
 /// An answer that says why not: {"error": "…"}.
 [[nodiscard]] WebAnswer refusal(int status, std::string_view why);
-
-/// "Not Found" of 404.
-[[nodiscard]] const char* reason_of(int status);
 
 }  // namespace gyrotherm::monitor

@@ -2,7 +2,9 @@
 #include "apps/monitor/web_server.hpp"
 
 #include <fmt/format.h>
-#include <httplib.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <poll.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -10,12 +12,16 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
+#include <exception>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
-#include "apps/monitor/request_head.hpp"
+#include "apps/monitor/http_message.hpp"
 #include "core/deadline.hpp"
+#include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/text.hpp"
 
@@ -26,210 +32,112 @@ using std::chrono_literals::operator""s;
 using std::chrono_literals::operator""ms;
 
 constexpr std::size_t kThreads = 32;
-constexpr std::size_t kMostWaiting = 32;  ///< connections that no thread has taken; more are closed at once
+constexpr std::size_t kMostWaiting = 32;  ///< connections without a thread
 constexpr auto kHeadWithin = 1s;          ///< a head, from its first byte, and its body
-constexpr auto kIdle = 3s;                ///< between requests of one connection
 constexpr auto kWriteWithin = 5s;
-constexpr int kMostRequests = 100;  ///< of one connection
 
-/// Whether the thread that runs a connection is to close it unheard.
-thread_local bool shed = false;
-
-/// 32 threads, and a queue with an end.
-class Threads final : public httplib::TaskQueue {
- public:
-  Threads() {
-    for (std::size_t i = 0; i < kThreads; ++i)
-      threads_.emplace_back([this] {
-        block_signals();
-        work();
-      });
+/// Returns a socket that listens; a closed one if the address is not available.
+Descriptor listen_at(const std::string& address, int port) {
+  addrinfo wanted{};
+  wanted.ai_socktype = SOCK_STREAM;
+  wanted.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
+  addrinfo* found = nullptr;
+  if (::getaddrinfo(address.c_str(), std::to_string(port).c_str(), &wanted, &found) != 0) return {};
+  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> all(found, ::freeaddrinfo);
+  for (const auto* one = found; one != nullptr; one = one->ai_next) {
+    Descriptor socket(::socket(one->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    const int on = 1;
+    ::setsockopt(socket.number(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    if (::bind(socket.number(), one->ai_addr, one->ai_addrlen) == 0 && ::listen(socket.number(), kMostWaiting) == 0)
+      return socket;
   }
-
-  void enqueue(std::function<void()> connection) override {
-    {
-      const std::lock_guard lock(mutex_);
-      if (waiting_.size() < kMostWaiting) {
-        waiting_.push_back(std::move(connection));
-        pressure_ = waiting_.size();
-        some_.notify_one();
-        return;
-      }
-    }
-    shed = true;
-    connection();
-    shed = false;
-  }
-
-  void shutdown() override {
-    {
-      const std::lock_guard lock(mutex_);
-      stopped_ = true;
-      some_.notify_all();
-    }
-    for (auto& thread : threads_) thread.join();
-  }
-
-  /// Whether connections wait for a thread.
-  [[nodiscard]] static bool is_full() { return pressure_ > 0; }
-
- private:
-  void work() {
-    for (;;) {
-      std::function<void()> connection;
-      {
-        std::unique_lock lock(mutex_);
-        some_.wait(lock, [&] { return stopped_ || !waiting_.empty(); });
-        if (waiting_.empty()) return;
-        connection = std::move(waiting_.front());
-        waiting_.pop_front();
-        pressure_ = waiting_.size();
-        shed = stopped_;
-      }
-      connection();
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable some_;
-  std::deque<std::function<void()>> waiting_;
-  std::vector<std::thread> threads_;
-  bool stopped_{};
-  static inline std::atomic<std::size_t> pressure_{0};
-};
-
-/// What the library sees of a connection: a request that was made here, and an outlet for the answer.
-class AnswerStream final : public httplib::Stream {
- public:
-  AnswerStream(Connection& connection, std::string request) : connection_(connection), request_(std::move(request)) {}
-
-  [[nodiscard]] bool is_readable() const override { return taken_ < request_.size(); }
-  [[nodiscard]] bool is_writable() const override { return connection_.is_there(); }
-  ssize_t read(char* into, size_t size) override {
-    const auto count = std::min(size, request_.size() - taken_);
-    std::copy_n(request_.data() + taken_, count, into);
-    taken_ += count;
-    return static_cast<ssize_t>(count);
-  }
-  ssize_t write(const char* from, size_t size) override {
-    return connection_.write({from, size}, kWriteWithin) ? static_cast<ssize_t>(size) : -1;
-  }
-  void get_remote_ip_and_port(std::string& /*ip*/, int& /*port*/) const override {}
-  void get_local_ip_and_port(std::string& /*ip*/, int& /*port*/) const override {}
-  [[nodiscard]] socket_t socket() const override { return connection_.socket(); }
-
- private:
-  Connection& connection_;
-  std::string request_;
-  std::size_t taken_{};
-};
-
-/// The request that this thread answers.
-thread_local const WebRequest* current = nullptr;
-
-/// Every answer has these: the page loads from itself alone, is shown in no other, and is kept nowhere.
-const httplib::Headers& usual_headers() {
-  static const httplib::Headers headers{
-      {"Content-Security-Policy",
-       "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
-       "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"},
-      {"X-Content-Type-Options", "nosniff"},
-      {"Referrer-Policy", "no-referrer"},
-      {"Cross-Origin-Resource-Policy", "same-origin"},
-      {"Cross-Origin-Opener-Policy", "same-origin"},
-      {"Permissions-Policy", "camera=(), microphone=(), geolocation=()"},
-      {"X-Frame-Options", "DENY"},
-      {"Cache-Control", "no-store"}};
-  return headers;
+  return {};
 }
 
-/// To a HEAD an answer has no body.
-std::string refusal_text(int status, std::string_view why, bool with_body) {
-  const auto answer = refusal(status, why);
-  auto text = fmt::format("HTTP/1.1 {} {}\r\nConnection: close\r\nContent-Type: {}\r\nContent-Length: {}\r\n", status,
-                          reason_of(status), answer.type, answer.body.size());
-  if (status == 405) text += "Allow: GET, POST\r\n";
-  for (const auto& [name, value] : usual_headers()) text += fmt::format("{}: {}\r\n", name, value);
-  return text + "\r\n" + (with_body ? answer.body : "");
-}
-
-/// What is sent piece by piece ends when the server does, however slowly it is taken; in chunks where the client knows
-/// them, and otherwise with the connection (RFC 9112, 6.1).
-void put(const WebAnswer& answer, bool in_chunks, httplib::Response& response, const std::atomic<bool>& stopping) {
-  response.status = answer.status;
-  for (const auto& [name, value] : usual_headers()) {
-    const bool other = std::ranges::any_of(answer.headers, [&](const auto& own) { return own.first == name; });
-    if (!other) response.set_header(name, value);
-  }
-  for (const auto& [name, value] : answer.headers) response.set_header(name, value);
-  if (!answer.stream) return response.set_content(answer.body, answer.type);
-  const auto run = [stream = answer.stream, &stopping](httplib::DataSink& sink) {
-    bool taken = true;
-    const bool whole = stream([&](std::string_view piece) {
-      taken = taken && !stopping && sink.write(piece.data(), piece.size());
-      return taken;
-    });
-    return taken && whole;
-  };
-  if (answer.stream_size > 0)
-    response.set_content_provider(answer.stream_size, answer.type,
-                                  [run](size_t, size_t, httplib::DataSink& sink) { return run(sink); });
-  else {
-    const auto provide = [run](size_t, httplib::DataSink& sink) {
-      const bool whole = run(sink);
-      if (whole) sink.done();
-      return whole;
-    };
-    in_chunks ? response.set_chunked_content_provider(answer.type, provide)
-              : response.set_content_provider(answer.type, provide);
-  }
+int port_of(const Descriptor& listener) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  ::getsockname(listener.number(), reinterpret_cast<sockaddr*>(&address), &size);
+  return ntohs(address.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(address).sin6_port
+                                             : reinterpret_cast<const sockaddr_in&>(address).sin_port);
 }
 
 }  // namespace
 
-class WebServer::Guarded final : public httplib::Server {
+class WebServer::Lines {
  public:
-  Guarded(const WebServerOptions& given, Answer answer) : options(given), answer_(std::move(answer)) {
-    new_task_queue = [] { return new Threads; };
-    set_socket_options([](socket_t socket) {
-      const int on = 1;
-      ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-      ::fcntl(socket, F_SETFD, FD_CLOEXEC);
-    });
-    set_keep_alive_max_count(kMostRequests);
-    set_keep_alive_timeout(std::chrono::seconds(kIdle).count());
-    set_pre_routing_handler([this](const httplib::Request&, httplib::Response& response) {
-      put(answer_(*current), current->head.takes_chunks, response, stopping);
-      return HandlerResponse::Handled;
-    });
+  Lines(const WebServerOptions& given, Answer answer) : options(given), answer_(std::move(answer)) {}
+
+  void serve() {
+    std::vector<std::thread> threads;
+    for (std::size_t i = 0; i < kThreads; ++i)
+      threads.emplace_back([this] {
+        block_signals();
+        while (auto socket = take()) attend(std::move(*socket));
+      });
+    while (!stopping) {
+      if (!ready(listener.number(), POLLIN, Deadline(1s)) || stopping) continue;
+      Descriptor socket(::accept4(listener.number(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+      if (!socket.is_open() && !would_block()) std::this_thread::sleep_for(10ms);  // no descriptor is free
+      const std::lock_guard lock(mutex_);
+      if (!socket.is_open() || waiting_.size() >= kMostWaiting) continue;
+      waiting_.push_back(std::move(socket));
+      change_.notify_one();
+    }
+    {
+      const std::lock_guard lock(mutex_);
+      change_.notify_all();
+    }
+    for (auto& thread : threads) thread.join();
   }
 
   WebServerOptions options;
-  std::atomic<bool> stopping{false}, served{false};
+  Descriptor listener;
+  std::atomic<bool> stopping{false};
 
  private:
-  bool process_and_close_socket(socket_t socket) override {
-    Connection connection(Descriptor(socket), options.tls);
-    if (shed || !connection.greet(kHeadWithin)) return false;
-    std::string bytes;
-    for (int i = 0; i < kMostRequests && !stopping && wait_for_request(connection, bytes, i == 0); ++i)
-      if (!serve_one(connection, bytes)) break;
-    connection.say_goodbye();
-    return true;
+  /// Waits for a connection. Returns nothing once the server stops.
+  std::optional<Descriptor> take() {
+    std::unique_lock lock(mutex_);
+    change_.wait(lock, [&] { return stopping || !waiting_.empty(); });
+    if (stopping) return std::nullopt;
+    auto socket = std::move(waiting_.front());
+    waiting_.pop_front();
+    return socket;
   }
 
-  /// Until bytes come. A connection that is idle makes room for those that wait.
-  bool wait_for_request(const Connection& connection, const std::string& bytes, bool first) const {
+  [[nodiscard]] bool has_waiting() {
+    const std::lock_guard lock(mutex_);
+    return !waiting_.empty();
+  }
+
+  /// Serves a connection to its end. If memory is exhausted, only this connection ends.
+  void attend(Descriptor socket) {
+    try {
+      Connection connection(std::move(socket), options.tls);
+      if (!connection.greet(kHeadWithin)) return;
+      std::string bytes;
+      for (int i = 0; i < kMostRequests && !stopping && wait_for_request(connection, bytes, i == 0); ++i)
+        if (!serve_one(connection, bytes)) break;
+      connection.say_goodbye();
+    } catch (const std::exception&) {
+      return;
+    }
+  }
+
+  /// Waits for bytes. An idle connection ends if others wait for a thread.
+  bool wait_for_request(const Connection& connection, const std::string& bytes, bool first) {
     if (!bytes.empty()) return true;
     const Deadline deadline(first ? Duration(kHeadWithin) : Duration(kIdle));
     while (!deadline.over()) {
       if (connection.has_bytes(50ms)) return true;
-      if (stopping || (Threads::is_full() && !first)) return false;
+      if (stopping || (!first && has_waiting())) return false;
     }
     return false;
   }
 
-  /// Reads one request and answers it; whether the connection goes on. `bytes` has what was read beyond.
+  /// Reads one request and answers it. Returns whether the connection continues. `bytes` keeps bytes of the next
+  /// request.
   bool serve_one(Connection& connection, std::string& bytes) {
     const Deadline deadline{Duration(kHeadWithin)};
     std::optional<std::size_t> end;
@@ -250,7 +158,7 @@ class WebServer::Guarded final : public httplib::Server {
     request.body = bytes.substr(0, request.head.body_size);
     bytes.erase(0, request.head.body_size);
     if (options.behind_proxy) believe_proxy(request);
-    return let_answer(connection, request);
+    return give(connection, answer_to(request), request.head);
   }
 
   static bool read_more(Connection& connection, std::string& bytes, const Deadline& deadline) {
@@ -260,12 +168,15 @@ class WebServer::Guarded final : public httplib::Server {
     return size > 0;
   }
 
+  /// Sends a refusal, without its body to a HEAD. Returns false: the connection ends.
   static bool refuse(Connection& connection, const HeadRefusal& why, bool with_body = true) {
-    if (connection.write(refusal_text(why.status, why.why, with_body), kWriteWithin)) drain(connection);
+    auto answer = refusal(why.status, why.why);
+    if (why.status == 405) answer.headers.emplace_back("Allow", "GET, POST");
+    if (connection.write(answer_head(answer, {}) + (with_body ? answer.body : ""), kWriteWithin)) drain(connection);
     return false;
   }
 
-  /// Reads a little of what the client still sends, for the answer would be lost if the connection were reset.
+  /// Reads a little more from the client. Otherwise a reset of the connection could discard the answer.
   static void drain(Connection& connection) {
     connection.say_goodbye();
     const Deadline deadline(100ms);
@@ -274,22 +185,37 @@ class WebServer::Guarded final : public httplib::Server {
     }
   }
 
-  bool let_answer(Connection& connection, const WebRequest& request) {
-    const bool close = !request.head.keep_alive;
-    AnswerStream stream(connection, fmt::format("GET / HTTP/1.1\r\nHost: page\r\nConnection: {}\r\n\r\n",
-                                                close ? "close" : "keep-alive"));
-    current = &request;
-    bool closed = false;
-    const bool done = process_request(stream, close, closed, nullptr);
-    current = nullptr;
-    return done && !closed && !close;
+  WebAnswer answer_to(const WebRequest& request) {
+    try {
+      return answer_(request);
+    } catch (const std::exception&) {
+      return refusal(500, "the page has failed");
+    }
+  }
+
+  /// Sends an answer. Returns whether the connection continues. A stream ends when the server stops.
+  bool give(Connection& connection, const WebAnswer& answer, const RequestHead& to) {
+    const auto write = [&](std::string_view bytes) { return connection.write(bytes, kWriteWithin); };
+    if (!write(answer_head(answer, to))) return false;
+    if (!answer.stream) return write(answer.body) && to.keep_alive;
+    const bool in_chunks = is_in_chunks(answer, to), has_size = answer.stream_size > 0;
+    std::uint64_t sent = 0;
+    bool taken = true;
+    const bool whole = answer.stream([&](std::string_view piece) {
+      sent += piece.size();
+      taken = taken && !stopping && (has_size ? sent <= answer.stream_size : connection.is_there());
+      if (!piece.empty()) taken = taken && (in_chunks ? write(chunk(piece)) : write(piece));
+      return taken;
+    });
+    if (!whole || !taken || (has_size && sent < answer.stream_size)) return false;
+    return (!in_chunks || write(chunk({}))) && to.keep_alive;
   }
 
   [[nodiscard]] bool is_host(const std::string& host) const {
     return std::ranges::find(options.hosts, in_small_letters(host)) != options.hosts.end();
   }
 
-  /// The proxy on this machine adds the address that it sees at the end.
+  /// Takes the address of the client from the proxy on this machine, which appends it.
   static void believe_proxy(WebRequest& request) {
     const auto chain = request.head.header("x-forwarded-for");
     const auto comma = chain.rfind(',');
@@ -299,20 +225,22 @@ class WebServer::Guarded final : public httplib::Server {
   }
 
   Answer answer_;
+  std::mutex mutex_;
+  std::condition_variable change_;
+  std::deque<Descriptor> waiting_;
 };
 
 WebServer::WebServer(const WebServerOptions& options, Answer answer)
-    : server_(std::make_unique<Guarded>(options, std::move(answer))) {}
+    : lines_(std::make_unique<Lines>(options, std::move(answer))) {}
 WebServer::~WebServer() = default;
 
 Result<int> WebServer::bind() {
-  auto& options = server_->options;
-  const bool any = options.port == 0;
-  const int port = any ? server_->bind_to_any_port(options.address) : options.port;
-  if (port <= 0 || (!any && !server_->bind_to_port(options.address, port)))
+  auto& options = lines_->options;
+  lines_->listener = listen_at(options.address, options.port);
+  if (!lines_->listener.is_open())
     return failure(FaultKind::usage, fmt::format("{}:{}", options.address, options.port),
                    "cannot be listened at: another program may be there, or the address is none of this machine's");
-  options.port = port;
+  const int port = port_of(lines_->listener);
   std::vector<std::string> hosts;
   const bool v6 = options.address.find(':') != std::string::npos;
   auto names = options.hosts;
@@ -326,18 +254,13 @@ Result<int> WebServer::bind() {
   return port;
 }
 
-void WebServer::serve() {
-  server_->listen_after_bind();
-  server_->served = true;
-}
+void WebServer::serve() { lines_->serve(); }
 
-/// The library stops nothing before it runs, and a signal may come as early as that.
 void WebServer::stop() {
-  server_->stopping = true;
-  while (!server_->is_running() && !server_->served) std::this_thread::sleep_for(1ms);
-  server_->stop();
+  lines_->stopping = true;
+  ::shutdown(lines_->listener.number(), SHUT_RDWR);  // wakes serve()
 }
 
-bool WebServer::is_stopping() const { return server_->stopping; }
+bool WebServer::is_stopping() const { return lines_->stopping; }
 
 }  // namespace gyrotherm::monitor

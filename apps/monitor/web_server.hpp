@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The server of the page: cpp-httplib accepts connections and writes answers; what a client sends is read and judged
-/// before that (request_head.hpp), within bounds of size and time, and no byte of it comes to the library.
+/// The server of the page: accepts connections, reads requests (http_message.hpp) within bounds of size and time, and
+/// sends answers.
 #pragma once
 
 #include <functional>
@@ -38,13 +38,13 @@ class WebServer {
   [[nodiscard]] Result<int> bind();
   /// Serves until stop(), which any thread may call, also before this has begun.
   void serve();
-  /// Waits until serve() runs or has returned, and ends it.
+  /// Ends serve(), or lets it return at once when it is called.
   void stop();
   [[nodiscard]] bool is_stopping() const;
 
  private:
-  class Guarded;
-  std::unique_ptr<Guarded> server_;
+  class Lines;
+  std::unique_ptr<Lines> lines_;
 };
 
 }  // namespace gyrotherm::monitor

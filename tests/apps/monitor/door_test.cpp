@@ -6,7 +6,7 @@
 
 #include <map>
 
-#include "apps/monitor/request_head.hpp"
+#include "apps/monitor/http_message.hpp"
 #include "tests/support/folder.hpp"
 
 namespace gyrotherm::monitor {

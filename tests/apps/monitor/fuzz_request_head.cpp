@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "apps/monitor/request_head.hpp"
+#include "apps/monitor/http_message.hpp"
 #include "core/text.hpp"
 #include "tests/support/fuzz_target.hpp"
 

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <future>
+#include <new>
 #include <optional>
 #include <thread>
 
@@ -131,6 +132,39 @@ TEST(WebServer, NoChunksAreSentToWhoDoesNotKnowThem) {
   EXPECT_TRUE(plain->ends_with("\r\n\r\none piece and another")) << *plain;
   const auto chunks = page.ask("GET /", "127.0.0.1").value_or("");
   EXPECT_NE(chunks.find("\r\nTransfer-Encoding: chunked\r\n"), std::string::npos) << chunks;
+}
+
+TEST(WebServer, EmptyPieceDoesNotEndAStream) {
+  const Served page([](const WebRequest&) {
+    WebAnswer answer;
+    answer.stream = [](const Send& send) { return send("one") && send("") && send("two"); };
+    return answer;
+  });
+  const auto chunks = page.ask("GET /", "127.0.0.1").value_or("");
+  EXPECT_TRUE(chunks.ends_with("\r\n\r\n3\r\none\r\n3\r\ntwo\r\n0\r\n\r\n")) << chunks;
+}
+
+TEST(WebServer, AnAnswerIsNotLongerThanItSays) {
+  const Served page([](const WebRequest&) {
+    WebAnswer answer{.stream_size = 4};
+    answer.stream = [](const Send& send) { return send("four") && send("HTTP/1.1 200 OK"); };
+    return answer;
+  });
+  const auto sized = page.ask("GET /", "127.0.0.1", "");
+  ASSERT_TRUE(sized) << "the connection stays open";
+  EXPECT_TRUE(sized->ends_with("\r\n\r\nfour")) << *sized;
+}
+
+TEST(WebServer, SurvivesAnAnswerThatThrows) {
+  const Served page([](const WebRequest& request) -> WebAnswer {
+    if (request.head.path == "/full") throw std::bad_alloc();
+    WebAnswer answer;
+    if (request.head.path == "/half") answer.stream = [](const Send&) -> bool { throw std::bad_alloc(); };
+    return answer;
+  });
+  EXPECT_TRUE(page.ask("GET /full", "127.0.0.1").value_or("").starts_with("HTTP/1.1 500 "));
+  EXPECT_FALSE(page.ask("GET /half", "127.0.0.1").value_or("").ends_with("\r\n0\r\n\r\n"));
+  EXPECT_TRUE(page.ask("GET /", "127.0.0.1").value_or("").starts_with("HTTP/1.1 200 "));
 }
 
 TEST(WebServer, NamesOfThePageAreTheSameInCapitals) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/monitor/request_head.hpp"
+#include "apps/monitor/http_message.hpp"
 
 #include <gtest/gtest.h>
 
@@ -56,11 +56,59 @@ TEST(RequestHead, EndsTheConnectionInAnyLetters) {
 TEST(RequestHead, IsRefusedWhereTwoReadersCouldDiffer) {
   EXPECT_EQ(refused_with(head_with("POST / HTTP/1.1", "Content-Length: 1\r\nContent-Length: 1\r\n")), 400);
   EXPECT_EQ(refused_with(head_with("POST / HTTP/1.1", "Content-Length: 1\r\nTransfer-Encoding: chunked\r\n")), 501);
+  EXPECT_EQ(refused_with(head_with("POST / HTTP/1.1", "Transfer-Encoding:\tchunked\r\nContent-Length: 1\r\n")), 501);
   EXPECT_EQ(refused_with(head_with("GET / HTTP/1.1", "X : y\r\n")), 400);
   EXPECT_EQ(refused_with(head_with("GET / HTTP/1.1", "X: y\r\n z\r\n")), 400);
   EXPECT_EQ(refused_with(head_with("GET /a/%2e%2e/b HTTP/1.1")), 400);
   EXPECT_EQ(refused_with(head_with("GET /a%2fb HTTP/1.1")), 400);
   EXPECT_EQ(refused_with("GET / HTTP/1.1\nHost: page\n\n"), 400);
+}
+
+/// Beast alone would join the lines of a folded header, take a list of equal lengths for one, and end a length of 2^64.
+TEST(RequestHead, IsRefusedWhereBeastIsLaxer) {
+  EXPECT_EQ(refused_with(head_with("GET / HTTP/1.1", "X:\r\n y\r\n")), 400);
+  EXPECT_EQ(refused_with(head_with("GET / HTTP/1.1", "X: y\r\n\tz\r\n")), 400);
+  EXPECT_EQ(refused_with(head_with("POST / HTTP/1.1", "Content-Length: 2, 2\r\n")), 400);
+  EXPECT_EQ(refused_with(head_with("POST / HTTP/1.1", "Content-Length: 18446744073709551618\r\n")), 413);
+  EXPECT_EQ(refused_with(head_with("POST / HTTP/1.1", "Content-Length: 4097\r\n")), 413);
+  EXPECT_EQ(refused_with(head_with("GET /\xC3\xA9 HTTP/1.1")), 400);
+  EXPECT_EQ(refused_with(head_with("GET / HTTP/1.1") + "x"), 400);
+}
+
+TEST(RequestHead, IsRefusedInAnotherVersion) {
+  EXPECT_EQ(refused_with(head_with("GET / HTTP/2.0")), 505);
+  EXPECT_EQ(refused_with(head_with("GET / FTP/1.1")), 400);
+  EXPECT_EQ(refused_with(head_with("GET / a HTTP/1.1")), 400);
+  EXPECT_EQ(refused_with("GET / HTTP/1.1\n\n"), 400);
+}
+
+TEST(AnswerHead, HasTheSizeOrSaysThatThereAreChunks) {
+  const RequestHead modern{.method = "GET",
+                           .path = "/",
+                           .query = {},
+                           .headers = {},
+                           .body_size = 0,
+                           .keep_alive = true,
+                           .takes_chunks = true};
+  const auto sized = answer_head({.body = "{}", .headers = {{"Cache-Control", "private"}}}, modern);
+  EXPECT_TRUE(sized.starts_with("HTTP/1.1 200 OK\r\n")) << sized;
+  EXPECT_TRUE(sized.ends_with("\r\n\r\n")) << sized;
+  EXPECT_NE(sized.find("\r\nContent-Length: 2\r\n"), std::string::npos) << sized;
+  EXPECT_NE(sized.find("\r\nCache-Control: private\r\n"), std::string::npos) << sized;
+  EXPECT_EQ(sized.find("no-store"), std::string::npos) << sized;
+  WebAnswer stream;
+  stream.stream = [](const Send&) { return true; };
+  const auto chunked = answer_head(stream, modern);
+  EXPECT_NE(chunked.find("\r\nTransfer-Encoding: chunked\r\n"), std::string::npos) << chunked;
+  EXPECT_EQ(chunked.find("Content-Length"), std::string::npos) << chunked;
+  const auto until_end = answer_head(stream, {});
+  EXPECT_NE(until_end.find("\r\nConnection: close\r\n"), std::string::npos) << until_end;
+  EXPECT_EQ(until_end.find("Transfer-Encoding"), std::string::npos) << until_end;
+}
+
+TEST(Chunk, HasItsSizeAndTheLastHasNone) {
+  EXPECT_EQ(chunk("eleven byte"), "b\r\neleven byte\r\n");
+  EXPECT_EQ(chunk(""), "0\r\n\r\n");
 }
 
 TEST(RequestHead, EndsAtItsFirstEmptyLine) {

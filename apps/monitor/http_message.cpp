@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "apps/monitor/http_message.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/asio/buffer.hpp>
+#include <boost/beast/core/buffers_to_string.hpp>
+#include <boost/beast/http/chunk_encode.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/error.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/serializer.hpp>
+#include <cctype>
+#include <charconv>
+#include <utility>
+
+#include "core/text.hpp"
+
+namespace gyrotherm::monitor {
+namespace {
+
+namespace http = boost::beast::http;
+using boost::asio::const_buffer;
+
+/// Headers of every answer: the page loads from itself alone, is not framed, and is not cached.
+constexpr std::array<std::pair<const char*, const char*>, 8> kUsualHeaders{
+    {{"Cache-Control", "no-store"},
+     {"Content-Security-Policy",
+      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+      "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"},
+     {"Cross-Origin-Opener-Policy", "same-origin"},
+     {"Cross-Origin-Resource-Policy", "same-origin"},
+     {"Permissions-Policy", "camera=(), microphone=(), geolocation=()"},
+     {"Referrer-Policy", "no-referrer"},
+     {"X-Content-Type-Options", "nosniff"},
+     {"X-Frame-Options", "DENY"}}};
+
+std::string_view view(boost::beast::string_view text) { return {text.data(), text.size()}; }
+
+bool is_printable(char c) { return c > ' ' && c < 0x7F; }
+
+int digit_of(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+using Trouble = std::optional<HeadRefusal>;
+
+Trouble read_query(std::string_view text, RequestHead& head) {
+  while (!text.empty()) {
+    const auto end = std::min(text.find('&'), text.size());
+    const auto pair = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    const auto equals = std::min(pair.find('='), pair.size());
+    const auto name = percent_decoded(pair.substr(0, equals));
+    const auto value = percent_decoded(pair.substr(std::min(equals + 1, pair.size())));
+    if (!name || !value) return HeadRefusal{400, "the query is not well encoded"};
+    if (!head.query.emplace(*name, *value).second) return HeadRefusal{400, "a parameter stands twice"};
+  }
+  return std::nullopt;
+}
+
+/// Returns whether a part of the path is "." or "..", or has a backslash.
+bool leads_elsewhere(std::string_view path) {
+  while (!path.empty()) {
+    path.remove_prefix(1);
+    const auto end = std::min(path.find('/'), path.size());
+    const auto part = path.substr(0, end);
+    if (part == "." || part == ".." || part.find('\\') != std::string_view::npos) return true;
+    path.remove_prefix(end);
+  }
+  return false;
+}
+
+Trouble read_target(std::string_view target, RequestHead& head) {
+  if (target.size() > kLongestTarget) return HeadRefusal{414, "the address is too long"};
+  if (!target.starts_with('/') || target.starts_with("//")) return HeadRefusal{400, "the address is no path"};
+  if (!std::ranges::all_of(target, is_printable)) return HeadRefusal{400, "the address has characters of no address"};
+  if (target.find('#') != std::string_view::npos) return HeadRefusal{400, "the address has a fragment"};
+  const auto question = std::min(target.find('?'), target.size());
+  const auto raw = target.substr(0, question);
+  const auto path = percent_decoded(raw);
+  const bool hides_slash =
+      std::count(raw.begin(), raw.end(), '/') != (path ? std::count(path->begin(), path->end(), '/') : -1);
+  if (!path || hides_slash || leads_elsewhere(*path)) return HeadRefusal{400, "the path is none of this page's"};
+  head.path = *path;
+  return read_query(target.substr(std::min(question + 1, target.size())), head);
+}
+
+Trouble read_header(std::string_view name, std::string_view value, RequestHead& head) {
+  if (head.headers.size() >= kMostHeaders) return HeadRefusal{431, "there are too many headers"};
+  const auto [found, is_new] = head.headers.emplace(in_small_letters(name), value);
+  if (is_new) return std::nullopt;
+  constexpr std::array kLists{"accept", "accept-encoding", "accept-language", "cache-control",
+                              "via",    "x-forwarded-for"};
+  if (std::ranges::find(kLists, found->first) == kLists.end())
+    return HeadRefusal{400, "a header stands twice that may stand once"};
+  found->second.append(", ").append(value);  // one list (RFC 9110, 5.3)
+  return std::nullopt;
+}
+
+Trouble read_body_size(RequestHead& head) {
+  if (head.headers.contains("transfer-encoding")) return HeadRefusal{501, "a body comes with its length here"};
+  if (head.headers.contains("expect")) return HeadRefusal{501, "nothing is expected here"};
+  if (head.headers.contains("upgrade")) return HeadRefusal{501, "nothing else than HTTP/1.1 is spoken here"};
+  const auto length = head.headers.find("content-length");
+  if (length == head.headers.end())
+    return head.method == "POST" ? Trouble(HeadRefusal{411, "a POST says how long it is"}) : std::nullopt;
+  const auto& text = length->second;
+  if (text.empty() || !std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; }))
+    return HeadRefusal{400, "the length is no number"};
+  constexpr std::size_t kLongestNumber = 9;
+  if (text.size() > kLongestNumber) return HeadRefusal{413, "the body is too long"};
+  std::from_chars(text.data(), text.data() + text.size(), head.body_size);
+  if (head.method == "GET" && head.body_size > 0) return HeadRefusal{400, "a GET has no body here"};
+  return head.body_size > kLargestBody ? Trouble(HeadRefusal{413, "the body is too long"}) : std::nullopt;
+}
+
+/// Returns whether the request line is METHOD TARGET VERSION, with any version of HTTP.
+bool has_version(std::string_view head) {
+  const auto line = head.substr(0, head.find("\r\n"));
+  const auto version = line.substr(line.rfind(' ') + 1);
+  return std::ranges::count(line, ' ') == 2 && version.starts_with("HTTP/") && version.size() == 8;
+}
+
+/// Returns whether a Content-Length is a number that Beast cannot hold.
+bool is_huge_length(std::string_view line) {
+  const auto value = trimmed(line.substr(line.find(':') + 1, line.find('\r') - line.find(':') - 1));
+  return value.size() > 19 && value.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+/// Translates an error of the parser. `rest` begins with the line that it did not take.
+HeadRefusal refusal_for(http::error error, std::string_view head, std::string_view rest) {
+  switch (error) {
+    case http::error::bad_version:
+      if (has_version(head)) return {505, "only HTTP/1.1 is spoken here"};
+      return {400, "the request line is not METHOD PATH VERSION"};
+    case http::error::bad_method:
+    case http::error::bad_target: return {400, "the request line is not METHOD PATH VERSION"};
+    case http::error::bad_content_length:
+      if (is_huge_length(rest)) return {413, "the body is too long"};
+      return {400, "the length is no number"};
+    case http::error::bad_transfer_encoding: return {501, "a body comes with its length here"};
+    case http::error::body_limit: return {413, "the body is too long"};
+    case http::error::header_limit: return {431, "the head is too long"};
+    case http::error::bad_value: return {400, "the value of a header is malformed"};
+    case http::error::need_more:
+    case http::error::bad_line_ending: return {400, "a line does not end with CR LF"};
+    default: return {400, "a header is not NAME: VALUE"};
+  }
+}
+
+}  // namespace
+
+std::string in_small_letters(std::string_view text) {
+  std::string small(text);
+  std::ranges::transform(small, small.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  return small;
+}
+
+std::optional<std::string> percent_decoded(std::string_view text) {
+  std::string decoded;
+  decoded.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      decoded += text[i];
+      continue;
+    }
+    if (text.size() - i < 3) return std::nullopt;
+    const int high = digit_of(text[i + 1]), low = digit_of(text[i + 2]);
+    if (high < 0 || low < 0) return std::nullopt;
+    decoded += static_cast<char>(high * 16 + low);
+    i += 2;
+  }
+  const bool steers =
+      std::ranges::any_of(decoded, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 0x7F; });
+  if (steers || !is_utf8(decoded)) return std::nullopt;
+  return decoded;
+}
+
+std::string percent_encoded(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF", kMarks = "-._~";
+  std::string encoded;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = byte < 0x80 && (std::isalnum(byte) != 0 || kMarks.find(c) != std::string_view::npos);
+    if (plain)
+      encoded += c;
+    else
+      encoded.append({'%', kDigits[byte / 16], kDigits[byte % 16]});
+  }
+  return encoded;
+}
+
+std::optional<std::size_t> end_of_head(std::string_view bytes) {
+  const auto strict = bytes.find("\n\r\n"), loose = bytes.find("\n\n");
+  if (strict == std::string_view::npos && loose == std::string_view::npos) return std::nullopt;
+  return loose < strict ? loose + 2 : strict + 3;
+}
+
+std::variant<RequestHead, HeadRefusal> read_head(std::string_view head) {
+  if (head.size() > kLongestHead) return HeadRefusal{431, "the head is too long"};
+  // Beast joins the lines of a folded header; a proxy in front may not.
+  if (head.find("\n ") != std::string_view::npos || head.find("\n\t") != std::string_view::npos)
+    return HeadRefusal{400, "a header is folded"};
+  http::request_parser<http::empty_body> parser;
+  parser.header_limit(kLongestHead);
+  parser.body_limit(kLargestBody);
+  boost::beast::error_code error;
+  const auto taken = parser.put(const_buffer(head.data(), head.size()), error);
+  const auto& message = parser.get();
+  if (error && message.find(http::field::transfer_encoding) != message.end())
+    error = http::error::bad_transfer_encoding;
+  if (error) return refusal_for(static_cast<http::error>(error.value()), head, head.substr(taken));
+  if (!parser.is_header_done() || taken != head.size()) return HeadRefusal{400, "a line does not end with CR LF"};
+  if (message.method() != http::verb::get && message.method() != http::verb::post)
+    return HeadRefusal{405, "only GET and POST are known here"};
+  RequestHead read;
+  read.method = view(message.method_string());
+  read.takes_chunks = message.version() == 11;
+  read.keep_alive = read.takes_chunks && parser.keep_alive();
+  if (const auto trouble = read_target(view(message.target()), read)) return *trouble;
+  for (const auto& field : message)
+    if (const auto trouble = read_header(view(field.name_string()), view(field.value()), read)) return *trouble;
+  if (const auto trouble = read_body_size(read)) return *trouble;
+  return read;
+}
+
+bool is_in_chunks(const WebAnswer& answer, const RequestHead& to) {
+  return answer.stream && answer.stream_size == 0 && to.takes_chunks;
+}
+
+std::string answer_head(const WebAnswer& answer, const RequestHead& to) {
+  http::response<http::empty_body> message;
+  message.result(static_cast<unsigned>(answer.status));
+  message.set(http::field::content_type, answer.type);
+  if (is_in_chunks(answer, to))
+    message.chunked(true);
+  else if (!answer.stream || answer.stream_size > 0)
+    message.content_length(answer.stream ? answer.stream_size : answer.body.size());
+  if (to.keep_alive)
+    message.set("Keep-Alive", fmt::format("timeout={}, max={}", kIdle.count(), kMostRequests));
+  else
+    message.set(http::field::connection, "close");
+  for (const auto& [name, value] : answer.headers) message.insert(name, value);
+  for (const auto& [name, value] : kUsualHeaders)
+    if (message.find(name) == message.end()) message.insert(name, value);
+  http::response_serializer<http::empty_body> serializer(message);
+  boost::beast::error_code error;
+  std::string text;
+  serializer.next(error, [&](auto&, const auto& buffers) { text = boost::beast::buffers_to_string(buffers); });
+  return text;
+}
+
+std::string chunk(std::string_view piece) {
+  if (piece.empty()) return boost::beast::buffers_to_string(http::make_chunk_last());
+  return boost::beast::buffers_to_string(http::make_chunk(const_buffer(piece.data(), piece.size())));
+}
+
+std::string cookie_in(std::string_view header, std::string_view name) {
+  while (!header.empty()) {
+    const auto end = std::min(header.find(';'), header.size());
+    const auto cookie = trimmed(header.substr(0, end));
+    header.remove_prefix(std::min(end + 1, header.size()));
+    const auto equals = cookie.find('=');
+    if (equals != std::string_view::npos && cookie.substr(0, equals) == name)
+      return std::string(cookie.substr(equals + 1));
+  }
+  return {};
+}
+
+}  // namespace gyrotherm::monitor

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+/// HTTP/1.1 as text, by Boost.Beast: reads the head of a request, and writes the head and the chunks of an answer.
+/// Stricter than the library: refuses what two readers could understand in two ways. Pure; the bytes of a request may
+/// be anything.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "apps/monitor/web.hpp"
+
+namespace gyrotherm::monitor {
+
+inline constexpr std::size_t kLongestHead = 8192;    ///< bytes, with its last empty line
+inline constexpr std::size_t kLongestTarget = 2048;  ///< bytes
+inline constexpr std::size_t kMostHeaders = 64;
+inline constexpr std::size_t kLargestBody = 4096;       ///< bytes
+inline constexpr auto kIdle = std::chrono::seconds(3);  ///< between requests of one connection
+inline constexpr int kMostRequests = 100;               ///< per connection
+
+/// The reason for a refusal and the status of its answer.
+struct HeadRefusal {
+  int status{};
+  const char* why = "";
+};
+
+/// Returns where the head in `bytes` ends, after its empty line; nothing while a part of it is missing. The caller
+/// enforces kLongestHead.
+[[nodiscard]] std::optional<std::size_t> end_of_head(std::string_view bytes);
+
+/// Reads a whole head. Refuses it with
+/// 400: a head that does not parse, a line that ends without CR, a folded header, control characters, a duplicate
+///      header except a list, a target that is not a path, an encoded NUL, slash or backslash, "..", a Content-Length
+///      that is not one number, a body of a GET;
+/// 405: other methods than GET and POST;     411: a POST without a length;
+/// 413, 414, 431: a body, a target, a head that is too long;
+/// 501: Transfer-Encoding, Expect, Upgrade;  505: other versions than HTTP/1.1 and 1.0.
+[[nodiscard]] std::variant<RequestHead, HeadRefusal> read_head(std::string_view head);
+
+/// Returns whether the body of `answer` is sent in chunks. A stream of unknown size to a client that does not know
+/// chunks ends with the connection (RFC 9112, 6.3).
+[[nodiscard]] bool is_in_chunks(const WebAnswer& answer, const RequestHead& to);
+
+/// Writes the status line and the headers of an answer to the request `to`.
+[[nodiscard]] std::string answer_head(const WebAnswer& answer, const RequestHead& to);
+
+/// Writes a chunk. An empty one is the last.
+[[nodiscard]] std::string chunk(std::string_view piece);
+
+/// Returns the text with a to z for A to Z: names of hosts and headers do not distinguish them.
+[[nodiscard]] std::string in_small_letters(std::string_view text);
+
+/// Decodes "a%20b" to "a b"; '+' stays. Returns nothing if the text is malformed.
+[[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
+
+/// Escapes every byte except letters, digits and - . _ ~ (RFC 3986, 2.3).
+[[nodiscard]] std::string percent_encoded(std::string_view text);
+
+/// Returns the value of a cookie; an empty text if there is none of that name.
+[[nodiscard]] std::string cookie_in(std::string_view header, std::string_view name);
+
+}  // namespace gyrotherm::monitor

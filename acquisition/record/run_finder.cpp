@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/status_file.hpp"
 #include "core/file.hpp"
 
 namespace gyrotherm::record {
@@ -31,28 +32,6 @@ std::set<std::string> records_in(const std::string& folder) {
     if (names_a_record(text)) records.insert(text);
   }
   return records;
-}
-
-std::optional<RunStatus> told_status(const std::string& path) {
-  const auto file = status_path(path);
-  const auto text = read_text_file_if_any(file, kLargestText, Links::refused);
-  if (!text || !*text) return std::nullopt;
-  auto status = parse_status(**text, file);
-  if (!status) return std::nullopt;
-  status->path = path;
-  return *std::move(status);
-}
-
-bool is_fresh(const RunStatus& status) {
-  const auto age = age_of(status);
-  return !status.finished && age && *age <= kSilentAfter;
-}
-
-std::optional<RunStatus> fresh_status(const std::string& path) {
-  auto status = told_status(path);
-  if (!status || !is_fresh(*status)) return std::nullopt;
-  status->being_written = true;
-  return status;
 }
 
 }  // namespace gyrotherm::record

@@ -11,10 +11,9 @@
 #include <utility>
 
 #include "acquisition/record/row.hpp"
-#include "acquisition/record/run_finder.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/schema.hpp"
-#include "acquisition/record/status.hpp"
+#include "acquisition/record/status_file.hpp"
 #include "core/file.hpp"
 #include "core/text.hpp"
 

@@ -16,7 +16,7 @@
 
 #include "acquisition/exchange/exported_columns.hpp"
 #include "acquisition/record/csv.hpp"
-#include "acquisition/record/views.hpp"
+#include "acquisition/record/schema.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
 

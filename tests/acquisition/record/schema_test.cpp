@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What SQL alone makes of a record is what the program makes of it.
-#include "acquisition/record/views.hpp"
+#include "acquisition/record/schema.hpp"
 
 #include <gtest/gtest.h>
 

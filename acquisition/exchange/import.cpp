@@ -211,7 +211,7 @@ class ImportedRecord {
       if (done) done = file_->insert_event(taken_ - 1, {{last_, {}}, EventKind::note, note});
     done = done.and_then([&] { return commit(); }).and_then([&] { return file_->finish(); });
     file_.reset();
-    if (done) done = record::write_manifest(path_, 1);
+    if (done) done = record::write_manifest(path_, {path_});
     if (!done) return failure(done.error());
     return summary;
   }

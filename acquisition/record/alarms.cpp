@@ -9,9 +9,6 @@
 #include <optional>
 #include <utility>
 
-#include "acquisition/record/run_parts.hpp"
-#include "acquisition/record/sqlite.hpp"
-
 namespace gyrotherm::record {
 namespace {
 
@@ -64,21 +61,6 @@ std::pair<std::string, std::string> split_root(const std::string& text) {
   if (begin == std::string::npos || !text.ends_with(kEnd)) return {text, ""};
   const auto tag = begin + kConsequence.size();
   return {text.substr(0, begin), text.substr(tag, text.size() - kEnd.size() - tag)};
-}
-
-Result<std::vector<RecordedEvent>> read_events(Database& database) {
-  const auto sql = fmt::format("SELECT id, {} FROM event WHERE kind IN ('{}', '{}', '{}', '{}', '{}') ORDER BY id",
-                               names_of(columns_of_events()), name(EventKind::interlock), name(EventKind::fault),
-                               name(EventKind::acknowledged), name(EventKind::recovered), name(EventKind::resumed));
-  std::vector<RecordedEvent> events;
-  const auto read = database.each_row(sql, [&](const Statement& row) {
-    RecordedEvent recorded;
-    int i = 1;
-    take(recorded, columns_of_events(), row, i);
-    recorded.event.number = row.integer(0);
-    events.push_back(std::move(recorded));
-  });
-  return read.map([&] { return std::move(events); });
 }
 
 }  // namespace
@@ -265,39 +247,6 @@ Event acknowledgement_of(const Alarm& alarm, const Instant& at, std::optional<in
                               kAcknowledged, who, comment),
           .about = {
               .interlock = alarm.interlock, .reaction = alarm.reaction, .segment = segment, .channel = alarm.subject}};
-}
-
-Result<Alarms> alarms_of(const std::string& record_path) {
-  const auto files = files_of_record(record_path);
-  if (!files) return failure(files.error());
-  std::vector<RecordedEvent> events;  // later parts repeat earlier seconds
-  for (const auto& part : files->parts) {
-    const bool is_last = &part == &files->parts.back();
-    auto database = open_record(part.path);
-    if (!database && !is_last && !is_locked(database.error())) continue;
-    if (!database) return failure(database.error());
-    std::erase_if(events, [&](const RecordedEvent& event) { return event.slot >= part.continuation.from; });
-    const auto more = read_events(*database);
-    if (!more && is_last) return failure(more.error());
-    if (more) events.insert(events.end(), more->begin(), more->end());
-  }
-  Alarms alarms;
-  for (const auto& event : events) alarms.see(event);
-  return alarms;
-}
-
-Result<std::int64_t> last_event_of(const std::string& record_path) {
-  const auto files = files_of_record(record_path);
-  if (!files) return failure(files.error());
-  std::int64_t highest = 0;
-  for (const auto& part : files->parts) {
-    const auto number = open_record(part.path).and_then(
-        [](Database database) { return database.ask_integer("SELECT max(id) FROM event", 0); });
-    const bool is_needed = &part == &files->parts.back();
-    if (!number && (is_needed || is_locked(number.error()))) return failure(number.error());
-    if (number) highest = std::max(highest, *number);
-  }
-  return highest;
 }
 
 }  // namespace gyrotherm::record

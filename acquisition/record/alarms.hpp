@@ -143,10 +143,4 @@ class Alarms {
 [[nodiscard]] Event acknowledgement_of(const Alarm& alarm, const Instant& at, std::optional<int> segment,
                                        std::string_view who, std::string_view comment);
 
-/// Reads the alarms from all files of the record. Fails like read_record().
-[[nodiscard]] Result<Alarms> alarms_of(const std::string& record_path);
-
-/// The highest number that an event has in any file of the record; 0: there is none. Fails like read_record().
-[[nodiscard]] Result<std::int64_t> last_event_of(const std::string& record_path);
-
 }  // namespace gyrotherm::record

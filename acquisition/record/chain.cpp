@@ -20,7 +20,6 @@
 #include <vector>
 
 #include "acquisition/record/row.hpp"
-#include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/schema.hpp"
 #include "acquisition/record/status.hpp"
 #include "core/file.hpp"
@@ -84,14 +83,7 @@ Result<std::string> file_digest(const std::string& path, std::uint64_t most) {
 
 std::string manifest_path(const std::string& record_path) { return record_path + ".sha256"; }
 
-Result<void> write_manifest(const std::string& record_path, int last_part) {
-  std::vector<std::string> files{record_path};
-  if (last_part > 1) {
-    const auto found = files_of_record(record_path);
-    if (!found) return failure(FaultKind::storage, found.error().where, found.error().what);
-    files.clear();
-    for (const auto& part : found->parts) files.push_back(part.path);
-  }
+Result<void> write_manifest(const std::string& record_path, const std::vector<std::string>& files) {
   std::string text;
   for (const auto& file : files)
     for (const char* suffix : {"", "-wal"}) {
@@ -288,10 +280,10 @@ Result<CheckedChain> walk(Database& database, const std::string& path, const Run
   return checked;
 }
 
-Result<Verified> verify_file(const std::string& path) {
-  auto database = open_record(path);
+Result<Verified> verify_part(const Part& part) {
+  auto database = open_part(part);
   if (!database) return failure(database.error());
-  const auto checked = check_chain(*database, path);
+  const auto checked = check_chain(*database, part.path);
   if (!checked) return failure(checked.error());
   return is_finished(*database).map(
       [&](bool finished) { return Verified{.rows = checked->rows, .files = 1, .finished = finished}; });
@@ -350,41 +342,47 @@ Result<CheckedChain> check_chain(Database& database, const std::string& path) {
   return checked;
 }
 
-Result<Verified> verify_files(const std::string& path) {
-  const auto files = files_of_record(path);
-  if (!files) return failure(files.error());
-  if (files->lost)
-    return failure(FaultKind::bad_file, files->lost->where,
-                   fmt::format("{}; the run goes on in {}", files->lost->what, files->follows_lost));
+Result<Verified> verify_files(const RecordFiles& files) {
+  if (files.lost)
+    return failure(FaultKind::bad_file, files.lost->where,
+                   fmt::format("{}; the run goes on in {}", files.lost->what, files.follows_lost));
   Verified all;
-  for (const auto& part : files->parts) {
-    const auto more = verify_file(part.path);
+  for (const auto& part : files.parts) {
+    const auto more = verify_part(part);
     if (!more) return more;
     all = {.rows = all.rows + more->rows, .files = all.files + 1, .finished = more->finished};
   }
-  const auto manifest = check_manifest(path);
+  const auto manifest = check_manifest(files.path);
   if (!manifest) return failure(manifest.error());
   all.manifest = manifest->has_value();
-  if (all.manifest) all.digest = (*manifest)->at(name_in_folder(path));
-  for (const auto& part : files->parts)
+  if (all.manifest) all.digest = (*manifest)->at(name_in_folder(files.path));
+  for (const auto& part : files.parts)
     if (all.manifest && !(*manifest)->contains(name_in_folder(part.path)))
       return failure(FaultKind::bad_file, part.path, "was not there when the run was closed");
   return all;
 }
 
-Result<Verified> verify_record(const std::string& path) {
-  auto all = verify_files(path);
+Result<Verified> verify_record(const RecordFiles& files) {
+  auto all = verify_files(files);
   if (!all) return all;
-  const auto lost = lost_end(path);
+  const auto lost = lost_end(files);
   if (!lost) return failure(lost.error());
-  if (*lost) return failure(FaultKind::bad_file, path, describe(**lost));
+  if (*lost) return failure(FaultKind::bad_file, files.path, describe(**lost));
   return all;
 }
 
+Result<Verified> verify_record(const std::string& path) {
+  return find_record_files(path).and_then([](const RecordFiles& files) { return verify_record(files); });
+}
+
 Result<void> close_record(const std::string& path, int last_part) {
-  if (last_part > 1)
-    if (auto whole = verify_record(path); !whole) return failure(whole.error());
-  return write_manifest(path, last_part);
+  if (last_part == 1) return write_manifest(path, {path});
+  const auto files = find_record_files(path);
+  if (!files) return failure(files.error());
+  if (auto whole = verify_record(*files); !whole) return failure(whole.error());
+  std::vector<std::string> paths;
+  for (const auto& part : files->parts) paths.push_back(part.path);
+  return write_manifest(path, paths);
 }
 
 }  // namespace gyrotherm::record

@@ -11,7 +11,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/sqlite.hpp"
 #include "core/result.hpp"
@@ -61,9 +63,9 @@ class RowChain {
 /// "RUN.db" → "RUN.db.sha256".
 [[nodiscard]] std::string manifest_path(const std::string& record_path);
 
-/// Of the record's file and, where the run went on in part `last_part`, of every part of it, with logs that were left
-/// beside them. No connection to any of them may be open in this process. Fails with storage.
-[[nodiscard]] Result<void> write_manifest(const std::string& record_path, int last_part);
+/// Writes the manifest of a record that consists of `files`, with logs that were left beside them. No connection to any
+/// of them may be open in this process. Fails with storage.
+[[nodiscard]] Result<void> write_manifest(const std::string& record_path, const std::vector<std::string>& files);
 
 /// Files by name, each with its digest.
 using Manifest = std::map<std::string, std::string>;
@@ -102,9 +104,10 @@ struct Verified {
 
 /// All files of a record: whether one is missing, their chains, then their bytes against the manifest, if the run was
 /// closed with one. Fails with bad_file naming what is not as it was written; also if the record is not readable.
-[[nodiscard]] Result<Verified> verify_files(const std::string& path);
+[[nodiscard]] Result<Verified> verify_files(const RecordFiles& files);
 
 /// Also, of a run that was not closed, whether it holds all that its status file says was acknowledged. Fails likewise.
+[[nodiscard]] Result<Verified> verify_record(const RecordFiles& files);
 [[nodiscard]] Result<Verified> verify_record(const std::string& path);
 
 /// Writes the manifest of a run whose last file was just finished. A record of several files is verified first, and has

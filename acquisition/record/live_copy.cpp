@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <condition_variable>
 #include <cstring>
@@ -18,8 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_file.hpp"
-#include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/schema.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
@@ -30,35 +29,18 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
-constexpr std::string_view kLive = ".live.db";
 constexpr auto kLongestGoodbye = std::chrono::seconds(2);
 constexpr auto kRetry = std::chrono::seconds(1);
-constexpr int kHighestNumber = 9999;   ///< of a copy's file; then it begins again with 1
 constexpr std::uintmax_t kScarce = 8;  ///< with an eighth of what is left for the record the copy is taken away
-constexpr int kPatienceBesideMs = 2000;
 constexpr std::int64_t kPage = 4096;
 
-/// A file of a copy, by its name: the number in "RUN.live.db.7", also of "RUN.live.db.7-wal"; nothing of another file,
-/// as "RUN.live.db.20261127", which is somebody's.
-std::optional<int> copy_number(std::string_view name, std::string_view link) {
-  if (!name.starts_with(link) || name.substr(link.size(), 1) != ".") return {};
-  name.remove_prefix(link.size() + 1);
-  int number{};
-  const auto read = std::from_chars(name.data(), name.data() + name.size(), number);
-  if (read.ec != std::errc() || name.front() == '0' || number < 1 || number > kHighestNumber) return {};
-  const auto rest = name.substr(static_cast<std::size_t>(read.ptr - name.data()));
-  return rest.empty() || rest == "-wal" || rest == "-shm" ? std::optional(number) : std::nullopt;
-}
-
-int number_after(int number) { return number % kHighestNumber + 1; }
-
-std::string last_name(const std::string& path) { return fs::path(path).filename().string(); }
+int number_after(int number) { return number % kHighestCopyNumber + 1; }
 
 /// The files of all copies that lie there, but those of number `but`; the highest number among them, or 0.
 int remove_files(const std::string& link, int but) {
   int highest = 0;
   for (const auto& entry : entries_of(folder_of(link))) {
-    const auto number = copy_number(entry.filename().string(), last_name(link));
+    const auto number = live_copy_number(entry.filename().string(), name_in_folder(link));
     if (!number || *number == but) continue;
     highest = std::max(highest, *number);
     ::unlink(entry.c_str());
@@ -81,21 +63,19 @@ Result<void> lead_to(const std::string& link, const std::string& target) {
     return failure(FaultKind::storage, link, "is somebody's file, and no live copy");
   const auto made = link + ".new";
   ::unlink(made.c_str());
-  if (::symlink(last_name(target).c_str(), made.c_str()) != 0 || ::rename(made.c_str(), link.c_str()) != 0)
+  if (::symlink(name_in_folder(target).c_str(), made.c_str()) != 0 || ::rename(made.c_str(), link.c_str()) != 0)
     return failure(FaultKind::storage, link, std::strerror(errno));
   return {};
 }
 
 /// All rows of the record that nobody writes now, file by file; each part tells again what it begins with.
-Result<void> copy_record(RunFile& copy, const std::string& record_path) {
-  const auto files = files_of_record(record_path);
-  if (!files) return failure(files.error());
+Result<void> copy_record(RunFile& copy, const RecordFiles& files) {
   FrameCount frames;
-  for (std::size_t i = 0; i < files->parts.size(); ++i) {
-    auto part = open_record(files->parts[i].path);
-    if (!part && i + 1 < files->parts.size()) continue;
+  for (std::size_t i = 0; i < files.parts.size(); ++i) {
+    auto part = open_part(files.parts[i]);
+    if (!part && i + 1 < files.parts.size()) continue;
     if (!part) return failure(part.error());
-    const auto end = i + 1 < files->parts.size() ? files->parts[i + 1].continuation.from : kMostSlots + 1;
+    const auto end = i + 1 < files.parts.size() ? files.parts[i + 1].continuation.from : kMostSlots + 1;
     if (auto copied = copy.copy_rows(*part, end); !copied) return copied;
     const auto count = [&](const char* what) {
       return static_cast<std::uint64_t>(part->ask_integer(fmt::format("SELECT {} FROM frames", what), 0).value_or(0));
@@ -107,34 +87,11 @@ Result<void> copy_record(RunFile& copy, const std::string& record_path) {
 
 }  // namespace
 
-std::string live_copy_path(const std::string& record_path) {
-  constexpr std::string_view kEnding = ".db";
-  const auto stem =
-      record_path.ends_with(kEnding) ? record_path.substr(0, record_path.size() - kEnding.size()) : record_path;
-  return stem + std::string(kLive);
-}
-
-bool is_live_copy(const std::string& path) {
-  std::error_code none_there;
-  if (!path.ends_with(kLive) || !fs::is_symlink(fs::symlink_status(path, none_there))) return false;
-  const auto target = fs::read_symlink(path, none_there).string();
-  return copy_number(target, last_name(path)).has_value();
-}
-
-std::string record_of_copy(const std::string& path) {
-  if (!is_live_copy(path)) return path;
-  const auto stem = path.substr(0, path.size() - kLive.size());
-  const auto record = fmt::format("{}.db", stem);
-  std::error_code none_there;
-  return !is_there(record) && fs::is_regular_file(stem, none_there) ? stem : record;
-}
-
 /// What the copy and its worker share. Only the worker touches the file, once it works.
 struct LiveCopy::Worker {
   Worker(const std::string& record, RunInfo run_info, const LiveCopyOptions& how)
-      : record_path(record), link(live_copy_path(record)), info(std::move(run_info)), options(how) {}
+      : link(live_copy_path(record)), info(std::move(run_info)), options(how) {}
 
-  const std::string record_path;
   const std::string link;
   const RunInfo info;
   const LiveCopyOptions options;
@@ -166,7 +123,7 @@ struct LiveCopy::Worker {
   void remove_left_behind();
   Result<void> check_space(std::uintmax_t bytes);
   Result<void> begin();
-  Result<void> begin_with_record();
+  Result<void> begin_with_record(const RecordFiles& files);
   Result<void> open_to_readers(RunFile made, int its_number);
   bool is_spoiled();
   Result<void> begin_anew();
@@ -181,7 +138,7 @@ struct LiveCopy::Worker {
 /// Whether the link leads to the file; anybody may have removed it.
 bool LiveCopy::Worker::is_in_place() const {
   std::error_code none_there;
-  return fs::read_symlink(link, none_there) == last_name(path_of(number));
+  return fs::read_symlink(link, none_there) == name_in_folder(path_of(number));
 }
 
 /// Before the worker works, and long before there are rows: what lies there is of another run, or of less of this one.
@@ -225,15 +182,15 @@ Result<void> LiveCopy::Worker::begin() {
 }
 
 /// Before the worker works.
-Result<void> LiveCopy::Worker::begin_with_record() {
+Result<void> LiveCopy::Worker::begin_with_record(const RecordFiles& files) {
   std::error_code unknown;
-  const auto size = fs::file_size(record_path, unknown);
+  const auto size = fs::file_size(files.path, unknown);
   if (auto space = check_space(unknown ? 0 : size); !space) return space;
   const int next = number_after(std::max(left_behind, remove_files(link, 0)));
   auto made = RunFile::create_copy(path_of(next), info);
   if (!made) return failure(made.error());
   const auto filled =
-      made->begin().and_then([&] { return copy_record(*made, record_path); }).and_then([&] { return made->commit(); });
+      made->begin().and_then([&] { return copy_record(*made, files); }).and_then([&] { return made->commit(); });
   return filled ? open_to_readers(std::move(*made), next) : filled;
 }
 
@@ -341,11 +298,11 @@ LiveCopy::LiveCopy(const std::string& record_path, const RunInfo& info, const Li
   start();
 }
 
-std::unique_ptr<LiveCopy> LiveCopy::of_record(const std::string& record_path, const RunInfo& info,
+std::unique_ptr<LiveCopy> LiveCopy::of_record(const RecordFiles& files, const RunInfo& info,
                                               const LiveCopyOptions& options) {
-  std::unique_ptr<LiveCopy> copy(new LiveCopy(std::make_shared<Worker>(record_path, info, options)));
+  std::unique_ptr<LiveCopy> copy(new LiveCopy(std::make_shared<Worker>(files.path, info, options)));
   copy->worker_->remove_left_behind();
-  const auto begun = copy->worker_->begin_with_record();
+  const auto begun = copy->worker_->begin_with_record(files);
   if (begun) {
     copy->start();
   } else {
@@ -389,18 +346,6 @@ void LiveCopy::add(std::span<const EntryPointer> entries, const FrameCount& fram
 std::string LiveCopy::trouble() const {
   const std::lock_guard lock(worker_->mutex);
   return worker_->trouble;
-}
-
-Result<Database> open_live_copy(const std::string& path) {
-  const auto copy = is_live_copy(path) ? path : live_copy_path(path);
-  if (!is_live_copy(copy))
-    return failure(FaultKind::bad_file, copy, "is not there: no program writes the record now, or it has only begun");
-  auto database = Database::open(copy, Access::read_beside, kPatienceBesideMs);
-  if (!database) return database;
-  // What it sees stays as it is from the first look on.
-  if (auto begun = database->execute("BEGIN; SELECT 1 FROM meta LIMIT 1"); !begun) return failure(begun.error());
-  if (auto checked = check_schema(*database, copy); !checked) return failure(checked.error());
-  return database;
 }
 
 }  // namespace gyrotherm::record

@@ -21,20 +21,12 @@
 #include <string>
 
 #include "acquisition/record/backlog.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_info.hpp"
-#include "acquisition/record/sqlite.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
 
 namespace gyrotherm::record {
-
-/// "RUN.db" → "RUN.live.db".
-[[nodiscard]] std::string live_copy_path(const std::string& record_path);
-/// Whether a file is a live copy, by its name and by what stands there.
-[[nodiscard]] bool is_live_copy(const std::string& path);
-/// The record that a live copy stands beside: "RUN.live.db" → "RUN.db", or "RUN" where that is the one that is there;
-/// another path as it is.
-[[nodiscard]] std::string record_of_copy(const std::string& path);
 
 struct LiveCopyOptions {
   Duration pause = std::chrono::milliseconds(500);        ///< between two transactions, at least
@@ -53,7 +45,7 @@ class LiveCopy {
   /// Begins the copy of a new record, whose rows come by add(). What a copy left there before is removed at once.
   LiveCopy(const std::string& record_path, const RunInfo& info, const LiveCopyOptions& options);
   /// … of a record that is taken up again: with the rows that all its files hold, which nobody writes now.
-  [[nodiscard]] static std::unique_ptr<LiveCopy> of_record(const std::string& record_path, const RunInfo& info,
+  [[nodiscard]] static std::unique_ptr<LiveCopy> of_record(const RecordFiles& files, const RunInfo& info,
                                                            const LiveCopyOptions& options);
   /// Removes it. Waits at most two seconds for its worker, which is left behind if its disk hangs.
   ~LiveCopy();
@@ -71,9 +63,5 @@ class LiveCopy {
   void start();
   std::shared_ptr<Worker> worker_;
 };
-
-/// The reading end: opens the copy of the record that is being written, or the copy itself. The connection sees it as
-/// it is now, as long as it lives. Fails with bad_file if there is none, with storage if it cannot be read.
-[[nodiscard]] Result<Database> open_live_copy(const std::string& path);
 
 }  // namespace gyrotherm::record

@@ -4,26 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 
 #include "acquisition/record/chain.hpp"
-#include "acquisition/record/run_parts.hpp"
-#include "acquisition/record/status.hpp"
+#include "acquisition/record/status_file.hpp"
 
 namespace gyrotherm::record {
 namespace {
-
-/// Says in bad_file's words that a file is damaged, and in a locked one's who holds it.
-Fault explained(Fault fault, const std::string& path) {
-  if (!is_locked(fault)) {
-    fault.kind = FaultKind::bad_file;
-    return fault;
-  }
-  if (const auto status = read_status(path); status && status->pid != 0)
-    fault.what = fmt::format("{} (process {})", fault.what, status->pid);
-  return fault;
-}
 
 /// Every column of numbers that is selected, in an order of its own that two records of one run share.
 void each_number(Record& record, const Selection& selection, const std::function<void(std::vector<double>&)>& use) {
@@ -137,22 +124,20 @@ void join(Record& record, Record part, const Continuation& continuation, const S
 }
 
 /// Reads one file. If `proves`, its chain must fit.
-Result<Record> read_file(const std::string& path, bool proves, const std::string& unit) {
-  auto database = open_record(path);
+Result<Record> read_part(const Part& part, bool proves, const std::string& unit) {
+  auto database = open_part(part);
   if (!database) return failure(database.error());
   if (proves)
-    if (const auto chain = check_chain(*database, path); !chain) return failure(chain.error());
+    if (const auto chain = check_chain(*database, part.path); !chain) return failure(chain.error());
   return record_of(*database, {.unit = unit});
 }
 
 /// One that is not as it was written is passed over: what it held is in those after it, or is a gap.
-Result<Record> read_all(const std::string& path, const std::string& unit, bool proves_last) {
-  const auto files = files_of_record(path);
-  if (!files) return failure(files.error());
+Result<Record> read_all(const RecordFiles& files, const std::string& unit, bool proves_last) {
   std::optional<Record> record;
-  for (const auto& part : files->parts) {
-    const bool is_last = &part == &files->parts.back();
-    auto more = read_file(part.path, proves_last || !is_last, unit);
+  for (const auto& part : files.parts) {
+    const bool is_last = &part == &files.parts.back();
+    auto more = read_part(part, proves_last || !is_last, unit);
     if (!more && !is_last && !is_locked(more.error())) continue;
     if (!more) return more;
     if (record) {
@@ -166,10 +151,6 @@ Result<Record> read_all(const std::string& path, const std::string& unit, bool p
 }
 
 }  // namespace
-
-std::optional<Celsius> unless_nan(double celsius) {
-  return std::isnan(celsius) ? std::nullopt : std::optional(Celsius{celsius});
-}
 
 const RunInfo::SegmentInfo* segment_at(const Record& record, std::size_t row) {
   if (row >= record.progress.size()) return nullptr;
@@ -201,25 +182,47 @@ Result<Record> record_of(Database& database, const Wanted& wanted) {
   return record;
 }
 
-Result<RunInfo> read_info(const std::string& path) {
-  const auto files = files_of_record(path);
-  if (!files) return failure(explained(files.error(), path));
+Fault explain_read_fault(Fault fault, const std::string& path) {
+  if (!is_locked(fault)) {
+    fault.kind = FaultKind::bad_file;
+    return fault;
+  }
+  if (const auto status = read_status_file(path); status && status->pid != 0)
+    fault.what = fmt::format("{} (process {})", fault.what, status->pid);
+  return fault;
+}
+
+Result<RunInfo> read_info(const RecordFiles& files) {
   std::optional<Fault> first;
-  for (const auto& part : files->parts) {
-    auto database = open_record(part.path);
+  for (const auto& part : files.parts) {
+    auto database = open_part(part);
     auto info = database ? read_run_info(*database) : failure(database.error());
     if (info) return info;
     if (!first) first = info.error();
   }
-  return failure(explained(*first, path));
+  return failure(explain_read_fault(*first, files.path));
+}
+
+Result<Record> read_record(const RecordFiles& files, const std::string& unit) {
+  return read_all(files, unit, false).map_error([&](const Fault& fault) {
+    return explain_read_fault(fault, files.path);
+  });
+}
+
+Result<Record> read_proved_record(const RecordFiles& files) {
+  return read_all(files, {}, true).map_error([&](const Fault& fault) { return explain_read_fault(fault, files.path); });
+}
+
+Result<RecordFiles> find_files_to_read(const std::string& path) {
+  return find_record_files(path).map_error([&](const Fault& fault) { return explain_read_fault(fault, path); });
+}
+
+Result<RunInfo> read_info(const std::string& path) {
+  return find_files_to_read(path).and_then([](const RecordFiles& files) { return read_info(files); });
 }
 
 Result<Record> read_record(const std::string& path, const std::string& unit) {
-  return read_all(path, unit, false).map_error([&](const Fault& fault) { return explained(fault, path); });
-}
-
-Result<Record> read_proved_record(const std::string& path) {
-  return read_all(path, {}, true).map_error([&](const Fault& fault) { return explained(fault, path); });
+  return find_files_to_read(path).and_then([&](const RecordFiles& files) { return read_record(files, unit); });
 }
 
 }  // namespace gyrotherm::record

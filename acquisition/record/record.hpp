@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "core/result.hpp"
@@ -20,9 +21,6 @@ struct Gap {
   std::int64_t last{};
   std::string cause;
 };
-
-/// A temperature as a record has it: NaN is not known.
-[[nodiscard]] std::optional<Celsius> unless_nan(double celsius);
 
 /// What a unit under test measured, as columns.
 struct UnitColumns {
@@ -66,11 +64,21 @@ struct Record {
 /// (serves() says which thermometers that are); the columns of the others are empty. Safe while a run is being written?
 /// No: it refuses with storage ("being written by …"); see status.hpp. Fails with bad_file (not a record, another
 /// schema version, damaged).
+[[nodiscard]] Result<Record> read_record(const RecordFiles& files, const std::string& unit = {});
 [[nodiscard]] Result<Record> read_record(const std::string& path, const std::string& unit = {});
 /// Reads everything as read_record() does, but only if the chain fits in every file that is read. Fails with bad_file
 /// naming the first row that does not fit, and as read_record() does.
-[[nodiscard]] Result<Record> read_proved_record(const std::string& path);
+[[nodiscard]] Result<Record> read_proved_record(const RecordFiles& files);
 /// What a record knew before its first sample, by the first of its files that can be read. Fails likewise.
+[[nodiscard]] Result<RunInfo> read_info(const RecordFiles& files);
 [[nodiscard]] Result<RunInfo> read_info(const std::string& path);
+
+/// Finds the files of a record as find_record_files() does, and fails as read_record() does.
+[[nodiscard]] Result<RecordFiles> find_files_to_read(const std::string& path);
+/// Returns the fault with which read_record() fails: as bad_file that the record is damaged or, if a program writes it,
+/// also which process that is.
+[[nodiscard]] Fault explain_read_fault(Fault fault, const std::string& path);
+/// What one open file holds, of the samples what is wanted. Fails with storage.
+[[nodiscard]] Result<Record> record_of(Database& database, const Wanted& wanted = {});
 
 }  // namespace gyrotherm::record

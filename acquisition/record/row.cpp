@@ -6,16 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 #include <concepts>
-#include <filesystem>
 #include <initializer_list>
 #include <type_traits>
 #include <utility>
 
-#include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/record.hpp"
-#include "acquisition/record/run_parts.hpp"
-#include "acquisition/record/schema.hpp"
 
 namespace gyrotherm::record {
 
@@ -84,8 +81,6 @@ Entry event_entry(std::int64_t last, const Event& event) {
 }
 
 namespace {
-
-constexpr int kReaderPatienceMs = 0;  // a record being written stays so
 
 template <class Kind>
 Kind named(std::string_view text, std::initializer_list<Kind> kinds) {
@@ -216,6 +211,10 @@ bool has_possible_times(const SampleRow& row) {
 }
 
 }  // namespace
+
+std::optional<Celsius> unless_nan(double celsius) {
+  return std::isnan(celsius) ? std::nullopt : std::optional(Celsius{celsius});
+}
 
 SampleRow empty_row(const RunInfo& info) {
   SampleRow row{.thermometers_c = std::vector<double>(info.thermometers.size(), kMissing)};
@@ -367,21 +366,6 @@ EventKind event_kind_named(std::string_view text) {
                {EventKind::started, EventKind::resumed, EventKind::segment, EventKind::fault, EventKind::recovered,
                 EventKind::interlock, EventKind::note, EventKind::interrupted, EventKind::finished, EventKind::state,
                 EventKind::command, EventKind::dropped, EventKind::returned, EventKind::acknowledged, EventKind::told});
-}
-
-Result<Database> open_record(const std::string& path) {
-  if (is_live_copy(path)) return open_live_copy(path);
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status))
-    return failure(FaultKind::bad_file, path, "no such file, expected a gyrotherm record");
-  if (!std::filesystem::is_regular_file(status))
-    return failure(FaultKind::bad_file, path, "is no regular file, expected a gyrotherm record");
-  auto database = Database::open(path, Access::read_only, kReaderPatienceMs);
-  if (!database) return database;
-  if (auto alone = check_no_journal(path, database->path()); !alone) return failure(alone.error());
-  if (auto checked = check_schema(*database, path); !checked) return failure(checked.error());
-  return database;
 }
 
 Result<void> each_sample(Database& database, const RunInfo& info, const Selection& selection,

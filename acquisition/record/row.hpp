@@ -22,6 +22,8 @@ namespace gyrotherm::record {
 // What one call of Store puts into the record: the rows of a second, of a gap, or of an event that came alone.
 
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+/// A temperature as a record has it: NaN is not known.
+[[nodiscard]] std::optional<Celsius> unless_nan(double celsius);
 
 /// What a unit under test measured in one second.
 struct UnitRow {
@@ -84,8 +86,6 @@ struct Wanted {
   std::string unit{};       ///< what was measured of the rig and of this unit; empty: everything
   std::int64_t after = -1;  ///< … behind this second
 };
-/// What one open file holds, of the samples what is wanted. Fails with storage.
-[[nodiscard]] Result<Record> record_of(Database& database, const Wanted& wanted = {});
 
 /// A column of the samples as a text table has it. Without a title it has none.
 struct Exported {
@@ -179,11 +179,6 @@ void take(Row& row, std::span<const Column<Row>> columns, const Statement& from,
     ++i;
   }
 }
-
-/// Opens a record to read it, and checks that it is one (check_schema). It may come from anywhere: nothing in it or
-/// beside it changes, comes or goes, and no writer can begin while it is open. Fails with bad_file, also if a journal
-/// lies beside it; with storage if it is being written or damaged.
-[[nodiscard]] Result<Database> open_record(const std::string& path);
 
 /// Calls `use` with what is selected of each sample, in order of slots; the row is overwritten by the next.
 [[nodiscard]] Result<void> each_sample(Database& database, const RunInfo& info, const Selection& selection,

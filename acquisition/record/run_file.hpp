@@ -11,9 +11,9 @@
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/file_watch.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/run_info.hpp"
-#include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/sqlite.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"

@@ -9,9 +9,6 @@
 #include <mutex>
 
 #include "acquisition/record/file_state.hpp"
-#include "acquisition/record/live_copy.hpp"
-#include "acquisition/record/row.hpp"
-#include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/schema.hpp"
 
 namespace gyrotherm::record {
@@ -46,66 +43,64 @@ SeenFiles& seen_files() {
 
 }  // namespace
 
-Result<Database> open_source(const SourceFile& file) {
-  const auto state = file.live ? identity_of(file.path) : state_of(file.path);
-  if (!state.is_there()) return failure(FaultKind::bad_file, file.path, "no such file");
-  const bool seen = seen_files().has(file.path, state);
-  if (!file.live && !seen) {
-    auto opened = open_record(file.path);
-    if (opened) seen_files().add(file.path, state);
+Result<Database> open_source(const Part& part) {
+  const auto state = part.is_live_copy ? identity_of(part.path) : state_of(part.path);
+  if (!state.is_there()) return failure(FaultKind::bad_file, part.path, "no such file");
+  const bool seen = seen_files().has(part.path, state);
+  if (!part.is_live_copy && !seen) {
+    auto opened = open_part(part);
+    if (opened) seen_files().add(part.path, state);
     return opened;
   }
-  auto database =
-      Database::open(file.path, file.live ? Access::read_beside : Access::read_only, file.live ? kLivePatienceMs : 0);
+  auto database = Database::open(part.path, part.is_live_copy ? Access::read_beside : Access::read_only,
+                                 part.is_live_copy ? kLivePatienceMs : 0);
   if (!database || seen) return database;
-  if (auto checked = check_schema(*database, file.path); !checked) return failure(checked.error());
-  seen_files().add(file.path, state);
+  if (auto checked = check_schema(*database, part.path); !checked) return failure(checked.error());
+  seen_files().add(part.path, state);
   return database;
 }
 
-namespace {
-
-Result<std::vector<SourceFile>> record_files(const std::string& record_path) {
-  const auto parts = files_of_record(record_path);
-  if (!parts) return failure(parts.error());
-  std::vector<SourceFile> files;
-  for (const auto& part : parts->parts) {
-    if (!files.empty()) files.back().last = part.continuation.from - 1;
-    files.push_back({.path = part.path, .first = part.continuation.from - 1});
-  }
-  return files;
-}
-
-}  // namespace
-
-Result<std::vector<SourceFile>> source_files(const std::string& record_path, bool running) {
-  const std::vector live{SourceFile{.path = live_copy_path(record_path), .live = true}};
+Result<RecordFiles> find_source_files(const std::string& record_path, bool running) {
+  RecordFiles live;
+  live.path = record_path;
+  live.parts = {{.path = live_copy_path(record_path), .is_live_copy = true, .continuation = {}}};
   std::error_code error;
-  const bool has_live = std::filesystem::is_regular_file(live.front().path, error);
+  const bool has_live = std::filesystem::is_regular_file(live.parts.front().path, error);
   if (running && has_live) return live;
-  auto files = record_files(record_path);
+  auto files = find_record_files(record_path);
   return files || !has_live ? files : live;
 }
 
-Result<bool> has_begun(const std::vector<SourceFile>& files) {
+Result<bool> has_begun(const RecordFiles& files) {
   bool begun = false;
   return each_row(files, {.what = "slot", .most = 1}, [&](const Statement&) { return !(begun = true); }).map([&] {
     return begun;
   });
 }
 
-Result<RunInfo> read_info(const std::vector<SourceFile>& files) {
-  return open_source(files.back()).and_then([](Database database) { return read_run_info(database); });
+Result<RunInfo> read_source_info(const RecordFiles& files) {
+  return open_source(files.parts.back()).and_then([](Database database) { return read_run_info(database); });
 }
 
 namespace {
 
+/// The slots that are taken from a file.
+struct Slots {
+  std::int64_t first{}, last{};
+};
+
+Slots slots_of(const RecordFiles& files, std::size_t part) {
+  const auto next = part + 1;
+  return {.first = files.parts[part].continuation.from - 1,
+          .last = next < files.parts.size() ? files.parts[next].continuation.from - 1 : kNoEnd};
+}
+
 /// The rows of one file; false where no more are wanted.
-Result<bool> each_row_of(const SourceFile& file, const RowQuery& query, std::int64_t& left,
+Result<bool> each_row_of(const Part& part, const Slots& slots, const RowQuery& query, std::int64_t& left,
                          const std::function<bool(const Statement&)>& use) {
-  auto database = open_source(file);
+  auto database = open_source(part);
   if (!database) return failure(database.error());
-  const auto first = std::max(query.first, file.first), last = std::min(query.last, file.last);
+  const auto first = std::max(query.first, slots.first), last = std::min(query.last, slots.last);
   auto rows = database->prepare(fmt::format("SELECT {} FROM {} WHERE {} BETWEEN {} AND {} ORDER BY {} LIMIT {}",
                                             query.what, query.table, query.key, first, last, query.order, left));
   if (!rows) return failure(rows.error());
@@ -120,12 +115,13 @@ Result<bool> each_row_of(const SourceFile& file, const RowQuery& query, std::int
 
 }  // namespace
 
-Result<void> each_row(const std::vector<SourceFile>& files, const RowQuery& query,
+Result<void> each_row(const RecordFiles& files, const RowQuery& query,
                       const std::function<bool(const Statement&)>& use) {
   auto left = query.most;
-  for (const auto& file : files) {
-    if (file.last < query.first || file.first > query.last || file.first > file.last) continue;
-    const auto more = each_row_of(file, query, left, use);
+  for (std::size_t i = 0; i < files.parts.size(); ++i) {
+    const auto slots = slots_of(files, i);
+    if (slots.last < query.first || slots.first > query.last || slots.first > slots.last) continue;
+    const auto more = each_row_of(files.parts[i], slots, query, left, use);
     if (!more) return failure(more.error());
     if (!*more) break;
   }

@@ -6,17 +6,14 @@
 #include <algorithm>
 #include <iterator>
 
-#include "acquisition/record/record.hpp"
 #include "acquisition/record/row.hpp"
-#include "acquisition/record/run_parts.hpp"
-#include "acquisition/record/schema.hpp"
 
 namespace gyrotherm::record {
 
 namespace {
 
-Result<RunStatus> status_of_file(const std::string& path) {
-  return open_record(path).and_then([&](Database database) { return stored_status(database, path); });
+Result<RunStatus> status_of_part(const Part& part) {
+  return open_part(part).and_then([&](Database database) { return stored_status(database, part.path); });
 }
 
 /// Takes over where the run stood, of a file that has a sample of it.
@@ -37,7 +34,7 @@ Result<std::int64_t> faults_before_last(const RecordFiles& files) {
   std::int64_t sum = 0;
   auto end = files.parts.back().continuation.from;
   for (auto part = std::next(files.parts.rbegin()); part != files.parts.rend(); ++part) {
-    const auto faults = open_record(part->path).and_then([end](Database database) {
+    const auto faults = open_part(*part).and_then([end](Database database) {
       return database.ask_integer(fmt::format("SELECT count(*) FROM fault WHERE slot < {}", end), 0);
     });
     if (!faults && is_locked(faults.error())) return failure(faults.error());
@@ -47,22 +44,68 @@ Result<std::int64_t> faults_before_last(const RecordFiles& files) {
   return sum;
 }
 
+Result<std::vector<RecordedEvent>> read_alarm_events(Database& database) {
+  const auto sql = fmt::format("SELECT id, {} FROM event WHERE kind IN ('{}', '{}', '{}', '{}', '{}') ORDER BY id",
+                               names_of(columns_of_events()), name(EventKind::interlock), name(EventKind::fault),
+                               name(EventKind::acknowledged), name(EventKind::recovered), name(EventKind::resumed));
+  std::vector<RecordedEvent> events;
+  const auto read = database.each_row(sql, [&](const Statement& row) {
+    RecordedEvent recorded;
+    int i = 1;
+    take(recorded, columns_of_events(), row, i);
+    recorded.event.number = row.integer(0);
+    events.push_back(std::move(recorded));
+  });
+  return read.map([&] { return std::move(events); });
+}
+
+}  // namespace
+
+Result<Alarms> alarms_of(const RecordFiles& files) {
+  std::vector<RecordedEvent> events;  // later parts repeat earlier seconds
+  for (const auto& part : files.parts) {
+    const bool is_last = &part == &files.parts.back();
+    auto database = open_part(part);
+    if (!database && !is_last && !is_locked(database.error())) continue;
+    if (!database) return failure(database.error());
+    std::erase_if(events, [&](const RecordedEvent& event) { return event.slot >= part.continuation.from; });
+    const auto more = read_alarm_events(*database);
+    if (!more && is_last) return failure(more.error());
+    if (more) events.insert(events.end(), more->begin(), more->end());
+  }
+  Alarms alarms;
+  for (const auto& event : events) alarms.see(event);
+  return alarms;
+}
+
+Result<std::int64_t> last_event_of(const RecordFiles& files) {
+  std::int64_t highest = 0;
+  for (const auto& part : files.parts) {
+    const auto number = open_part(part).and_then(
+        [](Database database) { return database.ask_integer("SELECT max(id) FROM event", 0); });
+    const bool is_needed = &part == &files.parts.back();
+    if (!number && (is_needed || is_locked(number.error()))) return failure(number.error());
+    if (number) highest = std::max(highest, *number);
+  }
+  return highest;
+}
+
+namespace {
+
 /// Of its last file, which goes on from the others; that may have been begun, and have no sample yet.
-Result<RunStatus> status_of_record(const std::string& path) {
-  const auto files = files_of_record(path);
-  if (!files) return failure(files.error());
-  auto status = status_of_file(files->parts.back().path);
+Result<RunStatus> status_of_record(const RecordFiles& files) {
+  auto status = status_of_part(files.parts.back());
   if (!status) return status;
-  for (auto part = files->parts.rbegin() + 1; status->slot < 0 && part != files->parts.rend(); ++part)
-    if (const auto before = status_of_file(part->path); before && before->slot >= 0) stand_as(*status, *before);
-  const auto faults = faults_before_last(*files);
+  for (auto part = files.parts.rbegin() + 1; status->slot < 0 && part != files.parts.rend(); ++part)
+    if (const auto before = status_of_part(*part); before && before->slot >= 0) stand_as(*status, *before);
+  const auto faults = faults_before_last(files);
   if (!faults) return failure(faults.error());
   status->faults += *faults;
-  status->path = path;
-  if (files->lost) status->record_damage = text(*files->lost);
-  for (const auto& part : files->parts)
-    if (part.path != path) status->parts.push_back(part.path);
-  const auto alarms = alarms_of(path);
+  status->path = files.path;
+  if (files.lost) status->record_damage = text(*files.lost);
+  for (const auto& part : files.parts)
+    if (part.path != files.path) status->parts.push_back(part.path);
+  const auto alarms = alarms_of(files);
   if (!alarms) return failure(alarms.error());
   status->alarms = alarms->list();
   return status;
@@ -70,13 +113,23 @@ Result<RunStatus> status_of_record(const std::string& path) {
 
 }  // namespace
 
-Result<RunStatus> read_status(const std::string& path) {
-  auto status = status_of_record(path);
+namespace {
+
+/// Returns the status file's status if the record cannot be read because a program is writing it.
+Result<RunStatus> or_of_writer(Result<RunStatus> status, const std::string& path) {
   if (status || !is_locked(status.error())) return status;
   auto told = read_status_file(path);
-  if (!told) return failure(status.error());
+  if (!told) return status;
   told->being_written = true;
   return told;
+}
+
+}  // namespace
+
+Result<RunStatus> read_status(const RecordFiles& files) { return or_of_writer(status_of_record(files), files.path); }
+
+Result<RunStatus> read_status(const std::string& path) {
+  return or_of_writer(find_record_files(path).and_then(status_of_record), path);
 }
 
 std::string describe(const LostEnd& lost) {
@@ -84,11 +137,11 @@ std::string describe(const LostEnd& lost) {
                      lost.acknowledged);
 }
 
-Result<std::optional<LostEnd>> lost_end(const std::string& path) {
-  const auto held = status_of_record(path);
+Result<std::optional<LostEnd>> lost_end(const RecordFiles& files) {
+  const auto held = status_of_record(files);
   if (!held) return failure(held.error());
   if (held->finished) return std::nullopt;
-  const auto told = read_status_file(path);
+  const auto told = read_status_file(files.path);
   if (!told || told->id != held->id || told->acknowledged <= held->acknowledged) return std::nullopt;
   return LostEnd{.last = held->acknowledged, .acknowledged = told->acknowledged};
 }

@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "acquisition/record/alarms.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/sqlite.hpp"
 #include "acquisition/record/status_file.hpp"
@@ -16,6 +18,7 @@ namespace gyrotherm::record {
 
 /// Of the status file if a program is writing the record, else of the record itself. Fails with bad_file (no record) or
 /// storage (damaged, or being written with no status file to tell more).
+[[nodiscard]] Result<RunStatus> read_status(const RecordFiles& files);
 [[nodiscard]] Result<RunStatus> read_status(const std::string& path);
 
 /// What a record has lost of its end.
@@ -28,7 +31,13 @@ struct LostEnd {
 /// Compares the record of a run that was not finished, and that nobody writes, with the status file of the same run
 /// beside it. Nothing if it holds all that was acknowledged, or if there is no such file to say. Fails like
 /// read_record().
-[[nodiscard]] Result<std::optional<LostEnd>> lost_end(const std::string& path);
+[[nodiscard]] Result<std::optional<LostEnd>> lost_end(const RecordFiles& files);
+
+/// Reads the alarms from all files of the record. Fails like read_record().
+[[nodiscard]] Result<Alarms> alarms_of(const RecordFiles& files);
+
+/// The highest number that an event has in any file of the record; 0: there is none. Fails like read_record().
+[[nodiscard]] Result<std::int64_t> last_event_of(const RecordFiles& files);
 
 // Where a run stands, as its record tells it.
 

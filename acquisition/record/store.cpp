@@ -18,10 +18,10 @@
 #include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/rate_meter.hpp"
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/record_writer.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/run_file.hpp"
-#include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/schema.hpp"
 #include "acquisition/record/status.hpp"
 #include "core/clock.hpp"
@@ -585,16 +585,16 @@ Result<std::unique_ptr<Store>> Store::create(const std::string& path, const RunI
 }
 
 Result<std::unique_ptr<Store>> Store::reopen(const std::string& path, const StoreOptions& options) {
-  const auto files = files_of_record(path);
+  const auto files = find_record_files(path);
   if (!files) return failure(files.error());
-  auto alarms = alarms_of(path);  // before the record is written again
+  auto alarms = alarms_of(*files);  // before the record is written again
   if (!alarms) return failure(alarms.error());
-  const auto last_event = last_event_of(path);
+  const auto last_event = last_event_of(*files);
   if (!last_event) return failure(last_event.error());
-  const auto before = read_status(path);
+  const auto before = read_status(*files);
   std::unique_ptr<LiveCopy> copy;
   if (options.live_copy)
-    if (const auto info = read_info(path); info) copy = LiveCopy::of_record(path, *info, *options.live_copy);
+    if (const auto info = read_info(*files); info) copy = LiveCopy::of_record(*files, *info, *options.live_copy);
   const auto& last = files->parts.back();
   auto file = RunFile::reopen(last.path);
   if (!file) return failure(file.error());

@@ -261,15 +261,20 @@ Result<AxisChoice> choose_axis(const record::RunInfo& info, const AxisChoice& wa
                  fmt::format("has {} axes, {}: choose one with --unit and --axis", found.size(), names_of(found)));
 }
 
-Result<Dataset> load_dataset(const std::string& path, const AxisChoice& wanted) {
-  const Result<record::Record> record = record::read_record(path);
+Result<Dataset> load_dataset(const record::RecordFiles& files, const AxisChoice& wanted) {
+  const Result<record::Record> record = record::read_record(files);
   if (!record) return failure(record.error());
   if (!record->finished) {
-    return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");
+    return failure(FaultKind::usage, files.path, "the run has not finished; \"gyrotherm resume\" ends it");
   }
-  return choose_axis(record->info, wanted, path).map([&](const AxisChoice& of) {
-    return make_dataset(*record, path, of);
+  return choose_axis(record->info, wanted, files.path).map([&](const AxisChoice& of) {
+    return make_dataset(*record, files.path, of);
   });
+}
+
+Result<Dataset> load_dataset(const std::string& path, const AxisChoice& wanted) {
+  return record::find_files_to_read(path).and_then(
+      [&](const record::RecordFiles& files) { return load_dataset(files, wanted); });
 }
 
 bool jumps_by_turning(const Dataset& dataset) {

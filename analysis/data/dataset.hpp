@@ -16,7 +16,8 @@
 
 namespace gyrotherm::record {
 struct Record;
-}
+struct RecordFiles;
+}  // namespace gyrotherm::record
 
 namespace gyrotherm::data {
 
@@ -114,6 +115,7 @@ inline constexpr std::string_view kSelf = "self", kAux = "aux:";
 
 /// Reads a record and makes matrices of one of its axes. Fails like read_record and choose_axis, and with usage if the
 /// run has not finished (an unfinished run is never mistaken for a finished one).
+[[nodiscard]] Result<Dataset> load_dataset(const record::RecordFiles& files, const AxisChoice& wanted = {});
 [[nodiscard]] Result<Dataset> load_dataset(const std::string& path, const AxisChoice& wanted = {});
 
 /// Whether the unit is turned around and the Earth's rate is not known: twice that lies between its two positions.

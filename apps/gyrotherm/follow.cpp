@@ -8,8 +8,8 @@
 #include <thread>
 
 #include "acquisition/record/csv.hpp"
-#include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/status.hpp"
 #include "apps/console/interrupt.hpp"
 

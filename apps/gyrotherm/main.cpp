@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "acquisition/record/live_copy.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/value.hpp"
 #include "core/program_start.hpp"

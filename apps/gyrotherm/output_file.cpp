@@ -7,8 +7,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "acquisition/record/live_copy.hpp"
-#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/status.hpp"
 #include "core/file.hpp"
 #include "sequencer/control/control_socket.hpp"

@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <numeric>
 #include <optional>
+#include <utility>
 
+#include "acquisition/record/record.hpp"
 #include "analysis/data/outliers.hpp"
 #include "core/file.hpp"
 
@@ -38,14 +40,19 @@ Result<std::optional<ClusterRange>> parse_cluster_range(const std::string& text)
 
 }  // namespace
 
-Result<record::Verified> check_recorded_run(Console& console, const std::string& path, bool unverified) {
+Result<CheckedRun> check_recorded_run(Console& console, const std::string& path, bool unverified) {
   if (unverified) {
     console.say(fmt::format("warning: {}: not looked at whether it is as it was written (--unverified)", path));
-    return record::Verified{};
+    return record::find_files_to_read(path).map(
+        [](record::RecordFiles files) { return CheckedRun{.files = std::move(files), .verified = {}}; });
   }
-  auto verified = record::verify_record(path);
-  if (!verified && record::is_locked(verified.error())) return record::Verified{};  // who reads it is told who holds it
-  return verified;
+  auto files = record::find_record_files(path);
+  if (!files)
+    return failure(record::is_locked(files.error()) ? record::explain_read_fault(files.error(), path) : files.error());
+  const auto verified = record::verify_record(*files);
+  // The fault of reading a locked record names the program that writes it.
+  if (!verified && !record::is_locked(verified.error())) return failure(verified.error());
+  return CheckedRun{.files = std::move(*files), .verified = verified.value_or(record::Verified{})};
 }
 
 void add_axis_options(CLI::App& command, data::AxisChoice& axis) {
@@ -84,8 +91,9 @@ Result<data::Clusters> clusters_of(const data::Dataset& dataset, const RecordedR
 Result<data::RecordedRun> load_recorded_run(Console& console, const std::string& path,
                                             const RecordedRunOptions& options) {
   if (const auto range = parse_cluster_range(options.clusters); !range) return failure(range.error());
-  if (auto checked = check_recorded_run(console, path, options.unverified); !checked) return failure(checked.error());
-  auto dataset = data::load_dataset(path, options.axis);
+  const auto checked = check_recorded_run(console, path, options.unverified);
+  if (!checked) return failure(checked.error());
+  auto dataset = data::load_dataset(checked->files, options.axis);
   if (!dataset) return failure(dataset.error());
   auto clusters = clusters_of(*dataset, options);
   if (!clusters) return failure(clusters.error());

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "acquisition/record/chain.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "analysis/data/clusters.hpp"
 #include "analysis/data/dataset.hpp"
 #include "analysis/model/model.hpp"
@@ -15,9 +16,15 @@
 
 namespace gyrotherm::app {
 
-/// Fails with bad_file if the record is not as it was written (verify_record), naming the first place that does not
-/// fit. With `unverified` it is not looked at, which is said, and nothing is known of it.
-[[nodiscard]] Result<record::Verified> check_recorded_run(Console& console, const std::string& path, bool unverified);
+/// A record whose files were found, and what is known of them; nothing of those that were not verified.
+struct CheckedRun {
+  record::RecordFiles files;
+  record::Verified verified;
+};
+/// Finds the files of a record and verifies them (verify_record). Fails with bad_file naming the first place that is
+/// not as it was written, and like read_record() if the record cannot be read. With `unverified` the files are only
+/// found, and a warning is printed.
+[[nodiscard]] Result<CheckedRun> check_recorded_run(Console& console, const std::string& path, bool unverified);
 
 struct RecordedRunOptions {
   std::string clusters{};  ///< only these of those that it has: "0:14" for 0 … 13, "14:" for the others; empty: all

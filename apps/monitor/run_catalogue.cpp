@@ -9,8 +9,7 @@
 #include <filesystem>
 #include <set>
 
-#include "acquisition/record/live_copy.hpp"
-#include "acquisition/record/run_finder.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_source.hpp"
 #include "core/sha256.hpp"
 #include "core/toml_reader.hpp"
@@ -117,9 +116,9 @@ void RunCatalogue::look_at(const std::string& path, const std::string& folder,
     run.age_s = age_s_of(run);
     if (!run.trouble.empty() && before.key.empty()) run.status.path = path;
     if (entry.info_of != run.status.id || !entry.info) {
-      const auto files = record::source_files(path, run.is_running());
+      const auto files = record::find_source_files(path, run.is_running());
       const bool is_whole = !run.is_running() || (files && record::has_begun(*files).value_or(false));
-      auto info = files ? record::read_info(*files) : Result<record::RunInfo>(failure(files.error()));
+      auto info = files ? record::read_source_info(*files) : Result<record::RunInfo>(failure(files.error()));
       entry.info_of = info && is_whole ? run.status.id : std::string();
       if (info) read_ends(run, *info);
       if (info) drop_unused_texts(*info);

@@ -63,7 +63,7 @@ std::string message(const char* kind, const std::string& data, std::int64_t id) 
 Result<std::vector<FeedRow>> samples_after(const FoundRun& run, std::int64_t slot, std::int64_t most) {
   std::vector<FeedRow> rows;
   if (!run.info) return rows;
-  const auto files = record::source_files(run.path, run.is_running());
+  const auto files = record::find_source_files(run.path, run.is_running());
   if (!files) return failure(files.error());
   const auto channels = series_channels(*run.info);
   const auto read = record::each_row(*files, {.what = sample_columns(channels), .first = slot + 1, .most = most},
@@ -76,7 +76,7 @@ Result<std::vector<FeedRow>> samples_after(const FoundRun& run, std::int64_t slo
 
 Result<std::vector<FeedRow>> events_after(const FoundRun& run, std::int64_t number, std::int64_t most) {
   std::vector<FeedRow> rows;
-  const auto files = record::source_files(run.path, run.is_running());
+  const auto files = record::find_source_files(run.path, run.is_running());
   if (!files) return failure(files.error());
   const record::RowQuery query{.what = "id, slot, utc_ns, kind, interlock, reaction, segment, channel, text",
                                .table = fmt::format("(SELECT * FROM event WHERE id > {})", number),

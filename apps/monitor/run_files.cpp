@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_source.hpp"
 #include "apps/monitor/http_message.hpp"
 #include "apps/monitor/run_answers.hpp"
@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 Json beginnings_of(const FoundRun& run) {
   Json begun = Json::array();
   const auto events =
-      record::source_files(run.path, run.is_running()).and_then([&](const std::vector<record::SourceFile>& files) {
+      record::find_source_files(run.path, run.is_running()).and_then([&](const record::RecordFiles& files) {
         return record::each_row(
             files, {.what = "slot, segment", .table = "(SELECT * FROM event WHERE kind = 'segment')", .order = "id"},
             [&](const record::Statement& row) {

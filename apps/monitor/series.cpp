@@ -75,7 +75,7 @@ Result<std::int64_t> take_rows(const FoundRun& run, const std::vector<std::size_
   const auto what = columns_of(series_channels(*run.info), channels);
   auto last = from - 1;
   for (std::int64_t taken = kRowsAtOnce; taken == kRowsAtOnce;) {
-    const auto files = record::source_files(run.path, run.is_running());
+    const auto files = record::find_source_files(run.path, run.is_running());
     if (!files) return failure(files.error());
     taken = 0;
     const auto read = record::each_row(*files, {.what = what, .first = last + 1, .last = to, .most = kRowsAtOnce},

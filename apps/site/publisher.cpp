@@ -7,9 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "acquisition/record/live_copy.hpp"
-#include "acquisition/record/run_finder.hpp"
-#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/status.hpp"
 #include "apps/site/archive.hpp"
 #include "apps/site/documents.hpp"
@@ -36,22 +34,21 @@ bool has_to_wait(const Fault& fault) { return record::is_locked(fault) || fault.
 
 /// What tells whether the files are still those whose id was read: of one that grows which one it is, of another also
 /// how it is.
-std::vector<record::FileState> states_of(const std::vector<record::SourceFile>& files) {
+std::vector<record::FileState> states_of(const record::RecordFiles& files) {
   std::vector<record::FileState> states;
-  for (const auto& file : files)
-    states.push_back(file.live ? record::identity_of(file.path) : record::state_of(file.path));
+  for (const auto& file : files.parts)
+    states.push_back(file.is_live_copy ? record::identity_of(file.path) : record::state_of(file.path));
   return states;
 }
 
 /// Fails as a record does that is being written: it is looked at again in the next round.
-Result<void> check_unchanged(const std::vector<record::SourceFile>& files,
-                             const std::vector<record::FileState>& states) {
+Result<void> check_unchanged(const record::RecordFiles& files, const std::vector<record::FileState>& states) {
   if (states_of(files) == states) return {};
-  return failure(FaultKind::storage, files.front().path, record::kBeingWritten);
+  return failure(FaultKind::storage, files.parts.front().path, record::kBeingWritten);
 }
 
-Result<std::string> id_in(const std::vector<record::SourceFile>& files) {
-  return record::open_source(files.back()).and_then([](record::Database database) {
+Result<std::string> id_in(const record::RecordFiles& files) {
+  return record::open_source(files.parts.back()).and_then([](record::Database database) {
     return database.ask("SELECT value FROM meta WHERE key = 'id'");
   });
 }
@@ -123,7 +120,7 @@ Result<void> Publisher::ask_position(Run& run) {
   return {};
 }
 
-Result<Publisher::Sent> Publisher::send_rows(const std::vector<record::SourceFile>& files, Run& run) {
+Result<Publisher::Sent> Publisher::send_rows(const record::RecordFiles& files, Run& run) {
   auto batch = next_rows(files, run.channels, run.position->slot);
   for (int sent = 0; batch && batch->rows > 0; ++sent) {
     if (sent == kBatchesInTurn) return Sent::something;
@@ -141,7 +138,7 @@ Result<Publisher::Sent> Publisher::send_rows(const std::vector<record::SourceFil
   return Sent::everything;
 }
 
-Result<void> Publisher::send_events_and_gaps(const std::vector<record::SourceFile>& files, Run& run) {
+Result<void> Publisher::send_events_and_gaps(const record::RecordFiles& files, Run& run) {
   for (;;) {
     const auto events = next_events(files, run.position->event);
     if (!events) return failure(events.error());
@@ -167,13 +164,13 @@ Result<void> Publisher::send_state(Run& run, const RunNow& now) {
   return {};
 }
 
-Result<void> Publisher::end_run(const std::string& path, const std::vector<record::SourceFile>& files, Run& run) {
-  const auto end = end_of(path, run.info, files);
+Result<void> Publisher::end_run(const record::RecordFiles& files, Run& run) {
+  const auto end = end_of(run.info, files);
   if (!end) return failure(end.error());
   if (auto same = check_unchanged(files, run.states); !same) return same;
   if (!end->finished) return send_state(run, {.state = end->state, .cause = end->cause, .alarms = end->alarms});
   std::vector<RunFileDigest> digests;
-  for (const auto& file : files) {
+  for (const auto& file : files.parts) {
     auto digest = digest_of(file.path);
     if (!digest) return failure(digest.error());
     if (auto kept = archive(settings_.archive, *digest, patience_.stop); !kept) return kept;
@@ -182,11 +179,11 @@ Result<void> Publisher::end_run(const std::string& path, const std::vector<recor
   if (auto same = check_unchanged(files, run.states); !same) return same;
   if (auto finished = store_->finish_run(run.info.id, end_as_json(*end, digests)); !finished) return finished;
   run.position->finished = true;
-  say_(fmt::format("{}: {} rows are in the store", path, end->rows));
+  say_(fmt::format("{}: {} rows are in the store", files.path, end->rows));
   return {};
 }
 
-Result<Publisher::Sent> Publisher::send_from(const std::vector<record::SourceFile>& files, Watched& watched) {
+Result<Publisher::Sent> Publisher::send_from(const record::RecordFiles& files, Watched& watched) {
   auto& run = *watched.run;
   if (auto asked = ask_position(run); !asked) return failure(asked.error());
   if (run.position->finished || run.position->dropped) return Sent::everything;
@@ -203,7 +200,7 @@ Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& wa
   if (watched.settled == stamp || (watched.rests && !watched.rests->over())) return Sent::everything;
   watched.rests.reset();
   const auto status = record::fresh_status(path);
-  const auto files = record::source_files(path, status.has_value());
+  const auto files = record::find_source_files(path, status.has_value());
   if (!files) return failure(files.error());
   const auto identity = record::identity_of(path);
   auto states = states_of(*files);
@@ -213,7 +210,7 @@ Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& wa
     const auto begun = record::has_begun(*files);
     if (!begun) return failure(begun.error());
     if (status && !*begun) return Sent::everything;  // it does not know yet when it started
-    auto info = record::read_info(*files);
+    auto info = record::read_source_info(*files);
     if (!info) return failure(info.error());
     auto& run = watched.run.emplace(Run{.file = identity, .info = std::move(*info)});
     run.channels = stored_channels(run.info);
@@ -222,7 +219,7 @@ Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& wa
   run.states = std::move(states);
   const auto sent = send_from(*files, watched);
   if (!sent || *sent != Sent::everything) return sent;
-  const bool is_live = files->front().live;
+  const bool is_live = files->parts.front().is_live_copy;
   if (is_live) {
     if (!status || status->id != run.info.id) return Sent::everything;
     const RunNow now{.state = name(status->standing.state),
@@ -231,7 +228,7 @@ Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& wa
     return send_state(run, now).map([] { return Sent::everything; });
   }
   if (!run.position->finished && !run.position->dropped)
-    if (auto ended = end_run(path, *files, run); !ended) return failure(ended.error());
+    if (auto ended = end_run(*files, run); !ended) return failure(ended.error());
   watched.settled = stamp;
   watched.trouble.clear();
   return Sent::everything;

@@ -81,13 +81,13 @@ class Publisher {
   /// One round over all that was found; whether nothing is left to send.
   [[nodiscard]] Result<Sent> round();
   [[nodiscard]] Result<Sent> send_run(const std::string& path, Watched& watched);
-  [[nodiscard]] Result<Sent> send_from(const std::vector<record::SourceFile>& files, Watched& watched);
+  [[nodiscard]] Result<Sent> send_from(const record::RecordFiles& files, Watched& watched);
   [[nodiscard]] Result<void> ask_position(Run& run);
-  [[nodiscard]] Result<Sent> send_rows(const std::vector<record::SourceFile>& files, Run& run);
-  [[nodiscard]] Result<void> send_events_and_gaps(const std::vector<record::SourceFile>& files, Run& run);
+  [[nodiscard]] Result<Sent> send_rows(const record::RecordFiles& files, Run& run);
+  [[nodiscard]] Result<void> send_events_and_gaps(const record::RecordFiles& files, Run& run);
   /// Sends state, cause and alarms if one of them differs from what was sent last.
   [[nodiscard]] Result<void> send_state(Run& run, const RunNow& now);
-  [[nodiscard]] Result<void> end_run(const std::string& path, const std::vector<record::SourceFile>& files, Run& run);
+  [[nodiscard]] Result<void> end_run(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> send_document(const std::string& path);
   /// Whether what failed concerns this file alone; then it is told once.
   [[nodiscard]] bool set_aside(const Fault& fault, const std::string& path, std::string& told);

@@ -118,7 +118,7 @@ RunState last_state(const record::RunStatus& status) {
 }
 
 /// The one number that a query gives of each file, added up.
-Result<std::int64_t> count_of(const std::vector<record::SourceFile>& files, const char* table, const char* key) {
+Result<std::int64_t> count_of(const record::RecordFiles& files, const char* table, const char* key) {
   std::int64_t sum = 0;
   return record::each_row(files, {.what = "count(*)", .table = table, .key = key, .order = "1", .first = -1},
                           [&](const record::Statement& row) {
@@ -172,7 +172,7 @@ std::string run_as_json(const record::RunInfo& info) {
   return text_of(json);
 }
 
-Result<RowBatch> next_rows(const std::vector<record::SourceFile>& files, const std::vector<StoredChannel>& channels,
+Result<RowBatch> next_rows(const record::RecordFiles& files, const std::vector<StoredChannel>& channels,
                            std::int64_t after, std::int64_t most) {
   std::string what = "slot, utc_ns";
   for (const auto& channel : channels) what += fmt::format(", \"{}\"", channel.name);
@@ -200,7 +200,7 @@ Result<RowBatch> next_rows(const std::vector<record::SourceFile>& files, const s
   return batch;
 }
 
-Result<JsonBatch> next_events(const std::vector<record::SourceFile>& files, std::int64_t after) {
+Result<JsonBatch> next_events(const record::RecordFiles& files, std::int64_t after) {
   JsonBatch batch{.last = after};
   Json events = Json::array();
   const record::RowQuery query{.what = "id, slot, utc_ns, kind, interlock, reaction, segment, channel, text",
@@ -227,7 +227,7 @@ Result<JsonBatch> next_events(const std::vector<record::SourceFile>& files, std:
   return batch;
 }
 
-Result<JsonBatch> next_gaps(const std::vector<record::SourceFile>& files, std::int64_t after) {
+Result<JsonBatch> next_gaps(const record::RecordFiles& files, std::int64_t after) {
   JsonBatch batch{.last = after};
   Json gaps = Json::array();
   const record::RowQuery query{.what = "first, last, cause",
@@ -256,17 +256,16 @@ std::string alarms_as_json(const std::vector<record::Alarm>& alarms) {
   return text_of(list);
 }
 
-Result<RunEnd> end_of(const std::string& path, const record::RunInfo& info,
-                      const std::vector<record::SourceFile>& files) {
+Result<RunEnd> end_of(const record::RunInfo& info, const record::RecordFiles& files) {
   RunEnd end;
-  auto database = record::open_source(files.back());
+  auto database = record::open_source(files.parts.back());
   if (!database) return failure(database.error());
-  const auto status = record::stored_status(*database, files.back().path);
+  const auto status = record::stored_status(*database, files.parts.back().path);
   if (!status) return failure(status.error());
   end.finished = status->finished;
   end.state = name(last_state(*status));
   end.cause = status->ended_by;
-  const auto alarms = record::alarms_of(path);
+  const auto alarms = record::alarms_of(files);
   if (!alarms) return failure(alarms.error());
   end.alarms = alarms_as_json(alarms->list());
   end.ended_ns = info.started_utc.count();

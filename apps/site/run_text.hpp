@@ -63,9 +63,8 @@ inline constexpr std::int64_t kBatchRows = 1000;
 
 /// The next rows, at most so many. Fails with storage while somebody else writes the record, with bad_file if it is
 /// damaged.
-[[nodiscard]] Result<RowBatch> next_rows(const std::vector<record::SourceFile>& files,
-                                         const std::vector<StoredChannel>& channels, std::int64_t after,
-                                         std::int64_t most = kBatchRows);
+[[nodiscard]] Result<RowBatch> next_rows(const record::RecordFiles& files, const std::vector<StoredChannel>& channels,
+                                         std::int64_t after, std::int64_t most = kBatchRows);
 
 /// The next events, or gaps, as add_events() and add_gaps() take them; `text` is empty if there are none. Fails
 /// likewise.
@@ -74,8 +73,8 @@ struct JsonBatch {
   std::size_t rows{};
   std::string text{};
 };
-[[nodiscard]] Result<JsonBatch> next_events(const std::vector<record::SourceFile>& files, std::int64_t after);
-[[nodiscard]] Result<JsonBatch> next_gaps(const std::vector<record::SourceFile>& files, std::int64_t after);
+[[nodiscard]] Result<JsonBatch> next_events(const record::RecordFiles& files, std::int64_t after);
+[[nodiscard]] Result<JsonBatch> next_gaps(const record::RecordFiles& files, std::int64_t after);
 
 /// How a run that no program carries out any more stands, by its record.
 struct RunEnd {
@@ -87,9 +86,8 @@ struct RunEnd {
   std::int64_t rows{}, events{}, gaps{};
   std::string chain_head;
 };
-/// `path` is that of the record, `files` are those that it is read from.
-[[nodiscard]] Result<RunEnd> end_of(const std::string& path, const record::RunInfo& info,
-                                    const std::vector<record::SourceFile>& files);
+/// Reads how a run ended from the files of its record. Fails like read_record().
+[[nodiscard]] Result<RunEnd> end_of(const record::RunInfo& info, const record::RecordFiles& files);
 
 /// A file of a finished run.
 struct RunFileDigest {

@@ -42,9 +42,9 @@ constexpr int kMostRows = 600;
 constexpr Duration kSecond = std::chrono::seconds(1);
 
 Result<Recorded> read(const std::string& path) {
-  const auto files = gyrotherm::record::source_files(path, false);
+  const auto files = gyrotherm::record::find_source_files(path, false);
   if (!files) return gyrotherm::failure(files.error());
-  const auto info = gyrotherm::record::read_info(*files);
+  const auto info = gyrotherm::record::read_source_info(*files);
   if (!info) return gyrotherm::failure(info.error());
   Recorded recorded{.json = gyrotherm::site::run_as_json(*info), .rows = {}};
   const auto channels = gyrotherm::site::stored_channels(*info);

@@ -207,8 +207,8 @@ MUTANTS = [
     ("a start that failed leaves the chamber on", "sequencer/rig/rig.cpp",
      "if (found.activity == ChamberActivity::off) done = chamber_->stop() && done;", "",
      "gyrotherm", "mode_that_never_switches_on"),
-    ("a journal beside a record is played back", "acquisition/record/run_parts.cpp",
-     "if (!std::filesystem::exists(std::filesystem::symlink_status(journal, error))) return {};", "return {};",
+    ("a journal beside a record is played back", "acquisition/record/record_files.cpp",
+     "if (!fs::exists(fs::symlink_status(journal, error))) return {};", "return {};",
      "acquisition_test", "ForeignRecord.WithAJournalIsRefusedAndNothingIsPlayedBack"),
 
     # Counts.

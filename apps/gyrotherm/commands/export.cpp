@@ -54,12 +54,12 @@ Result<void> check_rows_are_seconds(const data::Dataset& dataset) {
                              interval_s));
 }
 
-Result<CompensatedRows> compensate(Console& console, const ExportArguments& options) {
+Result<CompensatedRows> compensate(Console& console, const record::RecordFiles& files, const ExportArguments& options) {
   const auto outside = model::parse_outside(options.outside);
   if (!outside) return failure(outside.error());
   const auto model = load_model(options.model);
   if (!model) return failure(model.error());
-  auto dataset = data::load_dataset(options.run, axis_for(*model, options.axis));
+  auto dataset = data::load_dataset(files, axis_for(*model, options.axis));
   if (!dataset) return failure(dataset.error());
   if (auto checked = check_rows_are_seconds(*dataset); !checked) return failure(checked.error());
   for (const std::string& warning : warnings_of_origin(*model, dataset->of, dataset->identity, dataset->bias_zero))
@@ -115,12 +115,12 @@ std::string table_of(const CompensatedRows& rows, const exchange::ExportChoice& 
 }
 
 /// Returns, as its neighbours do, how many rows were written.
-Result<std::size_t> write_compensated(Console& console, const ExportArguments& options,
-                                      const exchange::ExportChoice& choice) {
+Result<std::size_t> write_compensated(Console& console, const record::RecordFiles& files,
+                                      const ExportArguments& options, const exchange::ExportChoice& choice) {
   if (options.model.empty()) return failure(FaultKind::usage, "--compensated", "by which model? Name it with --model");
   if (options.format != "csv" || choice.every > Duration{})
     return failure(FaultKind::usage, "--compensated", "is a row a second, as csv; no --as and no --every go with it");
-  const auto rows = compensate(console, options);
+  const auto rows = compensate(console, files, options);
   if (!rows) return failure(rows.error());
   const auto written =
       std::ranges::count_if(rows->dataset.moment_s, [&](double time_s) { return has_row_at(choice, time_s); });
@@ -150,8 +150,9 @@ Result<exchange::ExportChoice> choice_of(const ExportArguments& options, const r
 }
 
 /// The record as others want it.
-Result<std::size_t> write_rows(const ExportArguments& options, const exchange::ExportChoice& choice) {
-  auto whole = record::read_record(options.run);
+Result<std::size_t> write_rows(const record::RecordFiles& files, const ExportArguments& options,
+                               const exchange::ExportChoice& choice) {
+  auto whole = record::read_record(files);
   if (!whole) return failure(whole.error());
   const auto chosen = exchange::chosen_rows(std::move(*whole), choice);
   if (chosen.slot.empty()) return no_row_is_chosen(options.run);
@@ -163,12 +164,13 @@ Result<std::size_t> write_rows(const ExportArguments& options, const exchange::E
   return written.map([&] { return chosen.slot.size(); });
 }
 
-Result<std::size_t> write_table(Console& console, const ExportArguments& options) {
-  const auto info = record::read_info(options.run);
+Result<std::size_t> write_table(Console& console, const record::RecordFiles& files, const ExportArguments& options) {
+  const auto info = record::read_info(files);
   if (!info) return failure(info.error());
   const auto choice = choice_of(options, *info);
   if (!choice) return failure(choice.error());
-  return options.compensated ? write_compensated(console, options, *choice) : write_rows(options, *choice);
+  return options.compensated ? write_compensated(console, files, options, *choice)
+                             : write_rows(files, options, *choice);
 }
 
 Result<Exit> export_table(Console& console, const ExportArguments& options) {
@@ -178,9 +180,9 @@ Result<Exit> export_table(Console& console, const ExportArguments& options) {
   if (options.follow) return follow_record(console, options.run).map([] { return Exit::done; });
   if (options.out.empty()) return failure(FaultKind::usage, "--out", "where to? Only --follow writes to stdout");
   if (auto free = check_is_free(options.out, options.force); !free) return failure(free.error());
-  if (const auto checked = check_recorded_run(console, options.run, options.unverified); !checked)
-    return failure(checked.error());
-  const auto rows = write_table(console, options);
+  const auto checked = check_recorded_run(console, options.run, options.unverified);
+  if (!checked) return failure(checked.error());
+  const auto rows = write_table(console, checked->files, options);
   if (!rows) return failure(rows.error());
   if (console.json)
     console.data(text_of(Json{{"file", options.out}, {"format", options.format}, {"rows", *rows}}) + "\n");

@@ -86,8 +86,9 @@ Result<model::FusedAxes> load_axes(Console& console, const std::string& path, co
   if (!outside) return failure(outside.error());
   const auto named = named_models(options.models);
   if (!named) return failure(named.error());
-  if (auto checked = check_recorded_run(console, path, options.unverified); !checked) return failure(checked.error());
-  const auto record = record::read_record(path);
+  const auto checked = check_recorded_run(console, path, options.unverified);
+  if (!checked) return failure(checked.error());
+  const auto record = record::read_record(checked->files);
   if (!record) return failure(record.error());
   if (!record->finished)
     return failure(FaultKind::usage, path, "the run has not finished; \"gyrotherm resume\" ends it");

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "acquisition/exchange/guess.hpp"
-#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/console/value.hpp"

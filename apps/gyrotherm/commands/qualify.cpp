@@ -146,9 +146,10 @@ Result<void> record(Console& console, const Run& run, const rig::RigFile& rig, c
 Result<void> load(Console& console, Run& run, KnownDigests& digests, const std::string& unit = {}) {
   const auto known = digests.of_rows(run.path);
   if (!known) return failure(known.error());
-  if (!*known)
-    if (auto checked = check_recorded_run(console, run.path, false); !checked) return failure(checked.error());
-  auto rows = record::read_record(run.path, *known ? unit : std::string());
+  auto rows = *known ? record::read_record(run.path, unit)
+                     : check_recorded_run(console, run.path, false).and_then([](const CheckedRun& checked) {
+                         return record::read_record(checked.files);
+                       });
   if (!rows) return failure(rows.error());
   run.record = std::move(*rows);
   run.sha256 = *known ? **known : digest_of(run.record);

@@ -6,7 +6,7 @@
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
-#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "apps/console/value.hpp"
 #include "apps/gyrotherm/commands/report_commands.hpp"
 #include "apps/gyrotherm/qualify/axis_experiment.hpp"

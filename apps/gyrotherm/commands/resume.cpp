@@ -28,7 +28,8 @@ Result<Exit> resume(Console& console, const ResumeArguments& options) {
   // Virtual time is lived through again as the record has it, before the record is opened to be written and its chain
   // looked at.
   if (status && status->simulated)
-    if (const auto whole = record::verify_files(options.run); !whole) return failure(whole.error());
+    if (const auto whole = record::find_record_files(options.run).and_then(record::verify_files); !whole)
+      return failure(whole.error());
   watch_for_interrupts(status && status->simulated ? SecondInterrupt::ends : SecondInterrupt::is_counted);
   if (auto ran = resume_run(console, options.run,
                             {.accept = options.accept, .trust_commands = options.trust_commands, .gap = *gap});

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "acquisition/record/chain.hpp"
-#include "acquisition/record/live_copy.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/console/value.hpp"

@@ -12,7 +12,7 @@
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
-#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "analysis/data/clusters.hpp"
 #include "apps/console/value.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
@@ -34,17 +34,16 @@ constexpr std::size_t kLargestRecord = 4'000'000'000;
 /// A record that was looked at. What it holds is read for one unit after the other: all of it at once would not fit
 /// where a lot is reported.
 struct CheckedRecord {
-  std::string path, sha256;
+  record::RecordFiles files;
+  std::string sha256;
   bool chain_verified{};
   record::RunInfo info;
   std::vector<report::UsedFile> parts;  ///< that it goes on in
 };
 
-Result<std::vector<report::UsedFile>> parts_of(const std::string& path) {
-  const auto files = record::files_of_record(path);
-  if (!files) return failure(files.error());
+Result<std::vector<report::UsedFile>> parts_of(const record::RecordFiles& files) {
   std::vector<report::UsedFile> parts;
-  for (const record::Part& part : files->parts) {
+  for (const record::Part& part : files.parts) {
     if (part.continuation.part < 2) continue;
     const auto digest = record::file_digest(part.path, kLargestRecord);
     if (!digest) return failure(digest.error());
@@ -54,15 +53,16 @@ Result<std::vector<report::UsedFile>> parts_of(const std::string& path) {
 }
 
 Result<CheckedRecord> check(Console& console, const std::string& path, bool unverified) {
-  const auto checked = check_recorded_run(console, path, unverified);
+  auto checked = check_recorded_run(console, path, unverified);
   if (!checked) return failure(checked.error());
-  auto info = record::read_info(path);
+  auto& [files, verified] = *checked;
+  auto info = record::read_info(files);
   if (!info) return failure(info.error());
-  auto digest = checked->manifest ? checked->digest : record::file_digest(path, kLargestRecord);
+  auto digest = verified.manifest ? verified.digest : record::file_digest(path, kLargestRecord);
   if (!digest) return failure(digest.error());
-  auto parts = parts_of(path);
+  auto parts = parts_of(files);
   if (!parts) return failure(parts.error());
-  return CheckedRecord{path, std::move(*digest), !unverified, std::move(*info), std::move(*parts)};
+  return CheckedRecord{std::move(files), std::move(*digest), !unverified, std::move(*info), std::move(*parts)};
 }
 
 Result<std::vector<CheckedRecord>> check_records(Console& console, const CalibrationArguments& options) {
@@ -81,10 +81,10 @@ Result<std::vector<CheckedRecord>> check_records(Console& console, const Calibra
 Result<std::vector<record::Record>> read_records(const std::vector<CheckedRecord>& records, const std::string& unit) {
   std::vector<record::Record> all;
   for (const CheckedRecord& one : records) {
-    auto record = record::read_record(one.path, unit);
+    auto record = record::read_record(one.files, unit);
     if (!record) return failure(record.error());
     if (!record->finished)
-      return failure(FaultKind::usage, one.path, "the run has not finished; \"gyrotherm resume\" ends it");
+      return failure(FaultKind::usage, one.files.path, "the run has not finished; \"gyrotherm resume\" ends it");
     all.push_back(std::move(*record));
   }
   return all;
@@ -103,7 +103,7 @@ Result<std::vector<std::string>> units_to_report(const std::vector<CheckedRecord
   for (const CheckedRecord& one : records) {
     for (const std::string& unit : units)
       if (find_unit(one.info, unit) == nullptr)
-        return failure(FaultKind::usage, one.path,
+        return failure(FaultKind::usage, one.files.path,
                        fmt::format("has no unit \"{}\", it has {}", unit, fmt::join(units_in(one.info), ", ")));
   }
   return units;
@@ -264,7 +264,7 @@ Result<void> add_axis(report::CalibrationReport& report, const Given& given, con
                       const data::AxisChoice& choice, const std::string& label, const CalibrationArguments& options) {
   report::CalibratedAxis axis{.label = label};
   for (std::size_t i = 0; i < records.size(); ++i) {
-    auto dataset = data::make_dataset(records[i], given.records[i].path, choice);
+    auto dataset = data::make_dataset(records[i], given.records[i].files.path, choice);
     auto clusters = data::make_clusters(dataset);
     if (!clusters) return failure(clusters.error());
     if (i > 0) {
@@ -307,10 +307,10 @@ Result<report::CalibrationReport> report_of(const Given& given, const std::strin
   report::CalibrationReport report{.program_version = GYROTHERM_VERSION};
   for (std::size_t i = 0; i < records->size(); ++i) {
     const CheckedRecord& one = given.records[i];
-    add_record(
-        report,
-        {(*records)[i], std::filesystem::path(one.path).filename().string(), one.sha256, one.chain_verified, one.parts},
-        unit);
+    add_record(report,
+               {(*records)[i], std::filesystem::path(one.files.path).filename().string(), one.sha256,
+                one.chain_verified, one.parts},
+               unit);
   }
   const record::UnitInfo& info = *find_unit(given.records.front().info, unit);
   for (std::size_t a = 0; a < info.axes.size(); ++a) {
@@ -337,7 +337,7 @@ Result<void> check_order(const Given& given, const std::vector<std::string>& uni
   for (const CheckedRecord& one : given.records) {
     std::vector<record::UnitInfo> reported;
     for (const std::string& unit : units) reported.push_back(*find_unit(one.info, unit));
-    if (auto same = check_units(*given.order, reported, one.path); !same) return same;
+    if (auto same = check_units(*given.order, reported, one.files.path); !same) return same;
   }
   return {};
 }

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_info.hpp"
-#include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/sqlite.hpp"
 #include "acquisition/record/status.hpp"
 #include "acquisition/record/store.hpp"
@@ -41,8 +41,8 @@ constexpr Duration kLookForReaders = std::chrono::milliseconds(100);
 /// after the longest wait is one that systemd tries again, and not so soon that it gives up.
 Result<void> await_readers(Console& console, const std::string& path) {
   if (const auto status = record::read_status(path); status && status->finished) return {};  // it cannot go on anyway
-  const auto part = record::last_part(path);
-  const auto file = part ? record::part_path(path, *part) : path;
+  const auto files = record::find_record_files(path);
+  const auto file = files ? files->parts.back().path : path;
   bool told = false;
   for (const Deadline limit(kLongestReading); record::is_being_read(file);
        std::this_thread::sleep_for(kLookForReaders)) {
@@ -370,15 +370,17 @@ Result<void> start_run(Console& console, const profile::Profile& profile, const 
 
 Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
   if (auto alone = await_readers(console, path); !alone) return alone;
-  const auto record = record::read_proved_record(path);
+  const auto files = record::find_files_to_read(path);
+  if (!files) return failure(files.error());
+  const auto record = record::read_proved_record(*files);
   if (!record) return failure(record.error());
   auto on = run::continuation_of(*record, path, downtime_of(*record, path, options),
                                  run::run_number(record->info.profile_text));
   if (!on) return failure(on.error());
   if (auto admitted = admit_commands(console, record->info, on->rig, options.trust_commands); !admitted)
     return admitted;
-  const auto lost = record::lost_end(path);  // before the record is written again
-  const auto stood = record::read_status(path);
+  const auto lost = record::lost_end(*files);  // before the record is written again
+  const auto stood = record::read_status(*files);
   auto tally = run::tally_of(*record, stood ? stood->faults : 0);
   if (!on->rig.simulated) console.never_wait();
   auto ownership = run::ChamberOwnership::take(on->rig, path);

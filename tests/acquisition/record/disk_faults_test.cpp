@@ -148,7 +148,7 @@ TEST(DiskFaults, BetweenTwoFilesTheRecordIsStillBeingWritten) {
   vfs.fail(1, true, tests::FailingVfs::Kind::io_error);
   for (int attempt = 0; attempt < 3; ++attempt) {
     EXPECT_FALSE(run.second());
-    const auto files = files_of_record(path);
+    const auto files = find_record_files(path);
     ASSERT_FALSE(files) << attempt;
     EXPECT_TRUE(is_locked(files.error())) << text(files.error());
   }

@@ -8,8 +8,8 @@
 #include <thread>
 
 #include "acquisition/record/chain.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_file.hpp"
-#include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/status.hpp"
 #include "tests/acquisition/record/runs.hpp"
 
@@ -203,7 +203,7 @@ TEST(FileAttack, ANameThatIsTakenTwiceLosesNothing) {
   }
   EXPECT_FALSE(store->finish());
   store.reset();
-  EXPECT_EQ(last_part(path).value(), 4) << "a number is not given anew";
+  EXPECT_EQ(last_part(path), 4) << "a number is not given anew";
   EXPECT_FALSE(verify_record(path)) << "the fourth says that it goes on from the third";
   const auto record = read_record(part_path(path, 4));
   ASSERT_TRUE(record) << text(record.error());

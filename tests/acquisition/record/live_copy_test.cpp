@@ -18,8 +18,8 @@
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_file.hpp"
-#include "acquisition/record/run_parts.hpp"
 #include "acquisition/record/status.hpp"
 #include "acquisition/record/store.hpp"
 #include "tests/acquisition/record/runs.hpp"

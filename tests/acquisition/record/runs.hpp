@@ -10,6 +10,7 @@
 #include <string>
 
 #include "acquisition/record/record.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/store.hpp"
 
 namespace gyrotherm::record {
@@ -31,6 +32,9 @@ class Folder {
  private:
   std::filesystem::path path_;
 };
+
+/// The number of the file that the run goes on in: 1 if no other follows.
+inline int last_part(const std::string& path) { return find_record_files(path).value().parts.back().continuation.part; }
 
 inline RunInfo two_thermometers() {
   RunInfo info;

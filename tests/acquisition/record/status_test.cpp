@@ -146,7 +146,7 @@ void leave_behind(const std::string& path) {
 }
 
 std::string finding(const std::string& path) {
-  const auto lost = lost_end(path);
+  const auto lost = find_record_files(path).and_then(lost_end);
   if (!lost) return text(lost.error());
   return *lost ? describe(**lost) : "nothing";
 }

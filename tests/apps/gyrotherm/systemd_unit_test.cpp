@@ -7,8 +7,8 @@
 #include <fstream>
 #include <regex>
 
+#include "acquisition/record/record_files.hpp"
 #include "acquisition/record/run_file.hpp"
-#include "acquisition/record/run_parts.hpp"
 #include "core/file.hpp"
 #include "tests/apps/gyrotherm/program.hpp"
 

@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "core/file.hpp"
 #include "sequencer/run/chamber_lead.hpp"
 #include "tests/sequencer/faults/simulated_run.hpp"

@@ -67,17 +67,18 @@ Result<std::unique_ptr<record::Store>> Disk::create(const record::RunInfo& info)
 
 Result<std::unique_ptr<record::Store>> Disk::reopen() {
   if (!vfs_) return record::Store::reopen(path_, kOfManySyncs);
-  const auto part = record::last_part(path_);
-  if (!part) return failure(part.error());
-  auto alarms = record::alarms_of(path_);
+  const auto files = record::find_record_files(path_);
+  if (!files) return failure(files.error());
+  const record::Part& last = files->parts.back();
+  auto alarms = record::alarms_of(*files);
   if (!alarms) return failure(alarms.error());
-  const auto last_event = record::last_event_of(path_);
+  const auto last_event = record::last_event_of(*files);
   if (!last_event) return failure(last_event.error());
-  auto file = record::RunFile::reopen(record::part_path(path_, *part));
+  auto file = record::RunFile::reopen(last.path);
   if (!file) return failure(file.error());
   auto status = record::stored_status(file->database(), path_);
   if (!status) return failure(status.error());
-  return attended(std::move(*file), std::move(*status), std::move(*alarms), *part, *last_event);
+  return attended(std::move(*file), std::move(*status), std::move(*alarms), last.continuation.part, *last_event);
 }
 
 void Disk::inject(const std::vector<InjectedFault>& standing) {

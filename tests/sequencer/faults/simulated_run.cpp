@@ -11,7 +11,7 @@
 
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
-#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/record_files.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"
 #include "sequencer/run/resume.hpp"

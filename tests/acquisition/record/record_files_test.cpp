@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Which files a record consists of, whatever lies beside it and whatever somebody has taken away.
-#include "acquisition/record/run_parts.hpp"
+#include "acquisition/record/record_files.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,6 @@
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/live_copy.hpp"
 #include "acquisition/record/run_file.hpp"
-#include "acquisition/record/run_finder.hpp"
 #include "acquisition/record/status.hpp"
 #include "core/file.hpp"
 #include "tests/acquisition/record/runs.hpp"
@@ -92,7 +91,7 @@ TEST(RunParts, OneThatIsMissingOrDestroyedInTheMiddleIsTold) {
     EXPECT_NE(trouble(store->finish()).find("run.2.db: " + why), std::string::npos);
     store.reset();
     EXPECT_FALSE(is_there(manifest_path(path)));
-    EXPECT_EQ(last_part(path).value(), 3);
+    EXPECT_EQ(last_part(path), 3);
     EXPECT_EQ(read_record(path).value().slot.back(), 30);
   }
 }
@@ -110,7 +109,7 @@ TEST(RunParts, ANewOneIsNamedBehindAllThatTheRunHas) {
   ASSERT_TRUE(store->settle(kLong));
   store.reset();
   EXPECT_FALSE(is_there(part_path(path, 2)));
-  EXPECT_EQ(last_part(path).value(), 4);
+  EXPECT_EQ(last_part(path), 4);
   const auto record = read_record(path).value();
   EXPECT_EQ(record.slot.size(), 22u);
   EXPECT_EQ(record.slot.back(), 21);
@@ -136,7 +135,7 @@ TEST(RunParts, AreInTheOrderOfTheRunAlsoWhereALowNumberWasGivenAnew) {
   const auto record = read_record(path).value();
   EXPECT_EQ(record.slot.size(), 30u);
   EXPECT_TRUE(record.gaps.empty());
-  EXPECT_EQ(last_part(path).value(), 2);
+  EXPECT_EQ(last_part(path), 2);
   EXPECT_EQ(trouble(verify_record(path)), "") << "the second one of old had nothing that the third has not";
 }
 
@@ -242,7 +241,7 @@ TEST(RunParts, ThatGoOnFromNoSecondOfARunAreNone) {
       auto database = Database::open(part_path(path, 2), Access::read_write, 0).value();
       ASSERT_TRUE(database.execute(std::string("UPDATE meta SET value = ") + from + " WHERE key = 'continues_from'"));
     }
-    EXPECT_EQ(last_part(path).value(), 1) << from;
+    EXPECT_EQ(last_part(path), 1) << from;
     EXPECT_EQ(read_record(path).value().slot.size(), 10u) << from;
   }
 }

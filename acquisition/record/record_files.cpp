@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/record/record_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "acquisition/record/row.hpp"
+#include "acquisition/record/run_info.hpp"
+#include "acquisition/record/schema.hpp"
+#include "acquisition/record/status_file.hpp"
+#include "core/file.hpp"
+#include "core/text.hpp"
+
+namespace gyrotherm::record {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kLive = ".live.db";
+constexpr int kReaderPatienceMs = 0;  // a record being written stays so
+constexpr int kPatienceBesideMs = 2000;
+
+/// A part's number in a file's name, ".2": 1 to 6 digits, for 8 are a date, and no zero before them.
+std::optional<int> part_number_in(std::string_view ending) {
+  constexpr std::size_t kMostDigits = 6;
+  if (!ending.starts_with('.') || ending.size() > 1 + kMostDigits || ending.substr(1, 1) == "0") return {};
+  ending.remove_prefix(1);
+  int number{};
+  const auto read = std::from_chars(ending.data(), ending.data() + ending.size(), number);
+  const bool is_number = read.ec == std::errc() && read.ptr == ending.data() + ending.size();
+  return is_number && number > 1 ? std::optional(number) : std::nullopt;
+}
+
+}  // namespace
+
+bool is_there(const std::string& path) {
+  std::error_code error;
+  return fs::exists(path, error);
+}
+
+Result<void> check_no_journal(const std::string& where, const std::string& file) {
+  const auto journal = file + "-journal";
+  std::error_code error;
+  if (!fs::exists(fs::symlink_status(journal, error))) return {};
+  return failure(FaultKind::bad_file, where,
+                 fmt::format("a journal lies beside it ({}): another program broke off while it changed the record, "
+                             "and it is not played back here",
+                             name_in_folder(journal)));
+}
+
+std::string name_in_folder(const std::string& path) { return fs::path(path).filename().string(); }
+
+std::string part_path(const std::string& record_path, int part) {
+  if (part == 1) return record_path;
+  fs::path path(record_path);
+  const auto extension = path.extension().string();
+  path.replace_extension();
+  return fmt::format("{}.{}{}", path.string(), part, extension);
+}
+
+std::optional<PartName> part_name(const std::string& path) {
+  const fs::path whole(path);
+  const auto stem = whole.stem(), extension = whole.extension();
+  // "RUN.2.db", and "RUN.2" of a record whose name has no ending.
+  for (const auto& [ending, own] :
+       {std::pair(stem.extension(), stem.stem().string() + extension.string()), std::pair(extension, stem.string())})
+    if (const auto number = part_number_in(ending.string());
+        number && part_path(own, *number) == whole.filename().string())
+      return PartName{.record = (whole.parent_path() / own).string(), .part = *number};
+  return std::nullopt;
+}
+
+std::string live_copy_path(const std::string& record_path) {
+  constexpr std::string_view kEnding = ".db";
+  const auto stem =
+      record_path.ends_with(kEnding) ? record_path.substr(0, record_path.size() - kEnding.size()) : record_path;
+  return stem + std::string(kLive);
+}
+
+std::optional<int> live_copy_number(std::string_view name, std::string_view link) {
+  if (!name.starts_with(link) || name.substr(link.size(), 1) != ".") return {};
+  name.remove_prefix(link.size() + 1);
+  int number{};
+  const auto read = std::from_chars(name.data(), name.data() + name.size(), number);
+  if (read.ec != std::errc() || name.front() == '0' || number < 1 || number > kHighestCopyNumber) return {};
+  const auto rest = name.substr(static_cast<std::size_t>(read.ptr - name.data()));
+  return rest.empty() || rest == "-wal" || rest == "-shm" ? std::optional(number) : std::nullopt;
+}
+
+bool is_live_copy(const std::string& path) {
+  std::error_code none_there;
+  if (!path.ends_with(kLive) || !fs::is_symlink(fs::symlink_status(path, none_there))) return false;
+  const auto target = fs::read_symlink(path, none_there).string();
+  return live_copy_number(target, name_in_folder(path)).has_value();
+}
+
+std::string record_of_copy(const std::string& path) {
+  if (!is_live_copy(path)) return path;
+  const auto stem = path.substr(0, path.size() - kLive.size());
+  const auto record = fmt::format("{}.db", stem);
+  std::error_code none_there;
+  return !is_there(record) && fs::is_regular_file(stem, none_there) ? stem : record;
+}
+
+Result<void> write_continuation(Database& database, const Continuation& continuation) {
+  auto insert = database.prepare("INSERT INTO meta(key, value) VALUES(?, ?)");
+  if (!insert) return failure(insert.error());
+  return insert->run("part", continuation.part)
+      .and_then([&] { return insert->run("continues", plain(continuation.before)); })
+      .and_then([&] { return insert->run("continues_from", continuation.from); })
+      .and_then([&] { return insert->run("continues_cause", plain(continuation.cause)); });
+}
+
+Result<std::optional<Continuation>> read_continuation(Database& database) {
+  const auto row = database.first_row(
+      "SELECT (SELECT value FROM meta WHERE key = 'part'), (SELECT value FROM meta WHERE key = 'continues'),"
+      " (SELECT value FROM meta WHERE key = 'continues_from'), (SELECT value FROM meta WHERE key = 'continues_cause')");
+  if (!row) return failure(row.error());
+  if (!*row || (*row)->null(0)) return std::nullopt;
+  if (const auto from = (*row)->integer(2); from < 0 || from > kMostSlots + 1)
+    return failure(FaultKind::bad_file, database.path(), "a part of a record goes on from no second of a run");
+  return Continuation{.part = static_cast<int>((*row)->integer(0)),
+                      .before = std::string((*row)->text(1)),
+                      .from = (*row)->integer(2),
+                      .cause = std::string((*row)->text(3))};
+}
+
+namespace {
+
+Result<Database> open_copy(const std::string& copy) {
+  if (!is_live_copy(copy))
+    return failure(FaultKind::bad_file, copy, "is not there: no program writes the record now, or it has only begun");
+  auto database = Database::open(copy, Access::read_beside, kPatienceBesideMs);
+  if (!database) return database;
+  // What it sees stays as it is from the first look on.
+  if (auto begun = database->execute("BEGIN; SELECT 1 FROM meta LIMIT 1"); !begun) return failure(begun.error());
+  if (auto checked = check_schema(*database, copy); !checked) return failure(checked.error());
+  return database;
+}
+
+}  // namespace
+
+Result<Database> open_live_copy(const std::string& path) {
+  return open_copy(is_live_copy(path) ? path : live_copy_path(path));
+}
+
+Result<Database> open_part(const Part& part) {
+  if (part.is_live_copy) return open_copy(part.path);
+  std::error_code error;
+  const auto status = fs::status(part.path, error);
+  if (!fs::exists(status)) return failure(FaultKind::bad_file, part.path, "no such file, expected a gyrotherm record");
+  if (!fs::is_regular_file(status))
+    return failure(FaultKind::bad_file, part.path, "is no regular file, expected a gyrotherm record");
+  auto database = Database::open(part.path, Access::read_only, kReaderPatienceMs);
+  if (!database) return database;
+  if (auto alone = check_no_journal(part.path, database->path()); !alone) return failure(alone.error());
+  if (auto checked = check_schema(*database, part.path); !checked) return failure(checked.error());
+  return database;
+}
+
+Result<Database> open_record(const std::string& path) {
+  return open_part({.path = path, .is_live_copy = is_live_copy(path), .continuation = {}});
+}
+
+namespace {
+
+Result<std::string> run_id_of(const Part& part) {
+  return open_part(part).and_then([](Database database) { return meta(database, "id"); });
+}
+
+struct Found {
+  Part part;
+  std::string run_id;
+};
+
+/// Fails with bad_file if the file is no part of a run.
+Result<Found> part_at(const std::string& path, int number) {
+  auto database = open_record(path);
+  if (!database) return failure(database.error());
+  auto id = meta(*database, "id");
+  if (!id) return failure(id.error());
+  auto continuation = read_continuation(*database);
+  if (!continuation) return failure(continuation.error());
+  if (!*continuation || (*continuation)->part != number)
+    return failure(FaultKind::bad_file, path, "is no part of the record");
+  const auto events = database->ask_integer("SELECT count(*) FROM event", 0);
+  if (!events) return failure(events.error());
+  if (*events == 0)
+    return failure(FaultKind::bad_file, path, "is empty: its writer died before it could put in what it was begun for");
+  return Found{.part = {.path = path, .continuation = std::move(**continuation)}, .run_id = std::move(*id)};
+}
+
+/// The run that the status file beside a record is of; empty: there is none.
+std::string run_told_of(const std::string& path) {
+  const auto status = told_status(path);
+  return status ? status->id : std::string();
+}
+
+/// Whether a file that cannot be looked at is a record of its own: no part has a status file.
+bool is_of_another_run(const std::string& path, const std::string& run_id) {
+  const auto its_run = run_told_of(path);
+  return !its_run.empty() && its_run != run_id;
+}
+
+/// The numbers of all files beside a record that have the name of a part of it. In a folder that cannot be listed they
+/// are found as far as none is missing.
+std::set<int> numbers_beside(const std::string& record_path) {
+  std::set<int> numbers;
+  const auto own = name_in_folder(record_path), beginning = fs::path(own).stem().string() + ".";
+  for (const auto& entry : entries_of(folder_of(record_path))) {
+    const auto file = entry.filename().string();
+    if (!file.starts_with(beginning)) continue;  // as most files do not
+    if (const auto name = part_name(file); name && name->record == own) numbers.insert(name->part);
+  }
+  for (int number = 2; is_there(part_path(record_path, number)); ++number) numbers.insert(number);
+  return numbers;
+}
+
+/// The number of the file that a part goes on from. Where all files were renamed together, it is that of the old name,
+/// which could be that of a record only if it has the part's own number or a higher one.
+int number_before(const Continuation& continuation, const std::string& record_path) {
+  if (continuation.before == name_in_folder(record_path)) return 1;
+  const auto name = part_name(continuation.before);
+  if (!name) return 1;
+  return name->record == name_in_folder(record_path) || name->part < continuation.part ? name->part : 1;
+}
+
+/// The first slot of which a part and those that it goes on from have nothing; 0 where that cannot be known.
+std::int64_t end_of(const Part& part) {
+  const auto last = open_part(part).and_then([](Database database) { return last_slot(database); });
+  return std::max(part.continuation.from, last.value_or(-1) + 1);
+}
+
+/// Finds the first part that says it goes on from a file which is none of those before it, unless all that came before
+/// its first slot is there: it has taken over what stood in that file.
+void look_for_lost(RecordFiles& files, const std::string& record_path, const std::map<int, Fault>& no_parts) {
+  std::set<int> before;
+  for (std::size_t i = 0; i < files.parts.size(); ++i) {
+    const auto& continuation = files.parts[i].continuation;
+    const int wanted = number_before(continuation, record_path);
+    if (i > 0 && !before.contains(wanted) && end_of(files.parts[i - 1]) < continuation.from) {
+      const auto lost = part_path(record_path, wanted);
+      const auto known = no_parts.find(wanted);
+      const auto* why = is_there(lost) ? "is another file than the one of that name that was gone on from"
+                                       : "no such file, expected a part of the record";
+      files.lost = known != no_parts.end() ? known->second : Fault{FaultKind::bad_file, lost, why};
+      files.follows_lost = files.parts[i].path;
+      return;
+    }
+    before.insert(continuation.part);
+  }
+}
+
+}  // namespace
+
+Result<RecordFiles> find_record_files(const std::string& record_path) {
+  const Part first{.path = record_path,
+                   .is_live_copy = is_live_copy(record_path),
+                   .continuation = {.part = 1, .before = {}, .cause = {}}};
+  RecordFiles files;
+  files.path = record_path;
+  std::map<int, Fault> no_parts;  // why a file is none, by its number
+  std::optional<Fault> damaged;   // the last of them, so far
+  const auto own = run_id_of(first);
+  if (own)
+    files.parts.push_back(first);
+  else if (is_locked(own.error()))
+    return failure(own.error());
+  else
+    files.lost = own.error();
+  files.run_id = own ? *own : run_told_of(record_path);
+  for (const int number : numbers_beside(record_path)) {
+    const auto path = part_path(record_path, number);
+    auto found = part_at(path, number);
+    if (!found) {
+      no_parts.emplace(number, found.error());
+      if (found.error().kind == FaultKind::bad_file || is_of_another_run(path, files.run_id)) continue;
+      if (is_locked(found.error())) return failure(found.error());
+      damaged = found.error();
+      continue;
+    }
+    if (files.parts.empty()) files.run_id = found->run_id;  // whose own file is lost
+    if (found->run_id != files.run_id) {
+      no_parts.emplace(number, Fault{FaultKind::bad_file, path, "is of another run"});
+      continue;
+    }
+    damaged.reset();  // the run went on from there
+    files.parts.push_back(std::move(found->part));
+  }
+  if (damaged) return failure(*damaged);
+  if (files.parts.empty()) return failure(*files.lost);
+  // Numbers do not tell where one was given anew to a file that came later, as was done once.
+  std::ranges::stable_sort(files.parts, {}, [](const Part& part) { return part.continuation.from; });
+  if (files.lost)
+    files.follows_lost = files.parts.front().path;
+  else
+    look_for_lost(files, record_path, no_parts);
+  return files;
+}
+
+namespace {
+
+bool names_a_record(const fs::path& path) {
+  if (path.extension() != ".db") return false;
+  if (path.stem().extension() == ".live") return false;
+  const auto part = part_name(path.string());
+  const auto is_told_of = [](const std::string& record) { return is_there(status_path(record)); };
+  return !part || is_told_of(path.string()) || (!is_there(part->record) && !is_told_of(part->record));
+}
+
+}  // namespace
+
+std::set<std::string> records_in(const std::string& folder) {
+  std::set<std::string> records;
+  for (const auto& path : entries_of(folder)) {
+    auto text = path.string();
+    if (text.ends_with(".db.status")) text.resize(text.size() - std::string_view(".status").size());
+    if (names_a_record(text)) records.insert(text);
+  }
+  return records;
+}
+
+std::string_view ending_beside_a_record(std::string_view path) {
+  for (const std::string_view ending :
+       {"-wal", "-shm", "-journal", ".status", ".socket", ".safe-state", ".made-safe", ".sha256", ".live.db"})
+    if (path.ends_with(ending)) return ending;
+  return {};
+}
+
+Result<void> check_name_of_new_record(const std::string& path) {
+  const auto refuse = [&](const std::string& why) { return failure(FaultKind::storage, path, why); };
+  if (is_there(path)) return refuse("exists already, and a record is never overwritten");
+  if (const auto ending = ending_beside_a_record(path); !ending.empty())
+    return refuse(fmt::format("files that stand beside a record end with {}, expected another name", ending));
+  const auto files = find_record_files(path);
+  if (files)
+    return refuse(
+        fmt::format("its run went on in {}, and a record is never overwritten; \"gyrotherm resume {}\" goes on",
+                    files->parts.front().path, path));
+  if (files.error().kind != FaultKind::bad_file) return failure(files.error());
+  const auto name = part_name(path);
+  const auto whole = name ? find_record_files(name->record) : files;
+  if (!whole && whole.error().kind == FaultKind::bad_file) return {};
+  return refuse(fmt::format("is the name of a file that {} would go on in, expected one of its own", name->record));
+}
+
+int next_part(const std::string& record_path, int present) {
+  const auto is_taken = [](const std::string& path) {
+    std::error_code error;
+    // A status file that somebody's record of that name has left would speak for the part.
+    return fs::exists(fs::symlink_status(path, error)) || is_there(status_path(path));
+  };
+  int number = present + 1;
+  while (is_taken(part_path(record_path, number))) ++number;
+  return number;
+}
+
+}  // namespace gyrotherm::record

@@ -18,7 +18,7 @@ MUTANTS = [
      "(made.st_mode & S_IRGRP) != 0 ? mode : mode & S_IRWXU", "mode",
      "core_test", "OwnFile.IsForOwnerAndGroupUnlessUmaskExcludesGroup"),
     ("a record that was changed is used", "acquisition/record/record.cpp",
-     "auto more = read_file(part.path, proves_last || !is_last, unit);", "auto more = read_file(part.path, !is_last, unit);",
+     "auto more = read_part(part, proves_last || !is_last, unit);", "auto more = read_part(part, !is_last, unit);",
      "app_test", "ProgramOfOthers.IsNotStartedFromRecordThatWasChanged"),
     ("a record starts any program", "apps/gyrotherm/run/carry_out.cpp",
      "if (!trusted) return check_commands(info.rig_file, rig);", "if (!trusted) return {};",

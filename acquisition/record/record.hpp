@@ -78,7 +78,7 @@ struct Record {
 /// Returns the fault with which read_record() fails: as bad_file that the record is damaged or, if a program writes it,
 /// also which process that is.
 [[nodiscard]] Fault explain_read_fault(Fault fault, const std::string& path);
-/// What one open file holds, of the samples what is wanted. Fails with storage.
+/// Reads one open file; of its samples only the wanted ones. Fails with storage.
 [[nodiscard]] Result<Record> record_of(Database& database, const Wanted& wanted = {});
 
 }  // namespace gyrotherm::record

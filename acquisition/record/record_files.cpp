@@ -138,7 +138,7 @@ Result<Database> open_copy(const std::string& copy) {
     return failure(FaultKind::bad_file, copy, "is not there: no program writes the record now, or it has only begun");
   auto database = Database::open(copy, Access::read_beside, kPatienceBesideMs);
   if (!database) return database;
-  // What it sees stays as it is from the first look on.
+  // The first read fixes what the connection sees.
   if (auto begun = database->execute("BEGIN; SELECT 1 FROM meta LIMIT 1"); !begun) return failure(begun.error());
   if (auto checked = check_schema(*database, copy); !checked) return failure(checked.error());
   return database;
@@ -285,7 +285,7 @@ Result<RecordFiles> find_record_files(const std::string& record_path) {
       damaged = found.error();
       continue;
     }
-    if (files.parts.empty()) files.run_id = found->run_id;  // whose own file is lost
+    if (files.parts.empty()) files.run_id = found->run_id;  // the file of the record itself is lost
     if (found->run_id != files.run_id) {
       no_parts.emplace(number, Fault{FaultKind::bad_file, path, "is of another run"});
       continue;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The files that a record consists of: how they are named, which of them are there, and how one is opened to be read.
+/// Names, finds and opens the files of a record. Any thread.
 ///
-/// A record whose file failed goes on in a second one beside it, and so on; each names the one before. While it is
-/// written, a live copy is beside it (live_copy.hpp). find_record_files() finds the files once; whatever reads the
-/// record takes what it returned.
+/// When the file of a record fails, its run continues in a second file beside it, then in a third; each of these parts
+/// names the file before it. While a program writes the record, a live copy is beside it too (live_copy.hpp).
+/// find_record_files() searches once. Every reader of the record takes its result.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,8 @@
 
 namespace gyrotherm::record {
 
-/// What a part says of the one before. Rows from slot `from` on stand in it, also those that the one before may have.
+/// States how a part continues the part before it. The part has all rows from slot `from` on, even if the part before
+/// has some of them.
 struct Continuation {
   int part{};          ///< its own number; the record's own file is 1
   std::string before;  ///< name of the file that failed, in the same folder
@@ -26,43 +27,45 @@ struct Continuation {
   std::string cause;  ///< how that failed
 };
 
-/// Whether a file has that name; one that cannot be looked at counts as not there.
+/// Returns whether the path exists. A path that cannot be examined counts as missing.
 [[nodiscard]] bool is_there(const std::string& path);
 
-/// Fails with bad_file if a journal lies beside the file: another program broke off while it changed it. We leave none,
-/// and do not play one back, for it overwrites the file and may name others. `where` names the file in the fault.
+/// Fails with bad_file if a rollback journal is beside the file: another program stopped in the middle of a change. The
+/// record's own writer leaves no journal. Readers never roll one back, because that overwrites the file and may touch
+/// other files. `where` names the file in the fault.
 [[nodiscard]] Result<void> check_no_journal(const std::string& where, const std::string& file);
 
-/// "/data/RUN.db" → "RUN.db".
+/// Returns the file name of a path: "RUN.db" for "/data/RUN.db".
 [[nodiscard]] std::string name_in_folder(const std::string& path);
 
-/// "RUN.db" → "RUN.2.db"; part 1 is the record itself.
+/// Returns the path of a part: "RUN.2.db" for part 2 of "RUN.db". Part 1 is the record itself.
 [[nodiscard]] std::string part_path(const std::string& record_path, int part);
 
-/// What the name of a file says of it.
+/// The record and the number in the name of a part.
 struct PartName {
   std::string record;  ///< the path of the record
   int part{};          ///< 2 to 999999
 };
-/// The way back, by the name alone: "RUN.2.db" → "RUN.db" and 2; nothing of a name that no part has. "RUN.20261127.db"
-/// is the name of a record of its own.
+/// Parses the name of a part: "RUN.2.db" gives "RUN.db" and 2. Returns nothing for any other name;
+/// "RUN.20261127.db" is a record. Does not look at the file.
 [[nodiscard]] std::optional<PartName> part_name(const std::string& path);
 
-/// "RUN.db" → "RUN.live.db".
+/// Returns the path of the live copy: "RUN.live.db" for "RUN.db".
 [[nodiscard]] std::string live_copy_path(const std::string& record_path);
-/// Whether a file is a live copy, by its name and by what stands there.
+/// Returns whether a file is a live copy: it has the name of one and is a link to a file of the copy.
 [[nodiscard]] bool is_live_copy(const std::string& path);
-/// A file of a copy, by its name: the number in "RUN.live.db.7", also of "RUN.live.db.7-wal"; nothing of another file,
-/// as "RUN.live.db.20261127", which is somebody's. `link` is the name of the copy, "RUN.live.db".
+/// Returns the number in the name of a copy's file: 7 for "RUN.live.db.7" and "RUN.live.db.7-wal". Returns nothing for
+/// any other name, such as "RUN.live.db.20261127". `link` is the name of the copy, "RUN.live.db".
 [[nodiscard]] std::optional<int> live_copy_number(std::string_view name, std::string_view link);
-inline constexpr int kHighestCopyNumber = 9999;  ///< after it comes 1 again
-/// The record that a live copy stands beside: "RUN.live.db" → "RUN.db", or "RUN" where that is the one that is there;
-/// another path as it is.
+inline constexpr int kHighestCopyNumber = 9999;  ///< the next number is 1 again
+/// Returns the record of a live copy: "RUN.db" for "RUN.live.db", or "RUN" if only that exists. Returns any other path
+/// unchanged.
 [[nodiscard]] std::string record_of_copy(const std::string& path);
 
-/// Inside the caller's transaction, into fresh tables.
+/// Writes a continuation into fresh tables, inside the caller's transaction.
 [[nodiscard]] Result<void> write_continuation(Database& database, const Continuation& continuation);
-/// Nothing for a record's first file. Fails with bad_file if it says what none can say.
+/// Reads the continuation of a part. Returns nothing for the first file of a record. Fails with bad_file if its slot is
+/// outside any run.
 [[nodiscard]] Result<std::optional<Continuation>> read_continuation(Database& database);
 
 /// One file of a record, or the live copy of one.
@@ -74,44 +77,42 @@ struct Part {
 
 /// The files that a record consists of.
 struct RecordFiles {
-  std::string path;           ///< the record's own
-  std::string run_id;         ///< in every part
-  std::vector<Part> parts;    ///< in the order of the run, at least one; the record's own file continues nothing
-  std::optional<Fault> lost;  ///< why a file is not among them that another goes on from; of the first such file
-  std::string follows_lost;   ///< then the file that goes on from it
+  std::string path;           ///< the record itself
+  std::string run_id;         ///< the same in every part
+  std::vector<Part> parts;    ///< at least one, in the order of the run; the record's own file continues nothing
+  std::optional<Fault> lost;  ///< why the first missing or unreadable part is not in `parts`
+  std::string follows_lost;   ///< the part that continues the lost one
 };
-/// Looks at every file beside the record that has the name of a part, whatever numbers are missing in between. A file
-/// of such a name that is not of this run is no part of it, nor is one that was begun and not filled. A live copy is a
-/// record of one file. Fails with bad_file if there is no record, with storage if a file is being written (but by
-/// another run, whose status file lies beside it), or the last part is damaged.
+/// Examines every file beside the record that has the name of a part, even if numbers are missing. A file of another
+/// run is not a part, nor is a file without rows. A live copy is a record of one file. Fails with bad_file if there is
+/// no record; with storage if a program is writing a file of this run, or if the last part is damaged.
 [[nodiscard]] Result<RecordFiles> find_record_files(const std::string& record_path);
 
-/// Opens one file of a record to read it, and checks that it is one (check_schema). It may come from anywhere: nothing
-/// in it or beside it changes, comes or goes, and no writer can begin while it is open. A live copy is opened as
-/// open_live_copy() does. Fails with bad_file, also if a journal lies beside it; with storage if it is being written or
-/// damaged.
+/// Opens one file of a record for reading and checks it with check_schema(). The file may be anyone's: nothing in or
+/// beside it changes, and no writer can start while it is open. Opens a live copy as open_live_copy() does. Fails with
+/// bad_file if it is no record or has a journal beside it; with storage if it is being written or is damaged.
 [[nodiscard]] Result<Database> open_part(const Part& part);
-/// Does the same with one file of which nothing but the path is known.
+/// Opens one file by its path, as open_part() does.
 [[nodiscard]] Result<Database> open_record(const std::string& path);
-/// Opens the copy of the record that is being written, or the copy itself. The connection sees it as it is now, as long
-/// as it lives. Fails with bad_file if there is none, with storage if it cannot be read.
+/// Opens the live copy of a record, given the path of either. The connection keeps showing the present content. Fails
+/// with bad_file if there is no copy, with storage if it cannot be read.
 [[nodiscard]] Result<Database> open_live_copy(const std::string& path);
 
-/// The paths of the records that lie in a folder, also of those that nothing but a status file tells of: "soak.db" is
-/// one; "soak.live.db" and "soak.2.db", which belong to it, are not, unless there is no such record, or the latter has
-/// a status file of its own, as no part has. Opens none of them.
+/// Returns the paths of all records in a folder, including those of which only a status file is left. Leaves out live
+/// copies and parts, but returns a part whose record is missing and any file with a status file of its own, which no
+/// part has. Opens no record.
 [[nodiscard]] std::set<std::string> records_in(const std::string& folder);
 
-/// How a name ends that a file beside a record has: ".status" of "RUN.db.status"; empty: none has such a name.
+/// Returns the reserved ending of a file that belongs to a record: ".status" for "RUN.db.status". Returns an empty text
+/// for other names.
 [[nodiscard]] std::string_view ending_beside_a_record(std::string_view path);
 
-/// Fails with storage if a new record cannot have that name: a file has it, a run goes on in a file beside it though
-/// its own file is gone, it is the name of a part of a record that is there, or one that a file beside a record has,
-/// which would be written over, or taken for that.
+/// Fails with storage if a new record must not have this name: it exists; parts of a record of this name exist; it is
+/// the name of a part of an existing record; or it has a reserved ending.
 [[nodiscard]] Result<void> check_name_of_new_record(const std::string& path);
 
-/// The first number above that of the present part whose name no file and no link has, nor a status file's: numbers
-/// rise in the order of the run, also where somebody has taken a file away.
+/// Returns the first number above `present` for which neither a part nor its status file exists. So numbers rise in the
+/// order of the run even after a file was removed.
 [[nodiscard]] int next_part(const std::string& record_path, int present);
 
 }  // namespace gyrotherm::record

@@ -203,7 +203,7 @@ std::string real(double number) {
   return number < 0 ? fmt::format("({})", text) : text;
 }
 
-/// The temperature that a reading of a channel stands for, as calibrated() has it.
+/// Returns the SQL expression of a channel's calibrated temperature, as calibrated() computes it.
 std::string temperature(const Channel& channel) {
   const auto reading = fmt::format("\"{}\"", channel.name);
   if (channel.polynomial.empty())

@@ -14,12 +14,12 @@
 ///   event    what happened, in order
 ///   gap      slots that have no sample, and why
 ///
-/// The views of a record, for whoever reads it with SQL alone: calibrated, in °C, °/h and UTC, with names for numbers.
-/// What they are called and what their columns are stays as it is as long as their names begin with v1.
+/// The views of a record serve readers that use SQL alone: calibrated values in °C, °/h and UTC, and names in the place
+/// of numbers. Names and columns of views that begin with v1 do not change.
 ///
 ///   v1_sample   a row a second: slot, time_s, utc, set point, the chamber's air and set point, each thermometer in °C
-///               by its calibration, each axis' `rate_deg_per_h` (the Earth's rate is in it) and `interval_s`, what a
-///               unit tells of itself, the names of segment and cycle, phase, state, a virtual gyro's true bias
+///               by its calibration, each axis' `rate_deg_per_h` (with the Earth's rate) and `interval_s`, the own
+///               values of a unit, the names of segment and cycle, phase, state, a virtual gyro's true bias
 ///   v1_event    events with time_s, utc and the segment's name
 ///   v1_gap      gaps with their length in seconds
 ///   v1_channel  the measured columns of v1_sample, with their units, instruments and calibrations
@@ -68,18 +68,18 @@ struct NameTrouble {
 /// Fails with bad_file naming the first.
 [[nodiscard]] Result<void> check_new_channel_names(const RunInfo& info);
 
-/// What a measured column of a record is called once it is calibrated: "u1.x.rate_deg_per_h" of "u1.x.pulses",
-/// "u1.interval_s" of "u1.interval_ns"; any other keeps its name.
+/// Returns the name of a measured column after calibration: "u1.x.rate_deg_per_h" for "u1.x.pulses", "u1.interval_s"
+/// for "u1.interval_ns", and the column's own name for others.
 [[nodiscard]] std::string calibrated_name(const ChannelColumn& column);
 
 struct View {
   std::string name;
-  std::string sql;  ///< as the file's schema has it: "CREATE VIEW …"
+  std::string sql;  ///< the text in the schema of the file: "CREATE VIEW …"
   bool operator==(const View&) const = default;
 };
 
-/// The views of a record with these channels, by name. They depend on nothing but `info`, so that a record which has
-/// others is none of ours.
+/// Returns the views of a record with these channels, by name. They follow from `info` alone, so a file with other
+/// views is not a record.
 [[nodiscard]] std::vector<View> views_of(const RunInfo& info);
 
 /// Makes the tables and views, and marks the file as a record. The names must be good.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Where a run stands, as its record and the status file beside it (status_file.hpp) have it.
+/// The status of a run from its record and from the status file beside it (status_file.hpp).
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Where a run stands: written beside the record after each sync, so that nobody needs to open a record being written.
+/// The status of a run, and its file beside the record. The writer of the record replaces the file after each sync, so
+/// readers need not open a record that is being written.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +22,14 @@ namespace gyrotherm::record {
 inline constexpr const char* kStatusSchema = "gyrotherm-status/1";
 
 struct RunStatus {
-  std::string path;  ///< of the record
+  std::string path;  ///< the record
   std::string id;
-  std::int64_t pid{};    ///< of the last known writer; 0: unknown
-  bool being_written{};  ///< a program holds the record now
+  std::int64_t pid{};    ///< the last known writer; 0: unknown
+  bool being_written{};  ///< a program has the record open for writing
   bool finished{};
   bool simulated{};
-  std::int64_t slot{-1};          ///< of the last sample; −1: none yet
-  std::int64_t acknowledged{-1};  ///< the last slot that is on the disk
+  std::int64_t slot{-1};          ///< slot of the last sample; −1: no sample yet
+  std::int64_t acknowledged{-1};  ///< last slot on the disk
   std::string segment;
   int segment_index{};
   int segment_count{};
@@ -36,8 +37,8 @@ struct RunStatus {
   std::optional<Celsius> set_point;
   std::optional<Celsius> chamber_air;
   std::vector<std::pair<std::string, std::optional<Celsius>>> thermometers;  ///< channel and reading; nothing: a fault
-  std::int64_t faults{};               ///< readings that were faults, since the run started
-  std::optional<FrameCount> frames{};  ///< of all gyros, since the run started; nothing before the first second
+  std::int64_t faults{};                                                     ///< faulty readings since the run started
+  std::optional<FrameCount> frames{};  ///< frames of all gyros since the run started; nothing before the first second
 
   RunStanding standing{};              ///< times and faults are known while a program writes the record
   std::string ended_by{};              ///< the record's last word, where no program writes it: why the run stopped
@@ -53,37 +54,39 @@ struct RunStatus {
   std::vector<AxisRate> gyro_rates{};  ///< empty unless being written
 };
 
-/// "held: the profile asks: …", "execute", and "stopped by ada" where the cause says the state.
+/// Describes a state and its cause: "execute", "held: the profile asks: …", or the cause alone if it names the state,
+/// as "stopped by ada".
 [[nodiscard]] std::string in_words(RunState state, const std::string& cause);
 
-/// "RUN.db" → "RUN.db.status".
+/// Returns the path of the status file: "RUN.db.status" for "RUN.db".
 [[nodiscard]] std::string status_path(const std::string& record_path);
 
-/// One line, keys as in RunStatus with units (`set_point_c`), null where nothing is known.
+/// Writes a status as one line of JSON. Keys are those of RunStatus with units (`set_point_c`); unknown values are
+/// null.
 [[nodiscard]] std::string to_json(const RunStatus& status);
 /// Fails with bad_file if the text is not what to_json() writes; `where` names its place.
 [[nodiscard]] Result<RunStatus> parse_status(const std::string& text, const std::string& where);
 
-/// Replaces the status file of status.path as a whole, with the time: a reader sees the old one or the new one; for
-/// owner and group (0640). Fails with storage.
+/// Replaces the status file of status.path atomically and adds the time. Only owner and group may read it (0640). Fails
+/// with storage.
 [[nodiscard]] Result<void> write_status(const RunStatus& status);
 
-/// How long ago a status file was written; nothing if that cannot be told: the machine was started anew since, or it is
-/// none.
+/// Returns the age of a status file. Returns nothing if the machine was restarted since, or if the status does not come
+/// from a file.
 [[nodiscard]] std::optional<Duration> age_of(const RunStatus& status);
-/// … after which the program that writes it, or its disk, no longer answers.
+/// The age from which the writer, or its disk, counts as silent.
 inline constexpr Duration kSilentAfter = std::chrono::seconds(5);
 
 /// Reads the status file of a record. Fails as read_text_file() and parse_status() do.
 [[nodiscard]] Result<RunStatus> read_status_file(const std::string& record_path);
 
-/// What the status file of a record says, whoever wrote it and when; nothing if there is none.
+/// Reads the status file of a record, whatever its writer and age. Returns nothing without a readable one.
 [[nodiscard]] std::optional<RunStatus> told_status(const std::string& path);
-/// Whether a program that carries the run out has written it less than kSilentAfter ago.
+/// Returns whether the program that carries out the run wrote it less than kSilentAfter ago.
 [[nodiscard]] bool is_fresh(const RunStatus& status);
 
-/// The status that the program which carries the run out has written less than kSilentAfter ago, so that nobody needs
-/// to try whether the record is free; nothing if there is none.
+/// Returns the status file of a record if it is_fresh(), and nothing otherwise. With it a caller need not try whether
+/// the record is free.
 [[nodiscard]] std::optional<RunStatus> fresh_status(const std::string& path);
 
 }  // namespace gyrotherm::record

@@ -103,7 +103,7 @@ endfunction()
 # gyrotherm_discover(PROGRAM [TOGETHER suites …] [WAITING suites …]) registers each test of a program. A suite in TOGETHER
 # runs as one test, because its fixture takes long to make. A test counts as 2 PROCESSORS, or as 1 if its suite is WAITING
 # for clocks and other programs most of the time. The test preset runs 5 of these units at once on two processors, waiting
-# tests first.
+# and long tests first.
 function(gyrotherm_discover program)
   cmake_parse_arguments(suites "" "" "TOGETHER;WAITING" ${ARGN})
   list(TRANSFORM suites_TOGETHER APPEND ".*" OUTPUT_VARIABLE together)
@@ -118,7 +118,7 @@ function(gyrotherm_discover program)
   endif()
   foreach(suite IN LISTS suites_TOGETHER)
     add_test(NAME ${suite} COMMAND ${program} --gtest_filter=${suite}.*)
-    set_tests_properties(${suite} PROPERTIES TIMEOUT ${GYROTHERM_TIMEOUT} PROCESSORS 2)
+    set_tests_properties(${suite} PROPERTIES TIMEOUT ${GYROTHERM_TIMEOUT} PROCESSORS 2 COST 20)
   endforeach()
 endfunction()
 

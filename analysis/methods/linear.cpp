@@ -25,10 +25,10 @@ constexpr double kTiny = 1e-150;  ///< so that no square is 0
 
 }  // namespace
 
-PredictiveVariance coefficient_variance(const Eigen::Ref<const Eigen::MatrixXd>& z,
-                                        const Eigen::Ref<const Eigen::VectorXd>& residual, double effective_parameters,
-                                        const Eigen::MatrixXd& penalty_rows) {
+PredictiveVariance coefficient_variance(const data::SampleMatrix& z, const Eigen::VectorXd& y, const LinearModel& plane,
+                                        double effective_parameters, const Eigen::MatrixXd& penalty_rows) {
   const auto samples = static_cast<double>(z.rows());
+  const Eigen::VectorXd residual = y - ((z * plane.weights).array() + plane.b).matrix();
   const double variance = residual.squaredNorm() / std::max(1.0, samples - effective_parameters);
   if (z.cols() == 0) return variance_of_plane(Eigen::MatrixXd::Constant(1, 1, variance / samples), std::sqrt(variance));
   const Eigen::RowVectorXd mean = z.colwise().mean();
@@ -46,6 +46,15 @@ PredictiveVariance coefficient_variance(const Eigen::Ref<const Eigen::MatrixXd>&
   Eigen::MatrixXd open(z.cols() + 1, z.cols() + 1);
   open << slopes, with_constant, with_constant.transpose(), 1 / samples - mean * with_constant;
   return variance_of_plane(variance * open, std::sqrt(variance));
+}
+
+Fit fit_of_plane(const FitInput& set, LinearModel plane, double effective_parameters,
+                 const Eigen::MatrixXd& penalty_rows) {
+  Fit fit;
+  fit.effective_parameters = effective_parameters;
+  fit.variance = coefficient_variance(set.x, set.y, plane, effective_parameters, penalty_rows);
+  fit.function = std::move(plane);
+  return fit;
 }
 
 PredictiveVariance over_all_inputs(const PredictiveVariance& variance, const std::vector<Eigen::Index>& columns,
@@ -69,10 +78,8 @@ Result<Fit> fit_linear(const FitInput& set, const HyperParameters&, const Method
                    fmt::format("{} clusters are too few for {} coefficients", set.x.rows(), qr.rank()));
   }
   const Eigen::VectorXd coefficients = qr.solve(set.y);
-  const auto parameters = static_cast<double>(qr.rank());
-  return Fit{.function = LinearModel{.weights = coefficients.head(set.x.cols()), .b = coefficients(set.x.cols())},
-             .effective_parameters = parameters,
-             .variance = coefficient_variance(set.x, set.y - design * coefficients, parameters)};
+  return fit_of_plane(set, {.weights = coefficients.head(set.x.cols()), .b = coefficients(set.x.cols())},
+                      static_cast<double>(qr.rank()));
 }
 
 namespace {

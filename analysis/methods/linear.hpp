@@ -10,17 +10,20 @@
 
 namespace gyrotherm::methods {
 
-/// Computes the variance of a plane that was fitted to z, samples × inputs, with the penalty ‖Rw‖² on its weights,
-/// R = `penalty_rows` (none: no penalty): of the weights s²(ZᵀZ + RᵀR)⁻¹, Z the centred inputs, and of the value at the
-/// inputs' mean s²/n. s² is the residual's sum of squares over n − `effective_parameters` (at least 1), so residuals
-/// count as independent. A direction of the weights in which Z and R have less
-/// than 3·10⁻⁷ of their greatest length counts as if they had that: its variance is huge, and matters only to inputs
-/// that leave the plane of the training. Units are those of z and of the residual.
+/// Computes the variance of a plane that was fitted to the targets y at z, samples × inputs, with the penalty ‖Rw‖² on
+/// its weights, R = `penalty_rows` (none: no penalty): of the weights s²(ZᵀZ + RᵀR)⁻¹, Z the centred inputs, and of the
+/// value at the inputs' mean s²/n. s² is the sum of squares of what the plane leaves over n − `effective_parameters`
+/// (at least 1), so residuals count as independent. A direction of the weights in which Z and R have less than 3·10⁻⁷
+/// of their greatest length counts as if they had that: its variance is huge, and matters only to inputs that leave the
+/// plane of the training. Units are those of z and y.
 /// Source: GUM, JCGM 100:2008, H.3; the penalty as a prior: Hoerl and Kennard, Technometrics 12 (1970) 55, §5.
-[[nodiscard]] PredictiveVariance coefficient_variance(const Eigen::Ref<const Eigen::MatrixXd>& z,
-                                                      const Eigen::Ref<const Eigen::VectorXd>& residual,
-                                                      double effective_parameters,
+[[nodiscard]] PredictiveVariance coefficient_variance(const data::SampleMatrix& z, const Eigen::VectorXd& y,
+                                                      const LinearModel& plane, double effective_parameters,
                                                       const Eigen::MatrixXd& penalty_rows = {});
+
+/// Makes the fit of a plane to a set with that penalty, with its coefficient_variance().
+[[nodiscard]] Fit fit_of_plane(const FitInput& set, LinearModel plane, double effective_parameters,
+                               const Eigen::MatrixXd& penalty_rows = {});
 
 /// Returns the variance of a plane over all `inputs`, of which it has only these `columns`.
 [[nodiscard]] PredictiveVariance over_all_inputs(const PredictiveVariance& variance,

@@ -65,13 +65,9 @@ Result<Fit> fit_ridge(const FitInput& set, const HyperParameters& parameters, co
   const double lambda = value_of(parameters, "lambda");
   const RidgePath path(set.x, set.y);
   const Eigen::VectorXd weights = path.weights(lambda);
-  const double offset = path.offset(weights), effective = path.effective_parameters(lambda);
-  const Eigen::VectorXd residual = set.y - ((set.x * weights).array() + offset).matrix();
   const Eigen::MatrixXd penalty =
       std::sqrt(lambda * static_cast<double>(set.x.rows())) * Eigen::MatrixXd::Identity(set.x.cols(), set.x.cols());
-  return Fit{.function = LinearModel{.weights = weights, .b = offset},
-             .effective_parameters = effective,
-             .variance = coefficient_variance(set.x, residual, effective, penalty)};
+  return fit_of_plane(set, {.weights = weights, .b = path.offset(weights)}, path.effective_parameters(lambda), penalty);
 }
 
 }  // namespace gyrotherm::methods

@@ -70,13 +70,10 @@ Eigen::MatrixXd slope_penalty(const FitInput& set, double variance) {
 Result<Fit> fit_ridge_u(const FitInput& set, const HyperParameters&, const MethodOptions&) {
   if (const auto sound = check_set(set, 2); !sound) return failure(sound.error());
   const PenalisedPlane plane = plane_of(set);
-  const Eigen::VectorXd residual = set.y - ((set.x * plane.weights).array() + plane.b).matrix();
   Eigen::MatrixXd penalty;
   if (set.input_covariance.size() > 0)
     penalty = std::sqrt(static_cast<double>(set.x.rows())) * root_of(set.input_covariance);
-  return Fit{.function = LinearModel{.weights = plane.weights, .b = plane.b},
-             .effective_parameters = plane.effective_parameters,
-             .variance = coefficient_variance(set.x, residual, plane.effective_parameters, penalty)};
+  return fit_of_plane(set, {.weights = plane.weights, .b = plane.b}, plane.effective_parameters, penalty);
 }
 
 }  // namespace gyrotherm::methods

@@ -104,19 +104,21 @@ Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters&, const Meth
     while (drop_worst(regression, subset)) {
     }
   }
-  LinearModel linear{.weights = Eigen::VectorXd::Zero(set.x.cols()), .b = set.y.mean()};
-  if (!subset.empty()) linear.weights(subset) = regression.weights(subset);
-  linear.b -= set.x.colwise().mean() * linear.weights;
+  LinearModel of_taken{.weights = regression.weights(subset), .b = set.y.mean()};
+  LinearModel linear{.weights = Eigen::VectorXd::Zero(set.x.cols()), .b = 0};
+  if (!subset.empty()) linear.weights(subset) = of_taken.weights;
+  of_taken.b -= set.x.colwise().mean() * linear.weights;
+  linear.b = of_taken.b;
   std::vector<std::string> names;
   for (const Eigen::Index input : subset) names.push_back(to_string(set.terms[input]));
-  const Eigen::VectorXd residual = set.y - ((set.x * linear.weights).array() + linear.b).matrix();
   const auto parameters = static_cast<double>(subset.size()) + 1;
   const data::SampleMatrix taken = set.x(Eigen::all, subset);
-  return Fit{.function = std::move(linear),
-             .effective_parameters = parameters,
-             .particulars = fmt::format("{} of {} inputs entered, in this order: {}", subset.size(), set.x.cols(),
-                                        names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))),
-             .variance = over_all_inputs(coefficient_variance(taken, residual, parameters), subset, set.x.cols())};
+  return Fit{
+      .function = std::move(linear),
+      .effective_parameters = parameters,
+      .particulars = fmt::format("{} of {} inputs entered, in this order: {}", subset.size(), set.x.cols(),
+                                 names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))),
+      .variance = over_all_inputs(coefficient_variance(taken, set.y, of_taken, parameters), subset, set.x.cols())};
 }
 
 }  // namespace gyrotherm::methods

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the README shows is there: its commands, their options, its files.
+/// Checks the commands, options and files that README.md and docs/tasks.md show.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <regex>
 #include <sstream>
 
@@ -12,12 +14,15 @@
 namespace gyrotherm::app {
 namespace {
 
-/// The lines of the README's shell blocks.
-std::vector<std::string> shown_commands() {
-  std::istringstream readme(read_text_file(GYROTHERM_SOURCE_DIR "/README.md").value());
+const std::string kReadme = GYROTHERM_SOURCE_DIR "/README.md";
+const std::string kTasks = GYROTHERM_SOURCE_DIR "/docs/tasks.md";
+
+/// Returns the lines of a page's shell blocks.
+std::vector<std::string> shown_commands(const std::string& page) {
+  std::istringstream text(read_text_file(page).value());
   std::vector<std::string> commands;
   bool inside = false;
-  for (std::string line; std::getline(readme, line);) {
+  for (std::string line; std::getline(text, line);) {
     if (line.starts_with("```"))
       inside = line == "```sh";
     else if (inside)
@@ -26,17 +31,19 @@ std::vector<std::string> shown_commands() {
   return commands;
 }
 
-TEST(Readme, ItsTwoCommandsAreWhatCiRuns) {
-  const auto commands = shown_commands();
+TEST(Readme, HasTheTwoCommandsThatCiRuns) {
+  const auto commands = shown_commands(kReadme);
   ASSERT_GE(commands.size(), 2u);
   EXPECT_EQ(commands[0], "apt-get update && apt-get build-dep -y -P nocheck . && cmake --workflow --preset dry-run");
   EXPECT_NE(read_text_file(GYROTHERM_SOURCE_DIR "/.ci/run").value().find(commands[1] + "\n"), std::string::npos);
 }
 
-TEST(Readme, EveryCommandExistsWithEveryOptionShown) {
+TEST(Readme, ShowsExistingCommandsAndOptions) {
   const std::regex command_name(R"(^gyrotherm ([a-z-]+))");
   int commands = 0, options = 0;
-  for (const auto& line : shown_commands()) {
+  auto lines = shown_commands(kReadme);
+  std::ranges::copy(shown_commands(kTasks), std::back_inserter(lines));
+  for (const auto& line : lines) {
     std::smatch match;
     if (!std::regex_search(line, match, command_name)) continue;
     const auto help = gyrotherm_with(match[1].str() + " --help");
@@ -48,15 +55,15 @@ TEST(Readme, EveryCommandExistsWithEveryOptionShown) {
     }
     ++commands;
   }
-  EXPECT_GE(commands, 20);
-  EXPECT_GE(options, 35);
+  EXPECT_GE(commands, 40);
+  EXPECT_GE(options, 45);
 }
 
-TEST(Readme, EveryFileItNamesIsThere) {
-  const auto readme = read_text_file(GYROTHERM_SOURCE_DIR "/README.md").value();
+TEST(Readme, NamesExistingFiles) {
+  const auto text = read_text_file(kReadme).value() + read_text_file(kTasks).value();
   const std::regex path(R"((profiles|docs|tests)/[A-Za-z0-9_/.-]*[a-z])");
   int files = 0;
-  for (std::sregex_iterator named(readme.begin(), readme.end(), path), end; named != end; ++named, ++files)
+  for (std::sregex_iterator named(text.begin(), text.end(), path), end; named != end; ++named, ++files)
     EXPECT_TRUE(std::filesystem::exists(GYROTHERM_SOURCE_DIR "/" + named->str())) << named->str();
   EXPECT_GE(files, 20);
 }

@@ -220,6 +220,22 @@ Result<void> replace_own_file(const std::string& path, std::string_view text, Sy
   return replace(path, path, text, {.mode = mode, .whatever_the_umask = true, .syncing = syncing});
 }
 
+FileState read_file_state(const std::string& path) {
+  constexpr std::int64_t kNanoseconds = 1'000'000'000;
+  struct stat facts {};
+  if (::stat(path.c_str(), &facts) != 0) return {};
+  return {.device = facts.st_dev,
+          .inode = facts.st_ino,
+          .changed_ns = std::int64_t{facts.st_mtim.tv_sec} * kNanoseconds + facts.st_mtim.tv_nsec,
+          .size = facts.st_size};
+}
+
+FileState read_file_identity(const std::string& path) {
+  auto state = read_file_state(path);
+  if (state.is_there()) state.changed_ns = state.size = 0;
+  return state;
+}
+
 std::string folder_of(const std::filesystem::path& path) {
   const auto folder = path.parent_path();
   return folder.empty() ? "." : folder.string();

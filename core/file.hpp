@@ -95,6 +95,20 @@ enum class Readers { owner_and_group, owner };
                                             Syncing syncing = Syncing::awaited,
                                             Readers readers = Readers::owner_and_group);
 
+/// The facts that tell one state of a file from another. File times are coarse: a file and its successor may have the
+/// same time, but not the same inode.
+struct FileState {
+  std::uint64_t device{}, inode{};
+  std::int64_t changed_ns{-1}, size{-1};
+  bool operator==(const FileState&) const = default;
+  [[nodiscard]] bool is_there() const { return size >= 0; }
+};
+
+/// Returns the state of the file that a path leads to, through links. Returns an empty state if there is no file.
+[[nodiscard]] FileState read_file_state(const std::string& path);
+/// Does the same without time and size, so that the state of a file that grows stays equal.
+[[nodiscard]] FileState read_file_identity(const std::string& path);
+
 /// The folder that a path lies in: "." of "rig.toml".
 [[nodiscard]] std::string folder_of(const std::filesystem::path& path);
 

@@ -8,8 +8,8 @@
 #include <map>
 #include <mutex>
 
-#include "acquisition/record/file_state.hpp"
 #include "acquisition/record/schema.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm::record {
 namespace {
@@ -44,7 +44,7 @@ SeenFiles& seen_files() {
 }  // namespace
 
 Result<Database> open_source(const Part& part) {
-  const auto state = part.is_live_copy ? identity_of(part.path) : state_of(part.path);
+  const auto state = part.is_live_copy ? read_file_identity(part.path) : read_file_state(part.path);
   if (!state.is_there()) return failure(FaultKind::bad_file, part.path, "no such file");
   const bool seen = seen_files().has(part.path, state);
   if (!part.is_live_copy && !seen) {

@@ -84,10 +84,10 @@ bool FoundRun::was_left() const {
 RunCatalogue::RunCatalogue(std::vector<std::string> folders) : folders_(each_once(std::move(folders))) {}
 
 RunCatalogue::Stamp RunCatalogue::stamp_of(const std::string& path) {
-  return {.status = record::state_of(record::status_path(path)),
-          .record = record::state_of(path),
-          .log = record::state_of(path + "-wal"),
-          .live_copy = record::identity_of(record::live_copy_path(path))};
+  return {.status = read_file_state(record::status_path(path)),
+          .record = read_file_state(path),
+          .log = read_file_state(path + "-wal"),
+          .live_copy = read_file_identity(record::live_copy_path(path))};
 }
 
 void RunCatalogue::look_at(const std::string& path, const std::string& folder,

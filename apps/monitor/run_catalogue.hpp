@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/record/file_state.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/status.hpp"
+#include "core/file.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"
 
@@ -61,7 +61,7 @@ class RunCatalogue {
  private:
   /// What a run's files looked like when they were last read.
   struct Stamp {
-    record::FileState status, record, log, live_copy;
+    FileState status, record, log, live_copy;
     bool operator==(const Stamp&) const = default;
   };
   struct Entry {

@@ -151,7 +151,7 @@ Result<void> Users::load() {
 
 /// A file that cannot be read lets nobody in, and does not open the door either.
 void Users::refresh() {
-  const auto now = record::state_of(path_);
+  const auto now = read_file_state(path_);
   if (now == seen_) return;
   seen_ = now;
   auto list = read_users(path_);

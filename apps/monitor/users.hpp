@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "acquisition/record/file_state.hpp"
+#include "core/file.hpp"
 #include "core/form.hpp"
 #include "core/result.hpp"
 
@@ -98,8 +98,8 @@ class Users {
   std::string path_;
   std::mutex mutex_, one_at_a_time_;
   UserList list_;
-  bool broken_{};           ///< the file is there and cannot be read
-  record::FileState seen_;  ///< of the file as it was read
+  bool broken_{};   ///< the file is there and cannot be read
+  FileState seen_;  ///< of the file as it was read
 };
 
 }  // namespace gyrotherm::monitor

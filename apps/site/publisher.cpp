@@ -34,15 +34,15 @@ bool has_to_wait(const Fault& fault) { return record::is_locked(fault) || fault.
 
 /// What tells whether the files are still those whose id was read: of one that grows which one it is, of another also
 /// how it is.
-std::vector<record::FileState> states_of(const record::RecordFiles& files) {
-  std::vector<record::FileState> states;
+std::vector<FileState> states_of(const record::RecordFiles& files) {
+  std::vector<FileState> states;
   for (const auto& file : files.parts)
-    states.push_back(file.is_live_copy ? record::identity_of(file.path) : record::state_of(file.path));
+    states.push_back(file.is_live_copy ? read_file_identity(file.path) : read_file_state(file.path));
   return states;
 }
 
 /// Fails as a record does that is being written: it is looked at again in the next round.
-Result<void> check_unchanged(const record::RecordFiles& files, const std::vector<record::FileState>& states) {
+Result<void> check_unchanged(const record::RecordFiles& files, const std::vector<FileState>& states) {
   if (states_of(files) == states) return {};
   return failure(FaultKind::storage, files.parts.front().path, record::kBeingWritten);
 }
@@ -194,15 +194,15 @@ Result<Publisher::Sent> Publisher::send_from(const record::RecordFiles& files, W
 }
 
 Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& watched) {
-  const Stamp stamp{.record = record::state_of(path),
-                    .status = record::state_of(record::status_path(path)),
-                    .live_copy = record::identity_of(record::live_copy_path(path))};
+  const Stamp stamp{.record = read_file_state(path),
+                    .status = read_file_state(record::status_path(path)),
+                    .live_copy = read_file_identity(record::live_copy_path(path))};
   if (watched.settled == stamp || (watched.rests && !watched.rests->over())) return Sent::everything;
   watched.rests.reset();
   const auto status = record::fresh_status(path);
   const auto files = record::find_source_files(path, status.has_value());
   if (!files) return failure(files.error());
-  const auto identity = record::identity_of(path);
+  const auto identity = read_file_identity(path);
   auto states = states_of(*files);
   const auto id = id_in(*files);  // a record that replaced another one may have its number in the file system
   if (!id) return failure(id.error());
@@ -235,7 +235,7 @@ Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& wa
 }
 
 Result<void> Publisher::send_document(const std::string& path) {
-  const auto state = record::state_of(path);
+  const auto state = read_file_state(path);
   if (const auto seen = documents_.find(path); seen != documents_.end() && seen->second == state) return {};
   const auto document = read_document(path);
   if (!document) return failure(document.error());
@@ -270,7 +270,7 @@ Result<Publisher::Sent> Publisher::round() {
     if (sent) continue;
     std::string told;
     if (!set_aside(sent.error(), path, told)) return failure(sent.error());
-    documents_.insert_or_assign(path, record::state_of(path));
+    documents_.insert_or_assign(path, read_file_state(path));
   }
   if (!store_trouble_.empty() || !has_sent_) say_("the store takes what is sent: " + store_->place());
   store_trouble_.clear();

@@ -15,7 +15,6 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/record/file_state.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/run_source.hpp"
 #include "apps/site/backoff.hpp"
@@ -23,6 +22,7 @@
 #include "apps/site/site_file.hpp"
 #include "apps/site/store.hpp"
 #include "core/deadline.hpp"
+#include "core/file.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::site {
@@ -56,15 +56,15 @@ class Publisher {
 
  private:
   struct Run {
-    record::FileState file;  ///< which one the rest was read from
+    FileState file;  ///< which one the rest was read from
     record::RunInfo info;
-    std::vector<record::FileState> states{};  ///< of its files, when they were last seen to be this run's
+    std::vector<FileState> states{};  ///< of its files, when they were last seen to be this run's
     std::vector<StoredChannel> channels{};
     std::optional<RunPosition> position{};  ///< as the store says; asked anew over a new connection
   };
   /// What a run's files look like; a run that was sent whole is looked at again when this changes.
   struct Stamp {
-    record::FileState record, status, live_copy;
+    FileState record, status, live_copy;
     bool operator==(const Stamp&) const = default;
   };
   struct Watched {
@@ -97,10 +97,10 @@ class Publisher {
   std::function<void(const std::string&)> say_;
   std::function<void(const Fault&)> complain_;
   std::optional<Store> store_;
-  bool has_sent_ = false;                               ///< a whole round
-  std::string store_trouble_;                           ///< that was told
-  std::map<std::string, Watched> runs_;                 ///< by path of the record
-  std::map<std::string, record::FileState> documents_;  ///< that were sent, or are none
+  bool has_sent_ = false;                       ///< a whole round
+  std::string store_trouble_;                   ///< that was told
+  std::map<std::string, Watched> runs_;         ///< by path of the record
+  std::map<std::string, FileState> documents_;  ///< that were sent, or are none
   std::set<std::string> found_documents_;
   std::optional<Fault> first_trouble_;  ///< of this round, of one file
 };

@@ -1,20 +1,113 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/exchange/bytes.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
 #include <cstring>
+#include <limits>
+#include <utility>
+#include <vector>
 
 namespace gyrotherm::exchange {
 
 namespace {
 
 constexpr std::size_t kPiece = 1 << 20;
+constexpr std::string_view kMagic("\x1F\x8B", 2);
+constexpr std::size_t kPackedPiece = 1 << 16;
+constexpr int kGzipOnly = 16 + MAX_WBITS;  // windowBits of zlib
+
+bool is_gzip(std::string_view beginning) { return beginning.starts_with(kMagic); }
 
 }  // namespace
+
+/// Holds the packed file and the state of zlib.
+struct Gunzip::Stream {
+  Stream(int file, std::string_view file_name) : descriptor(file), name(file_name), packed(kPackedPiece) {
+    is_ready = ::inflateInit2(&state, kGzipOnly) == Z_OK;
+  }
+  ~Stream() { ::inflateEnd(&state); }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+
+  [[nodiscard]] Result<std::size_t> bad(const std::string& what) const {
+    return failure(FaultKind::bad_file, name, what);
+  }
+  [[nodiscard]] std::uint64_t position() const { return read_bytes - state.avail_in; }
+
+  /// Reads the next piece of the packed file behind what is left of the last one. Returns false at its end.
+  Result<bool> read_more() {
+    std::copy_n(state.next_in, state.avail_in, packed.data());
+    state.next_in = packed.data();
+    ssize_t read = -1;
+    do read = ::read(descriptor, packed.data() + state.avail_in, packed.size() - state.avail_in);
+    while (read < 0 && errno == EINTR);
+    if (read < 0) return failure(FaultKind::bad_file, name, std::string("cannot be read: ") + std::strerror(errno));
+    read_bytes += static_cast<std::uint64_t>(read);
+    state.avail_in += static_cast<unsigned>(read);
+    return read > 0;
+  }
+
+  /// Begins the next member. Returns false where none follows: at the end, or before zeros that a tape pads with.
+  Result<bool> next_member() {
+    while (state.avail_in < kMagic.size()) {
+      const auto more = read_more();
+      if (!more) return failure(more.error());
+      if (!*more) break;
+    }
+    const std::string_view next(reinterpret_cast<const char*>(state.next_in), state.avail_in);
+    if (is_gzip(next)) return ::inflateReset(&state) == Z_OK;
+    if (next.find_first_not_of('\0') == std::string_view::npos) return false;
+    return failure(FaultKind::bad_file, name,
+                   fmt::format("gzip: bytes that are no gzip follow at byte {}; unpack it first, \"gunzip -c FILE > "
+                               "table\" keeps what comes before them",
+                               position()));
+  }
+
+  int descriptor;
+  std::string name;
+  std::vector<Bytef> packed;
+  z_stream state{};
+  std::uint64_t read_bytes{};
+  bool is_ready = false, is_at_end = false;
+};
+
+Gunzip::Gunzip(int descriptor, std::string_view name) : stream_(std::make_unique<Stream>(descriptor, name)) {}
+Gunzip::~Gunzip() = default;
+Gunzip::Gunzip(Gunzip&&) noexcept = default;
+Gunzip& Gunzip::operator=(Gunzip&&) noexcept = default;
+
+Result<std::size_t> Gunzip::read(char* to, std::size_t room) {
+  auto& state = stream_->state;
+  if (!stream_->is_ready) return stream_->bad("gzip: no memory to unpack it");
+  const auto most = std::min<std::size_t>(room, std::numeric_limits<unsigned>::max());
+  state.next_out = reinterpret_cast<Bytef*>(to);
+  state.avail_out = static_cast<unsigned>(most);
+  while (state.avail_out == most && most > 0 && !stream_->is_at_end) {
+    if (state.avail_in == 0)
+      if (const auto more = stream_->read_more(); !more) return failure(more.error());
+    const int said = ::inflate(&state, Z_NO_FLUSH);
+    if (said == Z_STREAM_END) {
+      const auto another = stream_->next_member();
+      if (!another) return failure(another.error());
+      stream_->is_at_end = !*another;
+    } else if (said == Z_BUF_ERROR) {
+      return stream_->bad(fmt::format("gzip: cut off after byte {}; \"gunzip -c FILE > table\" unpacks what is there",
+                                      stream_->read_bytes));
+    } else if (said != Z_OK) {
+      return stream_->bad(
+          fmt::format("gzip: damaged near byte {} ({}); \"gunzip -c FILE > table\" unpacks what comes "
+                      "before",
+                      stream_->position(), state.msg != nullptr ? state.msg : "no reason said"));
+    }
+  }
+  return most - state.avail_out;
+}
 
 Result<Bytes> Bytes::open(const std::string& path) {
   auto file = open_regular_file(path);

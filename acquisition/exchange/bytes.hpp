@@ -4,15 +4,35 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "acquisition/exchange/gunzip.hpp"
 #include "core/file.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::exchange {
+
+/// Unpacks a gzip file (RFC 1952) from its first byte to its last, by zlib. Members that follow each other make one
+/// content. Holds a piece of it in memory, however large the content is.
+class Gunzip {
+ public:
+  /// Takes an open descriptor at the file's first byte. The descriptor must outlive this. `name` stands for the file in
+  /// faults.
+  Gunzip(int descriptor, std::string_view name);
+  ~Gunzip();
+  Gunzip(Gunzip&&) noexcept;
+  Gunzip& operator=(Gunzip&&) noexcept;
+
+  /// Writes up to `room` bytes of content to `to` and returns how many; 0 at the end. Fails with bad_file, with the
+  /// position in the packed file, if it cannot be read, is damaged or ends too early.
+  [[nodiscard]] Result<std::size_t> read(char* to, std::size_t room);
+
+ private:
+  struct Stream;
+  std::unique_ptr<Stream> stream_;
+};
 
 /// Goes from the first byte of a file to its last.
 class Bytes {
@@ -46,7 +66,7 @@ class Bytes {
 
   std::string name_;
   RegularFile file_{};
-  std::optional<Gunzip> gunzip_{};  ///< where the file is a gzip file
+  std::optional<Gunzip> gunzip_{};  ///< of a gzip file
   std::string buffer_{};
   std::string_view ahead_{};  ///< of the buffer, or of the text in memory
   std::uint64_t passed_{};

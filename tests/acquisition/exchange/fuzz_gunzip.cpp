@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string>
 
-#include "acquisition/exchange/gunzip.hpp"
+#include "acquisition/exchange/bytes.hpp"
 #include "core/file.hpp"
 #include "tests/acquisition/exchange/fuzz.hpp"
 #include "tests/support/fuzz_target.hpp"

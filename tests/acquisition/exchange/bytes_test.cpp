@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A gzip file as its content; damage as a fault with its place.
-#include "acquisition/exchange/gunzip.hpp"
+#include "acquisition/exchange/bytes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,6 @@
 #include <fstream>
 #include <string>
 
-#include "acquisition/exchange/bytes.hpp"
 #include "tests/support/folder.hpp"
 
 namespace gyrotherm::exchange {

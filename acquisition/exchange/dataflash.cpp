@@ -9,8 +9,6 @@
 #include <optional>
 #include <set>
 
-#include "acquisition/exchange/log_reading.hpp"
-
 namespace gyrotherm::exchange {
 
 namespace {

@@ -9,7 +9,7 @@
 #include "acquisition/exchange/bytes.hpp"
 #include "acquisition/exchange/foreign_row.hpp"
 #include "acquisition/exchange/import_map.hpp"
-#include "acquisition/exchange/log_column.hpp"
+#include "acquisition/exchange/log_reading.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::exchange {

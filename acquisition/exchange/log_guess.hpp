@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/exchange/log_column.hpp"
+#include "acquisition/exchange/log_reading.hpp"
 
 namespace gyrotherm::exchange {
 

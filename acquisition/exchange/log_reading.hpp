@@ -1,19 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What readers of autopilots' logs have in common: which fields of which messages are wanted, and rows made of them.
+/// Columns of autopilots' logs, which are numbers in messages of many kinds, and the rows that are made of them. The
+/// readers of ULog and DataFlash share this file.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "acquisition/exchange/foreign_row.hpp"
 #include "acquisition/exchange/import_map.hpp"
-#include "acquisition/exchange/log_column.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::exchange {
+
+/// A field of a message. A log may have several series of a message, one for each sensor.
+struct LogColumn {
+  std::string message;
+  unsigned instance{};
+  std::string field;
+};
+
+/// Parses "sensor_gyro.x" or "sensor_gyro[1].x". Returns nothing for any other name.
+[[nodiscard]] std::optional<LogColumn> parse_log_column(std::string_view name);
+/// Returns "sensor_gyro" for instance 0, "sensor_gyro[1]" for instance 1.
+[[nodiscard]] std::string name_of_series(std::string_view message, unsigned instance);
+
+/// The type of a number in a message. The least significant byte comes first.
+enum class NumberType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float16, float32, float64 };
+[[nodiscard]] std::size_t size_of(NumberType type);
+/// Returns the number at a byte of a message, which must hold all its bytes. Returns NaN for an infinite number.
+[[nodiscard]] double number_at(std::string_view message, std::size_t place, NumberType type);
+[[nodiscard]] std::uint64_t whole_number_at(std::string_view message, std::size_t place, std::size_t bytes);
+
+/// Describes the columns that a log does not have, with the alternatives: the fields of their messages, or else the
+/// messages.
+[[nodiscard]] std::string describe_missing_log_columns(const std::vector<LogColumn>& missing,
+                                                       const std::vector<LogColumn>& there);
 
 /// A number of a message, as its format says.
 struct LogField {

@@ -9,7 +9,6 @@
 #include <map>
 #include <optional>
 
-#include "acquisition/exchange/log_reading.hpp"
 #include "acquisition/record/sqlite.hpp"
 
 namespace gyrotherm::exchange {

@@ -4,15 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <vector>
 
 #include "acquisition/exchange/column_names.hpp"
 #include "acquisition/exchange/dataflash.hpp"
 #include "acquisition/exchange/import_map.hpp"
-#include "acquisition/exchange/known_formats.hpp"
-#include "acquisition/exchange/log_guess.hpp"
 #include "acquisition/exchange/netcdf_table.hpp"
 #include "acquisition/exchange/table_sample.hpp"
 #include "acquisition/exchange/time_guess.hpp"
@@ -25,6 +25,54 @@ namespace gyrotherm::exchange {
 namespace {
 
 using Columns = std::vector<std::size_t>;
+
+/// A format that is not read here, with the way to one that is.
+struct KnownFormat {
+  std::string_view beginning;
+  std::string_view way_out;
+};
+
+constexpr std::string_view kZip("PK\x03\x04", 4);
+
+constexpr std::array<KnownFormat, 14> kKnown{{
+    {std::string_view("BZh", 3), "bzip2: unpack it first, \"bunzip2 -k FILE\""},
+    {std::string_view("\xFD"
+                      "7zXZ\0",
+                      6),
+     "xz: unpack it first, \"unxz -k FILE\""},
+    {std::string_view("\x28\xB5\x2F\xFD", 4), "zstd: unpack it first, \"unzstd FILE\""},
+    {std::string_view("7z\xBC\xAF\x27\x1C", 6), "a 7-Zip archive: unpack it first"},
+    {std::string_view("Rar!\x1A", 5), "a RAR archive: unpack it first"},
+    {std::string_view("\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1", 8),
+     "a workbook of old Excel: save the sheet as CSV, \"soffice --convert-to csv FILE\""},
+    {"MATLAB 5.0 MAT-file", "a MATLAB file of version 5 to 7: save the table as CSV, \"writetable(T, 'file.csv')\""},
+    {"MDF     ", "MDF, of vehicles' measurements: convert it to CSV, with asammdf \"mdf.export('csv')\""},
+    {"TDSm", "TDMS of LabVIEW: convert it to CSV, with npTDMS \"tdmsinfo\" and \"as_dataframe().to_csv()\""},
+    {"PAR1", "Parquet: convert it to CSV, with pandas \"read_parquet('FILE').to_csv('file.csv')\""},
+    {std::string_view("ARROW1", 6),
+     "Arrow: convert it to CSV, with pandas \"read_feather('FILE').to_csv('file.csv')\""},
+    {std::string_view("SQLite format 3\0", 16),
+     "an SQLite file; a record of gyrotherm needs no import, of another one export the table as CSV"},
+    {"%PDF", "a PDF: ask for the table itself, as CSV"},
+    {"#ROSBAG", "a ROS bag: export the topic as CSV, \"rostopic echo -b FILE -p TOPIC\""},
+}};
+
+/// Describes a format that is not read here and how to convert such a file: "a zip archive: unpack it first". Returns
+/// an empty text for any other file.
+std::string way_out_of_format(std::string_view beginning) {
+  if (beginning.starts_with(kZip)) {
+    const bool is_workbook = beginning.find("[Content_Types].xml") != std::string_view::npos ||
+                             beginning.find("xl/") != std::string_view::npos ||
+                             beginning.find("_rels/.rels") != std::string_view::npos;
+    return is_workbook ? "a workbook of Excel (xlsx): save the sheet as CSV, \"soffice --convert-to csv FILE\""
+                       : "a zip archive: unpack it first, \"unzip FILE\"";
+  }
+  for (const KnownFormat& known : kKnown)
+    if (beginning.starts_with(known.beginning)) return std::string(known.way_out);
+  if (beginning.size() >= 262 && beginning.substr(257).starts_with("ustar"))
+    return "a tar archive: unpack it first, \"tar -xf FILE\"";
+  return "";
+}
 
 std::string file_section(const TableSample& sample) {
   const auto& style = sample.style;
@@ -111,10 +159,28 @@ std::string axis_lines(const std::string& column, bool is_increment, std::option
                      is_increment ? "increment" : "rate", scale.value_or(1), per, scale ? "" : ": a guess, correct it");
 }
 
+/// The section of a gyro that was not found.
+constexpr const char* kUnknownGyro =
+    "\n[gyro]\ncolumn = \"\"        # which column is the gyro's?\nkind = \"rate\"\nscale = 1        # °/h per unit of "
+    "the column\n";
+
+/// Writes the sections of a gyro's axes and gives each axis a name that no other has.
+class AxisSections {
+ public:
+  void add(const std::string& column_name, const std::string& lines) {
+    std::string axis = axis_in(column_name);
+    while (axis.empty() || !taken_.insert(axis).second) axis += std::to_string(taken_.size() + 1);
+    text_ += fmt::format("\n[[gyro.axis]]\nname = \"{}\"\n", axis) + lines;
+  }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  std::set<std::string> taken_{};
+  std::string text_{};
+};
+
 std::string gyro_section(const TableSample& sample, const Columns& columns) {
-  if (columns.empty())
-    return "\n[gyro]\ncolumn = \"\"        # which column is the gyro's?\nkind = \"rate\"\nscale = 1        # °/h per "
-           "unit of the column\n";
+  if (columns.empty()) return kUnknownGyro;
   const bool are_increments = sample.header && std::ranges::all_of(columns, [&](std::size_t column) {
                                 return is_increment_name(sample.name_of(column));
                               });
@@ -124,14 +190,9 @@ std::string gyro_section(const TableSample& sample, const Columns& columns) {
                       are_increments ? std::nullopt : degrees_per_hour_in(name));
   };
   if (columns.size() == 1) return "\n[gyro]\n" + lines(columns.front());
-  std::string text = "\n[[gyro]]\nname = \"imu\"\n";
-  std::set<std::string> taken;
-  for (const std::size_t column : columns) {
-    std::string axis = axis_in(sample.name_of(column));
-    while (axis.empty() || !taken.insert(axis).second) axis += std::to_string(taken.size() + 1);
-    text += fmt::format("\n[[gyro.axis]]\nname = \"{}\"\n", axis) + lines(column);
-  }
-  return text;
+  AxisSections axes;
+  for (const std::size_t column : columns) axes.add(sample.name_of(column), lines(column));
+  return "\n[[gyro]]\nname = \"imu\"\n" + axes.text();
 }
 
 std::string head_of(const std::string& file, const std::vector<std::string>& names) {
@@ -170,11 +231,98 @@ std::string table_map(const TableSample& sample, const std::string& file) {
          gyro_section(sample, gyros);
 }
 
+/// A gyro of a log, with the temperature of its own.
+struct LoggedGyro {
+  std::string name{};               ///< "imu", "imu1"
+  std::vector<std::string> axes{};  ///< columns: x, y, z
+  std::string temperature{};        ///< a column; empty: none
+};
+
+/// The columns of a log that a map should read.
+struct LogGuess {
+  std::vector<LoggedGyro> gyros{};
+  std::vector<std::string> others{};  ///< temperatures of no gyro
+};
+
+/// The messages of a log that have raw rates, the best first; a digit behind the name numbers the sensors of old logs.
+constexpr std::array<std::string_view, 4> kMessages{"sensor_gyro", "sensor_combined", "IMU", "GYR"};
+
+/// The fields that are a rate, axis by axis.
+constexpr std::array<std::array<std::string_view, 3>, 3> kAxes{
+    {{"x", "y", "z"}, {"gyro_rad[0]", "gyro_rad[1]", "gyro_rad[2]"}, {"GyrX", "GyrY", "GyrZ"}}};
+
+bool is_of(const LogColumn& column, std::string_view message) {
+  if (!std::string_view(column.message).starts_with(message)) return false;
+  const auto behind = std::string_view(column.message).substr(message.size());
+  return behind.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+std::string series_of(const LogColumn& column) { return name_of_series(column.message, column.instance); }
+
+std::string full_name(const LogColumn& column) { return series_of(column) + "." + column.field; }
+
+/// Finds the rates of one series.
+LoggedGyro gyro_in(const std::vector<LogColumn>& columns, const std::string& series) {
+  LoggedGyro gyro;
+  for (const auto& axes : kAxes)
+    for (const std::string_view axis : axes)
+      for (const LogColumn& column : columns)
+        if (series_of(column) == series && column.field == axis) gyro.axes.push_back(full_name(column));
+  for (const LogColumn& column : columns)
+    if (series_of(column) == series && (column.field == "temperature" || column.field == "T"))
+      gyro.temperature = full_name(column);
+  return gyro;
+}
+
+std::vector<LoggedGyro> gyros_of(const std::vector<LogColumn>& columns, std::string_view message) {
+  std::vector<LoggedGyro> gyros;
+  std::vector<std::string> seen;
+  for (const LogColumn& column : columns) {
+    const auto series = series_of(column);
+    if (!is_of(column, message) || std::ranges::find(seen, series) != seen.end()) continue;
+    seen.push_back(series);
+    auto gyro = gyro_in(columns, series);
+    if (gyro.axes.empty()) continue;
+    gyro.name = gyros.empty() ? "imu" : "imu" + std::to_string(gyros.size());
+    gyros.push_back(std::move(gyro));
+  }
+  return gyros;
+}
+
+/// Finds the first message whose names sound like a gyro's.
+std::vector<LoggedGyro> gyros_by_name(const std::vector<LogColumn>& columns) {
+  std::vector<std::string> names;
+  for (const LogColumn& column : columns) names.push_back(full_name(column));
+  LoggedGyro gyro{.name = "imu"};
+  for (const std::size_t column : gyro_columns(names)) {
+    gyro.axes.push_back(names[column]);
+    for (const LogColumn& other : columns)
+      if (series_of(other) == series_of(columns[column]) && is_temperature_name(other.field))
+        gyro.temperature = full_name(other);
+  }
+  return gyro.axes.empty() ? std::vector<LoggedGyro>{} : std::vector{gyro};
+}
+
+/// Guesses the gyros of a log from its published columns: every instance of `sensor_gyro`, else of `sensor_combined`;
+/// of ArduPilot each `IMU`, else `GYR`; else the first message with names of a gyro. Never takes estimates of a filter,
+/// integrals, their times or counts. Other temperatures are those of barometers, which are near the gyro.
+LogGuess guess_log(const std::vector<LogColumn>& published) {
+  LogGuess guess;
+  for (const std::string_view message : kMessages)
+    if (guess.gyros.empty()) guess.gyros = gyros_of(published, message);
+  if (guess.gyros.empty()) guess.gyros = gyros_by_name(published);
+  for (const LogColumn& column : published) {
+    const bool is_barometer = column.message == "sensor_baro" || is_of(column, "BARO");
+    if (is_barometer && (column.field == "temperature" || column.field == "Temp"))
+      guess.others.push_back(full_name(column));
+  }
+  return guess;
+}
+
 std::string log_map(const std::vector<LogColumn>& columns, FileFormat format, const std::string& file) {
   constexpr double kRadianPerSecond = 206264.80624709636;  // in °/h: both autopilots log radians
   std::vector<std::string> names;
-  for (const LogColumn& column : columns)
-    names.push_back(name_of_series(column.message, column.instance) + "." + column.field);
+  for (const LogColumn& column : columns) names.push_back(full_name(column));
   const LogGuess guess = guess_log(columns);
   std::string text =
       head_of(file, names) + fmt::format(
@@ -194,48 +342,54 @@ std::string log_map(const std::vector<LogColumn>& columns, FileFormat format, co
   std::vector<std::string> own;
   for (const LoggedGyro& gyro : guess.gyros)
     own.push_back(gyro.temperature.empty() ? "" : add_thermometer(gyro.temperature));
-  if (guess.gyros.empty())
-    return text +
-           "\n[gyro]\ncolumn = \"\"        # which column is the gyro's?\nkind = \"rate\"\nscale = 1        # °/h "
-           "per unit of the column\n";
+  if (guess.gyros.empty()) return text + kUnknownGyro;
   for (std::size_t i = 0; i < guess.gyros.size(); ++i) {
     auto near = others;
     if (!own[i].empty()) near.insert(near.begin(), own[i]);
     text += fmt::format("\n[[gyro]]\nname = \"{}\"\n", guess.gyros[i].name);
     if (!near.empty()) text += fmt::format("thermometers = [{}]\n", fmt::join(near, ", "));
-    std::set<std::string> taken;
-    for (const auto& column : guess.gyros[i].axes) {
-      std::string axis = axis_in(column);
-      while (axis.empty() || !taken.insert(axis).second) axis += std::to_string(taken.size() + 1);
-      text +=
-          fmt::format("\n[[gyro.axis]]\nname = \"{}\"\n", axis) +
-          axis_lines("column = " + toml_text(column), false, degrees_per_hour_in(column).value_or(kRadianPerSecond));
-    }
+    AxisSections axes;
+    for (const auto& column : guess.gyros[i].axes)
+      axes.add(column, axis_lines("column = " + toml_text(column), false,
+                                  degrees_per_hour_in(column).value_or(kRadianPerSecond)));
+    text += axes.text();
   }
   return text;
 }
 
 Result<std::string> guess(Bytes bytes) {
   const std::string file = bytes.name();
-  const auto beginning = bytes.ahead(kBeginningOfFormats);
-  if (!beginning) return failure(beginning.error());
-  if (const auto known = way_out_of_format(*beginning); !known.empty())
-    return failure(FaultKind::bad_file, file, known);
-  const bool is_px4 = is_ulog(*beginning);
-  if (is_px4 || is_dataflash(*beginning)) {
-    const auto columns = is_px4 ? columns_of_ulog(std::move(bytes)) : columns_of_dataflash(std::move(bytes));
-    if (!columns) return failure(columns.error());
-    return log_map(*columns, is_px4 ? FileFormat::ulog : FileFormat::dataflash, file);
+  const auto format = detect_format(bytes);
+  if (!format) return failure(format.error());
+  switch (*format) {
+    case FileFormat::ulog:
+    case FileFormat::dataflash: {
+      const bool is_px4 = *format == FileFormat::ulog;
+      const auto columns = is_px4 ? columns_of_ulog(std::move(bytes)) : columns_of_dataflash(std::move(bytes));
+      return columns ? Result<std::string>(log_map(*columns, *format, file)) : failure(columns.error());
+    }
+    case FileFormat::netcdf:
+      return failure(FaultKind::bad_file, file,
+                     "HDF5 or NetCDF, of which no map is guessed; write one with format = \"netcdf\" in [file]");
+    case FileFormat::text: break;
   }
-  if (is_netcdf(*beginning))
-    return failure(FaultKind::bad_file, file,
-                   "HDF5 or NetCDF, of which no map is guessed; write one with format = \"netcdf\" in [file]");
   auto sample = sample_table(std::move(bytes));
   if (!sample) return failure(sample.error());
   return table_map(*sample, file);
 }
 
 }  // namespace
+
+Result<FileFormat> detect_format(Bytes& bytes) {
+  constexpr std::size_t kBeginning = 1024;
+  const auto beginning = bytes.ahead(kBeginning);
+  if (!beginning) return failure(beginning.error());
+  if (const auto known = way_out_of_format(*beginning); !known.empty())
+    return failure(FaultKind::bad_file, bytes.name(), known);
+  if (is_ulog(*beginning)) return FileFormat::ulog;
+  if (is_dataflash(*beginning)) return FileFormat::dataflash;
+  return is_netcdf(*beginning) ? FileFormat::netcdf : FileFormat::text;
+}
 
 Result<std::string> guess_map(const std::string& path) {
   auto bytes = Bytes::open(path);

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "acquisition/exchange/dataflash.hpp"
-#include "acquisition/exchange/known_formats.hpp"
+#include "acquisition/exchange/guess.hpp"
 #include "acquisition/exchange/netcdf_table.hpp"
 #include "acquisition/exchange/row_order.hpp"
 #include "acquisition/exchange/row_pipe.hpp"
@@ -34,17 +34,12 @@ namespace {
 
 using record::GyroKind, record::RunFile, record::RunInfo, record::SampleRow;
 
-/// A file that another reader is for: its map is told so, rather than where the first byte of it is no text.
+/// Fails with bad_file if another reader than the map's is the one for the file. Without this, the map's reader would
+/// fail at the first byte that is no text.
 Result<void> check_format(Bytes& bytes, FileFormat format) {
-  const auto beginning = bytes.ahead(kBeginningOfFormats);
-  if (!beginning) return failure(beginning.error());
-  if (const auto known = way_out_of_format(*beginning); !known.empty())
-    return failure(FaultKind::bad_file, bytes.name(), known);
-  const auto is = is_ulog(*beginning)        ? std::optional(FileFormat::ulog)
-                  : is_dataflash(*beginning) ? std::optional(FileFormat::dataflash)
-                  : is_netcdf(*beginning)    ? std::optional(FileFormat::netcdf)
-                                             : std::nullopt;
-  if (!is || *is == format) return {};
+  const auto is = detect_format(bytes);
+  if (!is) return failure(is.error());
+  if (*is == FileFormat::text || *is == format) return {};
   return failure(FaultKind::bad_file, bytes.name(),
                  fmt::format("the file is {}, the map reads {}; expected format = \"{}\" in [file]", name(*is),
                              name(format), name(*is)));

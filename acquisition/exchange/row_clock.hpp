@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// When the rows of a text table were written, by what their cells say and by the map.
+/// The clocks of a text table: the one that its map names gives the times of the rows, the others serve as a check.
 #pragma once
 
+#include <cstddef>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "acquisition/exchange/counted_time.hpp"
 #include "acquisition/exchange/foreign_row.hpp"
@@ -12,19 +15,18 @@
 
 namespace gyrotherm::exchange {
 
+/// Puts the time since the first row into each row, and UTC if it is known. Faults have no place.
 class RowClock {
  public:
   explicit RowClock(const ImportMap& map) : map_(map) {}
 
-  // Each puts the time since the first row, and the UTC where it is known, into a row. Faults have no place.
-
-  /// From a number of the map's units; `week` of GPS where the map has one. Carries on where the counter wraps. Fails
-  /// with bad_file more than ten years after the first row, or where UTC is outside of 1970 to 2116.
+  /// Takes the time from a number of the map's units, and from the `week` of GPS if the map has one. Continues when the
+  /// counter wraps. Fails with bad_file more than ten years after the first row, or if UTC is outside 1970 to 2116.
   [[nodiscard]] Result<void> read_number(const CountedTime& number, std::optional<double> week, ForeignRow& row);
-  /// From a date with its time of day, or from the two of them apart. Fails with bad_file where they are none, or name
-  /// no zone and the map neither.
+  /// Takes the time from a date with its time of day, or from two separate texts. Fails with bad_file if they are none,
+  /// or if neither they nor the map name a zone.
   [[nodiscard]] Result<void> read_date(std::string_view date, std::string_view clock, ForeignRow& row);
-  /// From a time of day, which begins anew at midnight.
+  /// Takes the time from a time of day, which begins again at midnight. Fails with bad_file if it is none.
   [[nodiscard]] Result<void> read_clock(std::string_view clock, ForeignRow& row);
 
  private:
@@ -32,9 +34,27 @@ class RowClock {
 
   const ImportMap& map_;
   std::optional<CountedTime> first_number_{}, last_number_{};
-  CountedTime wrapped_{};  ///< what the wraps so far come to
+  CountedTime wrapped_{};  ///< sum of the wraps so far
   std::optional<Duration> first_utc_{}, first_clock_{}, last_clock_{};
   Duration days_{};
+};
+
+/// Columns with dates or times of day that the map does not name. They show whether the map's time is right: a table
+/// lasts equally long by all of its clocks.
+class OtherClocks {
+ public:
+  struct Clock {
+    std::size_t column{};
+    std::string name{}, first{}, last{};
+  };
+  /// Keeps a column if its first text is a time. Keeps the first four such columns.
+  void begin(std::size_t column, const std::string& name, std::string_view first);
+  [[nodiscard]] std::vector<Clock>& clocks() { return clocks_; }
+  /// Puts the first clock that advances into the findings.
+  void report(Findings& findings) const;
+
+ private:
+  std::vector<Clock> clocks_{};
 };
 
 }  // namespace gyrotherm::exchange

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "acquisition/exchange/cell_number.hpp"
-#include "acquisition/exchange/other_clocks.hpp"
 #include "acquisition/exchange/row_clock.hpp"
 #include "acquisition/exchange/text_lines.hpp"
 #include "acquisition/record/csv.hpp"

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <chrono>
 #include <string>
+#include <utility>
 
+#include "acquisition/exchange/column_names.hpp"
 #include "acquisition/record/row.hpp"
 #include "core/text.hpp"
 
@@ -14,77 +17,69 @@ namespace gyrotherm::exchange {
 
 namespace {
 
-/// How many digits a field has: as many as it is said to, or one at least.
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Returns true for letters and for the bytes of letters beyond ASCII.
+bool is_letter(char c) {
+  return std::isalpha(static_cast<unsigned char>(c)) != 0 || static_cast<unsigned char>(c) >= 0x80;
+}
+
+int number_of(std::string_view digits) {
+  constexpr int kNone = -1;
+  int number = kNone;
+  const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  return read.ec == std::errc() && read.ptr == digits.data() + digits.size() ? number : kNone;
+}
+
+/// The number of digits of a field: exactly as many as are asked for, or from one to as many.
 enum class Width { exact, at_most };
 
 /// Takes what is written off the front of a text.
-class Digits {
+class Front {
  public:
-  explicit Digits(std::string_view text, Width width = Width::exact) : rest_(text), width_(width) {}
+  explicit Front(std::string_view text, Width width = Width::exact) : rest_(text), width_(width) {}
 
-  /// So many digits, as a number of at most `most`.
+  /// Takes a number of so many digits and of at most `most`.
   std::optional<int> number(std::size_t digits, int most) {
-    if (width_ == Width::at_most) {
-      const std::size_t there = std::min(rest_.find_first_not_of("0123456789"), rest_.size());
-      if (there == 0 || there > digits) return std::nullopt;
-      digits = there;
-    }
-    if (rest_.size() < digits) return std::nullopt;
-    int number = 0;
-    const char* end = rest_.data() + digits;
-    if (rest_.front() == '-' || rest_.front() == '+') return std::nullopt;
-    if (const auto read = std::from_chars(rest_.data(), end, number); read.ptr != end || number > most)
-      return std::nullopt;
-    rest_.remove_prefix(digits);
-    return number;
+    const std::size_t there = std::min(rest_.find_first_not_of("0123456789"), rest_.size());
+    if (width_ == Width::at_most && there > digits) return std::nullopt;
+    if (width_ == Width::at_most) digits = there;
+    if (digits == 0 || there < digits) return std::nullopt;
+    const int number = number_of(take(digits));
+    return number <= most ? std::optional(number) : std::nullopt;
   }
-  /// One of the characters, if it is next.
+  std::string_view digits() {
+    const auto end = std::ranges::find_if_not(rest_, is_digit);
+    return take(static_cast<std::size_t>(end - rest_.begin()));
+  }
+  std::string_view word() {
+    const auto end = std::ranges::find_if_not(rest_, is_letter);
+    return take(static_cast<std::size_t>(end - rest_.begin()));
+  }
+  /// Takes the part of a second behind its point. Digits beyond nanoseconds do not count.
+  Duration fraction() {
+    Duration::rep sum = 0, unit = std::chrono::nanoseconds(kSecond).count();
+    for (const char digit : digits()) sum += (unit /= 10) * (digit - '0');
+    return Duration(sum);
+  }
+  /// Takes one of the characters, if it is next.
   bool next_is(std::string_view characters) {
     if (rest_.empty() || characters.find(rest_.front()) == std::string_view::npos) return false;
     rest_.remove_prefix(1);
     return true;
   }
-  /// The part of a second that the digits behind its point are; those beyond nanoseconds do not count.
-  Duration fraction() {
-    Duration::rep sum = 0, unit = std::chrono::nanoseconds(kSecond).count();
-    while (!rest_.empty() && rest_.front() >= '0' && rest_.front() <= '9') {
-      unit /= 10;
-      sum += unit * (rest_.front() - '0');
-      rest_.remove_prefix(1);
-    }
-    return Duration(sum);
-  }
   void pass_blanks() { rest_ = trimmed(rest_); }
   [[nodiscard]] std::string_view rest() const { return rest_; }
 
  private:
+  std::string_view take(std::size_t count) {
+    const auto taken = rest_.substr(0, count);
+    rest_.remove_prefix(count);
+    return taken;
+  }
   std::string_view rest_;
   Width width_;
 };
-
-constexpr int kEndOfDay = 24;
-
-/// Hours and minutes, with seconds where they are said, and of these a fraction behind one of the marks.
-std::optional<Duration> clock_time(Digits& digits, int most_hours, std::string_view marks) {
-  const auto hour = digits.number(2, most_hours);
-  if (!hour || !digits.next_is(":")) return std::nullopt;
-  const auto minute = digits.number(2, 59);
-  if (!minute) return std::nullopt;
-  const Duration whole = std::chrono::hours(*hour) + std::chrono::minutes(*minute);
-  if (!digits.next_is(":")) return whole;
-  const auto second = digits.number(2, 60);  // a leap second is the first of the next minute
-  if (!second) return std::nullopt;
-  return whole + std::chrono::seconds(*second) + (digits.next_is(marks) ? digits.fraction() : Duration{});
-}
-
-/// The time of day, where one follows; the text may end without. It ends at 24:00 and not later.
-std::optional<Duration> time_of_day(Digits& digits) {
-  if (digits.rest().empty()) return Duration{};
-  if (!digits.next_is("T ")) return std::nullopt;
-  const bool is_its_end = digits.rest().starts_with("24");
-  const auto time = clock_time(digits, kEndOfDay, ".,");
-  return is_its_end && time && *time > std::chrono::hours(kEndOfDay) ? std::nullopt : time;
-}
 
 struct Date {
   int year{}, month{}, day{};
@@ -95,17 +90,51 @@ struct Date {
   }
 };
 
-/// "2026-03-01", which may be none that there is.
-std::optional<Date> date_of(Digits& digits) {
-  const auto year = digits.number(4, 9999);
-  if (!year || !digits.next_is("-")) return std::nullopt;
-  const auto month = digits.number(2, 12);
-  if (!month || !digits.next_is("-")) return std::nullopt;
-  const auto day = digits.number(2, 31);
+/// Returns the time of a date, unless the date does not exist or no record can have it.
+std::optional<CivilTime> civil(const Date& said, Duration of_day) {
+  constexpr int kFirstYear = 1970, kLastYear = 2115;
+  const auto date = said.gregorian();
+  if (said.year < kFirstYear || said.year > kLastYear || !date.ok()) return std::nullopt;
+  return CivilTime{.reading = std::chrono::sys_days(date).time_since_epoch() + of_day};
+}
+
+// Times after ISO 8601 and UDUNITS.
+
+constexpr int kEndOfDay = 24;
+
+/// Takes hours and minutes, and seconds if they follow, with a fraction behind one of the marks.
+std::optional<Duration> clock_time(Front& front, int most_hours, std::string_view marks) {
+  const auto hour = front.number(2, most_hours);
+  if (!hour || !front.next_is(":")) return std::nullopt;
+  const auto minute = front.number(2, 59);
+  if (!minute) return std::nullopt;
+  const Duration whole = std::chrono::hours(*hour) + std::chrono::minutes(*minute);
+  if (!front.next_is(":")) return whole;
+  const auto second = front.number(2, 60);  // a leap second is the first of the next minute
+  if (!second) return std::nullopt;
+  return whole + std::chrono::seconds(*second) + (front.next_is(marks) ? front.fraction() : Duration{});
+}
+
+/// Takes the time of day, at most 24:00. The text may end without one.
+std::optional<Duration> time_of_day(Front& front) {
+  if (front.rest().empty()) return Duration{};
+  if (!front.next_is("T ")) return std::nullopt;
+  const bool is_its_end = front.rest().starts_with("24");
+  const auto time = clock_time(front, kEndOfDay, ".,");
+  return is_its_end && time && *time > std::chrono::hours(kEndOfDay) ? std::nullopt : time;
+}
+
+/// Takes "2026-03-01". The date may not exist.
+std::optional<Date> date_of(Front& front) {
+  const auto year = front.number(4, 9999);
+  if (!year || !front.next_is("-")) return std::nullopt;
+  const auto month = front.number(2, 12);
+  if (!month || !front.next_is("-")) return std::nullopt;
+  const auto day = front.number(2, 31);
   return day ? std::optional(Date{*year, *month, *day}) : std::nullopt;
 }
 
-/// "+1", "-6:00", "-0330", "UTC", "GMT", "Z"; UTC where nothing stands.
+/// Parses "+1", "-6:00", "-0330", "UTC", "GMT", "Z". An empty text is UTC.
 std::optional<Duration> loose_zone(std::string_view text) {
   for (const std::string_view utc : {"", "UTC", "GMT", "Z", "utc", "gmt", "z"})
     if (text == utc) return Duration{};
@@ -116,7 +145,7 @@ std::optional<Duration> loose_zone(std::string_view text) {
   return parse_zone(zone);
 }
 
-/// Days since 1970-01-01, of a date of the Julian calendar; nothing if it has no such date.
+/// Returns the days since 1970-01-01 of a Julian date, or nothing if the calendar has no such date.
 std::optional<std::int64_t> days_of_julian(const Date& date) {
   const auto& [year, month, day] = date;
   constexpr std::array<int, 12> kDays{31, 29, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
@@ -138,52 +167,274 @@ std::optional<std::int64_t> days_since_1970(const Date& said, EarlyDays early) {
   return std::chrono::sys_days(date).time_since_epoch().count();
 }
 
+// Times of the world's locales.
+
+/// Returns the month whose name begins a word; 0: none. The names of the five languages do not contradict each other.
+int month_called(std::string_view word) {
+  static constexpr std::array<std::pair<std::string_view, int>, 38> kNames{
+      {{"jan", 1},  {"jän", 1},  {"ene", 1},  {"gen", 1},  {"feb", 2},  {"fev", 2},  {"fév", 2},  {"mar", 3},
+       {"mär", 3},  {"mrz", 3},  {"mae", 3},  {"apr", 4},  {"avr", 4},  {"abr", 4},  {"may", 5},  {"mai", 5},
+       {"mag", 5},  {"juin", 6}, {"jun", 6},  {"giu", 6},  {"juil", 7}, {"jul", 7},  {"lug", 7},  {"aug", 8},
+       {"aoû", 8},  {"aou", 8},  {"ago", 8},  {"sep", 9},  {"set", 9},  {"oct", 10}, {"okt", 10}, {"ott", 10},
+       {"nov", 11}, {"dec", 12}, {"dez", 12}, {"déc", 12}, {"dic", 12}, {"maj", 5}}};
+  const auto lower = in_lower_case(word);
+  for (const auto& [name, month] : kNames)
+    if (lower.starts_with(name)) return month;
+  return 0;
+}
+
+bool is_weekday(std::string_view word) {
+  const auto lower = in_lower_case(word);
+  return std::ranges::any_of(
+             std::array<std::string_view, 28>{"mon", "tue", "wed", "thu", "fri", "sat", "sun", "mo",  "di",  "mi",
+                                              "do",  "fr",  "sa",  "so",  "lun", "mer", "jeu", "ven", "sam", "dim",
+                                              "mié", "jue", "vie", "sáb", "dom", "gio", "sab", "tu"},
+             [&](std::string_view day) { return lower == day; }) ||
+         lower.ends_with("day") || lower.ends_with("tag");
+}
+
+/// Takes AM or PM, with or without points. Returns 'a', 'p', or 0 if none follows.
+char half_of_day(Front& front) {
+  Front ahead = front;
+  ahead.pass_blanks();
+  const auto lower = in_lower_case(ahead.rest().substr(0, 4));
+  for (const std::string_view word : {"a.m.", "p.m.", "am", "pm"}) {
+    const bool is_word =
+        lower.starts_with(word) && (lower.size() == word.size() || word.size() == 4 || !is_letter(lower[word.size()]));
+    if (!is_word) continue;
+    for (std::size_t i = 0; i < word.size(); ++i) (void)ahead.next_is("aApPmM.");
+    front = ahead;
+    return word.front();
+  }
+  return 0;
+}
+
+std::optional<Duration> time_in(int hour, int minute, int second, Duration part, char half) {
+  constexpr int kHalf = 12;
+  if (half != 0 && (hour < 1 || hour > kHalf)) return std::nullopt;
+  if (half == 'a') hour %= kHalf;
+  if (half == 'p') hour = hour % kHalf + kHalf;
+  const Duration time = std::chrono::hours(hour) + std::chrono::minutes(minute) + std::chrono::seconds(second) + part;
+  const bool is_one = hour >= 0 && minute >= 0 && second >= 0 && minute < 60 && second <= 60;
+  return is_one && time <= std::chrono::hours(24) ? std::optional(time) : std::nullopt;
+}
+
+/// Parses "hhmm" or "hhmmss", and takes a fraction off the front.
+std::optional<Duration> compact_clock(std::string_view digits, Front& front) {
+  if (digits.size() != 4 && digits.size() != 6) return std::nullopt;
+  const int second = digits.size() == 6 ? number_of(digits.substr(4)) : 0;
+  const Duration part = front.next_is(".,") ? front.fraction() : Duration{};
+  return time_in(number_of(digits.substr(0, 2)), number_of(digits.substr(2, 2)), second, part, 0);
+}
+
+/// Takes a time of day off the front.
+std::optional<Duration> take_clock(Front& front) {
+  char half = half_of_day(front);
+  front.pass_blanks();
+  const auto first = front.digits();
+  if (first.size() > 2) return compact_clock(first, front);
+  const bool has_points = front.rest().starts_with('.');  // as Finns and some loggers write it
+  if (first.empty() || !front.next_is(has_points ? "." : ":hH")) return std::nullopt;
+  const auto minute = front.digits();
+  if (minute.size() != 2) return std::nullopt;
+  int second = 0;
+  Duration part{};
+  if (front.next_is(has_points ? "." : ":mM'")) {
+    const auto seconds = front.digits();
+    if (seconds.size() != 2) return std::nullopt;
+    second = number_of(seconds);
+    if (front.next_is(has_points ? ",." : ".,:")) part = front.fraction();
+  }
+  if (half == 0) half = half_of_day(front);
+  return time_in(number_of(first), number_of(minute), second, part, half);
+}
+
+int whole_year(std::string_view digits) {
+  constexpr int kCentury = 100, kFirst = 70, kNone = -1;
+  const int number = number_of(digits);
+  if (digits.size() == 4) return number;
+  if (digits.size() != 2) return kNone;
+  return number + (number < kFirst ? 2000 : 2000 - kCentury);
+}
+
+/// Makes a date of its three parts, one of which may be the name of a month.
+std::optional<Date> date_from(const std::array<std::string_view, 3>& parts, DateOrder order) {
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (parts[i].empty() || is_digit(parts[i].front())) continue;
+    const auto& other = parts[1 - i];
+    const bool year_is_last = other.size() <= 2;
+    return Date{whole_year(year_is_last ? parts[2] : other), month_called(parts[i]),
+                number_of(year_is_last ? other : parts[2])};
+  }
+  if (parts[0].size() == 4 || order == DateOrder::year_first)
+    return order == DateOrder::year_first
+               ? std::optional(Date{whole_year(parts[0]), number_of(parts[1]), number_of(parts[2])})
+               : std::nullopt;
+  const bool day_first = order == DateOrder::day_first;
+  if (parts[0].size() > 2 || parts[1].size() > 2) return std::nullopt;
+  return Date{whole_year(parts[2]), number_of(parts[day_first ? 1 : 0]), number_of(parts[day_first ? 0 : 1])};
+}
+
+/// Takes "01.03.2026", "3/1/26", "1-Mar-2026", "Mar 1, 2026", "1. März 2026", "20260301" off the front.
+std::optional<Date> take_day(Front& front, DateOrder order) {
+  std::array<std::string_view, 3> parts;
+  char separator = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    parts[i] = front.digits();
+    if (parts[i].empty()) parts[i] = front.word();
+    if (parts[i].empty()) return std::nullopt;
+    if (i == 0 && parts[0].size() >= 8 && is_digit(parts[0].front())) return std::nullopt;  // compact
+    if (i == 2) break;
+    const char next = front.rest().empty() ? ' ' : front.rest().front();
+    const bool has_word = !is_digit(parts[0].front()) || (i == 1 && !is_digit(parts[1].front()));
+    if (!front.next_is("./-, ")) return std::nullopt;
+    if (i == 1 && next != separator && !has_word) return std::nullopt;
+    separator = next;
+    front.pass_blanks();
+    if (!is_digit(parts[i].front())) (void)front.next_is("./-,");
+    front.pass_blanks();
+  }
+  return date_from(parts, order);
+}
+
+/// Takes "20260301", "20260301T080010", "20260301 080010", "20260301080010".
+std::optional<CivilTime> compact_time(Front& front) {
+  constexpr std::size_t kDate = 8;
+  const auto digits = front.digits();
+  if (digits.size() != kDate && digits.size() != kDate + 4 && digits.size() != kDate + 6) return std::nullopt;
+  const Date day{number_of(digits.substr(0, 4)), number_of(digits.substr(4, 2)), number_of(digits.substr(6, 2))};
+  if (digits.size() > kDate) {
+    const auto of_day = compact_clock(digits.substr(kDate), front);
+    return of_day ? civil(day, *of_day) : std::nullopt;
+  }
+  if (front.rest().empty()) return civil(day, {});
+  if (!front.next_is("Tt_- ")) return std::nullopt;
+  const auto of_day = take_clock(front);
+  return of_day ? civil(day, *of_day) : std::nullopt;
+}
+
+/// Takes the zone behind a time, if there is one. Returns false for any other text.
+bool take_zone(Front& front, CivilTime& time) {
+  front.pass_blanks();
+  if (front.rest().empty()) return true;
+  for (const std::string_view utc : {"UTC", "GMT", "utc", "gmt"})
+    if (front.rest() == utc) {
+      time.zone = Duration{};
+      return true;
+    }
+  time.zone = parse_zone(front.rest());
+  return time.zone.has_value();
+}
+
+/// Takes "Mar  1 08:00:10 2026", as C writes it behind the day of the week.
+std::optional<CivilTime> time_of_c(Front front) {
+  const int month = month_called(front.word());
+  front.pass_blanks();
+  const int day = number_of(front.digits());
+  front.pass_blanks();
+  const auto of_day = take_clock(front);
+  front.pass_blanks();
+  const auto year = front.digits();
+  if (month == 0 || !of_day || year.size() != 4 || !front.rest().empty()) return std::nullopt;
+  return civil({number_of(year), month, day}, *of_day);
+}
+
+std::optional<CivilTime> parse_dated(Front front, DateOrder order) {
+  if (const auto time = time_of_c(front)) return time;
+  Front compact = front;
+  if (auto time = compact_time(compact); time && take_zone(compact, *time)) return time;
+  const auto day = take_day(front, order);
+  if (!day) return std::nullopt;
+  (void)front.next_is(".");  // behind the day in Hungarian
+  front.pass_blanks();
+  if (front.rest().empty()) return civil(*day, {});
+  (void)front.next_is("Tt,_-");
+  front.pass_blanks();
+  const auto of_day = take_clock(front);
+  if (!of_day) return std::nullopt;
+  auto time = civil(*day, *of_day);
+  return time && take_zone(front, *time) ? time : std::nullopt;
+}
+
 }  // namespace
 
 std::optional<Duration> parse_zone(std::string_view text) {
   if (text == "Z" || text == "z") return Duration{};
-  Digits digits(text);
+  Front front(text);
   const bool behind = text.starts_with('-');
-  if (!digits.next_is("+-")) return std::nullopt;
-  const auto hours = digits.number(2, 23);
+  if (!front.next_is("+-")) return std::nullopt;
+  const auto hours = front.number(2, 23);
   if (!hours) return std::nullopt;
-  (void)digits.next_is(":");
-  const auto minutes = digits.rest().empty() ? std::optional(0) : digits.number(2, 59);
-  if (!minutes || !digits.rest().empty()) return std::nullopt;
+  (void)front.next_is(":");
+  const auto minutes = front.rest().empty() ? std::optional(0) : front.number(2, 59);
+  if (!minutes || !front.rest().empty()) return std::nullopt;
   const Duration ahead = std::chrono::hours(*hours) + std::chrono::minutes(*minutes);
   return behind ? -ahead : ahead;
 }
 
 std::optional<CivilTime> parse_civil_time(std::string_view text) {
-  Digits digits(text);
-  const auto said = date_of(digits);
-  if (!said) return std::nullopt;
-  const auto date = said->gregorian();
-  constexpr int kFirstYear = 1970, kLastYear = 2115;  // of a clock that a record can have
-  if (!date.ok() || said->year < kFirstYear || said->year > kLastYear) return std::nullopt;
-  const auto of_day = time_of_day(digits);
+  Front front(text);
+  const auto date = date_of(front);
+  if (!date) return std::nullopt;
+  const auto of_day = time_of_day(front);
   if (!of_day) return std::nullopt;
-  CivilTime time{.reading = std::chrono::sys_days(date).time_since_epoch() + *of_day};
-  if (digits.rest().empty()) return time;
-  time.zone = parse_zone(trimmed(digits.rest()));
-  if (!time.zone || !record::is_possible_time(time.reading - *time.zone)) return std::nullopt;
+  auto time = civil(*date, *of_day);
+  if (!time || front.rest().empty()) return time;
+  time->zone = parse_zone(trimmed(front.rest()));
+  if (!time->zone || !record::is_possible_time(time->reading - *time->zone)) return std::nullopt;
   return time;
 }
 
 std::optional<CountedTime> parse_reference_time(std::string_view text, EarlyDays early) {
-  Digits digits(trimmed(text), Width::at_most);
-  const auto date = date_of(digits);
+  Front front(trimmed(text), Width::at_most);
+  const auto date = date_of(front);
   if (!date) return std::nullopt;
   const auto days = days_since_1970(*date, early);
   if (!days) return std::nullopt;
-  const bool has_time_behind = digits.next_is("Tt");
-  digits.pass_blanks();
-  const bool has_time = has_time_behind || digits.rest().find_first_of("0123456789") == 0;
-  const auto of_day = has_time ? clock_time(digits, kEndOfDay - 1, ".") : std::optional(Duration{});
-  const auto zone = loose_zone(trimmed(digits.rest()));
+  const bool has_time_behind = front.next_is("Tt");
+  front.pass_blanks();
+  const bool has_time = has_time_behind || front.rest().find_first_of("0123456789") == 0;
+  const auto of_day = has_time ? clock_time(front, kEndOfDay - 1, ".") : std::optional(Duration{});
+  const auto zone = loose_zone(trimmed(front.rest()));
   if (!of_day || !zone) return std::nullopt;
   constexpr std::int64_t kSecondsOfDay = 86400;
   return CountedTime{*days * kSecondsOfDay} + counted_time((*of_day - *zone).count(), Duration(1));
+}
+
+std::optional<CivilTime> parse_local_time(std::string_view text, DateOrder order) {
+  Front front(trimmed(text));
+  Front behind_weekday = front;
+  if (is_weekday(behind_weekday.word())) {
+    (void)behind_weekday.next_is(".");
+    (void)behind_weekday.next_is(",");
+    behind_weekday.pass_blanks();
+    front = behind_weekday;
+  }
+  const auto time = parse_dated(front, order);
+  return time && record::is_possible_time(time->reading - time->zone.value_or(Duration{})) ? time : std::nullopt;
+}
+
+std::optional<Duration> parse_clock(std::string_view text) {
+  Front front(trimmed(text));
+  const auto time = take_clock(front);
+  front.pass_blanks();
+  return front.rest().empty() ? time : std::nullopt;
+}
+
+bool looks_like_time(std::string_view text) {
+  const auto digits = std::ranges::count_if(text, is_digit);
+  const bool has_exponent = text.find_first_of("eE") != std::string_view::npos;
+  for (const char mark : {':', '/', '-', '.'}) {
+    const bool may_be_number = has_exponent && (mark == '-' || mark == '.');
+    if (std::ranges::count(text, mark) >= 2 && digits >= 4 && !may_be_number) return true;
+  }
+  Front front(trimmed(text));
+  while (!front.rest().empty()) {
+    const auto word = front.word();
+    if (word.size() >= 3 && month_called(word) != 0 && digits >= 2) return true;
+    if (word.empty()) (void)front.next_is(front.rest().substr(0, 1));
+  }
+  return false;
 }
 
 }  // namespace gyrotherm::exchange

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Times of the calendar as text, after ISO 8601: what tables of others say when a row was written.
+/// Times of the calendar as text: after ISO 8601, after UDUNITS, and as the world's locales, loggers and spreadsheets
+/// write them.
 #pragma once
 
 #include <optional>
@@ -10,24 +11,40 @@
 
 namespace gyrotherm::exchange {
 
+/// A time of the calendar, as a clock of a zone shows it.
 struct CivilTime {
-  Duration reading{};              ///< since 1970-01-01T00:00 as a clock of that zone shows it
-  std::optional<Duration> zone{};  ///< how far its clocks are ahead of UTC, where the text says so
+  Duration reading{};              ///< since 1970-01-01T00:00 of that clock
+  std::optional<Duration> zone{};  ///< ahead of UTC, if known
 };
 
-/// Reads "2026-03-01T12:30:05.25Z", "2026-03-01 12:30:05,25+01:00", "2026-03-01T12:30", "2026-03-01". Nothing if it is
-/// none, or lies outside 1970 to 2116.
+/// Parses "2026-03-01T12:30:05.25Z", "2026-03-01 12:30:05,25+01:00", "2026-03-01T12:30", "2026-03-01". Returns nothing
+/// for any other text and for a time outside 1970 to 2116.
 [[nodiscard]] std::optional<CivilTime> parse_civil_time(std::string_view text);
 
-/// Reads a zone alone: "Z", "+01:00", "-0330", "+01".
+/// Parses a zone alone: "Z", "+01:00", "-0330", "+01". Returns nothing for any other text.
 [[nodiscard]] std::optional<Duration> parse_zone(std::string_view text);
 
-/// How days before 1582-10-15 are called: as they were then, after the Julian calendar, or after the one of today.
+/// The calendar of days before 1582-10-15.
 enum class EarlyDays { julian, gregorian };
 
-/// Reads what stands behind "seconds since" in a NetCDF file: "2026-03-01 12:00:00.5 -6:00", "0001-1-1", after UDUNITS:
-/// of any year from 0 to 9999, each field but the year's may have one digit, and the zone is UTC where none is named.
-/// The time is counted from 1970.
+/// Parses the instant behind "seconds since" in a NetCDF file, after UDUNITS: "2026-03-01 12:00:00.5 -6:00",
+/// "0001-1-1". The year is 0 to 9999, each field may have fewer digits, and the zone is UTC unless the text names
+/// another. Returns the time since 1970, or nothing for any other text.
 [[nodiscard]] std::optional<CountedTime> parse_reference_time(std::string_view text, EarlyDays early);
+
+/// The order of the numbers of a date.
+enum class DateOrder { year_first, day_first, month_first };
+
+/// Parses a date, or a date with its time of day and perhaps a zone: "01.03.2026 08:00:10,5", "3/1/26, 8:00:10 PM",
+/// "2026/03/01 08:00", "1-Mar-2026 08:00:10", "20260301T080010Z", "Sun Mar  1 08:00:10 2026". A month may be a name in
+/// English, German, French, Spanish or Italian; then `order` does not count. A year of two digits lies in 1970 to 2069.
+/// Returns nothing for any other text and for a time outside 1970 to 2116.
+[[nodiscard]] std::optional<CivilTime> parse_local_time(std::string_view text, DateOrder order);
+
+/// Parses a time of day alone: "08:00:10.5", "8:00:10 PM", "080010", "08h00". Returns nothing for any other text.
+[[nodiscard]] std::optional<Duration> parse_clock(std::string_view text);
+
+/// Returns true if people would take the text for a date or a time of day, even one that no function here parses.
+[[nodiscard]] bool looks_like_time(std::string_view text);
 
 }  // namespace gyrotherm::exchange

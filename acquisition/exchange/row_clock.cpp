@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "acquisition/exchange/civil_time.hpp"
-#include "acquisition/exchange/local_time.hpp"
 #include "acquisition/exchange/text_lines.hpp"
 #include "acquisition/record/row.hpp"
 #include "core/text.hpp"

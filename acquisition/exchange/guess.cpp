@@ -146,7 +146,7 @@ std::string thermometer_sections(const TableSample& sample, const Columns& colum
   ThermometerNames names;
   for (const std::size_t column : columns) {
     const auto name = sample.name_of(column);
-    text += fmt::format("\n[[thermometer]]\nname = {}\n{}{}", toml_text(names.next(name)), reference(sample, column),
+    text += fmt::format("\n[[thermometer]]\nname = {}\n{}{}", toml_text(names.next(name)), sample.reference(column),
                         celsius_lines(name, ""));
   }
   return text;
@@ -186,7 +186,7 @@ std::string gyro_section(const TableSample& sample, const Columns& columns) {
                               });
   const auto lines = [&](std::size_t column) {
     const auto name = sample.name_of(column);
-    return axis_lines(reference(sample, column), are_increments,
+    return axis_lines(sample.reference(column), are_increments,
                       are_increments ? std::nullopt : degrees_per_hour_in(name));
   };
   if (columns.size() == 1) return "\n[gyro]\n" + lines(columns.front());

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/exchange/table_sample.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +14,7 @@
 #include "acquisition/exchange/text_lines.hpp"
 #include "acquisition/record/csv.hpp"
 #include "core/text.hpp"
+#include "core/toml_text.hpp"
 
 namespace gyrotherm::exchange {
 
@@ -436,6 +439,15 @@ std::string TableSample::name_of(std::size_t column) const {
   if (!cell_units[column].empty() && name.find_first_of("[(") == std::string::npos)
     name += " [" + cell_units[column] + "]";
   return name;
+}
+
+std::string toml_text(std::string_view text) { return toml_quoted(plain(text)); }
+
+std::string TableSample::reference(std::size_t column, const std::string& key) const {
+  const std::string& name = names[column];
+  if (!is_called_by_number(column)) return fmt::format("{} = {}", key, toml_text(name));
+  const auto behind = name.empty() ? std::string() : "        # " + toml_text(name);
+  return fmt::format("{}{} = {}{}", key, header ? "_number" : "", column + 1, behind);
 }
 
 Result<TableSample> sample_table(Bytes bytes) {

@@ -1,44 +1,52 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a foreign text table is written, found out from its lines: what stands before its rows, how they are cut, and
-/// how their numbers are written.
+/// Finds out from the lines of a foreign text table how it is written: the lines before its rows, their separator, and
+/// the style of their numbers.
 #pragma once
 
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "acquisition/exchange/bytes.hpp"
-#include "acquisition/exchange/cell_number.hpp"
+#include "acquisition/exchange/text_table.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::exchange {
 
+/// The first rows of a table, with the way in which it is written.
 struct TableSample {
   std::string comment{};
   char separator = ',';
-  bool header = true;      ///< the file has one that a map can name columns by
-  std::size_t preamble{};  ///< lines before it
-  std::size_t skip{};      ///< lines behind it, or before the first row, that are no rows
+  bool header = true;      ///< a map can name columns by it
+  std::size_t preamble{};  ///< lines before the header
+  std::size_t skip{};      ///< other lines before the first row
   NumberStyle style{};
-  bool is_decimal_doubtful = false;              ///< "1,234" may be a thousand and some or one and a part
-  std::vector<std::string> names{};              ///< of the columns; empty where the file names none
-  std::vector<std::string> cell_units{};         ///< of each column, behind its numbers; empty: none
-  std::vector<std::vector<std::string>> rows{};  ///< fields of those that can be read
-  std::vector<std::string> missing{};            ///< fields among numbers that are none
-  std::size_t damaged{};                         ///< lines that cannot be read
-  std::size_t first_damaged{};                   ///< the number of the first
+  bool is_decimal_doubtful = false;              ///< "1,234" may be 1234 or 1.234
+  std::vector<std::string> names{};              ///< per column; empty: unnamed
+  std::vector<std::string> cell_units{};         ///< per column, behind its numbers
+  std::vector<std::vector<std::string>> rows{};  ///< fields of readable rows
+  std::vector<std::string> missing{};            ///< fields that mark missing numbers
+  std::size_t damaged{};                         ///< unreadable lines
+  std::size_t first_damaged{};                   ///< line number, from 1
 
-  /// The numbers of a column; fewer than half of its fields: none.
+  /// Returns the numbers of a column, or none if fewer than half of its fields are numbers.
   [[nodiscard]] std::vector<double> numbers_of(std::size_t column) const;
   [[nodiscard]] std::optional<double> number_in_field(const std::string& field) const;
-  /// Whether a map must call it by its number: it has no name, or one that another column has too.
+  /// Returns true if a map must refer to a column by its number: its name is empty or not unique.
   [[nodiscard]] bool is_called_by_number(std::size_t column) const;
   [[nodiscard]] std::string name_of(std::size_t column) const;
+  /// Returns the line of a map that names a column: "column = "T1"", or "column_number = 3" with its name behind; of a
+  /// table without a header "column = 3". `key` takes the position of "column".
+  [[nodiscard]] std::string reference(std::size_t column, const std::string& key = "column") const;
 };
 
-/// Looks at the first 100,000 lines, and 32 MiB, of a file. Fails with bad_file where it cannot be read, or is no table
-/// of two columns or more.
+/// Returns a text of a foreign file in quotes, as TOML reads it, with control characters shown as text.
+[[nodiscard]] std::string toml_text(std::string_view text);
+
+/// Looks at the first 100,000 lines, and at most 32 MiB, of a file. Fails with bad_file if the file cannot be read or
+/// is not a table of two columns or more.
 [[nodiscard]] Result<TableSample> sample_table(Bytes bytes);
 
 }  // namespace gyrotherm::exchange

@@ -244,9 +244,9 @@ std::optional<TimeGuess> guess_dates(const TableSample& sample) {
     if (!goes_on(dated.times_s)) continue;
     TimeGuess guess{.columns = {i}};
     guess.text =
-        fmt::format("[time]\n{}\nunit = \"{}\"\n", reference(sample, i), unit) + order_lines(sample, i, readings);
+        fmt::format("[time]\n{}\nunit = \"{}\"\n", sample.reference(i), unit) + order_lines(sample, i, readings);
     if (clock != none) {
-      guess.text += reference(sample, clock, "clock") + "\n";
+      guess.text += sample.reference(clock, "clock") + "\n";
       guess.columns.push_back(clock);
     }
     if (!dated.has_zone) guess.text += kZoneLine;
@@ -267,7 +267,7 @@ std::optional<TimeGuess> guess_clock(const TableSample& sample) {
   }
   if (!goes_on(times)) return std::nullopt;
   return TimeGuess{fmt::format("[time]\n{}\nunit = \"clock\"        # a time of day; its date is not known\n",
-                               reference(sample, *column)) +
+                               sample.reference(*column)) +
                        course_lines(times, 0),
                    {*column}};
 }
@@ -356,7 +356,7 @@ TimeGuess guess_numbers(const TableSample& sample, std::size_t column, const std
   const std::string named = time_unit_in(sample.name_of(column)), since = unit_since_1970(times.front());
   const std::string serial = serial_unit(times.front(), step);
   const bool is_named = is_unit_of_time(named);
-  TimeGuess guess{fmt::format("[time]\n{}\n", reference(sample, column)), {column}};
+  TimeGuess guess{fmt::format("[time]\n{}\n", sample.reference(column)), {column}};
   const auto finish = [&](const std::string& unit, std::string_view why, std::string_view more) {
     const bool counts = more.empty() && unit != "excel" && unit != "matlab" && unit != "labview";
     guess.text += fmt::format("unit = \"{}\"        # {}\n{}", unit, why, more) +
@@ -400,7 +400,7 @@ std::optional<TimeGuess> guess_gps(const TableSample& sample) {
   for (std::size_t i = 0; i < times.size(); ++i) times[i] += weeks[i] * kSecondsOfWeek;
   if (!goes_on(times)) return std::nullopt;
   return TimeGuess{fmt::format("[time]\n{}\nunit = \"gps\"        # seconds of the week\n{}\n",
-                               reference(sample, *of_week), reference(sample, *week, "week")) +
+                               sample.reference(*of_week), sample.reference(*week, "week")) +
                        course_lines(times, 0),
                    {*week, *of_week}};
 }
@@ -413,29 +413,13 @@ std::optional<TimeGuess> name_unknown(const TableSample& sample) {
     return TimeGuess{
         fmt::format("[time]        # column {} looks like a time, \"{}\", and is not understood: how is it "
                     "written? Else name another column\n{}\n",
-                    toml_text(sample.name_of(i)), plain(sample.rows.front()[i]), reference(sample, i)),
+                    toml_text(sample.name_of(i)), plain(sample.rows.front()[i]), sample.reference(i)),
         {i}};
   }
   return std::nullopt;
 }
 
 }  // namespace
-
-std::string toml_text(std::string_view text) {
-  std::string quoted = "\"";
-  for (const char c : plain(text)) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
-}
-
-std::string reference(const TableSample& sample, std::size_t column, const std::string& key) {
-  const std::string& name = sample.names[column];
-  if (!sample.is_called_by_number(column)) return fmt::format("{} = {}", key, toml_text(name));
-  const auto behind = name.empty() ? std::string() : "        # " + toml_text(name);
-  return fmt::format("{}{} = {}{}", key, sample.header ? "_number" : "", column + 1, behind);
-}
 
 TimeGuess guess_time(const TableSample& sample, const std::vector<std::size_t>& thermometers) {
   if (auto guess = guess_gps(sample)) return *guess;

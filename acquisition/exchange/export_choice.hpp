@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which rows of a record are exported: a part of it, or means over stretches.
+/// The data of a record that are exported: a part of its rows or means over stretches, and columns in °C and °/h.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "acquisition/record/record.hpp"
 #include "core/quantity.hpp"
@@ -11,23 +13,32 @@
 
 namespace gyrotherm::exchange {
 
+/// Selects rows of a record.
 struct ExportChoice {
-  std::optional<Duration> from{}, to{};  ///< since the start, both included; nothing: to that end of the record
-  Duration every{};                      ///< means over stretches of this length; 0: every row
+  /// The first and last moment since the start, both included. Nothing selects up to that end of the record.
+  std::optional<Duration> from{}, to{};
+  /// The length of the stretches over which means are taken. 0 selects every row.
+  Duration every{};
 };
 
-/// What people say for a moment of a run: a time since its start ("2 h 30 min") or, where the record knows UTC, a time
-/// of the calendar with its zone ("2026-03-01T12:00:00Z"). `option` names it in a fault. Fails with usage.
+/// Parses a moment of a run: a time since its start ("2 h 30 min") or, if the record knows UTC, a time of the calendar
+/// with its zone ("2026-03-01T12:00:00Z"). `option` names it in a fault. Fails with usage.
 [[nodiscard]] Result<Duration> parse_moment(const std::string& text, const record::RunInfo& info,
                                             const std::string& option);
 
-/// Fails with usage where `every` is shorter than the record's rows are apart, or no whole number of its seconds.
+/// Fails with usage if `every` is negative or not a whole number of seconds of the record, or if `from` is after `to`.
 [[nodiscard]] Result<void> check_choice(const ExportChoice& choice, const record::RunInfo& info);
 
-/// The rows that are chosen. Where they are put together, stretches are counted from the start of the run, and a row
-/// has the time of the first that is in it: temperatures, rates and values are the means of what is there, pulses and
-/// their intervals are added (an axis of which a second is missing has no sum), and where the profile stood is that of
-/// the first row. Events and gaps stay as they are. Where every row is chosen it is the record itself.
+/// Returns the chosen rows; the record itself if every row is chosen. Stretches are counted from the start of the run.
+/// The row of a stretch has the time and the position in the profile of its first row, the means of temperatures, rates
+/// and values, and the sums of pulses and their intervals; an axis with a missing second has no sum. Events and gaps
+/// stay as they are.
 [[nodiscard]] record::Record chosen_rows(record::Record record, const ExportChoice& choice);
+
+/// Returns the temperatures of a thermometer in °C, corrected by its calibration; NaN where there was no reading.
+[[nodiscard]] std::vector<double> temperatures_of(const record::Record& record, std::size_t thermometer);
+
+/// Returns the rate about an axis in °/h, the Earth's rate included; NaN where there is none.
+[[nodiscard]] std::vector<double> rates_of(const record::Record& record, std::size_t unit, std::size_t axis);
 
 }  // namespace gyrotherm::exchange

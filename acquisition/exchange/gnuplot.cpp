@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "acquisition/exchange/exported_columns.hpp"
+#include "acquisition/exchange/export_choice.hpp"
 #include "acquisition/exchange/grouping.hpp"
 #include "core/text.hpp"
 

@@ -14,7 +14,6 @@
 #include <string_view>
 #include <vector>
 
-#include "acquisition/exchange/exported_columns.hpp"
 #include "acquisition/record/csv.hpp"
 #include "acquisition/record/schema.hpp"
 #include "core/clock.hpp"

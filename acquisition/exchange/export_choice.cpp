@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "acquisition/exchange/civil_time.hpp"
+#include "acquisition/exchange/foreign_time.hpp"
 
 namespace gyrotherm::exchange {
 

@@ -40,7 +40,4 @@ struct Findings {
   std::vector<Duration> other_spans{};  ///< its durations, one per reading
 };
 
-/// Times of a foreign file are such that a record can have them.
-inline constexpr Duration kLongestForeignTime = std::chrono::hours(24 * 3652);  ///< ten years
-
 }  // namespace gyrotherm::exchange

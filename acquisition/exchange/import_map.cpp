@@ -8,7 +8,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "acquisition/exchange/civil_time.hpp"
+#include "acquisition/exchange/foreign_time.hpp"
 #include "acquisition/record/schema.hpp"
 #include "core/file.hpp"
 #include "core/text.hpp"

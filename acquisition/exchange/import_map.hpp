@@ -9,8 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "acquisition/exchange/civil_time.hpp"
-#include "acquisition/exchange/counted_time.hpp"
+#include "acquisition/exchange/foreign_time.hpp"
 #include "acquisition/record/run_info.hpp"
 #include "core/quantity.hpp"
 #include "core/result.hpp"

@@ -15,9 +15,8 @@
 #include <vector>
 
 #include "acquisition/exchange/bytes.hpp"
-#include "acquisition/exchange/civil_time.hpp"
 #include "acquisition/exchange/column_names.hpp"
-#include "acquisition/exchange/counted_time.hpp"
+#include "acquisition/exchange/foreign_time.hpp"
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/sqlite.hpp"
 #include "core/text.hpp"

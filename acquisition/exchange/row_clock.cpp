@@ -7,7 +7,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "acquisition/exchange/civil_time.hpp"
+#include "acquisition/exchange/foreign_time.hpp"
 #include "acquisition/exchange/text_lines.hpp"
 #include "acquisition/record/row.hpp"
 #include "core/text.hpp"

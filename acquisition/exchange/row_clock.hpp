@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "acquisition/exchange/counted_time.hpp"
 #include "acquisition/exchange/foreign_row.hpp"
+#include "acquisition/exchange/foreign_time.hpp"
 #include "acquisition/exchange/import_map.hpp"
 #include "core/result.hpp"
 

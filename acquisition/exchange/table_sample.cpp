@@ -9,8 +9,8 @@
 #include <map>
 #include <set>
 
-#include "acquisition/exchange/civil_time.hpp"
 #include "acquisition/exchange/column_names.hpp"
+#include "acquisition/exchange/foreign_time.hpp"
 #include "acquisition/exchange/text_lines.hpp"
 #include "acquisition/record/csv.hpp"
 #include "core/text.hpp"

@@ -8,9 +8,8 @@
 #include <cmath>
 #include <functional>
 
-#include "acquisition/exchange/civil_time.hpp"
 #include "acquisition/exchange/column_names.hpp"
-#include "acquisition/exchange/counted_time.hpp"
+#include "acquisition/exchange/foreign_time.hpp"
 #include "acquisition/exchange/grouping.hpp"
 #include "acquisition/exchange/row_order.hpp"
 #include "acquisition/record/csv.hpp"

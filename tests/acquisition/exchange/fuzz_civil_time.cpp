@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "acquisition/exchange/civil_time.hpp"
+#include "acquisition/exchange/foreign_time.hpp"
 #include "acquisition/record/row.hpp"
 #include "tests/acquisition/exchange/fuzz.hpp"
 #include "tests/support/fuzz_target.hpp"

@@ -1,15 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Times of the calendar as text: after ISO 8601, after UDUNITS, and as the world's locales, loggers and spreadsheets
-/// write them.
+/// Times in foreign files: counted from an instant, or of the calendar after ISO 8601, after UDUNITS, and as the
+/// world's locales, loggers and spreadsheets write them.
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 
-#include "acquisition/exchange/counted_time.hpp"
 #include "core/quantity.hpp"
 
 namespace gyrotherm::exchange {
+
+/// The longest time between two rows of a foreign file that a record can have: ten years.
+inline constexpr Duration kLongestForeignTime = std::chrono::hours(24 * 3652);
+
+/// A time that a file counts in units from an instant of its own. It has a wider range than a Duration. A double of
+/// nanoseconds since 1970 keeps only every 256th, and a difference of two has the errors of both: this one is exact.
+struct CountedTime {
+  std::int64_t seconds{};
+  Duration part{};  ///< fraction of the next second
+  bool operator==(const CountedTime&) const = default;
+};
+
+/// Returns a number of units as a time. A time outside the range becomes its limit, which no record can have.
+[[nodiscard]] CountedTime counted_time(std::int64_t number, Duration unit);
+[[nodiscard]] CountedTime counted_time(double number, Duration unit);
+
+/// Parses a number with a decimal point, to the nearest nanosecond. Accepts the texts that record::number_in() does and
+/// returns nothing for any other.
+[[nodiscard]] std::optional<CountedTime> parse_counted_time(std::string_view text, Duration unit);
+
+/// Returns the time from the first to the second. Returns nothing if its magnitude exceeds kLongestForeignTime.
+[[nodiscard]] std::optional<Duration> between(const CountedTime& first, const CountedTime& second);
+
+/// Returns the UTC of a time since 1970, or nothing if no record can have it.
+[[nodiscard]] std::optional<Duration> utc_of(const CountedTime& since_1970);
+
+[[nodiscard]] CountedTime operator+(const CountedTime& a, const CountedTime& b);
 
 /// A time of the calendar, as a clock of a zone shows it.
 struct CivilTime {

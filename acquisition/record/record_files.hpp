@@ -21,10 +21,12 @@ namespace gyrotherm::record {
 /// States how a part continues the part before it. The part has all rows from slot `from` on, even if the part before
 /// has some of them.
 struct Continuation {
-  int part{};          ///< its own number; the record's own file is 1
-  std::string before;  ///< name of the file that failed, in the same folder
-  std::int64_t from{};
-  std::string cause;  ///< how that failed
+  /// Its own number. The record's own file is part 1.
+  int part{};
+  /// The name of the file that failed. It is in the same folder.
+  std::string before;
+  std::int64_t from{};  ///< a slot
+  std::string cause;    ///< how the file before failed
 };
 
 /// Returns whether the path exists. A path that cannot be examined counts as missing.
@@ -77,11 +79,14 @@ struct Part {
 
 /// The files that a record consists of.
 struct RecordFiles {
-  std::string path;           ///< the record itself
-  std::string run_id;         ///< the same in every part
-  std::vector<Part> parts;    ///< at least one, in the order of the run; the record's own file continues nothing
-  std::optional<Fault> lost;  ///< why the first missing or unreadable part is not in `parts`
-  std::string follows_lost;   ///< the part that continues the lost one
+  std::string path;    ///< the record itself
+  std::string run_id;  ///< the same in every part
+  /// At least one part, in the order of the run. The record's own file continues nothing.
+  std::vector<Part> parts;
+  /// Says why `parts` lacks the first missing or unreadable part.
+  std::optional<Fault> lost;
+  /// Names the part that continues the lost one.
+  std::string follows_lost;
 };
 /// Examines every file beside the record that has the name of a part, even if numbers are missing. A file of another
 /// run is not a part, nor is a file without rows. A live copy is a record of one file. Fails with bad_file if there is

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Where the rows of a run are read from: its live copy while a program writes the record, else the closed record's own
-/// files. A record that is being written is never opened, and nothing beside a record is made, changed or removed.
+/// Reads the rows of a run: from its live copy while a program writes the record, else from the closed record's own
+/// files. Never opens a record that is being written, and makes, changes or removes nothing beside a record.
 #pragma once
 
 #include <cstdint>
@@ -17,32 +17,33 @@ namespace gyrotherm::record {
 
 inline constexpr std::int64_t kNoEnd = std::numeric_limits<std::int64_t>::max();
 
-/// Opens one file to read it. What is in it is looked at once (check_schema) and not again until the file changes.
-/// Fails with storage if it is a record being written, with bad_file if it is none. Any thread.
+/// Opens one file for reading. Checks its content (check_schema) at the first time and again after the file has
+/// changed. Fails with storage if it is a record being written, with bad_file if it is not a record. Any thread.
 [[nodiscard]] Result<Database> open_source(const Part& part);
 
-/// The files that a run is read from now: of one that is `running` the live copy, of another the record, which has more
-/// than the copy that a dead program left. Where the one is not there it is the other; of a copy no run_id is known.
-/// Fails with storage while a record is being written that has no live copy, with bad_file if there is no record.
+/// Finds the files to read a run from: the live copy if the run is `running`, else the record, which has more rows than
+/// the copy that a dead program left. Returns the other one if the preferred one is missing. The run_id of a copy is
+/// empty. Fails with storage while a record without a live copy is being written, with bad_file if there is no record.
 [[nodiscard]] Result<RecordFiles> find_source_files(const std::string& record_path, bool running);
 
-/// Whether the run has a sample: before its first one a real run does not know when it started.
+/// Returns true if the run has a sample. Before its first sample a real run does not know when it started.
 [[nodiscard]] Result<bool> has_begun(const RecordFiles& files);
 
-/// What the run knew before its first sample, and when it started.
+/// Reads the description of the run that exists before its first sample, and the time of its start.
 [[nodiscard]] Result<RunInfo> read_source_info(const RecordFiles& files);
 
-/// Calls `use` with the rows of `SELECT what FROM table WHERE slot BETWEEN first AND last ORDER BY order`, over all
-/// files in turn, at most `most` of them; of each file from the slot before its own first on, to which the events
-/// belong that came before its first row; `key` names the column that has the slot. It stops where `use` returns false.
+/// Selects rows: `SELECT what FROM table WHERE key BETWEEN first AND last ORDER BY order LIMIT most`.
 struct RowQuery {
   std::string what;
   std::string table = "sample";
-  std::string key = "slot";
+  std::string key = "slot";  ///< the column with the slot
   std::string order = "slot";
   std::int64_t first{}, last{kNoEnd};
   std::int64_t most{kNoEnd};
 };
+
+/// Calls `use` with the selected rows of all files in turn, until `use` returns false. Reads each file from the slot
+/// before its own first one, to which events before its first row belong.
 [[nodiscard]] Result<void> each_row(const RecordFiles& files, const RowQuery& query,
                                     const std::function<bool(const Statement&)>& use);
 

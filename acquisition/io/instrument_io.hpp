@@ -13,8 +13,8 @@
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
-#include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/instruments.hpp"
+#include "drivers/line/pauses.hpp"
 
 namespace gyrotherm::io {
 

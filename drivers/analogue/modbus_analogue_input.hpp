@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "drivers/analogue/analogue_map.hpp"
-#include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/instruments.hpp"
+#include "drivers/line/pauses.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm::drivers {

@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/chamber/register_item.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/chamber/status_turns.hpp"
 #include "drivers/instruments.hpp"
+#include "drivers/line/pauses.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm::drivers {

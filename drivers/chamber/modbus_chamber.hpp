@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/instruments.hpp"
+#include "drivers/line/pauses.hpp"
 #include "drivers/wires.hpp"
 
 namespace gyrotherm::drivers {

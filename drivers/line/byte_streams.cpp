@@ -21,7 +21,7 @@
 
 #include "core/deadline.hpp"
 #include "core/file.hpp"
-#include "drivers/line/backoff.hpp"
+#include "drivers/line/pauses.hpp"
 
 namespace gyrotherm::drivers {
 

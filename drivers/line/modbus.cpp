@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/deadline.hpp"
-#include "drivers/line/backoff.hpp"
+#include "drivers/line/pauses.hpp"
 #include "drivers/line/echo_stream.hpp"
 #include "drivers/line/modbus_lines.hpp"
 

@@ -20,7 +20,7 @@
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/text.hpp"
-#include "drivers/line/backoff.hpp"
+#include "drivers/line/pauses.hpp"
 
 namespace gyrotherm::drivers {
 namespace {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "drivers/checksum.hpp"
-#include "drivers/line/backoff.hpp"
+#include "drivers/line/pauses.hpp"
 #include "drivers/line/text_exchange.hpp"
 #include "drivers/thermometer/placed_readings.hpp"
 

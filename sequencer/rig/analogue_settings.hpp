@@ -11,8 +11,8 @@
 #include "core/result.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/analogue/analogue_map.hpp"
-#include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/instruments.hpp"
+#include "drivers/line/pauses.hpp"
 #include "drivers/wires.hpp"
 #include "sequencer/rig/gyro_settings.hpp"
 

@@ -16,7 +16,7 @@
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
-#include "drivers/chamber/chamber_lock.hpp"
+#include "drivers/line/pauses.hpp"
 #include "drivers/wires.hpp"
 #include "sequencer/rig/rig_file.hpp"
 #include "simulator/virtual_instruments.hpp"

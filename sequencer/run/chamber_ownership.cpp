@@ -6,6 +6,7 @@
 
 #include "core/deadline.hpp"
 #include "drivers/line/line_address.hpp"
+#include "drivers/line/pauses.hpp"
 #include "sequencer/watchdog/safe_attempt.hpp"
 
 namespace gyrotherm::run {

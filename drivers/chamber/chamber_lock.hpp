@@ -4,7 +4,7 @@
 ///
 /// The first is a name in the abstract space of unix sockets. Every program on the machine's network sees it, whatever
 /// user, folder or mount namespace it has, it cannot be removed, and the kernel reports its holder. Any process can
-/// bind it, so it counts only if its holder's user may drive chambers (chamber_users.hpp). A program that finds it with
+/// bind it, so it counts only if its holder's user may drive chambers (may_hold_chambers). A program that finds it with
 /// a stranger takes a drawn spare name, "NAME#…"; every program looks at the spares, too. The second is a lock file in
 /// a folder of the user's own, for programs of one user in two network namespaces; it also names the record. What
 /// neither excludes (other machines) the run finds by the chamber's foreign set point.
@@ -21,6 +21,17 @@
 #include "drivers/line/line_address.hpp"
 
 namespace gyrotherm::drivers {
+
+/// The groups whose members may drive chambers: the package's own, and the one that serial ports belong to.
+inline constexpr const char* kChamberGroups[] = {"gyrotherm", "dialout"};
+
+/// Returns true for this user, root, and members of one of kChamberGroups by /etc/passwd and /etc/group; directory
+/// services are not asked. A user that is not known (below 0) counts as one who may.
+[[nodiscard]] bool may_hold_chambers(std::int64_t uid);
+
+/// Returns the user who made the unix socket of that inode in this network namespace, by sock_diag(7); nothing if the
+/// kernel does not report it (before Linux 5.3).
+[[nodiscard]] std::optional<std::int64_t> user_of_socket(std::uint32_t inode);
 
 /// The name of that place, as long as the descriptor is open. Fails with errno, EADDRINUSE if another process has it.
 [[nodiscard]] tl::expected<Descriptor, int> take_name(const std::string& place);

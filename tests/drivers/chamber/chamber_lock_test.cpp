@@ -19,7 +19,6 @@
 #include <functional>
 
 #include "core/process.hpp"
-#include "drivers/chamber/chamber_users.hpp"
 
 namespace gyrotherm::drivers {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Byte streams over TCP and over a serial port.
+/// Byte streams over TCP and over a serial port, also one whose adapter echoes.
 #pragma once
 
 #include <netinet/in.h>
@@ -61,5 +61,13 @@ struct SerialPortFound {
 /// What came before the opening is thrown away. After a second failure in a row the line rests 0.5 s, then longer, up
 /// to 10 s; until then every use fails at once. A pseudo-terminal has no settings to make.
 [[nodiscard]] std::unique_ptr<ByteStream> make_serial_stream(std::string device, const SerialFormat& format);
+
+/// Returns `line` with an adapter that sends back what it is sent, as two-wire RS-485 adapters do whose receiver stays
+/// on. Each write reads its echo and compares it with what was sent, so that reads return the bytes of others. Up to
+/// eight stray bytes before the echo are ignored: nothing that precedes it can be an answer. A write fails as that of
+/// `line`, with timeout if nothing comes back in 250 ms, or with corrupted if something else does; an answer may still
+/// come then. `clock` must be that of `line` and outlive the stream; without one the steady clock counts.
+[[nodiscard]] std::unique_ptr<ByteStream> make_echo_stream(std::unique_ptr<ByteStream> line,
+                                                           const Clock* clock = nullptr);
 
 }  // namespace gyrotherm::drivers

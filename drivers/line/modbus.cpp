@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "core/deadline.hpp"
-#include "drivers/line/pauses.hpp"
-#include "drivers/line/echo_stream.hpp"
+#include "drivers/line/byte_streams.hpp"
 #include "drivers/line/modbus_lines.hpp"
+#include "drivers/line/pauses.hpp"
 
 namespace gyrotherm::drivers {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "acquisition/record/run_info.hpp"
 #include "core/toml_reader.hpp"
-#include "drivers/line/echo_stream.hpp"
+#include "drivers/line/byte_streams.hpp"
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
 

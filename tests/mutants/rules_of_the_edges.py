@@ -289,7 +289,7 @@ MUTANTS = [
     ("the echo of a write is its answer", "drivers/line/modbus_lines.cpp",
      "if (answer && !has_no_echo_)", "if (answer && false)",
      "drivers_test", "ModbusRtuEcho.OfAWriteIsNeverTakenForTheAnswerOfASilentUnit"),
-    ("an echo that is expected is not compared", "drivers/line/echo_stream.cpp",
+    ("an echo that is expected is not compared", "drivers/line/byte_streams.cpp",
      "if (!echo.empty()) {", "if (came.size() >= bytes.size()) {",
      "drivers_test", "ModbusRtuEcho.ThatIsExpectedAndFalseOrMissingIsAFault"),
     ("a reply must be the first byte that comes", "drivers/line/modbus_frame.cpp",

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "drivers/line/echo_stream.hpp"
+#include "drivers/line/byte_streams.hpp"
 #include "drivers/line/modbus_frame.hpp"
 #include "drivers/line/modbus_lines.hpp"
 #include "tests/support/simulated_line.hpp"

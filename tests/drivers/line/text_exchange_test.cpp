@@ -9,7 +9,7 @@
 #include <optional>
 #include <random>
 
-#include "drivers/line/echo_stream.hpp"
+#include "drivers/line/byte_streams.hpp"
 #include "tests/support/fakes.hpp"
 
 namespace gyrotherm::drivers {

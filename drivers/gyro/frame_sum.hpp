@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Frames added up to one interval, each axis for itself: increments summed (never thinned out), the mean of rates, the
-/// wrapped difference of counts and angles; with what the interval lacks.
+/// wrapped difference of counts and angles; with what the interval lacks. And the means of their housekeeping.
 #pragma once
 
 #include <cstddef>
@@ -118,6 +118,28 @@ class FrameSum {
   bool timed_{};                                   ///< it came since the newest round
   std::optional<std::uint32_t> round_sequence_{};  ///< of the newest round
   std::optional<std::uint64_t> round_timestamp_{};
+};
+
+/// Averages the housekeeping of the frames of one read. Each value is averaged over the frames that carry it.
+class FrameMeans {
+ public:
+  explicit FrameMeans(const FrameFormat& format) : sums_(format.values().size()) {}
+  /// Adds a frame. A frame that the gyro marks as bad is not averaged; it counts as flagged if its status is.
+  void add(const GyroFrame& frame);
+  /// Returns, in the order of housekeeping_of(): the means, NaN if no frame had the value; the number of averaged
+  /// frames; the number of flagged frames. Empty if the format has no housekeeping.
+  [[nodiscard]] std::vector<double> values() const;
+  /// Forgets all frames.
+  void begin();
+
+ private:
+  struct Sum {
+    double sum{};
+    std::uint64_t frames{};
+  };
+  std::vector<Sum> sums_;
+  std::uint64_t frames_{};
+  std::uint64_t flagged_{};
 };
 
 }  // namespace gyrotherm::drivers

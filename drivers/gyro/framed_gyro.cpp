@@ -18,7 +18,6 @@
 #include "core/deadline.hpp"
 #include "core/process.hpp"
 #include "core/toml_reader.hpp"
-#include "drivers/gyro/frame_means.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/host_time.hpp"
 

@@ -3,7 +3,6 @@
 #include <cstdlib>
 #include <string>
 
-#include "drivers/gyro/frame_means.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "tests/support/frame_streams.hpp"

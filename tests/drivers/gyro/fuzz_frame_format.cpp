@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "drivers/gyro/frame_means.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "tests/support/frame_streams.hpp"

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/toml_reader.hpp"
-#include "drivers/gyro/frame_roles.hpp"
 
 namespace gyrotherm::drivers {
 namespace {

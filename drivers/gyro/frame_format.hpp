@@ -166,6 +166,17 @@ struct GyroFrame {
 [[nodiscard]] FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::string>& axes = {},
                                             std::optional<double> rate_hz = {});
 
+/// The keywords of a file for the roles.
+inline constexpr auto kFieldRoles = words_in_order<FieldRole::pulse_count, FieldRole::value>(
+    "pulse_count", "increment", "rate", "integrated_angle", "sequence", "timestamp", "status", "temperature", "value");
+
+/// Gives the fields of `format`, which have all been read, their axes and slots. `wanted`: the axes, as for
+/// read_frame_format. Mistakes are noted in `table`, or in the field's own of `fields`: an axis that does not exist or
+/// is wanted twice; two fields of one frame that fill the same column of the record; fields of one axis, or of one
+/// name, that differ in meaning; a name of housekeeping that is not valid.
+void settle_roles(const TomlTable& table, const std::vector<TomlTable>& fields, const std::vector<std::string>& wanted,
+                  FrameFormat& format);
+
 /// Takes bytes as they come, gives whole good frames; resynchronises from the byte after a false sync, in lines of text
 /// at the next line. The first line is not believed, as its beginning may be missing, unless it begins as `starts_with`
 /// says and has a check.

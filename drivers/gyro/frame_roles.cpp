@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/gyro/frame_roles.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
 #include <numeric>
 #include <tuple>
+
+#include "drivers/gyro/frame_format.hpp"
 
 namespace gyrotherm::drivers {
 namespace {

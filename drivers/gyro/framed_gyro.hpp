@@ -13,7 +13,6 @@
 #include "core/result.hpp"
 #include "drivers/gyro/frame_format.hpp"
 #include "drivers/gyro/start_command.hpp"
-#include "drivers/gyro/stream_settings.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/line/line_address.hpp"
 #include "drivers/wires.hpp"

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "drivers/gyro/stream_settings.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/frame_streams.hpp"
 

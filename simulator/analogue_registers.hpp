@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "drivers/analogue/analogue_map.hpp"
+#include "drivers/analogue/modbus_analogue_input.hpp"
 #include "simulator/served_registers.hpp"
 #include "simulator/virtual_laboratory.hpp"
 

@@ -10,7 +10,7 @@
 
 #include "core/result.hpp"
 #include "core/toml_reader.hpp"
-#include "drivers/analogue/analogue_map.hpp"
+#include "drivers/analogue/modbus_analogue_input.hpp"
 #include "drivers/instruments.hpp"
 #include "drivers/line/pauses.hpp"
 #include "drivers/wires.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Work in a process of its own, so that whatever hangs or crashes in it does so there alone: a line, a library, a
-/// disk.
+/// Child processes: work of this program, which then hangs or crashes alone, and other programs, which are started and
+/// waited for. Any thread.
 #pragma once
 
 #include <sys/types.h>
@@ -10,9 +10,11 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/file.hpp"
 #include "core/quantity.hpp"
+#include "core/result.hpp"
 
 namespace gyrotherm {
 
@@ -65,5 +67,27 @@ class ChildProcess {
 
 /// Lets this process use so many more seconds of processor time, from now on; then SIGXCPU ends it.
 void allow_processor_time(std::chrono::seconds more);
+
+/// Surroundings of a program that is started. An empty member leaves those of this process.
+struct Surroundings {
+  std::string folder{};  ///< working directory
+  std::string output{};  ///< file for stdout, made anew
+  /// File to which stderr is appended, and stdout too if there is no `output`.
+  std::string log{};
+};
+
+/// Starts a program without a shell. A name without a slash is looked up in the path. The program has an empty standard
+/// input and no blocked signal. Fails with refused.
+[[nodiscard]] Result<pid_t> start(const std::vector<std::string>& command, const Surroundings& in = {});
+
+/// Waits for the end of a child. Returns its exit code, or 128 plus the number of the signal that ended it.
+[[nodiscard]] int wait_for(pid_t child);
+
+/// Starts a program and waits for its end. Returns as wait_for() does. Fails with refused.
+[[nodiscard]] Result<int> run_to_its_end(const std::vector<std::string>& command, const Surroundings& in = {});
+
+/// Returns what a program prints on its stdout. Fails with refused if its exit code is not 0, and reports its stderr,
+/// or its stdout if that was empty; with timeout if it does not end `within`: it is killed then.
+[[nodiscard]] Result<std::string> printed_by(const std::vector<std::string>& command, Duration within);
 
 }  // namespace gyrotherm

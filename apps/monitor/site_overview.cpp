@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 
+#include "core/child_process.hpp"
 #include "core/clock.hpp"
-#include "core/command.hpp"
 #include "core/json.hpp"
 #include "core/process.hpp"
 

@@ -18,7 +18,7 @@
 #include <string_view>
 
 #include "acquisition/record/chain.hpp"
-#include "core/command.hpp"
+#include "core/child_process.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"

@@ -13,7 +13,7 @@
 #include "apps/console/interrupt.hpp"
 #include "apps/console/value.hpp"
 #include "apps/thermal/thermal_views.hpp"
-#include "core/command.hpp"
+#include "core/child_process.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "core/process.hpp"

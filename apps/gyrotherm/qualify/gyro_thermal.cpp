@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "apps/console/interrupt.hpp"
-#include "core/command.hpp"
+#include "core/child_process.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/sha256.hpp"

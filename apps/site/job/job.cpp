@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "core/command.hpp"
+#include "core/child_process.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "core/process.hpp"

@@ -14,7 +14,7 @@
 #include <sstream>
 #include <thread>
 
-#include "core/command.hpp"
+#include "core/child_process.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"

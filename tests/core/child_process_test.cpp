@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/command.hpp"
+#include "core/child_process.hpp"
 
 #include <gtest/gtest.h>
 

@@ -187,9 +187,8 @@ struct Said {
 /// False at the end of the line.
 bool take_piece(int number, std::string& text) {
   std::array<char, 4096> piece;
-  const auto got = ::read(number, piece.data(), piece.size());
-  if (got < 0) return errno == EINTR;
-  text.append(piece.data(), static_cast<std::size_t>(got));
+  const auto got = read_some(number, piece.data(), piece.size());
+  if (got > 0) text.append(piece.data(), static_cast<std::size_t>(got));
   return got > 0;
 }
 

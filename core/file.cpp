@@ -47,6 +47,22 @@ bool read_up_to(int file, std::string& into, std::size_t size) {
 
 }  // namespace
 
+ssize_t read_some(int descriptor, void* to, std::size_t most) {
+  while (true) {
+    const auto count = ::read(descriptor, to, most);
+    if (count >= 0 || errno != EINTR) return count;
+  }
+}
+
+bool write_all(int descriptor, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const auto written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno != EINTR) return false;
+    if (written > 0) bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
 Result<RegularFile> open_regular_file(const std::string& path, Links links) {
   const bool follows = links == Links::followed;
   struct stat facts {};
@@ -131,16 +147,6 @@ Descriptor make_new(const Place& place, std::string& name, mode_t mode) {
     if (file.is_open() || errno != EEXIST) return file;
   }
   return {};
-}
-
-/// Writes all; false with errno set.
-bool write_all(int file, std::string_view text) {
-  while (!text.empty()) {
-    const auto written = ::write(file, text.data(), text.size());
-    if (written < 0 && errno != EINTR) return false;
-    if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
 }
 
 void sync_folder(const Place& place) {

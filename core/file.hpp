@@ -47,6 +47,12 @@ class Descriptor {
   int number_ = kNoDescriptor;
 };
 
+/// Reads as read(2) does, and reads again after a signal. Returns the number of bytes, 0 at the end, or -1 with errno.
+[[nodiscard]] ssize_t read_some(int descriptor, void* to, std::size_t most);
+
+/// Writes all bytes to a descriptor that blocks, and goes on after a signal. Returns false with errno if it cannot.
+[[nodiscard]] bool write_all(int descriptor, std::string_view bytes);
+
 /// The most bytes that are read: kLargestText of what people write and of what stands beside a record, kLargestTable
 /// of a table, a model or a report.
 inline constexpr std::size_t kLargestText = 4'000'000, kLargestTable = 256'000'000;

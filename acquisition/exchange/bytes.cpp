@@ -44,9 +44,7 @@ struct Gunzip::Stream {
   Result<bool> read_more() {
     std::copy_n(state.next_in, state.avail_in, packed.data());
     state.next_in = packed.data();
-    ssize_t read = -1;
-    do read = ::read(descriptor, packed.data() + state.avail_in, packed.size() - state.avail_in);
-    while (read < 0 && errno == EINTR);
+    const auto read = read_some(descriptor, packed.data() + state.avail_in, packed.size() - state.avail_in);
     if (read < 0) return failure(FaultKind::bad_file, name, std::string("cannot be read: ") + std::strerror(errno));
     read_bytes += static_cast<std::uint64_t>(read);
     state.avail_in += static_cast<unsigned>(read);
@@ -168,9 +166,7 @@ Result<void> Bytes::begin_at(std::uint64_t byte) {
 
 Result<std::size_t> Bytes::read(char* to, std::size_t room) {
   if (gunzip_) return gunzip_->read(to, room);
-  ssize_t read = -1;
-  do read = ::read(file_.descriptor.number(), to, room);
-  while (read < 0 && errno == EINTR);
+  const auto read = read_some(file_.descriptor.number(), to, room);
   if (read < 0) return failure(unreadable());
   return static_cast<std::size_t>(read);
 }

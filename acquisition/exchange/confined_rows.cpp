@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <string_view>
@@ -14,6 +13,7 @@
 
 #include "core/child_process.hpp"
 #include "core/deadline.hpp"
+#include "core/file.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::exchange {
@@ -50,11 +50,7 @@ class RowWriter {
     const std::uint64_t size = content.size();
     std::string message(1, static_cast<char>(kind));
     message.append(reinterpret_cast<const char*>(&size), sizeof size).append(content);
-    for (std::string_view left = message; !left.empty();) {
-      const auto written = ::write(line_, left.data(), left.size());
-      if (written < 0 && errno != EINTR) ::_exit(1);  // the parent has gone
-      if (written > 0) left.remove_prefix(static_cast<std::size_t>(written));
-    }
+    if (!write_all(line_, message)) ::_exit(1);  // the parent has gone
   }
 
  private:
@@ -110,8 +106,7 @@ class RowReader {
     while (size > 0) {
       if (!ready(child_.output(), POLLIN, Deadline(limits_.silence)))
         return refused(fmt::format("gave no row for {:g} s", to_seconds(limits_.silence)));
-      const auto got = ::read(child_.output(), bytes, size);
-      if (got < 0 && errno == EINTR) continue;
+      const auto got = read_some(child_.output(), bytes, size);
       if (got <= 0) return refused(reason_of_end());
       bytes += got;
       size -= static_cast<std::size_t>(got);

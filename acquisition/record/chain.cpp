@@ -2,7 +2,6 @@
 #include "acquisition/record/chain.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -71,8 +70,7 @@ Result<std::string> file_digest(const std::string& path, std::uint64_t most) {
   Sha256 hash;
   std::array<char, 65536> piece;
   for (std::uint64_t left = file->size; left > 0;) {
-    const auto count = ::read(file->descriptor.number(), piece.data(), std::min<std::uint64_t>(piece.size(), left));
-    if (count < 0 && errno == EINTR) continue;
+    const auto count = read_some(file->descriptor.number(), piece.data(), std::min<std::uint64_t>(piece.size(), left));
     if (count < 0) return failure(FaultKind::bad_file, path, std::string("cannot be read: ") + std::strerror(errno));
     if (count == 0) return failure(FaultKind::bad_file, path, "cannot be read: it became shorter meanwhile");
     hash.add({piece.data(), static_cast<std::size_t>(count)});

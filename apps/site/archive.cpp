@@ -34,23 +34,12 @@ tl::unexpected<Fault> cannot(const std::string& path) {
   return failure(FaultKind::storage, path, std::strerror(errno));
 }
 
-bool write_all(int descriptor, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const auto count = ::write(descriptor, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(count));
-  }
-  return true;
-}
-
 /// Returns the digest of what was copied.
 Result<std::string> copy_bytes(const RegularFile& from, int to, const std::string& path) {
   Sha256 hash;
   std::array<char, 1 << 18> piece{};
   for (;;) {
-    const auto count = ::read(from.descriptor.number(), piece.data(), piece.size());
-    if (count < 0 && errno == EINTR) continue;
+    const auto count = read_some(from.descriptor.number(), piece.data(), piece.size());
     if (count < 0) return cannot(path);
     if (count == 0) break;
     const std::string_view bytes(piece.data(), static_cast<std::size_t>(count));

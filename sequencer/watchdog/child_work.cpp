@@ -12,22 +12,9 @@
 #include "core/text.hpp"
 
 namespace gyrotherm::watchdog {
-namespace {
-
-/// False if the reader has gone.
-bool write_all(int descriptor, std::string_view text) {
-  while (!text.empty()) {
-    const auto written = ::write(descriptor, text.data(), text.size());
-    if (written < 0 && errno != EINTR) return false;
-    if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
-}
-
-}  // namespace
 
 ChildWork::ChildWork(const std::function<void(const Tell&)>& work)
-    : child_([&](int to_parent) { work([&](const std::string& line) { write_all(to_parent, line + "\n"); }); }) {
+    : child_([&](int to_parent) { work([&](const std::string& line) { (void)write_all(to_parent, line + "\n"); }); }) {
   ended_ = !child_.has_begun();
 }
 
@@ -45,8 +32,7 @@ std::optional<std::string> ChildWork::next(Duration within) {
     if (auto line = take_line()) return line;
     if (ended_ || !ready(child_.output(), POLLIN, deadline)) return {};
     std::array<char, 4096> piece;
-    const auto size = ::read(child_.output(), piece.data(), piece.size());
-    if (size < 0 && errno == EINTR) continue;
+    const auto size = read_some(child_.output(), piece.data(), piece.size());
     if (size <= 0) ended_ = true;
     if (size > 0) heard_.append(piece.data(), static_cast<std::size_t>(size));
   }
@@ -59,8 +45,8 @@ Voice::Voice() {
     pipe.to.close();
     leave_parents_input();
     std::array<char, 4096> piece;
-    for (ssize_t size; (size = ::read(pipe.from.number(), piece.data(), piece.size())) > 0 || errno == EINTR;)
-      if (size > 0) write_all(STDERR_FILENO, {piece.data(), static_cast<std::size_t>(size)});
+    for (ssize_t size; (size = read_some(pipe.from.number(), piece.data(), piece.size())) > 0;)
+      (void)write_all(STDERR_FILENO, {piece.data(), static_cast<std::size_t>(size)});
     ::_exit(0);
   }
   mouth_ = std::move(pipe.to);

@@ -93,15 +93,7 @@ namespace {
 constexpr auto kSlice = std::chrono::milliseconds(1000);
 
 /// Whether something can be read within a slice; a signal does not count.
-bool readable(int descriptor) {
-  pollfd line{descriptor, POLLIN, 0};
-  const auto end = std::chrono::steady_clock::now() + kSlice;
-  while (true) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
-    const int found = ::poll(&line, 1, left.count() < 0 ? 0 : static_cast<int>(left.count()));
-    if (found >= 0 || errno != EINTR) return found > 0;
-  }
-}
+bool readable(int descriptor) { return ready(descriptor, POLLIN, Deadline(kSlice)); }
 
 /// One byte; a fault if none comes before the deadline.
 Result<char> take_byte(int descriptor, const Deadline& deadline) {

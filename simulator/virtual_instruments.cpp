@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/tcp_listener.hpp"
 #include "simulator/chamber_registers.hpp"
 #include "simulator/servers/modbus_server.hpp"
 #include "simulator/servers/reply_server.hpp"

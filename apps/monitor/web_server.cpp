@@ -2,8 +2,6 @@
 #include "apps/monitor/web_server.hpp"
 
 #include <fmt/format.h>
-#include <netdb.h>
-#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 
@@ -23,6 +21,7 @@
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/process.hpp"
+#include "core/tcp_listener.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::monitor {
@@ -32,35 +31,9 @@ using std::chrono_literals::operator""s;
 using std::chrono_literals::operator""ms;
 
 constexpr std::size_t kThreads = 32;
-constexpr std::size_t kMostWaiting = 32;  ///< connections without a thread
-constexpr auto kHeadWithin = 1s;          ///< a head, from its first byte, and its body
+constexpr int kMostWaiting = 32;  ///< connections without a thread
+constexpr auto kHeadWithin = 1s;  ///< a head, from its first byte, and its body
 constexpr auto kWriteWithin = 5s;
-
-/// Returns a socket that listens; a closed one if the address is not available.
-Descriptor listen_at(const std::string& address, int port) {
-  addrinfo wanted{};
-  wanted.ai_socktype = SOCK_STREAM;
-  wanted.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
-  addrinfo* found = nullptr;
-  if (::getaddrinfo(address.c_str(), std::to_string(port).c_str(), &wanted, &found) != 0) return {};
-  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> all(found, ::freeaddrinfo);
-  for (const auto* one = found; one != nullptr; one = one->ai_next) {
-    Descriptor socket(::socket(one->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-    const int on = 1;
-    ::setsockopt(socket.number(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    if (::bind(socket.number(), one->ai_addr, one->ai_addrlen) == 0 && ::listen(socket.number(), kMostWaiting) == 0)
-      return socket;
-  }
-  return {};
-}
-
-int port_of(const Descriptor& listener) {
-  sockaddr_storage address{};
-  socklen_t size = sizeof address;
-  ::getsockname(listener.number(), reinterpret_cast<sockaddr*>(&address), &size);
-  return ntohs(address.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(address).sin6_port
-                                             : reinterpret_cast<const sockaddr_in&>(address).sin_port);
-}
 
 }  // namespace
 
@@ -77,10 +50,10 @@ class WebServer::Lines {
       });
     while (!stopping) {
       if (!ready(listener.number(), POLLIN, Deadline(1s)) || stopping) continue;
-      Descriptor socket(::accept4(listener.number(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+      auto socket = accept_connection(listener);
       if (!socket.is_open() && !would_block()) std::this_thread::sleep_for(10ms);  // no descriptor is free
       const std::lock_guard lock(mutex_);
-      if (!socket.is_open() || waiting_.size() >= kMostWaiting) continue;
+      if (!socket.is_open() || waiting_.size() >= std::size_t{kMostWaiting}) continue;
       waiting_.push_back(std::move(socket));
       change_.notify_one();
     }
@@ -236,10 +209,11 @@ WebServer::~WebServer() = default;
 
 Result<int> WebServer::bind() {
   auto& options = lines_->options;
-  lines_->listener = listen_at(options.address, options.port);
-  if (!lines_->listener.is_open())
+  auto listener = listen_on_tcp(options.address, static_cast<std::uint16_t>(options.port), kMostWaiting);
+  if (!listener)
     return failure(FaultKind::usage, fmt::format("{}:{}", options.address, options.port),
                    "cannot be listened at: another program may be there, or the address is none of this machine's");
+  lines_->listener = std::move(*listener);
   const int port = port_of(lines_->listener);
   std::vector<std::string> hosts;
   const bool v6 = options.address.find(':') != std::string::npos;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulator/servers/session.hpp"
 
-#include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
@@ -17,6 +16,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/tcp_listener.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::simulator {
@@ -49,11 +49,6 @@ namespace {
 
 constexpr int kBacklog = 128;
 
-tl::unexpected<Fault> cannot_listen(std::uint16_t port) {
-  return failure(FaultKind::disconnected, fmt::format("virtual instrument 127.0.0.1:{}", port),
-                 "cannot listen: " + std::generic_category().message(errno));
-}
-
 tl::unexpected<Fault> no_pty() {
   return failure(FaultKind::disconnected, "virtual instrument",
                  "no pseudo-terminal: " + std::generic_category().message(errno));
@@ -62,28 +57,13 @@ tl::unexpected<Fault> no_pty() {
 }  // namespace
 
 Result<Descriptor> listen_on_loopback(std::uint16_t port) {
-  Descriptor listener(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  if (!listener.is_open()) return cannot_listen(port);
-  const int yes = 1;
-  ::setsockopt(listener.number(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const bool bound = ::bind(listener.number(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  if (!bound || ::listen(listener.number(), kBacklog) != 0) return cannot_listen(port);
+  auto listener = listen_on_tcp("127.0.0.1", port, kBacklog);
+  if (!listener) listener.error().where = "virtual instrument " + listener.error().where;
   return listener;
 }
 
-std::uint16_t port_of(const Descriptor& listener) {
-  sockaddr_in address{};
-  socklen_t size = sizeof address;
-  ::getsockname(listener.number(), reinterpret_cast<sockaddr*>(&address), &size);
-  return ntohs(address.sin_port);
-}
-
 Descriptor accept_client(const Descriptor& listener) {
-  Descriptor client(::accept4(listener.number(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+  auto client = accept_connection(listener);
   const int yes = 1;
   if (client.is_open()) ::setsockopt(client.number(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   return client;

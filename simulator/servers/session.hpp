@@ -58,7 +58,6 @@ inline constexpr std::string_view kBlanks = " \r\n";
 
 /// Listens on 127.0.0.1; port 0 takes any free one. Fails with disconnected.
 [[nodiscard]] Result<Descriptor> listen_on_loopback(std::uint16_t port);
-[[nodiscard]] std::uint16_t port_of(const Descriptor& listener);
 /// The next client that waits, or a closed socket if none does.
 [[nodiscard]] Descriptor accept_client(const Descriptor& listener);
 /// A connection within this process: its two ends. Fails with disconnected.

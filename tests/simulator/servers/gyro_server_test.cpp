@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/deadline.hpp"
+#include "core/tcp_listener.hpp"
 #include "drivers/gyro/frame_sum.hpp"
 #include "drivers/gyro/framed_gyro.hpp"
 #include "drivers/line/line_address.hpp"

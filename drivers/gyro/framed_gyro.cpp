@@ -294,7 +294,7 @@ class FramedGyro final : public Gyro {
     while (true) {
       const auto more = take_chunk(enough ? Duration::zero() : deadline.left(), tally);
       if (!more) {
-        if (more.error().kind == FaultKind::timeout && (enough || tally.rounds > 0)) return verdict(tally, first);
+        if (more.error().kind == FaultKind::timeout && (enough || tally.rounds > 0)) return conclude(tally, first);
         const auto what = more.error().kind == FaultKind::timeout ? without_frames(frames_.seen - seen) : std::string();
         start_afresh();
         if (what.empty()) return failure(more.error());
@@ -302,9 +302,9 @@ class FramedGyro final : public Gyro {
         return failure(FaultKind::corrupted, place(), what);
       }
       enough = first ? sum_.has_origin() : covers(tally, expected);
-      if (enough && !*more) return verdict(tally, first);
+      if (enough && !*more) return conclude(tally, first);
       if (!deadline.over()) continue;
-      if (tally.rounds > 0) return verdict(tally, first);
+      if (tally.rounds > 0) return conclude(tally, first);
       const auto what = without_frames(frames_.seen - seen);
       start_afresh();
       open_ = false;
@@ -360,41 +360,82 @@ class FramedGyro final : public Gyro {
     return arrivals_.passed(came_) >= expected / 2;
   }
 
-  /// `first`: these frames are those from which it counts, and what came with them.
-  [[nodiscard]] Result<MaybeCount> verdict(FrameTally& tally, bool first) {
-    const auto passed = came_ - std::exchange(told_, came_);
-    const auto other_rate = steady_other_rate();
-    if (!other_rate.empty() || takes_origin_) tally.lost = 0;  // losses before the origin do not count
-    const bool time_jumped = !first && tally.longest > passed + kMostAhead;
-    if (time_jumped && !format_.find(FieldRole::sequence)) tally.lost = 0;  // for as many as that nobody can tell
-    const bool breaks = tally.lost > 0 || tally.disordered || time_jumped;
-    if (breaks || tally.bad > 0) sum_.drop_round();
-    if (tally.disordered || time_jumped) {
-      ++breaks_;
-      open_ = open_ && commands_.start.empty();
-    }
-    if (first || breaks || tally.bad > 0) arrivals_.count_from(came_);
-    if (first || breaks)
+  /// Findings about the frames of one read.
+  struct Findings {
+    std::string other_rate{};  ///< see steady_other_rate()
+    bool time_jumped{};        ///< the device's time, beyond the host's
+    bool is_disordered{};      ///< see FrameTally
+    std::uint64_t lost{};      ///< frames known to be missing
+    std::uint64_t bad{};       ///< frames marked so by the gyro
+    /// The gyro may have restarted or been exchanged.
+    [[nodiscard]] bool may_have_restarted() const { return is_disordered || time_jumped; }
+    /// No interval leads from the last read to this one.
+    [[nodiscard]] bool has_gap() const { return lost > 0 || may_have_restarted(); }
+  };
+
+  /// Ends a read: judges its frames, sets the state from which the next read counts, and returns the count or the
+  /// fault. `first`: these frames have the origin. Sets `tally.lost` to the frames known to be missing.
+  [[nodiscard]] Result<MaybeCount> conclude(FrameTally& tally, bool first) {
+    const auto found = judge(tally, first);
+    tally.lost = found.lost;
+    prepare_next_read(found, tally, first);
+    if (auto fault = fault_of(found)) return failure(std::move(*fault));
+    return count_frames(tally, first);
+  }
+
+  [[nodiscard]] Findings judge(const FrameTally& tally, bool first) const {
+    Findings found{.other_rate = steady_other_rate(),
+                   .time_jumped = !first && tally.longest > came_ - came_before_ + kMostAhead,
+                   .is_disordered = tally.disordered,
+                   .lost = tally.lost,
+                   .bad = tally.bad};
+    // Not losses: steps of another rate, gaps before the origin, and a jump of the only clock that shows gaps.
+    const bool jump_hides_losses = found.time_jumped && !format_.find(FieldRole::sequence);
+    if (!found.other_rate.empty() || takes_origin_ || jump_hides_losses) found.lost = 0;
+    return found;
+  }
+
+  /// Sets the state from which the next read counts.
+  void prepare_next_read(const Findings& found, const FrameTally& tally, bool first) {
+    came_before_ = came_;
+    const bool is_doubtful = found.has_gap() || found.bad > 0;
+    if (is_doubtful) sum_.drop_round();
+    if (first || is_doubtful) arrivals_.count_from(came_);
+    if (first || found.has_gap())
       pace_.count_from(came_);
     else
       pace_.add(tally.interval, came_);
+    if (!found.may_have_restarted()) return;
+    ++breaks_;
+    open_ = open_ && commands_.start.empty();
+  }
+
+  /// Returns the gravest fault of the frames of a read; nothing if they can be counted.
+  [[nodiscard]] std::optional<Fault> fault_of(const Findings& found) const {
+    const auto fault = [this](FaultKind kind, std::string what) { return Fault{kind, place(), std::move(what)}; };
     if (!differing_settings_.empty())
-      return failure(FaultKind::mismatch, place(), fmt::format("{}", fmt::join(differing_settings_, "; ")));
-    if (!other_rate.empty()) return failure(FaultKind::mismatch, place(), other_rate);
-    if (tally.disordered)
-      return failure(FaultKind::corrupted, place(),
-                     "a frame came twice, or its count of frames began anew: how many are missing is not known");
-    if (time_jumped) return failure(FaultKind::corrupted, place(), "its time jumped: it was set, or began anew");
-    if (tally.lost > 0)
-      return failure(FaultKind::corrupted, place(),
-                     fmt::format("{} frames lost{}", tally.lost,
-                                 sum_.steps().is_always_other() ? ", or it is set to another rate" : ""));
-    if (tally.bad > 0)
-      return failure(FaultKind::out_of_range, place(), fmt::format("{} frames are marked bad by the gyro", tally.bad));
-    if (const auto why = other_time(); !why.empty()) return failure(FaultKind::mismatch, place(), why);
+      return fault(FaultKind::mismatch, fmt::format("{}", fmt::join(differing_settings_, "; ")));
+    if (!found.other_rate.empty()) return fault(FaultKind::mismatch, found.other_rate);
+    if (found.is_disordered)
+      return fault(FaultKind::corrupted,
+                   "a frame came twice, or its count of frames began anew: how many are missing is not known");
+    if (found.time_jumped) return fault(FaultKind::corrupted, "its time jumped: it was set, or began anew");
+    if (found.lost > 0)
+      return fault(FaultKind::corrupted,
+                   fmt::format("{} frames lost{}", found.lost,
+                               sum_.steps().is_always_other() ? ", or it is set to another rate" : ""));
+    if (found.bad > 0)
+      return fault(FaultKind::out_of_range, fmt::format("{} frames are marked bad by the gyro", found.bad));
+    if (auto why = other_time(); !why.empty()) return fault(FaultKind::mismatch, std::move(why));
+    return std::nullopt;
+  }
+
+  /// Returns the count of frames without a fault; nothing if they only give the origin. Without a clock of the device's
+  /// the first read has no interval: the host knows when the newest of its frames came, and not when the oldest did.
+  [[nodiscard]] Result<MaybeCount> count_frames(const FrameTally& tally, bool first) {
     if (tally.rounds == 0) return std::nullopt;
     if (sum_.has_clock()) return count_of(tally, tally.interval);
-    if (first) return std::nullopt;  // the host knows when the newest of its frames came, not when the oldest did
+    if (first) return std::nullopt;
     return by_the_host(tally);
   }
 
@@ -471,10 +512,10 @@ class FramedGyro final : public Gyro {
   FrameDecoder decoder_;
   FrameSum sum_;
   FrameMeans means_;
-  Duration came_{};        ///< when the newest round did, by the host's clock
-  Duration told_{};        ///< likewise of the last read
-  HostInterval arrivals_;  ///< of a gyro without a clock
-  FramePace pace_;         ///< of one with a clock
+  Duration came_{};         ///< the newest round, host's clock
+  Duration came_before_{};  ///< the last of the read before
+  HostInterval arrivals_;   ///< of a gyro without a clock
+  FramePace pace_;          ///< of one with a clock
   FrameCount frames_;
 };
 

@@ -224,7 +224,7 @@ MUTANTS = [
      "if (!is_answered(command)) return {};", "return {};",
      "drivers_test", "GyroStream.EachIgnoredOrRefusedStartCommandOfAShippedOneFailsItsOpening"),
     ("another frame rate is a loss", "drivers/gyro/framed_gyro.cpp",
-     "if (!other_rate.empty()) return failure(FaultKind::mismatch, place(), other_rate);", "",
+     "if (!found.other_rate.empty()) return fault(FaultKind::mismatch, found.other_rate);", "",
      "drivers_test", "OtherRate.IsReportedAsSuchAndNeverAsLostFrames"),
     ("bytes without a frame are a silence", "drivers/gyro/framed_gyro.cpp",
      "if (what.empty()) return failure(more.error());", "if (true) return failure(more.error());",

@@ -118,7 +118,7 @@ bool is_for(const MemoryBlock& block, StepKind kind) {
 
 /// What was found in the cells of one step.
 struct FoundStep {
-  std::optional<double> kind_raw, start, target, hours, minutes, seconds, total;
+  std::optional<double> start, target, hours, minutes, seconds, total;
   std::string kind;
   bool guaranteed_soak{};
 
@@ -130,7 +130,7 @@ struct FoundStep {
 
 void take(const MemoryCell& cell, const RegisterItem& form, double value, FoundStep& step) {
   switch (cell.source) {
-    case CellSource::kind: step.kind = meaning(form, value), step.kind_raw = value; return;
+    case CellSource::kind: step.kind = meaning(form, value); return;
     case CellSource::start: step.start = value; return;
     case CellSource::target: step.target = value; return;
     case CellSource::hours: step.hours = value; return;
@@ -177,25 +177,50 @@ Result<FoundStep> find_step(const ProfileMemory& memory, int index, const BlockW
   return found;
 }
 
-/// Name, count of steps (if the memory holds it) and band.
-Result<int> find_header(const ProfileMemory& memory, const BlockWords& words_of, const ContextOf& context,
-                        ChamberProgram& program) {
-  int count = memory.steps_at_most;
+/// Contents of the header's cells.
+struct FoundHeader {
+  std::string name;
+  Kelvins soak_band{};
+  int step_count{};  ///< steps_at_most if no cell has it
+};
+
+Result<FoundHeader> find_header(const ProfileMemory& memory, const BlockWords& words_of, const ContextOf& context) {
+  FoundHeader found{.name = {}, .step_count = memory.steps_at_most};
   for (const auto& block : memory.header) {
     if (block.select) continue;
     const auto taken =
         for_each_cell(block, words_of(block, -1), context, [&](const auto& cell, const auto& form, auto own) {
-          if (cell.source == CellSource::name) program.name = decode_text(form.text, own);
-          if (cell.source == CellSource::soak_band) program.soak_band = {decode_as_written(form, own)};
+          if (cell.source == CellSource::name) found.name = decode_text(form.text, own);
+          if (cell.source == CellSource::soak_band) found.soak_band = {decode_as_written(form, own)};
           if (cell.source == CellSource::step_count)
-            count = std::clamp(static_cast<int>(decode_as_written(form, own)), 0, memory.steps_at_most);
+            found.step_count = std::clamp(static_cast<int>(decode_as_written(form, own)), 0, memory.steps_at_most);
         });
     if (!taken) return failure(taken.error());
   }
-  return count;
+  return found;
 }
 
-/// A memory that holds where each step starts: a ramp ends where the next one starts.
+/// True for a cell of kind "end" in a memory that holds no set point at which a step starts.
+bool marks_end(const FoundStep& found) { return !found.start && found.kind == word(StepKind::end); }
+
+/// Makes the step that the cells describe. `before`: the set point that the steps before it lead to. The kind is that
+/// of its cell, an end being a soak; without one the set points decide. Fails with corrupted if its cell has another.
+Result<ProgramStep> made_of(const FoundStep& found, Celsius before, int index) {
+  ProgramStep step;
+  step.start = found.start ? Celsius{*found.start} : before;
+  step.target = found.target ? Celsius{*found.target} : step.start;
+  step.duration = found.duration();
+  step.guaranteed_soak = found.guaranteed_soak;
+  step.kind = step.target == step.start ? StepKind::soak : StepKind::ramp;
+  if (found.kind.empty()) return step;
+  const bool is_ramp = found.kind == word(StepKind::ramp);
+  if (!is_ramp && found.kind != word(StepKind::soak) && found.kind != word(StepKind::end))
+    return failure(FaultKind::corrupted, fmt::format("step {} of the program", index + 1), "is of kind " + found.kind);
+  step.kind = is_ramp ? StepKind::ramp : StepKind::soak;
+  return step;
+}
+
+/// Sets the end of each ramp to the start of the next step, in a memory that holds starts and no targets.
 void close_ramps(std::vector<ProgramStep>& steps) {
   for (std::size_t i = 0; i + 1 < steps.size(); ++i)
     if (steps[i].kind == StepKind::ramp) steps[i].target = steps[i + 1].start;
@@ -368,32 +393,25 @@ Result<std::vector<MemoryWrite>> encode_program(const ProfileMemory& memory, con
 
 Result<ChamberProgram> decode_program(const ProfileMemory& memory, Celsius from, const BlockWords& words_of,
                                       const ContextOf& context_of) {
-  ChamberProgram program;
-  const auto count = find_header(memory, words_of, context_of, program);
-  if (!count) return failure(count.error());
+  const auto header = find_header(memory, words_of, context_of);
+  if (!header) return failure(header.error());
+  ChamberProgram program{.name = header->name, .soak_band = header->soak_band, .steps = {}};
+  auto& steps = program.steps;
   bool has_starts = false;
-  for (int i = 0; i < *count; ++i) {
+  for (int i = 0; i < header->step_count; ++i) {
     const auto found = find_step(memory, i, words_of, context_of);
     if (!found) return failure(found.error());
-    const bool is_last = memory.end_step && *count < memory.steps_at_most && i + 1 == *count;
-    if (!found->start && found->kind == word(StepKind::end)) break;
-    ProgramStep step;
-    step.start = found->start ? Celsius{*found->start} : program.steps.empty() ? from : program.steps.back().target;
-    step.target = found->target ? Celsius{*found->target} : step.start;
-    step.duration = found->duration();
-    step.guaranteed_soak = found->guaranteed_soak;
-    step.kind = step.target == step.start ? StepKind::soak : StepKind::ramp;
-    if (found->kind_raw && !found->kind.empty()) {
-      if (found->kind != "ramp" && found->kind != "soak" && found->kind != "end")
-        return failure(FaultKind::corrupted, fmt::format("step {} of the program", i + 1), "is of kind " + found->kind);
-      step.kind = found->kind == "ramp" ? StepKind::ramp : StepKind::soak;
-    }
+    if (marks_end(*found)) break;
+    const auto step = made_of(*found, steps.empty() ? from : steps.back().target, i);
+    if (!step) return failure(step.error());
+    steps.push_back(*step);
     has_starts = has_starts || found->start.has_value();
-    if (is_last && has_starts) step.kind = StepKind::end;
-    program.steps.push_back(step);
   }
-  if (has_starts) close_ramps(program.steps);
-  if (!program.steps.empty() && program.steps.back().kind == StepKind::end) program.steps.pop_back();
+  if (!has_starts) return program;
+  close_ramps(steps);
+  // The last of the steps that the header counts only holds where the one before it ends.
+  const bool is_counted = header->step_count < memory.steps_at_most;
+  if (memory.end_step && is_counted && std::ssize(steps) == header->step_count) steps.pop_back();
   return program;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a struct says of its own form in a file: a function `describe` names the key of each member, in the order of
-/// the file, and the same function writes the struct and reads it back.
+/// Descriptions of structs that are kept in files. A function `describe` beside a struct lists its members with their
+/// keys, in the order of the file. The same function writes the struct and reads it back:
 ///
 ///     void describe(auto& form, Like<Point> auto& point) {
 ///       form("x_m", point.x_m);
@@ -8,16 +8,28 @@
 ///       form.derived("length_m", length_m(point));
 ///     }
 ///
-/// A form (JsonWriter and JsonReader of core/json.hpp) has these members:
+/// `form` is a JsonWriter or a JsonReader (core/json.hpp, json_of() and read_json()). Both have these members:
 ///
-/// - `form(key, value)`: a member. Numbers, words, lists, optional values and described structs have a form of their
-/// own;
-///   what this header declares gives a number or a word a narrower one.
-/// - `form.derived(key, value)`: what can be computed again; it is written for whoever reads the file, and not read.
-/// - `form.if_there(key, there, value)`: written if it is there, read if its key is.
-/// - `form.object(key, describe_members)`: members that stand together in the file and not in the struct;
-///   `form.object_if_there(key, there, describe_members)` likewise.
-/// - `form.expect(key, holds, what)`: a mistake at that key if it does not hold of what was read.
+/// form(key, value)
+///     Writes the value, or reads it. When reading, a missing key is a mistake.
+/// form.derived(key, value)
+///     Writes a value that can be computed from others, for readers of the file. It is not read, and may be missing.
+/// form.if_there(key, there, value)
+///     Writes the value if `there` is true. Reads it if the file has the key; otherwise the member keeps its value.
+/// form.object(key, describe_members)
+///     Puts members of the struct into an object of their own in the file: describe_members(form) describes them.
+/// form.object_if_there(key, there, describe_members)
+///     Does the same under the conditions of if_there().
+/// form.expect(key, holds, what)
+///     When reading, notes the mistake `what` at `key` if `holds` is false. It follows the members on which `holds`
+///     depends. Does nothing when writing.
+///
+/// Values are double (NaN is null), int, std::int64_t, std::uint64_t, bool, std::string, Celsius, Duration (whole
+/// nanoseconds), std::pair of doubles (an array of two), std::vector, std::optional (null if empty) and described
+/// structs. The functions below wrap a value that has another form, or a narrower range, in the file. A range is
+/// checked when the value is read, and not when it is written.
+///
+/// A mistake does not end the reading: the first one is kept with its path, and JsonPlace::verdict() returns it.
 #pragma once
 
 #include <concepts>
@@ -29,11 +41,11 @@
 
 namespace gyrotherm {
 
-/// A `Described`, to be read into, or a const one, to be written.
+/// Accepts a `Described`, which is read, and a const one, which is written.
 template <class T, class Described>
 concept Like = std::same_as<std::remove_const_t<T>, Described>;
 
-/// A number that is 0 where it is not known: null in the file.
+/// A number above 0, or 0 if it is not known, which is null in the file.
 template <class T>
 struct Known {
   T& value;
@@ -43,12 +55,12 @@ Known<T> known(T& value) {
   return {value};
 }
 
-/// A number in a range, which may exclude its lower end.
+/// A number from `low` to `high`. Another one, or null, is the mistake `expected`.
 template <class T>
 struct InRange {
   T& value;
   double low, high;
-  bool low_excluded;
+  bool low_excluded;  ///< `low` itself is a mistake
   const char* expected;
 };
 template <class T>
@@ -60,7 +72,7 @@ InRange<T> not_negative(T& value) {
   return {value, 0, 1e300, false, "expected a number not below 0"};
 }
 
-/// One of few words: the name() of an enumerator.
+/// One of the enumerators `all`, by its name(). Another text is a mistake.
 template <class T>
 struct OneOf {
   T& value;
@@ -71,7 +83,7 @@ OneOf<T> one_of(T& value, std::initializer_list<std::remove_const_t<T>> all) {
   return {value, all};
 }
 
-/// An optional time, in seconds.
+/// An optional Duration as a number of seconds; null if empty.
 template <class T>
 struct InSeconds {
   T& time;
@@ -81,10 +93,10 @@ InSeconds<T> in_seconds(T& time) {
   return {time};
 }
 
-/// Values under names that the file chooses, in its order: one object.
+/// Pairs of a name and a value as an object with the names as keys, in their order.
 template <class T>
 struct ByName {
-  T& values;  ///< a vector of pairs of name and value
+  T& values;  ///< vector of pairs
 };
 template <class T>
 ByName<T> by_name(T& values) {

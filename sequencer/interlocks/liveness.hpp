@@ -3,6 +3,7 @@
 /// that do not respond, that jump or that drift. Values; any thread.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,10 +11,32 @@
 #include "core/quantity.hpp"
 #include "core/sample.hpp"
 #include "sequencer/interlocks/limits.hpp"
-#include "sequencer/interlocks/noise.hpp"
 #include "sequencer/interlocks/recent_causes.hpp"
 
 namespace gyrotherm::interlocks {
+
+/// Learns the noise of a channel from its own readings. Computes how improbable it is that noise alone leaves readings
+/// identical.
+class Noise {
+ public:
+  /// Adds a reading. `at_rest`: the quantity is not asked to change, so that what changes is noise.
+  void add(double value, bool at_rest);
+
+  /// Returns how many readings have been identical to the one before them, up to the last one.
+  [[nodiscard]] int identical() const { return identical_; }
+  /// Returns −ln of the probability that noise alone makes so many readings identical; 0 while no noise is known.
+  [[nodiscard]] double improbability() const;
+
+ private:
+  std::optional<double> last_;
+  double last_change_{};
+  /// The smallest change seen: the resolution, or more.
+  double step_ = std::numeric_limits<double>::infinity();
+  /// The share of readings at rest that reverse the last change by two steps or more. Noise of such a size does not
+  /// vanish between two steps of the resolution, wherever the quantity is.
+  double share_{};
+  int identical_{}, identical_at_rest_{};
+};
 
 /// An instrument all of whose readings are identical to the last digit.
 struct Identity {

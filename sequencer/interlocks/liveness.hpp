@@ -11,7 +11,6 @@
 #include "core/quantity.hpp"
 #include "core/sample.hpp"
 #include "sequencer/interlocks/limits.hpp"
-#include "sequencer/interlocks/recent_causes.hpp"
 
 namespace gyrotherm::interlocks {
 

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <utility>
 
-#include "sequencer/interlocks/check_inputs.hpp"
 #include "sequencer/interlocks/measurement_checks.hpp"
 
 namespace gyrotherm::interlocks {

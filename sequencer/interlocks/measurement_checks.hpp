@@ -1,13 +1,64 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checks that a measurement behaves like one: it changes as a noisy reading does, a gyro at rest turns with the Earth,
-/// thermometers respond, and none jumps or drifts away from the others. Pure; any thread.
+/// Holds the inputs of the checks of one second. Checks that a measurement behaves like one: it changes as a noisy
+/// reading does, a gyro at rest turns with the Earth, thermometers respond, and none jumps or drifts away from the
+/// others. Pure; any thread. Used inside sequencer/interlocks only.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
-#include "sequencer/interlocks/check_inputs.hpp"
+#include "sequencer/interlocks/interlocks.hpp"
 
 namespace gyrotherm::interlocks {
+
+/// One second, with this sample already in the memory's trends; its clocks, and whether the chamber answered, are still
+/// those of the second before.
+struct CheckInputs {
+  const InterlockLimits& limits;
+  const InterlockMemory& memory;
+  const Sample& sample;
+  const InterlockInputs& around;
+  Ranks ranks;
+
+  [[nodiscard]] const ChamberState* chamber() const { return sample.chamber.value ? &*sample.chamber.value : nullptr; }
+  /// The cause was there a second ago.
+  [[nodiscard]] bool stood(InterlockId id) const { return memory.is_seen(id); }
+  [[nodiscard]] bool is_dropped(std::size_t unit) const { return unit < around.dropped.size() && around.dropped[unit]; }
+  [[nodiscard]] bool goes_on_without(std::size_t unit) const {
+    return unit < limits.units.size() && limits.units[unit].go_on_when_silent;
+  }
+  [[nodiscard]] std::string unit(std::size_t unit) const {
+    return unit < limits.units.size() ? limits.units[unit].name : std::to_string(unit + 1);
+  }
+  /// A unit that is not dropped needs the thermometer.
+  [[nodiscard]] bool is_needed(std::size_t column) const {
+    for (std::size_t i = 0; i < limits.units.size(); ++i)
+      if (!is_dropped(i) && std::ranges::count(limits.units[i].thermometers, column) > 0) return true;
+    return false;
+  }
+  [[nodiscard]] std::string channel(std::size_t column) const {
+    return column < limits.channels.size() ? "thermometer " + limits.channels[column] : "a thermometer";
+  }
+  [[nodiscard]] bool is_frozen(std::size_t column) const {
+    return interlocks::is_frozen(limits, memory.liveness, column);
+  }
+  [[nodiscard]] bool is_dead(std::size_t unit) const {
+    const auto& units = memory.liveness.units;
+    return unit < units.size() && std::ranges::any_of(units[unit], &AxisLiveness::is_dead);
+  }
+  /// Returns the name under which alarms of this thermometer are kept.
+  [[nodiscard]] std::string subject(std::size_t column) const {
+    return column < limits.channels.size() ? limits.channels[column] : std::to_string(column + 1);
+  }
+  [[nodiscard]] CheckResult of_thermometer(std::size_t column, std::string text) const {
+    return {.text = std::move(text), .column = column, .subject = subject(column)};
+  }
+};
 
 /// Finds instruments, and the chamber's air, that have been identical to the last digit for longer than their noise
 /// allows.

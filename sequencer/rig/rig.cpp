@@ -14,7 +14,6 @@
 #include "drivers/chamber/modbus_chamber.hpp"
 #include "drivers/line/modbus.hpp"
 #include "drivers/line/pauses.hpp"
-#include "sequencer/rig/attended_wires.hpp"
 #include "sequencer/rig/inquiry.hpp"
 #include "simulator/laboratory_parameters.hpp"
 #include "simulator/virtual_laboratory.hpp"

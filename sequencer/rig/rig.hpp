@@ -16,52 +16,14 @@
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "core/sample.hpp"
+#include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/line/pauses.hpp"
 #include "drivers/wires.hpp"
 #include "sequencer/rig/rig_file.hpp"
+#include "sequencer/rig/wires.hpp"
 #include "simulator/virtual_instruments.hpp"
 
 namespace gyrotherm::rig {
-
-class Wires {
- public:
-  /// A line, and the clock on which its waits pass.
-  template <class Line>
-  struct Wire {
-    std::unique_ptr<Line> line;
-    const Clock* clock = nullptr;
-  };
-
-  virtual ~Wires() = default;
-  /// Of the map's link in use.
-  [[nodiscard]] virtual std::unique_ptr<drivers::Registers> chamber(const drivers::RegisterMap& map) = 0;
-  [[nodiscard]] virtual std::unique_ptr<drivers::Pauses> pauses() = 0;
-  /// Of the thermometer numbered `index` of the rig's file, if it is spoken to in bytes.
-  [[nodiscard]] virtual Wire<drivers::ByteStream> thermometer(std::size_t index) = 0;
-  /// … or if it is a USB-TEMP.
-  [[nodiscard]] virtual Wire<drivers::HidReports> usb_temp(std::size_t index) = 0;
-  /// Of the gyro line numbered `line` of the rig's file; one frame a second comes on it.
-  [[nodiscard]] virtual Wire<drivers::ByteStream> gyro(std::size_t line) = 0;
-
-  /// Of the unit of analogue inputs numbered `index` of the rig's file, on its map's link in use; nothing where the
-  /// rig has none.
-  [[nodiscard]] virtual Wire<drivers::Registers> analogue_input(std::size_t index, const drivers::RegisterMap& map) {
-    (void)index, (void)map;
-    return {};
-  }
-
-  /// The rig's.
-  [[nodiscard]] virtual const Clock& clock() const = 0;
-  /// Lets the world behind the wires and the clock move on by whole seconds.
-  virtual void let_pass(std::int64_t seconds) = 0;
-  /// Brings that world's units under test to a state, as people would; from the next second on.
-  virtual void bring_units_to(const UnitState& state) = 0;
-  /// Of a unit's axes in that world (VirtualLaboratory::true_bias), where it may be asked; else empty.
-  [[nodiscard]] virtual std::vector<DegreesPerHour> true_bias(const std::string& unit) {
-    (void)unit;
-    return {};
-  }
-};
 
 struct ServeOptions {
   std::uint16_t first_port = 0;  ///< 0: any free ones

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sequencer/rig/attended_wires.hpp"
+#include "sequencer/rig/wires.hpp"
 
 #include <algorithm>
 #include <utility>

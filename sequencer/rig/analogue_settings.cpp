@@ -8,8 +8,7 @@
 
 #include "drivers/analogue/modbus_analogue_input.hpp"
 #include "drivers/line/line_address.hpp"
-#include "sequencer/rig/link_table.hpp"
-#include "sequencer/rig/thermometer_settings.hpp"
+#include "sequencer/rig/line_settings.hpp"
 
 namespace gyrotherm::rig {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "drivers/gyro/frame_sum.hpp"
 #include "sequencer/rig/fixture.hpp"
-#include "sequencer/rig/thermometer_settings.hpp"
+#include "sequencer/rig/line_settings.hpp"
 #include "simulator/servers/gyro_server.hpp"
 
 namespace gyrotherm::rig {

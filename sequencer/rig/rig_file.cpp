@@ -13,7 +13,7 @@
 #include "drivers/chamber/register_map.hpp"
 #include "drivers/line/line_address.hpp"
 #include "sequencer/interlocks/limits.hpp"
-#include "sequencer/rig/link_table.hpp"
+#include "sequencer/rig/line_settings.hpp"
 #include "sequencer/rig/thermometer_settings.hpp"
 #include "simulator/chamber_registers.hpp"
 

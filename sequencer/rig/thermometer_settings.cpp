@@ -13,6 +13,7 @@
 #include "drivers/line/byte_streams.hpp"
 #include "drivers/thermometer/dcon_thermometer.hpp"
 #include "drivers/thermometer/mcc_usb_temp.hpp"
+#include "sequencer/rig/line_settings.hpp"
 
 namespace gyrotherm::rig {
 namespace {
@@ -221,14 +222,6 @@ void read_channels(const TomlTable& table, std::size_t number, std::set<std::str
 }
 
 }  // namespace
-
-void check_line(const TomlTable& table, const std::string& line) {
-  if (line.empty()) return;  // it is missing, and told so
-  const auto parsed = drivers::parse_line(line);
-  if (!parsed) table.mistake("line", parsed.error().what);
-  if (parsed && line != kVirtualLine && !drivers::carries_bytes(*parsed))
-    table.mistake("line", "this instrument is not an HID device; expected a tcp:// or serial: line");
-}
 
 ThermometerSettings read_thermometer(const TomlTable& table, const std::string& folder, std::size_t number,
                                      std::set<std::string>& seen) {

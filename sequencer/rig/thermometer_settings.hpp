@@ -20,9 +20,6 @@
 
 namespace gyrotherm::rig {
 
-inline constexpr std::string_view kVirtualLine = "virtual";
-inline constexpr Duration kConnectWithin = std::chrono::seconds(2);  ///< a TCP line's far end answers in that
-
 struct ThermometerSettings {
   std::string driver;  ///< the name of its kind
   drivers::ThermometerKind kind{};
@@ -37,9 +34,6 @@ struct ThermometerSettings {
   bool echo{};                               ///< the line returns every request
   std::string place;
 };
-
-/// Notes a mistake if `line` is none, or not one of bytes where the instrument wants that.
-void check_line(const TomlTable& table, const std::string& line);
 
 /// The one numbered `number`, from 1. Keys: driver, line, channels; the calibrations by `offsets` (K, one a channel) or
 /// [[thermometer.calibration]] (channel, offset or polynomial, certificate, due), and `certificate` and `due` for all

@@ -7,6 +7,8 @@
 #include <array>
 #include <utility>
 
+#include "sequencer/rig/line_settings.hpp"
+
 namespace gyrotherm::run {
 namespace {
 

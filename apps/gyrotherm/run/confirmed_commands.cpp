@@ -18,6 +18,7 @@
 #include "core/process.hpp"
 #include "core/sha256.hpp"
 #include "core/toml_text.hpp"
+#include "sequencer/rig/line_settings.hpp"
 
 namespace gyrotherm::app {
 namespace {

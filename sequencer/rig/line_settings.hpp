@@ -1,17 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The `link` table of an instrument in a rig file: settings of its link that belong to this installation.
+/// The `line` of an instrument in a rig file, and its `link` table: the settings of the link that belong to this
+/// installation.
 #pragma once
 
-#include <optional>
+#include <chrono>
 #include <string>
+#include <string_view>
 #include <utility>
 
+#include "core/quantity.hpp"
 #include "core/toml_reader.hpp"
 #include "drivers/chamber/register_map.hpp"
+#include "drivers/line/line_address.hpp"
 #include "drivers/line/link_settings.hpp"
-#include "sequencer/rig/thermometer_settings.hpp"
 
 namespace gyrotherm::rig {
+
+inline constexpr std::string_view kVirtualLine = "virtual";
+inline constexpr Duration kConnectWithin = std::chrono::seconds(2);  ///< a TCP line's far end answers in that
+
+/// Notes a mistake if `line` is not the address of a line that carries bytes. Ignores an empty one: the reader of the
+/// key has noted it.
+inline void check_line(const TomlTable& table, const std::string& line) {
+  if (line.empty()) return;
+  const auto parsed = drivers::parse_line(line);
+  if (!parsed) table.mistake("line", parsed.error().what);
+  if (parsed && line != kVirtualLine && !drivers::carries_bytes(*parsed))
+    table.mistake("line", "this instrument is not an HID device; expected a tcp:// or serial: line");
+}
 
 /// Reads a word of the instrument's table or of its `link` table; in both it is a mistake. Returns nothing if it is
 /// absent or "default".

@@ -6,12 +6,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <system_error>
 
 #include "acquisition/record/record_files.hpp"
 #include "acquisition/record/status.hpp"
 #include "apps/site/archive.hpp"
 #include "apps/site/documents.hpp"
-#include "apps/site/folders.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
@@ -21,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kDeepestFolder = 3;
 constexpr Duration kEvery = std::chrono::seconds(1);
 /// A long run gives way to those that go on now after so many batches.
 constexpr int kBatchesInTurn = 25;
@@ -51,6 +52,23 @@ Result<std::string> id_in(const record::RecordFiles& files) {
   return record::open_source(files.parts.back()).and_then([](record::Database database) {
     return database.ask("SELECT value FROM meta WHERE key = 'id'");
   });
+}
+
+/// Adds the folder and those below it; does not follow links.
+void add_folders(const fs::path& folder, int depth, std::vector<std::string>& folders) {
+  folders.push_back(folder.string());
+  if (depth == kDeepestFolder) return;
+  for (const auto& entry : entries_of(folder)) {
+    std::error_code error;
+    if (fs::is_directory(fs::symlink_status(entry, error))) add_folders(entry, depth + 1, folders);
+  }
+}
+
+/// Returns the folders of the site file and those below them, to a depth of three.
+std::vector<std::string> folders_below(const std::vector<std::string>& tops) {
+  std::vector<std::string> folders;
+  for (const auto& top : tops) add_folders(top, 0, folders);
+  return folders;
 }
 
 std::uint64_t seed_of_this_process() {

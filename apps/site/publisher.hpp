@@ -7,22 +7,25 @@
 /// again, after waits that grow. One thread.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
+#include <random>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/run_source.hpp"
-#include "apps/site/backoff.hpp"
 #include "apps/site/run_text.hpp"
 #include "apps/site/site_file.hpp"
 #include "apps/site/store.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
+#include "core/quantity.hpp"
+#include "core/random.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::site {
@@ -37,6 +40,28 @@ struct RunLag {
   std::string trouble{};  ///< why it does not go on; empty: it does
 
   [[nodiscard]] std::int64_t seconds() const { return here - in_store; }
+};
+
+/// Computes how long to wait before a failed attempt is repeated: twice as long each time, up to a longest wait. A part
+/// of each wait is random, so that a hundred rigs that lost their store together do not all return in the same second.
+class Backoff {
+ public:
+  explicit Backoff(Duration longest, std::uint64_t seed) : longest_(longest), generator_(seed) {}
+
+  /// Returns a random time between half of the present wait and all of it. Doubles the next wait.
+  [[nodiscard]] Duration next() {
+    const auto whole = std::min(wait_, longest_);
+    wait_ = std::min(wait_ * 2, longest_);
+    return std::chrono::duration_cast<Duration>(whole * (0.5 + 0.5 * uniform(generator_)));
+  }
+  /// Makes the next wait a short one again, after a success.
+  void reset() { wait_ = kFirst; }
+
+ private:
+  static constexpr Duration kFirst = std::chrono::milliseconds(250);
+  Duration longest_;
+  Duration wait_ = kFirst;
+  std::mt19937_64 generator_;
 };
 
 class Publisher {

@@ -11,8 +11,8 @@
 #include <string>
 
 #include "apps/site/archive.hpp"
-#include "apps/site/backoff.hpp"
 #include "apps/site/documents.hpp"
+#include "apps/site/publisher.hpp"
 #include "apps/site/run_text.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"

@@ -11,7 +11,6 @@
 #include "acquisition/record/record_files.hpp"
 #include "acquisition/record/status.hpp"
 #include "apps/site/archive.hpp"
-#include "apps/site/documents.hpp"
 #include "core/deadline.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"

@@ -4,16 +4,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 
 #include "acquisition/record/row.hpp"
 #include "acquisition/record/status.hpp"
+#include "core/file.hpp"
 #include "core/json.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::site {
 namespace {
+
+constexpr std::array kDocumentKinds{"calibration", "model", "report"};
+constexpr std::size_t kLargestDocument = 32'000'000;
 
 template <class Words>
 std::vector<std::string> words_of(const Words& values) {
@@ -293,6 +299,20 @@ std::string end_as_json(const RunEnd& end, const std::vector<RunFileDigest>& fil
                   {"gaps", end.gaps},
                   {"chain_head", end.chain_head},
                   {"files", list}});
+}
+
+Result<std::optional<Document>> read_document(const std::string& path) {
+  auto text = read_text_file(path, kLargestDocument);
+  if (!text) return failure(text.error());
+  constexpr bool kNoExceptions = false;
+  const auto json = Json::parse(*text, nullptr, kNoExceptions);
+  if (!json.is_object() || !json.contains("schema") || !json["schema"].is_string() || !is_utf8(*text))
+    return std::nullopt;
+  const auto schema = json["schema"].get<std::string>();
+  for (const std::string kind : kDocumentKinds)
+    if (schema.starts_with("gyrotherm-" + kind + "/"))
+      return Document{.kind = kind, .name = std::filesystem::path(path).filename().string(), .text = std::move(*text)};
+  return std::nullopt;
 }
 
 }  // namespace gyrotherm::site

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A run as the functions of the store take it (apps/site/migrations): what it is as JSON, its rows as arrays in text.
-/// Reads records and nothing else; a record is open only as long as one call lasts, for while it is no writer can
-/// begin.
+/// A run, and the documents beside it, as the functions of the store take them (apps/site/migrations): the run as JSON,
+/// its rows as arrays in text. Reads files and nothing else. A record is open only while one call lasts, because no
+/// writer can begin meanwhile.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -97,5 +98,16 @@ struct RunFileDigest {
 
 /// What finish_run() takes.
 [[nodiscard]] std::string end_as_json(const RunEnd& end, const std::vector<RunFileDigest>& files);
+
+/// A document of Gyrotherm beside records, as add_document() takes it.
+struct Document {
+  std::string kind;  ///< calibration, model or report
+  std::string name;
+  std::string text;
+};
+
+/// Reads a JSON file. Returns nothing if its schema is not one of a calibration, a model or a report. Fails with
+/// bad_file if it cannot be read.
+[[nodiscard]] Result<std::optional<Document>> read_document(const std::string& path);
 
 }  // namespace gyrotherm::site

@@ -15,13 +15,6 @@ namespace gyrotherm::site {
 /// What a store must have for this program: the number of a migration.
 inline constexpr int kOldestStore = 1;
 
-/// A document beside records.
-struct Document {
-  std::string kind;  ///< calibration, model or report
-  std::string name;
-  std::string text;
-};
-
 class Store {
  public:
   explicit Store(Postgres connection) : connection_(std::move(connection)) {}

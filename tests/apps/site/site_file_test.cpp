@@ -11,7 +11,6 @@
 #include <string>
 
 #include "apps/site/archive.hpp"
-#include "apps/site/documents.hpp"
 #include "apps/site/publisher.hpp"
 #include "apps/site/run_text.hpp"
 #include "core/file.hpp"

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 
-#include "apps/site/migrations.hpp"
 #include "core/sha256.hpp"
 
 namespace gyrotherm::site {

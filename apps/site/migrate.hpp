@@ -13,6 +13,10 @@
 
 namespace gyrotherm::site {
 
+/// Returns the SQL of apps/site/migrations/0001-store.sql, which is embedded. A released step is not edited: a change
+/// is a step of its own, with a file and a function of its own.
+[[nodiscard]] std::string_view store_schema();
+
 struct Migration {
   int number{};
   const char* name = "";

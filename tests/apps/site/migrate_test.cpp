@@ -12,8 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "apps/site/migrations.hpp"
-
 namespace gyrotherm::site {
 namespace {
 

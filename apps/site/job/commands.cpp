@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "apps/site/job/job.hpp"
-#include "apps/site/job/plans.hpp"
 #include "apps/site/job/spread.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"

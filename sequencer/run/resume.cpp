@@ -268,57 +268,98 @@ Downtime downtime_of(const record::Record& record, const std::optional<record::R
   return {down, fmt::format("{}: it was down for {} by the wall clock alone", cause, in_words)};
 }
 
+namespace {
+
+Result<rig::RigFile> parse_recorded_rig(const record::RunInfo& info, const std::string& path) {
+  return rig::parse_rig(info.rig_text, path + " (rig)",
+                        {.chamber_map = info.chamber_map_text,
+                         .gyro_model = info.gyro_model_text,
+                         .gyro_streams = streams_of(info),
+                         .analogue_maps = info.analogue_map_texts,
+                         .folder = info.rig_file.empty() ? std::string() : folder_of(info.rig_file)});
+}
+
+/// Fails with bad_file if the world of a virtual rig cannot be computed again up to the record's end.
+Result<void> check_replay(const record::RunInfo& info, bool simulated, std::int64_t last_slot,
+                          const std::string& path) {
+  if (info.days_later > simulator::kMostDaysLater)
+    return failure(FaultKind::bad_file, path, fmt::format("a gyro that is {} days older", info.days_later));
+  if (simulated && last_slot > kMostReplayed)
+    return failure(FaultKind::bad_file, path,
+                   fmt::format("ends at second {}; of a virtual rig at most {} are lived through again", last_slot,
+                               kMostReplayed));
+  return {};
+}
+
+/// Sets how long a virtual rig was down: a second at least, which preparing takes. The world of a run without a sample
+/// begins with its first second.
+void set_virtual_downtime(Duration down, bool has_begun, InterruptedRun& stood) {
+  stood.down = has_begun ? Duration(std::chrono::floor<std::chrono::seconds>(std::max(down, kSecond))) : Duration{};
+}
+
+/// Sets how long a real rig was down, and what an operator must judge of that. The run's clock has continued meanwhile,
+/// even before its first sample.
+void set_real_downtime(const Downtime& downtime, InterruptedRun& stood) {
+  stood.why_asks = downtime.why_asks;
+  stood.why_unknown = why_down_is_unknown(downtime.down);
+  stood.down = stood.why_unknown.empty()
+                   ? Duration(std::chrono::floor<std::chrono::seconds>(std::max(downtime.down, Duration{})))
+                   : kSecond;
+}
+
+/// Collects what the resume rule judges. Takes profile, state, rig and last slot from `on`.
+InterruptedRun describe_interruption(const record::Record& record, const RunContinuation& on, RunState ending,
+                                     const Downtime& downtime) {
+  const auto [lowest, highest] = extremes_of(on.profile, on.state);
+  InterruptedRun stood{.lowest = lowest,
+                       .highest = highest,
+                       .air = last_air_in_execute(record),
+                       .aborted = ending == RunState::aborting || ending == RunState::aborted,
+                       .held = ending == RunState::held,
+                       .foreign = foreign_set_point_stood(record)};
+  if (on.rig.simulated)
+    set_virtual_downtime(downtime.down, on.last_slot >= 0, stood);
+  else
+    set_real_downtime(downtime, stood);
+  return stood;
+}
+
+/// Returns what the rig is assembled with. Takes all but `start` from `on`.
+rig::RigStart plan_start(const record::Record& record, const RunContinuation& on, std::uint64_t run) {
+  const auto since_last = on.last_slot + 1 + on.stood.down / kSecond;
+  return {.seed = {.gyro = record.info.seed, .run = run, .days_later = record.info.days_later},
+          .already = std::chrono::seconds(std::max(since_last, on.recorded + 1)),
+          .replay = on.rig.simulated ? replay_of(record, on) : std::vector<simulator::PastSecond>(),
+          .first_set_point = demanded_set_point(on.profile, begin(on.profile)),
+          .units_may_be_off = unit_may_be_off(on.profile, on.state),
+          .dropped_units = dropped_units_of(record)};
+}
+
+}  // namespace
+
 Result<RunContinuation> continuation_of(const record::Record& record, const std::string& path, const Downtime& downtime,
                                         std::uint64_t run) {
-  const auto down = downtime.down;
   if (record.finished) return failure(FaultKind::usage, path, "this run has finished; there is nothing to resume");
   if (record.info.imported) return failure(FaultKind::usage, path, "an imported record cannot be resumed");
-  const auto& info = record.info;
-  auto rig = rig::parse_rig(info.rig_text, path + " (rig)",
-                            {.chamber_map = info.chamber_map_text,
-                             .gyro_model = info.gyro_model_text,
-                             .gyro_streams = streams_of(info),
-                             .analogue_maps = info.analogue_map_texts,
-                             .folder = info.rig_file.empty() ? std::string() : folder_of(info.rig_file)});
+  auto rig = parse_recorded_rig(record.info, path);
   if (!rig) return failure(rig.error());
-  auto profile = profile::parse_profile(info.profile_text, path + " (profile)");
+  auto profile = profile::parse_profile(record.info.profile_text, path + " (profile)");
   if (!profile) return failure(profile.error());
   auto ending = ending_of(record);
   auto state = state_after(record, *profile, ending.state);
   if (!state) return failure(state.error());
+  const auto last_slot = record.slot.empty() ? -1 : record.slot.back();
+  if (auto good = check_replay(record.info, rig->simulated, last_slot, path); !good) return failure(good.error());
 
-  RunContinuation on;
-  on.rig = std::move(*rig);
-  on.profile = std::move(*profile);
-  on.state = *state;
-  on.last_slot = record.slot.empty() ? -1 : record.slot.back();
-  on.recorded = record.gaps.empty() ? on.last_slot : std::max(on.last_slot, record.gaps.back().last);
-  const auto [lowest, highest] = extremes_of(on.profile, on.state);
-  on.stood = {.lowest = lowest, .highest = highest, .air = last_air_in_execute(record)};
-  // A virtual world starts with its first second; a real run's clock has gone on since it was made.
-  const bool not_begun = on.rig.simulated && on.last_slot < 0;
-  const auto at_least = on.rig.simulated ? kSecond : Duration{};  // preparing a virtual rig takes a second
-  on.stood.down = not_begun ? Duration{} : Duration(std::chrono::floor<std::chrono::seconds>(std::max(down, at_least)));
-  if (!on.rig.simulated) on.stood.why_unknown = why_down_is_unknown(down);
-  if (!on.stood.why_unknown.empty()) on.stood.down = kSecond;
-  if (!on.rig.simulated) on.stood.why_asks = downtime.why_asks;
-  on.stood.aborted = ending.state == RunState::aborting || ending.state == RunState::aborted;
-  on.stood.held = ending.state == RunState::held;
-  on.stood.foreign = foreign_set_point_stood(record);
-  on.why_stopped = std::move(ending.why);
-  on.start.seed = {.gyro = info.seed, .run = run, .days_later = info.days_later};
-  on.start.units_may_be_off = unit_may_be_off(on.profile, on.state);
-  on.start.dropped_units = dropped_units_of(record);
-  on.start.first_set_point = demanded_set_point(on.profile, begin(on.profile));
-  if (info.days_later > simulator::kMostDaysLater)
-    return failure(FaultKind::bad_file, path, fmt::format("a gyro that is {} days older", info.days_later));
-  if (on.rig.simulated && on.last_slot > kMostReplayed)
-    return failure(FaultKind::bad_file, path,
-                   fmt::format("ends at second {}; of a virtual rig at most {} are lived through again", on.last_slot,
-                               kMostReplayed));
-  const auto since_last = on.last_slot + 1 + on.stood.down / kSecond;
-  on.start.already = std::chrono::seconds(std::max(since_last, on.recorded + 1));
-  if (on.rig.simulated) on.start.replay = replay_of(record, on);
+  RunContinuation on{.rig = std::move(*rig),
+                     .profile = std::move(*profile),
+                     .state = *state,
+                     .last_slot = last_slot,
+                     .recorded = record.gaps.empty() ? last_slot : std::max(last_slot, record.gaps.back().last),
+                     .stood = {},
+                     .why_stopped = std::move(ending.why)};
+  on.stood = describe_interruption(record, on, ending.state, downtime);
+  on.start = plan_start(record, on, run);
   return on;
 }
 

@@ -137,10 +137,10 @@ Result<void> Publisher::ask_position(Run& run) {
   return {};
 }
 
-Result<Publisher::Sent> Publisher::send_rows(const record::RecordFiles& files, Run& run) {
+Result<Publisher::Backlog> Publisher::send_rows(const record::RecordFiles& files, Run& run) {
   auto batch = next_rows(files, run.channels, run.position->slot);
   for (int sent = 0; batch && batch->rows > 0; ++sent) {
-    if (sent == kBatchesInTurn) return Sent::something;
+    if (sent == kBatchesInTurn) return Backlog::some;
     if (auto same = check_unchanged(files, run.states); !same) return failure(same.error());
     if (auto went = store_->send_rows(run.info.id, *batch); !went) return failure(went.error());
     // The server works on this one while the next is read.
@@ -152,7 +152,7 @@ Result<Publisher::Sent> Publisher::send_rows(const record::RecordFiles& files, R
     batch = std::move(next);
   }
   if (!batch) return failure(batch.error());
-  return Sent::everything;
+  return Backlog::none;
 }
 
 Result<void> Publisher::send_events_and_gaps(const record::RecordFiles& files, Run& run) {
@@ -182,6 +182,7 @@ Result<void> Publisher::send_state(Run& run, const RunNow& now) {
 }
 
 Result<void> Publisher::end_run(const record::RecordFiles& files, Run& run) {
+  if (run.position->is_closed()) return {};
   const auto end = end_of(run.info, files);
   if (!end) return failure(end.error());
   if (auto same = check_unchanged(files, run.states); !same) return same;
@@ -200,55 +201,60 @@ Result<void> Publisher::end_run(const record::RecordFiles& files, Run& run) {
   return {};
 }
 
-Result<Publisher::Sent> Publisher::send_from(const record::RecordFiles& files, Watched& watched) {
-  auto& run = *watched.run;
+Result<Publisher::Backlog> Publisher::send_recorded(const record::RecordFiles& files, Run& run) {
   if (auto asked = ask_position(run); !asked) return failure(asked.error());
-  if (run.position->finished || run.position->dropped) return Sent::everything;
-  return send_rows(files, run).and_then([&](Sent sent) -> Result<Sent> {
-    if (sent != Sent::everything) return sent;
-    return send_events_and_gaps(files, run).map([] { return Sent::everything; });
-  });
+  if (run.position->is_closed()) return Backlog::none;
+  const auto rows = send_rows(files, run);
+  if (!rows || *rows == Backlog::some) return rows;
+  return send_events_and_gaps(files, run).map([] { return Backlog::none; });
 }
 
-Result<Publisher::Sent> Publisher::send_run(const std::string& path, Watched& watched) {
-  const Stamp stamp{.record = read_file_state(path),
-                    .status = read_file_state(record::status_path(path)),
-                    .live_copy = read_file_identity(record::live_copy_path(path))};
-  if (watched.settled == stamp || (watched.rests && !watched.rests->over())) return Sent::everything;
-  watched.rests.reset();
-  const auto status = record::fresh_status(path);
-  const auto files = record::find_source_files(path, status.has_value());
-  if (!files) return failure(files.error());
-  const auto identity = read_file_identity(path);
-  auto states = states_of(*files);
-  const auto id = id_in(*files);  // a record that replaced another one may have its number in the file system
+Result<void> Publisher::send_live_state(const std::optional<record::RunStatus>& status, Run& run) {
+  if (!status || status->id != run.info.id) return {};
+  return send_state(run, {.state = name(status->standing.state),
+                          .cause = status->standing.cause,
+                          .alarms = alarms_as_json(status->alarms)});
+}
+
+Result<bool> Publisher::open_run(const record::RecordFiles& files, bool is_written, Watched& watched) {
+  const auto identity = read_file_identity(files.path);
+  auto states = states_of(files);
+  const auto id = id_in(files);  // a record that replaced another one may have its number in the file system
   if (!id) return failure(id.error());
   if (!watched.run || watched.run->file != identity || watched.run->info.id != *id) {
-    const auto begun = record::has_begun(*files);
+    const auto begun = record::has_begun(files);
     if (!begun) return failure(begun.error());
-    if (status && !*begun) return Sent::everything;  // it does not know yet when it started
-    auto info = record::read_source_info(*files);
+    if (is_written && !*begun) return false;  // it does not know yet when it started
+    auto info = record::read_source_info(files);
     if (!info) return failure(info.error());
     auto& run = watched.run.emplace(Run{.file = identity, .info = std::move(*info)});
     run.channels = stored_channels(run.info);
   }
+  watched.run->states = std::move(states);
+  return true;
+}
+
+Result<Publisher::Backlog> Publisher::send_run(const std::string& path, Watched& watched) {
+  const Stamp stamp{.record = read_file_state(path),
+                    .status = read_file_state(record::status_path(path)),
+                    .live_copy = read_file_identity(record::live_copy_path(path))};
+  if (watched.settled == stamp || (watched.rests && !watched.rests->over())) return Backlog::none;
+  watched.rests.reset();
+  const auto status = record::fresh_status(path);
+  const auto files = record::find_source_files(path, status.has_value());
+  if (!files) return failure(files.error());
+  const auto opened = open_run(*files, status.has_value(), watched);
+  if (!opened) return failure(opened.error());
+  if (!*opened) return Backlog::none;
   auto& run = *watched.run;
-  run.states = std::move(states);
-  const auto sent = send_from(*files, watched);
-  if (!sent || *sent != Sent::everything) return sent;
+  const auto backlog = send_recorded(*files, run);
+  if (!backlog || *backlog == Backlog::some) return backlog;
   const bool is_live = files->parts.front().is_live_copy;
-  if (is_live) {
-    if (!status || status->id != run.info.id) return Sent::everything;
-    const RunNow now{.state = name(status->standing.state),
-                     .cause = status->standing.cause,
-                     .alarms = alarms_as_json(status->alarms)};
-    return send_state(run, now).map([] { return Sent::everything; });
-  }
-  if (!run.position->finished && !run.position->dropped)
-    if (auto ended = end_run(*files, run); !ended) return failure(ended.error());
+  if (is_live) return send_live_state(status, run).map([] { return Backlog::none; });
+  if (auto ended = end_run(*files, run); !ended) return failure(ended.error());
   watched.settled = stamp;
   watched.trouble.clear();
-  return Sent::everything;
+  return Backlog::none;
 }
 
 Result<void> Publisher::send_document(const std::string& path) {
@@ -268,14 +274,14 @@ Result<void> Publisher::send_document(const std::string& path) {
   return {};
 }
 
-Result<Publisher::Sent> Publisher::round() {
+Result<Publisher::Backlog> Publisher::round() {
   first_trouble_.reset();
   look();
   if (auto connected = connect(); !connected) return failure(connected.error());
-  auto all = Sent::everything;
+  auto backlog = Backlog::none;
   for (auto& [path, watched] : runs_) {
     const auto sent = send_run(path, watched);
-    if (sent && *sent != Sent::everything) all = Sent::something;
+    if (sent && *sent == Backlog::some) backlog = Backlog::some;
     if (sent) continue;
     if (!set_aside(sent.error(), path, watched.trouble)) return failure(sent.error());
     if (sent.error().kind != FaultKind::refused) continue;
@@ -292,7 +298,7 @@ Result<Publisher::Sent> Publisher::round() {
   if (!store_trouble_.empty() || !has_sent_) say_("the store takes what is sent: " + store_->place());
   store_trouble_.clear();
   has_sent_ = true;
-  return all;
+  return backlog;
 }
 
 Result<void> Publisher::serve() {
@@ -303,7 +309,7 @@ Result<void> Publisher::serve() {
     auto wait = next.left();
     if (sent) {
       backoff.reset();
-      if (*sent == Sent::something) wait = {};
+      if (*sent == Backlog::some) wait = {};
     } else {
       if (sent.error().kind == FaultKind::interrupted) return {};
       const bool hopeless = sent.error().kind == FaultKind::bad_file || sent.error().kind == FaultKind::usage;
@@ -319,7 +325,7 @@ Result<void> Publisher::once() {
   for (;;) {
     const auto sent = round();
     if (!sent) return failure(sent.error());
-    if (*sent == Sent::everything) return first_trouble_ ? Result<void>(failure(*first_trouble_)) : Result<void>();
+    if (*sent == Backlog::none) return first_trouble_ ? Result<void>(failure(*first_trouble_)) : Result<void>();
   }
 }
 

@@ -19,6 +19,7 @@
 
 #include "acquisition/record/run_info.hpp"
 #include "acquisition/record/run_source.hpp"
+#include "acquisition/record/status_file.hpp"
 #include "apps/site/run_text.hpp"
 #include "apps/site/site_file.hpp"
 #include "apps/site/store.hpp"
@@ -98,20 +99,30 @@ class Publisher {
     std::optional<Deadline> rests;  ///< until then, after the store has refused it
     std::string trouble;            ///< that was told
   };
-  enum class Sent { everything, something };
+  /// Whether rows are left that can be sent at once: a long run interrupts its sending for the others.
+  enum class Backlog { none, some };
 
   [[nodiscard]] Result<void> connect();
   void disconnect(const Fault& why);
   void look();
-  /// One round over all that was found; whether nothing is left to send.
-  [[nodiscard]] Result<Sent> round();
-  [[nodiscard]] Result<Sent> send_run(const std::string& path, Watched& watched);
-  [[nodiscard]] Result<Sent> send_from(const record::RecordFiles& files, Watched& watched);
+  /// Sends a turn of each run that was found, and the new documents. Returns whether a run has a backlog.
+  [[nodiscard]] Result<Backlog> round();
+  /// Sends a turn of one run, unless its files have not changed since it was sent whole, or the store has refused it a
+  /// short time ago.
+  [[nodiscard]] Result<Backlog> send_run(const std::string& path, Watched& watched);
+  /// Makes `watched` hold the run that the files hold, and reads it if it is another one than before. Returns false if
+  /// that run is being prepared and has not begun; `is_written`: a program writes its record.
+  [[nodiscard]] static Result<bool> open_run(const record::RecordFiles& files, bool is_written, Watched& watched);
+  /// Sends the rows of a turn and, if these are all, the events and gaps. Sends nothing to a run that is closed.
+  [[nodiscard]] Result<Backlog> send_recorded(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> ask_position(Run& run);
-  [[nodiscard]] Result<Sent> send_rows(const record::RecordFiles& files, Run& run);
+  [[nodiscard]] Result<Backlog> send_rows(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> send_events_and_gaps(const record::RecordFiles& files, Run& run);
+  /// Sends state, cause and alarms from a status file, if it is this run's.
+  [[nodiscard]] Result<void> send_live_state(const std::optional<record::RunStatus>& status, Run& run);
   /// Sends state, cause and alarms if one of them differs from what was sent last.
   [[nodiscard]] Result<void> send_state(Run& run, const RunNow& now);
+  /// Archives the files of a finished run and closes it in the store; sends the last state of one that was interrupted.
   [[nodiscard]] Result<void> end_run(const record::RecordFiles& files, Run& run);
   [[nodiscard]] Result<void> send_document(const std::string& path);
   /// Whether what failed concerns this file alone; then it is told once.

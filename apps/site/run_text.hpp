@@ -50,6 +50,8 @@ struct RunPosition {
   bool dropped{};
   /// Sent last over this connection; empty before the first time.
   RunNow sent{};
+  /// Returns true if the store takes nothing more of the run.
+  [[nodiscard]] bool is_closed() const { return finished || dropped; }
 };
 
 /// Rows behind a slot, as add_rows() takes them.

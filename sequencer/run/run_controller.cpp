@@ -16,44 +16,6 @@ namespace {
 
 constexpr int kSafeTries = 3;
 
-/// What is read once a second, by name, and its fault or null.
-struct Channelled {
-  std::string channel;
-  std::string name;
-  const Fault* fault;
-  bool is_unit = false;
-  bool is_dropped = false;
-};
-
-std::vector<Channelled> faults_of(const Sample& sample, const rig::RigFile& rig, const std::vector<bool>& dropped) {
-  const auto& names = rig.limits.channels;
-  const auto of = [](const auto& reading) { return reading.value ? nullptr : &reading.value.error(); };
-  std::vector<Channelled> faults{{"chamber", "chamber", of(sample.chamber)}};
-  for (std::size_t i = 0; i < sample.thermometers.size(); ++i) {
-    const std::string channel = i < names.size() ? names[i] : std::to_string(i + 1);
-    faults.push_back({channel, "thermometer " + channel, of(sample.thermometers[i])});
-  }
-  for (std::size_t i = 0; i < sample.units.size(); ++i) {
-    const auto& unit = rig.units[i].info.name;
-    faults.push_back(
-        {unit, unit == record::kOnlyUnit ? unit : "gyro " + unit, of(sample.units[i].count), true, dropped[i]});
-    const auto& analogue = sample.units[i].analogue;
-    for (std::size_t k = 0; k < analogue.size() && i < rig.limits.units.size(); ++k) {
-      const auto channel = analogue_channel(rig.limits.units[i], k);
-      faults.push_back({channel, channel, of(analogue[k]), false, dropped[i]});
-    }
-  }
-  return faults;
-}
-
-/// A driver's own place is told too, where it is more than the name.
-std::string describe(const Channelled& channel) {
-  const auto& [kind, where, what] = *channel.fault;
-  const bool adds_nothing = where.empty() || channel.name.ends_with(where);
-  return adds_nothing ? fmt::format("{}: {}", channel.name, what)
-                      : fmt::format("{}: {}: {}", channel.name, where, what);
-}
-
 std::string describe(const profile::Profile& profile, const ProfilePosition& progress) {
   if (progress.phase == Phase::complete) return "profile complete";
   const auto& segment = profile.segments[static_cast<std::size_t>(progress.segment)];
@@ -91,7 +53,7 @@ RunController::RunController(const profile::Profile& profile, rig::Rig& rig, rec
       safe_(rig.file()),
       dropped_(names_of_units(rig.file())),
       channels_(channels_of(rig.file())),
-      lines_(lines_of(rig.file())) {
+      changes_(rig.file()) {
   const auto all = plan(profile).all;
   planned_ = all.ramps + all.holds;
 }
@@ -147,8 +109,8 @@ void RunController::submit(OperatorCommand command, const std::string& who, cons
   note(EventKind::command, fmt::format("{} by {}{}{}", name(command), who, answer.empty() ? "" : ": ", answer));
 }
 
-control::ControlAnswer RunController::carry_out(const control::UnitRequest& request, const std::string& who,
-                                                const std::string& why) {
+control::ControlAnswer RunController::drop_or_return(const control::UnitRequest& request, const std::string& who,
+                                                     const std::string& why) {
   const auto* word = request.drop ? "drop" : "return";
   auto objection =
       is_over(machine_) ? fmt::format("the run is over: {}", name(run_state())) : dropped_.objection(request);
@@ -166,38 +128,41 @@ control::ControlAnswer RunController::carry_out(const control::UnitRequest& requ
                                : request.unit + " is in the run again"};
 }
 
-/// Acknowledges the rows of these numbers and their consequences; all rows for no number. Writes to the record at once,
-/// so that the next request finds them acknowledged.
-control::ControlAnswer RunController::acknowledge(const std::vector<std::int64_t>& numbers, const std::string& who,
-                                                  const std::string& comment) {
-  std::size_t done = 0;
-  std::vector<std::string> objections;
+RunController::Acknowledged RunController::append_acknowledgements(const std::vector<std::int64_t>& numbers,
+                                                                   const std::string& who, const std::string& comment) {
+  Acknowledged result;
   const auto append = [&](const std::vector<record::Alarm>& rows) {
     for (const auto& row : rows) {
       const auto stored = store_.append_event(
           acknowledgement_of(row, rig_.clock().now(), position_of(profile_, state_).segment, who, comment));
-      if (!stored) objections.push_back(text(stored.error()));
-      done += stored ? 1 : 0;
+      if (!stored) result.objections.push_back(text(stored.error()));
+      result.count += stored ? 1 : 0;
     }
   };
   if (numbers.empty()) append(store_.alarms().unacknowledged());
   for (const auto number : numbers) {
     auto objection = store_.alarms().objection(number);
     if (objection.empty()) append(store_.alarms().rows_for(number));
-    if (!objection.empty()) objections.push_back(std::move(objection));
+    if (!objection.empty()) result.objections.push_back(std::move(objection));
   }
-  if (done == 0 && objections.empty()) objections.emplace_back("every alarm is acknowledged");
+  return result;
+}
+
+control::ControlAnswer RunController::acknowledge(const std::vector<std::int64_t>& numbers, const std::string& who,
+                                                  const std::string& comment) {
+  auto [count, objections] = append_acknowledgements(numbers, who, comment);
+  if (count == 0 && objections.empty()) objections.emplace_back("every alarm is acknowledged");
   const auto why = fmt::format("{}", fmt::join(objections, "; "));
   if (!objections.empty())
     note(EventKind::command, fmt::format("{}: acknowledge {}, refused: {}", who,
                                          numbers.empty() ? "all" : fmt::format("{}", fmt::join(numbers, ",")), why));
-  if (done == 0) return {.done = false, .text = why};
-  auto answer = done == 1 ? std::string("1 alarm is acknowledged") : fmt::format("{} alarms are acknowledged", done);
+  if (count == 0) return {.done = false, .text = why};
+  auto answer = count == 1 ? std::string("1 alarm is acknowledged") : fmt::format("{} alarms are acknowledged", count);
   return {.done = true, .text = objections.empty() ? std::move(answer) : fmt::format("{}; {}", answer, why)};
 }
 
 control::ControlAnswer RunController::carry_out(const control::ControlRequest& request, const std::string& who) {
-  if (request.unit) return carry_out(*request.unit, who, request.note);
+  if (request.unit) return drop_or_return(*request.unit, who, request.note);
   if (request.acknowledgement) return acknowledge(request.acknowledgement->alarms, who, request.note);
   if (!request.command) {
     note(request.told ? EventKind::told : EventKind::note, who + ": " + request.note);
@@ -234,55 +199,15 @@ Result<void> RunController::record_gap(std::int64_t slot) {
   return store_.append_gap(std::exchange(next_slot_, slot), slot - 1, "the program was late");
 }
 
-void RunController::note_changes(const Sample& sample) {
-  const auto all = faults_of(sample, rig_.file(), dropped_.all());
-  faulty_.resize(all.size());
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    tally_.faulty_readings += all[i].fault != nullptr ? 1 : 0;
-    if (all[i].is_dropped) continue;
-    const bool is_faulty = all[i].fault != nullptr && !(all[i].is_unit && unit_may_be_off(profile_, state_));
-    if (is_faulty && !faulty_[i]) note(EventKind::fault, describe(all[i]), {.channel = all[i].channel});
-    if (!is_faulty && faulty_[i])
-      note(EventKind::recovered, all[i].name + " answers again", {.channel = all[i].channel});
-    faulty_[i] = is_faulty;
-  }
-  if (sample.chamber.value && sample.chamber.value->alarms != alarms_) {
-    alarms_ = sample.chamber.value->alarms;
-    note(alarms_.empty() ? EventKind::recovered : EventKind::fault,
-         alarms_.empty() ? "chamber: no alarm any more" : fmt::format("chamber alarm: {}", fmt::join(alarms_, "; ")),
-         {.channel = "chamber"});
-  }
-  if (sample.progress.segment != last_segment_) note(EventKind::segment, describe(profile_, sample.progress));
-  last_segment_ = sample.progress.segment;
+void RunController::note_all(std::vector<RigChange> changes) {
+  for (auto& change : changes) note(change.kind, std::move(change.text), std::move(change.about));
 }
 
-/// Roots come before their consequences when they are raised, and after them when they return.
-void RunController::note_alarms(const interlocks::InterlockResult& result, const Sample& sample, Duration missed) {
-  auto found = find_roots(lines_, std::move(roots_),
-                          {.sample = sample,
-                           .missed = missed,
-                           .longest_missed = kLongestUnattended,
-                           .clear_after = rig_.file().limits.clear_after,
-                           .raised = result.raised});
-  roots_ = std::move(found.memory);
-  const auto* warn = name(interlocks::Reaction::warn);
-  for (const auto& root : found.raised)
-    note(EventKind::fault, fmt::format("{} ({}): {}", root.id, warn, root.text),
-         {.interlock = root.id, .reaction = warn, .channel = root.subject});
-  for (std::size_t i = 0; i < result.raised.size(); ++i) {
-    const auto& alarm = result.raised[i];
-    const auto& root = found.roots[i];
-    note(alarm.reaction > interlocks::Reaction::warn ? EventKind::interlock : EventKind::fault,
-         fmt::format("{} ({}): {}{}", name(alarm.id), name(alarm.reaction), alarm.text,
-                     root.empty() ? "" : record::consequence_of(root)),
-         {.interlock = name(alarm.id), .reaction = name(alarm.reaction), .channel = alarm.subject});
-  }
-  for (const auto& alarm : result.cleared)
-    note(EventKind::recovered, fmt::format("{} is over: {}", name(alarm.id), alarm.text),
-         {.interlock = name(alarm.id), .reaction = name(alarm.reaction), .channel = alarm.subject});
-  for (const auto& root : found.cleared)
-    note(EventKind::recovered, fmt::format("{} is over: {}", root.id, root.text),
-         {.interlock = root.id, .reaction = name(interlocks::Reaction::go_on), .channel = root.subject});
+void RunController::note_changes(const Sample& sample) {
+  note_all(changes_.compare_readings(sample, dropped_.all(), unit_may_be_off(profile_, state_)));
+  tally_.faulty_readings += changes_.faulty_readings();
+  if (sample.progress.segment != last_segment_) note(EventKind::segment, describe(profile_, sample.progress));
+  last_segment_ = sample.progress.segment;
 }
 
 LeadSecond RunController::second(const Sample& sample, Duration missed) const {
@@ -321,7 +246,7 @@ interlocks::InterlockInputs RunController::inputs(const Sample& sample, Duration
 interlocks::InterlockDemand RunController::judge_second(const Sample& sample, Duration missed) {
   auto result = judge(rig_.file().limits, std::move(memory_), sample, kSecond + missed, inputs(sample, missed));
   memory_ = std::move(result.memory);
-  note_alarms(result, sample, missed);
+  note_all(changes_.compare_alarms(result, sample, missed));
   return lead_->adjust(std::move(result.demand), second(sample, missed));
 }
 

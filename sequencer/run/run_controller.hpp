@@ -17,10 +17,10 @@
 #include "sequencer/profile/machine.hpp"
 #include "sequencer/profile/profile.hpp"
 #include "sequencer/rig/rig.hpp"
-#include "sequencer/run/alarm_roots.hpp"
 #include "sequencer/run/chamber_lead.hpp"
 #include "sequencer/run/dropped_units.hpp"
 #include "sequencer/run/operator_requests.hpp"
+#include "sequencer/run/rig_changes.hpp"
 #include "sequencer/run/run_state_machine.hpp"
 #include "sequencer/run/run_tally.hpp"
 #include "sequencer/run/safe_sequence.hpp"
@@ -99,13 +99,21 @@ class RunController {
   [[nodiscard]] RunStanding standing() const;
 
  private:
-  [[nodiscard]] control::ControlAnswer carry_out(const control::UnitRequest& request, const std::string& who,
-                                                 const std::string& why);
+  [[nodiscard]] control::ControlAnswer drop_or_return(const control::UnitRequest& request, const std::string& who,
+                                                      const std::string& why);
+  /// Acknowledges the alarms of these numbers and their consequences; all alarms if there is no number.
   [[nodiscard]] control::ControlAnswer acknowledge(const std::vector<std::int64_t>& numbers, const std::string& who,
                                                    const std::string& comment);
+  struct Acknowledged {
+    std::size_t count{};
+    std::vector<std::string> objections{};  ///< one for each that is not
+  };
+  /// Writes to the record at once, so that the next request finds the alarms acknowledged.
+  [[nodiscard]] Acknowledged append_acknowledgements(const std::vector<std::int64_t>& numbers, const std::string& who,
+                                                     const std::string& comment);
   Result<void> record_gap(std::int64_t slot);
   void note_changes(const Sample& sample);
-  void note_alarms(const interlocks::InterlockResult& result, const Sample& sample, Duration missed);
+  void note_all(std::vector<RigChange> changes);
   [[nodiscard]] interlocks::InterlockInputs inputs(const Sample& sample, Duration missed) const;
   [[nodiscard]] interlocks::InterlockDemand judge_second(const Sample& sample, Duration missed);
   /// What the lead sees of this second, at the profile's present state.
@@ -139,19 +147,16 @@ class RunController {
   SafeSequence safe_;
   DroppedUnits dropped_;
   const std::vector<record::Channel> channels_;
-  const std::vector<RigLine> lines_;
-  RootMemory roots_;
+  RigChanges changes_;
   RunTally tally_;
   Duration planned_;            ///< the whole profile, if every soak counts at once
   std::optional<Celsius> air_;  ///< last known
   OperatorRequests requests_;
   interlocks::InterlockDemand demand_;  ///< of the last second that was judged
   int last_segment_ = -1;
-  int answered_ = -1;                ///< the last segment that has had its prompt
-  std::vector<bool> faulty_;         ///< per column: chamber, thermometers, units
-  std::vector<std::string> alarms_;  ///< the chamber's own, as last seen
-  std::vector<Event> events_;        ///< what the tick under way will put into the record
-  std::vector<Event> last_events_;   ///< what the last tick put into it
+  int answered_ = -1;               ///< the last segment that has had its prompt
+  std::vector<Event> events_;       ///< what the tick under way will put into the record
+  std::vector<Event> last_events_;  ///< what the last tick put into it
   std::map<std::string, std::string> guard_troubles_;
   Sample last_;
 };

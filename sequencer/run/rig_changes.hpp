@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Finds what changes on a rig from one second to the next, and words it for the record: readings that become faults
+/// and that return, the chamber's own alarms, and the alarms of the interlocks with their roots. One thread.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/quantity.hpp"
+#include "core/sample.hpp"
+#include "sequencer/interlocks/interlocks.hpp"
+#include "sequencer/rig/rig_file.hpp"
+#include "sequencer/run/alarm_roots.hpp"
+
+namespace gyrotherm::run {
+
+/// An event without its time.
+struct RigChange {
+  EventKind kind{};
+  std::string text;
+  EventSubject about{};
+};
+
+class RigChanges {
+ public:
+  /// `rig` outlives it.
+  explicit RigChanges(const rig::RigFile& rig) : rig_(rig), lines_(lines_of(rig)) {}
+
+  /// Compares the readings and the chamber's alarms with those of the sample before. Ignores the units that are
+  /// `dropped`, and does not take the silence of a unit for a fault if `units_may_be_off`.
+  [[nodiscard]] std::vector<RigChange> compare_readings(const Sample& sample, const std::vector<bool>& dropped,
+                                                        bool units_may_be_off);
+  /// Returns how many readings of the last sample are faults, those of units that may be off included.
+  [[nodiscard]] std::int64_t faulty_readings() const { return faulty_readings_; }
+
+  /// Returns the alarms that are raised and that return in this second; `missed`: the time without ticks before it. A
+  /// root comes before its consequences when it is raised, and after them when it returns.
+  [[nodiscard]] std::vector<RigChange> compare_alarms(const interlocks::InterlockResult& result, const Sample& sample,
+                                                      Duration missed);
+
+ private:
+  const rig::RigFile& rig_;
+  std::vector<RigLine> lines_;
+  RootMemory roots_;
+  std::vector<bool> is_faulty_;              ///< per channel
+  std::vector<std::string> chamber_alarms_;  ///< as last seen
+  std::int64_t faulty_readings_{};
+};
+
+}  // namespace gyrotherm::run

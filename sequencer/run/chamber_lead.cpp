@@ -52,7 +52,7 @@ void HostLead::fill_inputs(const LeadSecond& second, interlocks::InterlockInputs
   inputs.sends_again = path_.sends_again(second.at - kSecond - second.missed);
 }
 
-interlocks::InterlockDemand HostLead::adjust(interlocks::InterlockDemand demand, const LeadSecond& second) {
+interlocks::InterlockDemand HostLead::adjust_demand(interlocks::InterlockDemand demand, const LeadSecond& second) {
   const auto& chamber = second.sample.chamber.value;
   const auto& before = second.air_before;
   unjudged_ += second.missed;
@@ -74,7 +74,7 @@ bool HostLead::is_in_place(const LeadSecond& second) const {
   return chamber && gyrotherm::run::is_in_place(chamber->air, second.goal, air_before_);
 }
 
-void HostLead::on_arrival() {
+void HostLead::end_approach() {
   approaching_ = false;
   air_before_.reset();
 }
@@ -91,7 +91,7 @@ std::optional<std::string> HostLead::bring_back(io::InstrumentIo& io, const Lead
 }
 
 Result<void> HostLead::send_last_set_point(io::InstrumentIo&, const LeadSecond& second) {
-  if (second.anothers)
+  if (second.changed_by_another)
     return failure(FaultKind::refused, "chamber", "it does what somebody else has told it, not what the profile says");
   return {};
 }
@@ -102,7 +102,7 @@ bool HostLead::waits_for_air(Celsius air) const {
   return approaching_ && path_.is_at(nearest) && abs(air - nearest) > kAtLimit;
 }
 
-bool is_anothers(const interlocks::InterlockMemory& memory) {
+bool is_changed_by_another(const interlocks::InterlockMemory& memory) {
   return memory.is_seen(interlocks::InterlockId::foreign_set_point) ||
          memory.is_seen(interlocks::InterlockId::not_following);
 }
@@ -114,7 +114,7 @@ std::optional<std::string> HostLead::send_set_point(io::InstrumentIo& io, const 
   if (was_restarted(memory)) return std::nullopt;  // an operator decides
   if (memory.stands(interlocks::InterlockId::not_taken))
     return second.sample.slot % kTakeOverEvery == 0 ? bring_back(io, second) : std::nullopt;
-  if (is_anothers(memory)) {
+  if (is_changed_by_another(memory)) {
     approaching_ = approaching_ || memory.stands(interlocks::InterlockId::foreign_set_point) ||
                    memory.stands(interlocks::InterlockId::not_following);
     return std::nullopt;  // at the first poll too: what is not understood is not overwritten
@@ -247,7 +247,7 @@ void ControllerLead::fill_inputs(const LeadSecond& second, interlocks::Interlock
   inputs.program = judge(second);
 }
 
-interlocks::InterlockDemand ControllerLead::adjust(interlocks::InterlockDemand demand, const LeadSecond&) {
+interlocks::InterlockDemand ControllerLead::adjust_demand(interlocks::InterlockDemand demand, const LeadSecond&) {
   return demand.reaction < interlocks::Reaction::abort ? interlocks::InterlockDemand{} : demand;
 }
 

@@ -30,7 +30,7 @@ struct LeadSecond {
   Duration missed{};                    ///< how long there was no tick before it
   bool in_last_segment{};               ///< the profile's own end may come before the chamber's, or after it
   bool in_last_hold{};                  ///< … and it is a hold
-  bool anothers{};                      ///< another has changed the chamber
+  bool changed_by_another{};            ///< another has changed the chamber
   Celsius end{};                        ///< set point when it ends
   std::optional<Celsius> air_before{};  ///< the air as it was last known before this second
 };
@@ -39,42 +39,40 @@ class ChamberLead {
  public:
   virtual ~ChamberLead() = default;
 
-  /// Whether the chamber goes on along the profile when this program pauses or ends.
-  [[nodiscard]] virtual bool goes_on_by_itself() const = 0;
-  /// Why a command of an operator cannot be carried out under this lead; empty: it can.
+  /// Returns true if the chamber continues along the profile when this program pauses or ends.
+  [[nodiscard]] virtual bool can_continue_alone() const = 0;
+  /// Returns why an operator's command cannot be carried out under this lead; empty if it can.
   [[nodiscard]] virtual std::string objection(OperatorCommand command) const = 0;
 
-  /// Fills in what the interlocks compare the chamber with.
+  /// Fills in the values that the interlocks compare the chamber with.
   virtual void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) = 0;
-  /// What remains of the interlocks' demand, or what the lead demands besides.
-  [[nodiscard]] virtual interlocks::InterlockDemand adjust(interlocks::InterlockDemand demand,
-                                                           const LeadSecond& second) = 0;
-  /// Whether set point and air are where the profile's clock may run.
+  /// Returns the interlocks' demand as it applies under this lead: reduced, or raised by a reason of the lead's own.
+  [[nodiscard]] virtual interlocks::InterlockDemand adjust_demand(interlocks::InterlockDemand demand,
+                                                                  const LeadSecond& second) = 0;
+  /// Returns true if set point and air are where the profile's clock may run.
   [[nodiscard]] virtual bool is_in_place(const LeadSecond& second) const = 0;
-  /// The profile's clock runs: there is no way back to the profile any more.
-  virtual void on_arrival() = 0;
-  /// An operator lets the run go on over a set point that is not its own: the chamber is taken over with the next
-  /// command.
-  virtual void take_over() = 0;
-  /// A run that is stopped is to leave the chamber at the profile's present set point. Fails where it may not stay
-  /// there.
+  /// Ends an approach to the profile: the profile's clock runs.
+  virtual void end_approach() = 0;
+  /// Lets the next command take the chamber over from a set point that is not the run's own, as an operator has asked.
+  virtual void allow_takeover() = 0;
+  /// Leaves the chamber of a stopped run at the profile's present set point. Fails if the chamber may not stay there.
   [[nodiscard]] virtual Result<void> send_last_set_point(io::InstrumentIo& io, const LeadSecond& second) = 0;
 
-  /// Returns why the profile, which has come to its end, cannot end there: what the chamber does is not what the
-  /// profile has left it at. Empty: it can.
+  /// Returns why a profile at its end is not complete, because the chamber does something else than the profile has
+  /// left it at; empty if it is complete.
   [[nodiscard]] virtual std::string objection_to_end(const LeadSecond&) const { return {}; }
 
-  /// Commands the chamber in this second, in a run that stands in `state` (`returning`: on its way back to the
-  /// profile). Returns what the record is to be told of a failure, or nothing.
+  /// Commands the chamber in this second of a run in `state` (`returning`: on its way back to the profile). Returns the
+  /// text of a failure for the record, or nothing.
   [[nodiscard]] virtual std::optional<std::string> send_set_point(io::InstrumentIo& io, const LeadSecond& second,
                                                                   RunState state, bool returning,
                                                                   const interlocks::InterlockMemory& memory) = 0;
-  /// How many set points the chamber did not take.
+  /// Counts the set points that the chamber did not take.
   [[nodiscard]] virtual std::int64_t missed_set_points() const = 0;
 };
 
 /// Returns true if the last reading shows another's set point or program, or a mode that does not follow.
-[[nodiscard]] bool is_anothers(const interlocks::InterlockMemory& memory);
+[[nodiscard]] bool is_changed_by_another(const interlocks::InterlockMemory& memory);
 
 /// Sends the set points itself: a path that nothing makes jump, and that waits until the air has followed.
 class HostLead final : public ChamberLead {
@@ -86,16 +84,16 @@ class HostLead final : public ChamberLead {
   /// within kResumeBand of `air_before`, where it was when the run stopped.
   void begin_away(std::optional<Celsius> air_before);
 
-  [[nodiscard]] bool goes_on_by_itself() const override { return false; }
+  [[nodiscard]] bool can_continue_alone() const override { return false; }
   [[nodiscard]] std::string objection(OperatorCommand) const override { return {}; }
   void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
   /// After a pause of the program the resume rule holds as after a restart: air that has left its place suspends, and
   /// has to come back whatever else has stopped the run.
-  [[nodiscard]] interlocks::InterlockDemand adjust(interlocks::InterlockDemand demand,
-                                                   const LeadSecond& second) override;
+  [[nodiscard]] interlocks::InterlockDemand adjust_demand(interlocks::InterlockDemand demand,
+                                                          const LeadSecond& second) override;
   [[nodiscard]] bool is_in_place(const LeadSecond& second) const override;
-  void on_arrival() override;
-  void take_over() override { taking_over_ = true; }
+  void end_approach() override;
+  void allow_takeover() override { taking_over_ = true; }
   /// Fails for a chamber that another has changed.
   [[nodiscard]] Result<void> send_last_set_point(io::InstrumentIo&, const LeadSecond& second) override;
   /// A chamber that is silent, or has a set point that nobody understands, is sent nothing.
@@ -128,15 +126,15 @@ class ControllerLead final : public ChamberLead {
  public:
   explicit ControllerLead(Kelvins tolerance) : tolerance_(tolerance) {}
 
-  [[nodiscard]] bool goes_on_by_itself() const override { return true; }
+  [[nodiscard]] bool can_continue_alone() const override { return true; }
   [[nodiscard]] std::string objection(OperatorCommand command) const override;
   void fill_inputs(const LeadSecond& second, interlocks::InterlockInputs& inputs) override;
   /// What a controller does by itself goes on while an instrument is silent: only what aborts is left.
-  [[nodiscard]] interlocks::InterlockDemand adjust(interlocks::InterlockDemand demand,
-                                                   const LeadSecond& second) override;
+  [[nodiscard]] interlocks::InterlockDemand adjust_demand(interlocks::InterlockDemand demand,
+                                                          const LeadSecond& second) override;
   [[nodiscard]] bool is_in_place(const LeadSecond&) const override { return true; }
-  void on_arrival() override {}
-  void take_over() override {}
+  void end_approach() override {}
+  void allow_takeover() override {}
   /// The controller would go on with its program otherwise.
   [[nodiscard]] Result<void> send_last_set_point(io::InstrumentIo& io, const LeadSecond& second) override;
   [[nodiscard]] std::optional<std::string> send_set_point(io::InstrumentIo&, const LeadSecond&, RunState, bool,

@@ -192,7 +192,7 @@ Result<void> RunController::record_gap(std::int64_t slot) {
   const auto missed = slot - next_slot_;
   note(EventKind::fault, fmt::format("{} s without a tick: the program was late", missed));
   const bool slept = kSecond * missed > kLongestUnattended;
-  const bool goes_on = lead_->goes_on_by_itself() && run_state() != RunState::aborting;
+  const bool goes_on = lead_->can_continue_alone() && run_state() != RunState::aborting;
   for (auto left = goes_on ? missed : 0; left > 0; --left)
     state_ = next(profile_, state_, {.elapsed = kSecond, .air = slept ? demanded_set_point(profile_, state_) : air_});
   tally_.see_gap(next_slot_, slot - 1);
@@ -218,7 +218,7 @@ LeadSecond RunController::second(const Sample& sample, Duration missed) const {
           .in_last_segment = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size()),
           .in_last_hold = sample.progress.segment + 1 >= static_cast<int>(profile_.segments.size()) &&
                           profile_.segments.back().kind == profile::SegmentKind::hold,
-          .anothers = is_anothers(memory_),
+          .changed_by_another = is_changed_by_another(memory_),
           .end = profile_.segments.back().target,
           .air_before = air_};
 }
@@ -247,7 +247,7 @@ interlocks::InterlockDemand RunController::judge_second(const Sample& sample, Du
   auto result = judge(rig_.file().limits, std::move(memory_), sample, kSecond + missed, inputs(sample, missed));
   memory_ = std::move(result.memory);
   note_all(changes_.compare_alarms(result, sample, missed));
-  return lead_->adjust(std::move(result.demand), second(sample, missed));
+  return lead_->adjust_demand(std::move(result.demand), second(sample, missed));
 }
 
 void RunController::change_to(RunStateMachine machine) {
@@ -298,7 +298,7 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
     request.reset();
   }
   const bool takes_over = request && request->takes_over && !taken_over_by_resume(memory_).empty();
-  if (takes_over) lead_->take_over();
+  if (takes_over) lead_->allow_takeover();
   const bool leaves = request && request->command == OperatorCommand::stop && run_state() != RunState::aborting &&
                       demand.reaction < interlocks::Reaction::abort &&
                       rig_.file().run_limits.on_stop == interlocks::OnStop::hold;
@@ -319,7 +319,7 @@ void RunController::step_machine(const Sample& sample, const interlocks::Interlo
   const auto* held = std::get_if<Held>(&machine);
   if (held && !now.prompt.empty() && held->cause == now.prompt) answered_ = sample.progress.segment;
   change_to(std::move(machine));
-  if (run_state() == RunState::execute) lead_->on_arrival();
+  if (run_state() == RunState::execute) lead_->end_approach();
 }
 
 /// Takes the sensor that the present segment soaks on, as its certificate corrects it.

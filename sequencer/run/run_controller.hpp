@@ -73,7 +73,7 @@ class RunController {
   /// Before the first tick: the chamber's controller was given the profile, and leads the chamber instead of this
   /// program.
   void leave_to_the_controller();
-  [[nodiscard]] bool is_left_to_the_controller() const { return lead_->goes_on_by_itself(); }
+  [[nodiscard]] bool is_left_to_the_controller() const { return lead_->can_continue_alone(); }
 
   /// Returns in words how the last reading shows that another has changed the chamber; empty: it does not.
   [[nodiscard]] std::string foreign_hold() const;

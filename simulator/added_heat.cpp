@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulator/added_heat.hpp"
 
-#include "simulator/slow_bias.hpp"
-
 namespace gyrotherm::simulator {
 namespace {
 

@@ -12,7 +12,6 @@
 
 #include "core/quantity.hpp"
 #include "core/random.hpp"
-#include "simulator/slow_bias.hpp"
 #include "simulator/thermal/reduced/thermal_system.hpp"
 
 namespace gyrotherm::simulator {
@@ -58,7 +57,27 @@ struct CoefficientGrowth {
   double backscatter{};
 };
 
-/// Of the shares of gas flow and deformation that lag behind the temperatures of the thermal model.
+/// The share of a contribution that follows its input through a first-order lag: an adhesive, a mirror or the gas, for
+/// which the thermal model has no node. A `share` of 0 switches the lag off.
+struct HiddenLag {
+  double share{};                ///< 0 … 1
+  double time_constant_s = 600;  ///< 1 or more
+};
+
+/// One exponential of the glass-ceramic's structural relaxation. Its length depends on temperature and on time
+/// (Zerodur: Jedamzik et al., Proc. SPIE 7739, 2010): a change of temperature adds a term at once, which decays.
+struct Relaxation {
+  double time_constant_s{};
+  double deg_per_h_per_k{};  ///< of the block's mean above what the material has relaxed to
+};
+
+/// One exponential of the warm-up.
+struct WarmUp {
+  double time_constant_s{};
+  double deg_per_h{};  ///< in the first second
+};
+
+/// Lags of gas flow and deformation behind the temperatures of the thermal model.
 struct HiddenLags {
   HiddenLag gas_flow, deformation;
 };
@@ -126,6 +145,43 @@ class ModeLock {
   RandomStream random_;
 };
 
+/// Returns the share of a difference that a first-order lag closes in a second. The time constant must be above 0.
+[[nodiscard]] double closes_in_a_second(double time_constant_s);
+
+/// A contribution with its lag. Exact for an input that is constant for a second.
+class LaggingPart {
+ public:
+  explicit LaggingPart(const HiddenLag& lag);
+
+  /// Advances by one second to the contribution `now`. Returns (1 − share) now + share · lagged. The first call starts
+  /// at rest.
+  double follow(double now);
+
+ private:
+  HiddenLag lag_;
+  double closes_;  ///< share of the difference that a second closes
+  double lagged_{};
+  bool began_ = false;
+};
+
+/// Σ d_i (x − z_i), dz_i/dt = (x − z_i)/τ_i: zero at rest, d per kelvin just after a jump of x. Exact for an x that is
+/// constant for a second.
+class RelaxingBias {
+ public:
+  /// Starts at rest at `start_c`.
+  RelaxingBias(const std::vector<Relaxation>& terms, double start_c);
+
+  void follow(double now_c);
+  [[nodiscard]] double deg_per_h() const { return deg_per_h_; }
+
+ private:
+  struct Term {
+    double deg_per_h_per_k, closes, relaxed_c;
+  };
+  std::vector<Term> terms_;
+  double deg_per_h_{};
+};
+
 using InnerTemperatures = std::span<const double, thermal::kThermalOutputs>;  ///< °C, in the order of ThermalOutput
 
 /// Langmuir flow: in each arm the discharge drives the gas along the light, at v₀ (T/293.15 K)^p, T the arm's; the two
@@ -146,6 +202,10 @@ using InnerTemperatures = std::span<const double, thermal::kThermalOutputs>;  //
 
 /// Σ u sin(2π x/period + phase), x the path's temperature less 20 °C.
 [[nodiscard]] double backscatter_deg_per_h(const std::vector<BackscatterWave>& waves, double path_c);
+
+/// Returns Σ a_i exp(−t/τ_i), t since the gyro was switched on. Three terms are the phases of a ring laser's warm-up:
+/// the discharge, the cavity and the cabinet.
+[[nodiscard]] double warm_up_deg_per_h(const std::vector<WarmUp>& phases, double seconds_on);
 
 /// °/h each; the bias is their sum.
 struct BiasParts {

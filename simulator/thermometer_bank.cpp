@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/random.hpp"
-#include "simulator/slow_bias.hpp"
+#include "simulator/gyro_bias.hpp"
 #include "simulator/virtual_gyro.hpp"
 
 namespace gyrotherm::simulator {

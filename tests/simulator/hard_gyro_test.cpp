@@ -9,8 +9,8 @@
 #include <set>
 
 #include "simulator/chamber_plant.hpp"
+#include "simulator/gyro_bias.hpp"
 #include "simulator/gyro_readout.hpp"
-#include "simulator/slow_bias.hpp"
 #include "simulator/thermometer_bank.hpp"
 #include "simulator/virtual_gyro.hpp"
 #include "tests/simulator/shipped_rigs.hpp"

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulator/added_heat.hpp"
 
+#include <cassert>
+#include <cmath>
+
 namespace gyrotherm::simulator {
 namespace {
 
@@ -30,6 +33,9 @@ thermal::ThermalPowers growth_w(const thermal::ThermalPowers& powers_w, const Po
   return added_w;
 }
 
+/// Returns the effective air of a body on a bracket.
+Celsius mixed(double share, Celsius air, Celsius bracket) { return {air.value + share * (bracket.value - air.value)}; }
+
 }  // namespace
 
 AddedHeat::AddedHeat(const thermal::ThermalPowers& powers_w, const SideWind& wind, const PowerGrowth& growth)
@@ -55,6 +61,30 @@ thermal::ThermalPowers AddedHeat::watts(InnerTemperatures inner_c) const {
   for (const auto left : {Input::gain_left, Input::ballast_left}) power_of(added_w, left) += half_w;
   for (const auto right : {Input::gain_right, Input::ballast_right}) power_of(added_w, right) -= half_w;
   return added_w;
+}
+
+Bracket::Bracket(const BracketParameters& parameters, Celsius start)
+    : share_(parameters.share), closes_(closes_in_a_second(parameters.time_constant_s)), at_(start) {
+  assert(0 <= share_ && share_ <= kMostBracketShare && parameters.time_constant_s >= 1);
+}
+
+Celsius Bracket::seen_by_a_body(Celsius air) const { return mixed(share_, air, at_); }
+
+void Bracket::follow(Celsius cabinets) { at_.value += closes_ * (cabinets.value - at_.value); }
+
+Celsius bracket_at_rest(double share, Celsius air, const std::function<Celsius(Celsius)>& cabinets) {
+  constexpr int kMostRounds = 50;
+  constexpr double kSettledK = 1e-10;
+  Celsius bracket = air;
+  for (int round = 0; round < kMostRounds; ++round) {
+    // The excess of a cabinet over its effective air hardly depends on that air: each round reduces the error by 100.
+    const auto seen = mixed(share, air, bracket);
+    const double above_k = (cabinets(seen).value - seen.value) / (1 - share);
+    const double step_k = air.value + above_k - bracket.value;
+    bracket.value += step_k;
+    if (std::abs(step_k) <= kSettledK) break;
+  }
+  return bracket;
 }
 
 }  // namespace gyrotherm::simulator

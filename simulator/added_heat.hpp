@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Heat that a hard rig adds to what the gyro's thermal model knows of: of a fan that blows from one side, and of
-/// powers that follow temperature. Both are off by default.
+/// Heat that a hard rig adds to that of the gyro's thermal model: from a fan that blows from one side, from powers that
+/// depend on temperature, and from the other bodies on a common bracket. All of it is off by default.
 #pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
 
 #include "core/quantity.hpp"
 #include "simulator/gyro_bias.hpp"
@@ -63,5 +67,38 @@ class AddedHeat {
   double parted_k_{};  ///< θ
   bool on_ = true;
 };
+
+/// Upper limit of a bracket's share: with all of the film to the bracket, no heat reaches the air.
+inline constexpr double kMostBracketShare = 0.9;
+
+/// [[virtual.bracket]]: `share` of each cabinet's film leads to the bracket, the remainder to the air. The bracket
+/// gives heat to nothing else: it follows the mean of the cabinets, and the heat that one body loses to it reaches the
+/// others. With equal films hA of n bodies, time_constant_s is its heat capacity over n · share · hA.
+struct BracketParameters {
+  std::vector<std::size_t> units;  ///< by index; with all their axes
+  double share{};                  ///< 0 … kMostBracketShare
+  double time_constant_s = 1;      ///< 1 or more
+};
+
+/// A bracket that carries several bodies in the chamber's air, through which they heat each other.
+class Bracket {
+ public:
+  Bracket(const BracketParameters& parameters, Celsius start);
+
+  /// Returns the effective air temperature of a body on it: air + share · (bracket − air).
+  [[nodiscard]] Celsius seen_by_a_body(Celsius air) const;
+  /// Advances by one second with the mean of the cabinets at this temperature.
+  void follow(Celsius cabinets);
+  [[nodiscard]] Celsius temperature() const { return at_; }
+
+ private:
+  double share_;
+  double closes_;  ///< share of the difference that a second closes
+  Celsius at_;
+};
+
+/// Returns the temperature of a bracket at rest in air of this temperature. `cabinets` returns the mean temperature of
+/// its bodies' cabinets at rest in a given effective air.
+[[nodiscard]] Celsius bracket_at_rest(double share, Celsius air, const std::function<Celsius(Celsius)>& cabinets);
 
 }  // namespace gyrotherm::simulator

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "simulator/added_heat.hpp"
-#include "simulator/bracket.hpp"
 #include "simulator/gyro_bias.hpp"
 #include "simulator/thermal/reduced/reduced_model.hpp"
 #include "simulator/thermal/reduced/thermal_system.hpp"

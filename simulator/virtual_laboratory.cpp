@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "simulator/bracket.hpp"
+#include "simulator/added_heat.hpp"
 #include "simulator/chamber_plant.hpp"
 #include "simulator/gyro_ageing.hpp"
 #include "simulator/laboratory_file.hpp"

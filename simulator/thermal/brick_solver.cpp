@@ -3,16 +3,149 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <cstdlib>
 #include <optional>
 #include <utility>
 
-#include "simulator/thermal/brick_operator.hpp"
 #include "simulator/thermal/conjugate_gradients.hpp"
-#include "simulator/thermal/corner_level.hpp"
+#include "simulator/thermal/hex20.hpp"
 
 namespace gyrotherm::thermal {
+namespace {
+
+constexpr int kCorners = 8;
+using CornerMatrix = Eigen::Matrix<double, kCorners, kCorners>;
+using Interpolation = Eigen::Matrix<double, kHex20, kCorners>;
+
+/// Returns P of one brick.
+Interpolation from_corners() {
+  Interpolation interpolation;
+  for (int n = 0; n < kHex20; ++n) {
+    for (int c = 0; c < kCorners; ++c) {
+      double share = 1;
+      for (int d = 0; d < 3; ++d) {
+        const int apart = std::abs(kHex20Places[n][d] - kHex20Places[c][d]);
+        share *= 1 - 0.5 * apart;
+      }
+      interpolation(n, c) = share;
+    }
+  }
+  return interpolation;
+}
+
+/// Returns the index of corner `to` among the 27 around corner `from`, itself in the middle; x runs fastest.
+int towards(int from, int to) {
+  const auto step = [&](int d) { return (kHex20Places[to][d] - kHex20Places[from][d]) / 2 + 1; };
+  return step(0) + 3 * step(1) + 9 * step(2);
+}
+
+/// The row of a matrix for each corner: its entries for the 27 corners around.
+using Stencils = std::vector<std::array<double, 27>>;
+
+void add_bricks(const BrickPlaces& places, const BrickWeights<double>& weights, Stencils& stencils) {
+  const auto p = from_corners();
+  const auto& r = hex20_integrals();
+  std::array<CornerMatrix, 3> slopes;
+  for (std::size_t d = 0; d < 3; ++d) slopes[d] = p.transpose() * r.slopes[d] * p;
+  const CornerMatrix cross = p.transpose() * r.cross * p;
+  each_weighted_brick(places, weights, [&](int i, int j, int k, std::size_t at) {
+    if (weights.x[at] == 0 && weights.z[at] == 0) return;
+    CornerMatrix matrix = weights.x[at] * slopes[0] + weights.y[at] * slopes[1] + weights.z[at] * slopes[2];
+    if (weights.xy[at] != 0) matrix += weights.xy[at] * cross;
+    for (int n = 0; n < kCorners; ++n) {
+      auto& stencil = stencils[static_cast<std::size_t>(places.of_node(i, j, k, n))];
+      for (int m = 0; m < kCorners; ++m) stencil[towards(n, m)] += matrix(n, m);
+    }
+  });
+}
+
+void add_film(const BrickWeights<double>& weights, Stencils& stencils) {
+  const auto p = from_corners();
+  std::array<CornerMatrix, kBrickFaces> faces;
+  for (int face = 0; face < kBrickFaces; ++face) faces[face] = p.transpose() * hex20_integrals().face_mass[face] * p;
+  for (const auto& face : weights.film) {
+    const auto nodes = nodes_of_face(face.face);
+    for (std::size_t n = 0; n < 4; ++n)
+      for (std::size_t m = 0; m < 4; ++m)
+        stencils[static_cast<std::size_t>(face.places[n])][towards(nodes[n], nodes[m])] +=
+            face.film * faces[face.face](nodes[n], nodes[m]);
+  }
+}
+
+/// Calls visit(middle, end, other end) for the places of every edge of the grid.
+template <class Visit>
+void each_edge(const BrickPlaces& places, Visit visit) {
+  for (int k = 0; k <= places.nz(); ++k) {
+    for (int j = 0; j <= places.ny(); ++j) {
+      for (int i = 0; i < places.nx(); ++i)
+        visit(places.x_edge(i, j, k), places.corner(i, j, k), places.corner(i + 1, j, k));
+      for (int i = 0; i <= places.nx() && j < places.ny(); ++i)
+        visit(places.y_edge(i, j, k), places.corner(i, j, k), places.corner(i, j + 1, k));
+      for (int i = 0; i <= places.nx() && k < places.nz(); ++i)
+        visit(places.z_edge(i, j, k), places.corner(i, j, k), places.corner(i, j, k + 1));
+    }
+  }
+}
+
+}  // namespace
+
+CornerLevel::CornerLevel(const BrickPlaces& places, const Eigen::VectorXf& diagonal) {
+  number_.assign(static_cast<std::size_t>(places.corners()), -1);
+  has_node_.resize(static_cast<std::size_t>(places.count()));
+  for (Eigen::Index place = 0; place < places.count(); ++place) {
+    has_node_[static_cast<std::size_t>(place)] = diagonal[place] > 0;
+    if (place >= places.corners() || !(diagonal[place] > 0)) continue;
+    number_[static_cast<std::size_t>(place)] = static_cast<std::int32_t>(place_.size());
+    place_.push_back(static_cast<std::int32_t>(place));
+  }
+}
+
+SparseMatrix CornerLevel::matrix(const BrickPlaces& places, const BrickWeights<double>& weights) const {
+  Stencils stencils(number_.size());
+  add_bricks(places, weights, stencils);
+  add_film(weights, stencils);
+  const auto rows = static_cast<Eigen::Index>(place_.size());
+  SparseMatrix matrix(rows, rows);
+  matrix.reserve(27 * rows);
+  const auto along_y = places.corner(0, 1, 0);
+  const auto along_z = places.corner(0, 0, 1);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const auto here = place_[static_cast<std::size_t>(row)];
+    matrix.startVec(row);
+    const auto& stencil = stencils[static_cast<std::size_t>(here)];
+    for (int o = 0; o < 27; ++o) {
+      if (stencil[o] == 0) continue;
+      const auto there = here + (o % 3 - 1) + (o / 3 % 3 - 1) * along_y + (o / 9 - 1) * along_z;
+      matrix.insertBack(row, number_[static_cast<std::size_t>(there)]) = stencil[o];
+    }
+  }
+  matrix.finalize();
+  return matrix;
+}
+
+Eigen::VectorXd CornerLevel::down(const BrickPlaces& places, const Eigen::VectorXf& field) const {
+  Eigen::VectorXf sums = field.head(places.corners());
+  each_edge(places, [&](Eigen::Index middle, Eigen::Index end, Eigen::Index other) {
+    const float half = 0.5F * field[middle];
+    sums[end] += half;
+    sums[other] += half;
+  });
+  Eigen::VectorXd corners(static_cast<Eigen::Index>(place_.size()));
+  for (std::size_t c = 0; c < place_.size(); ++c) corners[static_cast<Eigen::Index>(c)] = sums[place_[c]];
+  return corners;
+}
+
+void CornerLevel::up(const BrickPlaces& places, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const {
+  field.setZero();
+  for (std::size_t c = 0; c < place_.size(); ++c)
+    field[place_[c]] = static_cast<float>(corners[static_cast<Eigen::Index>(c)]);
+  each_edge(places, [&](Eigen::Index middle, Eigen::Index end, Eigen::Index other) {
+    if (has_node_[static_cast<std::size_t>(middle)]) field[middle] = 0.5F * (field[end] + field[other]);
+  });
+}
 
 struct BrickSolver::Parts {
   Parts(const GyroModel& model, const GyroMesh& mesh, const ThermalCoefficients& coefficients,

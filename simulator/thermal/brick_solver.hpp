@@ -6,9 +6,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "core/result.hpp"
+#include "simulator/thermal/brick_operator.hpp"
 #include "simulator/thermal/gyro_model.hpp"
 #include "simulator/thermal/mesh.hpp"
 #include "simulator/thermal/reduced/thermal_system.hpp"
@@ -47,6 +50,26 @@ class BrickSolver {
   struct Parts;
   explicit BrickSolver(std::unique_ptr<Parts> parts);
   std::unique_ptr<Parts> parts_;
+};
+
+/// The lower level of BrickSolver: the 8-node bricks of the same grid, whose nodes are the corners. The prolongation P
+/// gives each midpoint of an edge the mean of the edge's ends.
+class CornerLevel final {
+ public:
+  /// `diagonal` is above 0 where the mesh has a node.
+  CornerLevel(const BrickPlaces& places, const Eigen::VectorXf& diagonal);
+
+  /// Returns Pᵀ K P, which equals the conduction of the 8-node bricks to rounding. Both triangles, sorted.
+  [[nodiscard]] SparseMatrix matrix(const BrickPlaces& places, const BrickWeights<double>& weights) const;
+  /// Returns Pᵀ field, by corner.
+  [[nodiscard]] Eigen::VectorXd down(const BrickPlaces& places, const Eigen::VectorXf& field) const;
+  /// Sets field ← P corners, and 0 where there is no node.
+  void up(const BrickPlaces& places, const Eigen::VectorXd& corners, Eigen::VectorXf& field) const;
+
+ private:
+  std::vector<std::int32_t> number_;  ///< corner at a place; −1: none
+  std::vector<std::int32_t> place_;   ///< by corner
+  std::vector<bool> has_node_;        ///< by place
 };
 
 }  // namespace gyrotherm::thermal

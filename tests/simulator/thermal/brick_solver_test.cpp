@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "simulator/thermal/brick_operator.hpp"
-#include "simulator/thermal/corner_level.hpp"
 #include "tests/simulator/thermal/small_bodies.hpp"
 
 namespace gyrotherm::thermal {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "simulator/thermal/thermal_field.hpp"
+#include "simulator/thermal/assembly.hpp"
 
 namespace gyrotherm::app {
 namespace {

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From a mesh to matrices, straight into compressed rows: sums over bricks of integrals made once (hex20.hpp).
+/// From a mesh to matrices, straight into compressed rows: sums over bricks of integrals made once (hex20.hpp). And
+/// back: from the temperatures of the nodes to the field at any point.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
+#include <optional>
 
 #include "simulator/thermal/gyro_model.hpp"
+#include "simulator/thermal/gyro_parts.hpp"
 #include "simulator/thermal/mesh.hpp"
 #include "simulator/thermal/reduced/thermal_system.hpp"
 
@@ -43,5 +47,24 @@ struct BrickPoint {
   double xi{}, eta{}, zeta{};
 };
 [[nodiscard]] BrickPoint locate(const GyroMesh& mesh, double x, double y, double z);
+
+/// The temperature field of a gyro's mesh at any point. Keeps references: model, mesh and field must outlive it.
+/// Coordinates in m, in the cabinet's axes.
+class ThermalField {
+ public:
+  ThermalField(const GyroModel& model, const GyroMesh& mesh, const Eigen::VectorXd& field_c);
+
+  /// Returns the temperature that the elements interpolate, °C; NaN outside the mesh.
+  [[nodiscard]] double temperature_at(double x, double y, double z) const;
+
+  /// Returns the part by its true shape, not by the bricks; nothing outside all parts.
+  [[nodiscard]] std::optional<GyroPart> part_at(double x, double y, double z) const;
+
+ private:
+  const GyroModel& model_;
+  const GyroMesh& mesh_;
+  const Eigen::VectorXd& field_c_;
+  GyroParts parts_;
+};
 
 }  // namespace gyrotherm::thermal

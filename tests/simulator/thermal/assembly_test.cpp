@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include "simulator/thermal/hex20.hpp"
-#include "simulator/thermal/thermal_field.hpp"
 #include "tests/simulator/thermal/small_bodies.hpp"
 
 namespace gyrotherm::thermal {

@@ -5,8 +5,8 @@
 
 #include <cmath>
 
+#include "simulator/thermal/assembly.hpp"
 #include "simulator/thermal/difference_fit.hpp"
-#include "simulator/thermal/thermal_field.hpp"
 #include "tests/simulator/thermal/small_bodies.hpp"
 
 namespace gyrotherm::thermal {

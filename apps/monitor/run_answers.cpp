@@ -7,7 +7,6 @@
 #include <charconv>
 #include <filesystem>
 
-#include "apps/monitor/series_channels.hpp"
 #include "core/clock.hpp"
 #include "core/json.hpp"
 

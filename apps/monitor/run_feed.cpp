@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "acquisition/record/run_source.hpp"
+#include "apps/monitor/series.hpp"
 #include "core/json.hpp"
 
 namespace gyrotherm::monitor {

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "apps/monitor/run_catalogue.hpp"
-#include "apps/monitor/series_channels.hpp"
 #include "core/quantity.hpp"
 
 namespace gyrotherm::monitor {

@@ -15,11 +15,22 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/record/run_info.hpp"
 #include "apps/monitor/run_catalogue.hpp"
-#include "apps/monitor/series_channels.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::monitor {
+
+/// A curve of a chart: a column of the record, or the rate from pulses and their interval.
+struct SeriesChannel {
+  std::string name;
+  std::string unit;
+  std::string unit_under_test;  ///< empty: of the rig
+  std::string sql;              ///< value in a row of `sample`
+};
+/// Returns the channels of a run: the set point of the profile, the chamber's air and its own set point, thermometers,
+/// and the measurements of each unit.
+[[nodiscard]] std::vector<SeriesChannel> series_channels(const record::RunInfo& info);
 
 /// Lowest and highest of some channels in buckets of one length, in slots. NaN where there is none.
 class Buckets {

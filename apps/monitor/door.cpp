@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "apps/monitor/body.hpp"
 #include "apps/monitor/http_message.hpp"
 #include "core/json.hpp"
 

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 
-#include "apps/monitor/body.hpp"
 #include "core/json.hpp"
 #include "sequencer/control/control_socket.hpp"
 

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/result.hpp"
+
 namespace gyrotherm::monitor {
 
 /// The part before the body, as read_head() has accepted it (http_message.hpp).
@@ -56,7 +58,13 @@ struct WebAnswer {
   std::uint64_t stream_size{};
 };
 
-/// An answer that says why not: {"error": "…"}.
+/// Reads the body of a POST, a flat JSON object, and returns the texts of these keys, empty where one is missing. Fails
+/// with usage if the content type is not application/json, if the body is not an object of texts, or if it has another
+/// key or a duplicate one.
+[[nodiscard]] Result<std::map<std::string, std::string>> read_body(const WebRequest& request,
+                                                                   const std::vector<std::string>& keys);
+
+/// Returns an answer that gives the reason of a refusal: {"error": "…"}.
 [[nodiscard]] WebAnswer refusal(int status, std::string_view why);
 
 }  // namespace gyrotherm::monitor

@@ -1,14 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Every address of the monitor and what answers there.
+/// Every address of the monitor and the part that answers there: the page, the answers on runs and the site, and the
+/// requests that change a run.
 #pragma once
+
+#include <string>
 
 #include "apps/monitor/door.hpp"
 #include "apps/monitor/run_answers.hpp"
-#include "apps/monitor/run_control.hpp"
+#include "apps/monitor/run_catalogue.hpp"
+#include "apps/monitor/sessions.hpp"
 #include "apps/monitor/site_overview.hpp"
 #include "apps/monitor/web.hpp"
+#include "core/clock.hpp"
 
 namespace gyrotherm::monitor {
+
+/// The requests to a run from the page: the commands of `gyrotherm tell`, through the same socket, in the name of the
+/// page's user. A command that ends a run needs a confirmation. Any thread.
+class RunControl {
+ public:
+  RunControl(Door& door, const RunCatalogue& catalogue, const Clock& clock)
+      : door_(door), catalogue_(catalogue), confirmations_(clock) {}
+
+  /// Answers POST /api/v1/runs/KEY/VERB: pause, resume, stop, abort, note or acknowledge, with
+  /// {"text", "alarm", "confirm"}. The text of stop and abort is the reason. stop and abort without "confirm" change
+  /// nothing. Their answer is 409 with the progress of the run and a token that confirms the command for 30 s.
+  [[nodiscard]] WebAnswer answer(const WebRequest& request, const std::string& key, const std::string& verb);
+
+ private:
+  [[nodiscard]] WebAnswer ask_back(const Guest& guest, const FoundRun& run, const std::string& verb);
+
+  Door& door_;
+  const RunCatalogue& catalogue_;
+  Confirmations confirmations_;
+};
 
 /// Any thread.
 class SiteAnswers {

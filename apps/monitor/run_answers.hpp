@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the page and scripts may know of the runs: the answers below /api/v1/runs. They change nothing.
+/// The answers on runs to the page, to scripts and to Prometheus: all below /api/v1/runs, and /metrics. They change
+/// nothing.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "apps/monitor/run_catalogue.hpp"
 #include "apps/monitor/run_feed.hpp"
@@ -44,5 +47,16 @@ class RunAnswers {
 /// The files of a closed record and of its report; one of them, to be saved.
 [[nodiscard]] WebAnswer files_answer(const FoundRun& run);
 [[nodiscard]] WebAnswer file_answer(const FoundRun& run, const std::string& name);
+
+/// The monitor's own metrics.
+struct OwnFigures {
+  int watchers{};
+  std::size_t cache_bytes{};
+};
+/// Returns the metrics of the runs as Prometheus reads them (text format 0.0.4). `runs` are in the order of
+/// RunCatalogue::runs(). A run that is in progress has all metrics. If its program is silent or has ended, the run has
+/// those of its availability, its last second and its alarms. The last run of a rig has its state and its alarms if it
+/// was aborted or has unacknowledged alarms. All other runs are only counted.
+[[nodiscard]] std::string metrics_text(const std::vector<FoundRun>& runs, const OwnFigures& own);
 
 }  // namespace gyrotherm::monitor

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 
-#include "apps/monitor/metrics.hpp"
 #include "apps/monitor/page.hpp"
 #include "core/json.hpp"
 #include "sequencer/control/control_socket.hpp"

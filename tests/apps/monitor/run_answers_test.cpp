@@ -16,7 +16,6 @@
 #include <thread>
 #include <vector>
 
-#include "apps/monitor/metrics.hpp"
 #include "core/clock.hpp"
 #include "core/json.hpp"
 #include "tests/apps/monitor/small_run.hpp"

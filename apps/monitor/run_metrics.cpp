@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/monitor/metrics.hpp"
-
+/// The metrics of the runs, for Prometheus.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "apps/monitor/run_answers.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::monitor {

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "apps/monitor/monitor.hpp"
+#include "apps/monitor/state_folder.hpp"
 #include "apps/monitor/users.hpp"
 #include "core/file.hpp"
 #include "core/program_start.hpp"

@@ -4,15 +4,11 @@
 #include <fmt/format.h>
 #include <malloc.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <charconv>
 #include <csignal>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <list>
 #include <memory>
@@ -21,6 +17,7 @@
 
 #include "apps/monitor/notifier.hpp"
 #include "apps/monitor/site_answers.hpp"
+#include "apps/monitor/state_folder.hpp"
 #include "apps/monitor/web_server.hpp"
 #include "core/clock.hpp"
 #include "core/process.hpp"
@@ -240,21 +237,6 @@ void serve_until_signal(const sigset_t& ends, Page& page, RunCatalogue& catalogu
 }
 
 }  // namespace
-
-std::string state_folder_or_usual(const std::string& given) {
-  if (!given.empty()) return given;
-  if (const char* systemd = std::getenv("STATE_DIRECTORY")) return systemd;
-  if (const char* state = std::getenv("XDG_STATE_HOME")) return std::string(state) + "/gyrotherm-monitor";
-  const char* home = std::getenv("HOME");
-  return std::string(home != nullptr ? home : ".") + "/.local/state/gyrotherm-monitor";
-}
-
-Result<void> make_state_folder(const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(std::filesystem::path(folder).parent_path(), error);
-  if (::mkdir(folder.c_str(), 0700) == 0 || errno == EEXIST) return {};
-  return failure(FaultKind::storage, folder, std::strerror(errno));
-}
 
 Result<void> serve(const MonitorOptions& options, const std::function<void(const std::string&)>& say,
                    const std::function<void(const Fault&)>& complain) {

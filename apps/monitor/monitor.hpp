@@ -21,13 +21,6 @@ struct MonitorOptions {
   std::string certificate{}, key{};
 };
 
-inline constexpr const char *kUsersFile = "users.json", *kSessionsFile = "sessions.json", *kToldFile = "told.json";
-
-/// The monitor's own folder: the one that is given, else what systemd says, else below the user's home.
-[[nodiscard]] std::string state_folder_or_usual(const std::string& given);
-/// Makes it, mode 0700, if it is not there. Fails with storage.
-[[nodiscard]] Result<void> make_state_folder(const std::string& folder);
-
 /// Serves until SIGINT or SIGTERM; `say` gets the address of the page once, `complain` each person who cannot be
 /// notified, from a thread of its own. Fails with usage where the options cannot be: a folder that is none;
 /// another address than the machine's own without users, or without TLS; a port that another program has; with bad_file

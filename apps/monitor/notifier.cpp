@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "apps/monitor/deliver.hpp"
-#include "apps/monitor/private_file.hpp"
+#include "apps/monitor/state_folder.hpp"
 #include "core/text.hpp"
 #include "sequencer/control/control_socket.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "apps/monitor/private_file.hpp"
+#include "apps/monitor/state_folder.hpp"
 #include "apps/monitor/users.hpp"
 #include "core/json.hpp"
 #include "core/sha256.hpp"

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <set>
 
-#include "apps/monitor/private_file.hpp"
+#include "apps/monitor/state_folder.hpp"
 #include "core/file.hpp"
 #include "core/toml_reader.hpp"
 

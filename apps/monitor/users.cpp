@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <array>
 
-#include "apps/monitor/private_file.hpp"
+#include "apps/monitor/state_folder.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "core/process.hpp"

@@ -1,15 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/monitor/private_file.hpp"
+#include "apps/monitor/state_folder.hpp"
 
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 
 #include "core/file.hpp"
 
 namespace gyrotherm::monitor {
+
+std::string state_folder_or_usual(const std::string& given) {
+  if (!given.empty()) return given;
+  if (const char* systemd = std::getenv("STATE_DIRECTORY")) return systemd;
+  if (const char* state = std::getenv("XDG_STATE_HOME")) return std::string(state) + "/gyrotherm-monitor";
+  const char* home = std::getenv("HOME");
+  return std::string(home != nullptr ? home : ".") + "/.local/state/gyrotherm-monitor";
+}
+
+Result<void> make_state_folder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(std::filesystem::path(folder).parent_path(), error);
+  if (::mkdir(folder.c_str(), 0700) == 0 || errno == EEXIST) return {};
+  return failure(FaultKind::storage, folder, std::strerror(errno));
+}
 
 Result<std::optional<std::string>> read_private_file(const std::string& path) {
   struct stat facts {};

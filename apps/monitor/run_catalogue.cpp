@@ -55,6 +55,26 @@ std::optional<double> age_s_of(const FoundRun& run) {
   return age ? std::optional(to_seconds(*age)) : std::nullopt;
 }
 
+void name_run(FoundRun& run, const std::string& path) {
+  run.path = run.status.path = path;
+  run.key = sha256(path).substr(0, 16);
+  run.name = fs::path(path).stem().string();
+}
+
+/// Reads the run's status and its age. If it cannot be read, keeps the last status and sets `trouble`.
+void read_status_of(FoundRun& run) {
+  auto fresh = record::fresh_status(run.path);
+  auto status = fresh ? Result<record::RunStatus>(std::move(*fresh)) : record::read_status(run.path);
+  run.trouble = status ? std::string() : text(status.error());
+  if (status) run.status = std::move(*status);
+  run.age_s = age_s_of(run);
+}
+
+/// Returns whether status or trouble differ.
+bool is_changed(const FoundRun& before, const FoundRun& now) {
+  return before.trouble != now.trouble || record::to_json(before.status) != record::to_json(now.status);
+}
+
 std::optional<std::uint64_t> free_bytes_in(const std::string& folder) {
   struct statvfs disk {};
   if (::statvfs(folder.c_str(), &disk) != 0) return std::nullopt;
@@ -90,44 +110,44 @@ RunCatalogue::Stamp RunCatalogue::stamp_of(const std::string& path) {
           .live_copy = read_file_identity(record::live_copy_path(path))};
 }
 
+RunCatalogue::Entry RunCatalogue::entry_at(const std::string& path) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = entries_.find(path);
+  return found != entries_.end() ? found->second : Entry{};
+}
+
+/// Reads the header of the run's record into `entry`. The entry belongs to its run once the record is whole: that of a
+/// run that has just begun is read again.
+void RunCatalogue::read_info(Entry& entry) {
+  auto& run = entry.run;
+  const auto files = record::find_source_files(run.path, run.is_running());
+  const bool is_whole = !run.is_running() || (files && record::has_begun(*files).value_or(false));
+  auto info = files ? record::read_source_info(*files) : Result<record::RunInfo>(failure(files.error()));
+  entry.info_of = info && is_whole ? run.status.id : std::string();
+  if (info) read_ends(run, *info);
+  if (info) drop_unused_texts(*info);
+  entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
+}
+
+/// Looks at one record. Reads its files only if they have changed since the last look, or if the run is or was silent.
 void RunCatalogue::look_at(const std::string& path, const std::string& folder,
                            std::optional<std::uint64_t> free_bytes) {
+  // Taken before the files are read: a change in between is seen by the next look.
   const auto stamp = stamp_of(path);
-  Entry entry;
-  {
-    const std::lock_guard lock(mutex_);
-    if (const auto found = entries_.find(path); found != entries_.end()) entry = found->second;
-  }
-  entry.folder = folder;
+  auto entry = entry_at(path);
   auto& run = entry.run;
-  run.free_bytes = free_bytes;
+  const bool is_new = run.key.empty();
   const bool was_silent = run.is_silent();
+  entry.folder = folder;
+  run.free_bytes = free_bytes;
   run.age_s = age_s_of(run);
-  const bool must_read = entry.stamp != stamp || run.is_silent() != was_silent || run.key.empty() || run.is_silent();
-  if (must_read) {
+  if (is_new || entry.stamp != stamp || was_silent || run.is_silent()) {
     const auto before = run;
-    run.path = path;
-    run.key = sha256(path).substr(0, 16);
-    run.name = fs::path(path).stem().string();
-    auto fresh = record::fresh_status(path);
-    auto status = fresh ? Result<record::RunStatus>(std::move(*fresh)) : record::read_status(path);
-    run.trouble = status ? std::string() : text(status.error());
-    if (status) run.status = std::move(*status);
-    run.age_s = age_s_of(run);
-    if (!run.trouble.empty() && before.key.empty()) run.status.path = path;
-    if (entry.info_of != run.status.id || !entry.info) {
-      const auto files = record::find_source_files(path, run.is_running());
-      const bool is_whole = !run.is_running() || (files && record::has_begun(*files).value_or(false));
-      auto info = files ? record::read_source_info(*files) : Result<record::RunInfo>(failure(files.error()));
-      entry.info_of = info && is_whole ? run.status.id : std::string();
-      if (info) read_ends(run, *info);
-      if (info) drop_unused_texts(*info);
-      entry.info = info ? std::make_shared<const record::RunInfo>(std::move(*info)) : nullptr;
-    }
+    if (is_new) name_run(run, path);
+    read_status_of(run);
+    if (!entry.info || entry.info_of != run.status.id) read_info(entry);
     run.info = entry.info;
-    if (record::to_json(before.status) != record::to_json(run.status) || before.trouble != run.trouble ||
-        was_silent != run.is_silent())
-      ++run.version;
+    if (is_changed(before, run) || was_silent != run.is_silent()) ++run.version;
     entry.stamp = stamp;
   }
   const std::lock_guard lock(mutex_);

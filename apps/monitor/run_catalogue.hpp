@@ -74,6 +74,8 @@ class RunCatalogue {
   [[nodiscard]] static Stamp stamp_of(const std::string& path);
   [[nodiscard]] static FoundRun as_of_now(FoundRun run);
   [[nodiscard]] std::vector<std::string> running_in(const std::string& folder) const;
+  [[nodiscard]] Entry entry_at(const std::string& path) const;
+  static void read_info(Entry& entry);
   void look_at(const std::string& path, const std::string& folder, std::optional<std::uint64_t> free_bytes);
 
   std::vector<std::string> folders_;

@@ -121,42 +121,53 @@ RunFeed::Watch::~Watch() {
 
 std::string RunFeed::Watch::next(FeedPlace& place, Duration patience) {
   std::string text;
-  std::unique_lock lock(feed_.mutex_);
-  const auto is_new = [&] {
+  {
+    std::unique_lock lock(feed_.mutex_);
+    const auto is_new = [&] {
+      const auto& run = feed_.runs_[key_];
+      return feed_.stopped_ || run.read.slot > place.slot || run.read.event > place.event ||
+             run.status_version != place.status_version || run.id != place.run;
+    };
+    if (!feed_.something_.wait_for(lock, patience, is_new) || feed_.stopped_) return text;
     const auto& run = feed_.runs_[key_];
-    return feed_.stopped_ || run.slot > place.slot || run.event > place.event ||
-           run.status_version != place.status_version || run.id != place.run;
-  };
-  if (!feed_.something_.wait_for(lock, patience, is_new) || feed_.stopped_) return text;
-  const auto& run = feed_.runs_[key_];
-  if (run.id != place.run && !place.run.empty()) place = {};
-  place.run = run.id;
-  if (run.status_version != place.status_version) {
-    text += message("status", run.status, -1);
-    place.status_version = run.status_version;
+    if (run.id != place.run && !place.run.empty()) place = {};
+    place.run = run.id;
+    if (run.status_version != place.status_version) {
+      text += message("status", run.status, -1);
+      place.status_version = run.status_version;
+    }
+    if (holds_all_after(run, place)) return text + take_messages(run, place);
   }
-  const bool missed_samples =
-      run.slot > place.slot && (run.samples.empty() || run.samples.front().number > place.slot + 1);
-  const bool missed_events =
-      run.event > place.event && (run.events.empty() || run.events.front().number > place.event + 1);
-  if (!missed_samples && !missed_events) {
-    for (const auto& event : run.events)
-      if (event.number > place.event) text += message("event", event.text, -1);
-    for (const auto& sample : run.samples)
-      if (sample.number > place.slot) text += message("sample", sample.text, sample.number);
-    place.slot = std::max(place.slot, run.slot);
-    place.event = std::max(place.event, run.event);
-    return text;
+  text += feed_.read_missed(key_, place);
+  if (text.empty()) {  // the live copy is being renewed
+    std::unique_lock lock(feed_.mutex_);
+    feed_.something_.wait_for(lock, kLookAgain, [&] { return feed_.stopped_; });
   }
-  lock.unlock();
-  text += feed_.missed(key_, place);
-  if (!text.empty()) return text;
-  lock.lock();  // the copy is being made anew
-  feed_.something_.wait_for(lock, kLookAgain, [&] { return feed_.stopped_; });
   return text;
 }
 
-std::string RunFeed::missed(const std::string& key, FeedPlace& place) const {
+/// Returns whether the rows in memory follow the place without a gap.
+bool RunFeed::holds_all_after(const Run& run, const FeedPlace& place) {
+  const auto follow = [](const std::deque<FeedRow>& rows, std::int64_t last_read, std::int64_t last_sent) {
+    return last_read <= last_sent || (!rows.empty() && rows.front().number <= last_sent + 1);
+  };
+  return follow(run.samples, run.read.slot, place.slot) && follow(run.events, run.read.event, place.event);
+}
+
+/// Returns the messages in memory after the place, and moves the place behind them.
+std::string RunFeed::take_messages(const Run& run, FeedPlace& place) {
+  std::string text;
+  for (const auto& event : run.events)
+    if (event.number > place.event) text += message("event", event.text, -1);
+  for (const auto& sample : run.samples)
+    if (sample.number > place.slot) text += message("sample", sample.text, sample.number);
+  place.slot = std::max(place.slot, run.read.slot);
+  place.event = std::max(place.event, run.read.event);
+  return text;
+}
+
+/// Reads from the record the messages after the place that are no longer in memory. Runs in the watcher's own thread.
+std::string RunFeed::read_missed(const std::string& key, FeedPlace& place) const {
   std::string text;
   const auto found = catalogue_.find(key);
   if (!found || found->status.id != place.run) return text;
@@ -173,62 +184,69 @@ std::string RunFeed::missed(const std::string& key, FeedPlace& place) const {
   return text;
 }
 
+/// Reads the rows of a run without the mutex: a slow disk must not delay its watchers.
 void RunFeed::read() {
   std::vector<std::string> keys;
   {
     const std::lock_guard lock(mutex_);
     for (const auto& [key, run] : runs_) keys.push_back(key);
   }
-  for (const auto& key : keys) read(key);
+  for (const auto& key : keys) {
+    const auto found = catalogue_.find(key);
+    const auto position = found ? take_status(*found) : std::nullopt;
+    auto news = position ? read_news(*found, *position) : std::nullopt;
+    if (news) take_news(key, std::move(*news));
+  }
 }
 
-/// The last rows first, when a run begins to be watched: who wants older ones says so.
-void RunFeed::read(const std::string& key) {
-  const auto found = catalogue_.find(key);
-  if (!found) return;
-  std::int64_t slot = -1, event = -1;
-  bool begun = false, read_whole = false;
-  {
-    const std::lock_guard lock(mutex_);
-    const auto run = runs_.find(key);
-    if (run == runs_.end()) return;
-    // Another run's record in its place begins at its own start, however far the one before had come.
-    const auto& id = found->status.id;
-    if (!id.empty() && id != run->second.id) run->second = Run{.watchers = run->second.watchers, .id = id};
-    slot = run->second.slot;
-    event = run->second.event;
-    begun = run->second.begun;
-    read_whole = run->second.read_whole;
-    if (run->second.status_version != found->version || found->is_silent()) {  // whose age alone changes
-      run->second.status_version = found->version;
-      run->second.status = status_text(*found);
-      something_.notify_all();
-    }
-  }
-  const bool over = !found->is_running();
-  if (read_whole && over && found->status.slot <= slot) return;
-  if (!begun) slot = std::max<std::int64_t>(-1, found->status.slot - static_cast<std::int64_t>(kKept) / 2);
-  auto samples = samples_after(*found, slot, kAtOnce);
-  auto events = events_after(*found, event, kAtOnce);
-  if (!samples || !events) return;
-  const bool nothing_new = samples->empty() && events->empty();
+/// Takes the status of a run for its watchers. Returns the position up to which its rows have been read; nothing if it
+/// is not watched. Another run's record in the same file is read from its own start.
+std::optional<RunFeed::ReadPosition> RunFeed::take_status(const FoundRun& found) {
   const std::lock_guard lock(mutex_);
-  const auto place = runs_.find(key);
-  if (place == runs_.end()) return;
-  auto& run = place->second;
-  run.read_whole = over && nothing_new;
-  if (begun && nothing_new) return;
-  run.begun = true;
-  for (auto& row : *samples) {
-    run.slot = row.number;
-    run.samples.push_back(std::move(row));
+  const auto watched = runs_.find(found.key);
+  if (watched == runs_.end()) return std::nullopt;
+  auto& run = watched->second;
+  const auto& id = found.status.id;
+  if (!id.empty() && id != run.id) run = Run{.watchers = run.watchers, .id = id};
+  if (run.status_version != found.version || found.is_silent()) {  // a silent run: its age changes
+    run.status_version = found.version;
+    run.status = status_text(found);
+    something_.notify_all();
   }
-  for (auto& row : *events) {
-    run.event = row.number;
-    run.events.push_back(std::move(row));
-  }
-  while (run.samples.size() > kKept) run.samples.pop_front();
-  while (run.events.size() > kKept) run.events.pop_front();
+  return run.read;
+}
+
+/// Reads the rows after a position, at first only the last ones: a watcher asks for older rows itself. Returns nothing
+/// if no rows can follow, or if the record cannot be read now.
+std::optional<RunFeed::News> RunFeed::read_news(const FoundRun& found, const ReadPosition& position) {
+  const bool is_over = !found.is_running();
+  if (position.is_complete && is_over && found.status.slot <= position.slot) return std::nullopt;
+  const auto first_slot = std::max<std::int64_t>(-1, found.status.slot - static_cast<std::int64_t>(kKept) / 2);
+  auto samples = samples_after(found, position.has_begun ? position.slot : first_slot, kAtOnce);
+  auto events = events_after(found, position.event, kAtOnce);
+  if (!samples || !events) return std::nullopt;
+  return News{.samples = std::move(*samples), .events = std::move(*events), .run_is_over = is_over};
+}
+
+/// Keeps the last rows of a run in memory and wakes its watchers.
+void RunFeed::take_news(const std::string& key, News news) {
+  const std::lock_guard lock(mutex_);
+  const auto watched = runs_.find(key);
+  if (watched == runs_.end()) return;
+  auto& run = watched->second;
+  const bool is_nothing_new = news.samples.empty() && news.events.empty();
+  run.read.is_complete = news.run_is_over && is_nothing_new;
+  if (run.read.has_begun && is_nothing_new) return;
+  run.read.has_begun = true;
+  const auto keep = [](std::vector<FeedRow>& from, std::deque<FeedRow>& rows, std::int64_t& last) {
+    for (auto& row : from) {
+      last = row.number;
+      rows.push_back(std::move(row));
+    }
+    while (rows.size() > kKept) rows.pop_front();
+  };
+  keep(news.samples, run.samples, run.read.slot);
+  keep(news.events, run.events, run.read.event);
   something_.notify_all();
 }
 

@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -66,19 +67,32 @@ class RunFeed {
   [[nodiscard]] int watchers() const;
 
  private:
+  /// How far a run has been read.
+  struct ReadPosition {
+    std::int64_t slot{-1}, event{-1};  ///< last ones read; −1: none yet
+    bool has_begun{};
+    bool is_complete{};  ///< no rows follow: the run is over
+  };
   struct Run {
     int watchers{};
     std::string id{};               ///< of the run whose rows these are
     std::deque<FeedRow> samples{};  ///< the last ones, without a hole
     std::deque<FeedRow> events{};
-    std::int64_t slot{-1}, event{-1};  ///< the last that were read; −1: none yet
-    bool begun{}, read_whole{};        ///< the latter of a run that is over
+    ReadPosition read{};
     std::int64_t status_version{-1};
     std::string status{};
   };
-  void read(const std::string& key);
-  /// What a watcher that is behind reads itself.
-  [[nodiscard]] std::string missed(const std::string& key, FeedPlace& place) const;
+  /// The rows of a run after a position.
+  struct News {
+    std::vector<FeedRow> samples, events;
+    bool run_is_over{};
+  };
+  [[nodiscard]] std::optional<ReadPosition> take_status(const FoundRun& found);
+  [[nodiscard]] static std::optional<News> read_news(const FoundRun& found, const ReadPosition& position);
+  void take_news(const std::string& key, News news);
+  [[nodiscard]] static bool holds_all_after(const Run& run, const FeedPlace& place);
+  [[nodiscard]] static std::string take_messages(const Run& run, FeedPlace& place);
+  [[nodiscard]] std::string read_missed(const std::string& key, FeedPlace& place) const;
 
   const RunCatalogue& catalogue_;
   mutable std::mutex mutex_;

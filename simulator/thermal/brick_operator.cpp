@@ -80,6 +80,8 @@ struct Conducting {
 
 /// Coefficients of bricks side by side, or the forces on them. `x[q]`, `y[q]`, `z[q]`: P₂ along that axis times odd
 /// factors in the other two axes, by the bits of q in their order. `odd[p]`: the odd factors alone, by the bits of p.
+/// The functions below write t for the coefficients of P₂, w for those of the odd factors alone, and g for the forces
+/// on either.
 template <class Line>
 struct Polynomials {
   Line x[4], y[4], z[4], odd[8];
@@ -240,20 +242,9 @@ struct RowEnds {
   [[nodiscard]] Real* right(int n) { return left(n) + length + 1; }
 };
 
-/// The bricks i… of a row, as many as a line has numbers.
-template <class Real, bool slanted>
-GYROTHERM_BRICK_INLINE void multiply_line(const BrickWeights<Real>& weights, std::size_t row, int i,
-                                          const RowsAround<const Real*>& from, const RowsAround<Real*>& to,
-                                          RowEnds<Real>& ends) {
-  using Line = typename LineOf<Real>::Line;
-  const auto at = row + static_cast<std::size_t>(i);
-  Conducting<Line> k;
-  load(weights.x.data() + at, k.x);
-  load(weights.y.data() + at, k.y);
-  load(weights.z.data() + at, k.z);
-  Line xy{};
-  if constexpr (slanted) load(weights.xy.data() + at, xy);
-  NodeSums<Line> nodes;
+/// Gathers the sums over the nodes of the bricks i… of a row, as many as a line has numbers.
+template <class Real, class Line>
+GYROTHERM_BRICK_INLINE void gather(const RowsAround<const Real*>& from, int i, NodeSums<Line>& nodes) {
   auto& [corner, on_x, on_y, on_z] = nodes;
   Line even[4], odd[4], of[4];
   for (int n = 0; n < 4; ++n) {
@@ -273,7 +264,15 @@ GYROTHERM_BRICK_INLINE void multiply_line(const BrickWeights<Real>& weights, std
   sums(of, on_y);
   for (int n = 0; n < 4; ++n) load(from.z_edge[n / 2] + i + n % 2, of[n]);
   sums(of, on_z);
-  respond<Real, slanted>(k, xy, nodes);
+}
+
+/// Scatters the forces on the nodes of the same bricks: adds those on x-edges to the product, and stores those at the
+/// bricks' left and right ends, where neighbours in the row meet.
+template <class Real, class Line>
+GYROTHERM_BRICK_INLINE void scatter(const NodeSums<Line>& nodes, int i, const RowsAround<Real*>& to,
+                                    RowEnds<Real>& ends) {
+  const auto& [corner, on_x, on_y, on_z] = nodes;
+  Line even[4], odd[4], of[4];
   spread(on_x, of);
   for (int n = 0; n < 4; ++n) add(to.x_edge[n] + i, of[n]);
   for (int q = 0; q < 4; ++q) of[q] = corner[2 * q];
@@ -289,6 +288,42 @@ GYROTHERM_BRICK_INLINE void multiply_line(const BrickWeights<Real>& weights, std
   for (int n = 0; n < 4; ++n) store((n % 2 == 0 ? ends.left(4 + n / 2) : ends.right(4 + n / 2)) + i, of[n]);
   spread(on_z, of);
   for (int n = 0; n < 4; ++n) store((n % 2 == 0 ? ends.left(6 + n / 2) : ends.right(6 + n / 2)) + i, of[n]);
+}
+
+/// Multiplies the bricks i… of a row, as many as a line has numbers.
+template <class Real, bool slanted>
+GYROTHERM_BRICK_INLINE void multiply_line(const BrickWeights<Real>& weights, std::size_t row, int i,
+                                          const RowsAround<const Real*>& from, const RowsAround<Real*>& to,
+                                          RowEnds<Real>& ends) {
+  using Line = typename LineOf<Real>::Line;
+  const auto at = row + static_cast<std::size_t>(i);
+  Conducting<Line> k;
+  load(weights.x.data() + at, k.x);
+  load(weights.y.data() + at, k.y);
+  load(weights.z.data() + at, k.z);
+  Line xy{};
+  if constexpr (slanted) load(weights.xy.data() + at, xy);
+  NodeSums<Line> nodes;
+  gather(from, i, nodes);
+  respond<Real, slanted>(k, xy, nodes);
+  scatter(nodes, i, to, ends);
+}
+
+/// Adds the forces that neighbouring bricks have stored at their common ends to the product of a row.
+template <class Real>
+GYROTHERM_BRICK_INLINE void add_ends(RowEnds<Real>& ends, int bricks, const RowsAround<Real*>& to) {
+  for (int n = 0; n < 8; ++n) {
+    Real* const there = n < 4 ? to.corner[n] : n < 6 ? to.y_edge[n - 4] : to.z_edge[n - 6];
+    const Real* const left = ends.left(n);
+    const Real* const right = ends.right(n) - 1;
+    for (int i = 0; i <= bricks; i += kLanes<Real>) {
+      typename LineOf<Real>::Line one, other;
+      load(left + i, one);
+      load(right + i, other);
+      one += other;
+      add(there + i, one);
+    }
+  }
 }
 
 template <class Real>
@@ -308,18 +343,7 @@ GYROTHERM_BRICK_INLINE void multiply_rows(const BrickPlaces& places, const Brick
         else
           multiply_line<Real, false>(weights, row, i, from, to, ends);
       }
-      for (int n = 0; n < 8; ++n) {
-        Real* const there = n < 4 ? to.corner[n] : n < 6 ? to.y_edge[n - 4] : to.z_edge[n - 6];
-        const Real* const left = ends.left(n);
-        const Real* const right = ends.right(n) - 1;
-        for (int i = 0; i <= places.nx(); i += kLanes<Real>) {
-          typename LineOf<Real>::Line one, other;
-          load(left + i, one);
-          load(right + i, other);
-          one += other;
-          add(there + i, one);
-        }
-      }
+      add_ends(ends, places.nx(), to);
     }
   }
 }

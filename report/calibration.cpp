@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/data/students_t.hpp"
+#include "analysis/data/distributions.hpp"
 #include "core/json.hpp"
 #include "report/words.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "analysis/data/chi_squared.hpp"
+#include "analysis/data/distributions.hpp"
 
 namespace gyrotherm::fusion {
 namespace {

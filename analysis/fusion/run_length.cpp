@@ -5,7 +5,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "analysis/data/chi_squared.hpp"
+#include "analysis/data/distributions.hpp"
 
 namespace gyrotherm::fusion {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "analysis/data/students_t.hpp"
+#include "analysis/data/distributions.hpp"
 
 namespace gyrotherm::model {
 namespace {

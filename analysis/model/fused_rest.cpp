@@ -9,7 +9,7 @@
 #include <numbers>
 #include <utility>
 
-#include "analysis/data/chi_squared.hpp"
+#include "analysis/data/distributions.hpp"
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/fusion/north.hpp"
 #include "analysis/fusion/rate_fusion.hpp"

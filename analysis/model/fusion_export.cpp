@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/data/chi_squared.hpp"
+#include "analysis/data/distributions.hpp"
 #include "analysis/fusion/rate_fusion.hpp"
 #include "core/random.hpp"
 

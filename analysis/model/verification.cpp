@@ -10,7 +10,7 @@
 #include <set>
 #include <utility>
 
-#include "analysis/data/students_t.hpp"
+#include "analysis/data/distributions.hpp"
 #include "analysis/model/uncertainty.hpp"
 
 namespace gyrotherm::model {

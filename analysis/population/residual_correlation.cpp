@@ -9,9 +9,8 @@
 #include <limits>
 #include <set>
 
-#include "analysis/data/chi_squared.hpp"
+#include "analysis/data/distributions.hpp"
 #include "analysis/data/statistics.hpp"
-#include "analysis/data/students_t.hpp"
 
 namespace gyrotherm::population {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "analysis/data/chi_squared.hpp"
+#include "analysis/data/distributions.hpp"
 #include "analysis/fusion/rate_fusion.hpp"
 #include "tests/analysis/fusion/fixtures.hpp"
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <limits>
 
-#include "analysis/data/chi_squared.hpp"
+#include "analysis/data/distributions.hpp"
 #include "tests/analysis/fusion/thermal_body.hpp"
 
 namespace gyrotherm::model {

@@ -7,8 +7,8 @@
 #include <limits>
 #include <random>
 
+#include "analysis/data/distributions.hpp"
 #include "analysis/data/statistics.hpp"
-#include "analysis/data/students_t.hpp"
 
 namespace gyrotherm::population {
 namespace {

@@ -1,17 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/data/chi_squared.hpp"
+#include "analysis/data/distributions.hpp"
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/non_central_chi_squared.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <boost/math/policies/policy.hpp>
 #include <cassert>
-
-#include "analysis/data/distribution_policy.hpp"
 
 namespace gyrotherm::data {
 namespace {
 
+/// The error policy: a result that does not exist is NaN or infinite, and nothing throws.
+using DistributionPolicy =
+    boost::math::policies::policy<boost::math::policies::domain_error<boost::math::policies::ignore_error>,
+                                  boost::math::policies::pole_error<boost::math::policies::ignore_error>,
+                                  boost::math::policies::overflow_error<boost::math::policies::ignore_error>,
+                                  boost::math::policies::evaluation_error<boost::math::policies::ignore_error>>;
+
 using ChiSquared = boost::math::chi_squared_distribution<double, DistributionPolicy>;
 using NoncentralChiSquared = boost::math::non_central_chi_squared_distribution<double, DistributionPolicy>;
+using StudentsT = boost::math::students_t_distribution<double, DistributionPolicy>;
 
 }  // namespace
 
@@ -33,6 +41,16 @@ double noncentral_chi_squared_exceeds(double value, double freedom, double nonce
 double noncentral_chi_squared_density(double value, double freedom, double noncentrality) {
   assert(value > 0 && freedom > 0 && noncentrality >= 0);
   return pdf(NoncentralChiSquared(freedom, noncentrality), value);
+}
+
+double students_t_probability(double t, double degrees_of_freedom) {
+  assert(degrees_of_freedom > 0);
+  return cdf(StudentsT(degrees_of_freedom), t);
+}
+
+double coverage_factor(double share, double degrees_of_freedom) {
+  assert(share > 0 && share < 1);
+  return quantile(complement(StudentsT(degrees_of_freedom), 0.5 * (1 - share)));
 }
 
 }  // namespace gyrotherm::data

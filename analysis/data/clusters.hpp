@@ -7,10 +7,16 @@
 #include <vector>
 
 #include "analysis/data/dataset.hpp"
-#include "analysis/data/lag.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::data {
+
+/// The temperatures of whole runs, one run after the other, a row per cluster, of those too in which another reading is
+/// missing: what lags are made of where a part of the clusters is looked at.
+struct TemperatureHistory {
+  Eigen::VectorXd elapsed_s;      ///< since the cluster before it in its run; infinite for the first of a run
+  Eigen::MatrixXd temperature_c;  ///< clusters × thermometers; NaN where one of its readings is missing
+};
 
 /// The clusters of a record, a row each. Cluster k holds the samples with 100k ≤ t − t_0 < 100(k + 1) s.
 struct Clusters {

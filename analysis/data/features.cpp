@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cassert>
 #include <charconv>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <set>
@@ -133,6 +134,21 @@ Result<Eigen::Index> column_of(const Clusters& clusters, const std::string& name
                   clusters.thermometers.empty() ? "none" : fmt::format("{}", fmt::join(clusters.thermometers, ", "))));
 }
 
+/// Returns the lag of one thermometer in each row of the history, K: 0 in the first of each run that has its
+/// temperature, NaN where that is not known, which is a longer step.
+Eigen::VectorXd lag_of(const TemperatureHistory& history, Eigen::Index thermometer, double time_constant_s) {
+  FirstOrderLag lag(time_constant_s);
+  Eigen::VectorXd values(history.elapsed_s.size());
+  double elapsed_s = 0;  // since a temperature was known
+  for (Eigen::Index k = 0; k < values.size(); ++k) {
+    const double temperature_c = history.temperature_c(k, thermometer);
+    elapsed_s += history.elapsed_s(k);
+    values(k) = std::isnan(temperature_c) ? temperature_c : lag.push(temperature_c, elapsed_s);
+    if (!std::isnan(temperature_c)) elapsed_s = 0;
+  }
+  return values;
+}
+
 Result<Eigen::VectorXd> lag_values(const Factor& factor, Eigen::Index column, const Clusters& clusters) {
   if (!has_history(clusters))
     return failure(FaultKind::usage, place(to_string(factor)), "needs the temperatures of the whole run");
@@ -184,6 +200,14 @@ Polynomial polynomial_of(const Term& term) {
 const char* name(FactorKind kind) {
   constexpr const char* kNames[] = {"temperature", "gradient", "rate", "lag"};
   return kNames[static_cast<std::size_t>(kind)];
+}
+
+double FirstOrderLag::push(double temperature_c, double elapsed_s) {
+  assert(elapsed_s > 0);
+  if (std::isnan(followed_c_)) followed_c_ = temperature_c;
+  const double behind = std::exp(-elapsed_s / time_constant_s_) * (temperature_c - followed_c_);
+  followed_c_ = temperature_c - behind;
+  return behind;
 }
 
 Term temperature_term(std::string thermometer) { return {{{FactorKind::temperature, std::move(thermometer), {}}}}; }

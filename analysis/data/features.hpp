@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,7 +22,7 @@ enum class FactorKind { temperature, gradient, rate, lag };
 [[nodiscard]] const char* name(FactorKind kind);
 
 /// One quantity of the thermometers: T_first (°C), T_first − T_second (°C), the causal dT_first/dt (°C/min), or the
-/// causal lag of T_first (K): by how much a body that follows it with a time constant lags behind (lag.hpp).
+/// causal lag of T_first (K): by how much a body that follows it with a time constant lags behind (FirstOrderLag).
 struct Factor {
   FactorKind kind{};
   std::string first;
@@ -94,12 +95,30 @@ void describe(auto& form, Like<Term> auto& term) {
 /// Rows are samples, row-major so that a sample is contiguous.
 using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// The causal first-order lag of a temperature: what a body that follows a thermometer slowly has not yet followed. The
+/// body follows the temperature T of the thermometer with the time constant τ: dF/dt = (T − F)/τ. It starts in
+/// balance: F is the first temperature. T is taken as a staircase of the temperatures given, each since the one before
+/// it, for which T_k − F_k = exp(−Δt/τ) (T_k − F_{k−1}) is the exact solution (the zero-order-hold equivalent;
+/// Franklin, Powell, Workman, Digital Control of Dynamic Systems (1998), §4.3.3). A gap is a long step: over one of
+/// many τ the body is in balance again.
+class FirstOrderLag {
+ public:
+  explicit FirstOrderLag(double time_constant_s) : time_constant_s_(time_constant_s) {}
+
+  /// By how much the body lags behind, T − F in K, once this temperature has lasted for `elapsed_s`.
+  double push(double temperature_c, double elapsed_s);
+
+ private:
+  double time_constant_s_;
+  double followed_c_ = std::numeric_limits<double>::quiet_NaN();  ///< F; NaN before the first temperature
+};
+
 /// All pairs i before j of the named thermometers: 28 for A…H.
 [[nodiscard]] std::vector<Term> all_gradients(const std::vector<std::string>& names);
 
 /// The values of the terms, clusters × terms, unscaled. Lags are those of the clusters' whole runs, however few of the
-/// clusters are looked at; a cluster without a thermometer's mean is a longer step (lag.hpp). Fails with usage if a
-/// thermometer is not in the clusters, or a lag is asked for and the history is not known.
+/// clusters are looked at; a cluster without a thermometer's mean is a longer step (FirstOrderLag). Fails with usage if
+/// a thermometer is not in the clusters, or a lag is asked for and the history is not known.
 [[nodiscard]] Result<SampleMatrix> evaluate(const std::vector<Term>& terms, const Clusters& clusters);
 
 /// The rank of the terms as polynomials of the temperatures, their rates and lags (13 gradients that contain all of A

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/data/lag.hpp"
+#include "analysis/data/features.hpp"
 #include "analysis/model/model.hpp"
 #include "core/result.hpp"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sums of Gaussians at many points: what a support vector machine or a radial network predicts.
+/// Sums of Gaussians: at many points, which is what a support vector machine or a radial network predicts, and at their
+/// own centres, which is the response of a training set to its β.
 #pragma once
 
 #include <Eigen/Core>
@@ -68,5 +69,12 @@ class GaussianSum {
   double weight_unit_{};  ///< the largest |w|
   Blocks blocks_;
 };
+
+/// Σ_j β_j exp(−‖x_i − x_j‖²/(2σ²)) at each sample x_i, a row of `x` in coordinates that are `spanned`, from the
+/// non-zero β alone. Against the formula the error is below 1e-11 Σ|β_j|, as of a GaussianSum, which takes its place
+/// where samples lie too far apart for products. Each pair's Gaussian is computed once.
+[[nodiscard]] Eigen::VectorXd gaussian_response(const Eigen::Ref<const SampleMatrix>& x, double sigma,
+                                                const Eigen::VectorXd& beta,
+                                                const GaussianLoops& loops = gaussian_loops());
 
 }  // namespace gyrotherm::svm

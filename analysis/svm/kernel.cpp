@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include "analysis/svm/gaussian_pairs.hpp"
 #include "analysis/svm/gaussian_sum.hpp"
 #include "analysis/svm/spanned.hpp"
 

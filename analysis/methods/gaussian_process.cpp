@@ -10,7 +10,6 @@
 #include "analysis/methods/held_out.hpp"
 #include "analysis/methods/kernel_methods.hpp"
 #include "analysis/methods/ridge_u.hpp"
-#include "analysis/methods/rprop.hpp"
 #include "analysis/svm/cholesky.hpp"
 #include "core/random.hpp"
 
@@ -184,6 +183,23 @@ Result<Likelihood> marginal_likelihood(const Covariance& covariance, const data:
   likelihood.gradient(inputs) = sums.sum();
   likelihood.gradient(inputs + 1) = variance * trace;
   return likelihood;
+}
+
+RpropSteps::RpropSteps(Eigen::Index coordinates)
+    : sizes_(Eigen::VectorXd::Constant(coordinates, 0.2)), before_(Eigen::VectorXd::Zero(coordinates)) {}
+
+Eigen::VectorXd RpropSteps::next(Eigen::VectorXd gradient) {
+  constexpr double kLongestStep = 1, kShortestStep = 1e-6, kGrowth = 1.2, kShrinking = 0.5;
+  assert(gradient.size() == sizes_.size());
+  for (Eigen::Index k = 0; k < gradient.size(); ++k) {
+    const double agreement = gradient(k) * before_(k);
+    if (agreement > 0) sizes_(k) = std::min(sizes_(k) * kGrowth, kLongestStep);
+    if (agreement >= 0) continue;
+    sizes_(k) = std::max(sizes_(k) * kShrinking, kShortestStep);
+    gradient(k) = 0;
+  }
+  before_ = gradient;
+  return gradient.array().sign() * sizes_.array();
 }
 
 Result<Ascent> climb_likelihood(const Covariance& start, const data::SampleMatrix& x, const Eigen::VectorXd& y,

@@ -77,14 +77,29 @@ struct Likelihood {
 [[nodiscard]] Result<Likelihood> marginal_likelihood(const Covariance& covariance, const data::SampleMatrix& x,
                                                      const Eigen::VectorXd& y);
 
+/// Rprop (Blum and Riedmiller, Optimization of Gaussian process hyperparameters using Rprop, ESANN 2013): each
+/// coordinate has a step of its own, which grows while its derivative keeps its sign and shrinks where that turns.
+class RpropSteps {
+ public:
+  /// Steps of 0.2 in each of so many coordinates; they stay within 1e-6 … 1.
+  explicit RpropSteps(Eigen::Index coordinates);
+
+  /// The step uphill from where this is the gradient. A coordinate whose derivative has turned since the step before
+  /// stands still for one step.
+  [[nodiscard]] Eigen::VectorXd next(Eigen::VectorXd gradient);
+
+ private:
+  Eigen::VectorXd sizes_, before_;
+};
+
 struct Ascent {
   Covariance covariance;
   double log_likelihood{};
   int evaluations{};
 };
-/// Climbs from a start by Rprop (Blum and Riedmiller, ESANN 2013): the sign of each derivative sets the step of its
-/// logarithm; ends after `most` evaluations or when no derivative exceeds 0.05. Lengths stay within 0.05 … 200, σ_f
-/// within 0.01 … 100, σ_n within 0.001 … 2. Fails like marginal_likelihood, at the start only.
+/// Climbs from a start by RpropSteps: the sign of each derivative sets the step of its logarithm; ends after `most`
+/// evaluations or when no derivative exceeds 0.05. Lengths stay within 0.05 … 200, σ_f within 0.01 … 100, σ_n within
+/// 0.001 … 2. Fails like marginal_likelihood, at the start only.
 [[nodiscard]] Result<Ascent> climb_likelihood(const Covariance& start, const data::SampleMatrix& x,
                                               const Eigen::VectorXd& y, int most);
 

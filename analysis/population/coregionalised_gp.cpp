@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "analysis/methods/kernel_methods.hpp"
-#include "analysis/methods/rprop.hpp"
 
 namespace gyrotherm::population {
 namespace {

@@ -14,7 +14,6 @@
 #include "analysis/methods/ridge_u.hpp"
 #include "analysis/methods/state_space.hpp"
 #include "analysis/methods/svr.hpp"
-#include "analysis/methods/svr_linear.hpp"
 #include "analysis/svm/gaussian_sum.hpp"
 #include "core/text.hpp"
 

@@ -12,7 +12,6 @@
 #include "analysis/methods/network.hpp"
 #include "analysis/methods/radial_basis.hpp"
 #include "analysis/methods/ridge_u.hpp"
-#include "analysis/methods/state_space.hpp"
 #include "analysis/methods/svr.hpp"
 #include "analysis/svm/gaussian_sum.hpp"
 #include "core/text.hpp"

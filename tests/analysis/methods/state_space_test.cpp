@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/methods/state_space.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>

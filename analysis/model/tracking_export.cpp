@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "analysis/model/model_export.hpp"
-#include "analysis/tracking/rest_tracker.hpp"
+#include "analysis/tracking/bias_tracker.hpp"
 
 namespace gyrotherm::model {
 namespace {

@@ -16,7 +16,7 @@
 #include "acquisition/record/csv.hpp"
 #include "acquisition/record/schema.hpp"
 #include "analysis/model/stream.hpp"
-#include "analysis/tracking/rest_tracker.hpp"
+#include "analysis/tracking/bias_tracker.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/console/value.hpp"
 #include "apps/gyrotherm/bias_tracking.hpp"

@@ -14,7 +14,7 @@
 #include "analysis/model/model.hpp"
 #include "analysis/model/stream.hpp"
 #include "analysis/model/training.hpp"
-#include "analysis/tracking/rest_tracker.hpp"
+#include "analysis/tracking/bias_tracker.hpp"
 #include "tests/analysis/c_program.hpp"
 #include "tests/analysis/small_model.hpp"
 #include "tests/analysis/synthetic_run.hpp"

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "analysis/tracking/consistency.hpp"
+#include "analysis/tracking/assessment.hpp"
 #include "tests/analysis/tracking/known_bias.hpp"
 
 namespace gyrotherm::tracking {

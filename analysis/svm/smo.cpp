@@ -66,24 +66,32 @@ template <class Step>
   });
 }
 
-// response = up − down + kept · response, h −= moved · response, and the largest u = h − rise of the new h. `count` is
-// a multiple of two lines of lanes.
+// The arrays of a state that each step runs over. `count` is a multiple of two lines of lanes.
+struct StateLines {
+  float* h;
+  float* response;
+  const float* rise;
+  int count;
+};
+
+// Makes the step of a pair whose rows of K are `up` and `down`: response = up − down + kept · response,
+// h −= length · response. Returns the largest u = h − rise of the new h. The structures come by value, so that no store
+// to an array can change them.
 GYROTHERM_CLONES
-void move(float* h, float* response, const float* up, const float* down, float moved, float kept, const float* rise,
-          int count, float& slope, int& index) {
+SmoSteepest move(StateLines lines, const float* up, const float* down, SmoStep step) {
   FloatLanes best[2] = {FloatLanes{} - kWall, FloatLanes{} - kWall};
   IndexLanes where[2] = {};
   IndexLanes at = kCount;
-  for (int i = 0; i < count; i += 2 * kFloatLanes) {
+  for (int i = 0; i < lines.count; i += 2 * kFloatLanes) {
     for (int half = 0; half < 2; ++half) {
       const int k = i + half * kFloatLanes;
-      auto& error = lanes_at(h + k);
-      auto& along = lanes_at(response + k);
-      const FloatLanes change = lanes_at(up + k) - lanes_at(down + k) + kept * along;
+      auto& error = lanes_at(lines.h + k);
+      auto& along = lanes_at(lines.response + k);
+      const FloatLanes change = lanes_at(up + k) - lanes_at(down + k) + step.kept * along;
       along = change;
-      const FloatLanes changed = error - moved * change;
+      const FloatLanes changed = error - step.length * change;
       error = changed;
-      const FloatLanes u = changed - lanes_at(rise + k);
+      const FloatLanes u = changed - lanes_at(lines.rise + k);
       const IndexLanes better = u > best[half];
       best[half] = better ? u : best[half];
       where[half] = better ? at : where[half];
@@ -91,8 +99,7 @@ void move(float* h, float* response, const float* up, const float* down, float m
     at += 2 * kFloatLanes;
   }
   reduce_largest(best[0], where[0], best[1], where[1] + kFloatLanes);
-  slope = best[0][0];
-  index = where[0][0];
+  return {.slope = best[0][0], .index = where[0][0]};
 }
 
 // Quotients square/curvature compared crosswise, without a division.
@@ -110,10 +117,10 @@ struct Candidate {
   }
 };
 
-// The least v = h − fall, and the j of the largest (u_i − v_j)²/(2 − 2K_ij) among the v_j below `u`; `row` is K_i.
+// Returns the least v = h − fall, and the j of the largest (u_i − v_j)²/(2 − 2K_ij) among the v_j below `u`; `row` is
+// K_i.
 GYROTHERM_CLONES
-void choose_partner(const float* row, const float* h, const float* fall, float u, int count, float& least_slope,
-                    int& index) {
+SmoPartner choose_partner(const float* row, const float* h, const float* fall, float u, int count) {
   FloatLanes least[2] = {FloatLanes{} + kWall, FloatLanes{} + kWall};
   Candidate best[2];
   IndexLanes at = kCount;
@@ -140,8 +147,7 @@ void choose_partner(const float* row, const float* h, const float* fall, float u
     least[0] = lower < least[0] ? lower : least[0];
     best[0].take_better(other.square, other.curvature, other.where);
   });
-  least_slope = least[0][0];
-  index = best[0].where[0];
+  return {.least_slope = least[0][0], .index = best[0].where[0]};
 }
 
 // How far β_i may rise and β_j fall together: the decrease per unit is `slack` at first, falls by `curvature`, and by
@@ -408,18 +414,16 @@ void SmoState::set(int i, double beta) {
   if (fall_[i] != fall) fall_[i] = fall;
 }
 
-SmoState::Steepest SmoState::steepest() const {
-  Steepest found{-kWall, 0};
+SmoSteepest SmoState::steepest() const {
+  SmoSteepest found{-kWall, 0};
   for (int i = 0; i < static_cast<int>(beta_.size()); ++i) {
     if (u(i) > found.slope) found = {u(i), i};
   }
   return found;
 }
 
-SmoState::Partner SmoState::partner_of(const Steepest& first, const float* row) const {
-  Partner found{};
-  choose_partner(row, h_.data(), fall_.data(), first.slope, stride_, found.least_slope, found.index);
-  return found;
+SmoPartner SmoState::partner_of(const SmoSteepest& first, const float* row) const {
+  return choose_partner(row, h_.data(), fall_.data(), first.slope, stride_);
 }
 
 // With the piece of the dual that β_i is on, or comes to when it leaves zero.
@@ -429,18 +433,19 @@ SmoDirection::Point SmoState::point(int i, bool rising) const {
   return {.index = i, .beta = beta, .low = above ? 0 : -C_, .high = above ? C_ : 0};
 }
 
-// False if the pair's own direction is the better one now; else `moved` is the length and `kept` the share of d.
-bool SmoState::step_conjugately(const SmoPair& pair, float& moved, float& kept) {
-  if (direction_.empty() || direction_.full()) return false;
+// Moves the points along the direction made conjugate to the last one. Returns nothing, and moves nothing, if the
+// pair's own direction is the better one now.
+std::optional<SmoStep> SmoState::step_conjugately(const SmoPair& pair) {
+  if (direction_.empty() || direction_.full()) return {};
   const double shared = static_cast<double>(response_[pair.i]) - static_cast<double>(response_[pair.j]);
   const double curvature = pair.curvature - shared * shared / curvature_;
-  if (!(curvature > kLeastShare * pair.curvature)) return false;
+  if (!(curvature > kLeastShare * pair.curvature)) return {};
   const double share = -shared / curvature_;
   direction_.turn(point(pair.i, true), point(pair.j, false), share);
   const auto length = direction_.reach(pair.slack / curvature);
   if (length.stopped_by >= 0) {
     const double alone = std::min({C_ - beta_[pair.i], beta_[pair.j] + C_, pair.slack / pair.curvature});
-    if (decrease(pair.slack, curvature, length.units) <= decrease(pair.slack, pair.curvature, alone)) return false;
+    if (decrease(pair.slack, curvature, length.units) <= decrease(pair.slack, pair.curvature, alone)) return {};
   }
   direction_.move(length);
   for (int p = 0; p < direction_.count(); ++p) beta_[direction_.index(p)] = direction_.beta(p);
@@ -450,36 +455,33 @@ bool SmoState::step_conjugately(const SmoPair& pair, float& moved, float& kept) 
     set(k, beta_[k]);
   }
   curvature_ = curvature;
-  moved = static_cast<float>(length.units);
-  kept = static_cast<float>(share);
   if (length.stopped_by >= 0) direction_.clear();
-  return true;
+  return SmoStep{.length = static_cast<float>(length.units), .kept = static_cast<float>(share)};
 }
 
-// The length of the step; it goes through zeros, and starts conjugacy if nothing stopped it.
-double SmoState::step_alone(const SmoPair& pair) {
+// Moves the pair alone, through zeros. Starts conjugacy if nothing stopped it.
+SmoStep SmoState::step_alone(const SmoPair& pair) {
   direction_.clear();
   const double beta_i = beta_[pair.i], beta_j = beta_[pair.j];
   const double length = pair_step(beta_i, beta_j, pair.slack, pair.curvature, C_, epsilon_);
   set(pair.i, length == C_ - beta_i ? C_ : beta_i + length);
   set(pair.j, length == beta_j + C_ ? -C_ : beta_j - length);
   const bool same_sides = beta_i * beta_[pair.i] >= 0 && beta_j * beta_[pair.j] >= 0;
-  if (!same_sides || length != pair.slack / pair.curvature) return length;
+  const SmoStep step{.length = static_cast<float>(length)};
+  if (!same_sides || length != pair.slack / pair.curvature) return step;
   direction_.start(point(pair.i, true), point(pair.j, false));
   curvature_ = pair.curvature;
-  return length;
+  return step;
 }
 
-SmoState::Steepest SmoState::step(const Steepest& first, int second, const float* up, const float* down) {
+SmoSteepest SmoState::step(const SmoSteepest& first, int second, const float* up, const float* down) {
   const SmoPair pair{.i = first.index,
                      .j = second,
                      .slack = double{first.slope} - double{h_[second]} + double{fall_[second]},
                      .curvature = std::max(2.0F - 2.0F * up[second], kLeastCurvature)};
-  float moved = 0, kept = 0;
-  if (!step_conjugately(pair, moved, kept)) moved = static_cast<float>(step_alone(pair));
-  Steepest next{};
-  move(h_.data(), response_.data(), up, down, moved, kept, rise_.data(), stride_, next.slope, next.index);
-  return next;
+  const std::optional<SmoStep> conjugate = step_conjugately(pair);
+  const SmoStep taken = conjugate ? *conjugate : step_alone(pair);
+  return move({.h = h_.data(), .response = response_.data(), .rise = rise_.data(), .count = stride_}, up, down, taken);
 }
 
 Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int most, const Eigen::VectorXd* start) {

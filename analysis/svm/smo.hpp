@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "analysis/svm/svr_problem.hpp"
@@ -17,6 +18,24 @@ struct SmoPair {
   int j{};
   double slack{};      ///< decrease of the dual per unit, at first
   double curvature{};  ///< by which that falls, per unit
+};
+
+/// The point whose u is largest.
+struct SmoSteepest {
+  float slope;  ///< max u
+  int index;
+};
+
+/// The point that moves with the steepest one.
+struct SmoPartner {
+  float least_slope;  ///< min v of all points, not of this one
+  int index;
+};
+
+/// A step along the pair's direction plus `kept` times the direction of the step before.
+struct SmoStep {
+  float length{};
+  float kept{};
 };
 
 /// The direction d in which the last steps went, as a sum of pairs' directions e_i − e_j: the few points that moved,
@@ -107,20 +126,11 @@ class SmoState {
   SmoRun run(RowOf row_of, double tolerance, double fraction, int most);
 
  private:
-  struct Steepest {
-    float slope;  // max u
-    int index;
-  };
-  struct Partner {
-    float least_slope;  // min v
-    int index;
-  };
-
-  [[nodiscard]] Steepest steepest() const;
-  [[nodiscard]] Partner partner_of(const Steepest& first, const float* row) const;
-  [[nodiscard]] Steepest step(const Steepest& first, int second, const float* up, const float* down);
-  [[nodiscard]] bool step_conjugately(const SmoPair& pair, float& moved, float& kept);
-  [[nodiscard]] double step_alone(const SmoPair& pair);
+  [[nodiscard]] SmoSteepest steepest() const;
+  [[nodiscard]] SmoPartner partner_of(const SmoSteepest& first, const float* row) const;
+  [[nodiscard]] SmoSteepest step(const SmoSteepest& first, int second, const float* up, const float* down);
+  [[nodiscard]] std::optional<SmoStep> step_conjugately(const SmoPair& pair);
+  [[nodiscard]] SmoStep step_alone(const SmoPair& pair);
   [[nodiscard]] SmoDirection::Point point(int i, bool rising) const;
 
   double C_;
@@ -139,10 +149,10 @@ template <class RowOf>
 SmoRun SmoState::run(RowOf row_of, double tolerance, double fraction, int most) {
   SmoRun run;
   direction_.clear();
-  Steepest first = steepest();
+  SmoSteepest first = steepest();
   while (true) {
     const float* up = row_of(first.index);
-    const Partner second = partner_of(first, up);
+    const SmoPartner second = partner_of(first, up);
     run.violation = static_cast<double>(first.slope) - static_cast<double>(second.least_slope);
     if (run.iterations == 0) tolerance = std::max(tolerance, fraction * run.violation);
     if (run.violation <= tolerance || run.iterations >= most) return run;

@@ -3,13 +3,140 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cassert>
+#include <random>
 
-#include "analysis/fusion/run_length.hpp"
+#include "analysis/data/chi_squared.hpp"
 #include "core/quantity.hpp"
+#include "core/random.hpp"
 
 namespace gyrotherm::fusion {
+namespace {
+
+struct Quadrature {
+  Eigen::VectorXd nodes, weights;
+};
+
+/// Returns the rule of Gauss and Legendre on 0 … `end`, by the eigenvalues of the Jacobi matrix (Golub and Welsch,
+/// Math. Comp. 23 (1969) 221).
+Quadrature gauss_legendre(Eigen::Index count, double end) {
+  Eigen::MatrixXd jacobi = Eigen::MatrixXd::Zero(count, count);
+  for (Eigen::Index i = 1; i < count; ++i) {
+    const auto n = static_cast<double>(i);
+    jacobi(i, i - 1) = jacobi(i - 1, i) = n / std::sqrt(4 * n * n - 1);
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(jacobi);
+  return {.nodes = (0.5 * end * (solver.eigenvalues().array() + 1)).matrix(),
+          .weights = end * solver.eigenvectors().row(0).transpose().cwiseAbs2()};
+}
+
+/// Returns the mean run length over blocks of the healthy vectors, in steps; above `steps` if no alarm came.
+double drawn_run_length(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double slack, double limit, double steps) {
+  constexpr std::uint64_t kSeed = 1;
+  constexpr Eigen::Index kBlock = 36;  // steps: an hour of 100 s
+  std::mt19937_64 random(kSeed);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(healthy.rows());
+  double taken = 0;
+  int alarms = 0;
+  while (taken < steps) {
+    const Eigen::Index from = index_below(healthy.cols(), random);
+    for (Eigen::Index k = 0; k < kBlock; ++k) {
+      ++taken;
+      if (add_less_slack(sum, healthy.col((from + k) % healthy.cols()), slack) - slack <= limit) continue;
+      ++alarms;
+      sum.setZero();
+    }
+  }
+  return alarms > 0 ? taken / alarms : 2 * steps;
+}
+
+/// Returns the place from `low` on, below `high`, up to which a rising function is less than `wanted`.
+double crossing(double low, double high, double wanted, auto rising) {
+  constexpr int kHalvings = 16;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = (low + high) / 2;
+    (rising(middle) < wanted ? low : high) = middle;
+  }
+  return low;
+}
+
+}  // namespace
+
+double average_run_length(int dimension, double slack, double limit) {
+  assert(dimension >= 1 && slack > 0 && limit > 0);
+  constexpr double kNodesOfStep = 3, kFarthest = 12;  // standard deviations of the length, at least
+  constexpr Eigen::Index kFewestNodes = 24;
+  const auto count = kFewestNodes + static_cast<Eigen::Index>(kNodesOfStep * limit);
+  const Quadrature quadrature = gauss_legendre(count, limit);
+  const auto square = [](double x) { return x * x; };
+  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(count + 1, count + 1);  // I − P; the first state is 0
+  for (Eigen::Index i = 0; i <= count; ++i) {
+    const double noncentrality = i == 0 ? 0 : square(quadrature.nodes(i - 1));
+    const double alarm = data::noncentral_chi_squared_exceeds(square(limit + slack), dimension, noncentrality);
+    double away = alarm;
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const double before = quadrature.nodes(j) + slack;
+      if (std::abs(before - std::sqrt(noncentrality + dimension)) > kFarthest) continue;
+      const double probability = quadrature.weights(j) * 2 * before *
+                                 data::noncentral_chi_squared_density(square(before), dimension, noncentrality);
+      left(i, j + 1) = -probability;
+      away += probability;
+    }
+    left(i, 0) = away - 1;
+    left(i, i) += 1;
+  }
+  return left.partialPivLu().solve(Eigen::VectorXd::Ones(count + 1))(0);
+}
+
+double limit_for_run_length(int dimension, double slack, double run_length) {
+  constexpr double kLongest = 1e9, kTolerance = 1e-7;
+  assert(run_length > 1 && run_length <= kLongest);
+  const auto above = [&](double limit) {  // nearly straight
+    return std::log(average_run_length(dimension, slack, limit) / run_length);
+  };
+  double low = kTolerance, of_low = above(low), high = 1, of_high = above(high);
+  if (of_low >= 0) return low;
+  while (of_high < 0) {
+    low = high;
+    of_low = of_high;
+    high *= 2;
+    of_high = above(high);
+  }
+  double best = high;
+  int side = 0;  // of the end that was moved last
+  for (double step = high - low; std::abs(step) > kTolerance * high;) {
+    const double middle = high - of_high * (high - low) / (of_high - of_low), of_middle = above(middle);
+    const int moved = of_middle < 0 ? -1 : 1;
+    (moved < 0 ? low : high) = middle;
+    (moved < 0 ? of_low : of_high) = of_middle;
+    if (moved == side) (moved < 0 ? of_high : of_low) /= 2;
+    side = moved;
+    step = middle - best;
+    best = middle;
+  }
+  return best;
+}
+
+std::optional<double> limit_of_healthy(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double slack,
+                                       double run_length) {
+  assert(healthy.allFinite() && slack > 0);
+  if (healthy.cols() < kFewestHealthy) return std::nullopt;
+  constexpr double kRuns = 400, kFarthest = 4;  // times the limit of white vectors
+  const auto dimension = static_cast<int>(healthy.rows());
+  const double of_white = limit_for_run_length(dimension, slack, run_length);
+  const double told = std::min(run_length, static_cast<double>(healthy.cols()));
+  const double least = limit_for_run_length(dimension, slack, told);
+  const double drawn = crossing(least, kFarthest * least, told,
+                                [&](double limit) { return drawn_run_length(healthy, slack, limit, kRuns * told); });
+  if (drawn <= least) return of_white;
+  if (told == run_length) return drawn;
+  const double deviation = 1 / crossing(1 / kFarthest, 1, told, [&](double part) {
+                             return average_run_length(dimension, slack * part, drawn * part);
+                           });
+  return std::max(of_white, deviation * limit_for_run_length(dimension, slack / deviation, run_length));
+}
 
 ChangeDetector::ChangeDetector(int dimension, double slack, double limit)
     : slack_(slack), limit_(limit), sum_(Eigen::VectorXd::Zero(dimension)) {

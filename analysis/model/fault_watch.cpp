@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "analysis/data/statistics.hpp"
-#include "analysis/fusion/learnt_limit.hpp"
 #include "analysis/fusion/rate_fusion.hpp"
 #include "analysis/fusion/rest.hpp"
 #include "core/quantity.hpp"

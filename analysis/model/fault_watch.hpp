@@ -95,7 +95,7 @@ class HopWatch {
   [[nodiscard]] std::optional<Alarm> push(const Eigen::VectorXd& vector, double end_s);
 
   /// Tracks the vectors of a healthy record, a row per cluster, and takes the limit of the sum from their innovations
-  /// (fusion/learnt_limit.hpp). The limit remains as it is if there are too few. Call it before the first push().
+  /// (fusion::limit_of_healthy). The limit remains as it is if there are too few. Call it before the first push().
   void learn_limit(const Eigen::MatrixXd& healthy);
   [[nodiscard]] SumLimit limit() const;
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Axes at rest on the Earth, whose rotation is then the one rate they may see: what it says of their biases and of how
-/// the fixture stands. The local axes are north, east and down.
+/// Axes at rest on the Earth, whose rotation is then the one rate they may see: what it says of their biases, of how
+/// the fixture stands and of where north is. The local axes are north, east and down.
 #pragma once
 
 #include <Eigen/Core>
 
 #include "analysis/fusion/fault_test.hpp"
 #include "analysis/fusion/geometry.hpp"
+#include "analysis/fusion/rate_fusion.hpp"
+#include "core/result.hpp"
 
 namespace gyrotherm::fusion {
 
@@ -74,5 +76,31 @@ struct RestTest {
 };
 /// Fails as at_rest() does.
 [[nodiscard]] Result<RestTest> rest_test(const Geometry& geometry, const Attitude& attitude, const BiasPrior& prior);
+
+/// The heading of a fixture that is level and at rest, and its uncertainty.
+struct North {
+  double heading_deg{};   ///< of the fixture's first axis, from north over east, above −180° and at most 180°
+  double standard_deg{};  ///< u
+  double expanded_deg{};  ///< U, 95 %, k = 1.96
+};
+
+/// Standard uncertainties of the tilt of a fixture that should be level.
+struct Tilt {
+  double about_north_deg{}, about_east_deg{};
+};
+
+/// Finds north from the Earth's rotation: the heading is atan2(−ω₂, ω₁). Of the horizontal part of the Earth's
+/// rotation, Ω cos φ, a fixture that heads by ψ sees Ω cos φ cos ψ on its first axis and −Ω cos φ sin ψ on its second.
+/// To the first order its error is that of the rate towards east over Ω cos φ, and a tilt about north times tan φ
+/// (Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed. 2004, chapter 10, on gyrocompass
+/// alignment): u² = (eᵀ Σ e)/(Ω cos φ)² + (u_tilt tan φ)², u_tilt about north, e the direction of east in the fixture
+/// and Σ the covariance of the rate.
+///
+/// The rate is one at rest, its covariance with the uncertainty of the biases in it; the fixture's third axis points
+/// down but for the tilt. Fails with usage if the latitude is beyond ± 90° or an uncertainty of the tilt not 0 or more;
+/// with numeric if the horizontal rate is not ten times as large as its uncertainty towards east, as near a pole, since
+/// the first order is then not enough, or if it differs from Ω cos φ by more than ten times its own uncertainty and
+/// what the tilt does to it: then the fixture is not at rest, or not at that latitude.
+[[nodiscard]] Result<North> north_of(const FusedRate& rate, double latitude_deg, const Tilt& tilt);
 
 }  // namespace gyrotherm::fusion

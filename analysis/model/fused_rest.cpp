@@ -11,8 +11,8 @@
 
 #include "analysis/data/distributions.hpp"
 #include "analysis/data/hold_noise.hpp"
-#include "analysis/fusion/north.hpp"
 #include "analysis/fusion/rate_fusion.hpp"
+#include "analysis/fusion/rest.hpp"
 #include "core/quantity.hpp"
 
 namespace gyrotherm::model {

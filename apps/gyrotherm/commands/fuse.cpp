@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "acquisition/record/record.hpp"
-#include "analysis/fusion/thermometer_parity.hpp"
+#include "analysis/fusion/voting.hpp"
 #include "analysis/model/fused_axes.hpp"
 #include "analysis/model/fused_run.hpp"
 #include "analysis/model/fusion_export.hpp"

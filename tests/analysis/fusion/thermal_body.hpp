@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/fusion/thermometer_parity.hpp"
+#include "analysis/fusion/voting.hpp"
 #include "tests/analysis/fusion/fixtures.hpp"
 
 namespace gyrotherm::fusion {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/model/fused_rest.hpp"
-
+/// The second half of fused_run.hpp: a fused record against the Earth's rotation, where it is at rest.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/fusion/rate_fusion.hpp"
 #include "analysis/fusion/rest.hpp"
+#include "analysis/model/fused_run.hpp"
 #include "core/quantity.hpp"
 
 namespace gyrotherm::model {

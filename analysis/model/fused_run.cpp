@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "analysis/fusion/rate_fusion.hpp"
-#include "analysis/model/fused_rest.hpp"
 #include "core/json.hpp"
 
 namespace gyrotherm::model {

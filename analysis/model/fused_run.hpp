@@ -192,6 +192,13 @@ struct FusedRun {
 [[nodiscard]] Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
                                     const FusionOptions& options);
 
+/// Adds to the summary of a run what the Earth's rotation says of it: the error of the rate vector over all clusters
+/// (the fixture does not move in a chamber), that of all axes and of three of them alone, and of each axis; and of the
+/// last hour of each hold, and of all of these together, rate, heading, biases and turn, and an alarm where χ² of
+/// readings and priors is above its limit. Adds nothing if the attitude is not known. A stretch counts the axes that
+/// had a part in all of the rate there.
+void judge_at_rest(const FusedAxes& axes, const FusionOptions& options, FusedRun& run);
+
 /// Returns the cluster means of the axes in a record in which nothing is at fault, without those of axes that have an
 /// input beyond its trained range.
 [[nodiscard]] HealthyRates healthy_rates(const FusedAxes& healthy, double cluster_s);

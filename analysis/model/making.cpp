@@ -10,7 +10,7 @@
 
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/data/statistics.hpp"
-#include "analysis/model/streamed.hpp"
+#include "analysis/model/stream.hpp"
 
 namespace gyrotherm::model {
 namespace {

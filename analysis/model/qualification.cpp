@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "analysis/methods/method.hpp"
-#include "analysis/model/streamed.hpp"
 #include "analysis/model/training.hpp"
 #include "analysis/model/uncertainty.hpp"
 

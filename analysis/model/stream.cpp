@@ -174,4 +174,24 @@ Eigen::VectorXd CompensationStream::push_at(const Eigen::Ref<const Eigen::Vector
   return compensated;
 }
 
+std::optional<Latency> latency_of(const Model& model, const data::Clusters& clusters,
+                                  const Eigen::VectorXd& predicted_deg_per_h) {
+  const Eigen::VectorXd& p = predicted_deg_per_h;
+  const auto follows = [&](Eigen::Index k) {
+    return std::abs(clusters.start_s(k) - clusters.start_s(k - 1) - clusters.length_s) < clusters.length_s / 2;
+  };
+  double first = 0, second = 0, count = 0;
+  for (Eigen::Index k = 2; k < p.size(); ++k) {
+    if (!follows(k) || !follows(k - 1) || !p.segment(k - 2, 3).allFinite()) continue;
+    first += std::pow(p(k) - p(k - 1), 2);
+    second += std::pow(p(k) - 2 * p(k - 1) + p(k - 2), 2);
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return Latency{.lag_s = model.cluster_length_s / 2,
+                 .lagging_rms_deg_per_h = std::sqrt(first / count) / 2,
+                 .led_rms_deg_per_h = std::sqrt(second / count) / 2,
+                 .is_led = second < first};
+}
+
 }  // namespace gyrotherm::model

@@ -115,4 +115,11 @@ class CompensationStream {
   data::Clusters latest_;  ///< the means of the rows last pushed, and after them the lags
 };
 
+/// Computes what the lag of half a cluster length costs, from means that follow each other: with p the predictions,
+/// half the root mean square of p_k − p_{k−1} where nothing is done, and of p_k − 2 p_{k−1} + p_{k−2} where the
+/// prediction is led, p + ½(p − p before). Noise of the thermometers is in both, so that a model whose lead would cost
+/// more noise than it gains is not led. Nothing of fewer than three means in a row.
+[[nodiscard]] std::optional<Latency> latency_of(const Model& model, const data::Clusters& clusters,
+                                                const Eigen::VectorXd& predicted_deg_per_h);
+
 }  // namespace gyrotherm::model

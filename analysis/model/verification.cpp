@@ -11,12 +11,14 @@
 #include <utility>
 
 #include "analysis/data/distributions.hpp"
+#include "analysis/model/stream.hpp"
 #include "analysis/model/uncertainty.hpp"
 
 namespace gyrotherm::model {
 namespace {
 
 constexpr double kCornerSeconds = 600;
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 using Rows = std::vector<Eigen::Index>;
 
@@ -168,10 +170,25 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
   return warnings;
 }
 
+/// The means of what the stream leaves, °/h; NaN where a second of the cluster has no value.
+Eigen::VectorXd means_of(const Eigen::VectorXd& compensated, const data::Dataset& dataset,
+                         const data::Clusters& clusters) {
+  Eigen::VectorXd means = Eigen::VectorXd::Constant(clusters.start_s.size(), kMissing);
+  Eigen::Index row = 0;
+  for (Eigen::Index k = 0; k < means.size(); ++k) {
+    const double start = clusters.start_s(k), end = start + clusters.length_s;
+    while (row < compensated.size() && dataset.time_s(row) < start) ++row;
+    double sum = 0, count = 0;
+    for (; row < compensated.size() && dataset.time_s(row) < end; ++row, ++count) sum += compensated(row);
+    if (count > 0) means(k) = sum / count;
+  }
+  return means;
+}
+
 /// NaN where there is no residual or no interval.
 Eigen::VectorXd within_the_interval(const Eigen::VectorXd& residual, const Eigen::VectorXd& half_width) {
   return residual.binaryExpr(half_width, [](double value, double half) {
-    if (!std::isfinite(value) || !std::isfinite(half)) return std::numeric_limits<double>::quiet_NaN();
+    if (!std::isfinite(value) || !std::isfinite(half)) return kMissing;
     return std::abs(value) <= half ? 1.0 : 0.0;
   });
 }
@@ -247,6 +264,27 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   }
   result.warnings = warnings_of(result, model, dataset, clusters);
   return result;
+}
+
+Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters,
+                             const Eigen::VectorXd& aligned_residual_deg_per_h, Outside outside) {
+  constexpr double kOff = 0.01;
+  if (std::abs(data::sample_interval_s(dataset) - 1) > kOff)
+    return failure(FaultKind::usage, dataset.path, "rows are not one a second: there is nothing to be streamed");
+  auto stream = CompensationStream::open(model, dataset.thermometers, outside);
+  if (!stream) return failure(stream.error());
+  const data::SampleMatrix temperatures = dataset.temperature_c;
+  Eigen::VectorXd residual =
+      means_of(stream->push_at(dataset.time_s, temperatures, dataset.bias_deg_per_h), dataset, clusters);
+  Eigen::VectorXd aligned = aligned_residual_deg_per_h;
+  for (Eigen::Index k = 0; k < residual.size(); ++k)
+    if (!std::isfinite(residual(k)) || !std::isfinite(aligned(k))) residual(k) = aligned(k) = kMissing;
+  const std::vector<Eigen::Index> rows = data::finite_rows(residual);
+  if (rows.empty()) return failure(FaultKind::usage, dataset.path, "no cluster has a streamed value in every second");
+  return Streamed{.residual = figures_of(residual(rows), clusters, rows),
+                  .aligned = figures_of(aligned(rows), clusters, rows),
+                  .to_truth = error_to_truth(dataset, clusters, residual),
+                  .aligned_to_truth = error_to_truth(dataset, clusters, aligned)};
 }
 
 std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications) {

@@ -110,7 +110,7 @@ struct Verification {
   std::vector<SegmentFigures> segments;
   OutsideTheRange outside;
   std::optional<Coverage> coverage;   ///< nothing if the model says nothing of its uncertainty
-  std::optional<Streamed> streamed;   ///< nothing unless as_streamed() was asked (streamed.hpp)
+  std::optional<Streamed> streamed;   ///< nothing unless as_streamed() was asked
   std::vector<std::string> warnings;  ///< residual below the floor (over-fit), inputs out of range, …
 };
 
@@ -123,6 +123,14 @@ struct Verification {
 /// model needs, or the model refuses every cluster.
 [[nodiscard]] Result<Verification> verify(const Model& model, const data::Dataset& dataset,
                                           const data::Clusters& clusters, Outside outside = Outside::continued);
+
+/// Streams the record through the model and judges what a navigation computer gets second by second: compensate and the
+/// C export see the past alone, and lag. `aligned_residual_deg_per_h` is that of verify(). Fails with usage if rows are
+/// not one a second, the model needs a thermometer that the record lacks, or no cluster has a value in every second.
+[[nodiscard]] Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset,
+                                           const data::Clusters& clusters,
+                                           const Eigen::VectorXd& aligned_residual_deg_per_h,
+                                           Outside outside = Outside::continued);
 
 /// How the means of whole runs differ, which no single run shows: type A, from two or more.
 struct BetweenRuns {

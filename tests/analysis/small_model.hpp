@@ -76,4 +76,17 @@ namespace gyrotherm::data {
   return clusters;
 }
 
+/// 0.1 °/h per kelvin of A.
+[[nodiscard]] inline model::Model small_slope_model() {
+  model::Model model = small_svr_model();
+  model.terms = {temperature_term("A")};
+  model.scaling = {Eigen::RowVectorXd::Constant(1, 20), Eigen::RowVectorXd::Constant(1, 1)};
+  model.target_mean_deg_per_h = 0;
+  model.target_std_deg_per_h = 1;
+  model.function = methods::LinearModel{.weights = Eigen::VectorXd::Constant(1, 0.1), .b = 0};
+  model.input_min = Eigen::RowVectorXd::Constant(1, -100);
+  model.input_max = Eigen::RowVectorXd::Constant(1, 100);
+  return model;
+}
+
 }  // namespace gyrotherm::data

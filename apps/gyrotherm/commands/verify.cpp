@@ -7,7 +7,6 @@
 
 #include "analysis/data/hold_noise.hpp"
 #include "analysis/model/characterisation.hpp"
-#include "analysis/model/streamed.hpp"
 #include "analysis/model/verification.hpp"
 #include "analysis/tracking/assessment.hpp"
 #include "apps/console/command.hpp"

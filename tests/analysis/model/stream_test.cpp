@@ -8,8 +8,6 @@
 #include <numbers>
 #include <random>
 
-#include "analysis/model/streamed.hpp"
-#include "analysis/model/verification.hpp"
 #include "tests/analysis/small_model.hpp"
 
 namespace gyrotherm::model {
@@ -116,21 +114,9 @@ TEST(CompensationStream, ContinuesBeyondTheTrainedRangeAndCountsIt) {
   EXPECT_EQ(inside.outside(), 0);
 }
 
-Model slope_of_a() {
-  Model model = data::small_svr_model();
-  model.terms = {data::temperature_term("A")};
-  model.scaling = {Eigen::RowVectorXd::Constant(1, 20), Eigen::RowVectorXd::Constant(1, 1)};
-  model.target_mean_deg_per_h = 0;
-  model.target_std_deg_per_h = 1;
-  model.function = methods::LinearModel{.weights = Eigen::VectorXd::Constant(1, 0.1), .b = 0};
-  model.input_min = Eigen::RowVectorXd::Constant(1, -100);
-  model.input_max = Eigen::RowVectorXd::Constant(1, 100);
-  return model;
-}
-
 /// On a ramp of 0.01 K/s a mean of 100 s is 49.5 s old; half of what it was more than 100 s ago is 50 s of the ramp.
 TEST(CompensationStream, IsLedByHalfAClusterWhereTheModelSaysSo) {
-  Model model = slope_of_a();
+  Model model = data::small_slope_model();
   const data::SampleMatrix ramp = 20 + 0.01 * Eigen::ArrayXd::LinSpaced(500, 0, 499);
   const auto lagging = CompensationStream::open(model, {"A"})->push(ramp, zeros(500));
   model.latency = {.lag_s = 50, .is_led = true};
@@ -153,7 +139,7 @@ TEST(Latency, IsMeasuredOnMeansThatFollowEachOther) {
   clusters.length_s = 100;
   clusters.start_s = Eigen::VectorXd::LinSpaced(720, 0, 71900);
   const Eigen::VectorXd predicted = (clusters.start_s.array() * (2 * std::numbers::pi / 7200)).sin();
-  const auto latency = latency_of(slope_of_a(), clusters, predicted);
+  const auto latency = latency_of(data::small_slope_model(), clusters, predicted);
   ASSERT_TRUE(latency);
   const double turn = 2 * std::numbers::pi * 100 / 7200;
   EXPECT_NEAR(latency->lagging_rms_deg_per_h, turn / 2 / std::numbers::sqrt2, 1e-3 * turn);
@@ -163,33 +149,9 @@ TEST(Latency, IsMeasuredOnMeansThatFollowEachOther) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> noise(0, 1);
   const Eigen::VectorXd white = Eigen::VectorXd::NullaryExpr(720, [&] { return noise(random); });
-  EXPECT_FALSE(latency_of(slope_of_a(), clusters, white)->is_led) << "to lead noise is to make it larger";
+  EXPECT_FALSE(latency_of(data::small_slope_model(), clusters, white)->is_led) << "to lead noise is to make it larger";
   clusters.start_s = Eigen::Vector4d(0, 100, 500, 600);
-  EXPECT_FALSE(latency_of(slope_of_a(), clusters, predicted.head(4))) << "no three follow each other";
-}
-
-/// The true bias follows a sine of the temperature: means of the stream against means of the truth.
-TEST(AsStreamed, CountsWhatTheLagCosts) {
-  data::Dataset dataset = two_ramps(20000);
-  dataset.temperature_c.col(0) = 20 + 5 * (dataset.time_s.array() * (2 * std::numbers::pi / 3600)).sin();
-  dataset.bias_deg_per_h = 0.1 * (dataset.temperature_c.col(0).array() - 20);
-  dataset.true_bias_deg_per_h = dataset.bias_deg_per_h;
-  const data::Clusters clusters = *make_clusters(dataset);
-  Model model = slope_of_a();
-  const auto judged = [&] {
-    const auto verification = verify(model, dataset, clusters);
-    return *as_streamed(model, dataset, clusters, verification->residual_deg_per_h);
-  };
-  const Streamed lagging = judged();
-  model.latency = {.lag_s = 50, .is_led = true};
-  const Streamed led = judged();
-  EXPECT_LT(lagging.aligned.std, 1e-9);
-  // 0.5 °/h of amplitude, 49.5 s late of 3600 s, averaged by means of 100 s.
-  EXPECT_NEAR(lagging.residual.std, 0.5 / std::numbers::sqrt2 * 2 * std::numbers::pi * 49.5 / 3600, 0.001);
-  EXPECT_LT(led.residual.std, 0.3 * lagging.residual.std);
-  ASSERT_TRUE(led.to_truth && lagging.to_truth);
-  EXPECT_NEAR(led.to_truth->figures.std, led.residual.std, 1e-9);
-  EXPECT_EQ(led.residual.count, lagging.residual.count) << "the same clusters";
+  EXPECT_FALSE(latency_of(data::small_slope_model(), clusters, predicted.head(4))) << "no three follow each other";
 }
 
 TEST(CompensationStream, NeedsTheModelsThermometers) {

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "analysis/model/training.hpp"
+#include "tests/analysis/small_model.hpp"
 #include "tests/analysis/synthetic_run.hpp"
 
 namespace gyrotherm::model {
@@ -314,6 +316,36 @@ TEST_F(VerificationOfALinearModel, WithoutABudgetHasNoCoverage) {
   model.uncertainty.reset();
   const data::Dataset dataset = unseen_run();
   EXPECT_FALSE(verify(model, dataset, *make_clusters(dataset))->coverage);
+}
+
+/// The true bias follows a sine of the temperature: means of the stream against means of the truth.
+TEST(AsStreamed, CountsWhatTheLagCosts) {
+  constexpr Eigen::Index kRows = 20000;
+  data::Dataset dataset;
+  dataset.thermometers = {"A"};
+  dataset.time_s = Eigen::VectorXd::LinSpaced(kRows, 0, kRows - 1);
+  dataset.temperature_c = 20 + 5 * (dataset.time_s.array() * (2 * std::numbers::pi / 3600)).sin();
+  dataset.set_point_c = dataset.temperature_c.col(0);
+  dataset.segment.setConstant(kRows, -1);
+  dataset.cycle.setConstant(kRows, -1);
+  dataset.bias_deg_per_h = 0.1 * (dataset.temperature_c.col(0).array() - 20);
+  dataset.true_bias_deg_per_h = dataset.bias_deg_per_h;
+  const data::Clusters clusters = *make_clusters(dataset);
+  Model model = data::small_slope_model();
+  const auto judged = [&] {
+    const auto verification = verify(model, dataset, clusters);
+    return *as_streamed(model, dataset, clusters, verification->residual_deg_per_h);
+  };
+  const Streamed lagging = judged();
+  model.latency = {.lag_s = 50, .is_led = true};
+  const Streamed led = judged();
+  EXPECT_LT(lagging.aligned.std, 1e-9);
+  // 0.5 °/h of amplitude, 49.5 s late of 3600 s, averaged by means of 100 s.
+  EXPECT_NEAR(lagging.residual.std, 0.5 / std::numbers::sqrt2 * 2 * std::numbers::pi * 49.5 / 3600, 0.001);
+  EXPECT_LT(led.residual.std, 0.3 * lagging.residual.std);
+  ASSERT_TRUE(led.to_truth && lagging.to_truth);
+  EXPECT_NEAR(led.to_truth->figures.std, led.residual.std, 1e-9);
+  EXPECT_EQ(led.residual.count, lagging.residual.count) << "the same clusters";
 }
 
 TEST(BetweenRuns, AreTheMeansOfRunsThatTheModelHasNotSeen) {

@@ -176,15 +176,9 @@ int @name@_fuse_without(const double reading[@name@_AXES], int axis, double rate
 
 )";
 
-std::string list_of(const Eigen::Ref<const Eigen::RowVectorXd>& values) {
-  std::vector<std::string> numbers;
-  for (const double value : values) numbers.push_back(c_number(value));
-  return fmt::format("{}", fmt::join(numbers, ", "));
-}
-
 std::string rows_of(const Eigen::MatrixXd& matrix) {
   std::vector<std::string> rows;
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back("\n    {" + list_of(matrix.row(i)) + "}");
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back("\n    {" + c_list(matrix.row(i).transpose()) + "}");
   return fmt::format("{}", fmt::join(rows, ","));
 }
 
@@ -238,10 +232,7 @@ Tolerances tolerances_of(const fusion::Gains& gains, const KnownFusion& known) {
 
 Result<CProgram> fusion_to_c(const fusion::Geometry& geometry, std::string_view name,
                              const fusion::TestOptions& options, const std::optional<fusion::Geometry>& weights) {
-  if (name != c_name(name)) {
-    return failure(FaultKind::usage, "C export",
-                   fmt::format("\"{}\" cannot begin the names of a C program; \"{}\" can", name, c_name(name)));
-  }
+  if (const auto usable = check_c_name(name); !usable) return failure(usable.error());
   const fusion::Gains gains = weights ? gains_weighed_by(geometry, *weights) : gains_of(geometry);
   const int parities = static_cast<int>(gains.parity.rows());
   const auto limit = [&](int freedom) {
@@ -249,24 +240,23 @@ Result<CProgram> fusion_to_c(const fusion::Geometry& geometry, std::string_view 
   };
   const KnownFusion known = known_fusion(geometry, gains);
   const Tolerances tolerances = tolerances_of(gains, known);
-  std::map<std::string, std::string, std::less<>> words = {
-      {"name", std::string(name)},
-      {"axes", fmt::format("{}", geometry.axes())},
-      {"order", c_comment(fmt::format("{}", fmt::join(geometry.names, ", ")))},
-      {"parities", fmt::format("{}", parities)},
-      {"limit", limit(parities)},
-      {"limit_left", limit(parities - 1)},
-      {"probability", fmt::format("{:.3g}", options.false_alarm_probability)},
-      {"margin", c_number(options.margin)},
-      {"gain", rows_of(gains.rate)},
-      {"covariance", rows_of(gains.covariance)},
-      {"parity", rows_of(gains.parity)},
-      {"squares", list_of(squares_of(gains))},
-      {"test_readings", rows_of(known.readings)},
-      {"test_rates", rows_of(known.rates)},
-      {"test_statistics", list_of(known.statistics)},
-      {"rate_tolerance", c_number(tolerances.rate)},
-      {"statistic_tolerance", c_number(tolerances.statistic)}};
+  CWords words = {{"name", std::string(name)},
+                  {"axes", fmt::format("{}", geometry.axes())},
+                  {"order", c_comment(fmt::format("{}", fmt::join(geometry.names, ", ")))},
+                  {"parities", fmt::format("{}", parities)},
+                  {"limit", limit(parities)},
+                  {"limit_left", limit(parities - 1)},
+                  {"probability", fmt::format("{:.3g}", options.false_alarm_probability)},
+                  {"margin", c_number(options.margin)},
+                  {"gain", rows_of(gains.rate)},
+                  {"covariance", rows_of(gains.covariance)},
+                  {"parity", rows_of(gains.parity)},
+                  {"squares", c_list(squares_of(gains).transpose())},
+                  {"test_readings", rows_of(known.readings)},
+                  {"test_rates", rows_of(known.rates)},
+                  {"test_statistics", c_list(known.statistics.transpose())},
+                  {"rate_tolerance", c_number(tolerances.rate)},
+                  {"statistic_tolerance", c_number(tolerances.statistic)}};
   for (const auto& [word, text] : {std::pair{"parity_numbers", kParityNumbers},
                                    {"parity_declarations", kParityDeclarations},
                                    {"parity_constants", kParityConstants},

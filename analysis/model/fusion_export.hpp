@@ -7,7 +7,7 @@
 
 #include "analysis/fusion/fault_test.hpp"
 #include "analysis/fusion/geometry.hpp"
-#include "analysis/model/model_export.hpp"
+#include "analysis/model/c_text.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::model {

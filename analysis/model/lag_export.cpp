@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/model/lag_export.hpp"
-
+/// The lags of an exported model: what its C program keeps for them.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstddef>
 
-#include "analysis/model/model_export.hpp"
+#include "analysis/model/export_parts.hpp"
 
 namespace gyrotherm::model {
 namespace {
@@ -60,11 +58,11 @@ constexpr const char* kLagPush = R"(  double lags[@name@_LAGS] = {0.0};
 
 CWords lag_words(const Model& model, std::string_view name, const std::vector<std::string>& thermometers) {
   const std::vector<data::Factor> lags = data::lags_in(model.terms);
-  std::vector<std::ptrdiff_t> follows;
+  std::vector<Eigen::Index> follows;
   std::vector<std::string> order, time_constants;
   for (const data::Factor& lag : lags) {
     time_constants.push_back(c_number(lag.time_constant_s));
-    follows.push_back(std::ranges::find(thermometers, lag.first) - thermometers.begin());
+    follows.push_back(index_in(thermometers, lag.first));
     order.push_back(fmt::format("{} at {} s", lag.first, lag.time_constant_s));
   }
   const CWords own{{"name", std::string(name)},

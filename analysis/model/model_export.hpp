@@ -3,22 +3,15 @@
 /// <math.h>), and as LIBSVM's model file.
 #pragma once
 
-#include <Eigen/Core>
-#include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "analysis/model/c_text.hpp"
 #include "analysis/model/model.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::model {
-
-/// The two files of an exported model, NAME.h and NAME.c.
-struct CProgram {
-  std::string header, source;
-};
 
 /// Writes the model as C. Names begin with NAME_; the header says what is there, which thermometers in which order,
 /// what the model was trained on and how good it was. The program has
@@ -40,19 +33,6 @@ struct CProgram {
 /// How far the exported program may lie from `predict`: 1e-12 of the target's STD; where the weights of the function
 /// add up to more than 1000, so much more of it, since the rounding of their sum then shows.
 [[nodiscard]] double c_tolerance_deg_per_h(const Model& model);
-
-/// The nearest name that can begin the names of a C program: "7-B" becomes "m7_B".
-[[nodiscard]] std::string c_name(std::string_view text);
-
-/// A constant that a C compiler reads as exactly this double.
-[[nodiscard]] std::string c_number(double value);
-
-/// Text for inside a block comment: it is on one line, and nothing in it ends or begins a comment or is a trigraph.
-[[nodiscard]] std::string c_comment(std::string_view text);
-
-/// The text with each word between two at-signs replaced by what it stands for; what is put in is not searched again.
-/// Every word of the text must be known.
-[[nodiscard]] std::string c_filled(std::string_view text, const std::map<std::string, std::string, std::less<>>& words);
 
 /// The model file of LIBSVM's svm-predict. Its predictions are f(z), in units of target_std from target_mean. Fails
 /// with usage for a model that is not an SVR.

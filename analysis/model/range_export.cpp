@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/model/range_export.hpp"
-
+/// The bounded point of inputs beyond the trained range as C (Outside::continued).
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -8,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "analysis/model/model_export.hpp"
+#include "analysis/model/export_parts.hpp"
 
 namespace gyrotherm::model {
 namespace {

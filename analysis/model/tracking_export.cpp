@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/model/tracking_export.hpp"
-
+/// Bias tracking as C.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <vector>
 
-#include "analysis/model/model_export.hpp"
+#include "analysis/model/export_parts.hpp"
 #include "analysis/tracking/bias_tracker.hpp"
 
 namespace gyrotherm::model {
@@ -123,16 +122,11 @@ static int test_tracking(void) {
 
 )";
 
-std::string numbers(const std::vector<double>& values) {
-  std::string text;
-  for (const double value : values) {
-    if (!text.empty()) text += ",\n    ";
-    text += c_number(value);
-  }
-  return text;
-}
+constexpr const char* kNextLine = ",\n    ";
 
-std::string of_states(const tracking::State& values) { return numbers({values.begin(), values.end()}); }
+std::string c_lines(const std::vector<double>& values) {
+  return c_list(Eigen::Map<const Eigen::VectorXd>(values.data(), std::ssize(values)), kNextLine);
+}
 
 /// Rates of a few blocks, all but one at rest, and what the tracker says of the bias after each.
 struct KnownTracking {
@@ -164,7 +158,7 @@ bool all_finite(const tracking::StateSpace& space, const KnownTracking& known) {
 
 }  // namespace
 
-Result<TrackingInC> tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::string_view name) {
+Result<CPart> tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::string_view name) {
   const tracking::StateSpace space = state_space(noise, seconds);
   const KnownTracking known = known_tracking(space, seconds);
   if (!all_finite(space, known))
@@ -172,25 +166,24 @@ Result<TrackingInC> tracking_in_c(const tracking::BiasNoise& noise, int seconds,
   constexpr double kPart = 1e-12;
   const double scale = std::sqrt(space.start.sum() + space.white);
   const auto short_form = [](double value) { return fmt::format("{:.3g}", value); };
-  const std::map<std::string, std::string, std::less<>> words = {
-      {"name", std::string(name)},
-      {"states", fmt::format("{}", tracking::kStates)},
-      {"N", short_form(noise.angle_random_walk_deg_per_sqrt_h)},
-      {"B", short_form(noise.instability_deg_per_h)},
-      {"K", short_form(noise.rate_random_walk_deg_per_h_per_sqrt_h)},
-      {"start", short_form(noise.start_deg_per_h)},
-      {"gain", short_form(steady_state(space).gain.sum())},
-      {"memory", of_states(space.memory)},
-      {"fresh", of_states(space.fresh)},
-      {"initial", of_states(space.start)},
-      {"white", c_number(space.white)},
-      {"rates", numbers(known.rates)},
-      {"rests", fmt::format("{}", fmt::join(known.rests, ", "))},
-      {"lefts", numbers(known.lefts)},
-      {"tolerance", c_number(kPart * scale)}};
-  return TrackingInC{.declarations = c_filled(kDeclarations, words),
-                     .definitions = c_filled(kDefinitions, words),
-                     .test = "  if (test_tracking() != 0) return 1;\n"};
+  const CWords words = {{"name", std::string(name)},
+                        {"states", fmt::format("{}", tracking::kStates)},
+                        {"N", short_form(noise.angle_random_walk_deg_per_sqrt_h)},
+                        {"B", short_form(noise.instability_deg_per_h)},
+                        {"K", short_form(noise.rate_random_walk_deg_per_h_per_sqrt_h)},
+                        {"start", short_form(noise.start_deg_per_h)},
+                        {"gain", short_form(steady_state(space).gain.sum())},
+                        {"memory", c_list(space.memory, kNextLine)},
+                        {"fresh", c_list(space.fresh, kNextLine)},
+                        {"initial", c_list(space.start, kNextLine)},
+                        {"white", c_number(space.white)},
+                        {"rates", c_lines(known.rates)},
+                        {"rests", fmt::format("{}", fmt::join(known.rests, ", "))},
+                        {"lefts", c_lines(known.lefts)},
+                        {"tolerance", c_number(kPart * scale)}};
+  return CPart{.declarations = c_filled(kDeclarations, words),
+               .definitions = c_filled(kDefinitions, words),
+               .test = "  if (test_tracking() != 0) return 1;\n"};
 }
 
 }  // namespace gyrotherm::model

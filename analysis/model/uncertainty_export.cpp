@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/model/uncertainty_export.hpp"
-
+/// The uncertainty of an exported model's means as C.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -10,7 +9,7 @@
 #include <vector>
 
 #include "analysis/model/budget.hpp"
-#include "analysis/model/model_export.hpp"
+#include "analysis/model/export_parts.hpp"
 
 namespace gyrotherm::model {
 namespace {
@@ -55,24 +54,24 @@ std::string line_of(const BudgetRow& row) {
 
 }  // namespace
 
-Result<UncertaintyInC> uncertainty_in_c(const Model& model, std::string_view name) {
-  if (!model.uncertainty || model.uncertainty->budget.rows.empty()) return UncertaintyInC{};
+Result<CPart> uncertainty_in_c(const Model& model, std::string_view name) {
+  if (!model.uncertainty || model.uncertainty->budget.rows.empty()) return CPart{};
   const std::vector<BudgetRow> rows = at_averaging(model.uncertainty->budget, rows_in_cluster(model)).rows;
   const CombinedUncertainty all = combined(rows);
   if (!std::isfinite(all.expanded_deg_per_h))
     return failure(FaultKind::usage, "C export", "the model's budget does not add up to a finite number");
   std::string contributions;
   for (const BudgetRow& row : rows) contributions += line_of(row);
-  const std::map<std::string, std::string, std::less<>> words = {{"name", std::string(name)},
-                                                                 {"coverage", fmt::format("{:.0f}", 100 * kCoverage)},
-                                                                 {"k", c_number(all.coverage_factor)},
-                                                                 {"contributions", contributions},
-                                                                 {"expanded", c_number(all.expanded_deg_per_h)},
-                                                                 {"standard", c_number(all.standard_deg_per_h)},
-                                                                 {"form", c_number(form_variance(rows))}};
-  return UncertaintyInC{.declarations = c_filled(kUncertaintyDeclarations, words),
-                        .definitions = c_filled(kUncertaintyDefinitions, words),
-                        .test = c_filled(kTest, words)};
+  const CWords words = {{"name", std::string(name)},
+                        {"coverage", fmt::format("{:.0f}", 100 * kCoverage)},
+                        {"k", c_number(all.coverage_factor)},
+                        {"contributions", contributions},
+                        {"expanded", c_number(all.expanded_deg_per_h)},
+                        {"standard", c_number(all.standard_deg_per_h)},
+                        {"form", c_number(form_variance(rows))}};
+  return CPart{.declarations = c_filled(kUncertaintyDeclarations, words),
+               .definitions = c_filled(kUncertaintyDefinitions, words),
+               .test = c_filled(kTest, words)};
 }
 
 }  // namespace gyrotherm::model

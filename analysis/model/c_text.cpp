@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/model/c_text.hpp"
+
+#include <fmt/format.h>
+
+#include <cassert>
+#include <cctype>
+#include <cstddef>
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr std::size_t kWidth = 100;
+
+/// The values between braces, over as many lines as they need.
+std::string braced(const Eigen::Ref<const Eigen::VectorXd>& values, std::string_view indent) {
+  std::string text = "{";
+  std::size_t line = indent.size() + 1;
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const std::string number = c_number(values(i));
+    if (i > 0) text += ',';
+    if (line + number.size() + 2 > kWidth) {
+      text += fmt::format("\n{} ", indent);
+      line = indent.size() + 1;
+    } else if (i > 0) {
+      text += ' ';
+    }
+    text += number;
+    line += number.size() + 2;
+  }
+  return text + "}";
+}
+
+void replace_all(std::string& text, std::string_view from, std::string_view to) {
+  for (std::size_t at = text.find(from); at != text.npos; at = text.find(from, at + 1)) {
+    text.replace(at, from.size(), to);
+  }
+}
+
+}  // namespace
+
+std::string c_filled(std::string_view text, const CWords& words) {
+  std::string filled;
+  while (true) {
+    const std::size_t begin = text.find('@');
+    filled += text.substr(0, begin);
+    if (begin == text.npos) return filled;
+    const std::size_t end = text.find('@', begin + 1);
+    const auto word = words.find(text.substr(begin + 1, end - begin - 1));
+    assert(end != text.npos && word != words.end());
+    filled += word->second;
+    text.remove_prefix(end + 1);
+  }
+}
+
+std::string c_name(std::string_view text) {
+  std::string name;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    name += byte < 0x80 && std::isalnum(byte) != 0 ? c : '_';
+  }
+  if (name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0) name.insert(0, 1, 'm');
+  return name;
+}
+
+Result<void> check_c_name(std::string_view name) {
+  if (name == c_name(name)) return {};
+  return failure(FaultKind::usage, "C export",
+                 fmt::format("\"{}\" cannot begin the names of a C program; \"{}\" can", name, c_name(name)));
+}
+
+std::string c_number(double value) {
+  std::string digits = fmt::format("{:.17g}", value);
+  if (digits.find_first_of(".e") == digits.npos) digits += ".0";
+  return digits;
+}
+
+std::string c_list(const Eigen::Ref<const Eigen::VectorXd>& values, std::string_view between) {
+  std::string text;
+  for (Eigen::Index i = 0; i < values.size(); ++i) text.append(i > 0 ? between : "").append(c_number(values(i)));
+  return text;
+}
+
+std::string c_vector(std::string_view name, const Eigen::Ref<const Eigen::VectorXd>& values) {
+  return fmt::format("static const double {}[{}] = {};\n", name, values.size(), braced(values, "  "));
+}
+
+std::string c_table(std::string_view name, const Eigen::Ref<const data::SampleMatrix>& values) {
+  std::string text = fmt::format("static const double {}[{}][{}] = {{\n", name, values.rows(), values.cols());
+  for (Eigen::Index i = 0; i < values.rows(); ++i) {
+    const Eigen::VectorXd row = values.row(i);
+    text += "  " + braced(row, "   ") + (i + 1 < values.rows() ? ",\n" : "\n");
+  }
+  return text + "};\n";
+}
+
+std::string c_comment(std::string_view text) {
+  std::string safe;
+  for (const char c : text) safe += static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? ' ' : c;
+  replace_all(safe, "*/", "* /");
+  replace_all(safe, "/*", "/ *");
+  replace_all(safe, "??", "? ?");
+  if (safe.ends_with('\\')) safe += ' ';
+  return safe;
+}
+
+}  // namespace gyrotherm::model

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The lag of an exported model's stream, and the extrapolation by it.
+#include <fmt/format.h>
+
+#include <string>
+
+#include "analysis/model/export_parts.hpp"
+
+namespace gyrotherm::model {
+namespace {
+
+constexpr const char* kTold =
+    R"(  double told[@name@_SECONDS];                          /* predictions of the last seconds, as a ring */
+  int is_told[@name@_SECONDS];
+)";
+
+constexpr const char* kLead = R"(  {
+    const double now = *bias_deg_per_h;
+    const int is_known = result < @name@_MISSING;
+    if (is_known && stream->is_told[at]) *bias_deg_per_h = now + 0.5 * (now - stream->told[at]);
+    stream->told[at] = now;
+    stream->is_told[at] = is_known;
+  }
+)";
+
+constexpr const char* kLeadStart = R"(  for (int i = 0; i < @name@_SECONDS; ++i) {
+    stream->told[i] = 0.0;
+    stream->is_told[i] = 0;
+  }
+)";
+
+/// Describes the lag of a stream.
+std::string latency_in_c(const Model& model, std::string_view name) {
+  if (!is_led(model)) return fmt::format("the bias lags by half of\n   {}_SECONDS.", name);
+  return fmt::format(
+      "means lag by half of\n   {}_SECONDS; the bias is extrapolated by as much, which leaves {:.2g} deg/h (rms, in "
+      "training)\n   where the lag would leave {:.2g}.",
+      name, model.latency->led_rms_deg_per_h, model.latency->lagging_rms_deg_per_h);
+}
+
+}  // namespace
+
+CWords lead_words(const Model& model, std::string_view name) {
+  const CWords own{{"name", std::string(name)}};
+  const auto if_led = [&](const char* text) { return is_led(model) ? c_filled(text, own) : std::string(); };
+  return {{"latency", latency_in_c(model, name)},
+          {"told", if_led(kTold)},
+          {"lead", if_led(kLead)},
+          {"lead_start", if_led(kLeadStart)}};
+}
+
+}  // namespace gyrotherm::model

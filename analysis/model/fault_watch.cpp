@@ -16,6 +16,7 @@
 namespace gyrotherm::model {
 namespace {
 
+constexpr Eigen::Index kFewestWithParity = 4;
 constexpr std::size_t kHourOfClusters = 36;   ///< before a hop, with which it is compared
 constexpr std::size_t kMostRemembered = 600;  ///< vectors: some 17 h
 
@@ -65,7 +66,21 @@ std::optional<Eigen::VectorXd> innovations_of(std::vector<tracking::BiasTracker>
   return innovations;
 }
 
-std::string named(const FusedAxes& axes, Eigen::Index a) { return axes.names[static_cast<std::size_t>(a)]; }
+/// Returns what whitens the departures of the axes, in order of the geometry's: at rest each axis from its own thermal
+/// prediction, in motion their parity. It has no rows if the attitude is not known and three axes have no parity.
+Result<Eigen::MatrixXd> whitening_of_departures(const FusedAxes& axes, const fusion::Geometry& geometry,
+                                                const Eigen::VectorXd& noise, const Eigen::MatrixXd& bias) {
+  if (!axes.attitude) {
+    if (geometry.axes() < kFewestWithParity) return Eigen::MatrixXd{};
+    return gains_of(geometry).parity;
+  }
+  fusion::Geometry reading = geometry;
+  reading.covariance = noise.asDiagonal();
+  const fusion::BiasPrior prior{.mean_deg_per_h = Eigen::VectorXd::Zero(geometry.axes()), .covariance = bias};
+  auto test = rest_test(reading, *axes.attitude, prior);
+  if (!test) return failure(test.error());
+  return std::move(test->whitening);
+}
 
 }  // namespace
 
@@ -171,6 +186,13 @@ void HopWatch::begin_anew(const Eigen::VectorXd& departure) {
   recent_.clear();
 }
 
+/// The axes of the set: their names, and how each wanders.
+struct FaultWatch::WatchedAxes {
+  std::vector<std::string> names;
+  std::vector<tracking::BiasNoise> noises;
+  std::vector<tracking::StateSpace> spaces;
+};
+
 Result<FaultWatch> FaultWatch::make(const FusedAxes& axes, AxisSet set,
                                     const std::optional<fusion::ThermometerParity>& thermometers, double cluster_s,
                                     const WatchOptions& options) {
@@ -180,53 +202,63 @@ Result<FaultWatch> FaultWatch::make(const FusedAxes& axes, AxisSet set,
   watch.options_ = options;
   watch.in_ = members(set);
   const FusedUncertainty uncertainty = uncertainty_of_means(axes, cluster_s);
-  std::vector<std::string> candidates;
-  std::vector<tracking::BiasNoise> noises;
-  std::vector<tracking::StateSpace> spaces;
-  Eigen::MatrixXd white = Eigen::MatrixXd::Identity(axes.axes(), axes.axes());
+  WatchedAxes watched;
   for (const Eigen::Index a : watch.in_) {
-    candidates.push_back(named(axes, a));
-    noises.push_back(noise_of(axes, a, uncertainty, cluster_s));
-    spaces.push_back(state_space(noises.back(), cluster_s));
-    white(a, a) = spaces.back().white;
+    watched.names.push_back(axes.names[static_cast<std::size_t>(a)]);
+    watched.noises.push_back(noise_of(axes, a, uncertainty, cluster_s));
+    watched.spaces.push_back(state_space(watched.noises.back(), cluster_s));
   }
-  const auto count = static_cast<Eigen::Index>(watch.in_.size());
-  if (const auto seen = geometry_of_set(axes, set, white); seen && count > 3) {
-    watch.parity_ = gains_of(*seen).parity;
-    const auto noise = noise_of_parity(watch.parity_, noises, cluster_s);
-    auto made = HopWatch::make(AlarmKind::parity_hop, candidates, watch.parity_,
-                               {static_cast<std::size_t>(count - 3), state_space(noise, cluster_s)}, options);
-    if (!made) return failure(made.error());
-    watch.hops_ = std::move(*made);
-  }
-  fusion::Voters voters{.axes = candidates, .whitening = {}, .sensitivity_deg_per_h_per_k = {}, .thermometers = {}};
-  const auto all = geometry_of_set(axes, set, uncertainty.differing());
-  if (axes.attitude && all) {
-    watch.expected_ = (all->directions * earth_in_fixture(*axes.attitude));
-    auto made =
-        HopWatch::make(AlarmKind::rest_hop, candidates, Eigen::MatrixXd::Identity(count, count), spaces, options);
-    if (!made) return failure(made.error());
-    watch.rest_ = std::move(*made);
-    fusion::Geometry reading = *all;
-    reading.covariance = uncertainty.noise(watch.in_).asDiagonal();
-    const auto test = rest_test(
-        reading, *axes.attitude,
-        {.mean_deg_per_h = Eigen::VectorXd::Zero(count), .covariance = uncertainty.bias(watch.in_, watch.in_)});
-    if (!test) return failure(test.error());
-    voters.whitening = test->whitening;
-  } else if (all && count > 3) {
-    voters.whitening = gains_of(*all).parity;
-  }
-  if (!thermometers || voters.whitening.rows() == 0) return watch;
-  voters.thermometers = *thermometers;
-  for (const std::string& one : thermometers->names) {
-    const auto at = std::ranges::find(axes.thermometers, one) - axes.thermometers.begin();
-    if (at == std::ssize(axes.thermometers)) return watch;  // of another record: they have no vote
-    watch.voting_thermometers_.push_back(at);
-  }
-  voters.sensitivity_deg_per_h_per_k = axes.sensitivity_deg_per_h_per_k(watch.in_, watch.voting_thermometers_);
-  watch.voters_ = std::move(voters);
+  if (const auto made = watch.watch_parity(axes, watched); !made) return failure(made.error());
+  const auto geometry = geometry_of_set(axes, set, uncertainty.differing());
+  if (!geometry) return watch;
+  if (const auto made = watch.watch_at_rest(axes, *geometry, watched); !made) return failure(made.error());
+  const auto whitening =
+      whitening_of_departures(axes, *geometry, uncertainty.noise(watch.in_), uncertainty.bias(watch.in_, watch.in_));
+  if (!whitening) return failure(whitening.error());
+  if (thermometers && whitening->rows() > 0) watch.set_voters(axes, watched.names, *thermometers, *whitening);
   return watch;
+}
+
+Result<void> FaultWatch::watch_parity(const FusedAxes& axes, const WatchedAxes& watched) {
+  const auto count = std::ssize(in_);
+  Eigen::MatrixXd white = Eigen::MatrixXd::Identity(axes.axes(), axes.axes());
+  for (std::size_t i = 0; i < in_.size(); ++i) white(in_[i], in_[i]) = watched.spaces[i].white;
+  const auto geometry = geometry_of_set(axes, set_, white);
+  if (!geometry || count < kFewestWithParity) return {};
+  parity_ = gains_of(*geometry).parity;
+  const auto noise = noise_of_parity(parity_, watched.noises, cluster_s_);
+  auto made = HopWatch::make(AlarmKind::parity_hop, watched.names, parity_,
+                             {static_cast<std::size_t>(parity_.rows()), state_space(noise, cluster_s_)}, options_);
+  if (!made) return failure(made.error());
+  hops_ = std::move(*made);
+  return {};
+}
+
+Result<void> FaultWatch::watch_at_rest(const FusedAxes& axes, const fusion::Geometry& geometry,
+                                       const WatchedAxes& watched) {
+  if (!axes.attitude) return {};
+  const auto count = std::ssize(in_);
+  expected_ = geometry.directions * earth_in_fixture(*axes.attitude);
+  auto made = HopWatch::make(AlarmKind::rest_hop, watched.names, Eigen::MatrixXd::Identity(count, count),
+                             watched.spaces, options_);
+  if (!made) return failure(made.error());
+  rest_ = std::move(*made);
+  return {};
+}
+
+void FaultWatch::set_voters(const FusedAxes& axes, const std::vector<std::string>& names,
+                            const fusion::ThermometerParity& thermometers, const Eigen::MatrixXd& whitening) {
+  std::vector<Eigen::Index> columns;
+  for (const std::string& one : thermometers.names) {
+    const auto at = std::ranges::find(axes.thermometers, one) - axes.thermometers.begin();
+    if (at == std::ssize(axes.thermometers)) return;  // of another record
+    columns.push_back(at);
+  }
+  voting_thermometers_ = columns;
+  voters_ = fusion::Voters{.axes = names,
+                           .whitening = whitening,
+                           .sensitivity_deg_per_h_per_k = axes.sensitivity_deg_per_h_per_k(in_, columns),
+                           .thermometers = thermometers};
 }
 
 void FaultWatch::learn_limits(const HealthyRates& healthy) {

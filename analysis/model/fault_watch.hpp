@@ -142,6 +142,15 @@ class FaultWatch {
   [[nodiscard]] std::vector<SumLimit> sum_limits() const;
 
  private:
+  struct WatchedAxes;
+  /// Watches the axes against each other if they are four or more.
+  [[nodiscard]] Result<void> watch_parity(const FusedAxes& axes, const WatchedAxes& watched);
+  /// Watches each axis against its own prediction if the attitude is known.
+  [[nodiscard]] Result<void> watch_at_rest(const FusedAxes& axes, const fusion::Geometry& geometry,
+                                           const WatchedAxes& watched);
+  /// Makes axes and thermometers the voters, unless the thermometers are of another record.
+  void set_voters(const FusedAxes& axes, const std::vector<std::string>& names,
+                  const fusion::ThermometerParity& thermometers, const Eigen::MatrixXd& whitening);
   [[nodiscard]] std::optional<Alarm> voted(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,
                                            double end_s) const;
 

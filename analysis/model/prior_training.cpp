@@ -252,10 +252,12 @@ Result<Model> train_with_prior(const population::TypePrior& prior, const std::ve
   if (const auto judged = judge_in_sample(*model, own->all); !judged) return failure(judged.error());
   model->input_min = model->input_min.cwiseMin(prior.input_min);
   model->input_max = model->input_max.cwiseMax(prior.input_max);
-  auto uncertainty = uncertainty_of(*model, {datasets, own->records, model->leave_cycle_out_residual});
+  auto uncertainty = uncertainty_of(*model, {.datasets = datasets,
+                                             .clusters = own->records,
+                                             .held_out_residual_deg_per_h = model->leave_cycle_out_residual,
+                                             .variance_is_a_row = true});
   if (!uncertainty) return failure(uncertainty.error());
   add_type(uncertainty->budget.rows, prior, coefficients_deg_per_h(prior, *unit, *model->variance));
-  uncertainty->variance_in_training = std::numeric_limits<double>::quiet_NaN();  // it is the row just added
   model->uncertainty = std::move(*uncertainty);
   warn(*model, prior, datasets, *own);
   warn_of_over_fit(*model, datasets, own->records);

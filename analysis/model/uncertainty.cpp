@@ -419,7 +419,7 @@ Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
        .evaluation = Evaluation::a,
        .standard_uncertainty = result.added_noise_deg_per_h * std::sqrt(clusters->length_s / kSecondsPerHour)});
   add_model(rows, *clusters, on, floor);
-  if (model.variance) {
+  if (model.variance && !on.variance_is_a_row) {
     const auto open = variance_of_function(model, *clusters);
     if (!open) return failure(open.error());
     const std::vector<Eigen::Index> known = data::finite_rows(*open);

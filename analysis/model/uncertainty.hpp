@@ -56,6 +56,8 @@ struct TrainedOn {
   const std::vector<data::Clusters>& clusters;
   const Eigen::VectorXd& held_out_residual_deg_per_h;
   bool chosen_on_these_folds = false;  ///< the residual chose parameters too
+  /// The budget gets a row of the model's own variance. Uncertainty::variance_in_training is then left out.
+  bool variance_is_a_row = false;
 };
 
 /// The budget of a mean over 1 h, and what it is made of. The sources:

@@ -153,6 +153,14 @@ TEST_F(TypePriorTraining, WhatIsTooShortForFoldsIsPredictedByTheTypeAlone) {
   EXPECT_GE(row(*model, Source::model_form).standard_uncertainty, 0);
 }
 
+TEST_F(TypePriorTraining, HasItsVarianceAsARowAndNotInTheForm) {
+  const auto model = trained_on(60);
+  ASSERT_TRUE(model) << text(model.error());
+  ASSERT_TRUE(model->variance);
+  EXPECT_GT(row(*model, Source::coefficients).standard_uncertainty, 0);
+  EXPECT_TRUE(std::isnan(model->uncertainty->variance_in_training));
+}
+
 TEST_F(TypePriorTraining, ItsModelIsAFileAsAnyOther) {
   const auto model = trained_on(60);
   ASSERT_TRUE(model) << text(model.error());

@@ -287,6 +287,13 @@ Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset, c
                   .aligned_to_truth = error_to_truth(dataset, clusters, aligned)};
 }
 
+std::optional<std::string> no_gain_warning(std::string_view leaves, const data::Figures& left,
+                                           const data::Figures& raw) {
+  if (left.count <= 1 || left.std < raw.std) return std::nullopt;
+  return fmt::format("no better than no model: {} std {:.5g} °/h, and the raw bias has {:.5g} °/h", leaves, left.std,
+                     raw.std);
+}
+
 std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications) {
   std::set<std::string> seen, zeros, gyros;
   std::vector<double> means;

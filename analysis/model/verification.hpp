@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "analysis/data/clusters.hpp"
@@ -131,6 +132,11 @@ struct Verification {
                                            const data::Clusters& clusters,
                                            const Eigen::VectorXd& aligned_residual_deg_per_h,
                                            Outside outside = Outside::continued);
+
+/// Warns if what a model leaves of two or more means has no smaller STD than the raw bias. `leaves` begins the sentence
+/// about it, such as "compensated".
+[[nodiscard]] std::optional<std::string> no_gain_warning(std::string_view leaves, const data::Figures& left,
+                                                         const data::Figures& raw);
 
 /// How the means of whole runs differ, which no single run shows: type A, from two or more.
 struct BetweenRuns {

@@ -7,6 +7,7 @@
 #include "analysis/model/prior_training.hpp"
 #include "analysis/model/training.hpp"
 #include "analysis/model/uncertainty.hpp"
+#include "analysis/model/verification.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/console/value.hpp"
@@ -48,10 +49,8 @@ void add_warnings(model::Model& model, const RecordedRuns& records, const data::
         "clusters are means over {:g} s, not {:g} s: the gyro's noise in them is {:.2g} times as large, and "
         "rates of temperatures, lags and uncertainties are of this length",
         cluster_length_s, kUsual_s, std::sqrt(kUsual_s / cluster_length_s)));
-  if (model.leave_cycle_out.count > 1 && !(model.leave_cycle_out.std < raw.std))
-    model.warnings.push_back(
-        fmt::format("no better than no model: held out it leaves std {:.5g} °/h, and the raw bias has {:.5g} °/h",
-                    model.leave_cycle_out.std, raw.std));
+  if (auto warning = model::no_gain_warning("held out it leaves", model.leave_cycle_out, raw))
+    model.warnings.push_back(std::move(*warning));
 }
 
 std::string describe_trained(const model::Model& model, const data::Figures& raw) {

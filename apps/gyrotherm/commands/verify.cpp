@@ -225,10 +225,8 @@ Result<Exit> verify_all(Console& console, const VerifyArguments& options) {
     if (!recorded) return failure(recorded.error());
     auto verification = verify(*model, recorded->dataset, recorded->clusters, *outside);
     if (!verification) return failure(verification.error());
-    if (verification->compensated.count > 1 && !(verification->compensated.std < verification->raw.std))
-      verification->warnings.push_back(
-          fmt::format("no better than no model: compensated std {:.5g} °/h, and the raw bias has {:.5g} °/h",
-                      verification->compensated.std, verification->raw.std));
+    if (auto warning = model::no_gain_warning("compensated", verification->compensated, verification->raw))
+      verification->warnings.push_back(std::move(*warning));
     const auto& [dataset, clusters] = *recorded;
     if (options.as_streamed) {
       auto streamed = as_streamed(*model, dataset, clusters, verification->residual_deg_per_h, *outside);

@@ -348,6 +348,15 @@ TEST(AsStreamed, CountsWhatTheLagCosts) {
   EXPECT_EQ(led.residual.count, lagging.residual.count) << "the same clusters";
 }
 
+TEST(Gain, IsMissingWhereTheStdIsNotBelowTheRawBias) {
+  const data::Figures raw{.std = 0.5, .count = 100};
+  EXPECT_FALSE(no_gain_warning("compensated", {.std = 0.4, .count = 100}, raw));
+  EXPECT_FALSE(no_gain_warning("compensated", {.std = 0.6, .count = 1}, raw)) << "one mean has no STD";
+  EXPECT_TRUE(no_gain_warning("compensated", {.std = 0.5, .count = 2}, raw));
+  EXPECT_EQ(*no_gain_warning("compensated", {.std = 0.6, .count = 100}, raw),
+            "no better than no model: compensated std 0.6 °/h, and the raw bias has 0.5 °/h");
+}
+
 TEST(BetweenRuns, AreTheMeansOfRunsThatTheModelHasNotSeen) {
   const auto run = [](const char* id, double mean, bool trained) {
     Verification one;

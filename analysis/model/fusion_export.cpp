@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/model/fusion_export.hpp"
-
+/// The fusion of a fixture's axes as C: its gains as constants, for a navigation computer.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -10,6 +9,7 @@
 
 #include "analysis/data/distributions.hpp"
 #include "analysis/fusion/rate_fusion.hpp"
+#include "analysis/model/model_export.hpp"
 #include "core/random.hpp"
 
 namespace gyrotherm::model {

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A model as others can run it: as C99 for a navigation computer (no allocation, no state of its own, nothing but
-/// <math.h>), and as LIBSVM's model file.
+/// A model, and the fusion of a fixture's axes, as others can run them: as C99 for a navigation computer (no
+/// allocation, no state of its own, nothing but <math.h>), and a model as LIBSVM's model file.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "analysis/fusion/fault_test.hpp"
+#include "analysis/fusion/geometry.hpp"
 #include "analysis/model/c_text.hpp"
 #include "analysis/model/model.hpp"
 #include "core/result.hpp"
@@ -33,6 +35,22 @@ namespace gyrotherm::model {
 /// How far the exported program may lie from `predict`: 1e-12 of the target's STD; where the weights of the function
 /// add up to more than 1000, so much more of it, since the rounding of their sum then shows.
 [[nodiscard]] double c_tolerance_deg_per_h(const Model& model);
+
+/// Writes the fusion of a fixture's axes as C, its gains as constants. A second of N axes takes N² multiplications. The
+/// program has
+///   NAME_fuse           the rate vector of one compensated reading per axis, and pᵀp of their parity vector;
+///   NAME_suspect        the axis that explains a contradiction, as fusion::examine() finds it, or −1;
+///   NAME_fuse_without   the rate vector without one axis, as fusion::fused_without() has it;
+///   NAME_covariance     that of the rate vector of all axes;
+///   NAME_self_test      0 if what this program computed for a few readings comes out again.
+/// What a call returns says whether the axes contradict each other by more than the limit, or a reading is not finite.
+/// With three axes there is no parity: NAME_fuse finds no contradiction, and the rest is not there. The limit is for
+/// one reading by itself; a hop that is smaller than the noise of a second is for fusion::ChangeDetector to find. Fails
+/// with usage if `name` cannot begin the names of a C program.
+/// `weights`, where given: what the axes are weighed by (fusion::gains_weighed_by).
+[[nodiscard]] Result<CProgram> fusion_to_c(const fusion::Geometry& geometry, std::string_view name,
+                                           const fusion::TestOptions& options = {},
+                                           const std::optional<fusion::Geometry>& weights = {});
 
 /// The model file of LIBSVM's svm-predict. Its predictions are f(z), in units of target_std from target_mean. Fails
 /// with usage for a model that is not an SVR.

@@ -14,7 +14,7 @@
 #include "analysis/fusion/voting.hpp"
 #include "analysis/model/fused_axes.hpp"
 #include "analysis/model/fused_run.hpp"
-#include "analysis/model/fusion_export.hpp"
+#include "analysis/model/model_export.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/value.hpp"
 #include "apps/gyrotherm/output_file.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/model/fusion_export.hpp"
+#include "analysis/model/model_export.hpp"
 
 #include <fmt/format.h>
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cassert>
 #include <cctype>
 
 #include "report/plot/svg.hpp"
@@ -115,6 +116,16 @@ constexpr const char* kSimulatedPages = R"css(
 /// printed page says so in its margin and across itself.
 std::string style_sheet(bool simulated) { return std::string(kScreen) + kPrint + (simulated ? kSimulatedPages : ""); }
 
+std::string row_of(const std::vector<std::string>& cells, const char* tag, std::size_t text_columns) {
+  std::string row = "<tr>";
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    // A header that says nothing is none.
+    row += fmt::format("<{0}{1}>{2}</{0}>", cells[k].empty() ? "td" : tag, k < text_columns ? "" : " class=\"n\"",
+                       cells[k]);
+  }
+  return row + "</tr>\n";
+}
+
 }  // namespace
 
 std::string html_of(const HtmlPage& page) {
@@ -128,6 +139,17 @@ std::string html_of(const HtmlPage& page) {
       "</head>\n<body>\n{}<main tabindex=\"0\">\n{}{}<footer>{}</footer>\n</main>\n</body>\n</html>\n",
       page.simulated ? "SIMULATED – " : "", plot::escaped(page.title), style_sheet(page.simulated),
       page.simulated ? kSimulatedBanner : "", head, page.body, plot::escaped(page.footer));
+}
+
+std::string html_of(const HtmlTable& table) {
+  std::string html = table.style.empty() ? "<table>\n" : fmt::format("<table class=\"{}\">\n", table.style);
+  if (!table.caption.empty()) html += fmt::format("<caption>{}</caption>\n", table.caption);
+  html += "<thead>" + row_of(table.header, "th", table.text_columns) + "</thead>\n<tbody>\n";
+  for (const auto& row : table.rows) {
+    assert(row.size() == table.header.size());
+    html += row_of(row, "td", table.text_columns);
+  }
+  return html + "</tbody>\n</table>\n";
 }
 
 std::string css_string(std::string_view text) {

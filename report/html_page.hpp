@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A page of HTML as this program makes them: self-contained, without script or network, made to be printed too.
+/// A page of HTML and its tables: self-contained, without script or network, made to be printed too.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace gyrotherm::report {
 
@@ -19,6 +21,17 @@ struct HtmlPage {
 };
 
 [[nodiscard]] std::string html_of(const HtmlPage& page);
+
+/// Cells are HTML already: text that comes from data must have passed escaped().
+struct HtmlTable {
+  std::string caption = {};
+  std::vector<std::string> header;
+  std::vector<std::vector<std::string>> rows = {};  ///< each as long as the header
+  std::size_t text_columns = 1;  ///< the first ones are text, set left; the rest are numbers, set right
+  std::string style = {};        ///< a further CSS class
+};
+
+[[nodiscard]] std::string html_of(const HtmlTable& table);
 
 /// Returns a text as a string of CSS: all but letters and digits by their code, so that none of it is read as CSS or
 /// HTML.

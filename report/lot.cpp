@@ -8,7 +8,6 @@
 
 #include "core/json.hpp"
 #include "report/html_page.hpp"
-#include "report/html_table.hpp"
 #include "report/plot/plot.hpp"
 #include "report/plot/svg.hpp"
 #include "report/views.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "report/html_table.hpp"
+#include "report/html_page.hpp"
 #include "report/plot/svg.hpp"
 #include "report/views.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "report/html_table.hpp"
+#include "report/html_page.hpp"
 #include "report/plot/svg.hpp"
 #include "report/views.hpp"
 

@@ -15,7 +15,6 @@
 
 #include "core/file.hpp"
 #include "report/html_page.hpp"
-#include "report/html_table.hpp"
 #include "report/plot/svg.hpp"
 
 namespace gyrotherm::report {

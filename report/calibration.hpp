@@ -300,4 +300,11 @@ struct CalibrationReport {
 /// Fails with bad_file on syntax, another schema, a missing key, a wrong type, columns of unequal length.
 [[nodiscard]] Result<CalibrationReport> calibration_from_json(std::string_view json, const std::string& file);
 
+/// Returns the results as one table for other programs, a line for each value of each result: its keys as in
+/// calibration.json, then value, u, k, U = k·u, degrees of freedom and unit. Numbers are exact, with a point; an
+/// unknown or infinite one is empty. The first column is "DRAFT", "SUPERSEDED", "SIMULATED", two of them, or empty.
+/// RFC 4180: lines end in CR LF, a field with a comma, a quote or a line break is quoted. A field of text that a
+/// spreadsheet would run as a formula begins with an apostrophe.
+[[nodiscard]] std::string csv_of(const CalibrationReport& report);
+
 }  // namespace gyrotherm::report

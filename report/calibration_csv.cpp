@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/calibration_csv.hpp"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <string_view>
+
+#include "report/calibration.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -87,5 +88,11 @@ struct Document {
 /// The report in a language. First what was calibrated, the result with its U, conformity and what it means; then what
 /// ISO/IEC 17025 asks for, results by group, budgets, deviations, files.
 [[nodiscard]] Document document_of(const CalibrationReport& report, Language language);
+
+/// Returns the document as one page of HTML, which needs no network, for a screen of any width and for paper. Where
+/// scripts run, dygraphs draws the figures, which can then be enlarged and have a cursor. Without scripts, on paper,
+/// and where an axis is logarithmic, the page shows the document's SVGs. The mark of the document is above the page and
+/// on every sheet. Equal documents give equal bytes.
+[[nodiscard]] std::string html_of(const Document& document);
 
 }  // namespace gyrotherm::report

@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "report/calibration_chart.hpp"
-#include "report/calibration_csv.hpp"
-#include "report/calibration_html.hpp"
+#include "report/calibration.hpp"
+#include "report/document.hpp"
+#include "report/document_chart.hpp"
 #include "report/plot/svg.hpp"
 #include "tests/support/markup.hpp"
 #include "tests/support/sample_calibration.hpp"

@@ -11,8 +11,8 @@
 
 #include "analysis/data/dataset.hpp"
 #include "core/file.hpp"
-#include "report/calibration_html.hpp"
 #include "report/comparison_document.hpp"
+#include "report/document.hpp"
 #include "tests/support/sample_calibration.hpp"
 
 namespace gyrotherm::report {

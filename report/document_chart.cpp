@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/calibration_chart.hpp"
+#include "report/document_chart.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/json.hpp"
-#include "report/dygraphs.hpp"
 #include "report/plot/plot.hpp"
 #include "report/plot/svg.hpp"
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/calibration_html.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,8 +8,8 @@
 #include <variant>
 #include <vector>
 
-#include "report/calibration_chart.hpp"
-#include "report/dygraphs.hpp"
+#include "report/document.hpp"
+#include "report/document_chart.hpp"
 #include "report/html_page.hpp"
 #include "report/plot/svg.hpp"
 

@@ -10,6 +10,7 @@
 
 #include "core/result.hpp"
 #include "report/calibration.hpp"
+#include "report/document.hpp"
 
 namespace gyrotherm::report {
 
@@ -63,5 +64,9 @@ struct Comparison {
 [[nodiscard]] std::string to_json(const Comparison& comparison);
 /// The table, as text for a terminal, greatest E_n first.
 [[nodiscard]] std::string describe(const Comparison& comparison);
+
+/// Returns the comparison as a text for people: first how many results have changed by more than the uncertainty of
+/// both calibrations, then all results, greatest |E_n| first.
+[[nodiscard]] Document document_of(const Comparison& comparison, Language language);
 
 }  // namespace gyrotherm::report

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/comparison_document.hpp"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "report/comparison.hpp"
 #include "report/document_parts.hpp"
 
 namespace gyrotherm::report {

@@ -11,7 +11,6 @@
 
 #include "analysis/data/dataset.hpp"
 #include "core/file.hpp"
-#include "report/comparison_document.hpp"
 #include "report/document.hpp"
 #include "tests/support/sample_calibration.hpp"
 

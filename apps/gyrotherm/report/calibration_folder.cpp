@@ -12,7 +12,6 @@
 #include "core/process.hpp"
 #include "core/sha256.hpp"
 #include "report/authorised_files.hpp"
-#include "report/comparison_document.hpp"
 #include "report/dcc.hpp"
 #include "report/document.hpp"
 #include "report/new_files.hpp"

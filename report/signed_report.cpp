@@ -11,8 +11,8 @@
 #include "core/text.hpp"
 #include "report/dcc.hpp"
 #include "report/dcc_reader.hpp"
-#include "report/new_files.hpp"
 #include "report/other_program.hpp"
+#include "report/report_files.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "report/authorised_files.hpp"
 #include "report/calibration.hpp"
+#include "report/report_files.hpp"
 #include "report/signature.hpp"
 
 namespace gyrotherm::report {

@@ -9,7 +9,7 @@ MUTANTS = [
     ("a view is signed that is not rendered from its source", "report/signed_report.cpp",
      "made == rendered->end() || sha256(made->bytes) != file.sha256", "made == rendered->end()",
      "report_test", "Signed.RefusesViewThatIsNotRenderedFromItsSource"),
-    ("a foreign file beside a signed report is not seen", "report/authorised_files.cpp",
+    ("a foreign file beside a signed report is not seen", "report/report_files.cpp",
      "!known.contains(name)) foreign", "false) foreign",
      "report_test", "Signed.VerifyNamesForeignFilesInFolder"),
     ("a signed file that is missing is no failure", "report/signed_report.cpp",

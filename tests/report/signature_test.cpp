@@ -13,9 +13,9 @@
 
 #include "core/file.hpp"
 #include "core/sha256.hpp"
-#include "report/authorised_files.hpp"
 #include "report/dcc.hpp"
 #include "report/other_program.hpp"
+#include "report/report_files.hpp"
 #include "report/signed_report.hpp"
 #include "tests/support/folder.hpp"
 #include "tests/support/sample_calibration.hpp"

@@ -11,11 +11,10 @@
 #include "core/file.hpp"
 #include "core/process.hpp"
 #include "core/sha256.hpp"
-#include "report/authorised_files.hpp"
 #include "report/dcc.hpp"
 #include "report/document.hpp"
-#include "report/new_files.hpp"
 #include "report/other_program.hpp"
+#include "report/report_files.hpp"
 
 namespace gyrotherm::app {
 namespace {

@@ -9,7 +9,7 @@
 #include "core/result.hpp"
 #include "report/calibration.hpp"
 #include "report/comparison.hpp"
-#include "report/new_files.hpp"
+#include "report/report_files.hpp"
 
 namespace gyrotherm::app {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The files that a person has authorised: authorisation.json names calibration.json and each of its views by SHA-256.
-/// Later these bytes are signed and no others.
+/// The files of a report's folder. They are replaced together. A person authorises them: authorisation.json names
+/// calibration.json and each of its views by SHA-256, and later these bytes are signed and no others.
 #pragma once
 
 #include <string>
@@ -10,9 +10,18 @@
 #include "core/result.hpp"
 #include "report/calibration.hpp"
 #include "report/dcc.hpp"
-#include "report/new_files.hpp"
 
 namespace gyrotherm::report {
+
+/// A file of a report, to be written.
+struct NewFile {
+  std::string name, bytes;
+};
+
+/// Replaces files of a folder in their order: the last one makes the others valid. Writes all of them under temporary
+/// names before it renames any, so that a full disk changes nothing. Fails with storage; later files are then not
+/// replaced.
+[[nodiscard]] Result<void> replace_all(const std::string& folder, const std::vector<NewFile>& files);
 
 inline constexpr const char* kAuthorisationFile = "authorisation.json";
 inline constexpr const char* kAuthorisationSchema = "gyrotherm-authorisation/1";

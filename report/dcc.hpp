@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The calibration report as a Digital Calibration Certificate: XML after PTB's schema DCC 3.3.0, for machines to read.
+/// The calibration report as a Digital Calibration Certificate: XML after PTB's schema DCC 3.3.0, for machines to read,
+/// and the certificate read back.
 ///
 /// It has all that the report says but its figures. One measurementResult is one axis, one result is one table of it;
 /// what a quantity is, its refType says: of PTB's vocabulary (basic_…) where that has a word, else of ours
@@ -47,5 +48,16 @@ struct DccOptions {
 /// 0001-01-01; its identifier, its statements and its signer say that it is a draft. Fails with bad_file if a report
 /// that is no draft lacks it, or has no results.
 [[nodiscard]] Result<std::string> dcc_of(const CalibrationReport& report, const DccOptions& options = {});
+
+/// The contents of a certificate that a verifier needs.
+struct ReadDcc {
+  std::string identifier{};
+  std::vector<IssuedFile> files{};  ///< in their order
+};
+
+/// Reads a certificate that this program wrote, without its signature. Fails with bad_file where it is not XML, or
+/// differs in a byte from what this program would write of its contents. Comments, other forms of the same contents and
+/// document types are therefore refused: a signature over XML covers the contents and not the bytes.
+[[nodiscard]] Result<ReadDcc> read_dcc(std::string_view dcc, const std::string& file);
 
 }  // namespace gyrotherm::report

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/dcc_reader.hpp"
-
 #include <fmt/format.h>
 
 #include <QXmlStreamReader>
 #include <algorithm>
 
+#include "report/dcc.hpp"
 #include "report/xml_text.hpp"
 
 namespace gyrotherm::report {

@@ -16,7 +16,7 @@
 #include "core/file.hpp"
 #include "core/text.hpp"
 #include "report/certificate_usage.hpp"
-#include "report/dcc_reader.hpp"
+#include "report/dcc.hpp"
 #include "report/dcc_text.hpp"
 #include "report/other_program.hpp"
 #include "report/xml_text.hpp"

@@ -10,7 +10,6 @@
 #include "core/sha256.hpp"
 #include "core/text.hpp"
 #include "report/dcc.hpp"
-#include "report/dcc_reader.hpp"
 #include "report/other_program.hpp"
 #include "report/report_files.hpp"
 

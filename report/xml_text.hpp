@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// XML as text, in one fixed form: what is written here and read again by any parser is written again to the same
-/// bytes (dcc_reader.hpp holds a file to that).
+/// bytes (read_dcc() holds a file to that).
 #pragma once
 
 #include <cstddef>

@@ -8,7 +8,6 @@
 
 #include "core/file.hpp"
 #include "core/sha256.hpp"
-#include "report/dcc_reader.hpp"
 #include "report/dsi.hpp"
 #include "report/other_program.hpp"
 #include "tests/report/varied_calibrations.hpp"

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <chrono>
@@ -15,7 +16,6 @@
 
 #include "core/file.hpp"
 #include "core/text.hpp"
-#include "report/certificate_usage.hpp"
 #include "report/dcc.hpp"
 #include "report/dcc_text.hpp"
 #include "report/other_program.hpp"
@@ -116,6 +116,70 @@ Result<std::string> step(const std::string& program, const Strings& words, const
   const std::string said = plain(trimmed(run->out, " \t\r\n"));
   return failure(FaultKind::bad_file, program, fmt::format("{}: {}", what, said.substr(0, 600)));
 }
+
+// The purposes that a certificate permits
+
+constexpr std::array<std::string_view, 2> kSigningUsages{"Digital Signature", "Non Repudiation"};
+/// Names as openssl prints them: it knows emailProtection, later versions documentSigning and Microsoft's too.
+constexpr std::array<std::string_view, 6> kDocumentUsages{"E-mail Protection",       "1.3.6.1.5.5.7.3.36",
+                                                          "Document Signing",        "1.2.840.113583.1.1.5",
+                                                          "1.3.6.1.4.1.311.10.3.12", "Microsoft Document Signing"};
+
+/// Returns the values of an extension, which openssl prints on the line below its name; nothing if it is missing.
+std::optional<Strings> extension_values(std::string_view extensions, std::string_view name) {
+  const auto begins = extensions.find(name);
+  if (begins == std::string_view::npos) return std::nullopt;
+  const auto line = extensions.find('\n', begins);
+  std::string_view left = line == std::string_view::npos ? "" : extensions.substr(line + 1);
+  left = left.substr(0, left.find('\n'));
+  Strings values;
+  while (!left.empty()) {
+    const auto comma = std::min(left.find(','), left.size());
+    values.emplace_back(trimmed(left.substr(0, comma), " \t\r"));
+    left.remove_prefix(std::min(comma + 1, left.size()));
+  }
+  return values;
+}
+
+bool has_any(const Strings& usages, const auto& permitted) {
+  return std::ranges::any_of(usages, [&](const std::string& one) {
+    return std::ranges::find(permitted, std::string_view(one)) != permitted.end();
+  });
+}
+
+/// Returns why a certificate with these extensions may not sign a report; empty if it may. `extensions` is what openssl
+/// prints of basicConstraints, keyUsage and extendedKeyUsage. A signer is not an authority (RFC 5280, 4.2.1.9), its
+/// key usage names digitalSignature or nonRepudiation (4.2.1.3), and its extended key usage, where it has one, names
+/// documentSigning (RFC 9336), emailProtection, or the signing of documents after Adobe or Microsoft (4.2.1.12).
+std::string usage_refusal(std::string_view extensions) {
+  const auto constraints = extension_values(extensions, "X509v3 Basic Constraints:");
+  if (constraints && std::ranges::find(*constraints, "CA:TRUE") != constraints->end())
+    return "is the certificate of an authority, which issues certificates and signs no reports";
+  const auto usage = extension_values(extensions, "X509v3 Key Usage:");
+  if (!usage || !has_any(*usage, kSigningUsages))
+    return fmt::format(
+        "is no certificate for signing: its key usage is {}, expected digitalSignature or nonRepudiation",
+        usage ? plain(fmt::format("{}", fmt::join(*usage, ", "))) : "missing");
+  const auto extended = extension_values(extensions, "X509v3 Extended Key Usage:");
+  if (extended && !has_any(*extended, kDocumentUsages))
+    return fmt::format(
+        "is no certificate for documents: its extended key usage is {}, expected emailProtection or documentSigning",
+        plain(fmt::format("{}", fmt::join(*extended, ", "))));
+  return {};
+}
+
+/// Checks the first certificate of a PEM file by usage_refusal(). Fails with bad_file at `where` if it may not sign a
+/// report, or if openssl is not installed or does not read the certificate.
+Result<void> check_usage(const std::string& certificate, const std::string& where) {
+  const auto run = run_program(
+      "openssl", {"x509", "-in", certificate, "-noout", "-ext", "basicConstraints,keyUsage,extendedKeyUsage"});
+  if (!run) return failure(run.error());
+  if (run->exit_code != 0) return failure(FaultKind::bad_file, where, "openssl does not read the signer's certificate");
+  const std::string refusal = usage_refusal(run->out);
+  return refusal.empty() ? Result<void>{} : failure(FaultKind::bad_file, where, "the signer's certificate " + refusal);
+}
+
+// Trust
 
 /// The moments as of which certificates are judged, in seconds since 1970: of a day its last and its first one, as a
 /// certificate may begin or end on it, and noon; nothing: now.

@@ -21,13 +21,13 @@ MUTANTS = [
      "report_test", "Signed.RefusesFolderThatIsNotAsItWasAuthorised"),
 
     # Certificates.
-    ("a web server's certificate signs", "report/certificate_usage.cpp",
+    ("a web server's certificate signs", "report/signature.cpp",
      "extended && !has_any(*extended, kDocumentUsages)", "false",
      "report_test", "Signed.RefusesCertificateOfAnotherPurpose"),
-    ("a certificate for encrypting signs", "report/certificate_usage.cpp",
+    ("a certificate for encrypting signs", "report/signature.cpp",
      "!usage || !has_any(*usage, kSigningUsages)", "false",
      "report_test", "Signed.RefusesCertificateOfAnotherPurpose"),
-    ("an authority signs", "report/certificate_usage.cpp",
+    ("an authority signs", "report/signature.cpp",
      'std::ranges::find(*constraints, "CA:TRUE") != constraints->end()', "false",
      "report_test", "Signed.RefusesCertificateOfAnotherPurpose"),
     ("the purpose of a certificate is not verified", "report/signature.cpp",

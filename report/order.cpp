@@ -13,7 +13,6 @@
 #include "core/file.hpp"
 #include "core/text.hpp"
 #include "core/toml_reader.hpp"
-#include "report/placeholders.hpp"
 #include "report/plot/png.hpp"
 
 namespace gyrotherm::report {

@@ -64,7 +64,7 @@ struct OrderFile {
 
 /// Puts what people have written into a report of that unit, and notes what a report must have and they have not
 /// written: "laboratory.toml: name". Without a file all of its keys are missing, and so is each key whose text is an
-/// example's (placeholders.hpp) and each person of the order whose role laboratory.toml does not give: it alone gives
+/// example's (is_placeholder()) and each person of the order whose role laboratory.toml does not give: it alone gives
 /// the role authorising, and if it names operators or reviewers, the order's are among them. What the report says
 /// already of type and serial number stays.
 void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
@@ -77,5 +77,14 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
 /// ones the least probable. Those of a model on a record that it was fitted to are not held against any. A limit of
 /// which there is no result is not_known.
 void hold_against(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule);
+
+/// Returns true for a text that was copied from an example and not replaced: an unfinished one ("…", "...", "todo",
+/// "tbd", "fixme", "xxx"), an address in the domains reserved for examples (RFC 2606), and the names and sentences of
+/// the examples in docs/calibration-report.md.
+[[nodiscard]] bool is_placeholder(std::string_view text);
+
+/// Returns the placeholders that a report has, each with the key that it came from:
+/// `laboratory.toml: traceability.en, which is "Temperatures are … through …", a text of an example`.
+[[nodiscard]] std::vector<std::string> placeholders_in(const CalibrationReport& report);
 
 }  // namespace gyrotherm::report

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/placeholders.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <cctype>
 
 #include "core/text.hpp"
+#include "report/order.hpp"
 
 namespace gyrotherm::report {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/placeholders.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -11,7 +11,6 @@
 #include "core/clock.hpp"
 #include "core/text.hpp"
 #include "report/order.hpp"
-#include "report/placeholders.hpp"
 #include "report/signed_report.hpp"
 
 namespace gyrotherm::app {

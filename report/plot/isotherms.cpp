@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/plot/isotherms.hpp"
-
 #include <array>
 #include <cmath>
 #include <map>
 #include <optional>
+
+#include "report/plot/thermal_image.hpp"
 
 namespace gyrotherm::plot {
 namespace {

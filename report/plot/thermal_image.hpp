@@ -2,15 +2,31 @@
 /// The thermal image of the gyro: a plane through it with isotherms and thermometers, as the paper's Figures 1 and 2.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 #include "core/form.hpp"
-#include "report/plot/isotherms.hpp"
 #include "report/plot/plot.hpp"
 #include "report/plot/png.hpp"
 
 namespace gyrotherm::plot {
+
+/// Samples on a rectangular grid, row by row; NaN where there is no field.
+struct SampledField {
+  std::size_t columns{};
+  std::size_t rows{};
+  std::vector<double> values;  ///< rows × columns
+  [[nodiscard]] double at(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
+};
+
+/// A position between the samples: column 0.5 lies half way from the first to the second.
+struct FieldPoint {
+  double column{};
+  double row{};
+};
+
+using Isotherm = std::vector<FieldPoint>;  ///< open, or closed by repeating its first point
 
 /// A thermometer on the plane.
 struct ThermalMark {
@@ -70,5 +86,9 @@ void describe(auto& form, Like<ThermalImage> auto& image) {
 
 /// Where the isotherms lie, in °C: the multiples of the step within the samples' range.
 [[nodiscard]] std::vector<double> isotherm_levels(const ThermalImage& image);
+
+/// Returns all lines on which the field, linear along the grid's edges, equals `level`: marching squares, saddles
+/// decided by the mean of the four corners. Lines end at the field's edge and where it is NaN.
+[[nodiscard]] std::vector<Isotherm> isotherms(const SampledField& field, double level);
 
 }  // namespace gyrotherm::plot

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/plot/isotherms.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <random>
+
+#include "report/plot/thermal_image.hpp"
 
 namespace gyrotherm::plot {
 namespace {

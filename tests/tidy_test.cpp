@@ -307,7 +307,6 @@ std::string namespace_of(const Source& source) {
                                                              {"apps/gyrotherm", "gyrotherm::app"},
                                                              {"apps/thermal", "gyrotherm::app"},
                                                              {"apps/make_safe", "gyrotherm::watchdog"},
-                                                             {"apps/pdf", "gyrotherm::report"},
                                                              {"simulator/thermal/reduced", "gyrotherm::thermal"},
                                                              {"apps/site/job", "gyrotherm::site"}};
   if (const auto found = exceptions.find(source.part); found != exceptions.end()) return found->second;

@@ -23,7 +23,7 @@
 #include "report/document.hpp"
 #include "report/other_program.hpp"
 
-namespace gyrotherm::report {
+namespace gyrotherm::pdf {
 namespace {
 
 /// As those of gyrotherm.
@@ -48,7 +48,7 @@ std::optional<std::int64_t> midnight_of(const std::string& day) {
 }
 
 /// SOURCE_DATE_EPOCH if it is set, else the day of issue, else the last day of the calibration: never the time of day.
-std::optional<std::int64_t> date_of(const CalibrationReport& report) {
+std::optional<std::int64_t> date_of(const report::CalibrationReport& report) {
   if (const char* given = std::getenv("SOURCE_DATE_EPOCH"); given != nullptr) {
     std::int64_t seconds{};
     const std::string_view text = given;
@@ -79,11 +79,11 @@ Result<FinishedFile> run_paper(const std::string& kind, const std::string& given
   constexpr std::chrono::minutes kLongest{5};
   const auto program = shipped_file("apps/pdf/paper.py");
   if (program.empty()) return failure(FaultKind::bad_file, "apps/pdf/paper.py", "is not installed");
-  const auto folder = PrivateFolder::make();
+  const auto folder = report::PrivateFolder::make();
   if (!folder) return failure(folder.error());
   const std::string source = *folder / "given", out = *folder / "made";
   if (auto put = replace_own_file(source, given, Syncing::not_awaited); !put) return failure(put.error());
-  const auto ran = run_program(std::filesystem::absolute(program), {kind, source, out, option}, kLongest);
+  const auto ran = report::run_program(std::filesystem::absolute(program), {kind, source, out, option}, kLongest);
   if (!ran) return failure(ran.error());
   if (ran->exit_code != 0) return failure(FaultKind::bad_file, from, last_line_of(ran->out));
   auto bytes = read_text_file(out, kLargestTable);
@@ -94,13 +94,14 @@ Result<FinishedFile> run_paper(const std::string& kind, const std::string& given
 Result<FinishedFile> report_pdf(const Arguments& arguments) {
   const auto json = read_text_file(arguments.report, kLargestTable);
   if (!json) return failure(json.error());
-  const auto report = calibration_from_json(*json, arguments.report);
+  const auto report = report::calibration_from_json(*json, arguments.report);
   if (!report) return failure(report.error());
-  const auto document = document_of(*report, arguments.language == "de" ? Language::german : Language::english);
+  const auto document =
+      document_of(*report, arguments.language == "de" ? report::Language::german : report::Language::english);
   const auto html = paper_html(
       document, {.program = "gyrotherm " GYROTHERM_VERSION, .source_sha256 = sha256(*json), .utc_s = date_of(*report)});
   return run_paper("pdf", html, arguments.report,
-                   report->state == ReportState::authorised ? "--signature-field" : "--plain");
+                   report->state == report::ReportState::authorised ? "--signature-field" : "--plain");
 }
 
 Result<FinishedFile> figure_png(const Arguments& arguments) {
@@ -162,9 +163,9 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace gyrotherm::report
+}  // namespace gyrotherm::pdf
 
 int main(int argc, char** argv) {
   gyrotherm::open_standard_descriptors();
-  return gyrotherm::report::run(argc, argv);
+  return gyrotherm::pdf::run(argc, argv);
 }

@@ -16,10 +16,18 @@
 #include "report/html_page.hpp"
 #include "report/plot/svg.hpp"
 
-namespace gyrotherm::report {
+namespace gyrotherm::pdf {
 namespace {
 
 using plot::escaped;
+using report::Cell;
+using report::Definitions;
+using report::Document;
+using report::DocumentFigure;
+using report::DocumentTable;
+using report::Heading;
+using report::KeyFigures;
+using report::Paragraph;
 
 constexpr double kTextWidthPt = 174 / 25.4 * 72;
 constexpr double kBold = 1.17;  ///< width ratio, bold to regular
@@ -141,7 +149,7 @@ double key_size(const KeyFigures::One& one, double room) {
 class PaperWriter {
  public:
   explicit PaperWriter(const Document& document) {
-    for (const Block& block : document.blocks) std::visit(*this, block);
+    for (const report::Block& block : document.blocks) std::visit(*this, block);
   }
 
   [[nodiscard]] std::string html() && { return std::move(html_); }
@@ -243,8 +251,9 @@ std::string margins(const Document& document, const PaperFacts& facts) {
   return fmt::format(
       "@page {{ @top-left {{ content: {} }} @top-center {{ content: {} }} @top-right {{ content: {} }}\n"
       "@bottom-left {{ content: {} }} @bottom-center {{ content: {} }} @bottom-right {{ content: {} }} }}",
-      css_string(shortened(document.laboratory)), css_string(document.mark), css_string(shortened(document.number)),
-      css_string(facts.program), css_string(source), page_counter(document.page_of));
+      report::css_string(shortened(document.laboratory)), report::css_string(document.mark),
+      report::css_string(shortened(document.number)), report::css_string(facts.program), report::css_string(source),
+      report::page_counter(document.page_of));
 }
 
 std::string meta(std::string_view name, std::string_view content) {
@@ -285,4 +294,4 @@ std::string paper_html(const Document& document, const PaperFacts& facts) {
          " —</p>\n</body>\n</html>\n";
 }
 
-}  // namespace gyrotherm::report
+}  // namespace gyrotherm::pdf

@@ -8,7 +8,7 @@
 
 #include "report/document.hpp"
 
-namespace gyrotherm::report {
+namespace gyrotherm::pdf {
 
 /// Facts about the file itself.
 struct PaperFacts {
@@ -20,6 +20,6 @@ struct PaperFacts {
 
 /// Returns the whole page without style sheet: its sheet is paper.css, which needs the classes used here. Title,
 /// author, keywords and dates are meta elements. Equal documents and facts give equal bytes.
-[[nodiscard]] std::string paper_html(const Document& document, const PaperFacts& facts);
+[[nodiscard]] std::string paper_html(const report::Document& document, const PaperFacts& facts);
 
-}  // namespace gyrotherm::report
+}  // namespace gyrotherm::pdf

@@ -10,7 +10,7 @@
 #include "tests/apps/pdf/shell.hpp"
 #include "tests/support/folder.hpp"
 
-namespace gyrotherm::report {
+namespace gyrotherm::pdf {
 namespace {
 
 /// Runs gyrotherm-pdf on an SVG. Returns the PNG, which is empty if there is none.
@@ -68,4 +68,4 @@ TEST(Figure, WhatIsNoSvgOrIsTooLargeIsRefused) {
 }
 
 }  // namespace
-}  // namespace gyrotherm::report
+}  // namespace gyrotherm::pdf

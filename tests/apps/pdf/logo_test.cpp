@@ -7,8 +7,11 @@
 #include "report/plot/png.hpp"
 #include "tests/apps/pdf/paper.hpp"
 
-namespace gyrotherm::report {
+namespace gyrotherm::pdf {
 namespace {
+
+using report::Document;
+using report::Logo;
 
 /// What is said of a report with this logo.
 std::string said_of(const std::string& media_type, const std::string& bytes, const std::string& base64 = {}) {
@@ -73,4 +76,4 @@ TEST(Logo, AnSvgThatIsSmallAndMuchWorkIsLeftOut) {
 }
 
 }  // namespace
-}  // namespace gyrotherm::report
+}  // namespace gyrotherm::pdf

@@ -9,11 +9,11 @@
 #include "tests/apps/pdf/shell.hpp"
 #include "tests/support/folder.hpp"
 
-namespace gyrotherm::report {
+namespace gyrotherm::pdf {
 
 /// Returns a document without blocks.
-inline Document small_document() {
-  Document document;
+inline report::Document small_document() {
+  report::Document document;
   document.title = "Calibration report";
   document.number = "C-1";
   document.laboratory = "Laboratory";
@@ -29,7 +29,7 @@ class Paper {
     std::ofstream(folder_ / "page.html") << html;
     ran_ = shell(GYROTHERM_SOURCE_DIR "/apps/pdf/paper.py pdf " + (folder_ / "page.html") + " " + pdf() + " " + option);
   }
-  explicit Paper(const Document& document, const PaperFacts& facts = {}) : Paper(paper_html(document, facts)) {}
+  explicit Paper(const report::Document& document, const PaperFacts& facts = {}) : Paper(paper_html(document, facts)) {}
 
   [[nodiscard]] const Ran& ran() const { return ran_; }
   [[nodiscard]] std::string pdf() const { return folder_ / "page.pdf"; }
@@ -48,4 +48,4 @@ class Paper {
   Ran ran_;
 };
 
-}  // namespace gyrotherm::report
+}  // namespace gyrotherm::pdf

@@ -14,8 +14,15 @@
 #include "report/plot/png.hpp"
 #include "report/plot/svg.hpp"
 
-namespace gyrotherm::report {
+namespace gyrotherm::pdf {
 namespace {
+
+using report::Document;
+using report::DocumentFigure;
+using report::DocumentTable;
+using report::Heading;
+using report::Logo;
+using report::Paragraph;
 
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
@@ -188,4 +195,4 @@ TEST(PaperText, NothingIsFetched) {
 }
 
 }  // namespace
-}  // namespace gyrotherm::report
+}  // namespace gyrotherm::pdf

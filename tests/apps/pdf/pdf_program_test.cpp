@@ -18,8 +18,21 @@
 #include "tests/support/folder.hpp"
 #include "tests/support/sample_calibration.hpp"
 
-namespace gyrotherm::report {
+namespace gyrotherm::pdf {
 namespace {
+
+using report::Block;
+using report::CalibrationReport;
+using report::Definitions;
+using report::Document;
+using report::DocumentFigure;
+using report::DocumentTable;
+using report::Heading;
+using report::KeyFigures;
+using report::Language;
+using report::Logo;
+using report::Paragraph;
+using report::ReportState;
 
 const std::string kProgram = "env -u DISPLAY -u SOURCE_DATE_EPOCH " GYROTHERM_PDF " ";
 
@@ -355,4 +368,4 @@ TEST(PdfProgram, AFigureBecomesAPngOfTheWidthAskedFor) {
 }
 
 }  // namespace
-}  // namespace gyrotherm::report
+}  // namespace gyrotherm::pdf

@@ -11,7 +11,7 @@
 #include <sstream>
 #include <string>
 
-namespace gyrotherm::report {
+namespace gyrotherm::pdf {
 
 struct Ran {
   int exit_code = -1;
@@ -39,4 +39,4 @@ inline std::string content_of(const std::string& path) {
   return text.str();
 }
 
-}  // namespace gyrotherm::report
+}  // namespace gyrotherm::pdf

@@ -15,6 +15,14 @@
 
 namespace gyrotherm::app {
 
+/// Names of the values that options and positionals take, for ->type_name(value::kRig). Help and manual show the name,
+/// and a shell completes the value accordingly (command_info.hpp).
+namespace value {
+inline constexpr const char *kProfile = "PROFILE", *kRig = "RIG", *kMap = "MAP", *kGyro = "GYRO", *kRecord = "RECORD",
+                            *kRecordOrFolder = "RECORD|FOLDER", *kModel = "MODEL", *kTable = "TABLE", *kToml = "TOML",
+                            *kPem = "PEM", *kCode = "SOURCE", *kFile = "FILE", *kFolder = "FOLDER";
+}  // namespace value
+
 /// The exit codes that users rely on.
 enum class Exit : int {
   done = 0,

@@ -6,7 +6,7 @@
 #include <cctype>
 #include <string_view>
 
-#include "apps/console/value.hpp"
+#include "apps/console/command.hpp"
 
 namespace gyrotherm::app {
 namespace {

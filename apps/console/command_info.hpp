@@ -5,7 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include "core/shipped.hpp"
 
 namespace gyrotherm::app {
 
@@ -28,6 +31,17 @@ struct CommandInfo {
   std::vector<OptionInfo> words{};
   std::vector<CommandInfo> below{};
 };
+
+/// A kind of value, with which files a shell completes it.
+struct ValueKind {
+  std::string_view name;
+  const ShippedKind* shipped;             ///< names of shipped files, or null
+  std::vector<std::string_view> endings;  ///< of files, like "db"; empty: every file
+  bool is_folder = false;                 ///< folders alone
+};
+
+/// The kind of that name, or null if its values are no files.
+[[nodiscard]] const ValueKind* value_kind(std::string_view name);
 
 /// Hidden commands and options are left out.
 [[nodiscard]] CommandInfo describe_commands(const CLI::App& program);

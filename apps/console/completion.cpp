@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/console/completion.hpp"
-
+/// Scripts that let a shell complete the commands of a program, their options and values, made of the description that
+/// the parser has. A script asks for names of shipped files when it needs them, by `completion --names`.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <functional>
+#include <memory>
+#include <string>
 #include <string_view>
+#include <vector>
 
-#include "apps/console/value.hpp"
+#include "apps/console/command.hpp"
+#include "apps/console/command_info.hpp"
 
 namespace gyrotherm::app {
 namespace {
@@ -302,8 +306,6 @@ std::string filled(std::string_view text, const CommandInfo& program, const char
   return with(with(std::string(text), "FUNCTION", function_of(program, lead)), "PROGRAM", program.program);
 }
 
-}  // namespace
-
 std::string bash_completion(const CommandInfo& program) {
   std::string words, offers;
   for_each(program, [&](const CommandInfo& command) {
@@ -329,6 +331,42 @@ std::string fish_completion(const CommandInfo& program) {
     lines += fish_lines(command, function);
   });
   return with(filled(kFish, program, "__"), "PATHS", paths) + lines;
+}
+
+struct CompletionArguments {
+  std::string shell, names;
+};
+
+Result<Exit> complete(Program& program, const CompletionArguments& options) {
+  if (!options.names.empty()) {
+    const auto* kind = value_kind(options.names);
+    if (kind == nullptr || kind->shipped == nullptr)
+      return failure(FaultKind::usage, "--names", fmt::format("\"{}\" has no shipped files", options.names));
+    for (const auto& name : shipped_names(*kind->shipped)) program.console.data(name + "\n");
+    return Exit::done;
+  }
+  if (options.shell.empty()) return failure(FaultKind::usage, "completion", "for which shell? bash, zsh or fish");
+  const auto commands = describe_commands(program.cli);
+  program.console.data(options.shell == "bash"  ? bash_completion(commands)
+                       : options.shell == "zsh" ? zsh_completion(commands)
+                                                : fish_completion(commands));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_completion(Program& program) {
+  const auto options = std::make_shared<CompletionArguments>();
+  const auto name = program.cli.get_name();
+  auto& command = add_command(program, "completion",
+                              "Prints what a shell needs to complete commands, options, and names of profiles and "
+                              "rigs.",
+                              fmt::format("{} completion bash", name));
+  command.add_option("shell", options->shell, "bash, zsh or fish")
+      ->type_name("SHELL")
+      ->check(CLI::IsMember({"bash", "zsh", "fish"}));
+  command.add_option("--names", options->names, "the shipped files of a kind, for these scripts")->group("");
+  command.callback([&program, options] { program.outcome = complete(program, *options); });
 }
 
 }  // namespace gyrotherm::app

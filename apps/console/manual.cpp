@@ -1,18 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/console/manual.hpp"
-
+/// Manual pages: names, synopsis and options of the description that the parser has, prose written by hand. The build
+/// makes them with `gyrotherm manual`, which help does not show.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
+#include <memory>
 #include <sstream>
+#include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "apps/console/command.hpp"
+#include "apps/console/command_info.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm::app {
 namespace {
+
+/// The part of a page that the parser does not know.
+struct ManualText {
+  std::string prose;    ///< as docs/man has it: paragraphs of the description, then sections
+  std::string date;     ///< of the release, "2026-11-21"
+  std::string version;  ///< of the program
+};
 
 /// Text as roff shows it: backslashes and hyphens are themselves, and no line is taken for a request.
 std::string roff(std::string_view text) {
@@ -211,8 +223,8 @@ std::string exit_status() {
   return text;
 }
 
-}  // namespace
-
+/// Returns the page of a command, with all commands below it; of the program itself a list of its commands,
+/// each with its page. The sections of the prose are between the options and the exit status, SEE ALSO at the end.
 std::string manual_page(const CommandInfo& command, const ManualText& text) {
   const auto prose = sections_of(text.prose);
   auto page = header(page_name(command), text) +
@@ -223,8 +235,45 @@ std::string manual_page(const CommandInfo& command, const ManualText& text) {
   return page + commands_below(command) + prose.middle + exit_status() + prose.see_also;
 }
 
+/// Returns a page that is prose alone, of a program with a parser of its own.
 std::string manual_page(const std::string& name, const ManualText& text) {
   return header(name, text) + roff_of_prose(text.prose);
+}
+
+struct ManualArguments {
+  std::string command, prose, date, name;
+};
+
+Result<Exit> print_page(Program& program, const ManualArguments& options) {
+  auto prose = options.prose.empty() ? Result<std::string>("") : read_text_file(options.prose);
+  if (!prose) return failure(prose.error());
+  const ManualText text{.prose = std::move(*prose), .date = options.date, .version = GYROTHERM_VERSION};
+  if (!options.name.empty()) {
+    program.console.data(manual_page(options.name, text));
+    return Exit::done;
+  }
+  const auto commands = describe_commands(program.cli);
+  const CommandInfo* wanted = options.command.empty() ? &commands : nullptr;
+  for (const auto& command : commands.below)
+    if (command.path.back() == options.command) wanted = &command;
+  if (wanted == nullptr)
+    return failure(FaultKind::usage, "manual", fmt::format("\"{}\" is no command", options.command));
+  program.console.data(manual_page(*wanted, text));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_manual(Program& program) {
+  const auto options = std::make_shared<ManualArguments>();
+  auto& command = add_command(program, "manual", "Prints the manual page of a command in the macros of man(7).",
+                              "gyrotherm manual run --prose docs/man/gyrotherm-run.md");
+  command.group("");
+  command.add_option("command", options->command, "the command; without it the program");
+  command.add_option("--prose", options->prose, "what the page says beside the options");
+  command.add_option("--name", options->name, "of a page that is prose alone, of another program");
+  command.add_option("--date", options->date, "of the release");
+  command.callback([&program, options] { program.outcome = print_page(program, *options); });
 }
 
 }  // namespace gyrotherm::app

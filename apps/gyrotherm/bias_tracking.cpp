@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include "analysis/model/verification.hpp"
-#include "apps/console/value.hpp"
 
 namespace gyrotherm::app {
 

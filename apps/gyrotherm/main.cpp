@@ -5,7 +5,6 @@
 
 #include "acquisition/record/record_files.hpp"
 #include "apps/console/command.hpp"
-#include "apps/console/value.hpp"
 #include "core/program_start.hpp"
 
 namespace gyrotherm::app {

@@ -8,7 +8,6 @@
 
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
-#include "apps/console/value.hpp"
 #include "apps/thermal/thermal_views.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"

@@ -6,7 +6,6 @@
 
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
-#include "apps/console/value.hpp"
 #include "core/file.hpp"
 #include "core/sha256.hpp"
 #include "simulator/thermal/gyro_model.hpp"

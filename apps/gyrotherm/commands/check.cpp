@@ -6,7 +6,6 @@
 
 #include "acquisition/record/run_info.hpp"
 #include "apps/console/command.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/qualify/accept.hpp"
 #include "apps/gyrotherm/rig_lines.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "apps/console/command.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/devices.hpp"
 #include "apps/gyrotherm/machine_checks.hpp"
 #include "apps/gyrotherm/rig_lines.hpp"

@@ -16,7 +16,6 @@
 #include "analysis/data/dataset.hpp"
 #include "analysis/model/stream.hpp"
 #include "apps/console/command.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/follow.hpp"
 #include "apps/gyrotherm/output_file.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"

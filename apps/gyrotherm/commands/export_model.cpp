@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "analysis/model/model_export.hpp"
-#include "apps/console/value.hpp"
+#include "apps/console/command.hpp"
 #include "apps/gyrotherm/bias_tracking.hpp"
 #include "apps/gyrotherm/output_file.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"

@@ -16,7 +16,6 @@
 #include "analysis/model/fused_run.hpp"
 #include "analysis/model/model_export.hpp"
 #include "apps/console/command.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/output_file.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "core/file.hpp"

@@ -10,7 +10,6 @@
 
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "core/clock.hpp"
 #include "core/quantity.hpp"

@@ -9,7 +9,6 @@
 #include "acquisition/record/record_files.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/output_file.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"

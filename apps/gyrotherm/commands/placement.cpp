@@ -8,7 +8,6 @@
 #include "analysis/model/verification.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "core/json.hpp"
 

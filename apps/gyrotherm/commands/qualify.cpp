@@ -16,7 +16,6 @@
 #include "analysis/model/qualification.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/qualify/accept.hpp"
 #include "apps/gyrotherm/qualify/axis_experiment.hpp"
 #include "apps/gyrotherm/qualify/gyro_thermal.hpp"

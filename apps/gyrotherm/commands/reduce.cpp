@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include "apps/console/command.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/output_file.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "core/file.hpp"

@@ -2,7 +2,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/commands/report_commands.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
 #include "report/comparison.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/commands/report_commands.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
 #include "report/signed_report.hpp"

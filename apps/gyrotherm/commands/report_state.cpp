@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/commands/report_commands.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
 #include "core/clock.hpp"

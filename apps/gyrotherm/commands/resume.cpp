@@ -3,7 +3,6 @@
 #include "acquisition/record/status.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/sample_json.hpp"
 #include "core/toml_reader.hpp"

@@ -8,7 +8,6 @@
 
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
-#include "apps/console/value.hpp"
 #include "core/program_start.hpp"
 #include "sequencer/rig/rig.hpp"
 

@@ -11,7 +11,6 @@
 #include "acquisition/record/record_files.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
-#include "apps/console/value.hpp"
 #include "core/clock.hpp"
 #include "core/json.hpp"
 #include "sequencer/watchdog/safe_state_file.hpp"

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include "apps/console/command.hpp"
-#include "apps/console/value.hpp"
 #include "core/json.hpp"
 #include "sequencer/control/control_socket.hpp"
 

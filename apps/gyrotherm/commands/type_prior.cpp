@@ -9,7 +9,6 @@
 
 #include "analysis/model/prior_training.hpp"
 #include "apps/console/command.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/output_file.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "core/file.hpp"

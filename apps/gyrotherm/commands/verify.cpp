@@ -10,7 +10,6 @@
 #include "analysis/model/verification.hpp"
 #include "analysis/tracking/assessment.hpp"
 #include "apps/console/command.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/bias_tracking.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "core/json.hpp"

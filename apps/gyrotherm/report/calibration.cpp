@@ -14,7 +14,6 @@
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/record_files.hpp"
 #include "analysis/data/clusters.hpp"
-#include "apps/console/value.hpp"
 #include "apps/gyrotherm/recorded_run.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
 #include "apps/gyrotherm/report/calibration_source.hpp"

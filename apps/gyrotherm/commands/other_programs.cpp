@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
+/// `gyrotherm site` and `gyrotherm thermal`: commands that other programs carry out. This one, which commands chambers,
+/// links neither a database nor the finite elements.
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "apps/console/command.hpp"
 
 namespace gyrotherm::app {
 namespace {
 
-/// Becomes the program that has the finite elements; this one, which commands chambers, has none.
+Result<Exit> become_site_program(const std::vector<std::string>& words) {
+  return become_program("gyrotherm-site", words);
+}
+
 Result<Exit> become_thermal_program(const std::vector<std::string>& words) {
   std::vector<std::string> line{"image"};
   line.insert(line.end(), words.begin(), words.end());
@@ -12,6 +21,11 @@ Result<Exit> become_thermal_program(const std::vector<std::string>& words) {
 }
 
 }  // namespace
+
+void add_site(Program& program) {
+  add_forwarded(program, "site", "Asks the store of a site of rigs, and makes it: gyrotherm-site.",
+                "gyrotherm site rigs --site site.toml", become_site_program);
+}
 
 void add_thermal(Program& program) {
   add_forwarded(program, "thermal",

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// `report authorise` and `report supersede`: from a draft to a report that may be issued, and to one that is no longer
-/// valid.
+/// `report authorise`, `report sign` and `report supersede`: from a draft to a report that may be issued, is signed,
+/// and is no longer valid.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string>
 
-#include "apps/gyrotherm/commands/report_commands.hpp"
+#include "apps/console/command.hpp"
 #include "apps/gyrotherm/report/calibration_folder.hpp"
 #include "core/clock.hpp"
 #include "core/text.hpp"
@@ -58,6 +59,18 @@ Result<Exit> authorise(Console& console, const StateArguments& options) {
   return write_again(console, *filed, options.folder);
 }
 
+struct SigningArguments {
+  std::string folder;
+  report::SigningKey key;
+};
+
+Result<Exit> sign_folder(Console& console, const SigningArguments& options) {
+  const auto names = report::sign_report(options.folder, options.key, render_calibration);
+  if (!names) return failure(names.error());
+  console.say(fmt::format("{}: signed {}", options.folder, fmt::join(*names, ", ")));
+  return Exit::done;
+}
+
 /// Only a report that may be issued takes the place of another one, and only of the same unit.
 Result<void> may_replace(const FiledReport& by, const report::CalibrationReport& report) {
   const auto refused = [&](const std::string& why) { return failure(FaultKind::usage, by.path, why); };
@@ -89,19 +102,18 @@ Result<Exit> supersede(Console& console, const StateArguments& options) {
   return write_again(console, *filed, options.folder);
 }
 
-}  // namespace
+void add_authorise(Program& program, CLI::App& report) {
+  auto [command, options] = add_subcommand(
+      program, report, "authorise",
+      "Makes a report of a draft that lacks nothing: a person with the role authorising releases it as it is.",
+      "gyrotherm report authorise out/calibration --by \"A. Metrologist\"", authorise);
+  command.add_option("folder", options.folder, "the folder of the report")->type_name(value::kFolder)->required();
+  command.add_option("--by", options.by, "a person whom laboratory.toml gives the role authorising")
+      ->type_name("NAME")
+      ->required();
+}
 
-void add_report_state(Program& program, CLI::App& report) {
-  {
-    auto [command, options] = add_subcommand(
-        program, report, "authorise",
-        "Makes a report of a draft that lacks nothing: a person with the role authorising releases it as it is.",
-        "gyrotherm report authorise out/calibration --by \"A. Metrologist\"", authorise);
-    command.add_option("folder", options.folder, "the folder of the report")->type_name(value::kFolder)->required();
-    command.add_option("--by", options.by, "a person whom laboratory.toml gives the role authorising")
-        ->type_name("NAME")
-        ->required();
-  }
+void add_supersede(Program& program, CLI::App& report) {
   auto [command, options] = add_subcommand(
       program, report, "supersede", "Marks a report as no longer valid, and names the one that takes its place.",
       "gyrotherm report supersede out/calibration --by out/calibration-2", supersede);
@@ -110,6 +122,29 @@ void add_report_state(Program& program, CLI::App& report) {
       ->type_name(value::kFolder)
       ->required();
   command.add_option("--reason", options.reason, "why")->type_name("TEXT");
+}
+
+}  // namespace
+
+void add_report_state(Program& program, CLI::App& report) {
+  add_authorise(program, report);
+  add_supersede(program, report);
+}
+
+void add_report_sign(Program& program, CLI::App& report) {
+  auto [command, options] = add_subcommand(
+      program, report, "sign",
+      "Signs an authorised report, as it was authorised: its PDF, and the certificate dcc.xml over all its files.",
+      "gyrotherm report sign out/report --key lab.key --certificate lab.pem", sign_folder);
+  command.add_option("dir", options.folder, "the folder with calibration.json")->type_name(value::kFolder)->required();
+  command.add_option("--key", options.key.key_file, "the laboratory's private key, RSA, PEM")
+      ->type_name(value::kPem)
+      ->required();
+  command.add_option("--certificate", options.key.certificate_file, "its certificate, and those above it, PEM")
+      ->type_name(value::kPem)
+      ->required();
+  command.add_option("--password-file", options.key.password_file, "a file whose first line the key is locked with")
+      ->type_name(value::kFile);
 }
 
 }  // namespace gyrotherm::app

@@ -7,7 +7,7 @@
 #include "acquisition/record/chain.hpp"
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/record_files.hpp"
-#include "apps/gyrotherm/commands/report_commands.hpp"
+#include "apps/console/command.hpp"
 #include "apps/gyrotherm/qualify/axis_experiment.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/gyrotherm/devices.hpp"
 #include "core/result.hpp"
 
 namespace gyrotherm::app {
@@ -37,5 +38,13 @@ struct Finding {
 /// Limits of this process, which a run started here would have: open files, size of files, processor time, memory,
 /// locked memory, priority.
 [[nodiscard]] std::vector<Finding> check_limits();
+
+// Programs and settings that disturb serial adapters: ModemManager sends AT commands to every new port, brltty takes
+// adapters for braille displays, USB autosuspend switches adapters off.
+
+/// Looks at /proc, /sys, /run/udev and the udev rules below `root`, and at those of `devices` that are serial adapters
+/// on USB. Returns a finding about ModemManager, one about brltty, and one for each adapter that may be suspended.
+[[nodiscard]] std::vector<Finding> check_serial_adapters(const std::vector<Device>& devices,
+                                                         const std::string& root = "");
 
 }  // namespace gyrotherm::app

@@ -17,7 +17,6 @@
 #include "apps/gyrotherm/devices.hpp"
 #include "apps/gyrotherm/machine_checks.hpp"
 #include "apps/gyrotherm/rig_lines.hpp"
-#include "apps/gyrotherm/serial_checks.hpp"
 #include "core/json.hpp"
 #include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/line/hid_line.hpp"

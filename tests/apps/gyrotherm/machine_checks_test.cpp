@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Programs and settings that disturb serial adapters, in folders like those of a system.
-#include "apps/gyrotherm/serial_checks.hpp"
+#include "apps/gyrotherm/machine_checks.hpp"
 
 #include <gtest/gtest.h>
 

@@ -286,7 +286,7 @@ std::vector<Finding> check_disk(const std::string& folder) {
     return {{"disk", FindingState::fault, fmt::format("{}: {}", folder, std::generic_category().message(errno)),
              fmt::format("mkdir -p {}", folder), FaultKind::storage}};
   std::vector<Finding> findings;
-  if (std::error_code error; !std::filesystem::is_directory(folder, error))
+  if (std::error_code error; !fs::is_directory(folder, error))
     findings.push_back(
         {"folder", FindingState::fault, folder + " is no folder", "name one: --folder FOLDER", FaultKind::storage});
   else if ((space.f_flag & ST_RDONLY) != 0)

@@ -7,7 +7,6 @@
 #include "acquisition/record/run_info.hpp"
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/qualify/accept.hpp"
-#include "apps/gyrotherm/rig_lines.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/readiness.hpp"
 #include "core/clock.hpp"

@@ -16,7 +16,7 @@
 #include "apps/console/command.hpp"
 #include "apps/gyrotherm/devices.hpp"
 #include "apps/gyrotherm/machine_checks.hpp"
-#include "apps/gyrotherm/rig_lines.hpp"
+#include "apps/gyrotherm/run/readiness.hpp"
 #include "core/json.hpp"
 #include "drivers/chamber/chamber_lock.hpp"
 #include "drivers/line/hid_line.hpp"

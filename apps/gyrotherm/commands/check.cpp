@@ -6,8 +6,7 @@
 
 #include "acquisition/record/run_info.hpp"
 #include "apps/console/command.hpp"
-#include "apps/gyrotherm/qualify/accept.hpp"
-#include "apps/gyrotherm/run/carry_out.hpp"
+#include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/readiness.hpp"
 #include "core/clock.hpp"
 #include "core/file.hpp"

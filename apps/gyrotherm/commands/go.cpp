@@ -11,6 +11,7 @@
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
+#include "apps/gyrotherm/run/checked_profile.hpp"
 #include "core/clock.hpp"
 #include "core/quantity.hpp"
 

@@ -5,6 +5,7 @@
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
+#include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/sample_json.hpp"
 #include "core/text.hpp"
 

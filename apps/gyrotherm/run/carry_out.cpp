@@ -16,6 +16,7 @@
 #include "acquisition/record/status.hpp"
 #include "acquisition/record/store.hpp"
 #include "apps/console/interrupt.hpp"
+#include "apps/gyrotherm/run/checked_profile.hpp"
 #include "apps/gyrotherm/run/confirmed_commands.hpp"
 #include "apps/gyrotherm/run/readiness.hpp"
 #include "core/clock.hpp"
@@ -253,52 +254,6 @@ Result<void> record_absence(record::Store& store, const run::InterruptedRun& sto
 }
 
 }  // namespace
-
-Result<profile::Profile> read_profile(const std::string& given, const rig::RigFile* rig) {
-  const auto path = path_of(given, kShippedProfile);
-  if (!path) return failure(path.error());
-  const auto written = read_text_file(*path);
-  if (!written) return failure(written.error());
-  return profile_for(rig, *written, *path);
-}
-
-Result<profile::Profile> profile_for(const rig::RigFile* rig, const std::string& written, const std::string& name) {
-  auto profile = profile::parse_profile(written, name);
-  if (!profile) return profile;
-  std::vector<Result<void>> verdicts{check_profile(*profile, rig ? rig->chamber_limits : profile::ChamberLimits{})};
-  if (rig) {
-    if (verdicts.front())
-      verdicts.push_back(profile::check_air(*profile, rig->limits.air_lowest, rig->limits.air_highest));
-    verdicts.push_back(profile::check_sensors(*profile, rig->limits.channels));
-    verdicts.push_back(
-        profile::check_turns(*profile, std::ranges::all_of(rig->units, &rig::UnitSettings::can_be_turned)));
-  }
-  std::optional<Fault> mistakes;
-  for (const auto& verdict : verdicts)
-    if (!verdict && mistakes)
-      mistakes->what += "\n" + text(verdict.error());
-    else if (!verdict)
-      mistakes = verdict.error();
-  if (mistakes) return failure(std::move(*mistakes));
-  return profile;
-}
-
-Result<void> check_controller(const drivers::SetPointRange& limits, const profile::Profile& profile,
-                              const rig::RigFile& rig) {
-  auto lowest = rig.safe_set_point, highest = rig.safe_set_point;
-  for (const auto& segment : profile.segments) {
-    lowest = std::min(lowest, segment.target);
-    highest = std::max(highest, segment.target);
-  }
-  const auto refuse = [](const char* side, Celsius limit, Celsius wanted) {
-    return failure(FaultKind::out_of_range, "chamber",
-                   fmt::format("its controller is set to take nothing {} {:g} °C, the run needs {:g} °C", side,
-                               limit.value, wanted.value));
-  };
-  if (limits.lowest && lowest < *limits.lowest) return refuse("below", *limits.lowest, lowest);
-  if (limits.highest && highest > *limits.highest) return refuse("above", *limits.highest, highest);
-  return {};
-}
 
 void add_days_later(CLI::App& command, std::uint64_t& days) {
   command

@@ -4,7 +4,6 @@
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
-#include "apps/gyrotherm/run/sample_json.hpp"
 #include "core/toml_reader.hpp"
 
 namespace gyrotherm::app {

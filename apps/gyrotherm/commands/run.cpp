@@ -6,7 +6,6 @@
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/checked_profile.hpp"
-#include "apps/gyrotherm/run/sample_json.hpp"
 #include "core/text.hpp"
 
 namespace gyrotherm::app {

@@ -262,6 +262,19 @@ void add_days_later(CLI::App& command, std::uint64_t& days) {
       ->check(CLI::Range(std::uint64_t{0}, simulator::kMostDaysLater));
 }
 
+void add_json_of_run(CLI::App& command, std::string& json) {
+  command.remove_option(command.get_option("--json"));
+  command
+      .add_flag("--json{facts}", json,
+                "print facts as JSON: how far the record is on the disk; --json=samples: each second, too")
+      ->check(CLI::IsMember({"facts", "samples"}));
+}
+
+void apply_json_of_run(Console& console, const std::string& json) {
+  console.json = !json.empty();
+  console.samples = json == "samples";
+}
+
 Result<void> start_run(Console& console, const profile::Profile& profile, const rig::RigFile& file,
                        const std::string& path, const StartOptions& options) {
   if (!file.simulated && options.days_later > 0)

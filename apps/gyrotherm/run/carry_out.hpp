@@ -27,6 +27,12 @@ struct StartOptions {
 /// The option --days-later of a command that starts runs.
 void add_days_later(CLI::App& command, std::uint64_t& days);
 
+/// Adds the option --json of a command that carries a run out, in place of the one that every command has: it may ask
+/// for `samples`.
+void add_json_of_run(CLI::App& command, std::string& json);
+/// Applies the value of that option.
+void apply_json_of_run(Console& console, const std::string& json);
+
 /// Records a new run of a profile that was read for this rig into `path`. Fails with usage (a real gyro's days are not
 /// ours to pass), interrupted (the record is kept; resume goes on), interlock, an instrument's fault at the start, or
 /// storage.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What `run` and `resume` show of a run under way: a few lines, redrawn in place on a terminal, a plain one now and
-/// then elsewhere, none with --quiet.
+/// The second that `run` and `resume` show of a run under way: as a few lines, redrawn in place on a terminal, a plain
+/// one now and then elsewhere, none with --quiet; and as JSON.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +12,7 @@
 
 #include "acquisition/record/alarms.hpp"
 #include "acquisition/record/rate_meter.hpp"
+#include "acquisition/record/run_info.hpp"
 #include "apps/console/console.hpp"
 #include "core/clock.hpp"
 #include "core/sample.hpp"
@@ -69,5 +70,9 @@ class Display {
   int shown_segment_ = -1;
   RunState shown_state_{};
 };
+
+/// Returns a second as a line of JSON: raw readings as they came, null where there is none; keys say the unit.
+/// `events`: those of this second.
+[[nodiscard]] std::string sample_json(const Sample& sample, std::span<const Event> events, const record::RunInfo& info);
 
 }  // namespace gyrotherm::app

@@ -11,7 +11,6 @@
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/run/carry_out.hpp"
 #include "apps/gyrotherm/run/display.hpp"
-#include "apps/gyrotherm/run/sample_json.hpp"
 #include "core/clock.hpp"
 #include "sequencer/control/control_socket.hpp"
 

@@ -8,7 +8,7 @@
 #include <cassert>
 #include <random>
 
-#include "analysis/data/chi_squared.hpp"
+#include "analysis/data/distributions.hpp"
 #include "core/quantity.hpp"
 #include "core/random.hpp"
 

@@ -9,7 +9,7 @@
 #include <limits>
 #include <numbers>
 
-#include "analysis/data/students_t.hpp"
+#include "analysis/data/distributions.hpp"
 #include "core/quantity.hpp"
 
 namespace gyrotherm::fusion {

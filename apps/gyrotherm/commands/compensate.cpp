@@ -17,7 +17,6 @@
 #include "acquisition/record/schema.hpp"
 #include "analysis/model/stream.hpp"
 #include "analysis/tracking/bias_tracker.hpp"
-#include "analysis/tracking/rest_tracker.hpp"
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
 #include "apps/gyrotherm/bias_tracking.hpp"

@@ -13,8 +13,8 @@
 #include <set>
 #include <system_error>
 
-#include "core/child_process.hpp"
 #include "acquisition/record/record.hpp"
+#include "core/child_process.hpp"
 #include "core/file.hpp"
 #include "core/json.hpp"
 #include "core/process.hpp"

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/model/model_export.hpp"
-
 #include <fmt/format.h>
 
 #include "analysis/fusion/rate_fusion.hpp"
+#include "analysis/model/model_export.hpp"
 #include "tests/analysis/c_program.hpp"
 #include "tests/analysis/fusion/fixtures.hpp"
 

@@ -21,6 +21,7 @@ using report::Document;
 using report::DocumentFigure;
 using report::DocumentTable;
 using report::Heading;
+using report::Language;
 using report::Logo;
 using report::Paragraph;
 

@@ -33,6 +33,7 @@ using report::Language;
 using report::Logo;
 using report::Paragraph;
 using report::ReportState;
+using report::sample_calibration;
 
 const std::string kProgram = "env -u DISPLAY -u SOURCE_DATE_EPOCH " GYROTHERM_PDF " ";
 

@@ -103,7 +103,8 @@ const std::map<std::string, std::set<std::string>> kArrows{
     {"apps/monitor", {"core", "acquisition/record", "sequencer/profile", "sequencer/control"}},
     {"apps/site", {"core", "acquisition/record", "apps/site/job"}},
     {"apps/site/job", {"core", "acquisition/record"}},
-    {"apps/thermal", {"core", "report/plot", "simulator/thermal", "simulator/thermal/reduced", "apps/console"}},
+    {"apps/thermal",
+     {"core", "report", "report/plot", "simulator/thermal", "simulator/thermal/reduced", "apps/console"}},
 };
 
 /// Part → beginnings of the third-party headers that it may include. fmt and tl::expected are allowed everywhere.

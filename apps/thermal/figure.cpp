@@ -4,7 +4,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/console/command.hpp"
 #include "apps/console/interrupt.hpp"
@@ -13,6 +16,7 @@
 #include "core/json.hpp"
 #include "core/sha256.hpp"
 #include "core/shipped.hpp"
+#include "report/thermal_model.hpp"
 #include "simulator/thermal/gyro_model.hpp"
 #include "simulator/thermal/mesh.hpp"
 #include "simulator/thermal/steady_state.hpp"
@@ -20,7 +24,6 @@
 namespace gyrotherm::app {
 namespace {
 
-constexpr const char* kFigureSchema = "gyrotherm-thermal-figure/1";
 constexpr std::size_t kColumns = 228;  ///< 0.5 mm each
 constexpr double kCubicMetres = 1e-9;  ///< m³ in a mm³
 
@@ -29,34 +32,36 @@ struct FigureArguments {
   double ambient_c = 20;
 };
 
-Json materials_of(const thermal::GyroModel& model) {
-  Json all = Json::array();
+/// Returns the rows of the paper's Table 1. Air conducts by gap, and has no conductivity of its own.
+std::vector<report::ReportedMaterial> materials_of(const thermal::GyroModel& model) {
+  std::vector<report::ReportedMaterial> all;
   for (std::size_t k = 0; k < thermal::kGyroMaterials; ++k) {
     const thermal::MaterialProperties& one = model.materials[k];
-    const bool is_solid_or_gas = one.conductivity_w_per_m_k > 0;
-    all.push_back({{"name", thermal::kGyroMaterialNames[k]},
-                   {"density_kg_per_m3", one.density_kg_per_m3},
-                   {"specific_heat_j_per_kg_k", one.specific_heat_j_per_kg_k},
-                   {"conductivity_w_per_m_k", is_solid_or_gas ? Json(one.conductivity_w_per_m_k) : Json(nullptr)}});
+    const double conductivity = one.conductivity_w_per_m_k;
+    all.push_back(
+        {.name = std::string(thermal::kGyroMaterialNames[k]),
+         .density_kg_per_m3 = one.density_kg_per_m3,
+         .specific_heat_j_per_kg_k = one.specific_heat_j_per_kg_k,
+         .conductivity_w_per_m_k = conductivity > 0 ? conductivity : std::numeric_limits<double>::quiet_NaN()});
   }
   return all;
 }
 
-Json source(const char* name, double power_w, double volume_mm3) {
+report::ReportedHeatSource source(const char* name, double power_w, double volume_mm3) {
   const double volume_m3 = volume_mm3 * kCubicMetres;
-  return {{"name", name}, {"power_w", power_w}, {"volume_m3", volume_m3}, {"rate_w_per_m3", power_w / volume_m3}};
+  return {.name = name, .power_w = power_w, .volume_m3 = volume_m3, .rate_w_per_m3 = power_w / volume_m3};
 }
 
 /// Returns the rows of the paper's Table 2: both gain arms together, the preamplifier, each ballast.
-Json sources_of(const thermal::GyroModel& model) {
+std::vector<report::ReportedHeatSource> sources_of(const thermal::GyroModel& model) {
   using thermal::ThermalInput;
   thermal::ThermalPowers powers = model.powers_w;
   const auto power = [&](ThermalInput input) { return power_of(powers, input); };
   const auto& [length, width, thickness] = model.geometry.preamplifier;
-  return Json::array({source("gain_area", power(ThermalInput::gain_left) + power(ThermalInput::gain_right),
-                             model.geometry.gain_volume),
-                      source("preamplifier", power(ThermalInput::preamplifier), length * width * thickness),
-                      source("ballast", power(ThermalInput::ballast_left), model.geometry.ballast_volume)});
+  return {
+      source("gain_area", power(ThermalInput::gain_left) + power(ThermalInput::gain_right), model.geometry.gain_volume),
+      source("preamplifier", power(ThermalInput::preamplifier), length * width * thickness),
+      source("ballast", power(ThermalInput::ballast_left), model.geometry.ballast_volume)};
 }
 
 double in_millikelvins(double celsius) { return std::round(1000 * celsius) / 1000; }
@@ -67,8 +72,8 @@ void round_off(plot::ThermalImage& image) {
   for (plot::ThermalMark& mark : image.marks) mark.celsius = in_millikelvins(mark.celsius);
 }
 
-/// Returns the image at steady state on the coarse mesh, and what it was computed of.
-Result<Json> image_of(const thermal::GyroModel& model, double ambient_c) {
+/// Returns the image at steady state on the coarse mesh, and the mesh and air that it was computed with.
+Result<report::ReportedThermalImage> image_of(const thermal::GyroModel& model, double ambient_c) {
   const bool is_block = model.mode == thermal::GyroMode::block;
   const double film = is_block ? model.block_film_w_per_m2_k : model.still_film_w_per_m2_k;
   const auto mesh = make_mesh(model, thermal::MeshSize::coarse);
@@ -76,11 +81,13 @@ Result<Json> image_of(const thermal::GyroModel& model, double ambient_c) {
   if (!state) return failure(state.error());
   plot::ThermalImage image = top_face_of(model, mesh, *state, kColumns);
   round_off(image);
-  return Json{
-      {"mesh", "coarse"},         {"elements", mesh.element_count},
-      {"nodes", state->unknowns}, {"ambient_c", ambient_c},
-      {"film_w_per_m2_k", film},  {"difference_k", in_millikelvins(thermal::gain_difference_k(state->outputs_c))},
-      {"view", json_of(image)}};
+  return report::ReportedThermalImage{.mesh = "coarse",
+                                      .elements = static_cast<int>(mesh.element_count),
+                                      .nodes = static_cast<int>(state->unknowns),
+                                      .ambient_c = ambient_c,
+                                      .film_w_per_m2_k = film,
+                                      .difference_k = in_millikelvins(thermal::gain_difference_k(state->outputs_c)),
+                                      .view = std::move(image)};
 }
 
 Result<Exit> figure(Console& console, const FigureArguments& options) {
@@ -91,17 +98,18 @@ Result<Exit> figure(Console& console, const FigureArguments& options) {
   const auto model = thermal::parse_gyro(*text, *path);
   if (!model) return failure(model.error());
   watch_for_interrupts(SecondInterrupt::ends);
-  const auto image = image_of(*model, options.ambient_c);
+  auto image = image_of(*model, options.ambient_c);
   if (!image) return failure(image.error());
-  const Json json{{"schema", kFigureSchema},
-                  {"simulated", true},
-                  {"gyro", model->name},
-                  {"title", model->title},
-                  {"gyro_sha256", sha256(*text)},
-                  {"materials", materials_of(*model)},
-                  {"sources", sources_of(*model)},
-                  {"ballast_reading", thermal::kBallastReadingNames[static_cast<std::size_t>(model->ballast_reading)]},
-                  {"image", *image}};
+  const report::ReportedThermalModel reported{
+      .gyro = model->name,
+      .title = model->title,
+      .gyro_sha256 = sha256(*text),
+      .ballast_reading = std::string(thermal::kBallastReadingNames[static_cast<std::size_t>(model->ballast_reading)]),
+      .materials = materials_of(*model),
+      .sources = sources_of(*model),
+      .image = std::move(*image)};
+  Json json{{"schema", report::kThermalFigureSchema}, {"simulated", true}};
+  json.update(json_of(reported));
   console.data(text_of(json) + "\n");
   return Exit::done;
 }

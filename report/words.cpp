@@ -2,8 +2,9 @@
 #include "report/words.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
-#include <map>
+#include <iterator>
 
 namespace gyrotherm::report {
 namespace {
@@ -204,7 +205,6 @@ constexpr Word kWords[] = {
   {"label.axes", "Axes", "Achsen"},
   {"label.condition", "Condition as received", "Zustand bei Anlieferung"},
   {"label.customer", "Customer", "Auftraggeber"},
-  {"label.laboratory", "Laboratory", "Laboratorium"},
   {"label.name", "Name", "Name"},
   {"label.address", "Address", "Anschrift"},
   {"label.email", "E-mail", "E-Mail"},
@@ -216,11 +216,9 @@ constexpr Word kWords[] = {
   {"label.from_to", "{} to {}", "{} bis {}"},
   {"label.issued", "Issued", "Ausgestellt"},
   {"label.place", "Place of calibration", "Ort der Kalibrierung"},
-  {"label.method", "Method", "Verfahren"},
   {"label.bias_zero", "Zero of the bias", "Bezug der Nullpunktabweichung"},
   {"label.cluster_length", "Length of one mean", "Mittelungsdauer eines Werts"},
   {"label.rule", "Decision rule", "Entscheidungsregel"},
-  {"label.program", "Program", "Programm"},
   {"label.authorised", "Authorised", "Freigegeben"},
   {"label.authorised_by", "{}, {}", "{}, {}"},
   {"label.replaces", "Replaces", "Ersetzt den Bericht"},
@@ -235,7 +233,6 @@ constexpr Word kWords[] = {
   {"label.assumed", "assumed", "angenommen"},
   {"label.only_start_held_out", "its only power-on held out", "einziges Einschalten ausgelassen"},
   {"label.chosen_on_these_folds", "chosen on these folds", "an diesen Teilen gewählt"},
-  {"label.chain", "Chain of hashes", "Prüfsummenkette"},
 
   {"key.mean", "Mean compensated bias", "Mittlere kompensierte Nullpunktabweichung"},
   {"key.rmse", "Root mean square error of the whole run",
@@ -262,7 +259,6 @@ constexpr Word kWords[] = {
   {"column.influence", "Influence", "Einflussgröße"},
   {"column.low", "From", "Von"},
   {"column.high", "To", "Bis"},
-  {"column.unit", "Unit", "Einheit"},
   {"column.axis", "Axis", "Achse"},
   {"column.stage", "State of the unit", "Zustand des Gegenstands"},
   {"column.value", "Value ± U", "Messwert ± U"},
@@ -311,7 +307,6 @@ constexpr Word kWords[] = {
   {"caption.conformity", "Results held against the limits of the order",
    "Vergleich der Ergebnisse mit den vereinbarten Grenzwerten"},
   {"caption.verdicts", "Statement of conformity", "Konformitätsaussage"},
-  {"caption.verdicts_of", "Statement of conformity, {}", "Konformitätsaussage, {}"},
   {"caption.compared", "Models on the same record", "Modelle auf derselben Aufzeichnung"},
   {"caption.changes", "What both calibrations have, greatest change first",
    "Was beide Kalibrierungen haben, größte Änderung zuerst"},
@@ -477,13 +472,23 @@ constexpr Word kWords[] = {
 };
 // clang-format on
 
-const std::map<std::string_view, const Word*>& table() {
-  static const std::map<std::string_view, const Word*> all = [] {
-    std::map<std::string_view, const Word*> words;
-    for (const Word& word : kWords) words.emplace(word.key, &word);
-    return words;
-  }();
-  return all;
+static_assert(std::ranges::all_of(kWords, [](const Word& word) { return !word.en.empty() && !word.de.empty(); }),
+              "missing text in one of the languages");
+
+/// The table in the order of its keys, for a binary search.
+constexpr auto kByKey = [] {
+  std::array<Word, std::size(kWords)> sorted{};
+  std::ranges::copy(kWords, sorted.begin());
+  std::ranges::sort(sorted, {}, &Word::key);
+  return sorted;
+}();
+
+static_assert(std::ranges::adjacent_find(kByKey, {}, &Word::key) == kByKey.end(), "duplicate key");
+
+/// Returns the row of a key; null if the table has no such key.
+const Word* find_word(std::string_view key) {
+  const auto found = std::ranges::lower_bound(kByKey, key, {}, &Word::key);
+  return found != kByKey.end() && found->key == key ? &*found : nullptr;
 }
 
 }  // namespace
@@ -491,16 +496,16 @@ const std::map<std::string_view, const Word*>& table() {
 const char* code(Language language) { return language == Language::german ? "de" : "en"; }
 
 std::string_view word(Language language, std::string_view key) {
-  const auto found = table().find(key);
-  assert(found != table().end());
-  return language == Language::german ? found->second->de : found->second->en;
+  const Word* const found = find_word(key);
+  assert(found != nullptr);
+  return language == Language::german ? found->de : found->en;
 }
 
 std::string_view say_of_models(const std::vector<ComparedModel>& models) {
   return std::ranges::any_of(models, &ComparedModel::recommended) ? "say.models" : "say.models_without_recommended";
 }
 
-bool has_word(std::string_view key) { return key.find('.') == std::string_view::npos && table().contains(key); }
+bool has_word(std::string_view key) { return key.find('.') == std::string_view::npos && find_word(key) != nullptr; }
 
 std::vector<std::string_view> word_keys() {
   std::vector<std::string_view> keys;

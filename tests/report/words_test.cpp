@@ -4,9 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <limits>
+#include <regex>
 #include <set>
 #include <string>
+#include <vector>
+
+#include "analysis/model/budget.hpp"
+#include "core/file.hpp"
 
 namespace gyrotherm::report {
 namespace {
@@ -64,6 +70,49 @@ TEST(Words, CoverWhatAnEnumeratorIsCalled) {
   for (const DecisionRule rule : {DecisionRule::simple, DecisionRule::guard_band}) EXPECT_TRUE(has_word(name(rule)));
   for (const ReportState state : {ReportState::draft, ReportState::authorised, ReportState::superseded})
     EXPECT_TRUE(has_word(name(state)));
+}
+
+TEST(Words, CoverKeysComposedOfAnEnumerator) {
+  const std::vector<std::string_view> all = word_keys();
+  const auto covers = [&](const std::string& key) { return std::ranges::find(all, key) != all.end(); };
+  for (int k = 0; k <= static_cast<int>(Group::compensation); ++k)
+    EXPECT_TRUE(covers(std::string("group.") + name(static_cast<Group>(k)))) << k;
+  for (int k = 0; k <= static_cast<int>(Stage::as_left); ++k)
+    EXPECT_TRUE(covers(std::string("key.") + name(static_cast<Stage>(k)))) << k;
+  for (int k = 0; k <= static_cast<int>(DecisionRule::guard_band); ++k)
+    EXPECT_TRUE(covers(std::string("say.rule_") + name(static_cast<DecisionRule>(k)))) << k;
+  for (int k = 0; k <= static_cast<int>(model::Source::scale_factor); ++k)
+    EXPECT_TRUE(covers(std::string("source.") + model::name(static_cast<model::Source>(k)))) << k;
+  for (int k = 0; k <= static_cast<int>(model::ErrorDistribution::triangular); ++k)
+    EXPECT_TRUE(covers(std::string("distribution.") + model::name(static_cast<model::ErrorDistribution>(k)))) << k;
+}
+
+/// The keys of the document, such as "heading.results", with the prefixes that sources write in full.
+const std::regex kDocumentKey("(budget|caption|column|heading|label|mark|model|page|say|title)\\.[a-z_]*[a-z]");
+
+/// Returns the keys of the document that the sources of reports name as literals.
+std::set<std::string> keys_in_sources() {
+  std::set<std::string> keys{std::string(say_of_models({})), std::string(say_of_models({{.recommended = true}}))};
+  const std::regex literal("\"([a-z]+\\.[a-z_]+)\"");
+  for (const char* folder : {"/report", "/apps/pdf"})
+    for (const auto& file : std::filesystem::directory_iterator(std::string(GYROTHERM_SOURCE_DIR) + folder)) {
+      if (file.path().extension() != ".cpp" || file.path().filename() == "words.cpp") continue;
+      const auto text = read_text_file(file.path());
+      if (!text) ADD_FAILURE() << file.path();
+      for (std::sregex_iterator one(text->begin(), text->end(), literal), none; one != none; ++one)
+        if (const std::string key = (*one)[1]; std::regex_match(key, kDocumentKey)) keys.insert(key);
+    }
+  return keys;
+}
+
+TEST(Words, AreExactlyThoseThatSourcesName) {
+  const std::set<std::string> named = keys_in_sources();
+  std::set<std::string> covered;
+  for (const std::string_view key : word_keys())
+    if (std::regex_match(std::string(key), kDocumentKey)) covered.emplace(key);
+  EXPECT_GT(named.size(), 150u);
+  for (const std::string& key : named) EXPECT_TRUE(covered.contains(key)) << key << " is missing in the table";
+  for (const std::string& key : covered) EXPECT_TRUE(named.contains(key)) << key << " is used nowhere";
 }
 
 TEST(Words, OfPeopleAreInTheLanguageOrTheOther) {

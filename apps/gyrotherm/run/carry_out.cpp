@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "acquisition/record/record.hpp"
 #include "acquisition/record/record_files.hpp"
@@ -253,6 +255,162 @@ Result<void> record_absence(record::Store& store, const run::InterruptedRun& sto
   return store.append_gap(first, last, "the program was not running" + cause);
 }
 
+// A run begins, or goes on, in two steps: take() takes the chamber and assembles the rig; then the rig calls enter() or
+// reenter() with the chamber as it was found, before anything moves.
+
+/// The parts of a run that is about to begin or to go on.
+struct Opening {
+  run::ChamberOwnership ownership;
+  std::unique_ptr<rig::Rig> rig;
+
+  // Set by enter() and reenter().
+  run::EntryPoint entry{};
+  std::vector<std::string> missing{};  ///< values that the chamber lacks
+  std::unique_ptr<record::Store> store{};
+};
+
+Result<Opening> take(Console& console, const rig::RigFile& file, const std::string& path, const rig::RigStart& start,
+                     bool by_program) {
+  auto ownership = run::ChamberOwnership::take(file, path, by_program);
+  if (!ownership) return failure(ownership.error());
+  say_strangers(console, *ownership);
+  auto rig = rig::Rig::assemble(file, start);
+  if (!rig) return failure(rig.error());
+  return Opening{.ownership = std::move(*ownership), .rig = std::move(*rig)};
+}
+
+/// Keeps the store and arms the guard: the last step before the chamber moves. Returns the first set point.
+Result<Celsius> open_with(Opening& opening, Result<std::unique_ptr<record::Store>> store,
+                          const rig::ChamberAsFound& found) {
+  if (!store) return failure(store.error());
+  opening.store = std::move(*store);
+  return opening.ownership.arm(chamber_of(found.identities), found.settings).map([&] {
+    return opening.entry.set_point;
+  });
+}
+
+// ---- a new run
+
+struct NewRun {
+  const profile::Profile& profile;
+  const rig::RigFile& file;
+  const std::string& path;
+  const StartOptions& options;
+  profile::ProfileState first;  ///< at the first second
+};
+
+/// Checks what needs neither chamber nor rig.
+Result<void> check_may_start(const rig::RigFile& file, const std::string& path, const StartOptions& options) {
+  if (!file.simulated && options.days_later > 0)
+    return failure(FaultKind::usage, "--days-later", "this rig is real; only a virtual gyro grows older by command");
+  if (path == record::kInMemory) return failure(FaultKind::usage, "record", record::kNoNameOfAFile);
+  return record::check_name_of_new_record(path);
+}
+
+rig::RigStart start_of(const NewRun& plan) {
+  return {.seed = {.gyro = plan.options.seed,
+                   .run = run::run_number(plan.profile.text),
+                   .days_later = plan.options.days_later},
+          .already = {},
+          .replay = {},
+          .first_set_point = demanded_set_point(plan.profile, plan.first)};
+}
+
+/// Returns the profile as a program of the chamber's controller; nothing without --upload.
+Result<std::optional<drivers::ChamberProgram>> program_to_upload(const NewRun& plan) {
+  if (!plan.options.upload) return std::nullopt;
+  if (!plan.file.chamber_map.memory)
+    return failure(FaultKind::usage, "--upload",
+                   fmt::format("the register map of the {} describes no profile memory", plan.file.chamber_map.name));
+  auto program = run::program_of(plan.profile);
+  if (!program) return failure(program.error());
+  return std::move(*program);
+}
+
+/// Decides where the run enters the profile, and creates its record.
+Result<Celsius> enter(const NewRun& plan, Opening& opening, const rig::ChamberAsFound& found) {
+  opening.missing = found.missing;
+  if (auto good = check_controller(found.limits, plan.profile, plan.file); !good) return failure(good.error());
+  const auto goal = demanded_set_point(plan.profile, plan.first), air = found.state.air;
+  opening.entry = run::entry_at(goal, air, run::is_in_place(air, goal, {}), plan.file.chamber_limits);
+  if (plan.options.upload && opening.entry.away) return failure(begins_elsewhere(goal, air));
+  auto info = run::run_info(GYROTHERM_VERSION, plan.profile, plan.file, plan.options.seed,
+                            opening.rig->will_start_utc(), plan.options.days_later);
+  info.identities = found.identities;
+  auto store = record::Store::create(plan.path, info, store_options(plan.file.simulated));
+  if (store) remove_trace(plan.path);  // of an earlier record of that name
+  return open_with(opening, std::move(store), found);
+}
+
+/// Notes how the run begins. `names`: the lines that prepare() returned, with the program's last.
+void note_start(const NewRun& plan, const Opening& opening, const std::vector<std::string>& names,
+                run::RunController& run_controller) {
+  run_controller.note(EventKind::started, plan.profile.name);
+  if (opening.entry.away)
+    run_controller.begin_away(opening.entry.set_point, "the air is not where the profile begins", {});
+  if (!plan.options.upload) return;
+  run_controller.leave_to_the_controller();
+  run_controller.note(EventKind::note, "the controller carries the profile out: " + names.back());
+}
+
+// ---- a run that goes on
+
+struct StoppedRun {
+  const std::string& path;
+  record::RunInfo info;
+  run::RunContinuation on;
+  Result<std::optional<record::LostEnd>> lost;  ///< of its record
+  run::RunTally tally;
+};
+
+/// Reads and judges the record of a run that has stopped, while it is as the run left it.
+Result<StoppedRun> find_interrupted(Console& console, const std::string& path, const ResumeOptions& options) {
+  if (auto alone = await_readers(console, path); !alone) return failure(alone.error());
+  const auto files = record::find_files_to_read(path);
+  if (!files) return failure(files.error());
+  const auto record = record::read_proved_record(*files);
+  if (!record) return failure(record.error());
+  auto on = run::continuation_of(*record, path, downtime_of(*record, path, options),
+                                 run::run_number(record->info.profile_text));
+  if (!on) return failure(on.error());
+  if (auto admitted = admit_commands(console, record->info, on->rig, options.trust_commands); !admitted)
+    return failure(admitted.error());
+  auto lost = record::lost_end(*files);
+  const auto status = record::read_status(*files);
+  return StoppedRun{.path = path,
+                    .info = record->info,
+                    .on = std::move(*on),
+                    .lost = std::move(lost),
+                    .tally = run::tally_of(*record, status ? status->faults : 0)};
+}
+
+/// Applies the resume rule to the chamber as it was found, and opens the record again.
+Result<Celsius> reenter(StoppedRun& run, const ResumeOptions& options, Opening& opening,
+                        const rig::ChamberAsFound& found) {
+  run::RunContinuation& on = run.on;
+  opening.missing = found.missing;
+  on.stood.strangers = run::strangers_among(run.info.identities, found.identities);
+  const auto entry = reentry(on, found.state, run.path, options.accept);
+  if (!entry) return failure(entry.error());
+  opening.entry = *entry;
+  if (auto good = check_controller(found.limits, on.profile, on.rig); !good) return failure(good.error());
+  return open_with(opening, record::Store::reopen(run.path, store_options(on.rig.simulated)), found);
+}
+
+/// Notes, here and in the record, how the run goes on. `first`: its next second.
+void note_resumption(Console& console, const StoppedRun& run, const run::EntryPoint& entry, std::int64_t first,
+                     run::RunController& run_controller) {
+  const run::RunContinuation& on = run.on;
+  const auto text = fmt::format("resumed after {}; it had stopped: {}", down_in_words(on.stood), on.why_stopped);
+  console.say(fmt::format("{}: {} at second {}", run.path, text, first));
+  run_controller.note(EventKind::resumed, text);
+  if (!on.stood.strangers.empty()) run_controller.note(EventKind::note, "accepted: " + on.stood.strangers);
+  if (entry.away) run_controller.begin_away(entry.set_point, on.why_stopped, on.stood.air);
+  if (!run.lost || !*run.lost) return;
+  console.say(fmt::format("warning: {}: {}", run.path, record::describe(**run.lost)));
+  run_controller.note(EventKind::fault, "the record " + describe(**run.lost));
+}
+
 }  // namespace
 
 void add_days_later(CLI::App& command, std::uint64_t& days) {
@@ -277,123 +435,56 @@ void apply_json_of_run(Console& console, const std::string& json) {
 
 Result<void> start_run(Console& console, const profile::Profile& profile, const rig::RigFile& file,
                        const std::string& path, const StartOptions& options) {
-  if (!file.simulated && options.days_later > 0)
-    return failure(FaultKind::usage, "--days-later", "this rig is real; only a virtual gyro grows older by command");
-  const bool upload = options.upload;
-  if (path == record::kInMemory) return failure(FaultKind::usage, "record", record::kNoNameOfAFile);
+  if (auto may = check_may_start(file, path, options); !may) return may;
   if (!file.simulated) console.never_wait();
-  if (auto free = record::check_name_of_new_record(path); !free) return free;  // before anything moves
-  auto ownership = run::ChamberOwnership::take(file, path, upload);
-  if (!ownership) return failure(ownership.error());
-  say_strangers(console, *ownership);
-  const auto first = begin(profile);
-  const simulator::LaboratorySeed seed{
-      .gyro = options.seed, .run = run::run_number(profile.text), .days_later = options.days_later};
-  auto rig = rig::Rig::assemble(
-      file, {.seed = seed, .already = {}, .replay = {}, .first_set_point = demanded_set_point(profile, first)});
-  if (!rig) return failure(rig.error());
-  if (upload && !file.chamber_map.memory)
-    return failure(FaultKind::usage, "--upload",
-                   fmt::format("the register map of the {} describes no profile memory", file.chamber_map.name));
-  const auto program = upload ? run::program_of(profile) : Result<drivers::ChamberProgram>();
+  const NewRun plan{profile, file, path, options, begin(profile)};
+  auto opening = take(console, file, path, start_of(plan), options.upload);
+  if (!opening) return failure(opening.error());
+  const auto program = program_to_upload(plan);
   if (!program) return failure(program.error());
-  run::EntryPoint entry;
-  std::vector<std::string> missing;
-  Result<std::unique_ptr<record::Store>> store = nullptr;
-  const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
-    missing = found.missing;
-    if (auto good = check_controller(found.limits, profile, file); !good) return failure(good.error());
-    const auto goal = demanded_set_point(profile, first), air = found.state.air;
-    entry = run::entry_at(goal, air, run::is_in_place(air, goal, {}), file.chamber_limits);
-    if (upload && entry.away) return failure(begins_elsewhere(goal, air));
-    auto info =
-        run::run_info(GYROTHERM_VERSION, profile, file, options.seed, (*rig)->will_start_utc(), options.days_later);
-    info.identities = found.identities;
-    store = record::Store::create(path, info, store_options(file.simulated));
-    if (!store) return failure(store.error());
-    remove_trace(path);  // of an earlier record of that name
-    return ownership->arm(chamber_of(found.identities), found.settings).map([&] { return entry.set_point; });
-  };
-  say_readiness(console, file, check_readiness(file, path, (*rig)->will_start_utc()));
+  say_readiness(console, file, check_readiness(file, path, opening->rig->will_start_utc()));
   say_connecting(console, file);
   confirm(console, file.file, file);
-  const auto names = (*rig)->prepare(entrance, upload ? &*program : nullptr);
+  const auto entrance = [&](const rig::ChamberAsFound& found) { return enter(plan, *opening, found); };
+  const auto names = opening->rig->prepare(entrance, *program ? &**program : nullptr);
   if (!names) {
-    auto why = not_begun(*ownership, **rig, names.error());
-    if (store && *store) remove_unbegun(std::move(*store), path);
+    auto why = not_begun(opening->ownership, *opening->rig, names.error());
+    if (opening->store) remove_unbegun(std::move(opening->store), path);
     return why;
   }
-  ownership->heartbeat({});
+  opening->ownership.heartbeat({});
   for (const auto& who : *names) console.detail(who);
-  run::RunController run_controller(profile, **rig, **store, first, 0);
-  run_controller.note(EventKind::started, profile.name);
-  if (entry.away) run_controller.begin_away(entry.set_point, "the air is not where the profile begins", {});
-  if (upload) {
-    run_controller.leave_to_the_controller();
-    run_controller.note(EventKind::note, "the controller carries the profile out: " + names->back());
-  }
-  warn(console, run_controller, **rig, missing);
-  return drive({console, profile, run_controller, **rig, **store, *ownership, path});
+  run::RunController run_controller(profile, *opening->rig, *opening->store, plan.first, 0);
+  note_start(plan, *opening, *names, run_controller);
+  warn(console, run_controller, *opening->rig, opening->missing);
+  return drive({console, profile, run_controller, *opening->rig, *opening->store, opening->ownership, path});
 }
 
 Result<void> resume_run(Console& console, const std::string& path, const ResumeOptions& options) {
-  if (auto alone = await_readers(console, path); !alone) return alone;
-  const auto files = record::find_files_to_read(path);
-  if (!files) return failure(files.error());
-  const auto record = record::read_proved_record(*files);
-  if (!record) return failure(record.error());
-  auto on = run::continuation_of(*record, path, downtime_of(*record, path, options),
-                                 run::run_number(record->info.profile_text));
-  if (!on) return failure(on.error());
-  if (auto admitted = admit_commands(console, record->info, on->rig, options.trust_commands); !admitted)
-    return admitted;
-  const auto lost = record::lost_end(*files);  // before the record is written again
-  const auto stood = record::read_status(*files);
-  auto tally = run::tally_of(*record, stood ? stood->faults : 0);
-  if (!on->rig.simulated) console.never_wait();
-  auto ownership = run::ChamberOwnership::take(on->rig, path);
-  if (!ownership) return failure(ownership.error());
-  say_strangers(console, *ownership);
-  auto rig = rig::Rig::assemble(on->rig, on->start);
-  if (!rig) return failure(rig.error());
-  run::EntryPoint entry;
-  std::vector<std::string> missing;
-  Result<std::unique_ptr<record::Store>> store = nullptr;
-  const auto entrance = [&](const rig::ChamberAsFound& found) -> Result<Celsius> {
-    missing = found.missing;
-    on->stood.strangers = run::strangers_among(record->info.identities, found.identities);
-    const auto at = reentry(*on, found.state, path, options.accept);
-    if (!at) return failure(at.error());
-    entry = *at;
-    if (auto good = check_controller(found.limits, on->profile, on->rig); !good) return failure(good.error());
-    store = record::Store::reopen(path, store_options(on->rig.simulated));
-    if (!store) return failure(store.error());
-    return ownership->arm(chamber_of(found.identities), found.settings).map([&] { return entry.set_point; });
-  };
-  say_connecting(console, on->rig);
-  if (auto names = (*rig)->prepare(entrance, nullptr); !names) {
-    guard_what_was_left(*ownership, record->info, names.error());
-    return not_begun(*ownership, **rig, names.error());
+  auto run = find_interrupted(console, path, options);
+  if (!run) return failure(run.error());
+  run::RunContinuation& on = run->on;
+  if (!on.rig.simulated) console.never_wait();
+  auto opening = take(console, on.rig, path, on.start, false);
+  if (!opening) return failure(opening.error());
+  say_connecting(console, on.rig);
+  const auto entrance = [&](const rig::ChamberAsFound& found) { return reenter(*run, options, *opening, found); };
+  if (auto names = opening->rig->prepare(entrance, nullptr); !names) {
+    guard_what_was_left(opening->ownership, run->info, names.error());
+    return not_begun(opening->ownership, *opening->rig, names.error());
   }
-  ownership->heartbeat({});
-  const auto first = (*rig)->clock().now().since_start / std::chrono::seconds(1);
-  if (auto recorded = record_absence(**store, on->stood, on->recorded + 1, first - 1); !recorded) return recorded;
-  if (first > on->recorded + 1) tally.see_gap(on->recorded + 1, first - 1);
-  run::RunController run_controller(on->profile, **rig, **store, on->state, first);
-  run_controller.leave_out(on->start.dropped_units);
-  run_controller.continue_tally(tally);
-  const auto text = fmt::format("resumed after {}; it had stopped: {}", down_in_words(on->stood), on->why_stopped);
-  console.say(fmt::format("{}: {} at second {}", path, text, first));
-  run_controller.note(EventKind::resumed, text);
-  if (!on->stood.strangers.empty()) run_controller.note(EventKind::note, "accepted: " + on->stood.strangers);
-  if (entry.away) run_controller.begin_away(entry.set_point, on->why_stopped, on->stood.air);
-  if (lost && *lost) {
-    console.say(fmt::format("warning: {}: {}", path, record::describe(**lost)));
-    run_controller.note(EventKind::fault, "the record " + describe(**lost));
-  }
-  warn(console, run_controller, **rig, missing);
-  if (auto told = recall_guard(console, **store, (*rig)->clock().now(), path); !told) return told;
-  return drive({console, on->profile, run_controller, **rig, **store, *ownership, path});
+  opening->ownership.heartbeat({});
+  const auto first = opening->rig->clock().now().since_start / std::chrono::seconds(1);
+  if (auto recorded = record_absence(*opening->store, on.stood, on.recorded + 1, first - 1); !recorded) return recorded;
+  if (first > on.recorded + 1) run->tally.see_gap(on.recorded + 1, first - 1);
+  run::RunController run_controller(on.profile, *opening->rig, *opening->store, on.state, first);
+  run_controller.leave_out(on.start.dropped_units);
+  run_controller.continue_tally(run->tally);
+  note_resumption(console, *run, opening->entry, first, run_controller);
+  warn(console, run_controller, *opening->rig, opening->missing);
+  if (auto recalled = recall_guard(console, *opening->store, opening->rig->clock().now(), path); !recalled)
+    return recalled;
+  return drive({console, on.profile, run_controller, *opening->rig, *opening->store, opening->ownership, path});
 }
 
 }  // namespace gyrotherm::app

@@ -2,8 +2,8 @@
 # gyrotherm_module(NAME SOURCES a.cpp … USES other modules … PRIVATE third parties …) makes the static library
 # gyrotherm::NAME of a module, or of a part of one. It is installed for others to build on (package.cmake) unless it is
 # INTERNAL to the programs. The modules in USES are public, third parties stay private. In a unity build each of the SOURCES
-# named in ALONE is compiled by itself, because another file uses the same local names. A NUMERICAL module leaves out Eigen's
-# index checks in a release.
+# named in ALONE is compiled by itself, because another file uses the same local names. A module that COMPUTES is optimised
+# as in a release by every preset; a NUMERICAL one is, too, and leaves out Eigen's index checks in a release.
 # GCC 12 warns of array bounds and restrict inside its own std::string; the sanitizer preset checks for the real ones.
 function(gyrotherm_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion $<$<BOOL:${GYROTHERM_WERROR}>:-Werror>
@@ -28,7 +28,7 @@ function(gyrotherm_computes target)
 endfunction()
 
 function(gyrotherm_module name)
-  cmake_parse_arguments(module "INTERNAL;NUMERICAL" "" "SOURCES;ALONE;USES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(module "INTERNAL;NUMERICAL;COMPUTES" "" "SOURCES;ALONE;USES;PUBLIC;PRIVATE" ${ARGN})
   add_library(gyrotherm_${name} STATIC ${module_SOURCES})
   add_library(gyrotherm::${name} ALIAS gyrotherm_${name})
   set_source_files_properties(${module_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
@@ -43,6 +43,9 @@ function(gyrotherm_module name)
     endif()
     gyrotherm_computes(gyrotherm_${name})
     target_compile_definitions(gyrotherm_${name} PRIVATE $<$<CONFIG:Release>:EIGEN_NO_DEBUG>)
+  elseif(module_COMPUTES)
+    gyrotherm_precompile(${name} ${name})  # GCC 12 crashes on a header that was precompiled with another -O
+    gyrotherm_computes(gyrotherm_${name})
   else()
     gyrotherm_precompile(${name} drivers ${module_PUBLIC} ${module_PRIVATE})
   endif()

@@ -11,7 +11,7 @@
 namespace gyrotherm::model {
 namespace {
 
-/// How the standard uncertainty of a mean goes with the time τ of averaging: as 1, 1/√τ, 1/τ, or √τ.
+/// Growth of the standard uncertainty of a mean with the averaging time τ: constant, 1/√τ, 1/τ or √τ.
 enum class WithTime { stays, falls, falls_fast, grows };
 
 struct SourceInfo {
@@ -21,7 +21,7 @@ struct SourceInfo {
   WithTime with_time;
 };
 
-/// In the order of Source.
+/// One row per Source, in the order of the enumeration.
 constexpr std::array<SourceInfo, 19> kSources{
     {{"angle random walk", "°/h", Differs::within_a_run, WithTime::falls},
      {"flicker", "°/h", Differs::within_a_run, WithTime::stays},
@@ -84,7 +84,8 @@ double degrees_of_freedom_of(double uncertainty, double error) {
 CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share) {
   double variance = 0;
   for (const BudgetRow& row : rows) variance += std::pow(contribution_deg_per_h(row), 2);
-  double uncertainty_of_it = 0;  // Σ (u_i²/u_c²)²/ν_i, which neither over- nor underflows
+  // Σ (u_i²/u_c²)²/ν_i; the ratio avoids overflow and underflow.
+  double uncertainty_of_it = 0;
   for (const BudgetRow& row : rows) {
     if (variance == 0) continue;
     uncertainty_of_it += std::pow(std::pow(contribution_deg_per_h(row), 2) / variance, 2) / row.degrees_of_freedom;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The uncertainty budget of a mean of compensated bias, after the Guide to the Expression of Uncertainty in
-/// Measurement (GUM, JCGM 100:2008): one row a source, what they come to together, and by how much that is expanded.
+/// Measurement (GUM, JCGM 100:2008): one row per source, the combined uncertainty and the expanded uncertainty.
 #pragma once
 
 #include <cmath>
@@ -14,20 +14,24 @@
 
 namespace gyrotherm::model {
 
-/// What makes a mean of compensated bias uncertain.
+/// Source of uncertainty of a mean of compensated bias.
 enum class Source {
   angle_random_walk,
   flicker,
   rate_random_walk,
-  counting,           ///< of pulses: a mean begins and ends somewhere between two of them
-  thermometer_noise,  ///< what the compensation itself adds, √Σ(c_i n_i)²
-  model_form,         ///< held-out residual that neither noise nor hysteresis explains
-  coefficients,       ///< what a unit's own hours and its type leave open of them; of a model with a type prior
+  /// Quantisation: the first and the last pulse of a mean do not coincide with its ends.
+  counting,
+  /// Noise that the compensation adds, √Σ(c_i n_i)².
+  thermometer_noise,
+  /// Held-out residual that neither noise nor hysteresis explains.
+  model_form,
+  /// Uncertainty of the coefficients of a model with a type prior, given the type and the unit's own record.
+  coefficients,
   hysteresis,
   turn_on,
-  thermometer_drift,        ///< since the thermometer was calibrated
-  input_drift,              ///< drift of any other input
-  thermometer_calibration,  ///< of its certificate
+  thermometer_drift,  ///< since its calibration
+  input_drift,        ///< any other input
+  thermometer_calibration,
   latitude,
   azimuth,
   tilt,               ///< no fixture
@@ -37,18 +41,18 @@ enum class Source {
   scale_factor
 };
 [[nodiscard]] const char* name(Source source);
-/// Returns true if its error is the drift of a thermometer or another input, which grows with time.
+/// Returns true if the error of this source is the drift of a thermometer or another input, which grows with time.
 [[nodiscard]] inline bool is_drift(Source source) {
   return source == Source::thermometer_drift || source == Source::input_drift;
 }
 
-/// Whether the error of a source is another one in each mean, in each run, or the same in training and in use: then the
-/// model has learnt it, and no run of the same rig shows it.
+/// Scale on which the error of a source varies. An error that never varies is equal in training and in use: the model
+/// has learnt it, and no run of the same rig shows it.
 enum class Differs { within_a_run, between_runs, never };
 [[nodiscard]] const char* name(Differs differs);
 [[nodiscard]] Differs differs(Source source);
 
-/// How a standard uncertainty was evaluated: from a series of observations, or from what else is known (GUM 0.7).
+/// Evaluation of a standard uncertainty: type A from a series of observations, type B from other knowledge (GUM 0.7).
 enum class Evaluation { a, b };
 [[nodiscard]] const char* name(Evaluation evaluation);
 
@@ -57,37 +61,42 @@ enum class ErrorDistribution { normal, rectangular, triangular };
 
 struct BudgetRow {
   Source source{};
-  std::string of{};    ///< thermometer or other input
-  std::string unit{};  ///< for input_drift alone
+  /// Name of the thermometer or other input.
+  std::string of{};
+  /// Unit of an input_drift row; empty for other rows.
+  std::string unit{};
   Evaluation evaluation{};
   ErrorDistribution distribution{};
-  double standard_uncertainty{};  ///< k = 1, in the unit of its source
-  double sensitivity = 1;         ///< °/h per unit: how far the bias goes with the source
+  /// In the unit of the source, k = 1.
+  double standard_uncertainty{};
+  /// Change of the bias per unit of the source, °/h.
+  double sensitivity = 1;
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
-  bool assumed{};  ///< the record does not say it: a default of this program
-  /// The residual of this row has also chosen the model's parameters.
+  /// The record does not state the value; this program assumes one.
+  bool assumed{};
+  /// The residual of this row was also used to choose the model's parameters.
   bool chosen_on_these_folds{};
-  /// The training has one power-on: the fold that holds it out has none left to learn from.
+  /// The training has a single power-on, so that no fold can hold it out and learn from another.
   bool only_start_held_out{};
 };
 
-/// Returns the unit of the standard uncertainty: "°/h", "K", "°", "ppm", or that of its input; "1" without one.
+/// Returns the unit of the standard uncertainty: "°/h", "K", "°", "ppm", or the unit of the input; "1" if it has none.
 [[nodiscard]] std::string unit_of(const BudgetRow& row);
 
-/// Returns the remarks on a row that hold, in this order: "assumed", "chosen on these folds", "its only power-on held
+/// Returns the remarks that apply to a row, in this order: "assumed", "chosen on these folds", "its only power-on held
 /// out".
 [[nodiscard]] std::vector<std::string> remarks(const BudgetRow& row);
 
-/// |c|·u, °/h.
+/// Returns |c|·u, °/h.
 [[nodiscard]] double contribution_deg_per_h(const BudgetRow& row);
 
-/// Of a mean of compensated bias over `averaging_s`.
+/// Uncertainty budget of a mean of compensated bias over `averaging_s`.
 struct Budget {
   double averaging_s{};
   std::vector<BudgetRow> rows;
 };
 
-/// What the rows come to.
+/// Combined and expanded uncertainty of the rows of a budget.
 struct CombinedUncertainty {
   double standard_deg_per_h{};  ///< u_c
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
@@ -95,55 +104,61 @@ struct CombinedUncertainty {
   double expanded_deg_per_h{};  ///< U = k·u_c
 };
 
-inline constexpr double kCoverage = 0.95;  ///< share of errors within U
+/// Share of the errors within U.
+inline constexpr double kCoverage = 0.95;
 
-/// Of a standard uncertainty that is itself known to a standard error: ½(u/Δu)² (GUM G.3), at least 1; infinite where
-/// the error is 0.
+/// Returns the degrees of freedom of a standard uncertainty u with standard error Δu: ½(u/Δu)² (GUM G.3), at least 1;
+/// infinite if the error is 0.
 [[nodiscard]] double degrees_of_freedom_of(double uncertainty, double error);
 
-/// Independent sources: u_c² = Σ(c_i u_i)² (GUM 5.1.2); the effective degrees of freedom are u_c⁴/Σ((c_i u_i)⁴/ν_i)
-/// (Welch and Satterthwaite, GUM G.2b), and k is Student's t for them, cut to a whole number (G.4.1). All is 0 of no
-/// row that contributes, with infinite degrees of freedom.
+/// Combines rows of independent sources: u_c² = Σ(c_i u_i)² (GUM 5.1.2). The effective degrees of freedom are
+/// u_c⁴/Σ((c_i u_i)⁴/ν_i) (Welch and Satterthwaite, GUM G.2b), and k is Student's t for them, truncated to a whole
+/// number (G.4.1). If no row contributes, the uncertainties are 0 and the degrees of freedom infinite.
 [[nodiscard]] CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share = kCoverage);
 
-/// The rows whose errors differ from run to run or within one: what a run that a model has not seen can show.
+/// Returns the rows whose errors differ between runs or within a run, which a run unknown to the model can show.
 [[nodiscard]] std::vector<BudgetRow> that_differ(const std::vector<BudgetRow>& rows);
 
-/// The budget of means over another time: white noise goes with 1/√τ, the counting of pulses with 1/τ, rate random walk
-/// with √τ, all else stays.
+/// Converts a budget to means over another time: white noise changes as 1/√τ, quantisation as 1/τ, rate random walk as
+/// √τ. All other sources are unchanged.
 [[nodiscard]] Budget at_averaging(Budget budget, double averaging_s);
 
 /// ∂b/∂T of one thermometer, °/h per K, over the clusters of a record.
 struct Sensitivity {
   std::string thermometer;
-  double mean{};      ///< signed
-  double rms{};       ///< root mean square: what a budget takes
+  double mean{};  ///< signed
+  /// Root mean square, used in the budget.
+  double rms{};
   double greatest{};  ///< magnitude
 };
 
-/// What is known of how uncertain a model's compensated bias is, as it was trained.
+/// Uncertainty of a model's compensated bias, evaluated at its training.
 struct Uncertainty {
-  Budget budget;                           ///< of a mean over 1 h
-  std::vector<Sensitivity> sensitivities;  ///< of the thermometers that the model asks for, over its training clusters
-  double added_noise_deg_per_h{};          ///< that the compensation adds to one cluster's mean, √Σ(c_i n_i)²
-  /// Mean of the model's own variance over its training clusters, (°/h)²: the part of it that the held-out residual,
-  /// and so the row of the model's form, contains. NaN where the model does not know its variance, or it is a row by
-  /// itself.
+  /// Budget of a mean over 1 h.
+  Budget budget;
+  /// Sensitivities to the thermometers that the model uses, over its training clusters.
+  std::vector<Sensitivity> sensitivities;
+  /// Noise that the compensation adds to the mean of one cluster, √Σ(c_i n_i)², °/h.
+  double added_noise_deg_per_h{};
+  /// Mean of the model's own variance over its training clusters, (°/h)². The held-out residual contains it, and
+  /// therefore the model form row does. NaN if the model does not know its variance, or if the variance is a row of its
+  /// own.
   double variance_in_training = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// What the budget comes to for a mean over another time.
+/// Returns the combined uncertainty of a mean over `averaging_s`.
 [[nodiscard]] CombinedUncertainty of_mean_over(const Uncertainty& uncertainty, double averaging_s);
 
-/// Returns what is added to the variance of a mean whose worst input lies `excess` of its trained range outside, in
-/// units of the variance of the model's form: 3((1 + 2·excess)² − 1). It is how the square of an error that is a
-/// straight line over the range, with the form's mean square in it, grows beyond the end.
+/// Returns the variance to be added to a mean whose worst input is outside its trained range by `excess` times that
+/// range, in units of the model form variance: 3((1 + 2·excess)² − 1). It assumes an error that is linear over the
+/// range, has the mean square of the model form there and continues outside.
 [[nodiscard]] double widening(double excess);
 
-/// Returns the variance of the model's form in a budget, (°/h)²: the row that widening() multiplies.
+/// Returns the variance of the model form in a budget, (°/h)². widening() is a multiple of it.
 [[nodiscard]] double form_variance(const std::vector<BudgetRow>& rows);
 
-/// Returns U of a mean over that time whose worst input lies `excess` of its trained range outside, °/h.
+/// Returns U of a mean over `averaging_s`, °/h, when the worst input is outside its trained range by `excess` times
+/// that range.
 [[nodiscard]] double expanded_outside(const Uncertainty& uncertainty, double averaging_s, double excess);
 
 void describe(auto& form, Like<BudgetRow> auto& row) {
@@ -187,11 +202,11 @@ void describe(auto& form, Like<Sensitivity> auto& sensitivity) {
   form("greatest_deg_per_h_per_k", not_negative(sensitivity.greatest));
 }
 
-/// Whether both come to the same, but for rounding.
+/// Returns true if both are equal except for rounding.
 [[nodiscard]] bool agree(const CombinedUncertainty& a, const CombinedUncertainty& b);
 
-/// Degrees of freedom that do not stand in the file are infinite. What it comes to may be left out of a file; where it
-/// stands it is what the rows come to.
+/// Describes the file format. Missing degrees of freedom are infinite. The combined uncertainty is optional; if
+/// present, it must equal that of the rows.
 void describe(auto& form, Like<Uncertainty> auto& uncertainty) {
   form("averaging_s", positive(uncertainty.budget.averaging_s));
   form.derived("coverage", kCoverage);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kWidth = 100;
 
-/// The values between braces, over as many lines as they need.
+/// Returns the values between braces, on as many lines as needed.
 std::string braced(const Eigen::Ref<const Eigen::VectorXd>& values, std::string_view indent) {
   std::string text = "{";
   std::size_t line = indent.size() + 1;

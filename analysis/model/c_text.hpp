@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The text of a C program: names, constants, tables and comments, and templates that are filled with them.
+/// The text of a C program: names, constants, tables, comments, and templates with placeholders for them.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,23 +18,23 @@ struct CProgram {
   std::string header, source;
 };
 
-/// The text for each word of a template.
+/// Replacement text for each placeholder of a template.
 using CWords = std::map<std::string, std::string, std::less<>>;
 
-/// Returns the template with each word between two at-signs replaced by its text, which is not searched again. Every
-/// word of the template must be known.
+/// Returns the template with each placeholder, a name between two at-signs, replaced by its text. Replacement texts are
+/// not searched for placeholders. Every placeholder must be known.
 [[nodiscard]] std::string c_filled(std::string_view text, const CWords& words);
 
-/// Returns the nearest name that can begin the names of a C program: "7-B" becomes "m7_B".
+/// Returns the nearest valid C identifier to begin names with: "7-B" becomes "m7_B".
 [[nodiscard]] std::string c_name(std::string_view text);
 
-/// Fails with usage if `name` cannot begin the names of a C program.
+/// Fails with usage if `name` is not a valid beginning of C identifiers.
 [[nodiscard]] Result<void> check_c_name(std::string_view name);
 
-/// Returns a constant that a C compiler reads as exactly this double.
+/// Returns a C constant that a compiler reads as exactly this double.
 [[nodiscard]] std::string c_number(double value);
 
-/// Returns constants with `between` between each two.
+/// Returns constants separated by `between`.
 [[nodiscard]] std::string c_list(const Eigen::Ref<const Eigen::VectorXd>& values, std::string_view between = ", ");
 
 /// Returns "static const double NAME[n] = {…};".
@@ -43,8 +43,7 @@ using CWords = std::map<std::string, std::string, std::less<>>;
 /// Returns "static const double NAME[rows][columns] = {…};", a line per row.
 [[nodiscard]] std::string c_table(std::string_view name, const Eigen::Ref<const data::SampleMatrix>& values);
 
-/// Returns text for inside a block comment: it is on one line, and nothing in it ends or begins a comment or is a
-/// trigraph.
+/// Returns the text for use inside a block comment: on one line, without comment delimiters and trigraphs.
 [[nodiscard]] std::string c_comment(std::string_view text);
 
 }  // namespace gyrotherm::model

@@ -23,25 +23,27 @@ namespace {
 
 using RowNumbers = std::vector<Eigen::Index>;
 
-/// How long residuals of a thermal model may stay alike: two of the slowest time constants of the reference
-/// simulation's gyro, 46 min.
+/// Longest correlation time of a thermal model's residuals: two of the slowest time constants (46 min) of the reference
+/// simulation's gyro.
 constexpr double kMemorySeconds = 5400;
 constexpr double kSpanK = 10;
 constexpr double kMovingKPerMin = 0.1;
-/// The resolution of a chamber's controller and its rounding: holds farther apart have two set points. The slope over
-/// 0.5 K would add to the scatter of one.
+/// Resolution and rounding of a chamber's controller: holds farther apart have different set points. Pooling set points
+/// over 0.5 K would add the temperature slope to the scatter.
 constexpr double kSameSetPointK = 0.1 + 1e-6;
-/// A slope with temperature wants at least this standard deviation of the temperatures.
+/// Least standard deviation of the temperatures for a slope with temperature.
 constexpr double kLeastSpreadK = 0.5;
 constexpr int kFewestClusters = 3;
 constexpr double kWarmUpMeanSeconds = 1000;
 
-/// The record with what all parts ask of it.
+/// The record and the quantities that several results need.
 struct Subject {
   const data::Dataset& dataset;
   const data::Clusters& clusters;
-  Eigen::VectorXd temperature_c, rate_k_per_min;  ///< means of the gradient thermometers
-  Eigen::VectorXd turned;                         ///< 1 where the unit's input axis points the other way, else 0
+  /// Means of the gradient thermometers.
+  Eigen::VectorXd temperature_c, rate_k_per_min;
+  /// 1 where the unit's input axis is reversed, 0 as mounted.
+  Eigen::VectorXd turned;
   Eigen::VectorXd before, after;
 };
 
@@ -56,13 +58,13 @@ Eigen::VectorXd mean_of_gradient_thermometers(const Subject& subject, const Eige
   return mean / std::max(count, 1);
 }
 
-/// Calls `figure(values)` for the bias before and after.
+/// Applies `figure(values)` to the bias before and after compensation.
 template <class Figure>
 BeforeAfter before_and_after(const Subject& subject, Figure figure) {
   return {.before = figure(subject.before), .after = figure(subject.after)};
 }
 
-/// What independent figures come to.
+/// Combines the uncertainties of independent values.
 CombinedUncertainty together(const std::vector<Measured>& figures) {
   std::vector<BudgetRow> rows;
   for (const Measured& one : figures)
@@ -78,14 +80,14 @@ BeforeAfter difference(const BeforeAfter& a, const BeforeAfter& b) {
   return {.before = difference(a.before, b.before), .after = difference(a.after, b.after)};
 }
 
-/// The mean with what its neighbours' likeness leaves of its rows; not known if any of them is not finite.
+/// Returns the mean of the rows; its u accounts for correlated neighbours. Unknown if any of the rows is not finite.
 Measured mean_at(const Subject& subject, const Eigen::VectorXd& values, const RowNumbers& rows) {
   if (!values(rows).allFinite()) return {};
   const data::Figures figures = figures_of(values(rows), subject.clusters, rows);
   return {figures.mean, mean_error(figures), std::max(1.0, figures.effective.of_mean - 1)};
 }
 
-/// The clusters that lie wholly inside a segment.
+/// Returns the clusters that are completely inside a segment.
 RowNumbers clusters_inside(const data::Clusters& clusters, int segment) {
   RowNumbers rows;
   for (Eigen::Index k = 0; k < clusters.start_s.size(); ++k) {
@@ -94,7 +96,7 @@ RowNumbers clusters_inside(const data::Clusters& clusters, int segment) {
   return rows;
 }
 
-/// Of these, the ones of its last hour.
+/// Returns the clusters of the last hour of a segment.
 RowNumbers last_hour_of(const data::Clusters& clusters, int segment) {
   RowNumbers rows = clusters_inside(clusters, segment);
   if (rows.empty()) return rows;
@@ -125,12 +127,14 @@ std::vector<StabilisedBias> stabilised_biases(const Subject& subject) {
   return all;
 }
 
-/// Slope of the straight lines, one for each position of the unit, for between the two lies what is left of the Earth's
-/// rate; its u from the scatter about them. Not known of too few points or one temperature.
+/// Returns the common slope of straight lines through the points, one line per position of the unit, because the
+/// positions differ by the residual Earth rate. Its u is computed from the scatter about the lines. Unknown with too
+/// few points or too small a range of temperature.
 Measured slope_of(const std::vector<StabilisedBias>& points, Measured BeforeAfter::*which) {
   const auto count = std::ssize(points);
   Eigen::VectorXd t(count), b(count);
-  std::array<RowNumbers, 2> positions;  // as mounted, turned
+  // Points in the mounted and in the turned position.
+  std::array<RowNumbers, 2> positions;
   for (Eigen::Index k = 0; k < count; ++k) {
     const StabilisedBias& point = points[static_cast<std::size_t>(k)];
     t(k) = point.temperature_c;
@@ -157,8 +161,8 @@ Eigen::VectorXi places_of(const data::Clusters& clusters, const RowNumbers& rows
 
 int reach_of(const Subject& subject) { return static_cast<int>(kMemorySeconds / subject.clusters.length_s); }
 
-/// The coefficient of `input` beside the temperature and a constant, one for each position of the unit, for between the
-/// two lies what is left of the Earth's rate; not known where it does not vary by itself.
+/// Returns the coefficient of `input` in a regression with the temperature and a constant per position of the unit,
+/// because the positions differ by the residual Earth rate. Unknown if the input does not vary independently.
 Measured coefficient_of(const Subject& subject, const Eigen::VectorXd& input, const Eigen::VectorXd& bias) {
   Eigen::MatrixXd all(bias.size(), 5);
   all << Eigen::VectorXd::Ones(bias.size()), subject.temperature_c, input, subject.turned, bias;
@@ -176,7 +180,7 @@ Measured coefficient_of(const Subject& subject, const Eigen::VectorXd& input, co
   return {fit.coefficients(kInput), fit.u(kInput)};
 }
 
-/// The raw bias of each position less its mean, for between the two lies what is left of the Earth's rate.
+/// Returns the raw bias less its mean in each position, because the positions differ by the residual Earth rate.
 Eigen::VectorXd bias_within_positions(const Subject& subject) {
   Eigen::VectorXd bias = subject.clusters.bias_deg_per_h;
   for (const double position : {0.0, 1.0}) {
@@ -188,7 +192,7 @@ Eigen::VectorXd bias_within_positions(const Subject& subject) {
   return bias;
 }
 
-/// The pair of thermometers whose difference goes most with the raw bias.
+/// Returns the pair of thermometers whose difference has the greatest correlation with the raw bias.
 std::pair<std::string, Eigen::VectorXd> greatest_gradient(const Subject& subject) {
   data::Clusters clusters = subject.clusters;
   clusters.bias_deg_per_h = bias_within_positions(subject);
@@ -204,8 +208,8 @@ std::pair<std::string, Eigen::VectorXd> greatest_gradient(const Subject& subject
           column(i) - column(j)};
 }
 
-/// How much higher the bias is while heating than while cooling, beside a straight line in temperature: two passes do
-/// not have the same mean temperature in a span that one of them leaves early.
+/// Returns the bias during heating less the bias during cooling, corrected by a straight line in temperature: passes
+/// through a span that one of them leaves early have different mean temperatures.
 Measured width_of(const Subject& subject, const Eigen::VectorXd& bias, const RowNumbers& heating,
                   const RowNumbers& cooling) {
   RowNumbers both;
@@ -226,7 +230,8 @@ Measured width_of(const Subject& subject, const Eigen::VectorXd& bias, const Row
 }
 
 std::vector<HysteresisPoint> loop_of(const Subject& subject) {
-  std::map<std::pair<int, bool>, std::pair<RowNumbers, RowNumbers>> spans;  // by position: heating and cooling
+  // Heating and cooling rows, by position.
+  std::map<std::pair<int, bool>, std::pair<RowNumbers, RowNumbers>> spans;
   for (Eigen::Index k = 0; k < subject.temperature_c.size(); ++k) {
     const double rate = subject.rate_k_per_min(k);
     if (!(std::abs(rate) > kMovingKPerMin) || !std::isfinite(subject.temperature_c(k))) continue;
@@ -249,7 +254,8 @@ std::vector<HysteresisPoint> loop_of(const Subject& subject) {
 std::vector<Retrace> retrace_of(const std::vector<StabilisedBias>& stabilised) {
   std::vector<Retrace> all;
   for (std::size_t k = 1; k < stabilised.size(); ++k) {
-    if (stabilised[k].turned != stabilised[0].turned) continue;  // between them lies what is left of the Earth's rate
+    // Positions differ by the residual Earth rate.
+    if (stabilised[k].turned != stabilised[0].turned) continue;
     if (std::abs(stabilised[k].set_point_c - stabilised[0].set_point_c) > kSameSetPointK) continue;
     all.push_back({.segment = stabilised[k].segment,
                    .set_point_c = stabilised[k].set_point_c,
@@ -258,8 +264,8 @@ std::vector<Retrace> retrace_of(const std::vector<StabilisedBias>& stabilised) {
   return all;
 }
 
-/// The end of the last mean over kWarmUpMeanSeconds of the first hold that is farther from the final bias than chance
-/// alone takes it, 3 standard deviations; from the start of the hold.
+/// Finds the settling time from the start of the first hold: the end of the last mean over kWarmUpMeanSeconds that
+/// differs from the final bias by more than 3 standard deviations.
 void find_settling(WarmUp& warm_up, const Subject& subject, const RowNumbers& hold, const StabilisedBias& settled_in,
                    double floor_deg_per_h, Measured BeforeAfter::*which, const Eigen::VectorXd& bias) {
   const double length_s = subject.clusters.length_s;
@@ -274,7 +280,7 @@ void find_settling(WarmUp& warm_up, const Subject& subject, const RowNumbers& ho
     const RowNumbers rows(hold.begin() + static_cast<std::ptrdiff_t>(k),
                           hold.begin() + static_cast<std::ptrdiff_t>(k + count));
     const double end_s = subject.clusters.start_s(rows.back()) + length_s;
-    if (std::abs(bias(rows).mean() - settled.value) <= within) continue;  // not so of a NaN
+    if (std::abs(bias(rows).mean() - settled.value) <= within) continue;  // not for a NaN
     if (end_s > last_hour_s) return;
     seconds = end_s - start_s;
   }
@@ -289,15 +295,16 @@ WarmUp warm_up_in(const Subject& subject, const StabilisedBias& start, double fl
   return warm_up;
 }
 
-/// When the first bias of a segment was sampled, since the run started; NaN if there is none.
+/// Returns the time of a segment's first bias since the start of the run; NaN if there is none.
 double first_bias_s(const data::Dataset& dataset, int segment) {
   for (Eigen::Index i = 0; i < dataset.segment.size(); ++i)
     if (dataset.segment(i) == segment && std::isfinite(dataset.bias_deg_per_h(i))) return dataset.time_s(i);
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-/// The record begins with this hold, or the unit was off before it; and the clusters, which may be a part of the record
-/// that somebody has chosen, have the hold from its first bias on, but for what one mean of a warm-up does not see.
+/// Returns true if the unit was switched on in this hold: the record begins with it, or the unit was off before it. The
+/// clusters, possibly a selected part of the record, must contain the hold from its first bias on, except for less than
+/// one mean of a warm-up.
 bool is_a_start(const Subject& subject, const StabilisedBias& hold) {
   const data::Dataset& dataset = subject.dataset;
   const bool begins = dataset.segment.size() > 0 && dataset.segment(0) == hold.segment;
@@ -316,7 +323,8 @@ std::vector<WarmUp> warm_ups_of(const Subject& subject, const std::vector<Stabil
   return all;
 }
 
-/// The mean of several figures; its u is that of their own, or what their scatter says, if that is more.
+/// Returns the mean of several values. Its u is the greater of their combined own uncertainty and the one of their
+/// scatter.
 Measured mean_of(const std::vector<Measured>& figures) {
   const auto count = std::ssize(figures);
   Eigen::VectorXd values(count);
@@ -328,7 +336,7 @@ Measured mean_of(const std::vector<Measured>& figures) {
   return mean;
 }
 
-/// Those of one set point together, by rising set point, and each in its order.
+/// Groups holds by set point, in ascending order; each group keeps its order.
 std::vector<std::vector<const StabilisedBias*>> by_set_point(std::vector<const StabilisedBias*> holds) {
   std::ranges::stable_sort(holds, {}, &StabilisedBias::set_point_c);
   std::vector<std::vector<const StabilisedBias*>> groups;
@@ -346,7 +354,8 @@ std::vector<TwoPosition> two_positions_of(const Subject& subject, const std::vec
   const std::optional<double>& stated = subject.dataset.earth_rate_deg_per_h;
   std::vector<TwoPosition> all;
   for (const auto& group : by_set_point(std::move(every))) {
-    std::array<std::vector<const StabilisedBias*>, 2> holds;  // as mounted, turned
+    // Holds in the mounted and in the turned position.
+    std::array<std::vector<const StabilisedBias*>, 2> holds;
     for (const StabilisedBias* hold : group) holds[hold->turned ? 1 : 0].push_back(hold);
     if (holds[0].empty() || holds[1].empty()) continue;
     TwoPosition found{.set_point_c = holds[0].front()->set_point_c,
@@ -451,7 +460,8 @@ std::string switched_on(const WarmUp& warm_up) {
 
 std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& records) {
   constexpr std::size_t kFewestStarts = 3;
-  std::map<std::pair<std::string, bool>, std::vector<const StabilisedBias*>> comparable;  // by zero and position
+  // Holds by bias reference and position.
+  std::map<std::pair<std::string, bool>, std::vector<const StabilisedBias*>> comparable;
   for (const Characterisation& record : records)
     for (const WarmUp& start : record.warm_ups) {
       const auto hold = std::ranges::find(record.stabilised, start.segment, &StabilisedBias::segment);

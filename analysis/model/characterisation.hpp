@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a laboratory reports of a gyro's bias in a thermal test, before and after compensation, each figure with its
-/// standard uncertainty: the lists of IEEE Std 647 and 952 as far as a fixed gyro in a chamber can give them (bias at
-/// each stabilised temperature; sensitivity to temperature, to its ramp and to a gradient; hysteresis; retrace;
-/// warm-up; turn-on to turn-on).
+/// The bias of a gyro in a thermal test before and after compensation, each value with its standard uncertainty: the
+/// lists of IEEE Std 647 and 952 as far as a fixed gyro in a chamber can provide them (bias at each stabilised
+/// temperature; sensitivity to temperature, to its ramp rate and to a gradient; hysteresis; retrace; warm-up; turn-on
+/// to turn-on).
 #pragma once
 
 #include <Eigen/Core>
@@ -17,16 +17,16 @@
 
 namespace gyrotherm::model {
 
-/// A figure and its standard uncertainty, k = 1, of the record's own noise alone (type A); NaN: not known. The degrees
-/// of freedom are those of u: of a mean its effective number of values less one, of what is made of several means by
-/// Welch and Satterthwaite (GUM G.4.1), and at least 1; infinite where they are not known.
+/// A value and its standard uncertainty, k = 1, from the record's own noise alone (type A); NaN: unknown. The degrees
+/// of freedom belong to u: for a mean the effective number of values less one, for a combination of means by Welch and
+/// Satterthwaite (GUM G.4.1), and at least 1; infinite if unknown.
 struct Measured {
   double value = std::numeric_limits<double>::quiet_NaN();
   double u = std::numeric_limits<double>::quiet_NaN();
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
 };
 
-/// The same figure of the raw bias and of what a model leaves of it.
+/// A value of the raw bias (before) and of the residual bias of a model (after).
 struct BeforeAfter {
   Measured before, after;
 };
@@ -42,16 +42,17 @@ void describe(auto& form, Like<BeforeAfter> auto& figures) {
   form("after", figures.after);
 }
 
-/// A hold this long counts as stabilised in its last hour: two of the slowest time constants of the reference
-/// simulation's gyro (46 min). One that is slower, as the default rig's (100 min), has not come to rest by then.
+/// Minimum length of a hold that counts as stabilised in its last hour: two of the slowest time constants (46 min) of
+/// the reference simulation's gyro. A slower gyro, such as the default rig's (100 min), has not settled by then.
 inline constexpr double kStabilisedHoldSeconds = 5400;
 
-/// Mean bias over the last hour of a stabilised hold, °/h.
+/// Hold bias: mean bias of the last hour of a stabilised hold, °/h.
 struct StabilisedBias {
   int segment{};
-  bool turned{};  ///< the unit's input axis pointed the other way
+  bool turned{};  ///< input axis reversed
   double set_point_c{};
-  double temperature_c{};  ///< mean of the gradient thermometers
+  /// Mean of the gradient thermometers.
+  double temperature_c{};
   int clusters{};
   BeforeAfter bias;
 };
@@ -65,9 +66,8 @@ void describe(auto& form, Like<StabilisedBias> auto& stabilised) {
   describe(form, stabilised.bias);
 }
 
-/// Mean bias while the block heats through a span of 10 K, less that while it cools through it, °/h, beside a straight
-/// line in temperature. A pass through the span lasts many clusters, which are alike: they count by their effective
-/// number.
+/// Mean bias while the block heats through a span of 10 K, less that while it cools through it, °/h, corrected by a
+/// straight line in temperature. The many clusters of a pass are correlated and count by their effective number.
 struct HysteresisPoint {
   double temperature_c{};    ///< middle of the span
   int heating{}, cooling{};  ///< clusters
@@ -81,7 +81,7 @@ void describe(auto& form, Like<HysteresisPoint> auto& point) {
   describe(form, point.width);
 }
 
-/// Stabilised bias less that of the record's first stabilised hold, at the same set point, °/h.
+/// Hold bias less that of the record's first stabilised hold at the same set point, °/h.
 struct Retrace {
   int segment{};
   double set_point_c{};
@@ -94,16 +94,18 @@ void describe(auto& form, Like<Retrace> auto& retrace) {
   describe(form, retrace.change);
 }
 
-/// Bias and Earth's rate told apart by turning the unit around at one set point: r± = b ± Ω, so b is the mean of the
-/// two and Ω half their difference (IEEE Std 647, bias and Earth-rate tests; a scale factor's error goes with Ω).
-/// Means over the holds of each position, so that a steady drift cancels where they take turns evenly; what does not is
-/// in u as far as the holds of one position differ by more than their noise.
+/// Bias and Earth rate, separated by turning the unit around at one set point: r± = b ± Ω, so b is the mean of the two
+/// rates and Ω half their difference (IEEE Std 647, bias and Earth-rate tests; a scale factor error scales Ω). Means
+/// over the holds of each position cancel a steady drift if the positions alternate evenly. Other drift is in u as far
+/// as the holds of one position differ by more than their noise.
 struct TwoPosition {
   double set_point_c{};
-  int as_mounted{}, turned{};                                                     ///< holds
-  BeforeAfter bias;                                                               ///< °/h
-  BeforeAfter earth_rate;                                                         ///< °/h on the input axis as mounted
-  double stated_earth_rate_deg_per_h = std::numeric_limits<double>::quiet_NaN();  ///< by the rig file; NaN: not known
+  int as_mounted{}, turned{};  ///< holds
+  BeforeAfter bias;            ///< °/h
+  /// Earth rate on the input axis as mounted, °/h.
+  BeforeAfter earth_rate;
+  /// Earth rate in the rig file; NaN if unknown.
+  double stated_earth_rate_deg_per_h = std::numeric_limits<double>::quiet_NaN();
 };
 
 void describe(auto& form, Like<TwoPosition> auto& found) {
@@ -115,13 +117,14 @@ void describe(auto& form, Like<TwoPosition> auto& found) {
   form("stated_earth_rate_deg_per_h", found.stated_earth_rate_deg_per_h);
 }
 
-/// How a gyro that was switched on comes to its final bias, in the hold that it was switched on in.
+/// Settling of a gyro to its final bias, in the hold in which it was switched on.
 struct WarmUp {
   int segment{};
   double set_point_c{};
-  BeforeAfter within;  ///< °/h: nearer than this, a mean over 1000 s counts as final; its u is not given
-  BeforeAfter
-      seconds;  ///< after which it stays so near; its u is not given. Not known if it comes there in the last hour
+  /// A mean over 1000 s within this distance of the final bias counts as settled, °/h; u is not given.
+  BeforeAfter within;
+  /// Time after which the bias remains settled; u is not given. Unknown if it settles only in the last hour.
+  BeforeAfter seconds;
 };
 
 void describe(auto& form, Like<WarmUp> auto& warm_up) {
@@ -131,10 +134,10 @@ void describe(auto& form, Like<WarmUp> auto& warm_up) {
   form("seconds", warm_up.seconds);
 }
 
-/// When the gyro was switched on, in words: "with the run", "in segment 3".
+/// Returns when the gyro was switched on, as text: "with the run", "in segment 3".
 [[nodiscard]] std::string switched_on(const WarmUp& warm_up);
 
-/// How much the final biases of several starts at one set point differ, °/h (type A).
+/// Scatter of the final biases of several starts at one set point, °/h (type A).
 struct TurnOn {
   double set_point_c{};
   int starts{};
@@ -149,20 +152,27 @@ void describe(auto& form, Like<TurnOn> auto& turn_on) {
 }
 
 struct Characterisation {
-  std::string zero;       ///< what its biases are counted from, in words; of different zeros none are compared
-  std::string statement;  ///< what it was made of, in words
+  /// Bias reference, as text. Biases of different references are not compared.
+  std::string zero;
+  /// Text about the data basis.
+  std::string statement;
   std::vector<StabilisedBias> stabilised;
-  BeforeAfter temperature;                  ///< °/h per K: slope of the straight line through the stabilised biases,
-                                            ///< one line for each position
-  BeforeAfter ramp;                         ///< °/h per K/min, beside a straight line in temperature
-  std::string gradient;                     ///< "A-D": the gradient whose correlation with the raw bias is greatest
-  BeforeAfter of_gradient;                  ///< °/h per K, beside a straight line in temperature
-  std::vector<HysteresisPoint> hysteresis;  ///< by rising temperature
+  /// °/h per K: slope of the hold bias with temperature, one line for each position.
+  BeforeAfter temperature;
+  /// °/h per K/min, in a regression with the temperature.
+  BeforeAfter ramp;
+  /// "A-D": the gradient that has the greatest correlation with the raw bias.
+  std::string gradient;
+  /// °/h per K, in a regression with the temperature.
+  BeforeAfter of_gradient;
+  /// Points by rising temperature.
+  std::vector<HysteresisPoint> hysteresis;
   std::vector<Retrace> retrace;
-  std::vector<TwoPosition> two_position;  ///< a row for each set point at which there are both positions
-  std::vector<WarmUp> warm_ups;           ///< of stabilised holds that the record begins with, or before which the unit
-                                          ///< was off, if the clusters have them from their beginning; none if the
-                                          ///< record has no noise floor
+  /// One row for each set point with holds in both positions.
+  std::vector<TwoPosition> two_position;
+  /// Stabilised holds at the start of the record or after the unit was off, if the clusters contain their beginning.
+  /// Empty if the record has no noise floor.
+  std::vector<WarmUp> warm_ups;
 };
 
 void describe(auto& form, Like<Characterisation> auto& result) {
@@ -178,30 +188,30 @@ void describe(auto& form, Like<Characterisation> auto& result) {
   form("warm_ups", result.warm_ups);
 }
 
-/// Characterises a record; `residual_deg_per_h` is what a model leaves of each cluster, NaN where it refuses. What the
-/// record cannot give (no hold of 1.5 h, one temperature only, no ramp) is empty or not known. The three sensitivities
-/// are not independent of each other: a ramp makes a gradient. Hysteresis before compensation holds what the ramp does;
-/// what is left of it after is the gyro's own, or the model's failure.
+/// Characterises a record. `residual_deg_per_h` is the residual bias of each cluster, NaN where the model refuses.
+/// Results that the record cannot provide (no hold of 1.5 h, one temperature only, no ramp) are empty or unknown. The
+/// three sensitivities are not independent: a ramp causes a gradient. Hysteresis before compensation contains the
+/// effect of the ramp; after compensation it is the gyro's own or the model's error.
 [[nodiscard]] Characterisation characterise(const data::Dataset& dataset, const data::Clusters& clusters,
                                             const Eigen::VectorXd& residual_deg_per_h);
 
-/// Of three or more warm-ups at one set point, of one record or several: the standard deviation of the biases at the
-/// ends of their holds. The records are characterised by one model. Only biases that are counted from one zero, and of
-/// one position of the unit, are compared: where a record's zero is the mean of its own first hold, those of this
-/// record alone. A row for each set point at which there are as many, by rising set point.
+/// Computes the standard deviation of the biases at the ends of the warm-up holds, for three or more warm-ups at one
+/// set point, from one record or several. All records must be characterised with one model. Only biases with the same
+/// reference and position of the unit are compared; if a record's reference is the mean of its own first hold, only
+/// biases of that record are. Returns one row for each such set point, in ascending order.
 [[nodiscard]] std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& records);
 
-/// The widest point of a loop, before or after compensation; null if there is none.
+/// Returns the widest point of a loop, before or after compensation; null if there is none.
 [[nodiscard]] const HysteresisPoint* widest(const std::vector<HysteresisPoint>& loop, Measured BeforeAfter::*which);
 
-/// Coefficients of least squares with standard uncertainties that hold where neighbouring residuals are alike.
+/// Least-squares coefficients with standard uncertainties that remain valid for correlated neighbouring residuals.
 struct RobustFit {
   Eigen::VectorXd coefficients, u;
 };
 
-/// Least squares of `y` on the columns of `x`, row k at the whole place `places`(k), rising. The covariance is
-/// (XᵀX)⁻¹S(XᵀX)⁻¹ with S the sum of products of scores x_k e_k up to `reach` places apart, weighted by 1 − lag/(reach
-/// + 1) (Newey, West, Econometrica 55 (1987) 703), times n/(n − p). Asserts more rows than columns.
+/// Fits `y` to the columns of `x` by least squares; row k has the integer position `places`(k), in ascending order. The
+/// covariance is (XᵀX)⁻¹S(XᵀX)⁻¹ with S the sum of products of scores x_k e_k up to `reach` positions apart, weighted
+/// by 1 − lag/(reach + 1) (Newey, West, Econometrica 55 (1987) 703), times n/(n − p). Asserts more rows than columns.
 [[nodiscard]] RobustFit fit_robustly(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, const Eigen::VectorXi& places,
                                      int reach);
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The parts of an exported model's C program. Each is written by a file of its own, NAME_export.cpp; model_export.cpp
-/// puts them together.
+/// The parts of an exported model's C program. Each NAME_export.cpp writes one part; model_export.cpp assembles them.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,85 +16,89 @@
 
 namespace gyrotherm::model {
 
-/// Returns the index of an item in a list that has it.
+/// Returns the index of an item in a list that contains it.
 [[nodiscard]] Eigen::Index index_in(const auto& items, const auto& item) {
   return std::ranges::find(items, item) - items.begin();
 }
 
 // provenance
 
-/// Returns what is known of a model as lines of a block comment, each begun with a space and ended: what it computes,
-/// from what it was trained and whether that was simulated, its figures, and the trained range of each input.
+/// Returns the description of a model as lines of a block comment, each with a leading space and a line end: function,
+/// training records and whether they were simulated, accuracy, and the trained range of each input.
 [[nodiscard]] std::string c_provenance(const Model& model);
 
 // function
 
-/// Returns tables and "static double function_of(const double z[], const double bounded[])".
+/// Returns the tables and "static double function_of(const double z[], const double bounded[])".
 [[nodiscard]] std::string c_function(const methods::Function& function);
 
-/// Returns the sum of the weights of what the function adds up: it says how much the rounding of that sum can amount
-/// to.
+/// Returns the sum of the weights of the function's terms, which bounds the rounding error of their sum.
 [[nodiscard]] double sum_of_weights(const methods::Function& function);
 
-/// Returns whether every constant of the function, and what is divided by, can be written in C.
+/// Returns true if every constant and every divisor of the function is finite, so that C can represent it.
 [[nodiscard]] bool has_finite_constants(const methods::Function& function);
 
 // range
 
-/// Writes "static void bound(double x[])", which moves inputs to the bounded point; nothing for a function that is all
-/// plane.
+/// Writes "static void bound(double x[])", which moves inputs to the bounded point. Returns an empty text if the
+/// function is a plane alone.
 [[nodiscard]] std::string bounding_in_c(const Model& model);
 
 // lag
 
-/// Returns the words of the C texts that depend on lags: parameters, a ring of what each lag has followed (as
-/// SlidingLags keeps it), and the function that moves it on. All are empty for a model without lags.
+/// Returns the placeholders of the C templates that depend on lags: parameters, a ring buffer of each lag's past values
+/// (as in SlidingLags) and the function that advances it. All are empty for a model without lags.
 [[nodiscard]] CWords lag_words(const Model& model, std::string_view name, const std::vector<std::string>& thermometers);
 
 // lead
 
-/// Returns the words of the C texts that depend on the stream's lag: its description and, if the model is_led(), a ring
-/// of predictions and the extrapolation from it.
+/// Returns the placeholders of the C templates that depend on the stream's lag: its description and, if is_led(), a
+/// ring buffer of predictions and the extrapolation from it.
 [[nodiscard]] CWords lead_words(const Model& model, std::string_view name);
 
 // self_test
 
-/// Known answers for the self-test of an exported model: temperatures and what the model predicts from them.
+/// Known answers for the self-test of an exported model: temperatures and the model's predictions.
 struct KnownAnswers {
   /// Means of the last cluster length and of the one before; columns are thermometers.
   data::SampleMatrix mean_c, before_c;
-  data::SampleMatrix lag_k;        ///< columns are the model's lags
-  Eigen::VectorXd bias_deg_per_h;  ///< predicted, as Outside::continued does
-  std::vector<bool> outside;       ///< an input was
+  /// Lags, K; columns are the model's lags.
+  data::SampleMatrix lag_k;
+  /// Predictions, as with Outside::continued.
+  Eigen::VectorXd bias_deg_per_h;
+  /// Rows with an input outside the trained range.
+  std::vector<bool> outside;
 };
 
-/// Computes six answers near what the model was trained on and two farther out; the same each time.
+/// Computes six answers near the training data and two farther out. The result is deterministic.
 [[nodiscard]] KnownAnswers known_answers(const Model& model, const std::vector<std::string>& thermometers);
 
-/// Returns the tables of NAME_self_test.
+/// Returns the placeholders with the tables of NAME_self_test.
 [[nodiscard]] CWords self_test_words(const KnownAnswers& answers);
 
-/// A part of an exported program; all empty where the model has nothing for it.
+/// One part of an exported program; all texts are empty if the model does not need it.
 struct CPart {
   std::string declarations;  ///< for the header
-  std::string definitions;   ///< for the source; needs <math.h>
-  std::string test;          ///< for the body of NAME_self_test: returns 1 if known answers do not come out again
+  /// Definitions for the source; they need <math.h>.
+  std::string definitions;
+  /// Statements for the body of NAME_self_test; they return 1 if a known answer is not reproduced.
+  std::string test;
 };
 
 // uncertainty
 
 /// Writes NAME_uncertainty and NAME_uncertainty_outside: U of a mean of compensated bias over the model's cluster
-/// length, and the contributions that it is made of. Empty for a model that says nothing of its uncertainty. Fails with
-/// usage if these are not finite.
+/// length, and the contributions to it. Returns an empty part for a model without an uncertainty. Fails with usage if a
+/// value is not finite.
 [[nodiscard]] Result<CPart> uncertainty_in_c(const Model& model, std::string_view name);
 
 // tracking
 
-/// Writes NAME_tracker, NAME_track_start and NAME_track: RestTracker in C, its constants those of the noise at means
-/// over `seconds`: a whole Kalman filter of four states without allocation, some hundred operations once in so many
-/// seconds. Its covariance goes along instead of a gain that is fixed, since it is the start that matters most: while a
-/// turn-on is being learnt the gain falls from near 1 to a hundredth, and it rises again after the gyro has moved for
-/// hours. Fails with usage if a constant or a known answer is not finite.
+/// Writes NAME_tracker, NAME_track_start and NAME_track: RestTracker in C for this noise and means over `seconds`. It
+/// is a complete Kalman filter of four states without allocation, some hundred operations once per `seconds`. It
+/// propagates the covariance instead of using a fixed gain, because the start matters most: while a turn-on is being
+/// learnt, the gain falls from nearly 1 to a hundredth, and it rises again after the gyro has moved for hours. Fails
+/// with usage if a constant or a known answer is not finite.
 [[nodiscard]] Result<CPart> tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::string_view name);
 
 }  // namespace gyrotherm::model

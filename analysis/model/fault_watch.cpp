@@ -17,10 +17,12 @@ namespace gyrotherm::model {
 namespace {
 
 constexpr Eigen::Index kFewestWithParity = 4;
-constexpr std::size_t kHourOfClusters = 36;   ///< before a hop, with which it is compared
-constexpr std::size_t kMostRemembered = 600;  ///< vectors: some 17 h
+/// Clusters before a hop, for comparison with those after it.
+constexpr std::size_t kHourOfClusters = 36;
+constexpr std::size_t kMostRemembered = 600;  ///< vectors, about 17 h
 
-/// How what is left of an axis wanders. Where its training could not tell, white noise about an unknown constant.
+/// Returns the noise model of an axis's residual bias. If its training could not determine it: white noise about an
+/// unknown constant.
 tracking::BiasNoise noise_of(const FusedAxes& axes, Eigen::Index a, const FusedUncertainty& uncertainty,
                              double cluster_s) {
   const Model& model = axes.models[static_cast<std::size_t>(a)];
@@ -34,7 +36,8 @@ tracking::BiasNoise noise_of(const FusedAxes& axes, Eigen::Index a, const FusedU
           .start_deg_per_h = start};
 }
 
-/// The wander of a parity whose white noise is 1, alike for all its numbers, so that a hop keeps its direction.
+/// Returns the noise model of a parity vector with white noise 1, equal for all its components, so that a hop keeps its
+/// direction.
 tracking::BiasNoise noise_of_parity(const Eigen::MatrixXd& parity, const std::vector<tracking::BiasNoise>& of_axes,
                                     double cluster_s) {
   const auto together = [&](auto of) {
@@ -50,8 +53,8 @@ tracking::BiasNoise noise_of_parity(const Eigen::MatrixXd& parity, const std::ve
           .start_deg_per_h = together(&Noise::start_deg_per_h)};
 }
 
-/// Returns the innovations, each over its standard deviation. Returns nothing if a number is not finite; the trackers
-/// then grow unsure.
+/// Returns the innovations divided by their standard deviations. If a component is not finite, returns no value and
+/// lets the trackers' uncertainty grow.
 std::optional<Eigen::VectorXd> innovations_of(std::vector<tracking::BiasTracker>& trackers,
                                               const Eigen::VectorXd& vector) {
   if (!vector.allFinite()) {
@@ -66,8 +69,9 @@ std::optional<Eigen::VectorXd> innovations_of(std::vector<tracking::BiasTracker>
   return innovations;
 }
 
-/// Returns what whitens the departures of the axes, in order of the geometry's: at rest each axis from its own thermal
-/// prediction, in motion their parity. It has no rows if the attitude is not known and three axes have no parity.
+/// Returns the whitening matrix of the departures of the axes, in the order of the geometry: at rest for the departure
+/// of each axis from its own thermal prediction, in motion for their parity. It has no rows if the attitude is unknown
+/// and three axes have no parity.
 Result<Eigen::MatrixXd> whitening_of_departures(const FusedAxes& axes, const fusion::Geometry& geometry,
                                                 const Eigen::VectorXd& noise, const Eigen::MatrixXd& bias) {
   if (!axes.attitude) {
@@ -175,7 +179,7 @@ SumLimit HopWatch::limit() const {
   return {.kind = name(kind_), .limit = detector_.limit(), .white_limit = white_limit_, .learnt = learnt_};
 }
 
-/// As uncertain as the hop was large.
+/// Restarts the trackers with an uncertainty that includes the size of the hop.
 void HopWatch::begin_anew(const Eigen::VectorXd& departure) {
   trackers_.clear();
   for (std::size_t i = 0; i < spaces_.size(); ++i) {
@@ -186,7 +190,7 @@ void HopWatch::begin_anew(const Eigen::VectorXd& departure) {
   recent_.clear();
 }
 
-/// The axes of the set: their names, and how each wanders.
+/// Names and noise models of the axes of the set.
 struct FaultWatch::WatchedAxes {
   std::vector<std::string> names;
   std::vector<tracking::BiasNoise> noises;
@@ -251,7 +255,7 @@ void FaultWatch::set_voters(const FusedAxes& axes, const std::vector<std::string
   std::vector<Eigen::Index> columns;
   for (const std::string& one : thermometers.names) {
     const auto at = std::ranges::find(axes.thermometers, one) - axes.thermometers.begin();
-    if (at == std::ssize(axes.thermometers)) return;  // of another record
+    if (at == std::ssize(axes.thermometers)) return;  // another record's thermometers
     columns.push_back(at);
   }
   voting_thermometers_ = columns;

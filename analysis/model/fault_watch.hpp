@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Faults of axes and thermometers that a second does not show: watched in means over a cluster, as they come.
+/// Detection of faults of axes and thermometers that a single second does not show, in consecutive means over clusters.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,36 +19,46 @@
 namespace gyrotherm::model {
 
 struct WatchOptions {
-  double false_alarm_probability = 1e-6;  ///< of one test: the parity of a second, a vote on a cluster
-  double false_alarms_per_h = 1e-3;       ///< of each cumulative sum
-  double margin = 6;                      ///< by which one explanation must be ahead of the next (fault_test.hpp)
+  /// Probability for a single test: the parity of a second, a vote on a cluster.
+  double false_alarm_probability = 1e-6;
+  /// Rate of false alarms of each cumulative sum.
+  double false_alarms_per_h = 1e-3;
+  /// Lead that one explanation must have over the next (fault_test.hpp).
+  double margin = 6;
 };
 
 enum class AlarmKind {
-  parity,       ///< the parity of single seconds is above its limit
-  parity_hop,   ///< the cumulative sum of the parity
-  rest_hop,     ///< the cumulative sum of the axes at rest, each against its own thermal prediction
-  rest,         ///< readings of the last hour of holds against the Earth and what is known of the axes
-  gyro,         ///< a vote on a cluster: a gyro hopped
-  thermometer,  ///< … a thermometer is broken
-  undecided     ///< … something is at fault that is not known
+  /// The parity of a single second exceeds its limit.
+  parity,
+  parity_hop,  ///< cumulative sum of the parity
+  /// Cumulative sum of the axes at rest, each compared with its own thermal prediction.
+  rest_hop,
+  /// The last hour of a hold disagrees with the Earth's rotation and the priors of the axes.
+  rest,
+  gyro,         ///< vote on a cluster: gyro hopped
+  thermometer,  ///< vote on a cluster: thermometer broken
+  undecided     ///< vote on a cluster: unknown fault
 };
 [[nodiscard]] const char* name(AlarmKind kind);
 
-/// Cluster means of the axes in a healthy record. The limits of the cumulative sums are learnt from them.
+/// Cluster means of the axes in a record without faults. The limits of the cumulative sums are learnt from them.
 struct HealthyRates {
   std::vector<std::string> names;
-  /// Clusters × axes, less the Earth's rate where it is known. Missing means are NaN.
+  /// Clusters × axes, less the Earth rate if it is known. Missing means are NaN.
   Eigen::MatrixXd departures_deg_per_h;
-  bool at_rest = false;  ///< the Earth's rate is known
+  /// The Earth rate is known and subtracted.
+  bool at_rest = false;
 };
 
 /// The limit of a cumulative sum.
 struct SumLimit {
-  std::string kind{};    ///< name of its AlarmKind
-  double limit{};        ///< standard deviations
-  double white_limit{};  ///< if innovations were white
-  bool learnt{};         ///< a healthy record gave it
+  /// Name of the AlarmKind.
+  std::string kind{};
+  double limit{};  ///< standard deviations
+  /// Limit that would apply to white innovations.
+  double white_limit{};
+  /// The limit was learnt from a healthy record.
+  bool learnt{};
 };
 
 void describe(auto& form, Like<SumLimit> auto& sum) {
@@ -58,15 +68,20 @@ void describe(auto& form, Like<SumLimit> auto& sum) {
   form("learnt", sum.learnt);
 }
 
-/// Something is at fault, as far as is known then.
+/// A detected fault.
 struct Alarm {
   AlarmKind kind{};
-  double at_s{};            ///< when it was said, since the run started
-  double since_s{};         ///< when it began, likeliest
-  double until_s{};         ///< of the last one of its kind in a row
-  std::string who{};        ///< the axis or thermometer; empty if it cannot be told
-  double size{};            ///< of its fault, °/h or K; 0 if it is nobody's
-  std::string statement{};  ///< in words
+  /// Time of detection since the start of the run.
+  double at_s{};
+  /// Most likely beginning of the fault.
+  double since_s{};
+  /// Time of the last alarm of the series.
+  double until_s{};
+  /// Name of the axis or thermometer; empty if unknown.
+  std::string who{};
+  /// Size of the fault, °/h or K.
+  double size{};
+  std::string statement{};
 };
 
 void describe(auto& form, Like<Alarm> auto& alarm) {
@@ -80,22 +95,24 @@ void describe(auto& form, Like<Alarm> auto& alarm) {
   form("statement", alarm.statement);
 }
 
-/// A hop of an axis in a sequence of vectors whose slow wander is tracked away: each number of a vector has a bias
-/// tracker of its own, and the innovations, each over its standard deviation, are white and go through a
-/// fusion::ChangeDetector. After an alarm the trackers begin anew, so that a hop is told once.
+/// Detects a hop of an axis in a sequence of vectors. A bias tracker per component removes slow drift; the innovations,
+/// divided by their standard deviations, are white and go through a fusion::ChangeDetector. After an alarm the trackers
+/// restart, so that a hop is reported once.
 class HopWatch {
  public:
-  /// `spaces`: of each number of a vector. `effects`: what a hop of each candidate by 1 °/h does to it, a column each.
+  /// `spaces` has one state space per component of a vector. `effects` has one column per candidate: the vector that a
+  /// hop of 1 °/h causes.
   [[nodiscard]] static Result<HopWatch> make(AlarmKind kind, const std::vector<std::string>& candidates,
                                              const Eigen::MatrixXd& effects,
                                              const std::vector<tracking::StateSpace>& spaces,
                                              const WatchOptions& options);
-  /// The vector of the cluster that ended at `end_s`; one with a NaN passes unseen, but the trackers grow unsure. A
-  /// cluster that is missing is to be pushed as NaN.
+  /// Takes the vector of the cluster that ended at `end_s`. A vector with a NaN is not tested, but the trackers'
+  /// uncertainty grows. Push NaN for a missing cluster.
   [[nodiscard]] std::optional<Alarm> push(const Eigen::VectorXd& vector, double end_s);
 
-  /// Tracks the vectors of a healthy record, a row per cluster, and takes the limit of the sum from their innovations
-  /// (fusion::limit_of_healthy). The limit remains as it is if there are too few. Call it before the first push().
+  /// Tracks the vectors of a healthy record, one row per cluster, and computes the limit of the sum from their
+  /// innovations (fusion::limit_of_healthy). The limit is unchanged if there are too few. Call it before the first
+  /// push().
   void learn_limit(const Eigen::MatrixXd& healthy);
   [[nodiscard]] SumLimit limit() const;
 
@@ -115,27 +132,30 @@ class HopWatch {
   fusion::ChangeDetector detector_;
   double white_limit_{};
   bool learnt_ = false;
-  Eigen::MatrixXd effects_;        ///< of one °/h
-  fusion::FaultTest innovations_;  ///< the same, of innovations once the trackers have settled
-  std::deque<Seen> recent_;        ///< vectors without a NaN, the oldest first
+  /// Effects of a hop of 1 °/h.
+  Eigen::MatrixXd effects_;
+  /// Effects on the innovations of settled trackers.
+  fusion::FaultTest innovations_;
+  /// Vectors without a NaN, the oldest first.
+  std::deque<Seen> recent_;
 };
 
-/// All watches of some of the axes.
+/// All watches of a set of axes.
 class FaultWatch {
  public:
-  /// `thermometers`: of a record in which nothing was at fault; nothing: they have no vote. Axes are seen against each
-  /// other if there are four or more, and each against its own prediction if the attitude is known.
+  /// `thermometers` describes a record without faults; without it the thermometers have no vote. Axes are compared with
+  /// each other if there are four or more, and each with its own prediction if the attitude is known.
   [[nodiscard]] static Result<FaultWatch> make(const FusedAxes& axes, AxisSet set,
                                                const std::optional<fusion::ThermometerParity>& thermometers,
                                                double cluster_s, const WatchOptions& options);
 
-  /// Means of all axes (°/h) and of all thermometers (°C) over the cluster that ended at `end_s`; those of other axes
-  /// are not looked at. With a reading missing, what needs it says nothing.
+  /// Takes the means of all axes (°/h) and of all thermometers (°C) over the cluster that ended at `end_s`. Axes
+  /// outside the set are ignored. A watch reports nothing if one of its readings is missing.
   [[nodiscard]] std::vector<Alarm> push(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,
                                         double end_s);
 
   /// Learns the limits of the cumulative sums from these rates of all axes, in the order of make(). The sum at rest
-  /// learns where the Earth's rate is known. Call it before the first push().
+  /// learns only if the Earth rate is known. Call it before the first push().
   void learn_limits(const HealthyRates& healthy);
 
   [[nodiscard]] AxisSet set() const { return set_; }
@@ -143,12 +163,12 @@ class FaultWatch {
 
  private:
   struct WatchedAxes;
-  /// Watches the axes against each other if they are four or more.
+  /// Compares the axes with each other if there are four or more.
   [[nodiscard]] Result<void> watch_parity(const FusedAxes& axes, const WatchedAxes& watched);
-  /// Watches each axis against its own prediction if the attitude is known.
+  /// Compares each axis with its own prediction if the attitude is known.
   [[nodiscard]] Result<void> watch_at_rest(const FusedAxes& axes, const fusion::Geometry& geometry,
                                            const WatchedAxes& watched);
-  /// Makes axes and thermometers the voters, unless the thermometers are of another record.
+  /// Makes axes and thermometers the voters, unless the thermometers belong to another record.
   void set_voters(const FusedAxes& axes, const std::vector<std::string>& names,
                   const fusion::ThermometerParity& thermometers, const Eigen::MatrixXd& whitening);
   [[nodiscard]] std::optional<Alarm> voted(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,
@@ -158,20 +178,23 @@ class FaultWatch {
   double cluster_s_{};
   WatchOptions options_;
   std::vector<Eigen::Index> in_;
-  Eigen::VectorXd expected_;  ///< of those axes at rest; empty: not known
-  Eigen::MatrixXd parity_;    ///< V of cluster means; no row: no parity
+  /// Expected rates of the axes at rest; empty if unknown.
+  Eigen::VectorXd expected_;
+  /// Parity matrix V of cluster means; without rows if there is no parity.
+  Eigen::MatrixXd parity_;
   std::optional<HopWatch> rest_, hops_;
   std::optional<fusion::Voters> voters_;
-  std::vector<Eigen::Index> voting_thermometers_;  ///< columns of the temperatures
+  /// Columns of the voting thermometers in the temperatures.
+  std::vector<Eigen::Index> voting_thermometers_;
 };
 
-/// Learns how thermometers agree from the axes of a record in which nothing is at fault: of those that a model asks for
-/// or that have a gradient, cluster means; as many ways to move as principal components stand out of what is not known
-/// of a thermometer, and two fewer than there are thermometers at the most. Fails as thermometer_parity_of() does.
+/// Learns the normal relations of thermometers from cluster means of a record without faults. It includes the
+/// thermometers that a model uses with a slope. The number of modes is that of the principal components that exceed the
+/// uncertainty of a thermometer, at most two fewer than the thermometers. Fails like thermometer_parity_of().
 [[nodiscard]] Result<fusion::ThermometerParity> healthy_thermometers(const FusedAxes& healthy, double cluster_s);
 
-/// Means of rows of a second each over clusters of the record; a row that is NaN makes its cluster's mean NaN, and a
-/// cluster in which a second is missing is not there.
+/// Means of one-second rows over the clusters of a record. A NaN row makes its cluster's mean NaN. Clusters with a
+/// missing second are omitted.
 struct ClusterMeans {
   Eigen::VectorXd end_s;
   Eigen::MatrixXd mean;

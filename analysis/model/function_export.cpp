@@ -11,7 +11,7 @@
 namespace gyrotherm::model {
 namespace {
 
-// What the additions of a sum lose is kept beside it, since weights of thousands cancel.
+// The rounding errors of a sum are accumulated separately (compensated summation), since weights of thousands cancel.
 constexpr const char* kAdd = R"(/* Adds a term; what the sum loses goes to its rest. */
 static double added(double sum, double term, double *rest) {
   const double next = sum + term;
@@ -38,7 +38,7 @@ static double function_of(const double z[], const double bounded[]) {
 }
 )";
 
-// Lengths are in the centres already.
+// The centres are already divided by the lengths.
 constexpr const char* kGaussians = R"(/* sum of weight * exp(narrowness * |@scaled@ - centre|^2), and a constant */
 @tables@
 static double function_of(const double z[], const double bounded[]) {

@@ -44,8 +44,8 @@ Result<void> check_axis(const CompensatedAxis& axis) {
   return {};
 }
 
-/// The whole rate: what was removed is put back. Unknown where the unit was turned around, for its axes then point
-/// elsewhere.
+/// Returns the whole rate, with the removed Earth rate added back. NaN where the unit was turned around, because its
+/// axes then have other directions.
 Eigen::VectorXd whole_rate(const data::Dataset& dataset) {
   Eigen::VectorXd rate = dataset.bias_deg_per_h.array() + dataset.earth_rate_deg_per_h.value_or(0);
   for (Eigen::Index i = 0; i < rate.size(); ++i) {
@@ -55,7 +55,7 @@ Eigen::VectorXd whole_rate(const data::Dataset& dataset) {
   return rate;
 }
 
-/// Compensates axis `a` of them, in blocks, so that a long record needs no second copy of itself.
+/// Compensates axis `a` in blocks, so that a long record needs no second copy of itself.
 Result<void> compensate(FusedAxes& fused, Eigen::Index a, const CompensatedAxis& axis, Outside outside) {
   auto stream = CompensationStream::open(axis.model, axis.dataset.thermometers, outside);
   if (!stream) return failure(stream.error());
@@ -88,14 +88,16 @@ void add_thermometers(FusedAxes& fused, const std::vector<CompensatedAxis>& axes
   }
 }
 
-/// The slopes of all axes to all thermometers, °/h per K, at the clusters that all axes have.
+/// Slopes of all axes to all thermometers, °/h per K, at the clusters that all axes share.
 struct Slopes {
-  std::vector<Eigen::MatrixXd> of;  ///< per thermometer: clusters × axes
+  /// One matrix per thermometer: clusters × axes.
+  std::vector<Eigen::MatrixXd> of;
 };
 
 Result<Slopes> slopes_of(const FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
   std::vector<data::Clusters> clusters;
-  std::map<double, std::size_t> axes_at;  // start of a cluster → how many axes have it
+  // Number of axes that have a cluster with this start.
+  std::map<double, std::size_t> axes_at;
   for (const CompensatedAxis& axis : axes) {
     auto made = data::make_clusters(axis.dataset, axis.model.cluster_length_s);
     if (!made) return failure(made.error());
@@ -113,7 +115,7 @@ Result<Slopes> slopes_of(const FusedAxes& fused, const std::vector<CompensatedAx
       if (axes_at[clusters[a].start_s(k)] == axes.size()) rows.push_back(k);
     for (std::size_t t = 0; t < clusters[a].thermometers.size(); ++t) {
       const auto at = std::ranges::find(fused.thermometers, clusters[a].thermometers[t]) - fused.thermometers.begin();
-      if (at == std::ssize(fused.thermometers)) continue;  // the unit's own
+      if (at == std::ssize(fused.thermometers)) continue;
       slopes.of[static_cast<std::size_t>(at)].col(static_cast<Eigen::Index>(a)) =
           (*found)(rows, static_cast<Eigen::Index>(t));
     }
@@ -121,7 +123,7 @@ Result<Slopes> slopes_of(const FusedAxes& fused, const std::vector<CompensatedAx
   return slopes;
 }
 
-/// What is said of a thermometer by the first model that asks for it, K.
+/// Uncertainty of a thermometer in the first model that uses it, K.
 struct ThermometerBudget {
   double drift_k{}, calibration_k{};
 };
@@ -167,8 +169,8 @@ Eigen::Vector3d points(const record::GyroUncertainty& known) {
   return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), -std::sin(elevation)};
 }
 
-/// Returns the physical tilt, degrees, that makes the Earth's rates of axes without a fixture's angles as uncertain as
-/// their rows: √(Σ(c u)²/Σ c²). One axis alone does not suffice, since its slope may vanish.
+/// Returns the tilt, degrees, that gives the Earth rates of axes without a fixture's angles the same uncertainty as
+/// their rows: √(Σ(c u)²/Σ c²). A single axis is not sufficient, since its slope may vanish.
 double common_tilt_deg(const std::vector<const BudgetRow*>& rows) {
   double rates = 0, slopes = 0;
   for (const BudgetRow* row : rows) {
@@ -178,8 +180,8 @@ double common_tilt_deg(const std::vector<const BudgetRow*>& rows) {
   return slopes > 0 ? std::sqrt(rates / slopes) : 0;
 }
 
-/// Puts the recorded or assumed uncertainties of the fixture's angles into its attitude. Elevation turns it about its
-/// own horizontal axis, roll about its x.
+/// Adds the recorded or assumed uncertainties of the fixture's angles to its attitude. Elevation rotates it about its
+/// own horizontal axis, roll about its x axis.
 void add_angles(fusion::Attitude& attitude, const std::vector<CompensatedAxis>& axes) {
   std::vector<const BudgetRow*> tilts;
   std::vector<std::vector<BudgetRow>> all;
@@ -206,7 +208,7 @@ void add_angles(fusion::Attitude& attitude, const std::vector<CompensatedAxis>& 
   }
 }
 
-/// Nothing where the record does not know how its axes stand.
+/// Returns no attitude if the record does not state the orientation of its axes.
 Result<std::optional<fusion::Attitude>> attitude_of(const FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
   fusion::Attitude attitude;
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -230,8 +232,8 @@ Result<std::optional<fusion::Attitude>> attitude_of(const FusedAxes& fused, cons
   return std::optional(attitude);
 }
 
-/// Adds the uncertainties of the training: latitude, azimuth, elevation and roll of the fixture move all axes together,
-/// each by its own row; direction, tilt and scale factor belong to one axis.
+/// Adds the uncertainties of the training. Latitude, azimuth, elevation and roll of the fixture affect all axes
+/// together, each through its own row; direction, tilt and scale factor belong to one axis.
 void add_training(FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
   for (const Source source : {Source::latitude, Source::azimuth, Source::fixture_elevation, Source::fixture_roll}) {
     Eigen::VectorXd column = Eigen::VectorXd::Zero(fused.axes());
@@ -297,11 +299,11 @@ FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s)
     const Model& model = axes.models[static_cast<std::size_t>(a)];
     const Budget& budget = model.uncertainty->budget;
     const Budget over = at_averaging(budget, averaging_s);
-    // A prediction is of a trailing mean: what thermometers add is as large in a second as in that.
+    // Predictions use trailing means, so that the noise of the thermometers does not grow below the cluster length.
     const Budget over_mean = at_averaging(budget, std::max(averaging_s, model.cluster_length_s));
     for (std::size_t row = 0; row < over.rows.size(); ++row) {
       const Source source = over.rows[row].source;
-      if (source == Source::counting) continue;  // that of this record's pulses comes below
+      if (source == Source::counting) continue;  // added below, for this record
       const double variance = std::pow(contribution_deg_per_h(over.rows[row]), 2);
       if (source == Source::angle_random_walk) result.noise(a) += variance;
       if (source == Source::thermometer_noise)
@@ -312,7 +314,7 @@ FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s)
       if (is_noise || is_shared || differs(source) == Differs::never) continue;
       result.bias(a, a) += variance;
     }
-    // The ends of a count are off by up to half a step each, uniformly: together by 1/√6 of a step.
+    // Each end of a count is uniformly off by up to half a step: together by 1/√6 of a step.
     constexpr double kTwoEnds = 6;
     result.noise(a) += std::pow(axes.step_deg_per_h[static_cast<std::size_t>(a)] / averaging_s, 2) / kTwoEnds;
   }

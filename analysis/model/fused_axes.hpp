@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The axes of one record, each compensated by its own model, as fusion takes them: where they point, what they read in
-/// each second, and how uncertain that is, each by itself and together with the others.
+/// The axes of one record as input of the fusion, each compensated by its own model: directions, readings in each
+/// second, and their uncertainties and covariances.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@
 
 namespace gyrotherm::model {
 
-/// Some of the axes: a bit for each, the first the lowest.
+/// A set of axes: one bit per axis, the lowest for the first.
 using AxisSet = std::uint64_t;
 
 /// One axis of a record, and the model that compensates it.
@@ -26,70 +26,78 @@ struct CompensatedAxis {
   Model model;
 };
 
-/// Axes of one record, second by second. Rows are seconds, or thermometers of all axes together.
+/// Axes of one record, second by second. Thermometers are those of all axes together.
 struct FusedAxes {
   bool simulated{};
   std::string run_id{}, profile_name{};
   std::vector<record::RunInfo::SegmentInfo> segments{};
-  Eigen::VectorXd time_s{};  ///< since the run started
+  Eigen::VectorXd time_s{};  ///< since the run's start
   Eigen::VectorXi segment{};
   std::vector<std::string> names{};  ///< "gyro", "u1.x"
-  Eigen::MatrixX3d directions{};     ///< a row per axis, in the fixture
-  /// Seconds × axes: the whole rate, the Earth's in it, less what each axis's model predicts from the trailing means of
-  /// its thermometers; NaN where that is not known, and while people had the unit or it was turned around.
+  Eigen::MatrixX3d directions{};     ///< one row per axis
+  /// Seconds × axes: the whole rate, including the Earth rate, less the prediction of each axis's model from the
+  /// trailing means of its thermometers. NaN where that is unknown, while an operator handled the unit, and while it
+  /// was turned around.
   Eigen::MatrixXd rate_deg_per_h{};
   std::vector<std::string> thermometers{};
-  Eigen::MatrixXd temperature_c{};                ///< seconds × thermometers
-  std::vector<double> thermometer_in_a_year_k{};  ///< how well each is known in a year of use
+  Eigen::MatrixXd temperature_c{};  ///< seconds × thermometers
+  /// Uncertainty of each thermometer after a year of use.
+  std::vector<double> thermometer_in_a_year_k{};
   /// Axes × thermometers: mean slope of each model over the record.
   Eigen::MatrixXd sensitivity_deg_per_h_per_k{};
-  std::vector<Model> models{};           ///< of each axis; each has its uncertainty
-  std::vector<double> step_deg_per_h{};  ///< of each axis: one pulse in a second
-  /// Covariance, (°/h)², of what thermometers do to the axes between training and this run.
+  /// Models of the axes; each has an uncertainty.
+  std::vector<Model> models{};
+  /// Quantisation of each axis: one pulse in a second.
+  std::vector<double> step_deg_per_h{};
+  /// Covariance that the thermometers' drift between training and this run causes, (°/h)².
   Eigen::MatrixXd by_thermometer_drift{};
-  Eigen::MatrixXd learnt{};  ///< … of what training and use have in common: certificates, angles, scale factors
-  std::optional<fusion::Attitude> attitude{};  ///< where the record knows latitude and azimuths
-  /// The axes with an input beyond the trained range, per second.
+  /// Covariance of the errors that training and use share: certificates, angles, scale factors, (°/h)².
+  Eigen::MatrixXd learnt{};
+  /// Attitude of the fixture, if latitude and azimuths are known.
+  std::optional<fusion::Attitude> attitude{};
+  /// Axes with an input outside the trained range, per second.
   std::vector<AxisSet> outside{};
-  /// Seconds × axes: the variance, (°/h)², that is added to an axis outside, widening() of its model's form; 0 inside.
+  /// Seconds × axes: variance that is added to an axis outside, (°/h)², widening() times its model form; 0 inside.
   Eigen::MatrixXd widening{};
-  std::vector<std::string> warnings{};  ///< a model of another gyro
+  std::vector<std::string> warnings{};
   [[nodiscard]] Eigen::Index axes() const { return directions.rows(); }
 };
 
-/// Compensates the axes as CompensationStream does, causally and with the seconds that are missing, and asks their
-/// models for how uncertain that is. What a thermometer that axes share does to them together is the mean over the
-/// record of the products of their slopes: signed, so that what two axes have in common is neither lost nor taken
-/// twice. The attitude is the rotation that turns the directions into the azimuths and elevations that the record says
-/// (Wahba's problem by a singular value decomposition; Markley, J. Astronaut. Sci. 36 (1988) 245).
+/// Compensates the axes like CompensationStream, causally and with gaps, and collects their models' uncertainties. The
+/// covariance that a shared thermometer causes between axes is the mean over the record of the products of their signed
+/// slopes, so that common effects are neither lost nor counted twice. The attitude is the rotation of the directions
+/// into the recorded azimuths and elevations (Wahba's problem by a singular value decomposition; Markley, J. Astronaut.
+/// Sci. 36 (1988) 245).
 ///
-/// Fails with usage if there are more than 64 axes, samples are not one a second, an axis has no direction, a model no
-/// uncertainty or is of another axis of the unit, or the Earth's rate on an axis is not known; if directions and angles
-/// of a record do not fit each other; and as CompensationStream and make_clusters do. It does not ask for three axes:
-/// geometry_of() does.
+/// Fails with usage if there are more than 64 axes, if samples are not one per second, if an axis has no direction, if
+/// a model has no uncertainty or belongs to another axis of the unit, if the Earth rate on an axis is unknown, or if
+/// directions and angles of a record are inconsistent. Also fails like CompensationStream and make_clusters. Fewer than
+/// three axes are permitted here; geometry_of() rejects them.
 [[nodiscard]] Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes,
                                            Outside outside = Outside::continued);
 
-/// What makes a mean over some time uncertain, (°/h)².
+/// Components of the uncertainty of a mean over some time, (°/h)².
 struct FusedUncertainty {
-  /// Variances of what is new in each mean and of no other axis: angle random walk, steps of the pulse counter
-  /// (white where they are not; a mean of τ seconds has 1/√6 of a pulse over τ of them), noise of the thermometers.
+  /// Variances that are new in each mean and independent between axes: angle random walk, quantisation (treated as
+  /// white; a mean over τ seconds has 1/√6 of a pulse, divided by τ) and noise of the thermometers.
   Eigen::VectorXd noise;
-  Eigen::MatrixXd bias;    ///< covariance of what is slow, or another in each run: model, turn-on, thermometers' drift
-  Eigen::MatrixXd learnt;  ///< covariance of what training and use have in common, which no comparison of axes shows
+  /// Covariance of errors that are slow or differ between runs: model, turn-on, drift of the thermometers.
+  Eigen::MatrixXd bias;
+  /// Covariance of errors that training and use share. No comparison of axes shows them.
+  Eigen::MatrixXd learnt;
   [[nodiscard]] Eigen::MatrixXd differing() const { return Eigen::MatrixXd(noise.asDiagonal()) + bias; }
 };
 [[nodiscard]] FusedUncertainty uncertainty_of_means(const FusedAxes& axes, double averaging_s);
 
-/// The axes in a set, rising.
+/// Returns the axes in a set, in ascending order.
 [[nodiscard]] std::vector<Eigen::Index> members(AxisSet set);
 [[nodiscard]] std::string names_in(const FusedAxes& axes, AxisSet set);
 
-/// The geometry of some of the axes with this covariance of all of them. Fails as geometry_of() does.
+/// Returns the geometry of a set of axes; `covariance` is that of all axes. Fails like geometry_of().
 [[nodiscard]] Result<fusion::Geometry> geometry_of_set(const FusedAxes& axes, AxisSet set,
                                                        const Eigen::MatrixXd& covariance);
 
-/// The Earth's rotation in the axes of the fixture, °/h, at that attitude.
+/// Returns the Earth's rotation in the axes of the fixture, °/h, at that attitude.
 [[nodiscard]] Eigen::Vector3d earth_in_fixture(const fusion::Attitude& attitude);
 
 }  // namespace gyrotherm::model

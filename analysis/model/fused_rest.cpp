@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The second half of fused_run.hpp: a fused record against the Earth's rotation, where it is at rest.
+/// Compares a fused record at rest with the Earth's rotation (second part of fused_run.hpp).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ std::optional<RateError> error_of(const Eigen::MatrixX3d& rates, const Eigen::Ve
   return error;
 }
 
-/// The first three axes, in order, that see all directions.
+/// Returns the first three axes, in order, that span all directions.
 AxisSet first_three(const FusedAxes& axes, const Eigen::MatrixXd& covariance) {
   for (Eigen::Index a = 0; a < axes.axes(); ++a)
     for (Eigen::Index b = a + 1; b < axes.axes(); ++b)
@@ -60,14 +60,14 @@ Eigen::MatrixX3d rates_of_set(const FusedAxes& axes, AxisSet set, const Eigen::M
   return readings(Eigen::all, members(set)) * gains_of(*geometry).rate.transpose();
 }
 
-/// Seconds of one stretch, and who had a part in all of them.
+/// Seconds of one period, and the axes that were fused in nearly all of them.
 struct Stretch {
   std::string name;
   std::vector<Eigen::Index> rows;
   AxisSet set{};
 };
 
-/// The last hour of each hold, in which a rate is known.
+/// Returns the last hour of each hold, restricted to seconds with a rate.
 std::vector<Stretch> stretches_of(const FusedAxes& axes, const FusedRun& run) {
   constexpr std::size_t kFewest = 600;
   std::vector<Stretch> stretches;
@@ -80,7 +80,7 @@ std::vector<Stretch> stretches_of(const FusedAxes& axes, const FusedRun& run) {
     const auto quiet = static_cast<std::size_t>(data::kQuietSeconds);
     if (stretch.rows.size() > quiet) stretch.rows.erase(stretch.rows.begin(), stretch.rows.end() - data::kQuietSeconds);
     if (stretch.rows.size() < kFewest) continue;
-    // One second that contradicts itself does not take an axis from the stretch.
+    // A few contradictory seconds do not remove an axis from the period.
     std::size_t fewest = 0;
     for (Eigen::Index a = 0; a < axes.axes(); ++a) {
       const auto has = [&](Eigen::Index row) {
@@ -96,7 +96,7 @@ std::vector<Stretch> stretches_of(const FusedAxes& axes, const FusedRun& run) {
   return stretches;
 }
 
-/// The rate in a frame that is level, whose first axis heads as the fixture's does and whose third points down.
+/// Returns the rate in a level frame: the first axis has the fixture's heading, the third points down.
 fusion::FusedRate levelled(const fusion::FusedRate& rate, const fusion::Attitude& attitude, double heading_deg) {
   const Eigen::Matrix3d turn = fusion::level_fixture(heading_deg).transpose() * attitude.to_local;
   return {turn * rate.deg_per_h, turn * rate.covariance * turn.transpose()};
@@ -128,7 +128,7 @@ void add_estimate(RestStretch& rest, const fusion::RestEstimate& estimate, doubl
   rest.limit = data::chi_squared_limit(false_alarm_probability, static_cast<double>(estimate.bias_deg_per_h.size()));
 }
 
-/// Nothing if the axes of the stretch do not see all directions.
+/// Returns no value if the axes of the period do not span all directions.
 std::optional<RestStretch> rest_of(const FusedAxes& axes, const Stretch& stretch, const FusionOptions& options) {
   const fusion::Attitude& attitude = *axes.attitude;
   const std::vector<Eigen::Index> in = members(stretch.set);
@@ -164,7 +164,8 @@ std::optional<RestStretch> rest_of(const FusedAxes& axes, const Stretch& stretch
   return rest;
 }
 
-/// Of nobody: what readings and priors say against each other, each axis explains with the turn.
+/// Raises an alarm without an axis: each axis could explain the contradiction of readings and priors together with a
+/// rotation.
 void alarm_at(const RestStretch& rest, std::vector<Alarm>& alarms) {
   if (rest.bias_deg_per_h.empty() || rest.statistic <= rest.limit) return;
   alarms.push_back({.kind = AlarmKind::rest,
@@ -176,7 +177,8 @@ void alarm_at(const RestStretch& rest, std::vector<Alarm>& alarms) {
                                              rest.statistic, rest.bias_deg_per_h.size(), rest.limit, rest.name)});
 }
 
-/// The share of the components of means over clusters that lie within U of the axes that made their last second.
+/// Returns the share of the components of cluster means within U. U is that of the axes that formed the last second of
+/// the cluster.
 std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty& uncertainty,
                                    const Eigen::MatrixXd& weighed_by, const ClusterMeans& means, const FusedRun& run) {
   const Eigen::RowVector3d earth = earth_in_fixture(*axes.attitude).transpose();

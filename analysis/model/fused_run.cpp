@@ -17,25 +17,26 @@ namespace {
 
 constexpr double kNotFused = std::numeric_limits<double>::quiet_NaN();
 
-/// What fuses a set of axes in one second; computed when that set is met for the first time.
+/// Gains, parity test and covariance of a set of axes for one second. Computed when the set occurs for the first time.
 struct SetOfAxes {
   fusion::Gains gains;
   fusion::FaultTest test;
-  /// The covariance of the rate vector, with the part that training and use share, (°/h)².
+  /// The covariance of the rate vector, (°/h)², including the errors that training and use share.
   Eigen::Matrix3d covariance;
 };
 
-/// Returns U of the rate vector's components, °/h, with this variance added to each axis.
+/// Returns U of the rate vector's components, °/h, with the variance `added` added to each axis.
 Eigen::RowVector3d expanded(const SetOfAxes& set, const Eigen::VectorXd& added) {
   const Eigen::Matrix3d covariance = set.covariance + set.gains.rate * added.asDiagonal() * set.gains.rate.transpose();
   return kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
 }
 
+/// Cache of the fusion of each set of axes.
 class Sets {
  public:
   Sets(const FusedAxes& axes, double averaging_s)
       : axes_(axes), second_(uncertainty_of_means(axes, 1)), averaged_(uncertainty_of_means(axes, averaging_s)) {}
-  /// Null if these axes do not span space.
+  /// Returns null if these axes do not span all directions.
   const SetOfAxes* operator()(AxisSet set) {
     const auto [at, is_new] = known_.try_emplace(set);
     if (is_new) at->second = made(set);
@@ -69,7 +70,7 @@ AxisSet finite_in(const Eigen::Ref<const Eigen::VectorXd>& readings) {
   return set;
 }
 
-/// Goes through a record; keeps who is left out.
+/// Fuses a record second by second and keeps the set of axes that are left out.
 class Fusing {
  public:
   Fusing(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
@@ -94,7 +95,8 @@ class Fusing {
   fusion::TestOptions test_;
   std::optional<FaultWatch> watch_;
   AxisSet all_{}, left_out_{};
-  int other_set_{};  ///< clusters in a row, but those with no axis, whose axes are not those that are watched
+  /// Consecutive clusters with axes other than the watched ones. Clusters without any axis do not count.
+  int other_set_{};
 };
 
 Result<void> Fusing::second(Eigen::Index row) {
@@ -132,7 +134,8 @@ Result<void> Fusing::second(Eigen::Index row) {
   return {};
 }
 
-/// One of the same kind and of the same axis that follows another is told with it.
+/// Records an alarm. An alarm of the same kind and axis as an earlier one, at most `within_s` after it, extends that
+/// one.
 void Fusing::note(Alarm alarm, double within_s) {
   auto& alarms = run_.summary.alarms;
   const auto last = std::find_if(alarms.rbegin(), alarms.rend(), [&](const Alarm& before) {
@@ -161,7 +164,7 @@ Result<void> Fusing::cluster(const Eigen::VectorXd& rates, const Eigen::RowVecto
   }
   if (!watch_) return {};
   std::vector<Alarm> alarms = watch_->push(rates, temperatures, end_s);
-  // A vote knows more than a sum: it is heard first.
+  // A vote against a thermometer is more reliable than a sum and is handled first.
   std::ranges::stable_partition(alarms, [](const Alarm& alarm) { return alarm.kind == AlarmKind::thermometer; });
   for (Alarm& alarm : alarms) {
     doubt(alarm);
@@ -171,7 +174,8 @@ Result<void> Fusing::cluster(const Eigen::VectorXd& rates, const Eigen::RowVecto
   return {};
 }
 
-/// A sum sees axes alone: what it says while the thermometers are voted to be at fault is a hop of nobody.
+/// Clears the axis of a sum's alarm while the vote holds a thermometer at fault: a sum monitors axes alone and would
+/// blame the wrong one.
 void Fusing::doubt(Alarm& alarm) const {
   if (alarm.kind != AlarmKind::rest_hop && alarm.kind != AlarmKind::parity_hop) return;
   const auto& alarms = run_.summary.alarms;
@@ -184,8 +188,8 @@ void Fusing::doubt(Alarm& alarm) const {
   alarm.statement += "; not believed, since a thermometer is voted to be at fault";
 }
 
-/// The mean square of the error of a rate vector of these axes, if each is off by so much; infinite if they do not see
-/// all directions.
+/// Returns the mean square error of a rate vector of these axes when each is off by `off_deg_per_h`; infinite if they
+/// do not span all directions.
 double mean_square_error(const FusedAxes& axes, AxisSet set, const Eigen::MatrixXd& covariance,
                          const Eigen::VectorXd& off_deg_per_h) {
   const auto geometry = geometry_of_set(axes, set, covariance);
@@ -239,7 +243,7 @@ void summarise_axes(const FusedAxes& axes, FusedRun& run) {
   }
 }
 
-/// The rates where their models' budgets speak, and NaN elsewhere.
+/// Returns the rates, with NaN where an input is outside the trained range and the model's budget does not apply.
 Eigen::MatrixXd rates_inside(const FusedAxes& axes) {
   Eigen::MatrixXd rates = axes.rate_deg_per_h;
   for (Eigen::Index row = 0; row < rates.rows(); ++row)
@@ -247,7 +251,7 @@ Eigen::MatrixXd rates_inside(const FusedAxes& axes) {
   return rates;
 }
 
-/// With those that are not there, NaN, between the others: what wanders goes on wandering.
+/// Returns the means on a regular grid, with NaN for missing clusters, because a drift continues during a gap.
 ClusterMeans with_missing(const ClusterMeans& means, double cluster_s) {
   if (means.end_s.size() == 0) return means;
   const double first = means.end_s(0);
@@ -306,7 +310,7 @@ Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::Thermom
   const ClusterMeans rates = means_of(rates_inside(axes)), temperatures = means_of(axes.temperature_c);
   Fusing fusing(axes, thermometers, options, run);
   Eigen::Index cluster = 0;
-  // A cluster is watched once its last second has been fused.
+  // A cluster is watched after its last second has been fused.
   const auto watch_until = [&](double now_s) -> Result<void> {
     for (; cluster < rates.end_s.size() && rates.end_s(cluster) <= now_s; ++cluster) {
       const auto watched =

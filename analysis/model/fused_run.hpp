@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A record of many axes fused: a rate vector a second, who was left out of it and why, and what the Earth's rotation
-/// says of it at rest.
+/// Fusion of a record of many axes: a rate vector per second, the axes left out of it and the reason, and the
+/// comparison with the Earth's rotation at rest.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,27 +18,34 @@
 namespace gyrotherm::model {
 
 inline constexpr const char* kFusionSchema = "gyrotherm-fusion/1";
-inline constexpr double kFusionCoverage = 2;  ///< k of every U of a fused rate
+inline constexpr double kFusionCoverage = 2;  ///< k of every U
 
 struct FusionOptions {
   WatchOptions watch;
-  bool leave_out = true;  ///< an axis that was named, from then on; a second that contradicts itself loses one anyway
+  /// Leaves a named axis out from then on. A second whose axes contradict each other loses one in any case.
+  bool leave_out = true;
   double cluster_s = 100;
-  double averaging_s = 100;  ///< means that axes are weighed for
-  /// The limits of the cumulative sums are learnt from these if the axes are the same; else they are those of white
-  /// noise.
+  /// Averaging time of the means that the axes are weighted for.
+  double averaging_s = 100;
+  /// Limits of the cumulative sums are learnt from these rates if the axes are the same; otherwise they are those of
+  /// white noise.
   std::optional<HealthyRates> healthy = std::nullopt;
 };
 
-/// One axis as it went in.
+/// Inputs, uncertainty and use of one axis.
 struct FusedAxisSummary {
   std::string name{}, inputs{}, method{};
   std::vector<double> direction{};
-  double second_std_deg_per_h{};  ///< u of a second, without what training and use have in common
-  double hour_std_deg_per_h{};    ///< u of a mean over 1 h, with it
-  double error_rms_deg_per_h{};   ///< at rest: of cluster means less the Earth's rate on it; NaN: not known
-  std::int64_t outside_s{};       ///< seconds with an input beyond the trained range
-  std::int64_t left_out_s{};      ///< seconds in which it had no part in the rate
+  /// Standard uncertainty of a second, without the errors that training and use share.
+  double second_std_deg_per_h{};
+  /// Standard uncertainty of a mean over 1 h, with those errors.
+  double hour_std_deg_per_h{};
+  /// Error at rest: cluster means less the Earth rate on the axis; NaN if unknown.
+  double error_rms_deg_per_h{};
+  /// Seconds with an input outside the trained range.
+  std::int64_t outside_s{};
+  /// Seconds in which the axis was left out of the rate.
+  std::int64_t left_out_s{};
 };
 
 void describe(auto& form, Like<FusedAxisSummary> auto& axis) {
@@ -63,20 +70,24 @@ void describe(auto& form, Like<RateVector> auto& rate) {
   form("U_deg_per_h", rate.expanded_deg_per_h);
 }
 
-/// A stretch at rest, and what the Earth's rotation says of it. Uncertainties are standard ones but for U.
+/// A period at rest, compared with the Earth's rotation. Uncertainties other than U are standard uncertainties.
 struct RestStretch {
-  std::string name{};  ///< of the segment
+  std::string name{};
   double start_s{}, end_s{};
   RateVector rate{};
-  std::vector<double> residual_deg_per_h{};      ///< the rate less the Earth's, in the fixture
-  std::optional<double> heading_deg{};           ///< of the fixture's x axis, from north over east
+  /// The rate less the Earth's rotation, in the fixture.
+  std::vector<double> residual_deg_per_h{};
+  /// Heading of the fixture's x axis, from north over east.
+  std::optional<double> heading_deg{};
   std::optional<double> heading_expanded_deg{};  ///< U, 95 %
-  std::string no_heading{};                      ///< why it could not be found
-  /// About north, east and down: how the fixture stands beside what the record says; and its standard uncertainty.
+  /// Reason for a missing heading.
+  std::string no_heading{};
+  /// Rotation of the fixture from its recorded attitude, about north, east and down, and its standard uncertainty.
   std::vector<double> turn_deg{}, turn_std_deg{};
-  std::vector<std::string> axes{};  ///< those that were fused
+  std::vector<std::string> axes{};  ///< fused axes
   std::vector<double> bias_deg_per_h{}, bias_std_deg_per_h{};
-  double statistic{}, limit{};  ///< of readings and priors against each other; χ² with a degree of freedom per axis
+  /// χ² of readings and priors against each other, with one degree of freedom per axis.
+  double statistic{}, limit{};
 };
 
 void describe(auto& form, Like<RestStretch> auto& rest) {
@@ -97,11 +108,13 @@ void describe(auto& form, Like<RestStretch> auto& rest) {
   form("chi_squared_limit", rest.limit);
 }
 
-/// The length of the error of a rate vector, of cluster means at rest against the Earth's rotation.
+/// Length of the error of the rate vector: cluster means at rest compared with the Earth's rotation.
 struct RateError {
-  double rms_deg_per_h{};         ///< √ of the mean of its square
-  double mean_deg_per_h{};        ///< length of the mean error
-  double about_mean_deg_per_h{};  ///< RMS of what is left without that
+  double rms_deg_per_h{};  ///< root mean square
+  /// Length of the mean error.
+  double mean_deg_per_h{};
+  /// RMS after subtracting the mean error.
+  double about_mean_deg_per_h{};
   std::int64_t clusters{};
 };
 
@@ -116,22 +129,32 @@ struct FusionSummary {
   bool simulated{};
   std::string run_id{}, profile{};
   std::vector<FusedAxisSummary> axes{};
-  double averaging_s{};                                             ///< means that axes are weighed for
-  double false_alarm_probability{}, false_alarms_per_h{}, limit{};  ///< limit: of pᵀp of all axes; NaN: no parity
-  std::int64_t seconds{}, fused{}, contradictions{};  ///< contradictions: seconds whose parity is above its limit
+  /// Averaging time of the means that the axes are weighted for.
+  double averaging_s{};
+  /// The limit applies to pᵀp of all axes; NaN without parity.
+  double false_alarm_probability{}, false_alarms_per_h{}, limit{};
+  /// Contradictions are seconds whose parity exceeds its limit.
+  std::int64_t seconds{}, fused{}, contradictions{};
   bool thermometers_vote{};
-  std::vector<SumLimit> sum_limits{};     ///< at the start of the run
-  double latitude_deg{};                  ///< NaN: not known, and what follows is empty
+  /// Limits at the start of the run.
+  std::vector<SumLimit> sum_limits{};
+  /// NaN if unknown; the members down to `holds` are then empty.
+  double latitude_deg{};
   std::vector<double> earth_deg_per_h{};  ///< in the fixture
   std::optional<double> said_heading_deg{};
-  std::optional<RateError> error{};         ///< of the fused rate
-  std::optional<RateError> of_all_axes{};   ///< as if none were ever left out
-  std::optional<RateError> of_three{};      ///< of the first three axes that see all directions
-  std::optional<double> within_expanded{};  ///< share of the components of cluster means within their U
-  std::optional<RestStretch> rest{};        ///< of the last hours of all holds together
+  std::optional<RateError> error{};  ///< fused rate
+  /// Error without leaving any axis out.
+  std::optional<RateError> of_all_axes{};
+  /// Error of the first three axes that span all directions.
+  std::optional<RateError> of_three{};
+  /// Share of the components of cluster means within their U.
+  std::optional<double> within_expanded{};
+  /// The last hours of all holds together.
+  std::optional<RestStretch> rest{};
   std::vector<RestStretch> holds{};
   std::vector<Alarm> alarms{};
-  std::vector<std::string> warnings{};  ///< models that may not be of these axes
+  /// Models that may belong to other axes.
+  std::vector<std::string> warnings{};
 };
 
 void describe(auto& form, Like<FusionSummary> auto& summary) {
@@ -161,49 +184,54 @@ void describe(auto& form, Like<FusionSummary> auto& summary) {
   form("warnings", summary.warnings);
 }
 
-/// What fusion made of each second.
+/// Fusion result of each second.
 struct FusedRun {
   Eigen::VectorXd time_s;
-  Eigen::MatrixX3d rate_deg_per_h;  ///< NaN where fewer than three axes are known, or they lie in a plane
-  /// U of a second, k = 2, with what training and use have in common; wider where an axis that was used had an input
-  /// beyond its trained range.
+  /// NaN where fewer than three axes are known, or where they lie in a plane.
+  Eigen::MatrixX3d rate_deg_per_h;
+  /// U of a second, k = 2, including the errors that training and use share; greater where a fused axis had an input
+  /// outside its trained range.
   Eigen::MatrixX3d expanded_deg_per_h;
-  Eigen::VectorXd statistic;      ///< pᵀp of the axes that were asked; NaN of three
-  std::vector<AxisSet> used;      ///< who made the rate; 0: nobody
-  std::vector<bool> contradicts;  ///< the statistic is above its limit
-  fusion::Geometry geometry;      ///< all axes, one second: parity
-  fusion::Geometry weights;       ///< all axes, averaging time: weights
+  /// pᵀp of the axes; NaN with three axes.
+  Eigen::VectorXd statistic;
+  std::vector<AxisSet> used;  ///< fused axes; 0: none
+  /// The statistic exceeds its limit in this second.
+  std::vector<bool> contradicts;
+  /// Geometry of all axes for one second, for the parity.
+  fusion::Geometry geometry;
+  /// Geometry of all axes for the averaging time, for the weights.
+  fusion::Geometry weights;
   FusionSummary summary;
 };
 
-/// Fuses the axes second by second, as a navigation computer would: what is known of a second comes of it and of those
-/// before. A second's axes are weighted by their uncertainty in means over `averaging_s`, without what training
-/// and use have in common: a rate is used in means, and in a second noise hides which axis is biased. Their parity is
-/// tested by the uncertainty of that second, and one that is isolated has no part in that second. Means over clusters,
-/// but those of axes with an input beyond its trained range, go through the watches (fault_watch.hpp). If one is named,
-/// axes are left out from then on as long as that makes the mean square error of the rate less: by how much each is
-/// then off is the size of its hop, or of a thermometer's fault by its model's mean slope. What a sum says within an
-/// hour of a vote against a thermometer names nobody. Alarms of one kind and of the same name that follow within an
-/// hour are one.
+/// Fuses the axes second by second, like a navigation computer: each result depends only on this second and earlier
+/// ones. Axes are weighted by their uncertainty in means over `averaging_s`, without the errors that training and use
+/// share, because a rate is used in means and the noise of one second hides which axis is biased. The parity test uses
+/// the uncertainty of the second itself; an isolated axis is left out of that second. Means over clusters go through
+/// the watches (fault_watch.hpp), except those of axes with an input outside its trained range. When a watch names an
+/// axis or a thermometer, axes are left out from then on as long as that reduces the mean square error of the rate;
+/// each axis is then assumed to be off by the size of its hop, or by the thermometer's fault times its model's mean
+/// slope. A sum's alarm within an hour of a vote against a thermometer names no axis. Alarms of one kind and name that
+/// follow within an hour are merged.
 ///
-/// At rest, in the last hour of each hold, the mean is held against the Earth's rotation: north of the rate vector,
-/// biases and turn by fusion::at_rest(); an alarm where readings and priors contradict each other. `thermometers`: as
-/// of FaultWatch. Fails as geometry_of() does.
+/// At rest, in the last hour of each hold, the mean is compared with the Earth's rotation: north from the rate vector,
+/// biases and rotation from fusion::at_rest(), and an alarm where readings and priors contradict each other.
+/// `thermometers` is passed to FaultWatch. Fails like geometry_of().
 [[nodiscard]] Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
                                     const FusionOptions& options);
 
-/// Adds to the summary of a run what the Earth's rotation says of it: the error of the rate vector over all clusters
-/// (the fixture does not move in a chamber), that of all axes and of three of them alone, and of each axis; and of the
-/// last hour of each hold, and of all of these together, rate, heading, biases and turn, and an alarm where χ² of
-/// readings and priors is above its limit. Adds nothing if the attitude is not known. A stretch counts the axes that
-/// had a part in all of the rate there.
+/// Adds the comparison with the Earth's rotation to the summary of a run. Over all clusters, since the fixture does not
+/// move in a chamber: the error of the rate vector, of all axes and of three axes alone, and of each axis. For the last
+/// hour of each hold, and for all these together: rate, heading, biases and rotation, and an alarm where χ² of readings
+/// and priors exceeds its limit. Adds nothing if the attitude is unknown. A period uses the axes that were fused during
+/// all of it.
 void judge_at_rest(const FusedAxes& axes, const FusionOptions& options, FusedRun& run);
 
-/// Returns the cluster means of the axes in a record in which nothing is at fault, without those of axes that have an
-/// input beyond its trained range.
+/// Returns the cluster means of the axes in a record without faults, with NaN for axes that have an input outside their
+/// trained range.
 [[nodiscard]] HealthyRates healthy_rates(const FusedAxes& healthy, double cluster_s);
 
-/// The summary as a file.
+/// Formats the summary as a JSON file.
 [[nodiscard]] std::string to_json(const FusionSummary& summary);
 
 }  // namespace gyrotherm::model

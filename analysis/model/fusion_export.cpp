@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The fusion of a fixture's axes as C: its gains as constants, for a navigation computer.
+/// Writes the fusion of a fixture's axes as C for a navigation computer, with its gains as constants.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -182,7 +182,7 @@ std::string rows_of(const Eigen::MatrixXd& matrix) {
   return fmt::format("{}", fmt::join(rows, ","));
 }
 
-/// Of each column of V its square, 0 where fused_without() would fail.
+/// Returns the squared norm of each column of V; 0 where fused_without() would fail.
 Eigen::RowVectorXd squares_of(const fusion::Gains& gains) {
   const Eigen::VectorXd nothing = Eigen::VectorXd::Zero(gains.rate.cols());
   Eigen::RowVectorXd squares(gains.rate.cols());
@@ -191,9 +191,9 @@ Eigen::RowVectorXd squares_of(const fusion::Gains& gains) {
   return squares;
 }
 
-/// A few readings of tens of °/h, with errors about as large as they are said to be, and what comes of them.
+/// A few readings of tens of °/h, with errors of about their stated uncertainty, and the results of fusing them.
 struct KnownFusion {
-  Eigen::MatrixXd readings, rates;  ///< a row each
+  Eigen::MatrixXd readings, rates;  ///< one row per reading
   Eigen::RowVectorXd statistics;
 };
 KnownFusion known_fusion(const fusion::Geometry& geometry, const fusion::Gains& gains) {
@@ -215,7 +215,7 @@ KnownFusion known_fusion(const fusion::Geometry& geometry, const fusion::Gains& 
   return known;
 }
 
-/// Rounding of sums of N products in double, with a hundred times to spare.
+/// Bounds on the rounding of sums of N products in double, with a margin of a hundred.
 struct Tolerances {
   double rate{}, statistic{};
 };

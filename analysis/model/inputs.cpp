@@ -16,11 +16,12 @@ namespace {
 
 using Terms = std::vector<data::Term>;
 
-/// What a word of --inputs stands for.
+/// A keyword of --inputs.
 struct Word {
   std::string_view name;
   Result<Terms> (*terms)(const data::Dataset&);
-  bool selects = false;  ///< by correlation, where no rule is given
+  /// Selects by correlation if no rule is given.
+  bool selects = false;
 };
 
 Result<void> check_gradients(const data::Dataset& dataset) {
@@ -56,7 +57,8 @@ Result<data::Term> first_temperature(const data::Dataset& dataset) {
   return failure(FaultKind::usage, dataset.path, "there is no temperature: it has no gradient thermometer");
 }
 
-/// As multi-point-t is to multi-point: what the temperature gains apart from what the points gain.
+/// Returns the three-point terms and the temperature. Like multi-point-t, this separates the effect of the temperature
+/// from that of the points.
 Result<Terms> three_points_and_temperature(const data::Dataset& dataset) {
   auto terms = three_points(dataset);
   if (!terms) return terms;
@@ -66,7 +68,7 @@ Result<Terms> three_points_and_temperature(const data::Dataset& dataset) {
   return terms;
 }
 
-/// A term of each gradient thermometer.
+/// Returns one term per gradient thermometer.
 template <data::Term (*make)(std::string)>
 Result<Terms> of_each(const data::Dataset& dataset) {
   Terms terms;
@@ -74,7 +76,7 @@ Result<Terms> of_each(const data::Dataset& dataset) {
   return terms;
 }
 
-/// Those with the first, or none of a single thermometer.
+/// Returns the differences with the first thermometer; none if there is a single one.
 Terms differences_if_any(const data::Dataset& dataset) { return differences_with_the_first(dataset).value_or(Terms{}); }
 
 Result<Terms> polynomial(const data::Dataset& dataset) {
@@ -104,7 +106,7 @@ Result<Terms> physics(const data::Dataset& dataset) {
   });
 }
 
-/// A fast time constant of a gyro's block and a slow one; the slowest of the reference simulation's is 46 min.
+/// A fast and a slow time constant of a gyro's block, s. The slowest of the reference simulation is 46 min.
 constexpr std::array kTimeConstantsS = {600, 2400};
 
 Result<Terms> thermal_history(const data::Dataset& dataset) {
@@ -118,7 +120,8 @@ Result<Terms> thermal_history(const data::Dataset& dataset) {
   });
 }
 
-/// Among which a state-space model finds its own: octaves from less than the fastest body of a gyro to five hours.
+/// Time constants from which a state-space model selects, s: octaves from below the fastest body of a gyro to five
+/// hours.
 constexpr std::array kBankS = {300, 600, 1200, 2400, 4800, 9600, 19200};
 
 Result<Terms> lag_bank(const data::Dataset& dataset) {
@@ -168,7 +171,8 @@ bool is_input(std::string_view part, const data::Dataset& dataset) {
   return std::ranges::count(kWords, part, &Word::name) > 0 || data::parse_term(part, dataset.thermometers);
 }
 
-/// At commas; and at '+' where what lies between two commas is no input as it stands, since a name may hold a '+'.
+/// Splits at commas, and at '+' only where the text between two commas is not an input itself, since a name may contain
+/// '+'.
 std::vector<std::string_view> parts_of(std::string_view inputs, const data::Dataset& dataset) {
   std::vector<std::string_view> parts;
   for (const std::string_view part : split_at(',', inputs)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The lags of an exported model: what its C program keeps for them.
+/// Writes the lags of an exported model: the state of its C program for them.
 #include <fmt/format.h>
 
 #include <cstddef>

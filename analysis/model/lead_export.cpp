@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The lag of an exported model's stream, and the extrapolation by it.
+/// Writes the extrapolation of an exported model's stream by its lag.
 #include <fmt/format.h>
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A model and its data as files of LIBSVM.
+/// Writes a model and its data as LIBSVM files.
 #include <fmt/format.h>
 
 #include <iterator>
@@ -10,7 +10,7 @@
 namespace gyrotherm::model {
 namespace {
 
-/// " 1:v1 2:v2 …", each value exact.
+/// Appends " 1:v1 2:v2 …" and a line end; each value is exact.
 void append_row(std::string& out, const Eigen::Ref<const Eigen::RowVectorXd>& row) {
   for (Eigen::Index j = 0; j < row.size(); ++j) fmt::format_to(std::back_inserter(out), " {}:{:.17g}", j + 1, row(j));
   out += '\n';

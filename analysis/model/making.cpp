@@ -15,7 +15,7 @@
 namespace gyrotherm::model {
 namespace {
 
-/// Looks at the thermometers whose differences are gradients; without any, at every temperature.
+/// Returns the range of the gradient thermometers, or of all temperatures if the record has none.
 std::optional<BlockRange> block_of(const data::Dataset& dataset, const data::Clusters& clusters) {
   std::vector<Eigen::Index> columns;
   for (std::size_t i = 0; i < clusters.thermometers.size(); ++i) {

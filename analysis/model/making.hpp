@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a model says of its own making, whichever way it was fitted: its records, what it leaves of them, the range in
-/// which it was made, and how what it leaves of held-out clusters wanders.
+/// The description of a model's training, common to all ways of fitting: its records, its in-sample residual, the
+/// trained range and the noise of its held-out residual.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,27 +15,26 @@
 
 namespace gyrotherm::model {
 
-/// Fails with usage if a run is given twice, which would be held out and learnt from at once, if records say that they
-/// are of different gyros, if their biases are counted from different zeros, or if one jumps by turning the unit
-/// around.
+/// Fails with usage if a run is given twice, since it would be held out and learnt from at once, if records are of
+/// different gyros or have different bias references, or if a bias jumps because the unit was turned around.
 [[nodiscard]] Result<void> check_records(const std::vector<data::Dataset>& datasets,
                                          const std::vector<data::Clusters>& records);
 
-/// Writes down each record with those of its clusters that were learnt from; a record without any is left out. A
-/// three-point model of a record without a shell thermometer gets a warning.
+/// Stores each record with the part of its clusters that was used in training. Omits a record without such clusters.
+/// Warns if a three-point model has a record without a shell thermometer.
 void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
                     const std::vector<data::Clusters>& records);
 
-/// Writes down what the fit does on its own training clusters, the range of its inputs there, and what a stream lags.
-/// Fails with usage if the clusters lack a thermometer.
+/// Stores the in-sample residual, the range of the inputs in training and the latency of a stream. Fails with usage if
+/// the clusters lack a thermometer.
 [[nodiscard]] Result<void> judge_in_sample(Model& model, const data::Clusters& clusters);
 
-/// Warns where the in-sample residual lies further below a record's noise floor than its parameters account for.
+/// Warns if the in-sample residual is further below a record's noise floor than the number of parameters explains.
 void warn_of_over_fit(Model& model, const std::vector<data::Dataset>& datasets,
                       const std::vector<data::Clusters>& records);
 
-/// How the held-out residual of the model wanders, `records` being its training clusters record by record; nothing if
-/// they are too few.
+/// Estimates the noise of the model's held-out residual; no value if there are too few clusters. `records` are the
+/// training clusters by record, `all` are the same clusters in one.
 [[nodiscard]] std::optional<tracking::BiasNoise> wander_of(const Model& model,
                                                            const std::vector<data::Dataset>& datasets,
                                                            const std::vector<data::Clusters>& records,

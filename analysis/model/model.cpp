@@ -15,14 +15,15 @@ namespace {
 
 constexpr std::array kPolicies = {Outside::continued, Outside::refuse, Outside::extrapolate};
 
-/// How far a value lies outside, as a part of the range; 0 inside, and for what the rounding of a mean may amount to.
+/// Returns the distance of a value from its range, as a fraction of the range; 0 inside and within the rounding of a
+/// mean.
 double excess(double value, double low, double high) {
   constexpr double kRounding = 1e-9;
   const double beyond = std::max(low - value, value - high);
   return beyond > kRounding * (high - low) ? beyond / std::max(high - low, std::numeric_limits<double>::min()) : 0;
 }
 
-/// Returns the share of the way from the training mean to the row that keeps each input of `bounding` in its range.
+/// Returns the fraction of the way from the training mean to the row that keeps each `bounding` input in its range.
 double share_within(const Model& model, const Eigen::Ref<const Eigen::RowVectorXd>& row,
                     const std::vector<bool>& bounding) {
   double share = 1;
@@ -56,12 +57,12 @@ data::SampleMatrix bounded_points(const Model& model, data::SampleMatrix inputs,
   return inputs;
 }
 
-/// Only a linear function has nothing but a plane.
+/// Returns true if the function has parts other than a plane. Only a linear function has none.
 bool has_bounded_part(const methods::Function& function) {
   return !std::holds_alternative<methods::LinearModel>(function);
 }
 
-/// Predicts the bias, °/h, from scaled inputs; NaN where one is not finite.
+/// Predicts the bias, °/h, from scaled inputs; NaN if an input is not finite.
 Eigen::VectorXd predict_scaled(const Model& model, const data::SampleMatrix& scaled,
                                const data::SampleMatrix& bounded) {
   Eigen::VectorXd f = value_of(model.function, scaled, bounded);

@@ -188,7 +188,8 @@ std::vector<std::string> thermometers_of(const Model& model) {
   return {names.begin(), names.end()};
 }
 
-/// Fails with usage if a constant or a known answer is not finite: C has no constant for it, and no self-test finds it.
+/// Fails with usage if a constant or a known answer is not finite: C has no constant for it, and the self-test would
+/// not detect it.
 Result<void> check_is_finite(const Model& model, const KnownAnswers& answers) {
   const data::Scaling& scaling = model.scaling;
   const struct {
@@ -222,7 +223,7 @@ std::string expression_of(const Model& model, const data::Factor& factor, const 
   return {};
 }
 
-/// Returns the assignment of each input, a line each.
+/// Returns the assignments of the inputs, one line each.
 std::string terms_of(const Model& model, const std::vector<std::string>& names) {
   std::string lines;
   for (std::size_t i = 0; i < model.terms.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The model file: one description of every part, by which it is written and read.
+/// The model file. One description of every part serves both writing and reading.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,8 +12,8 @@
 namespace gyrotherm {
 namespace {
 
-/// Between these no input in standard deviations, no weight of it in degrees per hour and no square of that is beyond
-/// all numbers or lost below them.
+/// Range of permitted magnitudes: inputs in standard deviations, their weights in °/h and the squares of these neither
+/// overflow nor underflow.
 constexpr double kLeastSane = 1e-30, kMostSane = 1e30;
 
 template <class T>
@@ -37,7 +37,7 @@ bool is_sane(const tracking::BiasNoise& noise) {
 
 }  // namespace
 
-/// A row of numbers as an array.
+/// A vector as a JSON array.
 template <class Vector>
 struct JsonVector {
   static Json write(const Vector& values) { return std::vector<double>(values.begin(), values.end()); }
@@ -54,7 +54,7 @@ struct JsonValue<Eigen::VectorXd> : JsonVector<Eigen::VectorXd> {};
 template <>
 struct JsonValue<Eigen::RowVectorXd> : JsonVector<Eigen::RowVectorXd> {};
 
-/// A matrix of so many columns, an array of rows.
+/// A matrix with a given number of columns, as an array of rows.
 template <class Matrix>
 struct Rows {
   Matrix& matrix;
@@ -91,7 +91,7 @@ std::string_view form_of(const methods::Function& function) {
   return kForms[function.index()];
 }
 
-/// One input: what a person reading the file wants side by side.
+/// One input, with the values that a reader of the file wants side by side.
 struct ModelInput {
   data::Term term;
   double mean{}, std{}, min{}, max{};
@@ -175,7 +175,7 @@ void describe_function(auto& form, Like<methods::NetworkModel> auto& network, Ei
   form.expect("out", network.out.size() == network.weights.rows(), "expected one number per hidden unit");
 }
 
-/// Rows of as many numbers as there are columns where they are written.
+/// Describes the variance. The rows have as many numbers as there are columns.
 void describe_variance(auto& form, Like<methods::PredictiveVariance> auto& variance, Eigen::Index inputs) {
   form("lengths", variance.lengths);
   form("signal", sane_positive(variance.signal));
@@ -191,7 +191,7 @@ void describe_variance(auto& form, Like<methods::PredictiveVariance> auto& varia
               "expected a square matrix, its diagonal above 0");
 }
 
-/// One of the four functions; "form" says which.
+/// Describes one of the four functions; "form" selects it.
 void describe_function(auto& form, Like<methods::Function> auto& function, Eigen::Index inputs) {
   auto word = std::string(form_of(function));
   form("form", word);
@@ -247,7 +247,7 @@ void describe_tuning(auto& form, Like<Model> auto& model) {
   form.if_there("one_standard_error", tuning.one_standard_error.has_value(), tuning.one_standard_error);
 }
 
-/// Returns whether a model file may name this method: one of this version, or one that version 0.1.0 had.
+/// Returns true if a model file may name this method: a method of this version or of version 0.1.0.
 bool may_be_named(std::string_view method) {
   return method == kTypePriorMethod || method == "svr-joint" || methods::find_method(method).has_value();
 }

@@ -18,11 +18,11 @@
 namespace gyrotherm::model {
 namespace {
 
-/// Thermometers that are kept, by number, rising.
+/// Indices of the thermometers that are kept, in ascending order.
 using Set = std::vector<std::size_t>;
 
-/// Those of a record's inputs that are thermometers: what the gyro tells of itself is placed nowhere, is mostly no
-/// temperature and may be missing.
+/// Returns the inputs of a record that are thermometers. Values of the gyro itself have no position to choose, are
+/// mostly not temperatures and may be missing.
 Set thermometers_among(const std::vector<std::string>& inputs) {
   Set thermometers;
   for (std::size_t i = 0; i < inputs.size(); ++i)
@@ -36,7 +36,7 @@ std::vector<std::string> names_of(const Set& set, const std::vector<std::string>
   return names;
 }
 
-/// All of `set` with `count` of them left out.
+/// Returns all subsets of `set` with `count` elements left out.
 std::vector<Set> sets_without(const Set& set, std::size_t count, std::size_t from = 0) {
   if (count == 0) return {set};
   std::vector<Set> sets;
@@ -95,10 +95,10 @@ Judged Study::judge(const Set& set) const {
   return judged;
 }
 
-/// Those that have not been judged yet. A STD that is not a number is below and above no other: nothing is recommended
-/// by such.
+/// Judges the sets that have not been judged yet. Fails for a STD that is not finite, since it cannot be ordered and
+/// would make a recommendation meaningless.
 Result<void> Study::judge_all(const std::vector<Set>& sets) {
-  constexpr std::size_t kAtOnce = 16;  // between two looks at the progress
+  constexpr std::size_t kAtOnce = 16;  // sets between two progress reports
   std::vector<Set> open;
   std::ranges::copy_if(sets, std::back_inserter(open), [&](const Set& set) { return !judged_.contains(set); });
   for (std::size_t first = 0; first < open.size(); first += kAtOnce) {
@@ -121,7 +121,7 @@ Result<void> Study::judge_all(const std::vector<Set>& sets) {
   return {};
 }
 
-/// All have been judged; the first of equals.
+/// Returns the cheapest of judged sets; the first of equals.
 const Set& Study::cheapest(const std::vector<Set>& sets) const {
   return *std::ranges::min_element(sets, {}, [&](const Set& set) { return judged_.at(set).held_out.std; });
 }
@@ -150,7 +150,7 @@ LeftOut Study::left_out(const Set& kept) const {
   return result;
 }
 
-/// How many are judged in all, for the progress.
+/// Returns the total number of sets to be judged, for the progress.
 std::size_t Study::number_of_sets() const {
   const std::size_t m = everything_.size();
   if (m > kManyThermometers) return 1 + m * (m + 1) / 2;

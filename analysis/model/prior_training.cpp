@@ -19,11 +19,11 @@ namespace {
 
 using RowNumbers = std::vector<Eigen::Index>;
 
-/// One unit's own clusters, all of which have every input: record by record, and one after the other.
+/// One unit's own clusters, all with every input: by record, and concatenated.
 struct OwnClusters {
   std::vector<data::Clusters> records;
   data::Clusters all;
-  Eigen::Index without_input{};  ///< clusters that were left out
+  Eigen::Index without_input{};  ///< omitted clusters
 };
 
 Result<OwnClusters> own_clusters(const population::TypePrior& prior, const std::vector<data::Dataset>& datasets,
@@ -43,7 +43,7 @@ Result<OwnClusters> own_clusters(const population::TypePrior& prior, const std::
   });
 }
 
-/// What these rows of all clusters leave of each record, those without any left out.
+/// Selects these rows of all clusters, by record; omits records without any.
 std::vector<data::Clusters> records_within(const OwnClusters& own, const RowNumbers& rows) {
   std::vector<data::Clusters> within;
   auto row = rows.begin();
@@ -58,7 +58,7 @@ std::vector<data::Clusters> records_within(const OwnClusters& own, const RowNumb
   return within;
 }
 
-/// The folds; of records that are too short for any a single one, of which nothing is learnt but from the type.
+/// Plans the folds. Records that are too short become a single fold, predicted by the type alone.
 Result<data::FoldPlan> folds_of(const OwnClusters& own, const std::vector<data::Dataset>& datasets,
                                 data::FoldOptions options) {
   options.programs = programs_of(datasets);
@@ -69,12 +69,12 @@ Result<data::FoldPlan> folds_of(const OwnClusters& own, const std::vector<data::
   return data::FoldPlan{{std::move(all)}, "all at once, by the type alone"};
 }
 
-/// In °/h as it stands: the target's mean is 0 and its STD 1.
+/// Returns a plane in °/h: the target's mean is 0 and its STD 1.
 methods::LinearModel plane_of(const Eigen::VectorXd& coefficients) {
   return {.weights = coefficients.tail(coefficients.size() - 1), .b = coefficients(0)};
 }
 
-/// Returns what is open of the careful coefficients: their own covariance, and how far they are from the likeliest.
+/// Returns the variance of the careful coefficients: their covariance, and their distance from the most likely ones.
 methods::PredictiveVariance variance_of(const population::TypePrior& prior, const population::LearntUnit& unit,
                                         const Eigen::VectorXd& careful) {
   const Eigen::VectorXd apart = unit.coefficients.mean - careful;
@@ -94,7 +94,7 @@ std::string particulars_of(const population::TypePrior& prior) {
       prior.noise.wander_deg_per_h, prior.noise.wander_time_s / kSecondsInAnHour, prior.noise.white_deg_per_h);
 }
 
-/// The function, its inputs and all that is known of it without a look at any cluster.
+/// Assembles the function, its inputs and all members that do not depend on the unit's residuals.
 Model assemble(const population::TypePrior& prior, const population::LearntUnit& unit) {
   const Eigen::VectorXd careful = careful_coefficients(prior, unit);
   Model model;
@@ -134,10 +134,11 @@ Result<void> judge_held_out(Model& model, const population::TypePrior& prior, co
   return {};
 }
 
-/// √E[(z, 1)ᵀS(z, 1)] over what the unit goes through: z varies as the type's units do about a mean of its own, which
-/// the errors of its thermometers make. Of the mean over its own clusters, c, that is E(M + E)⁻¹c, M the spread and E
-/// the covariance of the errors; the rest is where in the program these clusters lie. Nearly equal thermometers have
-/// steep slopes against each other, so that hundredths of a kelvin between them count.
+/// Returns √E[(z, 1)ᵀS(z, 1)] over the temperatures of use: z varies as in the type's units, about a mean that the
+/// errors of the unit's thermometers cause. Given the mean over its own clusters, c, that mean is E(M + E)⁻¹c, with M
+/// the spread and E the covariance of the errors; the remainder of c comes from the part of the program that these
+/// clusters cover. Nearly equal thermometers have steep slopes against each other, so that differences of hundredths of
+/// a kelvin matter.
 double coefficients_deg_per_h(const population::TypePrior& prior, const population::LearntUnit& unit,
                               const methods::PredictiveVariance& variance) {
   const Eigen::Index inputs = prior.scaling.std.size();
@@ -155,7 +156,7 @@ double square_of(const std::vector<BudgetRow>& rows, Source source) {
   return square;
 }
 
-/// What the type knows better than a few hours of one unit.
+/// Adds rows that the type determines better than a few hours of one unit.
 void add_type(std::vector<BudgetRow>& rows, const population::TypePrior& prior, double coefficients) {
   const double freedom = std::max(1.0, static_cast<double>(prior.units.size()) - 1);
   const double explained = square_of(rows, Source::hysteresis) + square_of(rows, Source::flicker) +
@@ -171,8 +172,8 @@ void add_type(std::vector<BudgetRow>& rows, const population::TypePrior& prior, 
               {.source = Source::coefficients, .standard_uncertainty = coefficients, .degrees_of_freedom = freedom});
 }
 
-/// Whether the type has shown this run, or another of the same gyro. A unit's name is what the record says of itself
-/// unless the user named it.
+/// Returns true if the type was learnt from this run, or from another run of the same gyro. Unit names are recorded
+/// identities unless the user chose them.
 bool was_learnt_from(const population::TypePrior& prior, const data::Dataset& dataset) {
   const auto is_known = [&](const std::string& identity) { return !identity.empty() && identity == dataset.identity; };
   return std::ranges::any_of(prior.units, is_known) ||
@@ -203,7 +204,7 @@ void warn(Model& model, const population::TypePrior& prior, const std::vector<da
   }
 }
 
-/// The type's constant is counted from one zero.
+/// Fails if the record's bias reference differs from that of the prior.
 Result<void> check_zero(const population::TypePrior& prior, const data::Dataset& dataset) {
   const bool is_known = !prior.records.empty() && !prior.records.front().bias_zero.empty();
   return is_known ? check_one_zero(dataset, prior.records.front().bias_zero, "the prior") : Result<void>{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Training with a type prior: what n units have shown becomes a file, and a few hours of the next unit complete it to
-/// a model as any other (docs/shared-learning.md).
+/// Training with a type prior: a file describes n units of a type, and a few hours of a further unit complete it to an
+/// ordinary model (docs/shared-learning.md).
 #pragma once
 
 #include <string>
@@ -16,16 +16,18 @@
 namespace gyrotherm::model {
 
 struct PriorOptions {
-  std::string type = {};  ///< its name, for people
-  /// Words and terms of inputs.hpp that select nothing; empty: seven-point and the first gradient thermometer.
+  std::string type = {};
+  /// Keywords and terms of inputs.hpp without selection; empty: seven-point and the first gradient thermometer.
   std::string inputs = {};
-  bool quick = false;      ///< a try: the correlations of coefficients are not learnt
-  bool simulated = false;  ///< whether any record is of a virtual gyro
+  /// A quick trial: the correlations of coefficients are not learnt.
+  bool quick = false;
+  /// At least one record is of a virtual gyro.
+  bool simulated = false;
 };
 
-/// Learns the prior of a type. Inputs, the thermometers' uncertainty in a year of use and the turn-on, 0.001 °/h where
-/// it is not said, are those of `first`, a record of one of the units. Fails with usage (inputs that select, or that
-/// the record lacks) or as learn_type_prior does.
+/// Learns the prior of a type. `first`, a record of one of the units, provides the inputs, the thermometers'
+/// uncertainty in a year of use and the turn-on (0.001 °/h if not stated). Fails with usage for inputs that select or
+/// that the record lacks, or like learn_type_prior().
 [[nodiscard]] Result<population::TypePrior> learn_prior(const data::Dataset& first,
                                                         const std::vector<population::UnitClusters>& units,
                                                         const PriorOptions& options = {});
@@ -35,21 +37,20 @@ struct PriorTrainingOptions {
   std::string program_version;
 };
 
-/// Trains a model of one unit from its type and its own records, at least one, of which any part will do: a straight
-/// line in the terms and the scaling of the prior, of population::careful_coefficients, in °/h. It differs from train()
-/// in four things:
-/// - a fold is predicted by coefficients that are learnt without it, from the type and all other clusters; records that
-///   are too short for folds (data::FoldKind::automatic) are held out together and predicted by the type alone;
-/// - its trained range is that of the type's units and its own, so that an hour at −40 °C is no bound;
-/// - its variance is what its own clusters and the type leave open of the coefficients, and the careful ones' distance
-///   from the likeliest;
-/// - its budget has that as a row, the root mean square over what units of the type go through, with as many degrees of
-///   freedom as the type has units less one; and the model form is at least what the type's units leave unexplained
-///   beyond hysteresis, flicker and walk: few own hours show little of it.
-/// Its particulars name the type and its units. It warns of a prior that was learnt from this very gyro, which then
-/// counts twice, and of one that mixes virtual and real gyros. Fails with usage (no record, a run given twice, a bias
-/// that is counted from another zero, clusters without the prior's thermometers or of another length, or as plan_folds
-/// does).
+/// Trains a model of one unit from its type and at least one record of its own; any part of a run is sufficient. The
+/// function is linear in the scaled terms of the prior, with the coefficients of population::careful_coefficients, in
+/// °/h. It differs from train() in four points:
+/// - a fold is predicted by coefficients that are learnt from the type and all other clusters; records that are too
+///   short for folds (data::FoldKind::automatic) are held out together and predicted by the type alone;
+/// - the trained range is the union of the type's and the unit's own, so that an hour at −40 °C does not limit it;
+/// - the variance is the uncertainty of the coefficients, given the type and the unit's own clusters, and the distance
+///   of the careful coefficients from the most likely ones;
+/// - the budget has this as a row, the root mean square over the conditions of the type's units, with one degree of
+///   freedom less than the type has units. The model form is at least the unexplained part of the type's units after
+///   hysteresis, flicker and walk, since few own hours show little of it.
+/// The particulars name the type and its units. Warns of a prior that was learnt from the same gyro, whose data then
+/// count twice, and of a mix of virtual and real gyros. Fails with usage for no record, a run given twice, another bias
+/// reference, or clusters without the prior's thermometers or of another length, or like plan_folds().
 [[nodiscard]] Result<Model> train_with_prior(const population::TypePrior& prior,
                                              const std::vector<data::Dataset>& datasets,
                                              const std::vector<data::Clusters>& clusters,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What is known of an exported model, as the comment at the head of its C program.
+/// Writes the description of an exported model as the comment at the head of its C program.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view kMethod = "svr";
 
-/// What is trained, and how it is called while it is.
+/// A training of one method on one set of inputs, and the stage name for the progress.
 struct Task {
   std::string stage, method, inputs;
 };
@@ -75,7 +75,7 @@ std::vector<Task> tasks_of_comparison() {
   return tasks;
 }
 
-/// A model of the rate run by the name that the report gives it.
+/// A model of the ramp run and its name in the report.
 struct NamedModel {
   std::string name;
   const TrainedModel& trained;
@@ -89,15 +89,16 @@ std::vector<NamedModel> all_of(const Qualification& qualification) {
   return all;
 }
 
-/// With what a year's drift of the thermometers will add: no record of these weeks shows it.
+/// Returns the mean squared error on a run, including the drift of the thermometers in a year, which no record of a few
+/// weeks shows.
 Result<double> mse_on(const Model& model, const data::RecordedRun& run) {
   return verify(model, run.dataset, run.clusters).map([&](const Verification& verification) {
     return std::pow(verification.compensated.rmse, 2) + std::pow(drift_in_a_year_deg_per_h(model, run.dataset), 2);
   });
 }
 
-/// Each further record by the model of the rate run, then the rate run by a model of all further records; not finite
-/// where the method cannot learn from those.
+/// Judges each further record with the model of the ramp run, and the ramp run with a model of all further records. The
+/// latter is NaN if the method cannot learn from those.
 Result<Candidate> candidate_of(const NamedModel& named, const data::RecordedRun& rate,
                                const std::vector<data::RecordedRun>& further, const QualificationOptions& options,
                                const ProgressSink& progress) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the experiment trains on its rate run and judges on both runs: the paper's two models, the one that is
-/// recommended by rule, and every other method beside them.
+/// Training of the experiment's models on its ramp run and verification on both runs: the paper's two models, the one
+/// recommended by rule, and all other methods for comparison.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,13 @@
 
 namespace gyrotherm::model {
 
-/// One value for each of the models of the experiment, support vector machines on three-point, multi-point and
-/// multi-point-t.
+/// One value for each model of the experiment: support vector machines on three-point, multi-point and multi-point-t.
 template <class T>
 struct PerModel {
   T three_point{}, multi_point{}, multi_point_t{};
 };
 
-/// Calls `visit(key, value)` for each model's value, in order; the keys are those of the report.
+/// Calls `visit(key, value)` for each model's value, in order, with the keys of the report.
 template <class Values, class Visit>
 void for_each_model(Values& of, Visit visit) {
   visit("three_point", of.three_point);
@@ -40,19 +39,21 @@ void describe(auto& form, const PerModel<T>& of) {
   for_each_model(of, [&](const char* key, const T& value) { form(key, value); });
 }
 
-/// A model of the rate run, and how it does on both and later.
+/// A model of the ramp run, verified on both runs and on later records.
 struct TrainedModel {
   Model model;
   Verification rate, random;
   double training_s{};                   ///< wall time
-  std::vector<Verification> later = {};  ///< on each of the later records, as verify_later() found
+  std::vector<Verification> later = {};  ///< one per later record
 };
 
 struct QualificationOptions {
-  bool quick = false;      ///< a swarm of 8 particles and 6 iterations, for a try
-  bool nested = false;     ///< also Model.nested_leave_cycle_out
-  std::uint64_t seed = 0;  ///< of the swarm and of methods that start at random
-  int threads = 0;         ///< 0: all. The result does not depend on it
+  bool quick = false;   ///< 8 particles and 6 iterations
+  bool nested = false;  ///< also Model.nested_leave_cycle_out
+  /// Seed of the swarm and of methods with random starts.
+  std::uint64_t seed = 0;
+  /// Number of threads; 0 uses all. The result does not depend on it.
+  int threads = 0;
   std::string program_version;
 };
 
@@ -65,54 +66,54 @@ struct QualificationOptions {
 /// Other methods on the same records.
 struct Comparison {
   std::vector<TrainedModel> models;
-  std::vector<std::string> warnings;  ///< of what could not be trained on this record: the experiment stands without
+  /// One warning per method that could not be trained on this record. The qualification continues without it.
+  std::vector<std::string> warnings;
 };
 
-/// Called before each method is trained, with its name and its inputs.
+/// Callback before the training of each method, with its name and inputs.
 using ComparisonBegins = std::function<void(std::string_view method, std::string_view inputs)>;
 
-/// Trains every method of the table, each on its default inputs and on those that the table names beside them, but the
-/// three models again. Fails with interrupted.
+/// Trains every method of the table on its default inputs and on those that the table lists for comparison, except the
+/// three models of train_models(). Fails with interrupted.
 [[nodiscard]] Result<Comparison> train_compared(const data::RecordedRun& rate, const data::RecordedRun& random,
                                                 const QualificationOptions& options,
                                                 const ComparisonBegins& begins = {}, const ProgressSink& progress = {});
 
-/// All that was trained, and which of it is recommended.
+/// All trained models and the recommendation.
 struct Qualification {
   PerModel<TrainedModel> models;
   Comparison comparison;
   Recommendation recommendation = {};
 };
 
-/// What the report calls a compared model: "linear-multi-point-t".
+/// Returns the name of a compared model in the report, such as "linear-multi-point-t".
 [[nodiscard]] std::string name_of_compared(const Model& model);
 
-/// Calls `visit(name, trained)` for all that was trained, the three models first, by the names of the report.
+/// Calls `visit(name, trained)` for all trained models, the three models first, with the names of the report.
 template <class Trained, class Visit>
 void for_each_trained(Trained& of, Visit visit) {
   for_each_model(of.models, visit);
   for (auto& trained : of.comparison.models) visit(name_of_compared(trained.model), trained);
 }
 
-/// Verifies every model that was trained on records of the same gyro that were made later: whether a model lasts is not
-/// seen on the day of its training. Fails like verify().
+/// Verifies every trained model on records of the same gyro that were made later, since the day of the training does
+/// not show how long a model remains valid. Fails like verify().
 [[nodiscard]] Result<void> verify_later(Qualification& trained, const std::vector<data::RecordedRun>& later);
 
-/// Fails with usage if a record is the rate run, the random run or given twice.
+/// Fails with usage if a record is the ramp run or the random run, or is given twice.
 [[nodiscard]] Result<void> check_apart(const data::Dataset& rate, const data::Dataset& random,
                                        const std::vector<data::RecordedRun>& records);
 
-/// Fails with usage if a further record is of the rate run's program.
+/// Fails with usage if a further record has the profile of the ramp run.
 [[nodiscard]] Result<void> check_programs(const std::string& rate_profile,
                                           const std::vector<data::RecordedRun>& further);
 
-/// Recommends among all that was trained, by records of programs that it has not seen (recommendation.hpp): each
-/// further record, predicted by the model of the rate run, and the rate run, predicted by the same method trained on
-/// the further records alone. Nothing of what is judged had a part in scaling, selection, tuning or fitting; the random
-/// run, which the headline quotes, is not asked at all. Added to each squared error is what a year's drift of the
-/// thermometers will make of the model (drift_in_a_year_deg_per_h). Without further records nothing is trained and
-/// nothing recommended. The further records have passed check_apart() and check_programs(). Fails with interrupted, or
-/// as verify() does.
+/// Recommends one of all trained models, by records of profiles that it has not seen (recommendation.hpp): each further
+/// record, predicted by the model of the ramp run, and the ramp run, predicted by the same method trained on the
+/// further records alone. No judged data is used in scaling, selection, tuning or fitting; the random run, which the
+/// headline quotes, is not used at all. Each squared error includes the effect of the thermometers' drift in a year
+/// (drift_in_a_year_deg_per_h). Without further records nothing is trained or recommended. The further records must
+/// have passed check_apart() and check_programs(). Fails with interrupted, or like verify().
 [[nodiscard]] Result<Recommendation> recommend_trained(const Qualification& trained, const data::RecordedRun& rate,
                                                        const std::vector<data::RecordedRun>& further,
                                                        const QualificationOptions& options,

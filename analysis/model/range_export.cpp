@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The bounded point of inputs beyond the trained range as C (Outside::continued).
+/// Writes the bounded point of inputs outside the trained range as C (Outside::continued).
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -18,7 +18,7 @@ double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// The standard deviation of the values over the root of their number; 0 of a single one.
+/// Returns the standard deviation of the values over the root of their number; 0 for a single value.
 double error_of_mean(const std::vector<double>& values) {
   if (values.size() < 2) return 0;
   const double mean = mean_of(values);
@@ -43,7 +43,7 @@ JudgedCandidate judged_against(const Candidate& lowest, const Candidate& candida
   return judged;
 }
 
-/// `silent`: names of those that have no error.
+/// Formats the statement. `silent` are the names of candidates without a finite error.
 std::string statement_of(const Recommendation& found, int within, const std::vector<std::string>& silent) {
   return fmt::format(
       "the fewest stored numbers among {} of {} models within one standard error of the lowest expanded uncertainty "

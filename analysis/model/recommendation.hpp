@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which model is recommended, by rule and not by name: the simplest of those whose expanded uncertainty on programs
-/// that they have not seen is not distinguishable from the lowest.
+/// Recommendation of a model by rule: the simplest of those with an expanded uncertainty on unseen profiles that cannot
+/// be distinguished from the lowest.
 #pragma once
 
 #include <string>
@@ -10,24 +10,29 @@
 
 namespace gyrotherm::model {
 
-/// A model as the rule sees it.
+/// A model as input of the rule.
 struct Candidate {
-  std::string name;      ///< "multi_point_t", "linear-seven-point"
-  int stored_numbers{};  ///< its size in a navigation computer: what "simple" means
-  /// The mean squared error of each held-out record of another program than was learnt from, (°/h)², by a model whose
-  /// parameters were chosen without it; and what is known to come to that in use.
+  std::string name;  ///< "multi_point_t", "linear-seven-point"
+  /// Number of parameters that a navigation computer stores; a model is simpler if it has fewer.
+  int stored_numbers{};
+  /// Mean squared error per held-out record, (°/h)², including known errors in use. Each record has another profile
+  /// than the training record, and the hyper-parameters were chosen without it.
   std::vector<double> held_out_mse;
 };
 
-/// What the rule found of one candidate.
+/// Result of the rule for one candidate.
 struct JudgedCandidate {
   std::string name;
   int stored_numbers{};
-  double rmse_deg_per_h{};      ///< over all held-out records, each counting alike
+  /// Root mean square over all held-out records, equally weighted.
+  double rmse_deg_per_h{};
   double expanded_deg_per_h{};  ///< 2·rmse: k = 2
-  double behind_mse{};          ///< its mean squared error less that of the lowest, (°/h)²
-  double behind_error_mse{};    ///< the standard error of that difference, record by record; 0 of a single record
-  bool within{};                ///< behind by at most one standard error
+  /// Mean squared error less that of the lowest, (°/h)².
+  double behind_mse{};
+  /// Standard error of that difference, from the differences by record; 0 for a single record.
+  double behind_error_mse{};
+  /// The candidate is behind by at most one standard error.
+  bool within{};
 };
 
 void describe(auto& form, Like<JudgedCandidate> auto& judged) {
@@ -41,11 +46,15 @@ void describe(auto& form, Like<JudgedCandidate> auto& judged) {
 }
 
 struct Recommendation {
-  std::string recommended;                  ///< empty: there was no record to choose on
-  std::string lowest;                       ///< the candidate of lowest expanded uncertainty
-  int records{};                            ///< held out
-  std::string statement;                    ///< the rule and what it found, in words
-  std::vector<JudgedCandidate> candidates;  ///< by rising expanded uncertainty
+  /// Name of the model; empty if there was no record to choose on.
+  std::string recommended;
+  /// Candidate with the lowest expanded uncertainty.
+  std::string lowest;
+  int records{};  ///< held out
+  /// The rule and its result, as text.
+  std::string statement;
+  /// Candidates by rising expanded uncertainty.
+  std::vector<JudgedCandidate> candidates;
 };
 
 void describe(auto& form, Like<Recommendation> auto& recommendation) {
@@ -56,13 +65,12 @@ void describe(auto& form, Like<Recommendation> auto& recommendation) {
   form("candidates", recommendation.candidates);
 }
 
-/// Recommends among candidates that were all held out on the same records. The lowest has
-/// the least mean squared error over the records, each counting alike. A candidate is within one standard error if the
-/// mean of its differences from the lowest, record by record, is at most their standard error: what all records have in
-/// common, such as a turn-on bias, then favours none. Of those within, the one that stores the fewest numbers is
-/// recommended; of equals, the one of lower error. A candidate whose error is not finite is never recommended; the
-/// statement names it. With no
-/// candidate or no record nothing is, and the statement says so.
+/// Recommends one of the candidates, which must all have the same held-out records. The lowest has the least mean
+/// squared error over the records, equally weighted. A candidate is within one standard error if the mean of its
+/// differences from the lowest, by record, is at most their standard error; errors that all records share, such as a
+/// turn-on bias, therefore cancel. Of the candidates within, the one with the fewest stored parameters is recommended,
+/// and of equals the one with the lower error. A candidate with an error that is not finite is never recommended; the
+/// statement lists it. Without a candidate or a record nothing is recommended, and the statement gives the reason.
 [[nodiscard]] Recommendation recommend(const std::vector<Candidate>& candidates);
 
 }  // namespace gyrotherm::model

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fewer vectors at a stated loss; model.hpp says how.
+/// Reduction to fewer vectors with a stated loss; the method is described in model.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,11 +13,12 @@
 namespace gyrotherm::model {
 namespace {
 
-// A centre of whose kernel function the others span all but this, squared, adds nothing but rounding.
+// If the part of a centre's kernel function that the others do not span is below this, squared, the centre adds only
+// rounding errors.
 constexpr double kSpanned = 1e-9;
 constexpr Eigen::Index kFirstRoom = 64;
 
-/// Σ w_j exp(−‖z/l − c_j‖²/(2s²)) + b, centres in lengths already.
+/// Σ w_j exp(−‖z/l − c_j‖²/(2s²)) + b, with centres that are already divided by the lengths.
 struct Gaussians {
   data::SampleMatrix centres;
   Eigen::RowVectorXd lengths;
@@ -47,7 +48,7 @@ Result<Gaussians> gaussians_of(const Model& model) {
                    expansion->widths(0), expansion->weights};
 }
 
-/// Centres taken so far, and the residual they leave at every centre and every cluster.
+/// Selected centres, and the residual at every centre and every cluster.
 class Pursuit {
  public:
   Pursuit(const Gaussians& full, const data::SampleMatrix& clusters) : full_(full), left_(full.weights.size()) {
@@ -58,7 +59,7 @@ class Pursuit {
     columns_.resize(points_.rows(), kFirstRoom);
   }
 
-  /// Takes the centre that then leaves the least; false if the rest add nothing.
+  /// Adds the centre that leaves the smallest residual. Returns false if no centre adds anything.
   bool take_one() {
     const auto here = residual_.head(left_.size()).array();
     const Eigen::ArrayXd gains = (left_.array() > kSpanned).select(here.square() / left_.array(), -1.0);
@@ -84,7 +85,7 @@ class Pursuit {
     return residual_.tail(points_.rows() - left_.size()).cwiseAbs().maxCoeff();
   }
 
-  /// The centres taken, in the order of the full function, and their weights.
+  /// Returns the selected centres, in the order of the full function, and their weights.
   [[nodiscard]] Gaussians reduced(std::vector<Eigen::Index>& kept) const {
     const Eigen::MatrixXd factor = columns_.leftCols(taken())(kept_, Eigen::all);
     const Eigen::VectorXd weights = factor.triangularView<Eigen::Lower>().transpose().solve(
@@ -104,10 +105,13 @@ class Pursuit {
 
  private:
   const Gaussians& full_;
-  data::SampleMatrix points_;  ///< centres, then clusters
+  /// Centres, then clusters.
+  data::SampleMatrix points_;
   Eigen::VectorXd residual_;
-  Eigen::VectorXd left_;     ///< of each centre's kernel function, what the centres taken do not span, squared
-  Eigen::MatrixXd columns_;  ///< of the Cholesky factor, one for each centre taken
+  /// Squared part of each centre's kernel function that the selected centres do not span.
+  Eigen::VectorXd left_;
+  /// Columns of the Cholesky factor, one per selected centre.
+  Eigen::MatrixXd columns_;
   std::vector<double> steps_;
   std::vector<Eigen::Index> kept_;
 };
@@ -124,7 +128,7 @@ void keep(Model& model, const std::vector<Eigen::Index>& kept, const Gaussians& 
   expansion.weights = reduced.weights;
 }
 
-/// ‖f − f′‖: the difference of the weights times the difference of the functions at the full centres.
+/// Returns ‖f − f′‖, from the differences of the weights and of the functions at the full centres.
 double norm_of_change(const Gaussians& full, const Gaussians& reduced, const std::vector<Eigen::Index>& kept) {
   Eigen::VectorXd weights = full.weights;
   for (std::size_t i = 0; i < kept.size(); ++i) weights(kept[i]) -= reduced.weights(static_cast<Eigen::Index>(i));
@@ -156,7 +160,7 @@ Result<void> check(const Model& model, const ReducedSetGoal& goal) {
   return {};
 }
 
-/// What the smaller function gets wrong beside the full one adds to what is wrong with the model's form.
+/// Adds the error of the smaller function to the model form row.
 void widen(Uncertainty& uncertainty, double change_deg_per_h) {
   auto& rows = uncertainty.budget.rows;
   auto form = std::ranges::find(rows, Source::model_form, &BudgetRow::source);

@@ -40,7 +40,7 @@ std::string statement_of(const Selection& selection, const std::vector<data::Ter
   return of + ", too few to choose from; those independent of the ones before are used: " + what;
 }
 
-/// Each one that does not depend on those before it, whatever the temperatures are.
+/// Returns the candidates that do not depend linearly on earlier ones, for any temperatures.
 std::vector<data::Term> independent_of_those_before(const std::vector<data::Term>& candidates) {
   std::vector<data::Term> taken;
   for (const data::Term& term : candidates) {
@@ -56,7 +56,7 @@ bool read_number(std::string_view text, Number& number) {
   return read.ec == std::errc{} && read.ptr == text.data() + text.size();
 }
 
-/// Centred, each column of length 1; one that does not vary is 0.
+/// Centres the columns and scales them to length 1; a constant column becomes 0.
 Eigen::MatrixXd unit_columns(const data::SampleMatrix& values) {
   constexpr double kRounding = 1e-12;
   Eigen::MatrixXd unit = values.rowwise() - values.colwise().mean();
@@ -70,7 +70,7 @@ Eigen::MatrixXd unit_columns(const data::SampleMatrix& values) {
   return unit;
 }
 
-/// Less what the columns of `fixed` say of them. Twice, so that what is left is orthogonal to rounding.
+/// Removes the projection onto the columns of `fixed`, twice, so that the remainder is orthogonal within rounding.
 void project_out(const Eigen::MatrixXd& fixed, Eigen::MatrixXd& columns) {
   if (fixed.cols() == 0) return;
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fixed);
@@ -80,13 +80,13 @@ void project_out(const Eigen::MatrixXd& fixed, Eigen::MatrixXd& columns) {
 
 using Columns = std::vector<Eigen::Index>;
 
-/// One input more, and how the surface of all so far does.
+/// One more input, and the trial of the surface with all inputs so far.
 struct Step {
   Eigen::Index column{};
   SurfaceTrial trial;
 };
 
-/// Fixed inputs first, then the candidates.
+/// All inputs: the fixed ones first, then the candidates.
 struct Field {
   data::SampleMatrix x;
   const data::TrainingSet& training_set;
@@ -97,7 +97,7 @@ struct Field {
   }
 };
 
-/// Of the candidates not yet taken; the first of equals.
+/// Returns the best of the candidates that are not yet selected; the first of equals.
 Step best_next(const Field& field, const Columns& taken) {
   std::vector<Step> steps;
   for (Eigen::Index column = static_cast<Eigen::Index>(field.fixed); column < field.x.cols(); ++column) {
@@ -111,7 +111,7 @@ Step best_next(const Field& field, const Columns& taken) {
   return *std::ranges::min_element(steps, {}, [](const Step& step) { return step.trial.mean_square; });
 }
 
-/// Grows while the held-out error falls. Without fixed inputs the first one is taken whatever it gains.
+/// Adds inputs while the held-out error decreases. Without fixed inputs, the first candidate is added in any case.
 std::vector<Step> grow(const Field& field, const SurfaceTrial& start, std::size_t most) {
   Columns taken(field.fixed);
   std::iota(taken.begin(), taken.end(), Eigen::Index{0});
@@ -127,13 +127,13 @@ std::vector<Step> grow(const Field& field, const SurfaceTrial& start, std::size_
   return path;
 }
 
-/// Standard error of the mean squared error, with the effective number of the squared residuals.
+/// Returns the standard error of the mean squared error, with the effective number of the squared residuals.
 double error_of_mean_square(const SurfaceTrial& trial, const data::Clusters& clusters) {
   const auto rows = data::finite_rows(trial.residual);
   return mean_error(figures_of(trial.residual(rows).array().square().matrix(), clusters, rows));
 }
 
-/// How many steps of the path to keep. The last has the least error.
+/// Returns the number of steps of the path to keep. The last step has the least error.
 std::size_t one_standard_error(const std::vector<Step>& path, const SurfaceTrial& start, const Field& field) {
   if (path.empty()) return 0;
   const SurfaceTrial& best = path.back().trial;
@@ -144,7 +144,7 @@ std::size_t one_standard_error(const std::vector<Step>& path, const SurfaceTrial
   return kept;
 }
 
-/// Mean and 1/STD of each column; 0 in place of 1/STD where a column does not vary.
+/// Mean and 1/STD of each column; 0 instead of 1/STD for a constant column.
 struct Standard {
   explicit Standard(const svm::SampleMatrix& values)
       : mean(values.colwise().mean()), inverse_std(Eigen::RowVectorXd::Zero(values.cols())) {
@@ -161,7 +161,7 @@ struct Standard {
   Eigen::RowVectorXd mean, inverse_std;
 };
 
-/// z_i, then z_i z_j for i ≤ j.
+/// Returns z_i, then z_i z_j for i ≤ j.
 svm::SampleMatrix second_order(const svm::SampleMatrix& z) {
   const Eigen::Index inputs = z.cols();
   svm::SampleMatrix all(z.rows(), inputs + inputs * (inputs + 1) / 2);
@@ -231,7 +231,7 @@ Result<Selection> select_inputs(const SelectionRule& rule, const std::vector<dat
   std::vector<double> r;
   for (Eigen::Index j = 0; j < inputs->cols(); ++j)
     r.push_back(data::pearson(inputs->col(j), training_set.clusters.bias_deg_per_h));
-  constexpr int kLeastRank = 2;  // one gradient is no choice
+  constexpr int kLeastRank = 2;  // a single gradient leaves no choice
   return select_by_correlation(candidates, r, rule.threshold, std::min(kLeastRank, rank_of(candidates)));
 }
 
@@ -244,7 +244,8 @@ Result<Selection> select_independent(const std::vector<data::Term>& fixed, const
   Eigen::MatrixXd columns = unit_columns(*offered);
   project_out(unit_columns(*taken), columns);
 
-  // Pivoting takes the column with the most left of its own each time; the diagonal of R is how much that was.
+  // Pivoting selects the column with the largest independent part each time; the diagonal of R is the size of that
+  // part.
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
   const Eigen::Index most = std::min(columns.rows(), columns.cols());
   std::vector<Eigen::Index> kept;

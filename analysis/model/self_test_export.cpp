@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Known answers of an exported model, and the tables of its self-test.
+/// Computes known answers of an exported model and writes the tables of its self-test.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -21,8 +21,8 @@ namespace {
 constexpr Eigen::Index kInside = 6, kBeyond = 2;
 constexpr double kRoom_c = 20;
 
-/// Returns what each term with one factor is of the temperatures, the rates and the lags, side by side; a row of zeros
-/// for other terms.
+/// Returns the coefficients of each single-factor term in the temperatures, rates and lags, side by side; a row of
+/// zeros for other terms.
 Eigen::MatrixXd slopes_of(const Model& model, const std::vector<std::string>& names) {
   const auto count = static_cast<Eigen::Index>(names.size());
   const std::vector<data::Factor> lags = data::lags_in(model.terms);
@@ -40,14 +40,15 @@ Eigen::MatrixXd slopes_of(const Model& model, const std::vector<std::string>& na
   return slopes;
 }
 
-/// Centres of the function, scaled; none if it has no centres.
+/// Returns the scaled centres of the function; empty if it has none.
 data::SampleMatrix centres_of(const methods::Function& function) {
   if (const auto* svr = std::get_if<methods::SvrModel>(&function)) return svr->support_vectors;
   if (const auto* expansion = std::get_if<methods::ExpansionModel>(&function)) return expansion->centres;
   return {};
 }
 
-/// Unscaled inputs like those of the training: near the function's centres, or anywhere in the trained range.
+/// Draws unscaled inputs similar to the training: near the function's centres, or in the trained range if there are
+/// none.
 data::SampleMatrix wanted_inputs(const Model& model, Eigen::Index rows) {
   std::mt19937_64 generator(1);
   const auto below_one = [&] { return uniform(generator); };
@@ -66,13 +67,13 @@ data::SampleMatrix wanted_inputs(const Model& model, Eigen::Index rows) {
   return inputs;
 }
 
-/// Short enough to be read in a table, and exact in it.
+/// Rounds to a value that is short in a table and exact there.
 double rounded(double value) {
   constexpr double kParts = 1024;
   return std::round(value * kParts) / kParts;
 }
 
-/// What the model predicts from these means and lags.
+/// Predicts from these means and lags.
 void answer(const Model& model, const std::vector<std::string>& names, KnownAnswers& answers) {
   data::Clusters clusters;
   clusters.length_s = model.cluster_length_s;
@@ -115,7 +116,7 @@ KnownAnswers known_answers(const Model& model, const std::vector<std::string>& n
   for (Eigen::Index i = 0; i < wanted.rows(); ++i) {
     const double reach = i < kInside ? 1 : 3;
     const Eigen::VectorXd away = slopes.solve(reach * (wanted.row(i).transpose() - at_room));
-    const Eigen::VectorXd state = room + away;  // temperatures, then rates, then lags
+    const Eigen::VectorXd state = room + away;  // temperatures, rates, lags
     const double minutes = model.cluster_length_s / kSecondsPerMinute;
     answers.mean_c.row(i) = state.head(count).transpose().unaryExpr(&rounded);
     const Eigen::VectorXd before = state.head(count) - state.segment(count, count) * minutes;

@@ -121,7 +121,7 @@ Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const data::SampleMatr
   return bias_deg_per_h - led(predict(model_, ranged));
 }
 
-/// Leads the predictions of the rows last pushed by half a cluster length.
+/// Extrapolates the predictions of the last pushed rows by half a cluster length.
 Eigen::VectorXd CompensationStream::led(Eigen::VectorXd predicted) {
   if (told_.size() == 0) return predicted;
   const Eigen::Index first = pushed_ - predicted.size();
@@ -135,7 +135,7 @@ Eigen::VectorXd CompensationStream::led(Eigen::VectorXd predicted) {
 }
 
 void CompensationStream::pass(Eigen::Index seconds) {
-  // Two cluster lengths leave no mean of before; whole ones beyond them are time for the lags and nothing else.
+  // After two cluster lengths no earlier mean remains; further whole cluster lengths only advance the time of the lags.
   constexpr Eigen::Index kForget = 2;
   const Eigen::Index length = rows_in_cluster(model_);
   const Eigen::Index beyond = std::max<Eigen::Index>(0, seconds / length - kForget);

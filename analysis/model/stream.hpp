@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Compensation as a stream: 1-Hz rows in, compensated bias out, memory bounded.
+/// Compensation as a stream: 1-Hz rows in, compensated bias out, bounded memory.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,112 +13,127 @@
 
 namespace gyrotherm::model {
 
-/// Means of each column over the last `length` rows. A window is the rest of the block of `length` rows before and the
-/// beginning of this one, each summed anew: nothing is ever subtracted, so that nothing drifts and a NaN leaves with
-/// its row.
+/// Means of each column over the last `length` rows. A window consists of the end of the previous block of `length`
+/// rows and the beginning of the current one. Each part is summed from zero and nothing is subtracted, so that rounding
+/// errors do not accumulate and a NaN leaves the window with its row.
 class SlidingMeans {
  public:
   SlidingMeans(Eigen::Index length, Eigen::Index columns);
-  /// The means that end with this row, of `columns` numbers; NaN before `length` rows have come.
+  /// Returns the means of the `columns` columns over the rows up to this one; NaN before `length` rows were pushed.
   [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::Ref<const Eigen::RowVectorXd>& row);
   [[nodiscard]] Eigen::Index columns() const { return block_.cols(); }
 
  private:
-  data::SampleMatrix block_;  ///< rows of this block as they come
-  data::SampleMatrix ends_;   ///< sums of the block before from each row to its end
-  Eigen::RowVectorXd begun_;  ///< sum of this block so far
+  /// Rows of the current block.
+  data::SampleMatrix block_;
+  /// Sums of the previous block from each row to its end.
+  data::SampleMatrix ends_;
+  /// Sum of the current block so far.
+  Eigen::RowVectorXd begun_;
   Eigen::RowVectorXd means_;
-  Eigen::Index at_{};  ///< rows in this block
-  bool full_{};        ///< a block has come before
+  /// Number of rows in the current block.
+  Eigen::Index at_{};
+  /// A previous block exists.
+  bool full_{};
 };
 
-/// Lags of sliding means, each second those of the means a cluster length apart that end with it: so many interleaved
-/// series, the one that ends with the clusters among them. A mean that holds a NaN is a longer step for its series.
+/// Lags of sliding means. Each second has the lag of the means that end with it at intervals of a cluster length; these
+/// interleaved series include the one of the clusters themselves. A mean with a NaN makes the next step of its series
+/// longer.
 class SlidingLags {
  public:
-  /// The thermometer and the time constant of each lag that is asked for.
+  /// Thermometer and time constant of a requested lag.
   struct Of {
     Eigen::Index thermometer{};
     double time_constant_s{};
   };
   SlidingLags(Eigen::Index length, const std::vector<Of>& lags);
-  /// The lags of the next second's means, K; 0 at the first mean of a series, NaN where the mean is.
+  /// Returns the lags of the next second's means, K; 0 at the first mean of a series, NaN if the mean is NaN.
   [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::RowVectorXd& means);
-  /// As many cluster lengths without a mean in any second.
+  /// Advances by cluster lengths without a mean in any second.
   void pass(Eigen::Index cluster_lengths);
 
  private:
   struct Follower {
     data::FirstOrderLag lag;
-    Eigen::Index steps = 1;  ///< of a cluster length since the last mean that was known
+    /// Cluster lengths since the last known mean.
+    Eigen::Index steps = 1;
   };
   std::vector<Of> lags_;
-  std::vector<std::vector<Follower>> ring_;  ///< per second of a cluster length, of each lag
-  std::size_t at_{};                         ///< second in it
+  /// One follower per lag, for each second of a cluster length.
+  std::vector<std::vector<Follower>> ring_;
+  /// Index of the current second.
+  std::size_t at_{};
   Eigen::RowVectorXd latest_;
 };
 
-/// Inputs are trailing means over the model's cluster length, one row a second (causal), rates the difference of two
-/// neighbouring means, lags those of SlidingLags. At the end of each whole cluster they are that cluster's. What is
-/// predicted from them is the bias of half a cluster length ago; a model that is_led() extrapolates it by as much, from
-/// the prediction of one cluster length before, where there is one.
+/// Stream of compensated bias. Inputs are trailing means over the model's cluster length, one row per second (causal);
+/// rates are the difference of two adjacent means, lags those of SlidingLags. At the end of each whole cluster the
+/// inputs are those of the cluster. A prediction from them is the bias half a cluster length ago; a model that is_led()
+/// extrapolates it by that time, using the prediction one cluster length earlier, if there is one.
 class CompensationStream {
  public:
-  /// `columns`: the thermometers of each row, in order. Fails with usage if the model needs another one.
+  /// Opens a stream for rows with these thermometers, in this order. Fails with usage if the model needs another one.
   [[nodiscard]] static Result<CompensationStream> open(const Model& model, std::vector<std::string> columns,
                                                        Outside outside = Outside::continued);
-  /// The next rows: temperatures in °C in the order of `columns`, raw bias in °/h. Returns the compensated bias of
-  /// each; NaN until a whole mean (two, where a rate is an input) has been seen, while one holds a NaN, and where the
-  /// model refuses inputs outside its range. The same whether rows come one by one or together.
+  /// Takes the next rows: temperatures in °C in the order of `columns`, raw bias in °/h. Returns the compensated bias
+  /// of each row; NaN before a complete mean (two, if a rate is an input), while a mean contains a NaN, and where the
+  /// model refuses inputs outside its range. The results are independent of the division into calls.
   [[nodiscard]] Eigen::VectorXd push(const Eigen::Ref<const data::SampleMatrix>& temperatures_c,
                                      const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h);
 
-  /// Seconds without a row, of which nothing is known. How many they are makes no difference to the time it takes.
+  /// Advances by seconds without a row. The computing time does not depend on their number.
   void pass(Eigen::Index seconds);
 
-  /// The same of rows that have a time: seconds that are missing between them are passed. A logger's second may be a
-  /// little off. `time_s` rises, also from what was pushed before.
+  /// Takes rows with a time and passes the missing seconds between them. The times of a logger may deviate slightly
+  /// from whole seconds. `time_s` must be ascending, also relative to earlier calls.
   [[nodiscard]] Eigen::VectorXd push_at(const Eigen::Ref<const Eigen::VectorXd>& time_s,
                                         const Eigen::Ref<const data::SampleMatrix>& temperatures_c,
                                         const Eigen::Ref<const Eigen::VectorXd>& bias_deg_per_h);
-  /// Seconds that are missing before one of the rows that push_at() took last.
+  /// Missing seconds before one of the rows of the last push_at().
   struct Gap {
     Eigen::Index row{}, seconds{};
   };
   [[nodiscard]] const std::vector<Gap>& gaps() const { return gaps_; }
 
-  /// How many rows so far had an input outside the trained range.
+  /// Returns the number of rows so far with an input outside the trained range.
   [[nodiscard]] long long outside() const { return outside_; }
-  /// Of the rows last pushed, those with an input outside, rising; the first is 0.
+  /// Returns the indices of the last pushed rows with an input outside, in ascending order; the first row is 0.
   [[nodiscard]] const std::vector<Eigen::Index>& rows_outside() const { return rows_outside_; }
-  /// Returns the excess of each row last pushed: the distance of its worst input from its range, in ranges; 0 inside.
+  /// Returns the excess of each of the last pushed rows: the distance of its worst input from its range, in ranges; 0
+  /// inside.
   [[nodiscard]] const Eigen::VectorXd& excess() const { return excess_; }
 
  private:
   CompensationStream(const Model& model, std::vector<std::string> columns, const std::vector<SlidingLags::Of>& lags,
                      Outside policy);
   [[nodiscard]] Eigen::VectorXd led(Eigen::VectorXd predicted);
-  Model model_;  ///< with the lags as temperatures
+  /// The model with its lags as temperatures.
+  Model model_;
   Outside policy_;
   SlidingMeans means_;
-  bool rates_{};  ///< the model asks for them
+  /// The model has rates among its inputs.
+  bool rates_{};
   SlidingLags lags_;
-  data::SampleMatrix past_;  ///< the means of the last cluster length, as a ring; only where rates are asked for
-  Eigen::Index pushed_{};    ///< rows in all
+  /// Ring of the means of the last cluster length; only used with rates.
+  data::SampleMatrix past_;
+  Eigen::Index pushed_{};  ///< total rows
   long long outside_{};
   std::vector<Eigen::Index> rows_outside_;
   Eigen::VectorXd excess_;
-  /// A ring of the predictions of the last cluster length; empty if the model is not led.
+  /// Ring of the predictions of the last cluster length; empty if the model is not led.
   Eigen::VectorXd told_;
-  std::optional<double> last_s_;  ///< the time of the row that push_at() took last
+  /// Time of the last row of push_at(), s.
+  std::optional<double> last_s_;
   std::vector<Gap> gaps_;
-  data::Clusters latest_;  ///< the means of the rows last pushed, and after them the lags
+  /// Means of the last pushed rows, then their lags.
+  data::Clusters latest_;
 };
 
-/// Computes what the lag of half a cluster length costs, from means that follow each other: with p the predictions,
-/// half the root mean square of p_k − p_{k−1} where nothing is done, and of p_k − 2 p_{k−1} + p_{k−2} where the
-/// prediction is led, p + ½(p − p before). Noise of the thermometers is in both, so that a model whose lead would cost
-/// more noise than it gains is not led. Nothing of fewer than three means in a row.
+/// Computes the cost of the lag of half a cluster length from consecutive means. With p the predictions, the error is
+/// half the root mean square of p_k − p_{k−1} without correction, and of p_k − 2 p_{k−1} + p_{k−2} with the
+/// extrapolation p + ½(p − previous p). Both contain the noise of the thermometers, so that a model is not led if that
+/// would add more noise than it gains. No value for fewer than three consecutive means.
 [[nodiscard]] std::optional<Latency> latency_of(const Model& model, const data::Clusters& clusters,
                                                 const Eigen::VectorXd& predicted_deg_per_h);
 

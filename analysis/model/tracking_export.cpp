@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Bias tracking as C.
+/// Writes bias tracking as C.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -128,7 +128,7 @@ std::string c_lines(const std::vector<double>& values) {
   return c_list(Eigen::Map<const Eigen::VectorXd>(values.data(), std::ssize(values)), kNextLine);
 }
 
-/// Rates of a few blocks, all but one at rest, and what the tracker says of the bias after each.
+/// Rates of a few blocks, all but one at rest, and the tracker's bias after each.
 struct KnownTracking {
   std::vector<double> rates, lefts;
   std::vector<int> rests;

@@ -21,19 +21,19 @@ namespace {
 
 tl::unexpected<Fault> stopped() { return failure(FaultKind::interrupted, "training", "stopped on request"); }
 
-/// The scaled inputs of any clusters.
+/// Returns the scaled inputs of any clusters.
 Result<data::SampleMatrix> scaled_inputs(const Preparation& preparation, const data::Clusters& clusters) {
   return evaluate(preparation.terms, clusters).map([&](const data::SampleMatrix& inputs) {
     return apply(preparation.scaling, inputs);
   });
 }
 
-/// The bias in units of the target's training STD from its training mean.
+/// Returns the bias relative to the target's training mean, in units of its training STD.
 Eigen::VectorXd scaled_target(const Preparation& preparation, const data::Clusters& clusters) {
   return (clusters.bias_deg_per_h.array() - preparation.target_mean_deg_per_h) / preparation.target_std_deg_per_h;
 }
 
-/// The model that preparation and fit make, without what is known of its making.
+/// Combines preparation and fit to a model, without the description of its training.
 Model assemble(const Preparation& preparation, methods::Fit fit) {
   Model model;
   model.function = std::move(fit.function);
@@ -48,13 +48,14 @@ Model assemble(const Preparation& preparation, methods::Fit fit) {
   return model;
 }
 
-/// The clusters with the bias that the method learns from.
+/// Returns the clusters with the bias that the method learns from.
 data::Clusters as_learnt_by(const methods::Method& method, data::Clusters training) {
   if (method.filter != nullptr) training.bias_deg_per_h = method.filter(training);
   return training;
 }
 
-/// What the thermometers' uncertainty makes of the scaled inputs; empty for a method that does not weigh it.
+/// Returns the covariance of the scaled inputs that the thermometers' uncertainty causes; empty for a method that does
+/// not use it.
 Result<Eigen::MatrixXd> scaled_covariance(const Preparation& preparation, const data::Clusters& clusters,
                                           const EstimatorOptions& estimator) {
   if (!estimator.method.weighs_uncertainty) return Eigen::MatrixXd{};
@@ -82,7 +83,7 @@ Result<methods::Fold> fold_of(const FoldData& split, const EstimatorOptions& est
                        std::move(*covariance)};
 }
 
-/// The method's hyper-parameters by these splits alone.
+/// Chooses the method's hyper-parameters by these splits alone.
 Result<methods::Choice> choose(const std::vector<FoldData>& splits, const EstimatorOptions& estimator,
                                const ProgressSink& progress) {
   std::vector<methods::Fold> folds;
@@ -106,7 +107,7 @@ Result<Model> fit(const Preparation& preparation, const data::Clusters& training
   });
 }
 
-/// Bias less prediction of what the split holds out.
+/// Returns the bias less the prediction for the held-out clusters of a split.
 Result<Eigen::VectorXd> residual_of(const FoldData& split, const EstimatorOptions& estimator) {
   const auto model = fit(split.preparation, split.training.clusters, estimator);
   if (!model) return failure(model.error());
@@ -119,12 +120,14 @@ Eigen::VectorXd unknown(Eigen::Index rows) {
   return Eigen::VectorXd::Constant(rows, std::numeric_limits<double>::quiet_NaN());
 }
 
-/// Everything the fits share.
+/// Data that all fits share.
 struct TrainingContext {
-  std::vector<data::Clusters> records;  ///< those of their clusters that have every input
-  Eigen::Index without_input{};         ///< clusters that were left out
-  data::TrainingSet training_set;       ///< of all records, one after the other
-  data::Clusters learnt;                ///< its clusters as the method learns from them
+  /// Clusters with every input, by record.
+  std::vector<data::Clusters> records;
+  Eigen::Index without_input{};    ///< omitted clusters
+  data::TrainingSet training_set;  ///< all records, concatenated
+  /// Clusters after the filter of the method.
+  data::Clusters learnt;
   InputPlan inputs;
   std::vector<FoldData> splits;
   Preparation all;
@@ -134,14 +137,15 @@ std::string inputs_of(const TrainingOptions& options, const methods::Method& met
   return options.inputs.empty() ? std::string(method.inputs) : options.inputs;
 }
 
-/// The one-standard-error rule knows what is simple of C, σ and ε alone.
+/// Fails if the one-standard-error rule is chosen for a method without C, σ and ε, the only parameters that the rule
+/// can order by simplicity.
 Result<void> check_choice(const TrainingOptions& options, const methods::Method& method) {
   if (options.tuning.choice == svm::ChoiceRule::best || method.tunes_svr) return {};
   return failure(FaultKind::usage, "--choose",
                  fmt::format("one-se chooses C, sigma and epsilon; {} has none of them", method.name));
 }
 
-/// How many of these rows some fold holds out.
+/// Counts these rows in the held-out parts of the folds.
 Eigen::Index held_out_of(const data::FoldPlan& folds, Eigen::Index all, const std::vector<Eigen::Index>& rows) {
   std::vector<bool> counts(static_cast<std::size_t>(all));
   for (const Eigen::Index row : rows) counts[static_cast<std::size_t>(row)] = true;
@@ -152,7 +156,7 @@ Eigen::Index held_out_of(const data::FoldPlan& folds, Eigen::Index all, const st
   return count;
 }
 
-/// All clusters with their folds, and then without those that lack an input.
+/// Plans the folds of all clusters, then removes the clusters that lack an input.
 Result<void> lay_out(TrainingContext& context, const std::vector<data::Clusters>& records,
                      const TrainingOptions& options) {
   auto clusters = concatenate(records);
@@ -205,7 +209,7 @@ Result<TrainingContext> set_up(const std::vector<data::Dataset>& datasets, const
   return context;
 }
 
-/// The model to keep asks for a tight certificate and settles for the common one.
+/// Fits the final model. It requests a tight duality gap and accepts the ordinary one.
 Result<Model> fit_to_keep(const TrainingContext& context, EstimatorOptions estimator, const ProgressSink& progress) {
   constexpr double kTightGap = 1e-6;
   estimator.options.tight_gap = kTightGap;
@@ -213,8 +217,8 @@ Result<Model> fit_to_keep(const TrainingContext& context, EstimatorOptions estim
   return fit(context.all, context.learnt, estimator);
 }
 
-/// Widens what is open of a plane's coefficients to residuals that depend on their neighbours: they count as the
-/// effective number of their mean, since inputs vary as slowly.
+/// Enlarges the coefficients' variance of a linear function for correlated residuals: they count by the effective
+/// number of their mean, because inputs vary as slowly.
 void take_as_correlated(Model& model) {
   if (!model.variance || !std::holds_alternative<methods::LinearModel>(model.function)) return;
   const auto freedom = [&](double number) { return std::max(1.0, number - model.effective_parameters); };
@@ -246,14 +250,15 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
   warn_of_over_fit(model, datasets, records);
 }
 
-/// The residual of the budget.
+/// The residual that the budget uses.
 struct JudgedBy {
   Eigen::VectorXd residual;
-  bool chosen_on_these_folds{};  ///< it has chosen the hyper-parameters too
+  /// The residual was also used to choose the hyper-parameters.
+  bool chosen_on_these_folds{};
 };
 
-/// Judges the recipe by held-out clusters, nested too where that is asked for. Returns the nested residual if there is
-/// one: it has chosen nothing.
+/// Judges the training recipe by held-out clusters, and by nested folds if requested. Returns the nested residual if
+/// there is one, because it was not used for any choice.
 Result<JudgedBy> judge_held_out(Model& model, const TrainingContext& context, const EstimatorOptions& estimator,
                                 bool nested, const ProgressSink& progress) {
   const data::Clusters& clusters = context.training_set.clusters;
@@ -262,7 +267,8 @@ Result<JudgedBy> judge_held_out(Model& model, const TrainingContext& context, co
   model.folds = context.training_set.folds.statement;
   model.leave_cycle_out = figures_of(*residual, clusters);
   model.leave_cycle_out_residual = *residual;
-  if (estimator.parameters.empty()) {  // nothing was chosen that could have seen a held-out fold
+  // If nothing was chosen, nothing has seen a held-out fold.
+  if (estimator.parameters.empty()) {
     if (nested) model.nested_leave_cycle_out = model.leave_cycle_out;
     return JudgedBy{std::move(*residual), false};
   }
@@ -389,7 +395,7 @@ Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set, c
     const ProgressSink within_stage = [&](std::string_view, double fraction) {
       return keep_going(progress, stage, fraction);
     };
-    // Its bias is not filtered: that is for each inner split to do.
+    // The bias is not filtered here, since each inner split does this itself.
     const auto inner = with_two_folds(within(training_set, training_set.folds.folds[i].training));
     if (!inner) return failure(inner.error());
     const auto inner_splits = split_at_folds(*inner, inputs, estimator.method, within_stage);

@@ -19,28 +19,30 @@
 namespace gyrotherm::model {
 
 struct TrainingOptions {
-  std::string inputs;                   ///< words and terms (inputs.hpp); empty: what the method is published with
-  std::string method = "svr";           ///< a name of the table of methods (method.hpp)
-  std::optional<SelectionRule> select;  ///< nothing: only multi-point selects, by |r| > 0.90
+  /// Keywords and terms (inputs.hpp); empty: the inputs that the method was published with.
+  std::string inputs;
+  std::string method = "svr";  ///< table of methods (method.hpp)
+  /// Empty: only multi-point selects, by |r| > 0.90.
+  std::optional<SelectionRule> select;
   data::FoldOptions folds;
-  std::optional<data::FoldPlan>
-      fold_plan;              ///< instead of `folds`, each cluster held out once: what users are not offered
-  bool nested = false;        ///< also Model.nested_leave_cycle_out
-  bool quick = false;         ///< a swarm of 8 particles and 6 iterations
-  svm::TuningOptions tuning;  ///< its choice is for the support vector methods alone
+  /// Replaces `folds`; each cluster is held out once. Not available to users.
+  std::optional<data::FoldPlan> fold_plan;
+  bool nested = false;  ///< also Model.nested_leave_cycle_out
+  bool quick = false;   ///< 8 particles and 6 iterations
+  svm::TuningOptions tuning;
   std::string program_version;
 };
 
-/// Trains on the clusters of all datasets together (they must have the same thermometers). Selection and scaling are
-/// fitted inside each fold. Clusters without a value of every input are left out, and a warning says how many. Fails
-/// with usage (no record, a run given twice, the one-standard-error rule of a method without C, σ and ε, or as the
-/// parts below do), with numeric, or with interrupted once `progress` says so.
+/// Trains on the clusters of all datasets together; they must have the same thermometers. Selection and scaling are
+/// fitted inside each fold. Clusters without a value of every input are omitted, and a warning states their number.
+/// Fails with usage for no record, a run given twice, the one-standard-error rule with a method without C, σ and ε, or
+/// like the functions below; with numeric; or with interrupted if `progress` requests it.
 [[nodiscard]] Result<Model> train(const std::vector<data::Dataset>& datasets,
                                   const std::vector<data::Clusters>& clusters, const TrainingOptions& options,
                                   const ProgressSink& progress = {});
 
-/// What the final model and every fold have in common before the fit: selection, scaling and target units, all learnt
-/// from the training clusters alone.
+/// Preparation of a fit, for the final model and for every fold: selection, scaling and target units, all learnt from
+/// the training clusters alone.
 struct Preparation {
   std::vector<data::Term> terms;
   Selection selection;
@@ -49,40 +51,42 @@ struct Preparation {
   double target_std_deg_per_h{};
 };
 
-/// Learns a preparation. The folds of the training set are for a selection that holds out; nothing else asks them.
-/// Fails with usage if an input or the bias does not vary over the training clusters, or as choose_inputs does.
+/// Learns a preparation. The folds of the training set serve only a selection that holds out. Fails with usage if an
+/// input or the bias does not vary over the training clusters, or like choose_inputs().
 [[nodiscard]] Result<Preparation> prepare(const InputPlan& plan, const data::TrainingSet& training);
 
-/// The clusters of one fold: what is learnt from, what is held out, and what was learnt before the fit.
+/// The clusters of one fold: training part, held-out part and preparation.
 struct FoldData {
-  data::TrainingSet training;  ///< as the method learns from it: its filter has smoothed the bias, if it has one
+  /// Training part with the bias filtered by the method, if it has a filter.
+  data::TrainingSet training;
   data::Clusters held_out;
-  std::vector<Eigen::Index> training_rows, held_out_rows;  ///< of the training set that was split
+  /// Row indices in the training set that was split.
+  std::vector<Eigen::Index> training_rows, held_out_rows;
   Preparation preparation;
 };
 
-/// A method with all that its fits need.
+/// A method with the parameters and options of its fits.
 struct EstimatorOptions {
   const methods::Method& method;
   methods::HyperParameters parameters;
   methods::MethodOptions options;
 };
 
-/// Splits a training set at its folds; selection and scaling of each are learnt from its training clusters alone.
-/// Fails with interrupted, or as prepare does.
+/// Splits a training set at its folds. Selection and scaling of each split are learnt from its training clusters alone.
+/// Fails with interrupted, or like prepare().
 [[nodiscard]] Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_set,
                                                            const InputPlan& inputs, const methods::Method& method,
                                                            const ProgressSink& progress);
 
-/// Bias less prediction of each of `rows` clusters, °/h, by a model refitted without its fold; NaN where a cluster is
-/// in none. The estimator's hyper-parameters are taken as they are.
+/// Returns the bias less the prediction of each of `rows` clusters, °/h, by a model that was refitted without the
+/// cluster's fold; NaN for a cluster in no fold. Does not change the estimator's hyper-parameters.
 [[nodiscard]] Result<Eigen::VectorXd> leave_out_residual(const std::vector<FoldData>& splits, Eigen::Index rows,
                                                          const EstimatorOptions& estimator,
                                                          const ProgressSink& progress);
 
-/// The residuals of leave_out_residual with hyper-parameters that have not seen the held-out fold either: for each fold
-/// they are chosen anew by the folds that remain among its training clusters, selection and scaling inside. `splits`
-/// are those of the training set. Fails like with_two_folds too.
+/// Returns the residuals of leave_out_residual() with hyper-parameters that have not seen the held-out fold either: for
+/// each fold they are chosen again by the remaining folds of its training clusters, including selection and scaling.
+/// `splits` are those of the training set. Also fails like with_two_folds().
 [[nodiscard]] Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set,
                                                       const std::vector<FoldData>& splits, const InputPlan& inputs,
                                                       EstimatorOptions estimator, const ProgressSink& progress);

@@ -20,13 +20,13 @@ namespace {
 constexpr double kStep_k = 1e-3;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// What is assumed where the record does not say it.
+// Values assumed where the record does not state them.
 constexpr double kCalibration_k = 0.02, kDriftInAYear_k = 0.05, kYearsSinceCalibration = 1;
 constexpr double kTurnOn_deg_per_h = 0.001;
 constexpr double kLatitude_deg = 0.01, kAzimuth_deg = 0.1, kTilt_deg = 1.0 / 60;
 constexpr double kScaleFactor_ppm = 10;
 
-/// The inputs of the model with one thermometer's readings moved.
+/// Evaluates the inputs of the model with one thermometer's readings shifted by `by_k`.
 Result<data::SampleMatrix> inputs_with(const Model& model, data::Clusters clusters, Eigen::Index thermometer,
                                        double by_k) {
   clusters.temperature_c.col(thermometer).array() += by_k;
@@ -41,7 +41,7 @@ bool asks_for(const Model& model, const std::string& thermometer) {
   });
 }
 
-/// Adds a noise as an Allan fit estimates it, whether it is significant or not; nothing where the estimate is 0.
+/// Adds a noise as the Allan fit estimates it, significant or not. Adds no row if the estimate is 0.
 void add_noise(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data::NoiseTerm term, Source source) {
   const data::NoiseCoefficient coefficient = estimate_of(of(fit, term));
   if (!(coefficient.value > 0)) return;
@@ -51,7 +51,7 @@ void add_noise(std::vector<BudgetRow>& rows, const data::AllanFit& fit, data::No
                   .degrees_of_freedom = degrees_of_freedom_of(coefficient.value, coefficient.error)});
 }
 
-/// The floors of all records, each as well known as it is, in one.
+/// Pools the noise floors of all records, weighted by their number of differences.
 data::NoiseFloor pooled_floor(const TrainedOn& on) {
   data::NoiseFloor all;
   double squares = 0, error_squares = 0;
@@ -68,7 +68,7 @@ data::NoiseFloor pooled_floor(const TrainedOn& on) {
   return all;
 }
 
-/// Of the record whose holds give most.
+/// Returns the noise of the compensated holds of the record with the longest holds.
 data::HoldNoise noise_of(const Model& model, const TrainedOn& on) {
   data::HoldNoise most;
   for (std::size_t i = 0; i < on.datasets.size(); ++i) {
@@ -81,9 +81,11 @@ data::HoldNoise noise_of(const Model& model, const TrainedOn& on) {
   return most;
 }
 
-/// What the counting of pulses makes of a mean over that time, k = 1; 0 where a rate is read.
+/// Returns the standard uncertainty that quantisation causes in a mean over `averaging_s`, °/h; 0 for a unit that
+/// outputs a rate.
 double counting_deg_per_h(const data::Dataset& dataset, double averaging_s) {
-  constexpr double kTriangle = 6;  // half the width of a triangle is √6 of its standard deviation
+  // The standard deviation of a triangular distribution is its half-width divided by √6.
+  constexpr double kTriangle = 6;
   return dataset.step_deg_per_h / averaging_s / std::sqrt(kTriangle);
 }
 
@@ -109,9 +111,9 @@ void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedO
                     .standard_uncertainty = counting_deg_per_h(first, kSecondsPerHour)});
 }
 
-/// Computes the row of the model's form from its held-out residual beyond noise and hysteresis: the estimate itself,
-/// however uncertain. Its degrees of freedom are those of the difference of the squares (GUM G.3 and G.4); where the
-/// residual is far above the floor, they are its effective number less one.
+/// Computes the model form row from the part of the held-out residual that noise and hysteresis do not explain. It uses
+/// the estimate even if it is not significant. Its degrees of freedom are those of the difference of the squares (GUM
+/// G.3 and G.4); if the residual is far above the noise floor, they are the residual's effective number less one.
 BudgetRow form_row(const data::Figures& figures, double standard, const data::NoiseFloor& floor, double hysteresis,
                    bool chosen) {
   BudgetRow row{.source = Source::model_form, .evaluation = Evaluation::a, .chosen_on_these_folds = chosen};
@@ -125,7 +127,7 @@ BudgetRow form_row(const data::Figures& figures, double standard, const data::No
   return row;
 }
 
-/// Counts the power-ons that clusters follow: that of the record, and one after each segment in which the unit was off.
+/// Counts the power-ons before clusters: that of the record, and one after each segment with the unit off.
 int starts_in(const data::Dataset& dataset, const data::Clusters& clusters) {
   int starts = clusters.start_s.size() > 0 ? 1 : 0;
   for (std::size_t s = 1; s < dataset.segments.size(); ++s) {
@@ -135,7 +137,7 @@ int starts_in(const data::Dataset& dataset, const data::Clusters& clusters) {
   return starts;
 }
 
-/// Adds what is known of the model itself: its form, and its hysteresis.
+/// Adds the rows of the model itself: its form and its hysteresis.
 void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, const TrainedOn& on,
                const data::NoiseFloor& floor) {
   const Eigen::VectorXd& residual = on.held_out_residual_deg_per_h;
@@ -157,14 +159,14 @@ void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, con
                   .chosen_on_these_folds = on.chosen_on_these_folds});
 }
 
-/// What a record says of the thermometer of that name; nothing if nothing.
+/// Returns the uncertainty that a record states for a thermometer; empty if it states none.
 record::ThermometerUncertainty said_of(const data::Dataset& dataset, const std::string& thermometer) {
   const auto at = std::ranges::find(dataset.thermometers, thermometer) - dataset.thermometers.begin();
   if (at >= std::ssize(dataset.thermometer_uncertainty)) return {};
   return dataset.thermometer_uncertainty[static_cast<std::size_t>(at)];
 }
 
-/// Returns the unit of an input in the record; empty without one.
+/// Returns the unit of an input in the record; empty if it has none.
 std::string unit_of_input(const data::Dataset& dataset, const std::string& input) {
   const auto at = std::ranges::find(dataset.thermometers, input) - dataset.thermometers.begin();
   const std::string unit =
@@ -172,7 +174,7 @@ std::string unit_of_input(const data::Dataset& dataset, const std::string& input
   return unit == "°C" ? "K" : unit;  // a drift is a difference
 }
 
-/// Nothing where the day of the calibration is not known or lies after the record.
+/// Returns the years between calibration and record; no value if the day of calibration is unknown or after the record.
 std::optional<double> years_since_calibration(const data::Dataset& dataset,
                                               const record::ThermometerUncertainty& thermometer) {
   using Days = std::chrono::duration<double, std::chrono::days::period>;
@@ -182,7 +184,7 @@ std::optional<double> years_since_calibration(const data::Dataset& dataset,
   return days >= 0 ? std::optional(days / kDaysInAYear) : std::nullopt;
 }
 
-/// A row of type B that the record says or that is assumed.
+/// Returns a type B row with the value that the record states, or the assumed one.
 BudgetRow said_or_assumed(Source source, const std::optional<double>& said, double assumed, double sensitivity) {
   return {.source = source,
           .evaluation = Evaluation::b,
@@ -195,14 +197,14 @@ std::optional<double> value_of(const std::optional<Kelvins>& kelvins) {
   return kelvins ? std::optional(kelvins->value) : std::nullopt;
 }
 
-/// Computes the drift from the calibration to the run of a record, K, with 0.05 K a year and a year where the record
-/// does not state them.
+/// Computes the drift from the calibration to the run of a record, K. Assumes 0.05 K per year and one year where the
+/// record does not state them.
 double drift_until_run_k(const data::Dataset& dataset, const record::ThermometerUncertainty& said) {
   const double in_a_year_k = value_of(said.drift_in_a_year).value_or(kDriftInAYear_k);
   return in_a_year_k * std::sqrt(years_since_calibration(dataset, said).value_or(kYearsSinceCalibration));
 }
 
-/// How the gyro was switched on, and what comes with the Earth rate that is taken away.
+/// Adds the turn-on row and the rows of the Earth rate that was subtracted.
 void add_gyro(std::vector<BudgetRow>& rows, const std::vector<data::Dataset>& datasets) {
   const data::Dataset& dataset = datasets.front();
   rows.push_back(said_or_assumed(Source::turn_on, dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h,
@@ -210,7 +212,7 @@ void add_gyro(std::vector<BudgetRow>& rows, const std::vector<data::Dataset>& da
   for (BudgetRow& row : budget_of_earth_rate(dataset)) rows.push_back(std::move(row));
 }
 
-/// √Σ(c_i n_i)² of one cluster's mean, the noise being that of the first record.
+/// Returns √Σ(c_i n_i)² of the mean of one cluster, with the thermometer noise of the first record.
 double added_noise(const std::vector<Sensitivity>& sensitivities, const TrainedOn& on) {
   const std::vector<std::string>& names = on.clusters.front().thermometers;
   const Eigen::RowVectorXd noise_k = thermometer_noise_k(on.datasets.front(), on.clusters.front());
@@ -222,8 +224,7 @@ double added_noise(const std::vector<Sensitivity>& sensitivities, const TrainedO
   return std::sqrt(squares);
 }
 
-/// Returns what the model itself knows of its variance in each cluster, (°/h)². Beyond the trained range it grows by
-/// itself.
+/// Returns the model's own variance in each cluster, (°/h)². It grows outside the trained range without widening().
 Result<Eigen::VectorXd> variance_of_function(const Model& model, const data::Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
@@ -232,9 +233,10 @@ Result<Eigen::VectorXd> variance_of_function(const Model& model, const data::Clu
   });
 }
 
-/// The columns whose mean tells how warm the gyro is and whether it warms: all thermometers, whatever a model asks for,
-/// so that all models of a record are compared at the same temperatures. What the unit tells of itself is mostly no
-/// temperature and may be missing, which would hide the cluster; its own temperature counts where there is no other.
+/// Returns the columns whose mean gives the gyro's temperature and its rate. They are all thermometers, whether or not
+/// the model uses them, so that all models of a record are compared at the same temperatures. The unit's own values are
+/// excluded: most are not temperatures, and a missing one would hide the cluster. Its own temperature is used if there
+/// is no thermometer.
 std::vector<Eigen::Index> columns_of_temperature(const std::vector<std::string>& inputs) {
   std::vector<Eigen::Index> columns;
   for (std::size_t i = 0; i < inputs.size(); ++i)
@@ -246,7 +248,7 @@ std::vector<Eigen::Index> columns_of_temperature(const std::vector<std::string>&
 
 constexpr int kFewestEachWay = 3;
 
-/// Residuals of clusters at about the same temperature.
+/// Residuals of clusters at nearly equal temperature.
 struct AtOneTemperature {
   double rising{}, falling{};  ///< sums
   int rises{}, falls{};
@@ -280,7 +282,7 @@ std::vector<BudgetRow> budget_of_thermometer(const data::Dataset& dataset, const
   drift.assumed = drift.assumed || !years;
   calibration.of = drift.of = sensitivity.thermometer;
   if (data::is_temperature(sensitivity.thermometer)) return {std::move(calibration), std::move(drift)};
-  // The constant error of an input of the unit is a part of the unit. It drifts, and has no calibration.
+  // A constant error of a unit's own input is a property of the unit. Such an input has a drift, but no calibration.
   drift.source = Source::input_drift;
   drift.unit = unit_of_input(dataset, sensitivity.thermometer);
   return {std::move(drift)};
@@ -350,12 +352,13 @@ std::vector<Sensitivity> over_the_record(const Eigen::MatrixXd& sensitivities,
 }
 
 Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data::Clusters& clusters) {
-  constexpr double kOfSecondDifferences = 6;  // 1² + 2² + 1²
+  constexpr double kOfSecondDifferences = 6;
   const auto& t = dataset.temperature_c;
   const Eigen::Index inner = std::max<Eigen::Index>(t.rows() - 2, 0);
   Eigen::RowVectorXd noise = Eigen::RowVectorXd::Constant(t.cols(), std::numeric_limits<double>::quiet_NaN());
   const double samples = clusters.samples.cast<double>().mean();
-  constexpr double kNeighbours = 2.5;  // sample intervals from the first of three to the last: no gap lies between
+  // Permitted span from the first to the last of three samples, in sample intervals; a gap exceeds it.
+  constexpr double kNeighbours = 2.5;
   const auto span = (dataset.time_s.tail(inner) - dataset.time_s.head(inner)).array();
   const Eigen::Array<bool, Eigen::Dynamic, 1> together = span <= kNeighbours * sample_interval_s(dataset);
   for (Eigen::Index j = 0; j < t.cols(); ++j) {

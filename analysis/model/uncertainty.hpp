@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How uncertain a compensated bias is: how far a model goes with each thermometer, what that and all else comes to in
-/// a budget, and the interval in which a run that it has not seen should lie.
+/// The uncertainty of a compensated bias: a model's sensitivity to each thermometer, the budget of this and all other
+/// sources, and the interval that should contain the bias of an unseen run.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,139 +14,138 @@
 
 namespace gyrotherm::model {
 
-/// ∂b/∂T, °/h per K: a row per cluster, a column per thermometer of the clusters, for an error of a thermometer that is
-/// constant in time (neither a rate nor a lag sees it). Of a model of any method, by the central difference of
-/// `predict` over ± 1 mK. Beyond the trained range the plane has its slope and all else that of the bounded point
-/// (Outside::continued). NaN where an input is not known. Fails with usage if the clusters lack a
+/// Computes ∂b/∂T, °/h per K, one row per cluster and one column per thermometer of the clusters. The thermometer error
+/// is taken as constant in time, so that rates and lags do not respond to it. Uses the central difference of `predict`
+/// over ± 1 mK for every method. Outside the trained range the plane has its own slope and the remainder that of the
+/// bounded point (Outside::continued). NaN where an input is unknown. Fails with usage if the clusters lack a
 /// thermometer that the model needs.
 [[nodiscard]] Result<Eigen::MatrixXd> sensitivities(const Model& model, const data::Clusters& clusters);
 
-/// Mean, root mean square and greatest of the columns of sensitivities(), of those that are not all 0.
+/// Returns mean, root mean square and greatest magnitude of each column of sensitivities() that is not all 0.
 [[nodiscard]] std::vector<Sensitivity> over_the_record(const Eigen::MatrixXd& sensitivities,
                                                        const std::vector<std::string>& thermometers);
 
-/// The standard deviation of each thermometer's noise in a mean of one cluster, K: that of its samples, from their
-/// second differences (T_{k+1} − 2T_k + T_{k−1})²/6, in which what the temperature does drops out, by the root of the
-/// samples in a cluster. It is taken to be white; resolution is in it.
+/// Computes the standard deviation of each thermometer's noise in the mean of one cluster, K. The sample variance is
+/// estimated from second differences, (T_{k+1} − 2T_k + T_{k−1})²/6, which cancel the temperature's course, and divided
+/// by the number of samples in a cluster. The noise is assumed to be white; it includes the resolution.
 [[nodiscard]] Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data::Clusters& clusters);
 
-/// Returns the standard uncertainty by which a residual is to be expanded, °/h: its root mean square, unless a
-/// transient of few means sets that. Then it is the greater of q₉₅/1.96 and q₆₈, the quantiles of its magnitude that
-/// hold 95 % and 68.27 % of the means of another run (conformal prediction: Lei et al., J. Am. Stat. Assoc. 113 (2018)
-/// 1094), (n + 1)/n of the share, n the effective number of means. Of normal residuals all three are the same.
-/// Quantiles above the root mean square are not used.
+/// Returns the standard uncertainty of a residual for expansion, °/h: its root mean square, unless a transient of few
+/// means dominates it. In that case returns the greater of q₉₅/1.96 and q₆₈, the quantiles of its magnitude that
+/// contain 95 % and 68.27 % of the means of another run (conformal prediction: Lei et al., J. Am. Stat. Assoc. 113
+/// (2018) 1094). The quantiles are taken at (n + 1)/n of these shares, with n the effective number of means. All three
+/// are equal for normal residuals. Quantiles above the root mean square are not used.
 [[nodiscard]] double robust_standard_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, double effective);
 
-/// Half of how a residual differs between warming and cooling at equal temperatures.
+/// Half of the difference of a residual between warming and cooling at equal temperatures.
 struct Hysteresis {
   double half_deg_per_h{};
   double degrees_of_freedom = 1;  ///< ½(u/Δu)², GUM G.3
 };
 
-/// Returns the root mean square, over steps of 5 °C of the thermometers' mean, of half the difference between the mean
-/// residual where it rises and where it falls by more than 0.05 °C/min, less what chance makes of such means. The
-/// unit's own values are not among these thermometers; without any, its own temperature stands for them. 0 if no step
-/// has three of both, or chance makes more.
+/// Estimates hysteresis in steps of 5 °C of the thermometers' mean. Returns the root mean square of half the difference
+/// between the mean residuals at rising and at falling temperature (more than 0.05 °C/min), less the difference
+/// expected by chance. The unit's own values do not count as thermometers; if there is no thermometer, the unit's own
+/// temperature is used. 0 if no step has three clusters of both directions, or if chance explains the whole difference.
 [[nodiscard]] Hysteresis hysteresis_of(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters);
 
-/// The training records of a model, each with the clusters that it was trained on, and what it leaves of these where it
-/// has not seen them: the held-out residual, one record after the other, NaN where there is none.
+/// Training records of a model, the clusters that it was trained on, and its held-out residual on them, record by
+/// record; NaN where there is none.
 struct TrainedOn {
   const std::vector<data::Dataset>& datasets;
   const std::vector<data::Clusters>& clusters;
   const Eigen::VectorXd& held_out_residual_deg_per_h;
-  bool chosen_on_these_folds = false;  ///< the residual chose parameters too
-  /// The budget gets a row of the model's own variance. Uncertainty::variance_in_training is then left out.
+  /// The residual was also used to choose parameters.
+  bool chosen_on_these_folds = false;
+  /// The model's own variance becomes a row of the budget, and Uncertainty::variance_in_training stays NaN.
   bool variance_is_a_row = false;
 };
 
-/// The budget of a mean over 1 h, and what it is made of. The sources:
-/// - angle random walk, flicker (its Allan deviation, 0.664 B) and rate random walk (K√(τ/3)) as the Allan fit of the
-///   compensated holds estimates them (of the record with most of them), their degrees of freedom ½(u/Δu)² (GUM G.3);
-///   where it sees no angle random walk, the noise floor, less what counting makes of it, as if it were white; nothing
-///   where there is no hold. No row is tested for significance: a row that is uncertain has few degrees of freedom;
-/// - counting, where the first record counts pulses of q: each end of a mean is off by up to half a pulse, evenly, so
-///   that the mean is off by up to q/τ, as a triangle: q/(√6 τ) (GUM 4.3.9);
-/// - noise of the thermometers, as above;
-/// - model form: the held-out RMSE², or where a transient sets that robust_standard_deg_per_h()², less noise floor² and
-/// hysteresis², with the degrees of freedom of that difference;
-/// - hysteresis as limits, ± a: a/√3;
-/// - turn-on, once in use and once in training, there divided by the root of the records;
-/// - each thermometer's calibration (of another input none, for what it is off by is a part of the unit), and its drift
-/// u·√(years since), by the root mean square of its sensitivity;
-/// - latitude, azimuth and tilt by the slopes of the Earth rate on the input axis, of an axis in a fixture its
-/// elevation,
-///   roll and the axis's direction each by its own instead of the tilt, and the scale factor by the Earth rate, where
-///   that is removed.
-/// What the record does not say is assumed, and marked: thermometers 0.02 K of calibration, 0.05 K of drift in a year,
-/// a year since the calibration; turn-on 0.001 °/h; latitude 0.01°, azimuth 0.1°, tilt, elevation, roll and
-/// direction 1′ each; scale factor 10 ppm.
-/// What thermometers and gyro are is what the first record says. Fails with usage if the clusters lack a thermometer
-/// that the model needs.
+/// Computes the budget of a mean over 1 h, and its components. The sources:
+/// - angle random walk, flicker (its Allan deviation, 0.664 B) and rate random walk (K√(τ/3)) as estimated by the Allan
+///   fit of the compensated holds, from the record with most of them; degrees of freedom ½(u/Δu)² (GUM G.3). If the fit
+///   finds no angle random walk, the noise floor less its quantisation is used as if it were white. No row if there is
+///   no hold. Rows are not tested for significance: an uncertain row has few degrees of freedom;
+/// - quantisation, if the first record counts pulses of size q: each end of a mean is uniformly off by up to half a
+///   pulse, so that the error of the mean is triangular within ± q/τ, and u = q/(√6 τ) (GUM 4.3.9);
+/// - noise of the thermometers: thermometer_noise_k() times the sensitivities;
+/// - model form: the held-out RMSE², or robust_standard_deg_per_h()² if a transient dominates that, less noise floor²
+///   and hysteresis², with the degrees of freedom of that difference;
+/// - hysteresis as limits ± a: a/√3;
+/// - turn-on, once in use and once in training, the latter divided by the root of the number of records;
+/// - each thermometer's calibration and its drift u·√(years since calibration), times the root mean square of its
+///   sensitivity. Other inputs have no calibration row: their constant error is a property of the unit;
+/// - if the Earth rate was subtracted: latitude, azimuth and tilt times the slopes of the Earth rate on the input axis,
+///   and the scale factor times the Earth rate. For an axis in a fixture, the fixture's elevation and roll and the axis
+///   direction replace the tilt.
+/// Values that the record does not state are assumed and marked: thermometers 0.02 K of calibration, 0.05 K of drift
+/// per year, one year since the calibration; turn-on 0.001 °/h; latitude 0.01°, azimuth 0.1°, tilt, elevation, roll and
+/// direction 1′ each; scale factor 10 ppm. The first record describes thermometers and gyro. Fails with usage if the
+/// clusters lack a thermometer that the model needs.
 [[nodiscard]] Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on);
 
-/// The scale factor's row for a rate that was measured by it, °/h, as in a budget.
+/// Returns the scale factor row of a measured rate, °/h, as in a budget.
 [[nodiscard]] BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_per_h);
 
-/// Returns the rows of a bias from which the Earth's rate was taken away: latitude, azimuth and tilt, or the angles of
-/// a fixture, by the slopes of that rate, where the record says the angles, and the scale factor by the rate itself, as
-/// in a budget. Empty where none was taken away.
+/// Returns the rows of a bias from which the Earth rate was subtracted, as in a budget. If the record states the
+/// angles: latitude, azimuth and tilt (or the angles of a fixture) times the slopes of the Earth rate. The scale factor
+/// row is the Earth rate's. Empty if no Earth rate was subtracted.
 [[nodiscard]] std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset);
 
-/// The calibration of a thermometer and its drift until the run of a record, as in a budget, for that sensitivity.
+/// Returns the rows of a thermometer's calibration and of its drift until the run of a record, for this sensitivity.
 [[nodiscard]] std::vector<BudgetRow> budget_of_thermometer(const data::Dataset& dataset,
                                                            const Sensitivity& sensitivity);
 
-/// How well the thermometers of a record are known in a year of use, K: of each, the root sum square of its
-/// calibration, if the record says it, and of the drift of a year; where the record does not say that, `assumed`: 0.05
-/// K.
+/// Uncertainty of each thermometer of a record after a year of use, K: the root sum of squares of its calibration, if
+/// the record states it, and of the drift in a year, assumed to be 0.05 K if the record does not state it.
 struct ThermometersInUse {
   std::vector<double> uncertainty_k;
-  bool assumed{};  ///< any of them
+  bool assumed{};  ///< any drift is
 };
 [[nodiscard]] ThermometersInUse thermometers_in_use(const data::Dataset& dataset);
 
-/// The standard uncertainty that a year's drift of the thermometers adds to the compensated bias, °/h: root sum of
-/// squares of each one's drift, as the record says it or 0.05 K, by the root mean square of the model's sensitivity to
-/// it. 0 of a model that says nothing of its uncertainty.
+/// Computes the standard uncertainty that the thermometers' drift in a year adds to the compensated bias, °/h: the root
+/// sum of squares of each drift, as stated in the record or 0.05 K, times the root mean square of the model's
+/// sensitivity. 0 for a model without an uncertainty.
 [[nodiscard]] double drift_in_a_year_deg_per_h(const Model& model, const data::Dataset& dataset);
 
-/// How far the thermometer of a budget's row of drift may have walked between the training and the run of a record, K,
-/// as if its drift until the one and until the other were independent; where neither day of calibration is known, in a
-/// year.
+/// Computes the drift of a budget's thermometer between the training and the run of a record, K, as if the drifts from
+/// calibration to training and from calibration to run were independent. If neither day of calibration is known, a year
+/// is assumed between them.
 [[nodiscard]] double drift_between_k(const BudgetRow& row, const data::Dataset& dataset);
 
-/// Computes how far each thermometer of `used` may have drifted between the two runs, K, as if its drift from the
-/// calibration to the one and to the other were independent. A drift of 0.05 K in a year and a year since the
-/// calibration are assumed where a record does not state them; a year between the runs where neither states the day.
+/// Computes the drift of each thermometer of `used` between two runs, K, as if the drifts from the calibration to each
+/// run were independent. Assumes a drift of 0.05 K per year and one year since the calibration where a record does not
+/// state them, and one year between the runs if neither states the day.
 [[nodiscard]] std::vector<double> drifts_between_k(const data::Dataset& trained, const data::Dataset& used);
 
-/// The rows of a model's budget as they are in the run of a record that it has not seen: the thermometers have drifted
-/// by drift_between_k(), which is assumed if the record does not say how far they do, or since when.
+/// Returns a model's budget rows for the run of an unseen record. Drift rows become drift_between_k(), marked as
+/// assumed if the record does not state the drift or the day of calibration.
 [[nodiscard]] std::vector<BudgetRow> in_the_run(const data::Dataset& dataset, std::vector<BudgetRow> rows);
 
-/// Half the width of the interval, °/h, that should hold each cluster's mean of compensated bias with kCoverage, on a
-/// run that the model has not seen: what differs within a run or between runs, at the cluster length, expanded as a
-/// budget is. What is the same in training and in use is not in it, for the model has learnt it. A thermometer counts
-/// by its sensitivity in that very cluster, and by its drift until the training and until this run, as if they were
-/// independent: of one walk that is an upper limit. Outside the trained range widening() is added. Where neither day of
-/// calibration is known, a year is between. Where a model knows its own variance, that of the cluster counts: all of it
-/// in the place of a row `coefficients`, else what exceeds its mean in training, which the held-out residual contains.
-/// `trained` is that of the model. NaN where an input is not known. Fails as sensitivities() does.
+/// Computes the half-width of the interval, °/h, that should contain each cluster's mean of compensated bias with
+/// probability kCoverage in an unseen run. It contains the sources that differ within a run or between runs, at the
+/// cluster length, and is expanded as a budget. Errors that are equal in training and in use are excluded, since the
+/// model has learnt them. A thermometer counts with its sensitivity in that cluster and its drifts until training and
+/// until this run, as if they were independent, which is an upper limit for a random walk. If neither day of
+/// calibration is known, a year is assumed between them. Outside the trained range widening() is added. If the model
+/// knows its own variance, the cluster's variance replaces a row `coefficients`; without such a row only the excess
+/// over its mean in training is added, because the held-out residual contains that mean. `trained` is the uncertainty
+/// of the model. NaN where an input is unknown. Fails like sensitivities().
 [[nodiscard]] Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertainty& trained,
                                                            const data::Dataset& dataset,
                                                            const data::Clusters& clusters);
 
-/// The slopes of the Earth rate on an axis in a fixture by the fixture's elevation and roll, signed, and with where the
-/// axis lies in it: of a turn that may have any direction across the axis, root mean square. °/h per degree.
+/// Slopes of the Earth rate on an axis in a fixture, °/h per degree: by the fixture's elevation and roll, signed, and
+/// by the axis direction, as a root mean square over all directions across the axis.
 struct FixtureSlopes {
   double elevation{}, roll{}, direction{};
 };
-/// Computes them from latitude, azimuth and elevation of the axis, and azimuth and elevation of the fixture, which must
-/// all be known. The fixture is raised about its own horizontal axis and rolled about its x.
+/// Computes the slopes from latitude, from azimuth and elevation of the axis, and from azimuth and elevation of the
+/// fixture; all must be known. The fixture is raised about its own horizontal axis and rolled about its x axis.
 [[nodiscard]] FixtureSlopes fixture_slopes(const record::GyroUncertainty& known);
 
-/// The Earth rate on an axis, Ω(cos φ cos az cos el + sin φ sin el), by each of its angles, °/h per degree.
+/// Slopes of the Earth rate on an axis, Ω(cos φ cos az cos el + sin φ sin el), by each of its angles, °/h per degree.
 struct EarthRateSlopes {
   double latitude{}, azimuth{}, elevation{};
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The uncertainty of an exported model's means as C.
+/// Writes the uncertainty of an exported model's means as C.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -45,7 +45,7 @@ constexpr const char* kTest = R"(  double square = 0.0;
   if (!(@name@_uncertainty_outside(1.0) >= @name@_uncertainty())) return 1;
 )";
 
-/// "  0.0003, /* angle random walk */"
+/// Formats a row: "  0.0003, /* angle random walk */".
 std::string line_of(const BudgetRow& row) {
   std::string what = fmt::format("{}{}{}", name(row.source), row.of.empty() ? "" : " ", row.of);
   if (const auto said = remarks(row); !said.empty()) what += fmt::format(" ({})", fmt::join(said, ", "));

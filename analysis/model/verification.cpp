@@ -31,7 +31,7 @@ Rows rows_where(const data::Clusters& clusters, Wanted wanted) {
   return rows;
 }
 
-/// Of those rows at which there is a residual.
+/// Computes the figures of the rows that have a residual.
 data::Figures figures_at(const Eigen::VectorXd& residual, const data::Clusters& clusters, Rows rows) {
   std::erase_if(rows, [&](Eigen::Index k) { return !std::isfinite(residual(k)); });
   return figures_of(residual(rows), clusters, rows);
@@ -55,8 +55,8 @@ std::vector<Stretch> stretches_of(const data::Dataset& dataset) {
   return stretches;
 }
 
-/// Where the asked-for rate of change changes: each segment's start, but not the first one's, nor that of a hold after
-/// a hold at the same temperature.
+/// Returns the times at which the requested rate of change changes: each segment's start except the first, and except a
+/// hold that follows a hold at the same temperature.
 std::vector<double> corners_of(const data::Dataset& dataset, const std::vector<Stretch>& stretches) {
   std::vector<double> corners;
   for (std::size_t s = 1; s < stretches.size(); ++s) {
@@ -111,14 +111,16 @@ const char* what_is_done(Outside policy) {
   return kDone[static_cast<std::size_t>(policy)];
 }
 
-/// Why no cluster is compensated, of which so many have all inputs and so many of these one outside.
+/// Returns the reason why no cluster is compensated. `known` clusters have all inputs; `outside` of these have one
+/// outside the range.
 const char* why_nothing_is_compensated(std::size_t known, std::size_t outside) {
   if (known == 0) return "no cluster has all inputs of the model (a rate wants the cluster before it)";
   if (outside == known) return "every cluster that has all inputs has one outside the trained range: refused";
   return "the model predicts no finite bias";
 }
 
-/// Whether the model saw any of these clusters: the same axis of the same run, and a stretch of it that overlaps.
+/// Returns true if the model was trained on any of these clusters: the same axis of the same run, in an overlapping
+/// period.
 bool trained_on(const Model& model, const data::Dataset& dataset, const data::Clusters& clusters) {
   const double from_s = clusters.start_s(0), to_s = clusters.start_s(clusters.start_s.size() - 1) + clusters.length_s;
   return std::ranges::any_of(model.trained_on, [&](const TrainingRecord& record) {
@@ -127,8 +129,8 @@ bool trained_on(const Model& model, const data::Dataset& dataset, const data::Cl
   });
 }
 
-/// How many of its effective parameters the model spent on the clusters that are verified; 0 if it was not fitted to
-/// them.
+/// Returns the share of the effective parameters that the model used for the verified clusters; 0 if it was not fitted
+/// to them.
 double parameters_spent(const Model& model, const Verification& result) {
   if (!result.trained_on_this) return 0;
   int all = 0;
@@ -170,7 +172,7 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
   return warnings;
 }
 
-/// The means of what the stream leaves, °/h; NaN where a second of the cluster has no value.
+/// Returns the cluster means of the streamed compensated bias, °/h; NaN if a second of the cluster has no value.
 Eigen::VectorXd means_of(const Eigen::VectorXd& compensated, const data::Dataset& dataset,
                          const data::Clusters& clusters) {
   Eigen::VectorXd means = Eigen::VectorXd::Constant(clusters.start_s.size(), kMissing);
@@ -185,7 +187,7 @@ Eigen::VectorXd means_of(const Eigen::VectorXd& compensated, const data::Dataset
   return means;
 }
 
-/// NaN where there is no residual or no interval.
+/// Returns 1 inside the interval and 0 outside; NaN without a residual or an interval.
 Eigen::VectorXd within_the_interval(const Eigen::VectorXd& residual, const Eigen::VectorXd& half_width) {
   return residual.binaryExpr(half_width, [](double value, double half) {
     if (!std::isfinite(value) || !std::isfinite(half)) return kMissing;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How good a model is on a record it has not seen.
+/// Verification of a model on a record.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,23 +18,26 @@
 
 namespace gyrotherm::model {
 
-/// Figures of one stretch of the profile.
+/// Figures of one segment of the profile.
 struct SegmentFigures {
   int segment{};
   std::string name;
   bool hold{};
   double start_s{}, duration_s{};
-  double mean_temperature_c{};  ///< of the first thermometer
+  double mean_temperature_c{};  ///< first thermometer
   double mean_bias_deg_per_h{};
   data::Figures residual;
 };
 
-/// Inputs beyond the range in which the model was trained, and what was done with them.
+/// Clusters with inputs outside the trained range, and the policy for them.
 struct OutsideTheRange {
   Outside policy{};
-  int clusters{};             ///< with an input outside; with refuse, left out of every figure of the residual
-  std::string farthest_term;  ///< "A-D": farthest outside as a part of its range; empty if none is
-  double farthest{};          ///< how far: 0.1 is a tenth of its trained range
+  /// Clusters with an input outside. With refuse, they are excluded from the residual figures.
+  int clusters{};
+  /// Term that is farthest outside relative to its range, such as "A-D"; empty if there is none.
+  std::string farthest_term;
+  /// Distance from the range; 0.1 is a tenth of the trained range.
+  double farthest{};
 };
 
 void describe(auto& form, Like<OutsideTheRange> auto& outside) {
@@ -44,12 +47,13 @@ void describe(auto& form, Like<OutsideTheRange> auto& outside) {
   form("farthest", outside.farthest);
 }
 
-/// Prediction − true bias of a virtual gyro: what the model gets wrong, free of what no temperature tells of (noise,
-/// bias instability, turn-on offset). A constant offset of the training record is no model's fault: `std` is without
-/// the mean, `rmse` with it.
+/// Prediction less true bias of a virtual gyro: the error of the model, without effects that no temperature predicts
+/// (noise, bias instability, turn-on offset). A constant offset of the training record is not an error of the model;
+/// `std` excludes it, `rmse` includes it.
 struct ErrorToTruth {
   data::Figures figures;
-  bool mean_removed{};  ///< the zero of the bias is the record's own, so that its mean says nothing
+  /// The bias reference is a mean of this record, so that the mean error has no meaning.
+  bool mean_removed{};
 };
 
 void describe(auto& form, Like<ErrorToTruth> auto& error) {
@@ -57,16 +61,17 @@ void describe(auto& form, Like<ErrorToTruth> auto& error) {
   form("mean_removed", error.mean_removed);
 }
 
-/// How many cluster means lie within the intervals that the model's own budget gives them.
+/// Share of cluster means inside the intervals of the model's own budget.
 struct Coverage {
-  double nominal{};                    ///< the share that should: 0.95
-  double seen{};                       ///< the share that does
-  int clusters{};                      ///< with an interval
-  double effective{};                  ///< as many independent clusters would tell as much of the share
-  double mean_half_width_deg_per_h{};  ///< of the intervals
+  double nominal{};  ///< expected share, 0.95
+  double seen{};     ///< observed share
+  int clusters{};
+  /// Number of independent clusters that would determine the share equally well.
+  double effective{};
+  double mean_half_width_deg_per_h{};
 };
 
-/// Its form wherever it is written.
+/// Describes the form in all files.
 void describe(auto& form, Like<Coverage> auto& coverage) {
   form("nominal", coverage.nominal);
   form("seen", coverage.seen);
@@ -75,11 +80,11 @@ void describe(auto& form, Like<Coverage> auto& coverage) {
   form("mean_half_width_deg_per_h", coverage.mean_half_width_deg_per_h);
 }
 
-/// The bias that the stream leaves, in means over the clusters, beside what predictions of the same means leave that
-/// are aligned with them: of those clusters alone in which every second has a value.
+/// Residual bias of the stream in means over the clusters, compared with that of predictions aligned with the same
+/// means. Uses only clusters with a value in every second.
 struct Streamed {
   data::Figures residual, aligned;
-  std::optional<ErrorToTruth> to_truth, aligned_to_truth;  ///< a virtual rig's
+  std::optional<ErrorToTruth> to_truth, aligned_to_truth;  ///< virtual rig only
 };
 
 void describe(auto& form, Like<Streamed> auto& streamed) {
@@ -89,62 +94,77 @@ void describe(auto& form, Like<Streamed> auto& streamed) {
   form("aligned_to_truth", streamed.aligned_to_truth);
 }
 
-/// What a model leaves of a record's bias, as a whole and in parts; figures in °/h.
+/// Residual bias of a record, in total and in parts; figures in °/h.
 struct Verification {
   std::string run_id;
-  std::string identity;  ///< which gyro it is of, as far as the record says
+  /// Identity of the gyro, as far as the record states it.
+  std::string identity;
   bool simulated{};
-  bool trained_on_this{};  ///< the record is among those the model was fitted to: in-sample, and said so
-  std::string bias_zero;   ///< what its bias is counted from, in words
-  bool zero_is_its_own{};  ///< that is a mean of this record
+  /// The model was fitted to this record, so that the figures are in-sample.
+  bool trained_on_this{};
+  std::string bias_zero;
+  /// The bias reference is a mean of this record.
+  bool zero_is_its_own{};
   data::Figures raw;
   data::Figures compensated;
-  data::Figures ramps, holds;            ///< of the compensated bias, apart (count 0 if none)
-  data::Figures corners;                 ///< the first 10 min after each corner
-  std::optional<ErrorToTruth> to_truth;  ///< a virtual rig's; of the same clusters as `compensated`
-  data::NoiseFloor floor;                ///< of the raw bias
-  double effective_parameters{};         ///< of the model; 0 if not known
-  double expected_in_sample_std{};  ///< floor·√(1 − p/n), °/h, n the clusters that it was fitted to, here or elsewhere:
-                                    ///< what they leave of noise alone; NaN if the record was not trained on or p is
-                                    ///< not known
-  Eigen::VectorXd residual_deg_per_h;  ///< per cluster; NaN where the model refuses
+  /// Figures of the compensated bias in ramps and holds; the count is 0 if there are none.
+  data::Figures ramps, holds;
+  /// Figures of the first 10 min after each corner, a change of the requested rate of change.
+  data::Figures corners;
+  /// Virtual rig only; the same clusters as `compensated`.
+  std::optional<ErrorToTruth> to_truth;
+  data::NoiseFloor floor;  ///< raw bias
+  /// Effective parameters of the model; 0 if unknown.
+  double effective_parameters{};
+  /// floor·√(1 − p/n), °/h, with n the number of clusters that the model was fitted to in all records: the residual STD
+  /// that noise alone would leave. NaN if the model was not trained on this record or p is unknown.
+  double expected_in_sample_std{};
+  /// Residual of each cluster; NaN where the model refuses.
+  Eigen::VectorXd residual_deg_per_h;
   std::vector<SegmentFigures> segments;
   OutsideTheRange outside;
-  std::optional<Coverage> coverage;   ///< nothing if the model says nothing of its uncertainty
-  std::optional<Streamed> streamed;   ///< nothing unless as_streamed() was asked
-  std::vector<std::string> warnings;  ///< residual below the floor (over-fit), inputs out of range, …
+  /// Empty for a model without an uncertainty.
+  std::optional<Coverage> coverage;
+  /// Empty until the caller adds the result of as_streamed().
+  std::optional<Streamed> streamed;
+  /// Over-fit (residual below the noise floor), inputs out of range and others.
+  std::vector<std::string> warnings;
 };
 
-/// Returns how far predictions are from the true bias, given what they leave of each cluster's mean: of those clusters
-/// at which there is a residual. Nothing where the truth is not known.
+/// Returns the error of predictions relative to the true bias, given the residual of each cluster's mean. Uses the
+/// clusters with a residual. No value if the truth is unknown.
 [[nodiscard]] std::optional<ErrorToTruth> error_to_truth(const data::Dataset& dataset, const data::Clusters& clusters,
                                                          const Eigen::VectorXd& residual_deg_per_h);
 
-/// Compensates the record's clusters and judges what is left. Fails with usage if they lack a thermometer that the
-/// model needs, or the model refuses every cluster.
+/// Compensates the record's clusters and judges the residual bias. Fails with usage if the clusters lack a thermometer
+/// that the model needs, or if the model refuses every cluster.
 [[nodiscard]] Result<Verification> verify(const Model& model, const data::Dataset& dataset,
                                           const data::Clusters& clusters, Outside outside = Outside::continued);
 
-/// Streams the record through the model and judges what a navigation computer gets second by second: compensate and the
-/// C export see the past alone, and lag. `aligned_residual_deg_per_h` is that of verify(). Fails with usage if rows are
-/// not one a second, the model needs a thermometer that the record lacks, or no cluster has a value in every second.
+/// Streams the record through the model and judges the result of a navigation computer second by second: `compensate`
+/// and the C export use past readings only and therefore lag. `aligned_residual_deg_per_h` is that of verify(). Fails
+/// with usage if rows are not one per second, if the record lacks a thermometer that the model needs, or if no cluster
+/// has a value in every second.
 [[nodiscard]] Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset,
                                            const data::Clusters& clusters,
                                            const Eigen::VectorXd& aligned_residual_deg_per_h,
                                            Outside outside = Outside::continued);
 
-/// Warns if what a model leaves of two or more means has no smaller STD than the raw bias. `leaves` begins the sentence
-/// about it, such as "compensated".
+/// Returns a warning if the residual of two or more means does not have a smaller STD than the raw bias. `leaves`
+/// begins its sentence, such as "compensated".
 [[nodiscard]] std::optional<std::string> no_gain_warning(std::string_view leaves, const data::Figures& left,
                                                          const data::Figures& raw);
 
-/// How the means of whole runs differ, which no single run shows: type A, from two or more.
+/// Scatter of the means of whole runs, which a single run does not show: type A, from two or more runs.
 struct BetweenRuns {
   int runs{};
-  double mean_deg_per_h{};  ///< of the runs' means of compensated bias
-  double std_deg_per_h{};   ///< of one run's mean
+  /// Mean of the runs' means of compensated bias.
+  double mean_deg_per_h{};
+  /// Standard deviation of one run's mean.
+  double std_deg_per_h{};
   int degrees_of_freedom{};
-  double expanded_deg_per_h{};  ///< std by Student's t: 95 % of single runs' means lie within it of the true mean
+  /// std times Student's t: 95 % of single runs' means are within this distance of the true mean.
+  double expanded_deg_per_h{};
 };
 
 void describe(auto& form, Like<BetweenRuns> auto& between) {
@@ -155,9 +175,9 @@ void describe(auto& form, Like<BetweenRuns> auto& between) {
   form("U_deg_per_h", between.expanded_deg_per_h);
 }
 
-/// Of those runs that the model was not trained on, each counted once; nothing if they are fewer than two. A run whose
-/// zero is its own does not count: how it differs from others is what was removed. Nothing if two count their bias from
-/// different zeros, or are of different gyros.
+/// Computes the scatter of the runs that the model was not trained on, each counted once; no value for fewer than two.
+/// A run with its own mean as bias reference does not count, because its difference from others was removed. No value
+/// if two runs have different bias references or different gyros.
 [[nodiscard]] std::optional<BetweenRuns> between_runs(const std::vector<Verification>& verifications);
 
 }  // namespace gyrotherm::model

@@ -19,8 +19,8 @@ struct Quadrature {
   Eigen::VectorXd nodes, weights;
 };
 
-/// Returns the rule of Gauss and Legendre on 0 … `end`, by the eigenvalues of the Jacobi matrix (Golub and Welsch,
-/// Math. Comp. 23 (1969) 221).
+/// Returns the Gauss-Legendre rule on 0 … `end`, from the eigenvalues of the Jacobi matrix (Golub and Welsch, Math.
+/// Comp. 23 (1969) 221).
 Quadrature gauss_legendre(Eigen::Index count, double end) {
   Eigen::MatrixXd jacobi = Eigen::MatrixXd::Zero(count, count);
   for (Eigen::Index i = 1; i < count; ++i) {
@@ -32,10 +32,11 @@ Quadrature gauss_legendre(Eigen::Index count, double end) {
           .weights = end * solver.eigenvectors().row(0).transpose().cwiseAbs2()};
 }
 
-/// Returns the mean run length over blocks of the healthy vectors, in steps; above `steps` if no alarm came.
+/// Returns the mean run length over random blocks of the healthy vectors, in steps; above `steps` if there was no
+/// alarm.
 double drawn_run_length(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double slack, double limit, double steps) {
   constexpr std::uint64_t kSeed = 1;
-  constexpr Eigen::Index kBlock = 36;  // steps: an hour of 100 s
+  constexpr Eigen::Index kBlock = 36;  // one hour of 100 s
   std::mt19937_64 random(kSeed);
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(healthy.rows());
   double taken = 0;
@@ -52,7 +53,7 @@ double drawn_run_length(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double
   return alarms > 0 ? taken / alarms : 2 * steps;
 }
 
-/// Returns the place from `low` on, below `high`, up to which a rising function is less than `wanted`.
+/// Returns the greatest argument in `low` … `high` at which a rising function is below `wanted`.
 double crossing(double low, double high, double wanted, auto rising) {
   constexpr int kHalvings = 16;
   for (int i = 0; i < kHalvings; ++i) {
@@ -66,12 +67,14 @@ double crossing(double low, double high, double wanted, auto rising) {
 
 double average_run_length(int dimension, double slack, double limit) {
   assert(dimension >= 1 && slack > 0 && limit > 0);
-  constexpr double kNodesOfStep = 3, kFarthest = 12;  // standard deviations of the length, at least
+  // kFarthest is in standard deviations of the length, at least.
+  constexpr double kNodesOfStep = 3, kFarthest = 12;
   constexpr Eigen::Index kFewestNodes = 24;
   const auto count = kFewestNodes + static_cast<Eigen::Index>(kNodesOfStep * limit);
   const Quadrature quadrature = gauss_legendre(count, limit);
   const auto square = [](double x) { return x * x; };
-  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(count + 1, count + 1);  // I − P; the first state is 0
+  // I − P; the first state is 0.
+  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(count + 1, count + 1);
   for (Eigen::Index i = 0; i <= count; ++i) {
     const double noncentrality = i == 0 ? 0 : square(quadrature.nodes(i - 1));
     const double alarm = data::noncentral_chi_squared_exceeds(square(limit + slack), dimension, noncentrality);
@@ -93,7 +96,7 @@ double average_run_length(int dimension, double slack, double limit) {
 double limit_for_run_length(int dimension, double slack, double run_length) {
   constexpr double kLongest = 1e9, kTolerance = 1e-7;
   assert(run_length > 1 && run_length <= kLongest);
-  const auto above = [&](double limit) {  // nearly straight
+  const auto above = [&](double limit) {  // nearly linear in the limit
     return std::log(average_run_length(dimension, slack, limit) / run_length);
   };
   double low = kTolerance, of_low = above(low), high = 1, of_high = above(high);
@@ -105,7 +108,8 @@ double limit_for_run_length(int dimension, double slack, double run_length) {
     of_high = above(high);
   }
   double best = high;
-  int side = 0;  // of the end that was moved last
+  // The end that was moved last: −1 low, 1 high.
+  int side = 0;
   for (double step = high - low; std::abs(step) > kTolerance * high;) {
     const double middle = high - of_high * (high - low) / (of_high - of_low), of_middle = above(middle);
     const int moved = of_middle < 0 ? -1 : 1;
@@ -123,7 +127,8 @@ std::optional<double> limit_of_healthy(const Eigen::Ref<const Eigen::MatrixXd>& 
                                        double run_length) {
   assert(healthy.allFinite() && slack > 0);
   if (healthy.cols() < kFewestHealthy) return std::nullopt;
-  constexpr double kRuns = 400, kFarthest = 4;  // times the limit of white vectors
+  // Multiples of the limit of white vectors.
+  constexpr double kRuns = 400, kFarthest = 4;
   const auto dimension = static_cast<int>(healthy.rows());
   const double of_white = limit_for_run_length(dimension, slack, run_length);
   const double told = std::min(run_length, static_cast<double>(healthy.cols()));

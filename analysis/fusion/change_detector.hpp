@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Finds a small change that lasts amid much larger noise: a cumulative sum over whitened vectors, one per second or
-/// per cluster, and the limit above which it alarms.
+/// Detection of a small, lasting change in much larger noise: a cumulative sum over whitened vectors, one per second or
+/// per cluster, and the alarm limit.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace gyrotherm::fusion {
 
-/// Adds a vector to Crosier's sum, less the slack, and returns the length of the sum before the slack was taken.
+/// Adds a vector to Crosier's sum, subtracts the slack, and returns the length of the sum before the subtraction.
 inline double add_less_slack(Eigen::VectorXd& sum, const Eigen::Ref<const Eigen::VectorXd>& vector, double slack) {
   sum += vector;
   const double length = sum.norm();
@@ -19,80 +19,86 @@ inline double add_less_slack(Eigen::VectorXd& sum, const Eigen::Ref<const Eigen:
   return length;
 }
 
-/// Returns the average run length, in steps, of Crosier's multivariate cumulative sum of vectors that are N(0, I), from
-/// 0 to its first alarm: with dimension p, slack k and limit h, all above 0.
+/// Returns the average run length, in steps, of Crosier's multivariate cumulative sum of N(0, I) vectors, from 0 to its
+/// first alarm, for dimension p, slack k and limit h, all above 0.
 ///
-/// The direction of the sum is uniform and tells nothing, so its length r is a Markov chain (Crosier, Technometrics 30
-/// (1988) 291): before the slack is taken its square is noncentral χ²_p with λ = r². From r the run length is L(r) = 1
-/// + P(0 | r) L(0) + ∫₀ʰ f(x | r) L(x) dx, Page's integral equation (Biometrika 41 (1954) 100), which is solved at the
-/// nodes of Gauss and Legendre (Nyström's method). P(0 | r) is taken as what alarms and the nodes' own sum leave, so
-/// that the probability of an alarm, on which all depends, is exact at each node. Three nodes a step and 24 more are
-/// enough for some eight digits of a run of a million steps.
+/// The direction of the sum is uniform and carries no information, so its length r is a Markov chain (Crosier,
+/// Technometrics 30 (1988) 291): before the slack is subtracted, its square is noncentral χ²_p with λ = r². The run
+/// length from r is L(r) = 1 + P(0 | r) L(0) + ∫₀ʰ f(x | r) L(x) dx, Page's integral equation (Biometrika 41 (1954)
+/// 100), which is solved at the Gauss-Legendre nodes (Nyström's method). P(0 | r) is the complement of the alarm
+/// probability and the nodes' own sum, so that the alarm probability, the decisive quantity, is exact at each node.
+/// Three nodes per step of the limit and 24 more give about eight digits for a run of a million steps.
 [[nodiscard]] double average_run_length(int dimension, double slack, double limit);
 
-/// Returns the limit with this average run length, which is above 1 and at most 1e9, to 1e-7 of it, by false position
-/// in the Illinois form (Dowell and Jarratt, BIT 11 (1971) 168) on the logarithm of the run length, which is nearly
-/// straight. It is nearly 0 where the slack alone makes runs that long.
+/// Returns the limit with this average run length (above 1, at most 1e9), with a relative error of 1e-7, by false
+/// position in the Illinois form (Dowell and Jarratt, BIT 11 (1971) 168) on the logarithm of the run length, which is
+/// nearly linear. The limit is nearly 0 if the slack alone makes runs that long.
 [[nodiscard]] double limit_for_run_length(int dimension, double slack, double run_length);
 
-inline constexpr Eigen::Index kFewestHealthy = 360;  ///< vectors: ten hours of 100 s
+/// Smallest number of vectors: ten hours of 100 s.
+inline constexpr Eigen::Index kFewestHealthy = 360;
 
 /// Returns the limit at which the sum of ChangeDetector has this average run length over vectors like the healthy ones,
-/// a column each in the order of time, all finite. A model's error lasts for up to half an hour, in which small means
-/// add up: this, and not the variance of single vectors, is what makes alarms more frequent than those of white ones.
+/// one column each in the order of time, all finite. The errors of a model last for up to half an hour, in which small
+/// means add up; this, and not the variance of single vectors, makes alarms more frequent than those of white vectors.
 ///
-/// The run length is that of blocks of an hour drawn from the record with a fixed seed (circular block bootstrap,
-/// Politis and Romano, 1992). A record cannot show runs that are longer than itself. Beyond its own length the limit is
-/// that of white vectors with the one standard deviation s that explains the limit found at its own length: s h(k/s), h
-/// by limit_for_run_length().
+/// The run length is that of blocks of one hour drawn from the record with a fixed seed (circular block bootstrap,
+/// Politis and Romano, 1992). A record cannot show runs longer than itself. For longer runs the limit is that of white
+/// vectors with the one standard deviation s that explains the limit found at the record's own length: s h(k/s), with h
+/// from limit_for_run_length().
 ///
-/// It is never below the limit of white vectors. Returns nothing for fewer than 360 vectors. `slack` and `run_length`
-/// as limit_for_run_length() takes them.
+/// The limit is never below that of white vectors. Returns no value for fewer than 360 vectors. `slack` and
+/// `run_length` are as for limit_for_run_length().
 [[nodiscard]] std::optional<double> limit_of_healthy(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double slack,
                                                      double run_length);
 
 struct ChangeOptions {
-  int dimension{};              ///< p, numbers in a vector
-  double shift = 1;             ///< what it is made for: |f_i| b, in standard deviations of one step
-  double false_alarms_per_h{};  ///< that chance makes, while nothing changes
-  double interval_s = 1;        ///< of a step
+  /// p, the number of components of a vector.
+  int dimension{};
+  /// Change that the sum is designed for: |f_i| b, in standard deviations of one step.
+  double shift = 1;
+  /// Rate of false alarms without a change.
+  double false_alarms_per_h{};
+  double interval_s = 1;  ///< length of a step
 };
 
-/// What an alarm says.
+/// A detected change.
 struct Change {
-  int steps{};           ///< since the likeliest start of the change
-  Eigen::VectorXd mean;  ///< of the vectors since then
-  /// √steps · mean: isolate() says whose direction it is, and a size that is √steps times the fault's. Its length is
-  /// not that of N(0, I), since the start was chosen by it.
+  /// Number of steps since the most likely start.
+  int steps{};
+  /// Mean of the vectors since then.
+  Eigen::VectorXd mean;
+  /// Returns √steps · mean for isolate(), which gives its direction and √steps times the size of the fault. Its length
+  /// is not distributed as that of N(0, I), because the start was chosen to maximise it.
   [[nodiscard]] Eigen::VectorXd root_sum() const { return std::sqrt(static_cast<double>(steps)) * mean; }
 };
 
-/// Crosier's multivariate cumulative sum (Technometrics 30 (1988) 291): S ← (S + x)(1 − k/|S + x|), or 0 where |S + x|
-/// is at most k; an alarm when |S| exceeds h, upon which it begins anew. The slack k is half of the shift it is made
-/// for, h follows from the false alarms by the exact run length of the chain: they come at the stated
-/// rate, not below a bound. A change is found after some h/(shift − k) steps. When it began is asked of the last 8 h/k
-/// vectors: the start from which the square of their sum over their number is greatest is the likeliest (Hinkley,
-/// Biometrika 57 (1970) 1); the sum itself is no help, for in more than one dimension it is seldom 0.
+/// Crosier's multivariate cumulative sum (Technometrics 30 (1988) 291): S ← (S + x)(1 − k/|S + x|), or 0 if |S + x| is
+/// at most k. An alarm occurs when |S| exceeds h; the sum then restarts. The slack k is half of the shift that it is
+/// designed for, and h is computed from the rate of false alarms by the exact run length of the chain: they occur at
+/// the stated rate, not below a bound. A change is detected after about h/(shift − k) steps. Its beginning is estimated
+/// from the last 8 h/k vectors: the most likely start maximises the square of their sum divided by their number
+/// (Hinkley, Biometrika 57 (1970) 1); the sum itself does not help, since it is rarely 0 in more than one dimension.
 ///
-/// The vectors must be N(0, I) and independent while nothing changes: parity or departures of single seconds, less a
-/// bias that is known or tracked (the innovations of tracking::BiasTracker are white). limit_of_healthy() has
-/// the limit for vectors that are not. A mean that stands off 0 by less than the slack does not add up to an alarm, but
-/// makes alarms more frequent.
+/// Without a change the vectors must be independent and N(0, I): parity or departures of single seconds, less a known
+/// or tracked bias (the innovations of tracking::BiasTracker are white). limit_of_healthy() computes the limit for
+/// other vectors. A mean that differs from 0 by less than the slack does not add up to an alarm, but makes alarms more
+/// frequent.
 class ChangeDetector {
  public:
-  /// Fails with usage if a number is not above 0, or false alarms are further apart than 1e9 steps or follow each other
-  /// within ten.
+  /// Fails with usage if a number is not above 0, or if false alarms are more than 1e9 or fewer than ten steps apart.
   [[nodiscard]] static Result<ChangeDetector> make(const ChangeOptions& options);
 
-  /// The next vector, of p numbers; one that is not finite passes unseen. A change if this one brings an alarm.
+  /// Takes the next vector of p components; ignores one that is not finite. Returns a change if this vector causes an
+  /// alarm.
   std::optional<Change> push(const Eigen::Ref<const Eigen::VectorXd>& vector);
 
-  /// Returns a detector that begins with nothing seen and alarms above this limit, which is above 0.
+  /// Returns a new detector with this limit, which must be above 0.
   [[nodiscard]] ChangeDetector with_limit(double limit) const { return {static_cast<int>(sum_.size()), slack_, limit}; }
 
   [[nodiscard]] double slack() const { return slack_; }
   [[nodiscard]] double limit() const { return limit_; }
-  /// |S|, after the vector pushed last.
+  /// Returns |S| after the last vector.
   [[nodiscard]] double level() const { return sum_.norm(); }
 
  private:
@@ -100,9 +106,10 @@ class ChangeDetector {
   [[nodiscard]] Change since_likeliest_start() const;
 
   double slack_{}, limit_{};
-  Eigen::VectorXd sum_;     ///< S
-  Eigen::MatrixXd recent_;  ///< a ring of the vectors since the last alarm, a column each
-  Eigen::Index known_{};    ///< how many there were
+  Eigen::VectorXd sum_;  ///< S
+  /// Ring of the vectors since the last alarm, one column each.
+  Eigen::MatrixXd recent_;
+  Eigen::Index known_{};  ///< number of these vectors
 };
 
 }  // namespace gyrotherm::fusion

@@ -17,14 +17,14 @@ double limit_of(int freedom, double false_alarm_probability) {
   return freedom < 1 ? kInfinite : data::chi_squared_limit(false_alarm_probability, freedom);
 }
 
-/// An effect so much smaller than the greatest is rounding.
+/// Returns true if the candidate has an effect on the vector. An effect much smaller than the greatest one is rounding.
 bool is_seen(const FaultTest& test, Eigen::Index candidate) {
   constexpr double kRounding = 1e-9;
   const double norm = test.effects.col(candidate).norm();
   return norm > 0 && norm > kRounding * test.effects.colwise().norm().maxCoeff();
 }
 
-/// What each candidate's fault takes from the statistic; NaN of one that is not seen.
+/// Returns the part of the statistic that each candidate's fault explains; NaN for a candidate without an effect.
 Eigen::VectorXd taken_by_each(const FaultTest& test, const Eigen::VectorXd& vector) {
   Eigen::VectorXd taken(test.effects.cols());
   for (Eigen::Index i = 0; i < taken.size(); ++i) {

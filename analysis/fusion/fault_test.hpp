@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether one of several candidates is at fault, and which: a generalised likelihood test. It is the same for axes
-/// that contradict each other in motion, for axes at rest, for thermometers, and for all of them together; what differs
-/// is the vector that is tested, and what a fault of each candidate does to it.
+/// Detection and isolation of a fault among several candidates by a generalised likelihood test. The same test serves
+/// for axes that contradict each other in motion, for axes at rest, for thermometers, and for all of them together;
+/// only the tested vector and the effect of each candidate's fault on it differ.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,60 +11,73 @@
 
 namespace gyrotherm::fusion {
 
-/// A vector that is N(0, I) while nothing is at fault, and N(b f_i, I) if candidate i is, by an unknown amount b.
+/// A vector that is N(0, I) without a fault, and N(b f_i, I) if candidate i has a fault of unknown size b.
 struct FaultTest {
   std::vector<std::string> candidates;
-  Eigen::MatrixXd effects;  ///< f_i, a column per candidate: what its fault of one unit does to the vector
+  /// f_i, one column per candidate: the effect of its fault of one unit on the vector.
+  Eigen::MatrixXd effects;
   [[nodiscard]] int freedom() const { return static_cast<int>(effects.rows()); }
 };
 
 struct TestOptions {
-  double false_alarm_probability = 1e-6;  ///< of one test while nothing is at fault; above 0 and below 1
-  /// By how much the best explanation must be ahead of the next before it is believed, in units of −2 ln likelihood: 6
-  /// is a likelihood ratio of 20.
+  /// Probability of a false alarm of one test, between 0 and 1.
+  double false_alarm_probability = 1e-6;
+  /// Lead that the best explanation must have over the next to be accepted, in units of −2 ln likelihood: 6 is a
+  /// likelihood ratio of 20.
   double margin = 6;
 };
 
-/// What is said of the candidates of one vector.
+/// Isolation of the faulty candidate by one vector.
 struct Isolation {
-  std::optional<Eigen::Index> candidate{};  ///< the one at fault, if one alone explains the vector and none rivals it
-  Eigen::Index likeliest{};                 ///< the one whose fault explains most
-  std::vector<Eigen::Index> rivals{};       ///< others within the margin of it, which the vector cannot tell from it
-  double margin{};                          ///< from the likeliest to the next
-  double size{}, size_std{};                ///< of its fault, in the candidate's unit
-  double left{};                            ///< of the statistic, once its fault is admitted; χ² of one degree less
-  bool explains{};                          ///< what is left is within the limit for it
+  /// The faulty candidate, if it alone explains the vector and has no rival.
+  std::optional<Eigen::Index> candidate{};
+  /// The candidate that explains most.
+  Eigen::Index likeliest{};
+  /// Other candidates within the margin, which the vector cannot distinguish from it.
+  std::vector<Eigen::Index> rivals{};
+  /// Lead of the likeliest candidate over the next.
+  double margin{};
+  /// Estimated size of its fault and the standard deviation, in the candidate's unit.
+  double size{}, size_std{};
+  /// Remainder of the statistic after subtracting its fault; χ² with one degree of freedom less.
+  double left{};
+  /// The remainder is within its limit.
+  bool explains{};
 };
 
-/// What one vector comes to.
+/// Result of the test of one vector.
 struct Finding {
   double statistic{};  ///< pᵀp
-  double limit{};      ///< that it exceeds by chance with the false-alarm probability; infinite without freedom
+  /// Limit that is exceeded by chance with the false-alarm probability; infinite without degrees of freedom.
+  double limit{};
   int freedom{};
-  bool fault{};                          ///< the statistic is above the limit
-  std::optional<Isolation> isolation{};  ///< of a fault, if any candidate's effect is not 0
+  /// The statistic exceeds the limit.
+  bool fault{};
+  /// Set for a fault, if any candidate has an effect.
+  std::optional<Isolation> isolation{};
 };
 
-/// Detection: pᵀp is χ² while nothing is at fault, with as many degrees of freedom as p has numbers (Sturza, Navigation
-/// 35 (1988) 483). Isolation: a fault of candidate i takes (f_iᵀp)²/|f_i|² from the statistic, which is what the
-/// likelihood ratio gains in −2 ln; the one that takes most is the likeliest (Daly, Gai and Harrison, J. Guidance and
-/// Control 2 (1979) 9). Candidates with parallel effects take the same, and none of them is isolated: four axes have a
-/// parity vector of one number, and detect but do not isolate. Without numbers there is no test, and no fault is found.
-/// The vector is finite.
+/// Tests a finite vector. Detection: without a fault pᵀp is χ² with as many degrees of freedom as p has components
+/// (Sturza, Navigation 35 (1988) 483). Isolation: a fault of candidate i explains (f_iᵀp)²/|f_i|² of the statistic, the
+/// gain of the likelihood ratio in −2 ln; the candidate that explains most is the likeliest (Daly, Gai and Harrison, J.
+/// Guidance and Control 2 (1979) 9). Candidates with parallel effects explain equally much, and none of them is
+/// isolated: four axes have a parity vector of one component and permit detection, but not isolation. An empty vector
+/// permits no test, and no fault is found.
 [[nodiscard]] Finding examine(const FaultTest& test, const Eigen::Ref<const Eigen::VectorXd>& vector,
                               const TestOptions& options = {});
 
-/// Who it is, where something else has found that there is a fault, as a ChangeDetector does; empty if no candidate's
-/// effect is seen.
+/// Isolates the faulty candidate of a fault that was detected by other means, such as a ChangeDetector. Returns no
+/// value if no candidate has an effect.
 [[nodiscard]] std::optional<Isolation> isolate(const FaultTest& test, const Eigen::Ref<const Eigen::VectorXd>& vector,
                                                const TestOptions& options = {});
 
-/// The probability that a fault of this size is detected, in the candidate's unit: that noncentral χ² with λ = size²
-/// |f_i|² exceeds the limit (Sturza's detector operating characteristic).
+/// Returns the probability that a fault of this size, in the candidate's unit, is detected: that noncentral χ² with λ =
+/// size² |f_i|² exceeds the limit (Sturza's detector operating characteristic).
 [[nodiscard]] double detection_probability(const FaultTest& test, Eigen::Index candidate, double size,
                                            double false_alarm_probability);
 
-/// The size of a candidate's fault that is detected with this probability; infinite if the vector does not see it.
+/// Returns the size of a candidate's fault that is detected with this probability; infinite if it has no effect on the
+/// vector.
 [[nodiscard]] double detectable_size(const FaultTest& test, Eigen::Index candidate, double probability,
                                      double false_alarm_probability);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One rate vector from many axes, and what the axes say against each other: two matrices that never change, so that a
-/// second's work is two products.
+/// Estimation of one rate vector from many axes, and of the contradictions between the axes. Both use constant
+/// matrices, so that each second takes two matrix products.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,43 +10,46 @@
 
 namespace gyrotherm::fusion {
 
-/// The two matrices of N axes.
+/// The constant matrices of N axes.
 struct Gains {
-  Eigen::Matrix3Xd rate;       ///< G, 3 × N: the rate vector is G y
-  Eigen::Matrix3d covariance;  ///< of that vector, (°/h)²: (Hᵀ C⁻¹ H)⁻¹
-  Eigen::MatrixXd parity;      ///< V, (N − 3) × N: the parity vector is V y, N(0, I) while no axis is at fault
+  /// G, 3 × N: the rate vector is G y.
+  Eigen::Matrix3Xd rate;
+  /// Covariance of the rate vector, (°/h)²: (Hᵀ C⁻¹ H)⁻¹.
+  Eigen::Matrix3d covariance;
+  /// V, (N − 3) × N: the parity vector is V y, N(0, I) while no axis has a fault.
+  Eigen::MatrixXd parity;
 };
 
-/// G is the generalised least-squares estimator (Aitken, Proc. R. Soc. Edinb. 55 (1935) 42), the best linear unbiased
-/// one: (Hᵀ C⁻¹ H)⁻¹ Hᵀ C⁻¹. V spans what no rate can reach, V H = 0, and whitens it, V C Vᵀ = I (Potter and Suman,
-/// AGARDograph 224 (1977), for C = I; Sturza, Navigation 35 (1988) 483). Both come of one QR decomposition of L⁻¹ H,
-/// C = L Lᵀ (Golub and Van Loan, Matrix Computations, 5.3 and 6.1): with Q = (Q₁ Q₂), G = R⁻¹ Q₁ᵀ L⁻¹ and V = Q₂ᵀ L⁻¹.
-/// Three axes have no parity: V has no rows.
+/// Computes the matrices. G is the generalised least-squares estimator (Aitken, Proc. R. Soc. Edinb. 55 (1935) 42), the
+/// best linear unbiased one: (Hᵀ C⁻¹ H)⁻¹ Hᵀ C⁻¹. V spans the space that no rate can reach, V H = 0, and whitens it, V
+/// C Vᵀ = I (Potter and Suman, AGARDograph 224 (1977), for C = I; Sturza, Navigation 35 (1988) 483). Both are obtained
+/// from one QR decomposition of L⁻¹ H, C = L Lᵀ (Golub and Van Loan, Matrix Computations, 5.3 and 6.1): with Q = (Q₁
+/// Q₂), G = R⁻¹ Q₁ᵀ L⁻¹ and V = Q₂ᵀ L⁻¹. With three axes V has no rows.
 [[nodiscard]] Gains gains_of(const Geometry& geometry);
 
-/// The gains of readings that are weighed as `weights` has it, a geometry of the same axes with another covariance; the
-/// covariance of the vector and the parity are of `geometry`. With other weights than its own the vector is not that of
-/// least variance in this very geometry, and is without bias all the same.
+/// Computes gains with the weights of `weights`, a geometry of the same axes with another covariance. The covariance of
+/// the vector and the parity are those of `geometry`. With other weights than its own, the vector does not have the
+/// least variance in this geometry, but remains unbiased.
 [[nodiscard]] Gains gains_weighed_by(const Geometry& geometry, const Geometry& weights);
 
 struct FusedRate {
-  Eigen::Vector3d deg_per_h;   ///< in the axes of the fixture
+  Eigen::Vector3d deg_per_h;   ///< axes of the fixture
   Eigen::Matrix3d covariance;  ///< (°/h)²
 };
-/// The rate vector of one reading per axis, °/h.
+/// Returns the rate vector of one reading per axis, °/h.
 [[nodiscard]] FusedRate fused(const Gains& gains, const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h);
 
 inline constexpr double kLeastRedundancy = 1e-6;
 
-/// The rate vector of the same readings without one axis, as gains_of(without(…)) has it: an axis that is left out is
-/// one with a bias that nobody knows, whose estimate is v_iᵀ p/|v_i|², v_i its column of V and p the parity vector; its
-/// part of G y is taken back. Fails with numeric if the axis is alone in some direction: of what it tells, |v_i|² over
-/// (C⁻¹)_ii, the others know less than kLeastRedundancy.
+/// Returns the rate vector of the readings without one axis, equal to that of gains_of(without(…)). Leaving an axis out
+/// is equivalent to giving it an unknown bias, whose estimate is v_iᵀ p/|v_i|², with v_i its column of V and p the
+/// parity vector; the contribution of this bias to G y is subtracted. Fails with numeric if the axis is the only one in
+/// some direction: the others contain less than kLeastRedundancy of its information, |v_i|² over (C⁻¹)_ii.
 [[nodiscard]] Result<FusedRate> fused_without(const Gains& gains,
                                               const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
                                               Eigen::Index axis);
 
-/// The test whose vector is the parity vector and whose candidates are the axes, each by a bias in °/h.
+/// Returns the test of the parity vector. The candidates are the axes, each with a bias in °/h.
 [[nodiscard]] FaultTest parity_test(const Gains& gains, const Geometry& geometry);
 
 }  // namespace gyrotherm::fusion

@@ -27,7 +27,7 @@ Eigen::Matrix3d rotation_by(const Eigen::Vector3d& angle) {
                    : Eigen::AngleAxisd(size, angle / size).toRotationMatrix();
 }
 
-/// J with exp([(ψ + δ)×]) = exp([(J δ)×]) exp([ψ×]), to the first order in δ.
+/// Returns J with exp([(ψ + δ)×]) = exp([(J δ)×]) exp([ψ×]), to first order in δ.
 Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& angle) {
   const double size = angle.norm();
   constexpr double kSmall = 1e-4;
@@ -56,14 +56,15 @@ Result<void> check(const Geometry& geometry, const Attitude& attitude, const Bia
   return {};
 }
 
-/// Computes the covariance of the angles about north, east and down, rad²; an error of the latitude is one about east.
+/// Computes the covariance of the angles about north, east and down, rad². An error of the latitude is an angle about
+/// east.
 Eigen::Matrix3d angle_covariance(const Attitude& attitude) {
   Eigen::Matrix3d covariance = pose_covariance(attitude);
   covariance(1, 1) += std::pow(kRadians * attitude.latitude_std_deg, 2);
   return covariance;
 }
 
-/// What the axes see of the Earth if the fixture is turned by ψ, and how that goes with ψ.
+/// Earth rate on the axes for a fixture rotated by ψ, and its derivative by ψ.
 struct Seen {
   Eigen::VectorXd deg_per_h;
   Eigen::MatrixX3d by_angle;  ///< °/h per rad
@@ -104,7 +105,8 @@ Result<RestEstimate> at_rest(const Geometry& geometry, const Eigen::Ref<const Ei
     const Seen seen = seen_of_earth(geometry, attitude, angle);
     const Eigen::VectorXd innovation =
         readings_deg_per_h - seen.deg_per_h - prior.mean_deg_per_h + seen.by_angle * angle;
-    const Eigen::MatrixXd reach = seen.by_angle * angles;  // of the readings and the angles, before the readings
+    // Covariance of readings and angles, before using the readings.
+    const Eigen::MatrixXd reach = seen.by_angle * angles;
     const Eigen::LLT<Eigen::MatrixXd> expected(geometry.covariance + prior.covariance +
                                                reach * seen.by_angle.transpose());
     const Eigen::VectorXd weighted = expected.solve(innovation);

@@ -13,7 +13,7 @@
 namespace gyrotherm::fusion {
 namespace {
 
-/// "in accord (χ² 3.1 of 5, limit 36.2)"
+/// Formats a finding: "in accord (χ² 3.1 of 5, limit 36.2)".
 std::string describe(const Finding& finding) {
   if (finding.freedom == 0) return "not seen against each other";
   return fmt::format("{} (χ² {:.3g} of {}, limit {:.3g})", finding.fault ? "at odds" : "in accord", finding.statistic,
@@ -26,7 +26,7 @@ std::string names_of(const FaultTest& test, const Isolation& isolation) {
   return names;
 }
 
-/// Whether the likeliest and all its rivals are of one kind.
+/// Returns true if the likeliest candidate and all its rivals are of the same kind.
 bool of_one_kind(const Isolation& isolation, Eigen::Index axes) {
   const bool axis = isolation.likeliest < axes;
   return std::ranges::all_of(isolation.rivals, [&](Eigen::Index rival) { return (rival < axes) == axis; });
@@ -73,7 +73,7 @@ Result<ThermometerParity> thermometer_parity_of(const Eigen::Ref<const Eigen::Ma
   const Eigen::RowVectorXd mean = known.colwise().mean();
   const Eigen::MatrixXd centred = known.rowwise() - mean;
   Eigen::MatrixXd covariance = centred.transpose() * centred / static_cast<double>(rows.size() - 1);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> components(covariance);  // the least first
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> components(covariance);
   const Eigen::MatrixXd others = components.eigenvectors().leftCols(count - modes).transpose();
   covariance.diagonal() += uncertainty_k.cwiseAbs2();
   const Eigen::MatrixXd spread = others * covariance * others.transpose();

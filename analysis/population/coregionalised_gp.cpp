@@ -57,19 +57,19 @@ Eigen::VectorXd values_in(const OutputSamples& samples) {
   return values;
 }
 
-/// H: 1 in the column of the value's output.
+/// Returns H, with 1 in the column of each value's output.
 Eigen::MatrixXd outputs_of_values(const OutputSamples& samples) {
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(samples.values.size()), samples.outputs);
   for (Eigen::Index i = 0; i < all.rows(); ++i) all(i, samples.values[static_cast<std::size_t>(i)].output) = 1;
   return all;
 }
 
-/// k of rows of a with rows of b.
+/// Returns k between the rows of a and the rows of b.
 Eigen::MatrixXd kernel_of(const Coregionalisation& model, const data::SampleMatrix& a, const data::SampleMatrix& b) {
   return methods::covariance_matrix({.lengths = model.lengths, .signal = 1, .noise = 0}, a, b);
 }
 
-/// B_ij k of each value with each, without noise.
+/// Returns B_ij k for each pair of values, without noise.
 Eigen::MatrixXd spread_out(const OutputSamples& samples, const Eigen::MatrixXd& kernel,
                            const Eigen::MatrixXd& between) {
   const auto count = static_cast<Eigen::Index>(samples.values.size());
@@ -95,7 +95,7 @@ tl::unexpected<Fault> outputs_not_definite() {
   return failure(FaultKind::numeric, "coregionalised process", "the covariance is not positive definite");
 }
 
-/// What the likelihood and its gradient are made of.
+/// Intermediate results of the likelihood and its gradient.
 struct Solved {
   Eigen::MatrixXd kernel;  ///< k of the inputs' rows
   Eigen::LLT<Eigen::MatrixXd> factor;
@@ -154,8 +154,8 @@ Coregionalisation model_at(const Eigen::VectorXd& coordinates, Eigen::Index inpu
   return model;
 }
 
-/// So that no search ends in infinity: lengths within 0.05 … 200, of outputs of unit variance the root within ± 100 and
-/// its diagonal within 0.001 … 100, noises within 0.001 … 10.
+/// Clamps the coordinates so that a search cannot diverge: lengths to 0.05 … 200; for outputs of unit variance, the
+/// root to ± 100 and its diagonal to 0.001 … 100, noises to 0.001 … 10.
 Eigen::VectorXd kept_sane(Eigen::VectorXd at, Eigen::Index inputs, Eigen::Index outputs) {
   const auto clamp = [&](Eigen::Index k, double low, double high) { at(k) = std::clamp(at(k), low, high); };
   for (Eigen::Index k = 0; k < inputs; ++k) clamp(k, std::log(0.05), std::log(200));
@@ -241,8 +241,8 @@ Result<CoregionalisedLikelihood> marginal_likelihood(const Coregionalisation& mo
   if (!solved) return failure(solved.error());
   const Eigen::Index inputs = samples.x.cols(), outputs = samples.outputs, rows = samples.x.rows();
   const auto count = static_cast<Eigen::Index>(samples.values.size());
-  // ½ tr(Q ∂K/∂θ), Q = ααᵀ − K⁻¹ + K⁻¹H(HᵀK⁻¹H)⁻¹HᵀK⁻¹. Sums of Q ∘ k over the values of each pair of outputs give
-  // the gradient by B; sums of Q ∘ B over those of each pair of rows that by k.
+  // The gradient is ½ tr(Q ∂K/∂θ), Q = ααᵀ − K⁻¹ + K⁻¹H(HᵀK⁻¹H)⁻¹HᵀK⁻¹. Sums of Q ∘ k over the values of each pair of
+  // outputs give the gradient by B; sums of Q ∘ B over those of each pair of rows give the gradient by k.
   const Eigen::MatrixXd with_constants = solved->factor.matrixU().solve(solved->of_constants);
   Eigen::MatrixXd q = -solved->factor.solve(Eigen::MatrixXd::Identity(count, count));
   q += solved->alpha * solved->alpha.transpose() +
@@ -320,7 +320,8 @@ OutputPredictions predict(const CoregionalisedGp& process, const data::SampleMat
     }
     predictions.mean.col(j) = (with.transpose() * process.alpha).array() + process.constant(j);
     process.factor.triangularView<Eigen::Lower>().solveInPlace(with);
-    Eigen::MatrixXd untold = -process.of_constants.transpose() * with;  // e_j − HᵀK⁻¹k, a column per row of x
+    // e_j − HᵀK⁻¹k, one column per row of x.
+    Eigen::MatrixXd untold = -process.of_constants.transpose() * with;
     untold.row(j).array() += 1;
     const Eigen::RowVectorXd of_constants = (process.constant_covariance * untold).cwiseProduct(untold).colwise().sum();
     predictions.variance.col(j) =

@@ -79,7 +79,8 @@ Result<EstimatedPlanes> multi_output_ridge(const Eigen::MatrixXd& z, const Eigen
   const Eigen::MatrixXd centred = y.rowwise() - y.colwise().mean();
   Eigen::VectorXd variance = centred.colwise().squaredNorm().transpose() / static_cast<double>(y.rows() - 1);
   Eigen::MatrixXd noise;
-  for (int step = 0; step < 2; ++step) {  // with the variance of the bias, and then of what that leaves of it
+  // The first step uses the variance of the bias, the second that of the residuals.
+  for (int step = 0; step < 2; ++step) {
     Eigen::MatrixXd residual(y.rows(), outputs);
     double parameters = 0;
     for (Eigen::Index j = 0; j < outputs; ++j) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Ridge regression of several axes on the same thermometers, all at once.
+/// Joint ridge regression of several axes on the same thermometers.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,48 +8,50 @@
 
 namespace gyrotherm::population {
 
-// Y = Z W + 1 bᵀ + E: a column of Y and of W per output (an axis), a row of Z and Y per cluster. The rows of E are
-// N(0, Ω); the columns of W are of the same prior but for the factor that Γ says: vec W is N(0, Γ ⊗ (nC)⁻¹). What is
-// most likely minimises tr(R Ω⁻¹ Rᵀ) + n tr(W Γ⁻¹ Wᵀ C), R = Y − Z W − 1 bᵀ (Brown and Zidek, Ann. Stat. 8 (1980) 64).
+// Y = Z W + 1 bᵀ + E: one column of Y and W per output (axis), one row of Z and Y per cluster. The rows of E are N(0,
+// Ω). The columns of W have the same prior up to the factor Γ: vec W is N(0, Γ ⊗ (nC)⁻¹). The maximum of the posterior
+// minimises tr(R Ω⁻¹ Rᵀ) + n tr(W Γ⁻¹ Wᵀ C), R = Y − Z W − 1 bᵀ (Brown and Zidek, Ann. Stat. 8 (1980) 64).
 //
-// Let Q diagonalise both, QᵀΩQ = D and QᵀΓQ = I: then each column of Y Q is a ridge regression of its own with the
-// penalty d n C, and there is nothing to iterate.
+// If Q diagonalises both, QᵀΩQ = D and QᵀΓQ = I, each column of Y Q is a separate ridge regression with the penalty d n
+// C, and no iteration is needed.
 //
-// Honestly: where Ω is a multiple of Γ all penalties are the same and Q drops out; where both are diagonal, Q mixes
-// nothing. In both cases this is the separate ridges, to the last digit, and so it is without a penalty, whatever Ω
-// (Zellner, J. Am. Stat. Assoc. 57 (1962) 348: the same inputs in each equation). Something is gained only where the
-// axes' noises correlate, their slopes do not in the same way, and the penalty still counts beside the data: few hours,
-// or thermometers that see nearly the same. Ask residual_correlation.hpp first.
+// Limits: if Ω is a multiple of Γ, all penalties are equal and Q cancels; if both are diagonal, Q mixes nothing. In
+// both cases the result is exactly that of separate ridges. The same is true without a penalty, for any Ω (Zellner, J.
+// Am. Stat. Assoc. 57 (1962) 348: the same inputs in each equation). A gain requires that the axes' noises correlate,
+// that their slopes do not correlate in the same way, and that the penalty is significant compared with the data: few
+// hours, or thermometers with nearly equal readings. residual_correlation.hpp tests the first condition.
 
-/// How the outputs belong together, outputs × outputs, symmetric and positive definite.
+/// Covariances between the outputs, outputs × outputs, symmetric and positive definite.
 struct OutputCovariances {
-  Eigen::MatrixXd noise;   ///< Ω, in squares of the outputs' unit
-  Eigen::MatrixXd slopes;  ///< Γ, likewise
+  Eigen::MatrixXd noise;   ///< Ω, squares of the outputs' unit
+  Eigen::MatrixXd slopes;  ///< Γ, squares of the outputs' unit
 };
 
 /// The planes of all outputs.
 struct MultiOutputPlanes {
-  Eigen::MatrixXd weights;               ///< W, inputs × outputs
-  Eigen::RowVectorXd b;                  ///< one per output
-  Eigen::VectorXd effective_parameters;  ///< of each of the combinations Y Q, the constant's 1 included
+  Eigen::MatrixXd weights;  ///< W, inputs × outputs
+  Eigen::RowVectorXd b;     ///< one per output
+  /// One per combination Y Q, including the constant's 1.
+  Eigen::VectorXd effective_parameters;
 };
 
-/// Minimises the sum above, in closed form. C is symmetric and not negative: the covariance of the inputs that the
-/// thermometers' uncertainty makes, as in methods::penalised_plane, which solves each of the combinations, or λI for a
-/// plain ridge. Fails with usage if shapes differ, there are fewer than two rows or a value is not finite, and with
+/// Minimises the sum above in closed form. C is symmetric and not negative: the covariance of the inputs due to the
+/// thermometers' uncertainty, as in methods::penalised_plane(), which solves each combination, or λI for an ordinary
+/// ridge. Fails with usage if shapes differ, if there are fewer than two rows or if a value is not finite, and with
 /// numeric if Ω or Γ is not positive definite.
 [[nodiscard]] Result<MultiOutputPlanes> multi_output_ridge(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y,
                                                            const Eigen::MatrixXd& penalty,
                                                            const OutputCovariances& between);
 
-/// The same with Ω from the data: that of the residuals of separate ridges (each penalty n C times its own output's
-/// residual variance, so that Γ is I in the unit of the outputs), over the rows less the mean effective parameters; two
-/// steps, and no iteration, as in Zellner's estimator. Then `penalty` is (the prior variance of a slope)⁻¹/n, and not
-/// in units of the noise. Fails as above, and with usage if the rows are not more than the effective parameters.
+/// Planes with Ω estimated from the data: the covariance of the residuals of separate ridges, over the rows less the
+/// mean effective parameters. Each ridge has the penalty n C times its own output's residual variance, so that Γ is I
+/// in the unit of the outputs. Two steps without iteration, as in Zellner's estimator.
 struct EstimatedPlanes {
   MultiOutputPlanes planes;
-  Eigen::MatrixXd noise;  ///< Ω as estimated
+  Eigen::MatrixXd noise;  ///< estimated Ω
 };
+/// Computes them. `penalty` is the inverse of n times the prior variance of a slope, and not in units of the noise.
+/// Fails like the function above, and with usage if the rows are not more than the effective parameters.
 [[nodiscard]] Result<EstimatedPlanes> multi_output_ridge(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y,
                                                          const Eigen::MatrixXd& penalty);
 

@@ -13,16 +13,16 @@
 namespace gyrotherm::population {
 namespace {
 
-/// R with RRᵀ = S; what rounding has made negative counts as 0.
+/// Returns R with RRᵀ = S. Eigenvalues that rounding made negative count as 0.
 Eigen::MatrixXd root_of_covariance(const Eigen::MatrixXd& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
-/// What a prior of this root and a unit's precision come to.
+/// Posterior of a unit: a prior with this root combined with the unit's precision.
 struct Joined {
   Eigen::MatrixXd covariance;  ///< V
-  double log_determinant{};    ///< of I + RᵀAR
+  double log_determinant{};    ///< log det(I + RᵀAR)
 };
 
 Joined joined(const Eigen::MatrixXd& root, const Eigen::MatrixXd& precision) {
@@ -33,7 +33,7 @@ Joined joined(const Eigen::MatrixXd& root, const Eigen::MatrixXd& precision) {
   return {half.transpose() * half, 2 * factor.matrixLLT().diagonal().array().log().sum()};
 }
 
-/// −2 log p of a unit's values if its coefficients are N(mean, RRᵀ), V as joined.
+/// Returns −2 log p of a unit's values for coefficients N(mean, RRᵀ), given their posterior.
 double deviance(const UnitInformation& unit, const Eigen::VectorXd& mean, const Joined& with) {
   const Eigen::VectorXd untold = unit.projection - unit.precision * mean;
   const double square = unit.square - 2 * mean.dot(unit.projection) + mean.dot(unit.precision * mean) -
@@ -41,7 +41,7 @@ double deviance(const UnitInformation& unit, const Eigen::VectorXd& mean, const 
   return unit.rows * std::log(2 * std::numbers::pi) + unit.log_determinant + with.log_determinant + square;
 }
 
-/// Everything that one Σ comes to.
+/// Intermediate results for one Σ.
 struct Step {
   std::vector<Joined> units;
   Eigen::VectorXd mean;
@@ -75,7 +75,7 @@ Result<Step> step_at(std::span<const UnitInformation> units, const Eigen::Matrix
   return step;
 }
 
-/// Σ_u E[(w_u − μ)(w_u − μ)ᵀ] given all values.
+/// Returns Σ_u E[(w_u − μ)(w_u − μ)ᵀ] given all values.
 Eigen::MatrixXd expected_squares(std::span<const UnitInformation> units, const Step& step) {
   const Eigen::Index count = step.mean.size();
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
@@ -88,7 +88,7 @@ Eigen::MatrixXd expected_squares(std::span<const UnitInformation> units, const S
   return 0.5 * (sum + sum.transpose());
 }
 
-/// log p of Σ under the prior of a shrinkage, but for a constant; 0 without one.
+/// Returns log p of Σ under the prior of a shrinkage, up to a constant; 0 without a shrinkage.
 double log_prior(const Eigen::MatrixXd& covariance, const std::optional<Shrinkage>& shrinkage) {
   if (!shrinkage) return 0;
   const Eigen::LDLT<Eigen::MatrixXd> factor(covariance);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Units of one type as draws of one population: the mean and the covariance of their coefficients, from what each of
-/// them has shown, and what that says of the next one. Pure linear algebra; what the coefficients are of is for
-/// type_prior.hpp to say.
+/// Units of one type as draws from one population: estimation of the mean and the covariance of their coefficients from
+/// the data of each unit, and the prior of the next unit. Pure linear algebra; type_prior.hpp defines the coefficients.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,79 +11,87 @@
 
 namespace gyrotherm::population {
 
-// The hierarchical linear model: y_u = Z_u w_u + e_u of unit u, w_u drawn from N(μ, Σ), e_u of a known covariance and
-// whitened before (Laird and Ware, Random-effects models for longitudinal data, Biometrics 38 (1982) 963; Lindley and
-// Smith, J. R. Stat. Soc. B 34 (1972) 1; Gelman et al., Bayesian Data Analysis (2013), ch. 15).
+// The hierarchical linear model: y_u = Z_u w_u + e_u for unit u, with w_u drawn from N(μ, Σ) and e_u of a known
+// covariance and already whitened (Laird and Ware, Random-effects models for longitudinal data, Biometrics 38 (1982)
+// 963; Lindley and Smith, J. R. Stat. Soc. B 34 (1972) 1; Gelman et al., Bayesian Data Analysis (2013), ch. 15).
 
-/// All that one unit's whitened values say of its coefficients. Without any row all of it is 0.
+/// Sufficient statistics of one unit's whitened values for its coefficients. All are 0 without any row.
 struct UnitInformation {
   Eigen::MatrixXd precision;   ///< A = ZᵀZ
   Eigen::VectorXd projection;  ///< c = Zᵀy
   double square{};             ///< yᵀy
-  double log_determinant{};    ///< of the covariance before it was whitened
+  /// Log determinant of the covariance before whitening.
+  double log_determinant{};
   double rows{};
 };
 
 [[nodiscard]] UnitInformation information_of(const Eigen::MatrixXd& z, const Eigen::VectorXd& y,
                                              double log_determinant = 0);
-/// What nothing says of so many coefficients.
+/// Returns empty statistics for that number of coefficients.
 [[nodiscard]] UnitInformation no_information(Eigen::Index coefficients);
-/// What two independent records of one unit say together. Both are of the same coefficients.
+/// Adds the statistics of two independent records of one unit. Both must have the same coefficients.
 [[nodiscard]] UnitInformation operator+(const UnitInformation& a, const UnitInformation& b);
 
-/// Coefficients as far as they are known: normal.
+/// Normal distribution of coefficients.
 struct Coefficients {
   Eigen::VectorXd mean;
-  Eigen::MatrixXd covariance;  ///< may be singular: what does not vary between the units is known
+  /// May be singular: coefficients that do not vary between units are known exactly.
+  Eigen::MatrixXd covariance;
 };
 
-/// What is known of a unit's coefficients once it has been seen: with A and c of its own and the prior N(m, S) the mean
-/// is m + V(c − Am), the covariance V = (A + S⁻¹)⁻¹, computed as R(I + RᵀAR)⁻¹Rᵀ with RRᵀ = S, which needs no inverse.
+/// Returns the posterior of a unit's coefficients: with its own A and c and the prior N(m, S), the mean is m + V(c −
+/// Am) and the covariance V = (A + S⁻¹)⁻¹, computed as R(I + RᵀAR)⁻¹Rᵀ with RRᵀ = S, which needs no inverse of S.
 [[nodiscard]] Coefficients posterior(const Coefficients& prior, const UnitInformation& own);
 
-/// log p of the unit's values, its coefficients drawn from the prior.
+/// Returns log p of the unit's values for coefficients drawn from the prior.
 [[nodiscard]] double log_predictive(const Coefficients& prior, const UnitInformation& unit);
 
-/// What is known of a population.
+/// Estimated distribution of the units of a type.
 struct Population {
-  Eigen::VectorXd mean;             ///< μ
-  Eigen::MatrixXd covariance;       ///< Σ
-  Eigen::MatrixXd mean_covariance;  ///< of μ as estimated
+  Eigen::VectorXd mean;        ///< μ
+  Eigen::MatrixXd covariance;  ///< Σ
+  /// Covariance of the estimated μ.
+  Eigen::MatrixXd mean_covariance;
 };
 
-/// The prior of the next unit: N(μ, Σ + the covariance of μ).
+/// Returns the prior of the next unit: N(μ, Σ + the covariance of μ).
 [[nodiscard]] Coefficients next_unit(const Population& population);
 
-/// Few units say little of how coefficients vary together. Σ is drawn to a diagonal matrix as if `worth_units` more
-/// units had been seen that vary as that: the mode under an inverse Wishart prior (Gelman et al. (2013), §3.6).
+/// Shrinkage of Σ towards a diagonal matrix, since few units determine the correlations of coefficients poorly. It has
+/// the weight of `worth_units` further units with that covariance: the mode under an inverse Wishart prior (Gelman et
+/// al. (2013), §3.6).
 struct Shrinkage {
-  Eigen::VectorXd variances;  ///< of the diagonal, not negative
+  Eigen::VectorXd variances;  ///< diagonal, not negative
   double worth_units{};       ///< κ, above 0
 };
 
 struct PopulationOptions {
-  bool independent = false;  ///< coefficients vary independently: Σ is diagonal
+  /// Coefficients vary independently: Σ is diagonal.
+  bool independent = false;
   std::optional<Shrinkage> shrinkage = {};
   int most_iterations = 300;
-  double tolerance = 1e-3;  ///< nats: it ends when an iteration gains less
+  /// Least gain of an iteration, nats; the search ends below it.
+  double tolerance = 1e-3;
 };
 
 struct PopulationFit {
   Population population;
-  double log_likelihood{};  ///< restricted; of a shrunk Σ with its log prior, but for a constant
+  /// Restricted log likelihood; for a shrunk Σ with its log prior, up to a constant.
+  double log_likelihood{};
   int iterations{};
   bool converged{};
 };
 
-/// Finds Σ by the EM algorithm for the restricted likelihood, μ being integrated out with a flat prior, so that Σ is
-/// not too small by the units that μ cost (Laird and Ware (1982), eqs. 3.4 to 3.7; Dempster, Laird and Rubin, J. R.
-/// Stat. Soc. B 39 (1977) 1: no iteration loses likelihood). It starts from `start`, which is not negative; a variance
-/// that starts at 0 stays there. Fails with usage if there are fewer than three units, and with numeric if all units
-/// together do not tell the coefficients apart.
+/// Estimates Σ by the EM algorithm for the restricted likelihood. μ is integrated out under a flat prior, so that Σ is
+/// not biased by the estimation of μ (Laird and Ware (1982), eqs. 3.4 to 3.7; Dempster, Laird and Rubin, J. R. Stat.
+/// Soc. B 39 (1977) 1: no iteration decreases the likelihood). It starts from `start`, which must not be negative; a
+/// variance that starts at 0 remains 0. Fails with usage if there are fewer than three units, and with numeric if the
+/// data of all units together do not determine the coefficients.
 [[nodiscard]] Result<PopulationFit> fit_population(std::span<const UnitInformation> units, const Eigen::MatrixXd& start,
                                                    const PopulationOptions& options = {});
 
-/// μ and its covariance for a Σ that is known, and the restricted likelihood of it. Fails with numeric as above.
+/// Returns μ and its covariance for a known Σ, and the restricted likelihood of that Σ. Fails with numeric like
+/// fit_population().
 [[nodiscard]] Result<PopulationFit> population_with(std::span<const UnitInformation> units,
                                                     const Eigen::MatrixXd& covariance);
 

@@ -41,7 +41,7 @@ Result<void> check_axes(std::span<const AxisResidual> axes) {
   return {};
 }
 
-/// ρ at 1 … lags places.
+/// Returns ρ at lags of 1 … `lags` positions.
 Eigen::VectorXd autocorrelations(const Eigen::VectorXd& values, const Eigen::VectorXi& places, Eigen::Index lags) {
   const Eigen::VectorXd centred = values.array() - values.mean();
   const double variance = centred.squaredNorm() / static_cast<double>(values.size());
@@ -51,7 +51,7 @@ Eigen::VectorXd autocorrelations(const Eigen::VectorXd& values, const Eigen::Vec
   return all;
 }
 
-/// How many pairs of places lie 1 … lags apart.
+/// Returns the numbers of pairs at distances of 1 … `lags` positions.
 Eigen::VectorXd pairs_apart(const Eigen::VectorXi& places, Eigen::Index lags) {
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(places.size());
   Eigen::VectorXd all(lags);
@@ -62,10 +62,11 @@ Eigen::VectorXd pairs_apart(const Eigen::VectorXi& places, Eigen::Index lags) {
 
 struct Pair {
   double r{}, effective{}, probability = 1;
-  bool tells{};  ///< else chance is not to be told from the rest
+  /// The pair has enough effective values for a statement.
+  bool tells{};
 };
 
-/// Two axes at the places that both have.
+/// Correlates two axes at the positions that both have.
 Pair pair_of(const Eigen::MatrixXd& both, const Eigen::VectorXi& all_places) {
   const auto rows = data::finite_rows(both);
   const Eigen::VectorXd a = both.col(0)(rows), b = both.col(1)(rows);

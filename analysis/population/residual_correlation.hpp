@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether the unexplained parts of several axes correlate at all: the question before anything is learnt together.
-/// Where they do not, an axis tells nothing of another that the thermometers have not told already.
+/// Test of the correlation between the residuals of several axes, to be made before learning them together. Without
+/// correlation, an axis provides no information about another beyond that of the thermometers.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,51 +13,57 @@
 
 namespace gyrotherm::population {
 
-/// What models leave of the bias of several axes, side by side in time. Residuals are of clusters that no part of the
-/// model has seen: those in-sample are made orthogonal to the inputs, and say less than they seem to.
+/// Residual bias of several axes on a common time grid. The residuals must be held-out: in-sample residuals are
+/// orthogonal to the inputs and would show too little correlation.
 struct AxisResiduals {
   std::vector<std::string> axes;
-  Eigen::VectorXi places;              ///< of each row, in whole clusters since the run started, rising
-  Eigen::MatrixXd residual_deg_per_h;  ///< places × axes; NaN where an axis has none
+  /// Position of each row, in whole clusters since the start of the run, ascending.
+  Eigen::VectorXi places;
+  /// Positions × axes; NaN for a missing value.
+  Eigen::MatrixXd residual_deg_per_h;
 };
 
-/// One axis' residual, a value per cluster of its own.
+/// One axis's residual, one value per cluster of its own.
 struct AxisResidual {
   std::string axis;
   const data::Clusters& clusters;
   Eigen::VectorXd residual_deg_per_h;
 };
 
-/// Puts the residuals of one run side by side, by the time since that run started. Fails with usage: fewer than two
-/// axes, cluster lengths that differ, not one residual per cluster, clusters of more than one run, two axes of one
-/// name.
+/// Aligns the residuals of one run by the time since its start. Fails with usage: fewer than two axes, different
+/// cluster lengths, not one residual per cluster, clusters of more than one run, two axes with one name.
 [[nodiscard]] Result<AxisResiduals> side_by_side(std::span<const AxisResidual> axes);
 
-/// The correlations of each pair of axes, axes × axes, and what chance would make of them.
+/// The correlations of each pair of axes, axes × axes, and their probabilities by chance.
 struct ResidualCorrelation {
   std::vector<std::string> axes;
-  Eigen::MatrixXd correlation;     ///< Pearson's r, over the places that both axes have
-  Eigen::MatrixXd effective;       ///< as many independent pairs would tell as much of r; on the diagonal 0
-  Eigen::MatrixXd probability;     ///< that |r| is so large by chance; on the diagonal 0
-  double all_probability = 1;      ///< that all of them together are so large by chance
-  double largest_probability = 1;  ///< that the most surprising of them is so by chance
+  /// Pearson's r over the positions that both axes have.
+  Eigen::MatrixXd correlation;
+  /// Number of independent pairs that would determine r equally well; 0 on the diagonal.
+  Eigen::MatrixXd effective;
+  /// Probability of so large an |r| by chance; 0 on the diagonal.
+  Eigen::MatrixXd probability;
+  /// Probability of so large correlations in total by chance.
+  double all_probability = 1;
+  /// Probability of so large a greatest correlation by chance.
+  double largest_probability = 1;
 };
 
-/// Pearson's r of each pair, with the number of independent pairs that would scatter as much,
-/// n_eff = n²/(n + 2 Σ_k n_k ρ_x(k) ρ_y(k)), n_k pairs k places apart, k up to n/4: the variance of r of two
-/// independent series with the autocorrelations ρ_x and ρ_y (Bartlett, J. R. Stat. Soc. 98 (1935) 536; Bayley and
-/// Hammersley, Suppl. J. R. Stat. Soc. 8 (1946) 184; tried by simulation by Pyper and Peterman, Can. J. Fish. Aquat.
-/// Sci. 55 (1998) 2127). n_eff is at most n. A pair's probability is Student's of r√((n_eff − 2)/(1 − r²)) with n_eff −
-/// 2 degrees of freedom.
+/// Computes Pearson's r of each pair, with the number of independent pairs that would have the same scatter, n_eff =
+/// n²/(n + 2 Σ_k n_k ρ_x(k) ρ_y(k)), with n_k the number of pairs k positions apart, k up to n/4. This is the variance
+/// of r for two independent series with the autocorrelations ρ_x and ρ_y (Bartlett, J. R. Stat. Soc. 98 (1935) 536;
+/// Bayley and Hammersley, Suppl. J. R. Stat. Soc. 8 (1946) 184; verified by simulation by Pyper and Peterman, Can. J.
+/// Fish. Aquat. Sci. 55 (1998) 2127). n_eff is at most n. A pair's probability is that of Student's t for r√((n_eff −
+/// 2)/(1 − r²)) with n_eff − 2 degrees of freedom.
 ///
-/// Two joint tests look at all pairs: the sum of (n_eff − 3) atanh² r is χ² with a degree of freedom per pair if
-/// nothing correlates (Steiger, Psychol. Bull. 87 (1980) 245: Bartlett's sphericity to first order, but each pair has
-/// its own n_eff), which sees many small correlations; the smallest probability times the number of pairs (Bonferroni)
-/// sees one large one. Residuals of a few dozen n_eff alarm falsely somewhat more often than asked, for their
-/// autocorrelations are estimated too small: the tests say how often.
+/// Two joint tests cover all pairs. Without correlation the sum of (n_eff − 3) atanh² r is χ² with one degree of
+/// freedom per pair (Steiger, Psychol. Bull. 87 (1980) 245: Bartlett's sphericity to first order, with an n_eff of its
+/// own for each pair); this test detects many small correlations. The smallest probability times the number of pairs
+/// (Bonferroni) detects a single large one. Residuals with an n_eff of a few dozen cause false alarms somewhat more
+/// often than nominal, because their autocorrelations are underestimated; the unit tests measure how often.
 ///
-/// Pairs with an n_eff below 5, or of which one does not vary, say nothing: probability 1, and they are in no joint
-/// test.
+/// Pairs with an n_eff below 5, or with an axis that does not vary, permit no statement: their probability is 1, and
+/// they are excluded from the joint tests.
 [[nodiscard]] ResidualCorrelation correlation_of(const AxisResiduals& residuals);
 
 }  // namespace gyrotherm::population

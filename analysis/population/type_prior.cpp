@@ -25,14 +25,14 @@ namespace {
 
 tl::unexpected<Fault> wrong_units(std::string what) { return failure(FaultKind::usage, "type prior", std::move(what)); }
 
-/// One run of one unit as it is learnt from.
+/// One run of one unit as training data.
 struct RunValues {
   Eigen::VectorXd time_s;
   data::SampleMatrix inputs;  ///< unscaled terms
   Eigen::VectorXd bias_deg_per_h;
 };
 
-/// The clusters that have a value of every term.
+/// Returns the clusters that have a value of every term.
 Result<RunValues> values_of(const data::Clusters& run, const std::vector<data::Term>& terms) {
   const auto inputs = evaluate(terms, run);
   if (!inputs) return failure(inputs.error());
@@ -106,7 +106,8 @@ data::SampleMatrix all_inputs(const std::vector<UnitValues>& units, Eigen::Index
   return all;
 }
 
-/// How the scaled terms vary within runs. Between units they vary as the errors of their thermometers do, too.
+/// Returns the covariance of the scaled terms within runs. Between units they also vary by the errors of the
+/// thermometers.
 Eigen::MatrixXd spread_within_runs(const std::vector<UnitValues>& units, const data::Scaling& scaling) {
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(scaling.std.size(), scaling.std.size());
   for (const UnitValues& unit : units) {
@@ -119,8 +120,8 @@ Eigen::MatrixXd spread_within_runs(const std::vector<UnitValues>& units, const d
   return sum / static_cast<double>(rows_in(units));
 }
 
-/// From scaled terms to the components in which the population is found, of unit variance over all clusters: terms ×
-/// components.
+/// Returns the transformation from scaled terms to the components in which the population is estimated, of unit
+/// variance over all clusters: terms × components.
 Eigen::MatrixXd components_of(const data::SampleMatrix& scaled) {
   constexpr double kLeastShare = 1e-5;
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(scaled);
@@ -133,14 +134,14 @@ Eigen::MatrixXd components_of(const data::SampleMatrix& scaled) {
   return svd.matrixV().leftCols(kept) * spread.head(kept).cwiseInverse().asDiagonal();
 }
 
-/// A row per cluster: 1, and the components.
+/// Returns one row per cluster: 1, and the components.
 Eigen::MatrixXd design_of(const data::SampleMatrix& scaled, const Eigen::MatrixXd& components) {
   Eigen::MatrixXd design(scaled.rows(), components.cols() + 1);
   design << Eigen::VectorXd::Ones(scaled.rows()), scaled * components;
   return design;
 }
 
-/// Times, design and bias of each run of each unit, in one matrix: whitened together.
+/// Times, design and bias of a run; design and bias are in one matrix because they are whitened together.
 struct DesignedRun {
   Eigen::VectorXd time_s;
   Eigen::MatrixXd design_and_bias;
@@ -188,7 +189,7 @@ std::vector<UnitInformation> information_of_all(const UnexplainedNoise& noise, c
   return all;
 }
 
-/// The root mean square of what least squares leaves of each unit: where the search for the noises starts.
+/// Returns the root mean square of the least-squares residuals of all units, the starting value for the noises.
 double left_by_least_squares(const DesignedUnits& units) {
   double squares = 0, rows = 0;
   for (const auto& runs : units) {
@@ -208,14 +209,15 @@ double left_by_least_squares(const DesignedUnits& units) {
   return std::sqrt(squares / rows);
 }
 
-using NoiseLogarithms = std::array<double, 3>;  ///< of white noise, wander and its time
+/// Logarithms of the white noise, the wander and its correlation time.
+using NoiseLogarithms = std::array<double, 3>;
 
 UnexplainedNoise noise_at(const NoiseLogarithms& at, double turn_on_deg_per_h) {
   return {std::exp(at[0]), std::exp(at[1]), std::exp(at[2]), turn_on_deg_per_h};
 }
 
-/// Searches the noises of the highest restricted likelihood with this Σ, one after the other with steps that halve.
-/// What remembers less than three clusters is white noise.
+/// Searches the noises with the highest restricted likelihood for this Σ, one coordinate at a time with steps that are
+/// halved. Noise with a correlation time below three clusters counts as white.
 Result<UnexplainedNoise> search_noise(const UnexplainedNoise& start, const DesignedUnits& units,
                                       const Eigen::MatrixXd& covariance, double cluster_length_s) {
   constexpr double kFirstStep = 0.8, kLastStep = 0.04;
@@ -247,7 +249,7 @@ Result<UnexplainedNoise> search_noise(const UnexplainedNoise& start, const Desig
   return noise_at(at, start.turn_on_deg_per_h);
 }
 
-/// What the others predict of each unit, summed; nothing if it cannot be had.
+/// Returns the sum of the log predictive densities of each unit given the others; no value if a fit fails.
 std::optional<double> predicted_by_others(const std::vector<UnitInformation>& units, const Eigen::MatrixXd& start,
                                           const PopulationOptions& options) {
   double sum = 0;
@@ -266,7 +268,7 @@ struct Chosen {
   double worth_units{};
 };
 
-/// Draws the correlations to 0 as strongly as leaving each unit out says.
+/// Shrinks the correlations towards 0; the shrinkage is chosen by leave-one-unit-out.
 Result<Chosen> with_correlations(const std::vector<UnitInformation>& units, const PopulationFit& independent,
                                  bool quick) {
   constexpr std::array kWorth = {100.0, 30.0, 10.0, 3.0, 1.0};
@@ -287,7 +289,7 @@ Result<Chosen> with_correlations(const std::vector<UnitInformation>& units, cons
   return chosen;
 }
 
-/// The whole of it, in components.
+/// Learnt population and noise, in components.
 struct Learnt {
   Chosen chosen;
   UnexplainedNoise noise;
@@ -316,7 +318,7 @@ Result<Learnt> learn(const DesignedUnits& units, double cluster_length_s, const 
   return Learnt{std::move(*chosen), noise};
 }
 
-/// Coefficients of the scaled terms from those of the components.
+/// Transforms coefficients of the components to coefficients of the scaled terms.
 Coefficients of_terms(const Coefficients& of_components, const Eigen::MatrixXd& components) {
   Eigen::MatrixXd back = Eigen::MatrixXd::Zero(components.rows() + 1, components.cols() + 1);
   back(0, 0) = 1;
@@ -325,8 +327,8 @@ Coefficients of_terms(const Coefficients& of_components, const Eigen::MatrixXd& 
   return {back * of_components.mean, 0.5 * (covariance + covariance.transpose())};
 }
 
-/// What the thermometers' uncertainty makes of the scaled terms, on average over all clusters that have a value of
-/// each.
+/// Returns the covariance of the scaled terms due to the thermometers' uncertainty, averaged over all clusters with a
+/// value of each term.
 Result<Eigen::MatrixXd> errors_of_terms(std::span<const UnitClusters> units, const TypePrior& prior,
                                         const std::vector<double>& uncertainty_k) {
   const auto terms = static_cast<Eigen::Index>(prior.terms.size());
@@ -402,7 +404,8 @@ Result<LearntUnit> learn_unit(const TypePrior& prior, std::span<const data::Clus
     sum += scaled.colwise().sum();
   }
   Coefficients known = posterior(prior.next_unit, all);
-  const double decided = known.covariance.cwiseProduct(all.precision).sum();  // the trace of VA: both are symmetric
+  // The trace of VA; both matrices are symmetric.
+  const double decided = known.covariance.cwiseProduct(all.precision).sum();
   return LearntUnit{std::move(known), sum / std::max(1.0, all.rows), decided};
 }
 

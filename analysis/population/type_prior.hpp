@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Units of one type: what n of them have shown is the prior of the next one, so that a few hours of its own data
-/// complete a model that it would otherwise need a whole program for.
+/// Prior of a unit from n other units of its type, so that a few hours of its own data are sufficient for a model that
+/// would otherwise need a complete profile.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,95 +19,110 @@ namespace gyrotherm::population {
 
 inline constexpr const char* kTypePriorSchema = "gyrotherm-type-prior/1";
 
-// The bias of unit u is b = w_0 + Σ_j w_j z_j + e: z_j are terms of the thermometers, scaled alike for all units, e is
-// the noise of unexplained_noise.hpp, and the w of each unit are a draw from the type's population (population.hpp).
+// The bias of unit u is b = w_0 + Σ_j w_j z_j + e: z_j are terms of the thermometers, scaled equally for all units, e
+// is the noise of unexplained_noise.hpp, and the w of each unit are a draw from the type's population (population.hpp).
 
-/// What one unit of the type has shown: the clusters of its runs, each run by itself.
+/// Data of one unit of the type: the clusters of its runs, one element per run.
 struct UnitClusters {
   std::string unit;
   std::vector<data::Clusters> runs;
 };
 
 struct TypePriorOptions {
-  std::string type = {};  ///< its name, for people
-  /// Empty: the first thermometer of the clusters and its differences with the others; the unit's own temperature where
-  /// there is none.
+  std::string type = {};
+  /// Terms of the model. If empty: the first thermometer of the clusters and its differences with the others, or the
+  /// unit's own temperature if there is no thermometer.
   std::vector<data::Term> terms = {};
-  /// How far one turn-on is from the next, °/h; what the rig file says. Not learnt, for units of one run do not show
-  /// it.
+  /// Standard deviation between turn-ons, °/h, from the rig file. It is not learnt, because units with one run do not
+  /// show it.
   double turn_on_deg_per_h = 0.001;
-  /// How well each thermometer of the clusters is known in use, K: its certificate and the drift until then. Empty:
-  /// exactly.
+  /// Uncertainty of each thermometer of the clusters in use, K: its certificate and the drift until then. If empty, the
+  /// thermometers are exact.
   std::vector<double> thermometer_uncertainty_k = {};
-  bool quick = false;      ///< a try: the correlations of coefficients are not learnt
-  bool simulated = false;  ///< whether any of the units is a virtual one
+  /// A quick trial: the correlations of coefficients are not learnt.
+  bool quick = false;
+  /// At least one of the units is virtual.
+  bool simulated = false;
 };
 
-/// A record that a prior was learnt from. The name of its unit is the user's, so that it does not say which gyro that
-/// is.
+/// A record that a prior was learnt from. The name of its unit is chosen by the user and does not identify the gyro.
 struct PriorRecord {
-  std::string name;            ///< of its unit, in TypePrior::units
-  std::string run_id;          ///< and of that run:
-  std::string unit{}, axis{};  ///< empty where it has one
-  std::string identity{};      ///< which gyro that is, as far as the record says
-  std::string bias_zero{};     ///< what its bias is counted from; empty: not known
+  /// Name of the unit in TypePrior::units.
+  std::string name;
+  std::string run_id;
+  /// Unit and axis in that run; empty for a record with a single one.
+  std::string unit{}, axis{};
+  /// Identity of the gyro, as far as the record states it.
+  std::string identity{};
+  /// Bias reference; empty if unknown.
+  std::string bias_zero{};
 };
 
-/// What is known of a unit of this type before it has been in the chamber.
+/// Prior of a unit of this type before its first run.
 struct TypePrior {
   std::string type;
-  std::vector<std::string> units;    ///< those it was learnt from
-  std::vector<PriorRecord> records;  ///< of these; empty where they are not known
-  bool simulated{};                  ///< any of them
+  std::vector<std::string> units;
+  /// Records of these units; empty if unknown.
+  std::vector<PriorRecord> records;
+  /// At least one of the units is virtual.
+  bool simulated{};
   double cluster_length_s = 100;
   std::vector<data::Term> terms;
-  data::Scaling scaling;                    ///< of the terms, over the clusters of all units
-  Eigen::RowVectorXd input_min, input_max;  ///< range of each term over the same, unscaled
-  Eigen::MatrixXd term_spread;              ///< covariance of the scaled terms within runs, over the same
-  Eigen::MatrixXd error_covariance;  ///< of the scaled terms: what the thermometers' uncertainty makes; 0 if none
-  Coefficients next_unit;            ///< °/h: the constant, then per STD of each term
+  /// Scaling of the terms over the clusters of all units.
+  data::Scaling scaling;
+  /// Range of each term over these clusters, unscaled.
+  Eigen::RowVectorXd input_min, input_max;
+  /// Covariance of the scaled terms within runs, over these clusters.
+  Eigen::MatrixXd term_spread;
+  /// Covariance of the scaled terms due to the thermometers' uncertainty; 0 if there is none.
+  Eigen::MatrixXd error_covariance;
+  /// °/h: the constant, then per STD of each term.
+  Coefficients next_unit;
   UnexplainedNoise noise;
-  double correlations_worth_units{};  ///< how strongly correlations were drawn to 0: see Shrinkage; 0: taken as 0
+  /// Weight of the shrinkage of the correlations (see Shrinkage); 0: no correlations.
+  double correlations_worth_units{};
 };
 
-/// Learns the prior from at least three units of the same thermometers and cluster length. Terms are scaled over all
-/// clusters together; clusters without a value of every term are left out. The covariance of the coefficients is found
-/// in the principal components of the scaled terms: thermometers of one block see nearly the same, and what is not to
-/// be told apart there must not count. Directions of less than 10⁻⁵ of the greatest spread are left out; no unit's
-/// coefficients go there.
+/// Learns the prior from at least three units with the same thermometers and cluster length. Terms are scaled over all
+/// clusters together; clusters without a value of every term are ignored. The covariance of the coefficients is
+/// estimated in the principal components of the scaled terms, because thermometers of one block have nearly equal
+/// readings, and directions that cannot be distinguished must not contribute. Directions with less than 10⁻⁵ of the
+/// greatest spread are omitted; no unit has coefficients there.
 ///
-/// In turn, the coefficients' variances are found with noises that are held, and the noises (but for the turn-on) with
-/// variances that are held, each by the restricted likelihood; what remembers less than three clusters counts as white.
-/// Then the correlations between coefficients are learnt, drawn to 0 as if so many more units of uncorrelated
-/// coefficients had been seen; how many, or that there is no correlation at all, is chosen by leaving each unit out: by
-/// what the others predict of all that it has shown (log_predictive). With a dozen units that is a choice between a
-/// few, not an estimate.
+/// The variances of the coefficients and the noises (except the turn-on) are estimated alternately, each with the
+/// others held constant, by the restricted likelihood; noise with a correlation time below three clusters counts as
+/// white. The correlations between coefficients are then learnt, shrunk towards 0 with the weight of a number of
+/// further units without correlations. That number, or no correlation at all, is chosen by leave-one-unit-out: by the
+/// predictive density of each unit's data given the others (log_predictive). With a dozen units this is a choice
+/// between a few values, not an estimate.
 ///
-/// Fails with usage (too few units, a unit given twice or without a run, clusters that do not go together, a term that
-/// does not vary or is not there, uncertainties that are not one per thermometer or below 0) or numeric.
+/// Fails with usage for too few units, a unit given twice or without a run, inconsistent clusters, a term that does not
+/// vary or does not exist, or uncertainties that are negative or not one per thermometer. Fails with numeric.
 [[nodiscard]] Result<TypePrior> learn_type_prior(std::span<const UnitClusters> units,
                                                  const TypePriorOptions& options = {});
 
-/// What is known of one unit.
+/// Posterior of one unit.
 struct LearntUnit {
-  Coefficients coefficients;      ///< the likeliest, and how well they are known
-  Eigen::VectorXd centre;         ///< mean of the scaled terms over its own clusters; 0 of none
-  double effective_parameters{};  ///< how many coefficients its own clusters decide: tr(VA) of population.hpp's V and A
+  Coefficients coefficients;
+  /// Mean of the scaled terms over its own clusters; 0 without clusters.
+  Eigen::VectorXd centre;
+  /// Number of coefficients that its own clusters determine: tr(VA) with V and A of population.hpp.
+  double effective_parameters{};
 };
 
-/// What is known of a unit once its own runs are seen, which may be none, or the beginning of one: the posterior of its
-/// coefficients, in closed form. Fails with usage if clusters lack a thermometer or are of another length.
+/// Returns the posterior of a unit's coefficients given its own runs, in closed form. There may be no run, or only the
+/// beginning of one. Fails with usage if clusters lack a thermometer or have another length.
 [[nodiscard]] Result<LearntUnit> learn_unit(const TypePrior& prior, std::span<const data::Clusters> own);
 
-/// The constant and slopes to compensate with, °/h, per STD: those that err least where readings are in error as much
-/// as the thermometers' uncertainty says. The slopes v = (M + C)⁻¹Mm minimise (v − m)ᵀM(v − m) + vᵀCv, M the spread of
-/// the terms within a run and C the covariance of their errors, m the likeliest slopes; the constant is such that the
-/// mean over the unit's own clusters stays. It is the penalty of methods::penalised_plane, with what is known in the
-/// place of the samples. The likeliest slopes themselves lean on differences of thermometers that a year's drift moves.
-/// Where C is 0 these are taken.
+/// Returns the constant and the slopes for compensation, °/h, per STD, with the least error for readings with the
+/// thermometers' uncertainty. The slopes v = (M + C)⁻¹Mm minimise (v − m)ᵀM(v − m) + vᵀCv, with M the spread of the
+/// terms within a run, C the covariance of their errors and m the most likely slopes. The constant keeps the mean over
+/// the unit's own clusters. It is the penalty of methods::penalised_plane(), with the posterior instead of samples. The
+/// most likely slopes themselves depend on differences between thermometers that a year's drift changes. If C is 0,
+/// they are returned.
 [[nodiscard]] Eigen::VectorXd careful_coefficients(const TypePrior& prior, const LearntUnit& unit);
 
-/// A bias that is predicted for a run that the unit has not made, in each cluster, °/h; NaN where an input is unknown.
+/// Predicted bias of each cluster of a run that the unit has not made yet, °/h; NaN if an input is unknown.
 struct UnitPrediction {
   Eigen::VectorXd bias_deg_per_h;
   Eigen::VectorXd expanded_deg_per_h;  ///< U, k = 2
@@ -115,18 +130,18 @@ struct UnitPrediction {
 
 inline constexpr double kUnitCoverageFactor = 2;
 
-/// Predicts a run's bias by the careful coefficients. `drift_k` is how far each thermometer of the clusters may have
-/// drifted since the unit's own runs, K, standard uncertainty; empty: not at all. U combines the covariance of the
-/// coefficients, the distance of the careful ones from the likeliest, that drift, and the wander and the turn-on of the
-/// run. It leaves out the white noise of a mean, which is no error of the compensation, and calibration errors, which
-/// the own runs share. Fails as learn_unit does, or with usage where `drift_k` is not one per thermometer.
+/// Predicts a run's bias with the careful coefficients. `drift_k` is the standard uncertainty of each thermometer's
+/// drift since the unit's own runs, K; no drift if it is empty. U combines the covariance of the coefficients, the
+/// distance of the careful ones from the most likely ones, the drift, and the wander and the turn-on of the run. It
+/// excludes the white noise of a mean, which is not an error of the compensation, and calibration errors, which the own
+/// runs share. Fails like learn_unit(), or with usage if `drift_k` does not have one value per thermometer.
 [[nodiscard]] Result<UnitPrediction> predict(const TypePrior& prior, const LearntUnit& unit,
                                              const data::Clusters& clusters, std::span<const double> drift_k = {});
 
-/// The file of a prior.
+/// Formats the file of a prior.
 [[nodiscard]] std::string to_json(const TypePrior& prior);
-/// Reads a file of a prior. Fails with bad_file: syntax, schema, missing or non-finite numbers, lengths that do not
-/// fit, a covariance that is not symmetric or is negative.
+/// Parses the file of a prior. Fails with bad_file: syntax, schema, missing or non-finite numbers, lengths that do not
+/// match, a covariance that is not symmetric or is negative.
 [[nodiscard]] Result<TypePrior> type_prior_from_json(std::string_view json, const std::string& file);
 
 }  // namespace gyrotherm::population

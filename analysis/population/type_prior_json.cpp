@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The file of a type prior: one description, by which it is written and read.
+/// The file of a type prior. One description serves both writing and reading.
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
@@ -17,7 +17,7 @@
 namespace gyrotherm::population {
 namespace {
 
-/// One term as a person reading the file wants it: what it is, how it is scaled and what the type makes of it.
+/// One term with its scaling and its prior, as a reader of the file wants it.
 struct PriorTerm {
   data::Term term;
   double mean{}, std{}, min{}, max{};
@@ -73,7 +73,7 @@ RowsOfNumbers covariance_rows(const Eigen::MatrixXd& covariance) {
   return rows;
 }
 
-/// Empty if the rows are no covariance of so many quantities.
+/// Returns the matrix, or an empty one if the rows are not a covariance of this size.
 Eigen::MatrixXd covariance_from(const RowsOfNumbers& rows, std::size_t coefficients) {
   const auto count = static_cast<Eigen::Index>(coefficients);
   Eigen::MatrixXd covariance(count, count);

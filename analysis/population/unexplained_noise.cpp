@@ -21,7 +21,8 @@ Whitened whiten(const UnexplainedNoise& noise, const Eigen::VectorXd& time_s, co
   assert(time_s.size() == columns.rows() && noise.white_deg_per_h > 0 && noise.wander_time_s > 0);
   const double white = std::pow(noise.white_deg_per_h, 2), wander = std::pow(noise.wander_deg_per_h, 2);
   Whitened whitened{.columns = Eigen::MatrixXd(columns.rows(), columns.cols())};
-  // The state is wander and turn-on; their covariance is the same for all columns, their estimates are a row each.
+  // The state consists of wander and turn-on. Their covariance is common to all columns; their estimates have one row
+  // each.
   Eigen::Matrix2d covariance = Eigen::Vector2d(wander, std::pow(noise.turn_on_deg_per_h, 2)).asDiagonal();
   Eigen::MatrixXd state = Eigen::MatrixXd::Zero(2, columns.cols());
   for (Eigen::Index k = 0; k < columns.rows(); ++k) {

@@ -12,8 +12,8 @@
 namespace gyrotherm::fusion {
 namespace {
 
-/// Steps until the sum of drawn vectors alarms, in the mean of many runs. The runs are nearly exponential: their mean
-/// is known to its own size over the root of their number.
+/// Returns the mean number of steps to an alarm for drawn vectors. Run lengths are nearly exponential, so that the
+/// standard error is the mean over the root of their number.
 double drawn_run_length(int dimension, double slack, double limit, int runs) {
   double steps = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
@@ -43,11 +43,12 @@ TEST(RunLength, IsThatOfVectorsThatAreDrawn) {
   }
 }
 
-/// With one number a step the chain on −h … h is cut into small intervals (Brook and Evans, Biometrika 59 (1972) 539),
-/// the normal distribution's own probability in each: nothing in it is noncentral or squared.
+/// In one dimension, the chain on −h … h is divided into small intervals (Brook and Evans, Biometrika 59 (1972) 539)
+/// with probabilities of the normal distribution, independent of the noncentral χ².
 TEST(RunLength, OfOneNumberIsThatOfAFineMarkovChain) {
   const double slack = 0.25, limit = 6;
-  constexpr int kHalf = 300, kStates = 2 * kHalf + 1;  // the middle one is 0 alone, made by the slack
+  // The middle state is exactly 0, which the slack produces.
+  constexpr int kHalf = 300, kStates = 2 * kHalf + 1;
   const double width = limit / kHalf;
   const auto below = [](double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); };
   Eigen::VectorXd centres = Eigen::VectorXd::Zero(kStates);
@@ -81,7 +82,8 @@ TEST(RunLength, GrowsAndIsMetByItsLimit) {
   }
 }
 
-/// Of one number and in a long run each further unit of h multiplies it by exp(2k): exp(2 k S) is Wald's martingale.
+/// In one dimension and for long runs, each unit of h multiplies the run length by exp(2k): exp(2 k S) is Wald's
+/// martingale.
 TEST(RunLength, GrowsByTheExponentOfTwiceTheSlack) {
   const double slack = 0.2, first = average_run_length(1, slack, 25), second = average_run_length(1, slack, 26);
   EXPECT_NEAR(std::log(second / first), 2 * slack, 1e-3);
@@ -89,7 +91,7 @@ TEST(RunLength, GrowsByTheExponentOfTwiceTheSlack) {
 
 constexpr double kSlack = 0.5;
 
-/// White vectors, a column each, whose variance is 1.5 in every third run of ten steps: a ramp.
+/// Draws white vectors, one column each, with a variance of 1.5 in every third period of ten steps, as in ramps.
 Eigen::MatrixXd noisier_in_ramps(int dimension, Eigen::Index count, Draws& draws) {
   constexpr Eigen::Index kLasts = 10, kEvery = 3;
   Eigen::MatrixXd vectors(dimension, count);
@@ -98,7 +100,7 @@ Eigen::MatrixXd noisier_in_ramps(int dimension, Eigen::Index count, Draws& draws
   return vectors;
 }
 
-/// White vectors of variance 0.95 with a mean of variance 0.05 that lasts for 15 steps. Their variance is 1.
+/// Draws white vectors of variance 0.95 plus a mean of variance 0.05 that lasts for 15 steps. The total variance is 1.
 Eigen::MatrixXd with_lasting_errors(int dimension, Eigen::Index count, Draws& draws) {
   constexpr Eigen::Index kLasts = 15;
   constexpr double kOfMean = 0.05;
@@ -133,8 +135,8 @@ double steps_per_alarm(auto kind, int dimension, double limit, Eigen::Index coun
   return static_cast<double>(kSeeds * count) / alarms;
 }
 
-/// A limit that is learnt from 8000 vectors makes a rate that scatters by some 15 %. The mean over ten healthy records
-/// must meet the stated one.
+/// The rate of a limit that is learnt from 8000 vectors has a scatter of about 15 %. Its mean over ten healthy records
+/// must match the stated one.
 void expect_meets_where_white_does_not(auto kind) {
   constexpr double kStated = 500, kTolerance = 0.3;
   constexpr Eigen::Index kLearnt = 8000, kOthers = 10000;
@@ -157,7 +159,7 @@ TEST(LearntLimit, MeetsTheStatedRateWhereRampsAreNoisier) { expect_meets_where_w
 
 TEST(LearntLimit, MeetsTheStatedRateWhereErrorsLast) { expect_meets_where_white_does_not(with_lasting_errors); }
 
-/// The run is 2.5 times as long as the record that is learnt from. Some 400 alarms are expected in the others.
+/// The run length is 2.5 times the length of the healthy record. About 400 alarms are expected in the other records.
 TEST(LearntLimit, MeetsARateThatTheRecordIsTooShortFor) {
   constexpr double kStated = 20000;
   Draws draws(1);
@@ -192,7 +194,8 @@ TEST(ChangeDetector, AlarmsAboveTheLimitThatItIsGiven) {
 }
 
 constexpr double kHop_deg_per_h = 0.01;
-constexpr double kSecond_deg_per_h = 0.018;  ///< noise of a second: an angle random walk of 3e-4 °/√h
+/// Noise of a second: an angle random walk of 3e-4 °/√h.
+constexpr double kSecond_deg_per_h = 0.018;
 
 ChangeDetector detector(int dimension, double shift, double false_alarms_per_h) {
   auto made = ChangeDetector::make(
@@ -201,8 +204,8 @@ ChangeDetector detector(int dimension, double shift, double false_alarms_per_h) 
   return *made;
 }
 
-/// 20 seeds of ten hours each, at six false alarms an hour: 1200 are expected, ± 35. As a bound, none of the seeds may
-/// be further than four of its own spreads from 60.
+/// 20 seeds of ten hours each at six false alarms per hour: 1200 ± 35 are expected. No seed may deviate from 60 by more
+/// than four standard deviations.
 TEST(ChangeDetector, AlarmsByChanceAsOftenAnHourAsItSays) {
   constexpr double kPerHour = 6, kHours = 10;
   for (const int dimension : {1, 3}) {
@@ -221,8 +224,8 @@ TEST(ChangeDetector, AlarmsByChanceAsOftenAnHourAsItSays) {
   }
 }
 
-/// A dodecahedron's parity sees √½ of a hop: 0.39 of the noise of a second. With a false alarm in a thousand hours
-/// the limit is 44; the hop is found and its axis named within some minutes.
+/// A dodecahedron's parity contains √½ of a hop: 0.39 of the noise of a second. With one false alarm in a thousand
+/// hours the limit is 44; the hop is found and its axis identified within some minutes.
 TEST(ChangeDetector, FindsAHopThatIsSmallerThanTheNoiseOfASecond) {
   const Geometry geometry = made_of(dodecahedron_axes(kSecond_deg_per_h));
   const Gains gains = gains_of(geometry);

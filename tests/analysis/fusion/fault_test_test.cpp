@@ -25,8 +25,8 @@ struct Tested {
   FaultTest test;
 };
 
-/// 20 seeds of 2000 readings each, 40 000 in all; a share that is further than four of its spreads from what theory
-/// says would be so once in 16 000 times by chance.
+/// 20 seeds of 2000 readings each, 40 000 in total. A share deviates from theory by more than four standard deviations
+/// once in 16 000 times by chance.
 constexpr int kReadingsOfSeed = 2000;
 
 TEST(FaultTest, AlarmsByChanceAsOftenAsItSays) {
@@ -64,8 +64,8 @@ TEST(FaultTest, DetectsAFaultAsOftenAsNoncentralChiSquaredSays) {
   }
 }
 
-/// The probability that of the six effects, unit vectors in space, the first is the likeliest when the vector is N(δ
-/// f₁, I): an integral over directions, on a grid of the sphere, of the radial integral of the shifted normal density.
+/// Computes the probability that the first of six effects, unit vectors in space, is the likeliest for a vector N(δ f₁,
+/// I): an integral over directions, on a grid of the sphere, of the radial integral of the shifted normal density.
 double share_of_the_right_one(const FaultTest& test, double delta) {
   Eigen::MatrixXd effects = test.effects.colwise().normalized();
   const Eigen::Vector3d shift = delta * effects.col(0);
@@ -79,7 +79,7 @@ double share_of_the_right_one(const FaultTest& test, double delta) {
       Eigen::Index best{};
       (effects.transpose() * direction).cwiseAbs().maxCoeff(&best);
       if (best != 0) continue;
-      // ∫ r² exp(−(r² − 2 r c + δ²)/2) dr from 0, c the part of the shift along the direction.
+      // ∫ r² exp(−(r² − 2 r c + δ²)/2) dr from 0, with c the component of the shift along the direction.
       const double c = shift.dot(direction);
       const double normal = std::sqrt(std::numbers::pi / 2) * std::erfc(-c / std::numbers::sqrt2);
       share += std::exp((c * c - delta * delta) / 2) * (1 + c * c) * normal + c * std::exp(-delta * delta / 2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Fixtures with many axes, and errors drawn for them.
+/// Fixtures with many axes, and random errors for them.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -26,14 +26,14 @@ inline constexpr double kDegree = std::numbers::pi / 180;  ///< rad
   return {axis("x", 1, 0, 0, uncertainty), axis("y", 0, 1, 0, uncertainty), axis("z", 0, 0, 1, uncertainty)};
 }
 
-/// The triad, and a fourth axis at equal angles to its three.
+/// Returns the triad and a fourth axis at equal angles to its three.
 [[nodiscard]] inline std::vector<InputAxis> tetrad_axes(double uncertainty) {
   auto axes = triad_axes(uncertainty);
   axes.push_back(axis("skew", 1, 1, 1, uncertainty));
   return axes;
 }
 
-/// Normal to the six pairs of faces of a dodecahedron: each pair of axes has the cosine ± 1/√5.
+/// Returns the normals of the six pairs of faces of a dodecahedron: each pair of axes has the cosine ± 1/√5.
 [[nodiscard]] inline std::vector<InputAxis> dodecahedron_axes(double uncertainty) {
   const double golden = (1 + std::sqrt(5)) / 2;
   return {axis("a", golden, 1, 0, uncertainty), axis("b", golden, -1, 0, uncertainty),
@@ -47,7 +47,7 @@ inline constexpr double kDegree = std::numbers::pi / 180;  ///< rad
   return *geometry;
 }
 
-/// Six axes that share nothing nice: unequal, not symmetric, with two sources in common.
+/// Returns six unequal axes without symmetry and with two shared sources.
 [[nodiscard]] inline std::vector<InputAxis> uneven_axes() {
   std::vector<InputAxis> axes = {axis("a", 1, 0.1, 0, 0.01), axis("b", 0, 1, 0.2, 0.02),  axis("c", -0.3, 0, 1, 0.015),
                                  axis("d", 1, 1, 1, 0.03),   axis("e", 1, -1, 0.5, 0.01), axis("f", 0.2, 1, -2, 0.012)};
@@ -65,7 +65,7 @@ class Draws {
   [[nodiscard]] Eigen::VectorXd normal(Eigen::Index count) {
     return Eigen::VectorXd::NullaryExpr(count, [this] { return normal_(random_); });
   }
-  /// Of mean 0 and this covariance, which may be singular.
+  /// Draws a vector of mean 0 with this covariance, which may be singular.
   [[nodiscard]] Eigen::VectorXd with(const Eigen::MatrixXd& covariance) {
     const Eigen::LDLT<Eigen::MatrixXd> factor(covariance);
     const Eigen::VectorXd scaled = factor.vectorD().cwiseMax(0).cwiseSqrt().cwiseProduct(normal(covariance.rows()));
@@ -77,7 +77,7 @@ class Draws {
   std::normal_distribution<double> normal_;
 };
 
-/// Standard deviation of how often something of this probability happens.
+/// Returns the standard deviation of the relative frequency of an event with this probability.
 [[nodiscard]] inline double spread_of_share(double probability, double count) {
   return std::sqrt(probability * (1 - probability) / count);
 }

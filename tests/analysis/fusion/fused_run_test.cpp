@@ -14,11 +14,11 @@ namespace {
 using fusion::Draws;
 
 constexpr double kAngleRandomWalk = 3e-4;                    // °/√h
-constexpr double kSecond_deg_per_h = 60 * kAngleRandomWalk;  // u of a second
+constexpr double kSecond_deg_per_h = 60 * kAngleRandomWalk;  // standard uncertainty of a second
 constexpr double kTurnOn_deg_per_h = 0.001;
 constexpr double kLatitude_deg = 45;
 
-/// A model whose budget knows white noise and a turn-on.
+/// Returns a model with white noise and a turn-on in its budget.
 Model quiet_model() {
   Model model;
   model.inputs = "A";
@@ -32,7 +32,7 @@ Model quiet_model() {
   return model;
 }
 
-/// A fixture of those axes at rest in one hold, level, heading north.
+/// Returns a level fixture of these axes at rest in one hold, heading north.
 FusedAxes at_rest(const std::vector<fusion::InputAxis>& axes, Eigen::Index seconds, std::uint64_t seed) {
   FusedAxes fused{.simulated = true, .profile_name = "rest", .segments = {{}}};
   fused.segments.front().name = "hold";
@@ -98,7 +98,7 @@ TEST(FusedRun, ContradictsItselfByChanceAsOftenAsWasAsked) {
   for (const auto& axes : {regular_tetrad(), fusion::dodecahedron_axes(1)}) {
     FusedAxes fused = at_rest(axes, static_cast<Eigen::Index>(seconds), 3);
     const FusedRun run = fused_run(fused, options);
-    // The readings have no turn-on of their own drawn in each second: a little fewer than asked.
+    // The readings have no turn-on of their own in each second, so that contradictions are slightly rarer than nominal.
     EXPECT_NEAR(static_cast<double>(run.summary.contradictions) / seconds, 0.01,
                 5 * fusion::spread_of_share(0.01, seconds));
   }
@@ -144,7 +144,7 @@ TEST(FusedRun, OfFourAxesNamesAHopAtRestAndGoesOnWithoutIt) {
   EXPECT_LE(wrongly, 1);
 }
 
-/// Four axes at rest whose models err by 0.001 °/h (one standard deviation), each for 20 min at a time.
+/// Returns four axes at rest with model errors of 0.001 °/h (standard deviation) that last 20 min each.
 FusedAxes with_lasting_errors(Eigen::Index seconds, std::uint64_t seed) {
   FusedAxes axes = at_rest(regular_tetrad(), seconds, seed);
   Draws draws(seed + 50);
@@ -201,7 +201,8 @@ TEST(FusedRun, KeepsItsLimitsWithAHealthyRecordOfOtherAxesOrTooShort) {
   for (const SumLimit& sum : limits_with(healthy)) EXPECT_FALSE(sum.learnt) << sum.kind;
 }
 
-/// Four axes whose models lean on the eight thermometers of a body; from half-way one of these is off by so much.
+/// Returns four axes with models that depend on eight thermometers of a body; one thermometer is off by `off_k` in the
+/// second half.
 FusedAxes on_a_body(Eigen::Index seconds, Eigen::Index thermometer, double off_k) {
   FusedAxes axes = at_rest(regular_tetrad(), seconds, 2);
   axes.thermometers = {"A", "B", "C", "D", "E", "F", "G", "H"};
@@ -263,8 +264,8 @@ TEST(FusedRun, OfTwoAxesInASecondIsNotKnown) {
   EXPECT_EQ(run.summary.fused, 9);
 }
 
-/// An axis whose bias is five times worse counts as much as the others in a second, in which noise hides it; it is
-/// weighed by what it does to the mean that the rate is used in. Two axes along x of u₁ and u₂ have the weights
+/// An axis with a bias five times worse counts like the others in a second, where noise hides the bias. Its weight must
+/// follow from its effect on the mean in which the rate is used. Two axes along x with u₁ and u₂ have the weights
 /// u₂²/(u₁² + u₂²) and u₁²/(u₁² + u₂²).
 TEST(FusedRun, WeighsAxesForTheMeansThatTheRateIsUsedIn) {
   auto along_x_twice = fusion::triad_axes(1);
@@ -300,7 +301,7 @@ TEST(FusedRun, HasAWiderUncertaintyAndBlamesNobodyBeyondTheTrainedRange) {
   }
   const FusedRun run = fused_run(axes);
   EXPECT_TRUE(run.rate_deg_per_h.row(10100).allFinite());
-  // Each component takes √3/4 of an axis of a regular tetrad, so that 0.04 (°/h)² add 0.0075.
+  // Each component contains √3/4 of an axis of a regular tetrad, so that 0.04 (°/h)² add 0.0075.
   const double inside = run.expanded_deg_per_h(10600, 0), outside = run.expanded_deg_per_h(10100, 0);
   EXPECT_NEAR(outside * outside - inside * inside, 4 * 0.04 * 3 / 16, 1e-12);
   EXPECT_TRUE(run.summary.alarms.empty());
@@ -323,7 +324,7 @@ TEST(FusedRun, WithoutAnAttitudeSaysNothingOfTheEarth) {
   EXPECT_NE(to_json(run.summary).find("\"latitude_deg\": null"), std::string::npos);
 }
 
-/// The record stops for a day and a bit, in which the biases walk as far as their models say.
+/// The record has a gap of a little more than a day, in which the biases walk as far as their models predict.
 TEST(FusedRun, LetsTheBiasWanderOnOverAGap) {
   FusedAxes axes = at_rest(regular_tetrad(), 40000, 1);
   for (Model& model : axes.models) model.residual_noise->rate_random_walk_deg_per_h_per_sqrt_h = 0.01;
@@ -372,7 +373,7 @@ TEST(UncertaintyOfMeans, StepsOfACounterGoWithTheTimeAndNoiseWithItsRoot) {
   EXPECT_NEAR(uncertainty_of_means(axes, 100).bias(0, 0), std::pow(kTurnOn_deg_per_h, 2), 1e-12);
 }
 
-/// Two axes that share a thermometer, with opposite slopes, and one with its own.
+/// Returns two axes with opposite slopes to a shared thermometer, and one with a thermometer of its own.
 std::vector<CompensatedAxis> sharing_axes() {
   std::vector<CompensatedAxis> axes;
   const std::array<std::array<double, 3>, 3> directions = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
@@ -420,7 +421,7 @@ TEST(FusedAxes, AreCompensatedByTrailingMeans) {
   const auto fused = fused_axes(sharing_axes());
   ASSERT_TRUE(fused);
   EXPECT_TRUE(std::isnan(fused->rate_deg_per_h(98, 0))) << "the first mean is of 100 seconds";
-  // The mean of the last 100 s of 20 + (−5 … 5), less 20, by a slope of 0.1.
+  // The mean of the last 100 s of 20 + (−5 … 5), less 20, times a slope of 0.1.
   EXPECT_NEAR(fused->rate_deg_per_h(999, 0), -0.1 * (5 - 49.5 * 10 / 999), 1e-9);
 }
 

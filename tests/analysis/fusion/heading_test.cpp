@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The U of a heading against draws of everything that is uncertain, anywhere on Earth.
+/// Comparison of a heading's U with random draws of all uncertain quantities, anywhere on Earth.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <vector>
@@ -23,12 +23,12 @@ constexpr int kPoses = 40, kDrawsOfPose = 2500;
 
 constexpr double kStarts_deg_per_h = 0.0005, kWhite_deg_per_h = 0.01;
 
-/// A fixture's angles in degrees; also what they are off by.
+/// Angles of a fixture in degrees, or their errors.
 struct Pose {
   double latitude{}, azimuth{}, elevation{}, roll{};
 };
 
-/// Rotates the fixture to north, west and up: rolled about x, raised, turned over east.
+/// Returns the rotation from the fixture to north, west and up: roll about x, then elevation, then azimuth.
 Eigen::Matrix3d to_room(const Pose& pose) {
   return (Eigen::AngleAxisd(-pose.azimuth * kDegree, Eigen::Vector3d::UnitZ()) *
           Eigen::AngleAxisd(-pose.elevation * kDegree, Eigen::Vector3d::UnitY()) *
@@ -36,7 +36,7 @@ Eigen::Matrix3d to_room(const Pose& pose) {
       .toRotationMatrix();
 }
 
-/// The Earth's rotation in the fixture, °/h.
+/// Returns the Earth's rotation in the fixture, °/h.
 Eigen::Vector3d earth_in(const Pose& pose) {
   const double phi = pose.latitude * kDegree;
   return kEarthRateDegPerHour * to_room(pose).transpose() * Eigen::Vector3d(std::cos(phi), 0, std::sin(phi));
@@ -61,7 +61,8 @@ record::GyroUncertainty said_of(const Pose& pose, const Eigen::Vector3d& directi
           .scale_factor_uncertainty_ppm = 0};
 }
 
-/// Axes that read the Earth and nothing else, each with a model that takes nothing away and the budget of its record.
+/// Returns axes that measure the Earth's rotation alone, each with a model that predicts 0 and with the budget of its
+/// record.
 std::vector<CompensatedAxis> axes_at(const Pose& pose, const std::vector<fusion::InputAxis>& axes) {
   constexpr Eigen::Index kSeconds = 1000;
   std::vector<CompensatedAxis> all;
@@ -108,8 +109,8 @@ Pose off_by(const Pose& pose, const Pose& uncertain, Draws& draws) {
           .roll = pose.roll + uncertain.roll * by(3)};
 }
 
-/// The standard deviation of the heading's error, degrees: the training takes the said pose for true while the fixture
-/// stands otherwise and the axes lie otherwise in it; in use the fixture is put up anew, and heads as it is said to.
+/// Returns the standard deviation of the heading's error, degrees. In training, the recorded pose is taken as true
+/// although fixture and axes deviate from it; in use, the fixture is mounted again with its nominal heading.
 double drawn_std_deg(const Pose& pose, const std::vector<fusion::InputAxis>& axes, double mean_s, Draws& draws) {
   const auto count = std::ssize(axes);
   Eigen::MatrixX3d directions(count, 3);
@@ -124,7 +125,7 @@ double drawn_std_deg(const Pose& pose, const std::vector<fusion::InputAxis>& axe
         std::hypot(kStarts_deg_per_h, kWhite_deg_per_h / std::sqrt(mean_s)) * draws.normal(count);
     for (Eigen::Index a = 0; a < count; ++a) {
       const Eigen::Vector3d nominal = directions.row(a).transpose();
-      // Two components across the axis, so that a turn of any direction has the said root mean square in each.
+      // Two components across the axis, so that a rotation in any direction has the stated root mean square in each.
       const Eigen::Vector3d turn = kDirection_deg * kDegree / std::sqrt(2) * draws.normal(3);
       const Eigen::Vector3d lies = nominal + turn.cross(nominal);
       const double learnt = earth_in(trained).dot(lies) - earth_in(pose).dot(nominal);
@@ -165,8 +166,8 @@ TEST(Heading, OfATriadIsAsUncertainAsAMonteCarloAtAnyLatitudeAndAzimuth) {
   expect_u_everywhere(fusion::triad_axes(1), 2);
 }
 
-/// The shipped tetrad in Shanghai: an axis whose Earth rate hardly goes with its tilt had 0.3° of it, and the heading
-/// 543′ of U where its azimuth was 14°.
+/// The shipped tetrad in Shanghai. Dividing by the slope of an axis whose Earth rate hardly depends on its tilt gave
+/// that axis a tilt of 0.3°, and the heading a U of 543′ at an azimuth of 14°.
 TEST(Heading, DoesNotHangOnASlopeThatVanishes) {
   for (const double azimuth : {12.0, 14.0, 60.0}) {
     const auto fused = fused_axes(axes_at({.latitude = 31.2, .azimuth = azimuth}, fusion::triad_axes(1)));

@@ -9,7 +9,7 @@ namespace {
 TEST(RateFusion, OfATriadIsItsInverse) {
   const std::vector<InputAxis> axes = {axis("1", 1, 0, 0, 0.1), axis("2", 3, 4, 0, 0.2), axis("3", 0, 3, 4, 0.3)};
   const Gains gains = gains_of(made_of(axes));
-  // By hand: x = y₁; 0.6 x + 0.8 y = y₂; 0.6 y + 0.8 z = y₃.
+  // Computed by hand: x = y₁; 0.6 x + 0.8 y = y₂; 0.6 y + 0.8 z = y₃.
   Eigen::Matrix3d expected;
   expected << 1, 0, 0, -0.75, 1.25, 0, 0.5625, -0.9375, 1.25;
   EXPECT_TRUE(gains.rate.isApprox(expected, 1e-14)) << gains.rate;
@@ -18,7 +18,7 @@ TEST(RateFusion, OfATriadIsItsInverse) {
   EXPECT_TRUE(gains.covariance.isApprox(expected * variances.asDiagonal() * expected.transpose(), 1e-13));
 }
 
-/// With h = (1, 1, 1)/√3, HᵀH = I + hhᵀ and its inverse I − hhᵀ/2.
+/// For h = (1, 1, 1)/√3, HᵀH = I + hhᵀ, and its inverse is I − hhᵀ/2.
 TEST(RateFusion, OfATetradIsWhatHandsCompute) {
   const double u = 0.02, root = std::sqrt(3.0);
   const Gains gains = gains_of(made_of(tetrad_axes(u)));
@@ -27,7 +27,7 @@ TEST(RateFusion, OfATetradIsWhatHandsCompute) {
   Eigen::Matrix<double, 3, 4> expected;
   expected << inverse, Eigen::Vector3d::Constant(0.5 / root);
   EXPECT_TRUE(gains.rate.isApprox(expected, 1e-13)) << gains.rate;
-  // The only relation: x + y + z = √3 skew.
+  // The only relation is x + y + z = √3 skew.
   ASSERT_EQ(gains.parity.rows(), 1);
   const Eigen::RowVector4d relation = Eigen::RowVector4d(1, 1, 1, -root) / (std::sqrt(6.0) * u);
   EXPECT_NEAR(std::abs(gains.parity.row(0).dot(relation)), relation.squaredNorm(), 1e-9);
@@ -58,8 +58,8 @@ TEST(RateFusion, HasAParityThatNoRateReachesAndThatIsWhite) {
   }
 }
 
-/// 20 seeds of 5000 readings: a variance is known to 0.45 % (k = 1), so that the worst of nine entries in 20 lies
-/// within four times that; in the mean over the seeds 0.1 %.
+/// 20 seeds of 5000 readings: a variance has a standard error of 0.45 %, so that the worst of nine entries in 20 seeds
+/// is within four times that; the mean over the seeds has 0.1 %.
 TEST(RateFusion, HasTheCovarianceThatItSays) {
   const Geometry geometry = made_of(uneven_axes());
   const Gains gains = gains_of(geometry);

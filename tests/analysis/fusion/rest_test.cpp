@@ -16,7 +16,7 @@ BiasPrior unknown_biases(Eigen::Index axes, double std) {
   return {Eigen::VectorXd::Zero(axes), std * std * Eigen::MatrixXd::Identity(axes, axes)};
 }
 
-/// What the axes show of a fixture that is turned by ψ from where it should stand, with these biases.
+/// Returns the readings of a fixture that is rotated by ψ from its nominal attitude, with these biases.
 Eigen::VectorXd readings_of(const Geometry& geometry, const Attitude& attitude, const Eigen::Vector3d& angle,
                             const Eigen::VectorXd& bias) {
   const double size = angle.norm();
@@ -46,8 +46,8 @@ TEST(Rest, OfAKnownAttitudeGivesTheBiasesBack) {
   EXPECT_LE(estimate->iterations, 2);
 }
 
-/// The east axis: bias − Ω cos φ ψ_down − Ω sin φ ψ_north. With biases of u and the tilt known, the azimuth of a triad
-/// becomes known to u/(Ω cos φ), and the tilt's u_t is worth u_t tan φ.
+/// The east axis reads bias − Ω cos φ ψ_down − Ω sin φ ψ_north. With biases of u and a known tilt, the azimuth of a
+/// triad has the uncertainty u/(Ω cos φ); a tilt of u_t adds u_t tan φ.
 TEST(Rest, KnowsTheAzimuthAsWellAsTheBiasOfTheEastAxis) {
   const double u = 0.003, tilt = 0.02;
   const Geometry geometry = made_of(triad_axes(1e-6));
@@ -75,7 +75,7 @@ TEST(Rest, SeesNothingAboutTheEarthsAxis) {
   EXPECT_LT(std::sqrt(across.dot(estimate->rotation_covariance * across)), 2e-6);
 }
 
-/// The derivative at the solution, by differences, of the sum of squares that is to be least.
+/// The derivative of the minimised sum of squares vanishes at the solution, computed by differences.
 TEST(Rest, IsTheMostProbableOfAllBiasesAndAngles) {
   const Geometry geometry = made_of(uneven_axes());
   const Attitude attitude{.to_local = level_fixture(77),
@@ -113,7 +113,7 @@ TEST(Rest, IsTheMostProbableOfAllBiasesAndAngles) {
   }
 }
 
-/// Errors over their covariance, and what priors and readings are at odds, are both χ².
+/// Errors over their covariance, and the contradiction of priors and readings, are both χ².
 TEST(Rest, IsWrongAsOftenAsItSays) {
   const Geometry geometry = made_of(tetrad_axes(0.001));
   const Attitude attitude{
@@ -217,8 +217,8 @@ TEST(North, IsAsUncertainAsTheEastAxisOverTheHorizontalEarth) {
               1e-9);
 }
 
-/// 20 seeds of 500 fixtures that stand at random headings, with biases and tilts drawn anew: the mean square of the
-/// error over u is 1, and U holds 95 %.
+/// 20 seeds of 500 fixtures with random headings, biases and tilts: the mean square of the error over u is 1, and U
+/// contains 95 %.
 TEST(North, IsWrongAsOftenAsItSays) {
   const double latitude = 55, tilt = 0.03;
   const Geometry geometry = made_of(uneven_axes());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Eight thermometers on a body that moves in three ways, for the tests of their accord.
+/// Eight thermometers on a body with three modes, for the tests of their agreement.
 #pragma once
 
 #include <string>
@@ -15,7 +15,8 @@ inline constexpr int kModes = 3;
 inline constexpr double kNoise_k = 0.005, kDrift_k = 0.012;
 inline constexpr double kOwn_k = 0.013;  ///< both together
 
-/// All alike by tens of kelvins, along the body and across it by some; then what a thermometer adds.
+/// Draws temperatures: a common part of tens of kelvins, gradients along and across the body of some kelvins, and the
+/// thermometers' own errors.
 [[nodiscard]] inline Eigen::RowVectorXd temperatures(Draws& draws, double own_k) {
   Eigen::RowVectorXd row(kThermometers);
   const Eigen::VectorXd ways = draws.normal(kModes);

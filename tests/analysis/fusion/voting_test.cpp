@@ -20,7 +20,7 @@ TEST(ThermometerParity, IsInAccordAsOftenAsItSays) {
               ? 1
               : 0;
   }
-  // The spread was learnt from 4000 rows: known to 1.1 %, of 15 % of which it is made.
+  // The spread was learnt from 4000 rows, with a standard error of 1.1 %; the thermometers' own part is 15 % of it.
   EXPECT_NEAR(alarms / (kEach * 1.0 * kSeeds), 0.01, 4 * spread_of_share(0.01, kEach * kSeeds) + 1e-4);
 }
 
@@ -71,7 +71,7 @@ TEST(ThermometerParity, RefusesWhatIsNotEnough) {
 
 constexpr double kMean_deg_per_h = 0.002;  ///< a mean over 100 s
 
-/// Four axes, whose thermal models have a sensitivity of 0.33 °/h per K, root sum of squares over eight thermometers.
+/// Four axes with thermal models of 0.33 °/h per K, root sum of squares over eight thermometers.
 struct Fixture {
   explicit Fixture(bool rests) {
     geometry = made_of(tetrad_axes(kMean_deg_per_h));
@@ -90,7 +90,7 @@ struct Fixture {
     voters.whitening = rest.whitening;
     spread = (rest.whitening.transpose() * rest.whitening).inverse();
   }
-  /// A fault of the candidate, axes first, of so many °/h or K; −1: of none.
+  /// Returns the verdict for a fault of this candidate (axes first), °/h or K; −1: no fault.
   [[nodiscard]] Verdict judged(Draws& draws, Eigen::Index candidate, double size) const {
     Eigen::VectorXd departures = draws.with(spread);
     Eigen::RowVectorXd row = temperatures(draws, kOwn_k);

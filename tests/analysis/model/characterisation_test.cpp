@@ -14,21 +14,21 @@
 namespace gyrotherm::model {
 namespace {
 
-/// Holds of two hours between −20 and 50 °C, whose bias is then made to order.
+/// A run with holds of two hours between −20 and 50 °C and a bias that the test chooses.
 struct MadeToOrder {
   data::Dataset dataset = data::make_synthetic_run({.cycle_rates_c_per_min = {1, 2}, .hold_s = 7200});
   data::Clusters clusters = *make_clusters(dataset);
   Eigen::VectorXd temperature_c = clusters.temperature_c.rowwise().mean();
   Eigen::VectorXd rate_k_per_min = clusters.rate_c_per_min.rowwise().mean();
 
-  /// What is found where nothing is left after compensation.
+  /// Characterises the run with this bias before compensation and none after it.
   [[nodiscard]] Characterisation found(const Eigen::VectorXd& bias) {
     clusters.bias_deg_per_h = bias;
     return characterise(dataset, clusters, Eigen::VectorXd::Zero(bias.size()));
   }
 };
 
-/// The rate without the NaN of the first cluster.
+/// Returns the rate with 0 instead of the NaN of the first cluster.
 Eigen::VectorXd known_rate(const MadeToOrder& run) {
   return run.rate_k_per_min.unaryExpr([](double rate) { return std::isfinite(rate) ? rate : 0; });
 }
@@ -55,7 +55,7 @@ Eigen::VectorXd noise_of(const Eigen::VectorXd& like, unsigned seed) {
   return Eigen::VectorXd::NullaryExpr(like.size(), [&] { return normal(generator); });
 }
 
-/// 0.05 °/h at the switching on, a time constant of 10 min: within 0.002 °/h of its end after 32 min.
+/// Warm-up of 0.05 °/h with a time constant of 10 min: within 0.002 °/h of the final value after 32 min.
 TEST(Characterisation, SaysHowLongTheGyroWarmsUp) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
@@ -77,8 +77,8 @@ TEST(Characterisation, OfAGyroThatIsStillWarmingUpSaysSo) {
   EXPECT_TRUE(std::isnan(result.warm_ups[0].seconds.before.value));
 }
 
-/// A hold in the middle of a record is no start where a part of the record begins with it; nor is one that the part
-/// enters late, though enough of it is left to be stabilised.
+/// A partial record that begins with an inner hold does not make that hold a start. Neither does one that enters the
+/// first hold late but keeps enough of it to be stabilised.
 TEST(Characterisation, OfAPartOfARecordTakesNoHoldForAStart) {
   MadeToOrder run;
   const data::Clusters whole = run.clusters;
@@ -115,8 +115,8 @@ TEST(Characterisation, OfThreeStartsKnowsHowTheyDiffer) {
   EXPECT_NEAR(found.front().std_after_deg_per_h, 0, 1e-12);
 }
 
-/// A mean of its own first hold is no zero that another record's bias could be compared by; nor is one without the
-/// Earth's rate one by which one with it could be.
+/// Biases are not comparable if a record's reference is the mean of its own first hold, or if only one of the
+/// references includes the Earth rate.
 TEST(Characterisation, ComparesNoStartsOfDifferentZeros) {
   MadeToOrder run;
   const auto starts_of = [&](const std::vector<std::string>& zeros, bool own) {
@@ -134,7 +134,7 @@ TEST(Characterisation, ComparesNoStartsOfDifferentZeros) {
   EXPECT_EQ(starts_of({"nothing removed", "nothing removed", "nothing removed"}, false).size(), 1U);
 }
 
-/// 19.74 and 19.76 °C lie on two sides of a quarter.
+/// 19.74 and 19.76 °C are on both sides of a rounding boundary of 0.5 K.
 TEST(Characterisation, OfOneSetPointIsWhatIsNearIt) {
   MadeToOrder run;
   std::vector<Characterisation> starts;
@@ -147,7 +147,7 @@ TEST(Characterisation, OfOneSetPointIsWhatIsNearIt) {
   EXPECT_EQ(found.front().set_point_c, 19.74) << "the first of them, as it was asked for";
 }
 
-/// With 0.01 °/h per K, starts at −40 and −39.5 °C would scatter by 0.003 °/h that no start made.
+/// At 0.01 °/h per K, pooled starts at −40 and −39.5 °C would have a scatter of 0.003 °/h without any real one.
 TEST(Characterisation, OfOneSetPointIsNotWhatIsHalfAKelvinAway) {
   MadeToOrder run;
   std::vector<Characterisation> starts;
@@ -159,7 +159,7 @@ TEST(Characterisation, OfOneSetPointIsNotWhatIsHalfAKelvinAway) {
   EXPECT_TRUE(turn_on_of(starts).empty()) << "two starts each, of three that are wanted";
 }
 
-/// The unit is off in the holds at −20 °C, so that it starts anew in the ones at 50 °C.
+/// The unit is off in the holds at −20 °C, so that it starts again in those at 50 °C.
 TEST(Characterisation, OfThreeStartsInOneRecordKnowsHowTheyDiffer) {
   MadeToOrder run;
   run.dataset = data::make_synthetic_run({.cycle_rates_c_per_min = {1, 2, 2}, .hold_s = 7200});
@@ -179,7 +179,7 @@ TEST(Characterisation, OfThreeStartsInOneRecordKnowsHowTheyDiffer) {
   EXPECT_NEAR(found[0].std_before_deg_per_h, 1e-3, 1e-8) << "0, 1, 2";
 }
 
-/// The rig file says 10 °/h; on the axis there are 10.002 °/h, so that what was taken away leaves ±0.002 °/h.
+/// The rig file states 10 °/h and the axis has 10.002 °/h, so that the subtraction leaves ±0.002 °/h.
 TEST(Characterisation, TellsBiasAndEarthRateApartByTurning) {
   MadeToOrder run;
   run.dataset.earth_rate_deg_per_h = 10;
@@ -205,9 +205,9 @@ TEST(Characterisation, TellsBiasAndEarthRateApartByTurning) {
   EXPECT_EQ(result.two_position[1].turned, 2);
 }
 
-/// Over many draws the two are as uncertain as they say: half of the hypotenuse of the two positions' means, each of
-/// two holds whose scatter may say more than their noise; the mean square of the greater of the two is 1.48 times the
-/// noise's.
+/// Compares the stated u with the scatter over many draws. u is half of the root sum of squares of the two positions'
+/// u, each from two holds whose scatter may exceed their noise; the mean square of the greater of both is 1.48 times
+/// that of the noise.
 TEST(Characterisation, OfTwoPositionsKnowsItsUncertainty) {
   MadeToOrder run;
   auto& segments = run.dataset.segments;
@@ -223,8 +223,8 @@ TEST(Characterisation, OfTwoPositionsKnowsItsUncertainty) {
   EXPECT_TRUE(std::isnan(run.found(run.temperature_c).two_position[1].stated_earth_rate_deg_per_h));
 }
 
-/// One position twice, before and after: 0 and 0.004 °/h, so that its mean is known to 0.002 °/h, and half of that is
-/// in Earth's rate.
+/// Holds of one position before and after the other have 0 and 0.004 °/h, so that their mean has u = 0.002 °/h; half of
+/// it enters the Earth rate.
 TEST(Characterisation, OfADriftBetweenTheTurnsIsMoreUncertain) {
   MadeToOrder run;
   auto& segments = run.dataset.segments;
@@ -273,7 +273,7 @@ TEST(Characterisation, GivesTheBiasAtEachStabilisedTemperature) {
   }
 }
 
-/// A part that lags by its sign: +h while the block heats, −h while it cools.
+/// A bias component that depends on the sign of the rate: +h while the block heats, −h while it cools.
 TEST(Characterisation, FindsTheWidthOfTheLoop) {
   MadeToOrder run;
   const Eigen::VectorXd loop = known_rate(run).unaryExpr([](double rate) { return rate > 0 ? 8e-4 : -8e-4; });
@@ -288,7 +288,7 @@ TEST(Characterisation, FindsTheWidthOfTheLoop) {
   EXPECT_EQ(widest({}, &BeforeAfter::before), nullptr);
 }
 
-/// A pass that ends, and one that begins, within a span has another mean temperature there than one that crosses it.
+/// A pass that begins or ends inside a span has another mean temperature there than one that crosses it.
 TEST(Characterisation, OfASlopeMakesNoLoop) {
   MadeToOrder run;
   const Eigen::VectorXd bias = 1e-3 * (run.temperature_c.array() - 20);
@@ -303,7 +303,7 @@ TEST(Characterisation, OfASlopeMakesNoLoop) {
   EXPECT_GT(points, 5);
 }
 
-/// x_k = 0.95 x_{k−1} + white noise: what wanders over half an hour, of unit STD.
+/// Returns x_k = 0.95 x_{k−1} + white noise of unit STD, with a correlation time of half an hour.
 Eigen::VectorXd wander_of(const Eigen::VectorXd& like, std::uint64_t seed) {
   constexpr double kMemory = 0.95;
   std::mt19937_64 generator(seed);
@@ -313,8 +313,8 @@ Eigen::VectorXd wander_of(const Eigen::VectorXd& like, std::uint64_t seed) {
       like.size(), [&] { return value = kMemory * value + std::sqrt(1 - kMemory * kMemory) * normal(generator); });
 }
 
-/// A pass through 10 K lasts 20 min here, twelve clusters that know of each other: who counted each for one would take
-/// the width for known three times as well as it is.
+/// A pass through 10 K lasts 20 min here: twelve correlated clusters. Counting them as independent would underestimate
+/// u of the width by a factor of three.
 TEST(Characterisation, OfALoopKnowsHowFarItIsFromTheTruth) {
   MadeToOrder run;
   run.dataset = data::make_synthetic_run({.cycle_rates_c_per_min = {0.5, 0.5, 0.5}, .hold_s = 7200});
@@ -336,7 +336,7 @@ TEST(Characterisation, OfALoopKnowsHowFarItIsFromTheTruth) {
   EXPECT_LT(freedom, 0.5 * clusters);
 }
 
-/// What drifts through the last hour of a hold is hardly more than one value; what is white is as many as it has.
+/// A drift during the last hour of a hold counts as little more than one value; white noise counts fully.
 TEST(Characterisation, HasTheDegreesOfFreedomOfWhatIsIndependent) {
   MadeToOrder run;
   const Characterisation drifting = run.found(1e-6 * run.clusters.start_s);
@@ -406,7 +406,8 @@ TEST(RobustFit, OfReachZeroIsTheSandwichOfWhite) {
   EXPECT_LT((fit.u - u).cwiseAbs().maxCoeff(), 1e-12);
 }
 
-/// Input and noise that both remember: errors that took clusters for independent would be several times too small.
+/// Input and noise are both correlated in time. Standard errors for independent clusters would be several times too
+/// small.
 TEST(RobustFit, KnowsHowFarItIsFromTheTruthWhereNeighboursAreAlike) {
   constexpr Eigen::Index kRows = 1500;
   constexpr int kSeeds = 100;
@@ -432,7 +433,7 @@ TEST(RobustFit, KnowsHowFarItIsFromTheTruthWhereNeighboursAreAlike) {
   EXPECT_LT(std::sqrt(naive / squares), 0.5);
 }
 
-/// Places that are farther apart than the reach have nothing to do with each other.
+/// Rows that are farther apart than the reach are independent.
 TEST(RobustFit, TakesNoProductAcrossAGap) {
   const Eigen::MatrixXd x = Eigen::MatrixXd::Ones(4, 1);
   const Eigen::Vector4d y{1, 1, -1, -1};

@@ -9,7 +9,7 @@
 namespace gyrotherm::model {
 namespace {
 
-/// Reads one reading per axis, and answers with what the program makes of it.
+/// Driver: reads one reading per axis and prints the results of the exported program.
 constexpr const char* kFusionDriver = R"(#include <stdio.h>
 #include "rig.h"
 
@@ -51,7 +51,7 @@ std::ifstream answers_of(const Workplace& place, const fusion::Geometry& geometr
   return place.read("out");
 }
 
-/// Rates of tens of °/h; every third reading with a hop of one axis, every 17th incomplete.
+/// Draws rates of tens of °/h; every third reading has a hop of one axis, every 17th is incomplete.
 Eigen::MatrixXd drawn_readings(const fusion::Geometry& geometry) {
   constexpr int kCount = 300;
   fusion::Draws draws(5);

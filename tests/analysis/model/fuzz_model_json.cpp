@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A model file is foreign bytes: whatever they are, a model or a fault comes out, and a model writes itself the same
+/// Parses arbitrary bytes as a model file. The result is a model or a fault, and a parsed model is written equally
 /// twice.
 #include <cstddef>
 #include <cstdint>

@@ -22,7 +22,7 @@
 namespace gyrotherm::model {
 namespace {
 
-/// Reads "p" and a pair of means, or "s" and one reading, a line each, and answers with the result and the bias.
+/// Driver: reads lines with "p" and a pair of means, or "s" and one reading, and prints the result and the bias.
 constexpr const char* kDriver = R"(#include <stdio.h>
 #include "gyro.h"
 
@@ -58,7 +58,7 @@ struct Answer {
   double bias{};
 };
 
-/// What the exported program answers to these lines; its self-test must have passed.
+/// Returns the answers of the exported program to these lines. Its self-test must pass.
 std::vector<Answer> answers_in_c(const Model& model, const std::string& lines) {
   const Workplace place;
   const auto program = to_c(model, "gyro");
@@ -143,7 +143,7 @@ Model trained_model() {
   return *model;
 }
 
-/// Beyond its range its products are made anew from their factors.
+/// Returns a model with products that are recomputed from their factors outside the range.
 Model model_of_remade_products() {
   Model model = small_bent_plane_model();
   const data::Term a = data::temperature_term("A"), b = data::gradient_term("A", "B");
@@ -161,7 +161,7 @@ Model model_of_remade_products() {
   return model;
 }
 
-/// Its stream is led by half a cluster.
+/// Returns a model with a stream that is led by half a cluster.
 Model led_model() {
   Model model = small_bent_plane_model();
   model.latency = {.lag_s = 50, .lagging_rms_deg_per_h = 0.01, .led_rms_deg_per_h = 0.001, .is_led = true};
@@ -277,7 +277,7 @@ TEST(CExport, ItsSelfTestFindsAWrongTable) {
   EXPECT_EQ(place.run("./program < /dev/null"), 1);
 }
 
-/// Prints the uncertainty of a model whose self-test has passed.
+/// Driver: runs the self-test and prints the uncertainty of the model.
 constexpr const char* kUncertaintyDriver = R"(#include <stdio.h>
 #include "gyro.h"
 
@@ -320,7 +320,7 @@ TEST(CExport, OfAModelWithoutABudgetSaysNothingOfUncertainty) {
   EXPECT_EQ(program.source.find("gyro_uncertainty"), std::string::npos);
 }
 
-/// Reads rates and whether the gyro is at rest, a line each, and answers with what is left of the bias.
+/// Driver: reads lines with a rate and whether the gyro is at rest, and prints the residual bias.
 constexpr const char* kTrackingDriver = R"(#include <stdio.h>
 #include <stdlib.h>
 #include "gyro.h"
@@ -336,7 +336,7 @@ int main(void) {
 }
 )";
 
-/// A program of the small model with a tracker, compiled; its self-test has not been run.
+/// Compiles the small model with a tracker, without running its self-test.
 CProgram compile_tracking(const Workplace& place, CProgram program) {
   place.write("gyro.h", program.header);
   place.write("gyro.c", program.source);

@@ -120,7 +120,7 @@ TEST(ModelFile, NamesLineAndColumnOfASyntaxError) {
   EXPECT_EQ(model.error().where, "m.json:2:12");
 }
 
-/// Every value of such an input would be moved to one and the same end.
+/// Returns a model file with a reversed range, which would move every value of that input to the same end.
 std::string with_range_reversed(Model model) {
   std::swap(model.input_min(1), model.input_max(1));
   return to_json(model);
@@ -157,7 +157,7 @@ TEST(ModelFile, HoldsNoNumberThatIsNotOne) {
   EXPECT_FALSE(model_from_json(replaced(to_json(data::small_svr_model()), "0.125", "1e999"), "m.json"));
 }
 
-/// Their squares, or what they are divided by, would be no number any more.
+/// The squares or the quotients of such numbers would overflow.
 TEST(ModelFile, HoldsNoNumberThatIsBeyondAnyGyro) {
   const std::string svr = to_json(data::small_svr_model()), expansion = to_json(two_function_model());
   const struct {
@@ -197,15 +197,15 @@ TEST(ModelFile, CutOrSpoiltAnywhereIsAFaultAndNothingWorse) {
     EXPECT_FALSE(model_from_json(json, "m.json"));
 }
 
-/// The small model was trained on A − B in [−1, 1] and dA/dt in [−5, 5].
+/// Inputs outside the small model's range: A − B in [−1, 1] and dA/dt in [−5, 5].
 data::SampleMatrix two_outside() { return (data::SampleMatrix(4, 2) << 0.5, 1, 1.5, 1, 0, -7.5, -1, 5).finished(); }
 
-/// What is predicted under the policy.
+/// Predicts under a policy.
 Eigen::VectorXd predicted_under(Outside policy, const Model& model, const data::SampleMatrix& inputs) {
   return predict(model, within_range(model, inputs, policy));
 }
 
-/// Means 0.1 and 0. Row 1: 0.9 of 1.4 of the way; row 2: 2/3 of the way, so that A − B is 0.1 − 2/30.
+/// The means are 0.1 and 0. Row 1 moves by 0.9/1.4 of the way; row 2 by 2/3, so that A − B is 0.1 − 2/30.
 TEST(TrainedRange, MovesTheBoundedPointTowardsTheTrainingMean) {
   const Model model = data::small_svr_model();
   const RangedInputs ranged = within_range(model, two_outside(), Outside::continued);
@@ -216,7 +216,8 @@ TEST(TrainedRange, MovesTheBoundedPointTowardsTheTrainingMean) {
   EXPECT_TRUE(ranged.excess.isApprox(Eigen::Vector4d(0, 0.25, 0.25, 0)));
 }
 
-/// Two thermometers with opposed slopes, ± 0.01 °/h per K: only their difference counts, and it stays at 1 K.
+/// Returns a model with opposite slopes of ± 0.01 °/h per K: only the difference of the thermometers matters, and it
+/// stays at 1 K.
 Model opposed_slopes() {
   Model model = data::small_svr_model();
   model.terms = {data::temperature_term("A"), data::temperature_term("B")};
@@ -236,13 +237,13 @@ TEST(TrainedRange, InventsNoGradientBetweenThermometersThatLeaveItTogether) {
     EXPECT_NEAR(predicted(0), 0.01, 1e-15);
     EXPECT_NEAR(predicted(1), 0.01, 1e-15);
   }
-  Model beside = opposed_slopes();  // a plane beside one wide Gaussian
+  Model beside = opposed_slopes();  // a plane and a wide Gaussian
   beside.function = methods::ExpansionModel{.centres = data::SampleMatrix::Zero(1, 2),
                                             .lengths = Eigen::RowVector2d{100, 100},
                                             .widths = Eigen::VectorXd::Ones(1),
                                             .weights = Eigen::VectorXd::Ones(1),
                                             .slope = Eigen::Vector2d{0.01, -0.01}};
-  // 34 of 48 of the way from 20 and 20: B reaches its end first, at 54.
+  // The point moves 34/48 of the way from 20 and 20: B reaches its limit first, at 54.
   const double a = 49.0 * 34 / 48, b = 34;
   EXPECT_NEAR(predicted_under(Outside::continued, beside, hot)(1), 0.01 + std::exp(-(a * a + b * b) / 2e4), 1e-15);
 }

@@ -14,16 +14,17 @@ namespace {
 
 data::Clusters clusters_of(const data::SyntheticRun& run) { return *make_clusters(make_synthetic_run(run)); }
 
-/// A bias that one thermometer alone makes.
+/// Sets a bias that depends on one thermometer alone.
 void drive_by(data::Clusters& clusters, Eigen::Index thermometer, std::uint64_t seed) {
-  std::mt19937_64 random(1000 + seed);  // not the stream the temperatures were drawn from
+  // Another random stream than that of the temperatures.
+  std::mt19937_64 random(1000 + seed);
   std::normal_distribution<double> noise(0, 1e-3);
   const Eigen::VectorXd t = clusters.temperature_c.col(thermometer).array() / 20;
   clusters.bias_deg_per_h = 0.02 * t + 0.01 * t.cwiseAbs2();
   for (double& bias : clusters.bias_deg_per_h) bias += noise(random);
 }
 
-/// The named thermometers alone, with one of them twice.
+/// Returns the clusters with these thermometers alone; one of them may occur twice.
 data::Clusters reduced(const data::Clusters& from, const std::vector<Eigen::Index>& columns) {
   data::Clusters clusters = from;
   clusters.thermometers.clear();
@@ -81,7 +82,7 @@ TEST(Placement, OrdersItsStepsAndAddsUp) {
   EXPECT_EQ(placement->all.price_deg_per_h, 0);
 }
 
-/// With what a gyro tells of itself: its temperature, which is missing at times, and a count.
+/// Adds values of the gyro itself: its temperature, which is sometimes missing, and a count.
 data::Clusters with_own_values(const data::Clusters& from) {
   data::Clusters clusters = reduced(from, {0, 3, 6, 6, 6});
   clusters.thermometers[3] = "self";

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kTurnOn_deg_per_h = 2e-4;
 
-/// A run of one unit of a type: the synthetic run with a constant and slopes of A − B … A − H that are the unit's own.
+/// Returns a run of one unit of a type: the synthetic run with the unit's own constant and slopes of A − B … A − H.
 data::Dataset run_of_unit(std::uint64_t unit, std::uint64_t run = 0) {
   data::Dataset dataset =
       data::make_synthetic_run({.run_id = "unit " + std::to_string(unit) + " run " + std::to_string(run),

@@ -25,7 +25,7 @@ TEST(Recommendation, IsTheSimplestThatIsNotWorse) {
   EXPECT_FALSE(found.candidates[2].within);
 }
 
-/// What is common to all models of a record, as a turn-on bias, does not hide that one of them is always worse.
+/// An error common to all models of a record, such as a turn-on bias, does not hide that one model is always worse.
 TEST(Recommendation, ComparesRecordByRecord) {
   const Recommendation found = recommend({{"large", 9000, {1, 100, 10000}}, {"small", 20, {1.1, 100.1, 10000.1}}});
   EXPECT_EQ(found.recommended, "large");

@@ -18,7 +18,7 @@ data::SampleMatrix random_rows(Eigen::Index rows, Eigen::Index columns, std::uin
   return data::SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
 }
 
-/// A and B as inputs, so that any input can be had; vectors and weights at random.
+/// Returns a model with A and B as inputs, which permits any input values, and random vectors and weights.
 Model model_of(std::uint64_t seed) {
   Model model = data::small_svr_model();
   model.terms = {data::temperature_term("A"), data::temperature_term("B")};
@@ -28,7 +28,7 @@ Model model_of(std::uint64_t seed) {
   return model;
 }
 
-/// The same as an expansion with lengths.
+/// Returns that model as an expansion with lengths.
 Model expansion_of(std::uint64_t seed) {
   Model model = model_of(seed);
   const auto svr = std::get<methods::SvrModel>(model.function);
@@ -48,7 +48,7 @@ data::Clusters clusters_of(Eigen::Index rows, std::uint64_t seed) {
   return clusters;
 }
 
-/// Centres in lengths, weights and width.
+/// A sum of Gaussians: centres divided by the lengths, weights and width.
 struct Sum {
   data::SampleMatrix centres;
   Eigen::VectorXd weights;
@@ -156,7 +156,7 @@ TEST(ReducedSet, ChangesNoPredictionByMoreThanItsBound) {
 TEST(ReducedSet, IsTheProjectionOntoWhatItKeeps) {
   const Model model = model_of(3);
   const Model smaller = reduced(model, clusters_of(30, 3), {.vectors = 12});
-  // The change vanishes at each centre kept: inputs there, unscaled, are its coordinates.
+  // The change vanishes at each kept centre, whose coordinates are the scaled inputs.
   const Sum kept = sum_of(smaller);
   data::Clusters at_centres = clusters_of(12, 1);
   for (Eigen::Index i = 0; i < 12; ++i) {

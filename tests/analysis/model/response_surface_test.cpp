@@ -15,7 +15,7 @@ svm::SampleMatrix random_matrix(std::mt19937_64& random, Eigen::Index rows, Eige
   return svm::SampleMatrix::NullaryExpr(rows, columns, [&] { return normal(random); });
 }
 
-/// Second order in three inputs.
+/// Returns a function of second order in three inputs.
 Eigen::VectorXd quadratic(const svm::SampleMatrix& x) {
   return (1.5 + 2 * x.col(0).array() - x.col(1).array() * x.col(2).array() + 0.7 * x.col(2).array().square()).matrix();
 }
@@ -31,7 +31,7 @@ TEST(ResponseSurface, RecoversAQuadraticFunction) {
   }
 }
 
-/// The normal equations of the definition, written out.
+/// Predicts with the normal equations of the definition.
 Eigen::VectorXd by_definition(const svm::SampleMatrix& x, const Eigen::VectorXd& y, const svm::SampleMatrix& test,
                               double lambda) {
   const auto standardised = [](const svm::SampleMatrix& from, const svm::SampleMatrix& values) {

@@ -16,7 +16,7 @@ namespace {
 
 const std::vector<std::string> kEightNames = {"A", "B", "C", "D", "E", "F", "G", "H"};
 
-/// As printed in Table 3 of the paper, above the diagonal: A-B, A-C … G-H.
+/// Returns Table 3 of the paper, above the diagonal: A-B, A-C … G-H.
 std::vector<double> table_3() {
   return {.939, .938, .913, .938, .912, .935, .942,  //
           .781, .888, .898, .902, .913, .739,        //
@@ -48,11 +48,12 @@ data::TrainingSet training_set_of(data::Clusters clusters) {
   return {std::move(clusters), std::move(folds)};
 }
 
-/// Independent temperatures with a bias made of two gradients, one of them squared, and white noise.
+/// Returns independent temperatures with a bias of two gradients, one of them squared, and white noise.
 data::TrainingSet made_of_two_gradients(std::uint64_t seed) {
   data::Clusters clusters = data::wandering(*data::make_clusters(data::make_synthetic_run({.hold_s = 1000})), seed);
   const data::SampleMatrix x = *evaluate({data::gradient_term("A", "D"), data::gradient_term("C", "F")}, clusters);
-  std::mt19937_64 random(1000 + seed);  // not the stream the temperatures were drawn from
+  // Another random stream than that of the temperatures.
+  std::mt19937_64 random(1000 + seed);
   std::normal_distribution<double> noise(0, 1e-3);
   clusters.bias_deg_per_h = 2e-3 * x.col(0) + 1e-4 * x.col(1).cwiseAbs2();
   for (double& bias : clusters.bias_deg_per_h) bias += noise(random);

@@ -13,7 +13,7 @@
 namespace gyrotherm::model {
 namespace {
 
-/// Both thermometers on ramps, A the faster.
+/// Returns a record with both thermometers on ramps, A with the faster one.
 data::Dataset two_ramps(Eigen::Index rows) {
   data::Dataset dataset;
   dataset.thermometers = {"A", "B"};
@@ -41,7 +41,7 @@ CompensationStream open(std::vector<std::string> columns = {"A", "B"}, Outside o
 
 Eigen::VectorXd zeros(Eigen::Index rows) { return Eigen::VectorXd::Zero(rows); }
 
-/// Equal to the bit, or both missing.
+/// Expects equal values; NaN equals NaN.
 void expect_same(const Eigen::VectorXd& one, const Eigen::VectorXd& other) {
   ASSERT_EQ(one.size(), other.size());
   for (Eigen::Index i = 0; i < one.size(); ++i) {
@@ -99,7 +99,7 @@ TEST(CompensationStream, ForgetsAMissingReadingWithItsRow) {
 
 TEST(CompensationStream, ContinuesBeyondTheTrainedRangeAndCountsIt) {
   data::SampleMatrix temperatures = random_temperatures(400, 3);
-  temperatures.col(1).array() -= 5;  // A − B was trained up to 1 °C
+  temperatures.col(1).array() -= 5;  // trained up to 1 °C
   CompensationStream continued = open();
   const Eigen::VectorXd held = continued.push(temperatures, zeros(400));
   EXPECT_TRUE(held.tail(201).allFinite());
@@ -114,7 +114,7 @@ TEST(CompensationStream, ContinuesBeyondTheTrainedRangeAndCountsIt) {
   EXPECT_EQ(inside.outside(), 0);
 }
 
-/// On a ramp of 0.01 K/s a mean of 100 s is 49.5 s old; half of what it was more than 100 s ago is 50 s of the ramp.
+/// On a ramp of 0.01 K/s, a mean over 100 s is 49.5 s old; half of the change over the last 100 s is 50 s of the ramp.
 TEST(CompensationStream, IsLedByHalfAClusterWhereTheModelSaysSo) {
   Model model = data::small_slope_model();
   const data::SampleMatrix ramp = 20 + 0.01 * Eigen::ArrayXd::LinSpaced(500, 0, 499);
@@ -133,7 +133,7 @@ TEST(CompensationStream, IsLedByHalfAClusterWhereTheModelSaysSo) {
   expect_same(pieces, led);
 }
 
-/// A bias that goes with a sine of 2 h of the temperature: the lag of 50 s costs its slope, leading its curvature.
+/// A bias with a sinusoidal course of 2 h: the lag of 50 s costs its slope, the extrapolation its curvature.
 TEST(Latency, IsMeasuredOnMeansThatFollowEachOther) {
   data::Clusters clusters;
   clusters.length_s = 100;
@@ -200,7 +200,7 @@ TEST(CompensationStream, OfLagsAnswersTheSameInPieces) {
   EXPECT_EQ(CompensationStream::open(lag_model(), {"A", "C"}).error().where, "input \"lag:250:B\"");
 }
 
-/// Some rows, seconds without any, and rows again.
+/// Rows, seconds without rows, and further rows.
 struct Interrupted {
   data::SampleMatrix before = random_temperatures(457, 7), after = random_temperatures(700, 8);
   [[nodiscard]] Eigen::VectorXd rows_without_readings(CompensationStream stream, Eigen::Index seconds) const {
@@ -234,7 +234,7 @@ TEST(CompensationStream, TakesFromTheTimesOfRowsWhichSecondsAreMissing) {
   with_gap.middleRows(400, 100).setConstant(std::nan(""));
   for (Eigen::Index i = 0; i < 1000; ++i) {
     const Eigen::Index second = i < 400 ? i : i + 100;
-    times(i) = 7 + static_cast<double>(second) + (i % 2 == 0 ? 0.1 : 0);  // a logger's
+    times(i) = 7 + static_cast<double>(second) + (i % 2 == 0 ? 0.1 : 0);  // deviations of a logger
     rows.row(i) = temperatures.row(second);
   }
   const Eigen::VectorXd whole = open().push(with_gap, zeros(1100));
@@ -260,7 +260,7 @@ TEST(CompensationStream, TakesFromTheTimesOfRowsWhichSecondsAreMissing) {
 
 TEST(CompensationStream, OfRowsAboutAGapTellsWhichWereOutside) {
   data::SampleMatrix temperatures = random_temperatures(600, 3);
-  temperatures.col(1).array() -= 5;  // A − B was trained up to 1 °C
+  temperatures.col(1).array() -= 5;  // trained up to 1 °C
   Eigen::VectorXd times = Eigen::VectorXd::LinSpaced(600, 0, 599);
   times.tail(300).array() += 50;
   CompensationStream stream = open();
@@ -292,7 +292,8 @@ TEST(SlidingMeans, AreTheMeansOfTheLastRows) {
 TEST(SlidingMeans, DoNotDrift) {
   constexpr Eigen::Index kRows = 300000;
   data::SampleMatrix rows = random_temperatures(kRows, 1);
-  rows.topRows(kRows / 2) *= 1e12;  // what a running sum would remember
+  // A running sum would keep the rounding errors of these values.
+  rows.topRows(kRows / 2) *= 1e12;
   SlidingMeans sliding(100, 2);
   Eigen::RowVectorXd means;
   for (Eigen::Index i = 0; i < kRows; ++i) means = sliding.push(rows.row(i));

@@ -68,7 +68,7 @@ TEST(LinearModel, OfARealRecordLeavesTheReferenceResiduals) {
 TEST(LinearModel, KeepsItsDigitsWhereInputsDependOnEachOther) {
   const data::Dataset dataset = data::make_synthetic_run({});
   const auto seven = train_on(dataset, linear("seven-point"));
-  const auto twenty_eight = train_on(dataset, linear("gradients"));  // of rank 7
+  const auto twenty_eight = train_on(dataset, linear("gradients"));  // rank 7
   ASSERT_TRUE(seven);
   ASSERT_TRUE(twenty_eight);
   EXPECT_EQ(twenty_eight->terms.size(), 28u);
@@ -140,7 +140,8 @@ TEST(Training, AddsTheTemperatureThatGradientsCannotSee) {
 
 TEST(Training, LeavesOutClustersWithoutARateWhereRatesAreInputs) {
   data::Dataset dataset = data::make_synthetic_run({});
-  dataset.temperature_c(150, 0) = std::nan("");  // cluster 1 is dropped, so cluster 2 has no rate
+  // Drops cluster 1, so that cluster 2 has no rate.
+  dataset.temperature_c(150, 0) = std::nan("");
   const auto clusters = make_clusters(dataset);
   const auto model = train_on(dataset, linear("A,rate:A"));
   ASSERT_TRUE(model) << text(model.error());
@@ -181,7 +182,7 @@ TEST(Training, HoldsOutRecordsWhereThereAreThreeWithoutCycles) {
   EXPECT_EQ(train({datasets[0]}, {clusters[0]}, alone).error().kind, FaultKind::usage);
 }
 
-/// Two programs: the error held out is that of a model of the other program.
+/// Two profiles: the held-out error of each is that of a model of the other one.
 TEST(FoldsByProgram, PredictEachProgramByTheOther) {
   data::Dataset rate = data::make_synthetic_run({.run_id = "rate run", .seed = 1});
   data::Dataset random = data::make_synthetic_run({.run_id = "random run", .cycle_rates_c_per_min = {1, 6}, .seed = 2});
@@ -314,8 +315,8 @@ TEST(Training, StopsWhenAsked) {
   EXPECT_EQ(model.error().kind, FaultKind::interrupted);
 }
 
-/// "Chooses" the sum of all targets that it is shown, in °/h, and predicts that everywhere: whatever it was shown can
-/// be read off its predictions.
+/// "Chooses" the sum of all targets that it receives, in °/h, and predicts it everywhere, so that the predictions show
+/// which targets it has received.
 Result<methods::Choice> choose_sum(std::span<const methods::Fold> folds, const methods::MethodOptions&,
                                    const ProgressSink&) {
   double sum = 0;
@@ -400,7 +401,7 @@ data::FoldPlan at_random(Eigen::Index rows, int folds, std::uint64_t seed) {
   return plan;
 }
 
-/// RMSE in °/s of the reference's SVR: C = 30, γ = 0.3, ε = 0.02.
+/// Returns the RMSE, °/s, of the SVR of the reference: C = 30, γ = 0.3, ε = 0.02.
 double held_out_rmse(const data::Clusters& clusters, const data::FoldPlan& plan) {
   const methods::Method& svr = **methods::find_method("svr");
   const InputPlan inputs{
@@ -415,7 +416,7 @@ data::FoldPlan six_blocks(const data::Clusters& clusters, std::optional<double> 
   return *data::plan_folds({clusters}, {.kind = data::FoldKind::blocks, .blocks = 6, .guard_minutes = guard_minutes});
 }
 
-/// Why users are not offered random folds: the figures of docs/evaluation.md that rest on a real record.
+/// Random folds are not available to users; these are the values of docs/evaluation.md from a real record.
 TEST(HoldingOut, ClustersAtRandomFlattersARealGyro) {
   const double at_random_reference[] = {0.0758, 0.0145, 0.0261}, blocks_reference[] = {0.2368, 0.1078, 0.1207};
   for (int axis = 0; axis < 3; ++axis) {
@@ -434,7 +435,7 @@ TEST(HoldingOut, ClustersAtRandomFlattersARealGyro) {
     RecordProperty("random", std::to_string(random[2]));
     RecordProperty("blocks", std::to_string(blocks));
     RecordProperty("guarded", std::to_string(guarded));
-    // The reference divides the target by its STD over all clusters, here it is that of the training clusters.
+    // The reference divides the target by its STD over all clusters; here it is the STD of the training clusters.
     EXPECT_NEAR(blocks, blocks_reference[axis], 0.1 * blocks_reference[axis]);
     EXPECT_GE(guarded, 0.95 * blocks);
   }

@@ -98,7 +98,7 @@ TEST(EarthRate, GoesWithItsAnglesAsItsDifferencesSay) {
   EXPECT_NEAR(0.05 * earth_rate_slopes(45, 0, 90).latitude, 0.0093, 5e-5) << "0.05° at 45°";
 }
 
-/// The slopes of a model that differs from the trained one in nothing but its range, wide enough for any record.
+/// Returns the model with a range wide enough for any record.
 Model with_any_range(Model model) {
   model.input_min.setConstant(-1e6);
   model.input_max.setConstant(1e6);
@@ -136,7 +136,8 @@ class UncertaintyOfAModel : public testing::Test {
 TEST_F(UncertaintyOfAModel, ALinearModelIsAsSensitiveAsItsWeights) {
   const auto& weights = std::get<methods::LinearModel>(model_.function).weights;
   const Eigen::VectorXd slope =
-      model_.target_std_deg_per_h * weights.array() / model_.scaling.std.transpose().array();  // of A − T_j
+      // Slopes of A − T_j.
+      model_.target_std_deg_per_h * weights.array() / model_.scaling.std.transpose().array();
   const Eigen::MatrixXd found = *sensitivities(model_, clusters_);
   const double tolerance = 1e-8 * slope.cwiseAbs().maxCoeff();
   for (Eigen::Index k = 0; k < found.rows(); ++k) {
@@ -234,7 +235,7 @@ TEST_F(UncertaintyOfAModel, HysteresisIsOfThermometersAndNotOfWhatAGyroTellsOfIt
   own.rate_c_per_min.conservativeResize(Eigen::NoChange, columns + 2);
   own.temperature_c.col(columns) = own.temperature_c.col(0);
   own.rate_c_per_min.col(columns) = own.rate_c_per_min.col(0);
-  own.temperature_c.col(columns + 1).setLinSpaced(rows, 0, 1e6);  // rises all the time
+  own.temperature_c.col(columns + 1).setLinSpaced(rows, 0, 1e6);  // always rising
   own.rate_c_per_min.col(columns + 1).setConstant(1e4);
   const double expected = hysteresis_of(residual, clusters_).half_deg_per_h;
   EXPECT_NEAR(expected, 0.003, 0.0004);
@@ -284,7 +285,7 @@ TEST_F(UncertaintyOfAModel, OfCountedPulsesAMeanEndsBetweenTwo) {
   EXPECT_NEAR(of_a_cluster.standard_uncertainty, 0.0061, 5e-5) << "°/h: more than all else of a good gyro";
 }
 
-/// A residual of one slow wave tells little of its own size; a test of its significance would call it nothing.
+/// A slow wave has few effective values. A significance test would reject the model form.
 TEST_F(UncertaintyOfAModel, AModelFormOfFewEffectiveMeansIsCountedWithFewDegreesOfFreedom) {
   const std::vector<data::Dataset> datasets{dataset_};
   const std::vector<data::Clusters> clusters{clusters_};
@@ -360,7 +361,7 @@ TEST_F(UncertaintyOfAModel, DriftGrowsWithTheRootOfTheDaysSinceTheCalibration) {
   EXPECT_EQ(row(model, Source::thermometer_calibration).standard_uncertainty, 0.01);
 }
 
-/// 0.0041 mA of a discharge current are no kelvins.
+/// A discharge current drifts by 0.0041 mA and not in kelvins.
 TEST_F(UncertaintyOfAModel, AnInputOfTheUnitsOwnDriftsInItsOwnUnit) {
   data::Dataset dataset = dataset_;
   dataset.thermometers = {"A", "aux:current"};
@@ -430,7 +431,7 @@ TEST_F(UncertaintyOfAModel, KnowsWhatAYearOfDriftAdds) {
   EXPECT_EQ(drift_in_a_year_deg_per_h(silent, dataset_), 0);
 }
 
-/// An error of the row's distribution, in its unit.
+/// Draws an error from the row's distribution, in its unit.
 double drawn(const BudgetRow& row, std::mt19937_64& random) {
   const double half_width = std::numbers::sqrt3 * row.standard_uncertainty;
   if (row.distribution == ErrorDistribution::rectangular)
@@ -438,7 +439,7 @@ double drawn(const BudgetRow& row, std::mt19937_64& random) {
   return std::normal_distribution<double>(0, row.standard_uncertainty)(random);
 }
 
-/// The clusters of the record's first hour, in which the chamber keeps its temperature.
+/// Returns the clusters of the record's first hour at constant temperature.
 data::Clusters first_hold(const data::Clusters& clusters) {
   std::vector<Eigen::Index> rows(36);
   std::iota(rows.begin(), rows.end(), 0);
@@ -555,7 +556,7 @@ TEST_F(UncertaintyOfAModel, InAFileComesToWhatItsRowsComeTo) {
   std::string json = to_json(model_);
   const auto at = json.find("\"U_deg_per_h\": ");
   ASSERT_NE(at, std::string::npos);
-  json.insert(at + std::string("\"U_deg_per_h\": ").size(), "1");  // and so above 1
+  json.insert(at + std::string("\"U_deg_per_h\": ").size(), "1");  // above 1
   const auto back = model_from_json(json, "model.json");
   ASSERT_FALSE(back);
   EXPECT_EQ(back.error().where, "model.json: uncertainty.combined");

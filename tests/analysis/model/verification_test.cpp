@@ -51,7 +51,7 @@ TEST_F(VerificationOfALinearModel, IsOfARecordItHasNotSeen) {
   EXPECT_NEAR(result.floor.deg_per_h, 0.002, 0.0008) << "0.02 °/h of one second";
 }
 
-/// The true bias is what the model predicts, less 0.01 °/h, and 0.003 °/h this way and that.
+/// The true bias is the prediction less 0.01 °/h, with alternating deviations of 0.003 °/h.
 TEST_F(VerificationOfALinearModel, TellsItsErrorToTheTrueBias) {
   data::Dataset dataset = unseen_run();
   const data::Clusters clusters = *make_clusters(dataset);
@@ -200,7 +200,8 @@ TEST_F(VerificationOfALinearModel, OfClustersWithoutItsInputsSaysThatTheyAreMiss
   const data::Clusters clusters = *make_clusters(dataset);
   const Model of_rates = *train({dataset}, {clusters}, options);
   for (const Outside outside : {Outside::continued, Outside::refuse}) {
-    const auto result = verify(of_rates, dataset, pick(clusters, {0}), outside);  // the first of a run has no rate
+    // The first cluster of a run has no rate.
+    const auto result = verify(of_rates, dataset, pick(clusters, {0}), outside);
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().kind, FaultKind::usage);
     EXPECT_EQ(result.error().what, "no cluster has all inputs of the model (a rate wants the cluster before it)");
@@ -262,7 +263,7 @@ TEST_F(VerificationOfALinearModel, WarnsOfMeansOverAnotherTime) {
   EXPECT_TRUE(says(*result, "over 50 s"));
 }
 
-/// A run whose thermometers were calibrated on its day, of a gyro that is the same each time it is switched on.
+/// Returns a run with thermometers that were calibrated on the same day and a gyro without turn-on scatter.
 data::Dataset well_known_run(const data::SyntheticRun& run) {
   data::Dataset dataset = make_synthetic_run(run);
   dataset.thermometer_uncertainty.assign(
@@ -284,7 +285,8 @@ TEST(Coverage, OfIntervalsWhereTheNoiseIsKnownIsWhatTheyPromise) {
     const Verification result = *verify(model, unseen, *make_clusters(unseen));
     ASSERT_TRUE(result.coverage);
     EXPECT_EQ(result.coverage->nominal, 0.95);
-    // Estimates of flicker, walk and model form that are not significant stay in the budget: a little more than noise.
+    // Estimates of flicker, walk and model form stay in the budget although not significant, and add slightly to the
+    // noise.
     EXPECT_GT(result.coverage->mean_half_width_deg_per_h, 0.95 * 1.96 * 0.02 / 10);
     EXPECT_LT(result.coverage->mean_half_width_deg_per_h, 1.2 * 1.96 * 0.02 / 10);
     EXPECT_GT(result.coverage->effective, 0.5 * result.coverage->clusters) << "white noise";
@@ -318,7 +320,7 @@ TEST_F(VerificationOfALinearModel, WithoutABudgetHasNoCoverage) {
   EXPECT_FALSE(verify(model, dataset, *make_clusters(dataset))->coverage);
 }
 
-/// The true bias follows a sine of the temperature: means of the stream against means of the truth.
+/// The true bias follows a sine of the temperature. Compares means of the stream with means of the truth.
 TEST(AsStreamed, CountsWhatTheLagCosts) {
   constexpr Eigen::Index kRows = 20000;
   data::Dataset dataset;
@@ -340,7 +342,7 @@ TEST(AsStreamed, CountsWhatTheLagCosts) {
   model.latency = {.lag_s = 50, .is_led = true};
   const Streamed led = judged();
   EXPECT_LT(lagging.aligned.std, 1e-9);
-  // 0.5 °/h of amplitude, 49.5 s late of 3600 s, averaged by means of 100 s.
+  // Amplitude 0.5 °/h, lag 49.5 s with a period of 3600 s, averaged over means of 100 s.
   EXPECT_NEAR(lagging.residual.std, 0.5 / std::numbers::sqrt2 * 2 * std::numbers::pi * 49.5 / 3600, 0.001);
   EXPECT_LT(led.residual.std, 0.3 * lagging.residual.std);
   ASSERT_TRUE(led.to_truth && lagging.to_truth);

@@ -24,7 +24,7 @@ Coregionalisation some_model() {
   return model;
 }
 
-/// B ⊗ k of all outputs at all rows, output after output.
+/// Returns B ⊗ k for all outputs at all rows, output by output.
 Eigen::MatrixXd kronecker(const Coregionalisation& model, const data::SampleMatrix& a, const data::SampleMatrix& b) {
   const Eigen::MatrixXd kernel = methods::covariance_matrix({model.lengths, 1, 0}, a, b);
   const Eigen::MatrixXd between = between_outputs(model);
@@ -43,7 +43,7 @@ Eigen::VectorXd noise_of_all(const Coregionalisation& model, Eigen::Index rows) 
   return all;
 }
 
-/// Of three outputs that follow the model.
+/// Draws a table of three outputs from the model.
 Eigen::MatrixXd table_of(const Coregionalisation& model, const data::SampleMatrix& x, std::uint64_t seed) {
   Eigen::MatrixXd covariance = kronecker(model, x, x);
   covariance.diagonal() += noise_of_all(model, x.rows());
@@ -52,13 +52,15 @@ Eigen::MatrixXd table_of(const Coregionalisation& model, const data::SampleMatri
   return values.reshaped(x.rows(), model.noise.size());
 }
 
-/// A constant of each output is a process of its own, of a covariance that knows nothing: V of it, great.
+/// The process in dense form. The constant of each output is a further process with the large variance V, which
+/// represents a flat prior.
 struct DenseProcess {
-  Eigen::MatrixXd covariance;  ///< of the values that are there
+  Eigen::MatrixXd covariance;  ///< known values
   Eigen::VectorXd y;
-  Eigen::MatrixXd with;          ///< of what is asked with these
-  Eigen::VectorXd before;        ///< variance of what is asked
-  std::vector<Eigen::Index> at;  ///< the values among all
+  /// Covariance of the predicted with the known values.
+  Eigen::MatrixXd with;
+  Eigen::VectorXd before;        ///< prior variance of the predicted values
+  std::vector<Eigen::Index> at;  ///< indices of the known values
 };
 
 constexpr double kUnknownConstant = 1e6;  // variance
@@ -96,7 +98,7 @@ void expect_dense(const Coregionalisation& model, const data::SampleMatrix& x, c
   EXPECT_LT((predicted.mean.reshaped() - dense.with * factor.solve(dense.y)).norm(), 1e-4);
   const Eigen::VectorXd variance = dense.before - (dense.with * factor.solve(dense.with.transpose())).diagonal();
   EXPECT_LT((predicted.variance.reshaped() - variance).norm(), 1e-4);
-  // Up to the constants' own density, which is flat.
+  // Both agree up to the flat density of the constants.
   const double flat = 0.5 * 3 * std::log(2 * std::numbers::pi * kUnknownConstant);
   EXPECT_NEAR(process->log_likelihood,
               -0.5 * dense.y.dot(factor.solve(dense.y)) - 0.5 * factor.vectorD().array().log().sum() -
@@ -143,7 +145,7 @@ TEST(CoregionalisedGp, GradientIsThatOfItsLikelihood) {
   }
 }
 
-/// But for its constant, which that has not: the likelihood of values less a constant, over all constants.
+/// The method has no constant. Its likelihood is therefore integrated over all constants.
 TEST(CoregionalisedGp, OfOneOutputIsTheProcessOfTheMethods) {
   const data::SampleMatrix x = data::normal_matrix(20, 2, 1);
   const Eigen::VectorXd y = data::normal_vector(20, 2);
@@ -159,7 +161,7 @@ TEST(CoregionalisedGp, OfOneOutputIsTheProcessOfTheMethods) {
   EXPECT_NEAR(found->log_value, std::log(sum), 1e-6);
 }
 
-/// Autokrigeability: outputs that all have the same rows and no noise tell each other nothing.
+/// Autokrigeability: outputs with equal rows and without noise do not improve each other's prediction.
 TEST(CoregionalisedGp, GainsNothingWithoutNoiseAndWithoutGaps) {
   Coregionalisation model = some_model();
   model.noise.setConstant(1e-5);
@@ -198,12 +200,13 @@ TEST(CoregionalisedGp, LearnsHowOutputsGoTogether) {
       mean += correlation_between_outputs(process->model)(0, 1) / kDraws;
       noise += 1e3 * process->model.noise / kDraws;
     }
-    EXPECT_NEAR(mean, correlation, 0.15);  // two standard errors of five times 50 values
+    // Two standard errors of five times 50 values.
+    EXPECT_NEAR(mean, correlation, 0.15);
     EXPECT_LT((noise - Eigen::Vector2d(0.3, 0.6)).norm(), 0.06);
   }
 }
 
-/// The first output has a gap that the second has not.
+/// The first output has a gap in which the second one has values.
 TEST(CoregionalisedGp, FillsAGapByAnOutputThatGoesAlongAndKnowsHowWell) {
   double together_error = 0, alone_error = 0, within = 0;
   constexpr int kDraws = 12;

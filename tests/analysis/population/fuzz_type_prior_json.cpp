@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A file of a type prior is foreign bytes: whatever they are, a prior or a fault comes out, and a prior writes itself
-/// the same twice.
+/// Parses arbitrary bytes as the file of a type prior. The result is a prior or a fault, and a parsed prior is written
+/// equally twice.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

@@ -47,7 +47,7 @@ TEST(MultiOutputRidge, SolvesItsNormalEquations) {
   }
 }
 
-/// The posterior mean of all slopes at once, with matrices of Kronecker's product.
+/// Computes the posterior mean of all slopes at once, with Kronecker products.
 TEST(MultiOutputRidge, IsThePosteriorMeanOfTheWholeSystem) {
   const Outputs o = some_outputs(3);
   const OutputCovariances between{positive_matrix(3, 4), positive_matrix(3, 5)};
@@ -85,12 +85,13 @@ TEST(MultiOutputRidge, IsSeparateRidgesWhereNothingIsToBeGained) {
     const Eigen::Vector3d variances(0.5, 2, 7), slopes(1, 3, 0.2);
     expect_separate(o, {2.5 * noise, noise}, Eigen::Vector3d::Constant(2.5));  // proportional
     expect_separate(o, {variances.asDiagonal(), slopes.asDiagonal()}, variances.cwiseQuotient(slopes));
-    o.penalty.setZero();  // Zellner: the same inputs in each equation
+    // Zellner: the same inputs in each equation.
+    o.penalty.setZero();
     expect_separate(o, {noise, Eigen::Matrix3d::Identity()}, Eigen::Vector3d::Zero());
   }
 }
 
-/// Rows are few, the noise correlates, and the slopes do not.
+/// There are few rows, the noises correlate, and the slopes do not.
 TEST(MultiOutputRidge, GainsWhereNoiseCorrelatesAndSlopesDoNot) {
   Eigen::Matrix3d noise = Eigen::Matrix3d::Constant(4 * 0.9);
   noise.diagonal().setConstant(4);

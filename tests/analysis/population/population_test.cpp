@@ -37,7 +37,7 @@ DenseUnit draw_unit(const Coefficients& population, Eigen::Index rows, double no
   return unit;
 }
 
-/// In units of the noise.
+/// Returns the statistics of a unit whose values are divided by the noise.
 UnitInformation of_unit(const DenseUnit& unit, double noise) {
   return information_of(unit.z / noise, unit.y / noise, 2 * static_cast<double>(unit.y.size()) * std::log(noise));
 }
@@ -49,7 +49,7 @@ double log_normal_density(const Eigen::VectorXd& y, const Eigen::VectorXd& mean,
          0.5 * static_cast<double>(y.size()) * std::log(2 * std::numbers::pi);
 }
 
-/// A constant of 10 ± 2, seen four times with noise of 1 as 13: precisions of ¼ and 4.
+/// A constant of 10 ± 2 and four values of 13 with noise 1: precisions of ¼ and 4.
 TEST(Population, PosteriorIsThatComputedByHand) {
   const Coefficients prior{Eigen::VectorXd::Constant(1, 10), Eigen::MatrixXd::Constant(1, 1, 4)};
   const auto own = information_of(Eigen::MatrixXd::Ones(4, 1), Eigen::VectorXd::Constant(4, 13));
@@ -99,7 +99,7 @@ std::vector<UnitInformation> draw_units(const Coefficients& population, int unit
   return all;
 }
 
-/// Of the whole vector of all units' values, μ integrated out.
+/// Computes the density of the vector of all units' values, with μ integrated out.
 TEST(Population, RestrictedLikelihoodIsTheDenseOne) {
   const double noise = 0.5;
   const Coefficients population{normal_vector(2, 1), spread_matrix(2, 2)};
@@ -148,8 +148,8 @@ TEST(Population, NoIterationLosesLikelihood) {
   }
 }
 
-/// One constant per unit, n values each with noise of variance 1: the restricted estimate of Σ is the variance of the
-/// units' means less 1/n (analysis of variance).
+/// One constant per unit and n values each with noise of variance 1: the restricted estimate of Σ is the variance of
+/// the units' means less 1/n (analysis of variance).
 TEST(Population, OfBalancedConstantsIsTheAnalysisOfVariance) {
   const Coefficients population{Eigen::VectorXd::Constant(1, 3), Eigen::MatrixXd::Constant(1, 1, 2)};
   std::vector<UnitInformation> units;
@@ -184,11 +184,12 @@ TEST(Population, WithoutCorrelationsIsDiagonal) {
   ASSERT_TRUE(fit);
   const Eigen::MatrixXd& found = fit->population.covariance;
   EXPECT_TRUE(found.isDiagonal());
-  for (Eigen::Index j = 0; j < 3; ++j)  // four standard errors of a variance
+  // Four standard errors of a variance.
+  for (Eigen::Index j = 0; j < 3; ++j)
     EXPECT_NEAR(found(j, j) / population.covariance(j, j), 1, 4 * std::sqrt(2.0 / 300)) << j;
 }
 
-/// Between what the units say alone and the target, and nearer to it the more units it is worth.
+/// The result is between the units' own estimate and the target, and nearer to the target with a greater weight.
 TEST(Population, IsDrawnToTheTarget) {
   const Coefficients population{normal_vector(3, 1), spread_matrix(3, 2)};
   const auto units = draw_units(population, 8, 200, 0.1, 4);
@@ -202,15 +203,15 @@ TEST(Population, IsDrawnToTheTarget) {
     const double apart = (fit->population.covariance - Eigen::MatrixXd(target.asDiagonal())).norm();
     EXPECT_LT(apart, before);
     before = apart;
-    // Exact coefficients: (S + κD)/(U − 1 + κ), S that of their mean.
+    // Exact coefficients give (S + κD)/(U − 1 + κ), with S that of their mean.
     const Eigen::MatrixXd expected =
         (7 * free->population.covariance + worth * Eigen::MatrixXd(target.asDiagonal())) / (7 + worth);
     EXPECT_LT((fit->population.covariance - expected).norm(), 0.02 * expected.norm());
   }
 }
 
-/// The next unit's coefficients lie where the prior says, with twelve units seen: k = 2 is a little short of 95 %, for
-/// Σ is known from eleven degrees of freedom.
+/// The prior from twelve units contains the next unit's coefficients. k = 2 gives slightly less than 95 %, because Σ
+/// has eleven degrees of freedom.
 TEST(Population, SaysHowFarTheNextUnitMayBe) {
   int within = 0;
   constexpr int kDraws = 400;

@@ -13,7 +13,7 @@
 namespace gyrotherm::population {
 namespace {
 
-/// Axes whose values remember `memory` of the value before, and correlate alike with each other.
+/// Draws axes with the autocorrelation `memory` at one step and equal correlations with each other.
 AxisResiduals remembering(Eigen::Index rows, Eigen::Index axes, double memory, double correlation, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
@@ -54,7 +54,8 @@ AlarmRates alarm_rates(double memory, double correlation, Eigen::Index rows, int
 }
 
 TEST(ResidualCorrelation, AlarmsFalselyAsOftenAsIsAsked) {
-  constexpr int kDraws = 1500;  // two standard errors of 5 % are 1.1 %
+  // Two standard errors of 5 % are 1.1 %.
+  constexpr int kDraws = 1500;
   for (const double memory : {0.0, 0.5, 0.8}) {
     SCOPED_TRACE(memory);
     const AlarmRates rates = alarm_rates(memory, 0, 400, kDraws);
@@ -65,7 +66,7 @@ TEST(ResidualCorrelation, AlarmsFalselyAsOftenAsIsAsked) {
   }
 }
 
-/// Of 44 independent pairs; where each cluster counts as one, nearly half of all pairs alarm.
+/// 44 independent pairs. Counting each cluster as independent would raise alarms in nearly half of all pairs.
 TEST(ResidualCorrelation, AlarmsLittleMoreOftenWhereAnHourIsOneValue) {
   const AlarmRates rates = alarm_rates(0.9, 0, 400, 1500);
   for (const double rate : {rates.pair, rates.all, rates.largest}) EXPECT_LT(rate, 0.09);
@@ -80,7 +81,7 @@ TEST(ResidualCorrelation, SeesWhatIsThere) {
   }
 }
 
-/// n(1 − φ²)/(1 + φ²) for two series of memory φ.
+/// The expected number is n(1 − φ²)/(1 + φ²) for two series of autocorrelation φ.
 TEST(ResidualCorrelation, KnowsHowManyPairsTellAsMuch) {
   for (const double memory : {0.0, 0.5, 0.8, 0.9}) {
     SCOPED_TRACE(memory);
@@ -109,7 +110,8 @@ TEST(ResidualCorrelation, LooksAtThePlacesThatBothAxesHave) {
   const auto all = correlation_of(residuals), of_common = correlation_of(picked);
   EXPECT_DOUBLE_EQ(all.correlation(0, 1), of_common.correlation(0, 1));
   EXPECT_DOUBLE_EQ(all.effective(0, 1), of_common.effective(0, 1));
-  EXPECT_EQ(of_common.all_probability < 0.05, of_common.largest_probability < 0.05);  // of one pair they are one test
+  // The tests are equal for a single pair.
+  EXPECT_EQ(of_common.all_probability < 0.05, of_common.largest_probability < 0.05);
 }
 
 TEST(ResidualCorrelation, SaysNothingOfWhatDoesNotVaryOrIsTooShort) {

@@ -15,15 +15,14 @@
 namespace gyrotherm::population {
 namespace {
 
-/// A type whose units have a bias of w_0 + w_1 (A − 20) + w_2 (A − B) + w_3 (A − C) and the noise of the prior's own
-/// model, °/h.
+/// A type with units of bias w_0 + w_1 (A − 20) + w_2 (A − B) + w_3 (A − C) and the noise of the prior's model, °/h.
 struct SimulatedType {
   Eigen::Vector4d mean{0.01, -2e-4, 8e-3, -5e-3};
   Eigen::Vector4d spread{0.002, 1e-4, 2e-3, 2e-3};  ///< standard deviations, independent
   UnexplainedNoise noise{0.002, 0.001, 4000, 0.001};
 };
 
-/// Temperatures that go between −40 and 60 °C, and differences that follow how they change.
+/// Draws temperatures between −40 and 60 °C and differences that follow their rates.
 data::Clusters temperature_run(Eigen::Index count, std::uint64_t seed) {
   data::Clusters run;
   run.thermometers = {"A", "B", "C"};
@@ -141,8 +140,8 @@ struct CoverageCount {
   [[nodiscard]] double share() const { return truth / units; }
 };
 
-/// Twelve units make the prior of the thirteenth: its true bias, turn-on included, lies within U of k = 2 about as
-/// often as a normal one would, after no, few and all hours of its own; and U falls.
+/// Twelve units give the prior of the thirteenth. Its true bias, including turn-on, is within U (k = 2) about as often
+/// as for a normal distribution, after no, few and all hours of its own data; and U decreases.
 TEST(TypePrior, GivesAnUncertaintyThatHoldsForTheNextUnit) {
   const SimulatedType type;
   const std::vector<Eigen::Index> counts = {0, 20, 80, 300};
@@ -183,7 +182,7 @@ TEST(TypePrior, GivesAnUncertaintyThatHoldsForTheNextUnit) {
   EXPECT_LT(expanded[3], 0.7 * expanded[0]);
 }
 
-/// After half an hour of its own a unit of the type is better known than by a plane of its own after twice as long.
+/// A unit with half an hour of its own data and the prior is predicted better than by a plane from twice as much data.
 TEST(TypePrior, SavesHours) {
   const SimulatedType type;
   const auto prior = learn_type_prior(simulated_units(type, 12, 3), {.quick = true});
@@ -216,12 +215,13 @@ TEST(TypePrior, WithoutRunsIsThePriorAndWithTwoIsWithBoth) {
   const auto one = learn_unit(*prior, std::vector{unit.runs[0]}), both = learn_unit(*prior, unit.runs);
   ASSERT_TRUE(one && both);
   EXPECT_LT(both->coefficients.covariance.trace(), one->coefficients.covariance.trace());
-  // A constant is not better known than by the prior and the turn-ons of two runs.
+  // The uncertainty of the constant is limited by the prior and the turn-ons of two runs.
   const double of_turn_ons = 2 / std::pow(prior->noise.turn_on_deg_per_h, 2);
   EXPECT_GT(both->coefficients.covariance(0, 0), 1 / (1 / prior->next_unit.covariance(0, 0) + of_turn_ons));
 }
 
-/// Of all slopes the careful ones err least on readings in error, and those of exact thermometers are the likeliest.
+/// The careful slopes have the least error for inexact readings; with exact thermometers they are the most likely ones.
+/// likely ones.
 TEST(TypePrior, CarriesTheCertificateOfTheThermometers) {
   const auto units = simulated_units({}, 6, 2);
   const Eigen::RowVector3d uncertainty(0.1, 0.2, 0.4);
@@ -234,7 +234,8 @@ TEST(TypePrior, CarriesTheCertificateOfTheThermometers) {
   EXPECT_EQ(careful_coefficients(*exact, *learn_unit(*exact, units[2].runs)), likeliest);
   EXPECT_NEAR(careful(0) + unit->centre.dot(careful.tail(3)), likeliest(0) + unit->centre.dot(likeliest.tail(3)),
               1e-12);
-  const auto error_of = [&](const Eigen::Vector4d& coefficients) {  // of all units' runs, each about its own mean
+  // Mean over all units' runs, each about its own mean.
+  const auto error_of = [&](const Eigen::Vector4d& coefficients) {
     double sum = 0;
     for (std::uint64_t draw = 0; draw < 300; ++draw) {
       for (const UnitClusters& other : units) {
@@ -250,11 +251,11 @@ TEST(TypePrior, CarriesTheCertificateOfTheThermometers) {
     return sum;
   };
   const double least = error_of(careful);
-  for (const double part : {-0.3, 0.3, 1.0})  // towards the likeliest, and away from it
-    EXPECT_GT(error_of(careful + part * (likeliest - careful)), least) << part;
+  // Steps towards the most likely slopes and away from them.
+  for (const double part : {-0.3, 0.3, 1.0}) EXPECT_GT(error_of(careful + part * (likeliest - careful)), least) << part;
 }
 
-/// The terms are A, A − B and A − C, so that u² grows by (Σw·drift_A)² + (w₂·drift_B)² + (w₃·drift_C)².
+/// The terms are A, A − B and A − C, so that u² increases by (Σw·drift_A)² + (w₂·drift_B)² + (w₃·drift_C)².
 TEST(TypePrior, WidensUByTheDriftThatHasPassed) {
   const auto units = simulated_units({}, 6, 2);
   const auto prior = learn_type_prior(units, {.thermometer_uncertainty_k = {0.1, 0.2, 0.4}, .quick = true});

@@ -19,10 +19,11 @@ Result<Eigen::VectorXd> true_bias(const record::Record& record, const std::strin
                                           {.gyro = record.info.seed, .run = run::run_number(record.info.profile_text)});
   laboratory.switch_on(true);
   laboratory.change_set_point({record.chamber_set_point_c.front()});
-  laboratory.step();  // preparing took a second
+  laboratory.step();  // preparation took one second
   Eigen::VectorXd bias(static_cast<Eigen::Index>(record.slot.size()));
   for (std::size_t i = 0; i < record.slot.size(); ++i) {
-    const double wander = laboratory.drift()[0].value;  // of the second to come, turn-on included
+    // Drift of the next second, including turn-on.
+    const double wander = laboratory.drift()[0].value;
     const auto before = laboratory.pulses()[0];
     laboratory.change_set_point({record.chamber_set_point_c[i]});
     laboratory.step();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The truth that benchmarks judge by.
+/// The true bias as the reference of benchmarks.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,9 +13,9 @@ struct Record;
 
 namespace gyrotherm::bench {
 
-/// The true bias in each recorded second of a run on a virtual rig, °/h, turn-on and wander included: all but the angle
-/// random walk. The virtual laboratory lives through the recorded set points once more. Fails with numeric if the
-/// pulses that come out are not the record's.
+/// Returns the true bias in each recorded second of a run on a virtual rig, °/h, including turn-on and wander: all but
+/// the angle random walk. Simulates the recorded set points again. Fails with numeric if the resulting pulses differ
+/// from the record's.
 [[nodiscard]] Result<Eigen::VectorXd> true_bias(const record::Record& record, const std::string& path);
 
 }  // namespace gyrotherm::bench

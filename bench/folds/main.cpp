@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What each way of holding out says of one method on one record, beside a run that nothing has seen: clusters at
-/// random (which the program never offers), blocks without and with a guard, cycles, and cycles nested. The
-/// hyper-parameters are chosen anew by each of them. Random folds are 10, by a seeded shuffle.
+/// Compares ways of holding out, for one method on one record, with the error on unseen data: random clusters (which
+/// the program never offers), blocks without and with a guard, cycles, and nested cycles. Each chooses the
+/// hyper-parameters again. There are 10 random folds from a seeded shuffle.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -20,7 +20,8 @@ namespace {
 struct Options {
   std::string run, unseen, inputs = "multi-point-t", method = "svr";
   int blocks = data::kDefaultBlocks;
-  Eigen::Index first = 0;  ///< > 0: only so many clusters of the run, and the others are unseen too
+  /// Number of clusters of the run to use, if above 0; the others become unseen data.
+  Eigen::Index first = 0;
   bool quick = false;
   std::uint64_t seed = 1;
 };
@@ -38,7 +39,7 @@ Result<Record> load(const std::string& path) {
   return Record{std::move(*dataset), std::move(*clusters)};
 }
 
-/// Clusters from … end − 1.
+/// Returns the clusters from … end − 1.
 Record stretch(const Record& record, Eigen::Index from, Eigen::Index end) {
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(end - from));
   std::iota(rows.begin(), rows.end(), from);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-record-bench FOLDER: what the record of the whole qualification costs, beside SQLite alone with the same
-/// rows. SQLite alone writes in one transaction; ours also chains every row, and checks what it reads.
+/// gyrotherm-record-bench FOLDER: compares the cost of the record of the whole qualification with SQLite alone for the
+/// same rows. SQLite alone writes in one transaction; the record also chains every row and verifies rows when reading.
 #include <fmt/format.h>
 #include <sqlite3.h>
 
@@ -17,9 +17,10 @@
 namespace gyrotherm::bench {
 namespace {
 
-constexpr std::int64_t kSlots = 221'600;  ///< of the qualification, s
+/// Seconds of the qualification.
+constexpr std::int64_t kSlots = 221'600;
 
-/// The first error of SQLite ends the program: without the peer there is nothing to compare.
+/// Ends the program at the first SQLite error, since there is nothing to compare with then.
 void expect(bool done, sqlite3* database) {
   if (done) return;
   fmt::print(stderr, "SQLite alone: {}\n", sqlite3_errmsg(database));
@@ -46,7 +47,7 @@ void execute(const Database& database, const std::string& words) {
   expect(sqlite3_exec(database.get(), words.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK, database.get());
 }
 
-/// Processor seconds to take every value of every row.
+/// Returns the processor seconds of reading every value of every row.
 double read_alone(const Database& database) {
   const auto rows = prepare(database, "SELECT * FROM sample");
   const double began_s = thread_seconds();
@@ -56,7 +57,7 @@ double read_alone(const Database& database) {
   return thread_seconds() - began_s;
 }
 
-/// Processor seconds to read every row and write it again, one insertion each, in one transaction.
+/// Returns the processor seconds of reading every row and writing it again, one insertion each, in one transaction.
 double copy_alone(const Database& database, const std::string& into) {
   execute(database, fmt::format("ATTACH '{}' AS peer; PRAGMA peer.journal_mode = WAL; "
                                 "CREATE TABLE peer.sample AS SELECT * FROM main.sample WHERE 0; BEGIN",

@@ -15,7 +15,7 @@
 namespace gyrotherm::bench {
 namespace {
 
-/// What `ridge-u` of a unit's rate run predicts of its random run.
+/// Predicts a unit's random run with `ridge-u` trained on its ramp run.
 Result<Eigen::VectorXd> predicted_by_ridge(const VirtualUnit& unit, const std::vector<data::Term>& terms) {
   const auto inputs = evaluate(terms, unit.rate.clusters), used = evaluate(terms, unit.random.clusters);
   const auto covariance =
@@ -25,7 +25,7 @@ Result<Eigen::VectorXd> predicted_by_ridge(const VirtualUnit& unit, const std::v
   return ((*used * plane.weights).array() + plane.b).matrix().eval();
 }
 
-/// One row: figures over all pairs.
+/// Prints one row: values over all pairs.
 Result<void> print_row(const char* what, const std::vector<VirtualUnit>& units,
                        const std::vector<Eigen::VectorXd>& residuals) {
   std::vector<population::AxisResidual> axes;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What units of one type and axes of one unit teach each other.
+/// Measures the benefit of learning from several units of one type, and from several axes of one unit.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

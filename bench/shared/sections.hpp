@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The parts of the benchmark, each of which prints tables as Markdown.
+/// The parts of the benchmark; each prints tables as Markdown.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@
 
 namespace gyrotherm::bench {
 
-/// Each unit in turn is the next one, and the others are its type: U and error on its random run against hours of its
-/// own rate run, with and without the type prior. `inputs` are words of --inputs.
+/// Takes each unit in turn as the next one and the others as its type. Prints U and error on its random run over the
+/// hours of its own ramp run, with and without the type prior. `inputs` are keywords of --inputs.
 [[nodiscard]] Result<void> measure_units(const std::vector<VirtualUnit>& units, const std::string& inputs);
 
-/// Whether what models leave of the units' random runs correlates at all.
+/// Tests whether the residuals of the units' random runs correlate.
 [[nodiscard]] Result<void> measure_correlation(const std::vector<VirtualUnit>& units, const std::string& inputs);
 
-/// What learning axes together gains where their unexplained parts do correlate, by design.
+/// Measures the gain of learning axes together for synthetic axes with correlated residuals.
 [[nodiscard]] Result<void> measure_synthetic();
 
 }  // namespace gyrotherm::bench

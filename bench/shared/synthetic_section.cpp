@@ -25,14 +25,15 @@ Eigen::MatrixXd normal_draws(Eigen::Index rows, Eigen::Index columns, std::mt199
   return Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return normal(random); });
 }
 
-/// All axes correlate alike.
+/// Returns a matrix of equal correlations.
 Eigen::MatrixXd alike(double correlation) {
   Eigen::MatrixXd all = Eigen::MatrixXd::Constant(kAxes, kAxes, correlation);
   all.diagonal().setOnes();
   return all;
 }
 
-/// Three axes wander together over 80 means, with half as much noise; the first lacks those in the middle.
+/// Errors for three axes that drift together over 80 means, with half as much noise; the first lacks those in the
+/// middle.
 struct GapDraw {
   double p_all{}, alone{}, together{}, held{};
 };
@@ -96,7 +97,7 @@ Result<void> print_gaps() {
   return {};
 }
 
-/// Errors of the planes of three axes of independent slopes over the inputs that they were fitted to.
+/// Errors of the planes of three axes with independent slopes, over the inputs of the fit.
 struct PlaneDraw {
   double separate{}, together{}, known{};
 };

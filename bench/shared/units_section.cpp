@@ -20,15 +20,18 @@ namespace {
 
 constexpr double kSecondsPerHour = 3600;
 constexpr std::array kShownHours = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 62};
-constexpr int kLastHour = 62;  // the whole rate run
+constexpr int kLastHour = 62;  // the whole ramp run
 
-/// What one way of learning says of one unit's random run after so many hours of its rate run.
+/// Result of one way of learning, for one unit's random run after some hours of its ramp run.
 struct Judged {
-  double expanded = std::numeric_limits<double>::quiet_NaN();  ///< U, root mean square over the run
-  double error{};                                              ///< to the truth, root mean square
-  double shape{};                                              ///< the same, mean removed
-  double held = std::numeric_limits<double>::quiet_NaN();      ///< share of means whose error is within U
-  double drift{};  ///< what errors of the thermometers as after a year, k = 1, would add
+  double expanded = std::numeric_limits<double>::quiet_NaN();  ///< U, root mean square
+  double error{};                                              ///< true error, root mean square
+  /// True error without its mean, root mean square.
+  double shape{};
+  /// Share of means with an error within U.
+  double held = std::numeric_limits<double>::quiet_NaN();
+  /// Added uncertainty from the thermometers' errors after a year, k = 1.
+  double drift{};
 };
 
 Judged judge(const Eigen::VectorXd& predicted, const Eigen::VectorXd& expanded, const Eigen::VectorXd& truth) {
@@ -40,14 +43,14 @@ Judged judge(const Eigen::VectorXd& predicted, const Eigen::VectorXd& expanded, 
   return judged;
 }
 
-/// The ways of learning that are compared.
+/// The compared ways of learning.
 enum Way { kWithPrior, kAlone, kRidgeU, kTypeMean, kWays };
 constexpr std::array<const char*, kWays> kWayNames = {"type prior", "alone", "`ridge-u`",
                                                       "mean of the others, own constant"};
 
 using ByHour = std::vector<std::array<Judged, kWays>>;
 
-/// The clusters of the first hours; all of them at the last.
+/// Returns the clusters of the first hours; all clusters for the last value.
 data::Clusters first_hours(const data::Clusters& clusters, int hours) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index k = 0; k < clusters.start_s.size(); ++k)
@@ -55,8 +58,8 @@ data::Clusters first_hours(const data::Clusters& clusters, int hours) {
   return pick(clusters, rows);
 }
 
-/// What is known without any unit of the type: the constant and each slope per STD are within some °/h of 0, which is
-/// fifty times what they are. The noises are the type's, as if they were known.
+/// Returns a prior without knowledge from the type: the constant and each slope per STD are within some °/h of 0, about
+/// fifty times their real size. The noises are those of the type, as if they were known.
 population::TypePrior nothing_known(const population::TypePrior& type) {
   population::TypePrior nothing = type;
   nothing.next_unit.mean.setZero();
@@ -64,7 +67,8 @@ population::TypePrior nothing_known(const population::TypePrior& type) {
   return nothing;
 }
 
-/// √(wᵀCw), w the slopes of the unscaled terms and C what the thermometers' uncertainty in use makes of these.
+/// Returns √(wᵀCw), with w the slopes of the unscaled terms and C their covariance from the thermometers' uncertainty
+/// in use.
 Result<double> drift_of(const std::vector<data::Term>& terms, const Eigen::VectorXd& slopes, const VirtualUnit& unit) {
   const auto uncertainty = model::thermometers_in_use(unit.random.dataset).uncertainty_k;
   const auto covariance = data::input_covariance(terms, unit.random.clusters, uncertainty);
@@ -101,7 +105,7 @@ Result<Judged> judge_ridge(const population::TypePrior& type, const data::Cluste
   return judged;
 }
 
-/// The slopes of the type's mean, and the constant that the own clusters have beside them.
+/// Judges the slopes of the type's mean with the constant of the unit's own clusters.
 Result<Judged> judge_mean(const population::TypePrior& type, const data::Clusters& own, const VirtualUnit& unit) {
   const auto none = learn_unit(type, {});
   if (!none) return failure(none.error());
@@ -123,7 +127,8 @@ Result<ByHour> judge_by_hours(const population::TypePrior& type, const VirtualUn
     if (!with || !mean) return failure(with ? mean.error() : with.error());
     judged[kWithPrior] = *with;
     judged[kTypeMean] = *mean;
-    if (hours == 0) {  // nothing is known and nothing is compensated
+    // Nothing is compensated without data.
+    if (hours == 0) {
       judged[kAlone] = judged[kRidgeU] =
           judge(Eigen::VectorXd::Zero(unit.random_truth_deg_per_h.size()), {}, unit.random_truth_deg_per_h);
       continue;
@@ -177,7 +182,7 @@ void print_tables(const std::vector<ByHour>& units) {
   }
 }
 
-/// What the prior takes from the error, unit by unit.
+/// Prints the reduction of the error by the prior, unit by unit.
 void print_differences(const std::vector<ByHour>& units) {
   fmt::print("\n**Error with the type prior less that without, unit by unit**, 10⁻³ °/h\n\n| own hours |");
   for (const int hours : kShownHours) fmt::print(" {} |", hours);
@@ -198,7 +203,8 @@ void print_differences(const std::vector<ByHour>& units) {
   fmt::print("\n");
 }
 
-/// The first hour from which on the unit's U without the prior is no more than `wanted`; an hour after the last: never.
+/// Returns the first hour from which the unit's U without the prior is at most `wanted`; one hour after the last if it
+/// never is.
 int first_hour_with(const ByHour& unit, double wanted) {
   int first = kLastHour + 1;
   for (; first > 1; --first)
@@ -206,8 +212,8 @@ int first_hour_with(const ByHour& unit, double wanted) {
   return first;
 }
 
-/// How many more hours units need without the prior for the U that it gives after so many, unit by unit. Who never gets
-/// there counts as if an hour after the last were enough.
+/// Additional hours that units need without the prior for the U that it gives after some hours, unit by unit. A unit
+/// that never reaches it counts with one hour after the last.
 struct SavedHours {
   MeanWithError hours;
   int never{};  ///< units
@@ -225,8 +231,8 @@ SavedHours saved_at_equal_u(const std::vector<ByHour>& units, int hours_with_pri
   return saved;
 }
 
-/// Until when another way errs more than the prior after so many hours, unit by unit, by more than two standard errors;
-/// −1: until the end.
+/// Returns the hour until which another way errs more than the prior after some hours, unit by unit, by more than two
+/// standard errors; −1: until the end.
 int first_hour_as_good(const std::vector<ByHour>& units, Way way, int hours_with_prior) {
   for (int hours = 1; hours <= kLastHour; ++hours) {
     std::vector<double> more;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Units of one type, each a virtual gyro of another seed: its rate run, its random run and the truth of that.
+/// Units of one type, each a virtual gyro with another seed: its ramp run, its random run and the true bias of the
+/// latter.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,19 +12,19 @@
 
 namespace gyrotherm::bench {
 
-/// One unit in the chamber.
+/// One unit with its runs.
 struct VirtualUnit {
   std::string name;
   data::RecordedRun rate, random;
-  /// Of each cluster of the random run, °/h: all of its bias but the angle random walk and what the read-out does.
+  /// True bias of each cluster of the random run, °/h: all but the angle random walk and the effects of the read-out.
   Eigen::VectorXd random_truth_deg_per_h;
 };
 
-/// Loads rate-SEED.db and random-SEED.db of the seeds 1 … count of a folder, and has the laboratory live through the
-/// random runs again for their truth. Says on stderr how it goes.
+/// Loads rate-SEED.db and random-SEED.db of the seeds 1 … count of a folder, and simulates the random runs again for
+/// their true bias. Prints progress on stderr.
 [[nodiscard]] Result<std::vector<VirtualUnit>> load_units(const std::string& folder, int count);
 
-/// Mean and its standard error, of at least two values.
+/// Mean and standard error of at least two values.
 struct MeanWithError {
   double mean{}, error{};
 };

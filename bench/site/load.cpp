@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-site-load: as many rigs as are asked for, each with a run that goes on, send a row a second to a store, of
-/// what a recorded run measured; and how late each row is in.
+/// gyrotherm-site-load: simulates rigs with active runs that send one row per second of a recorded run to a store, and
+/// measures the delay of each row.
 #include <fmt/format.h>
 #include <poll.h>
 
@@ -32,10 +32,11 @@ struct Options {
   int seconds = 60;
 };
 
-/// What every rig sends: the run's description and, of its first seconds, the numbers.
+/// Data that every rig sends: the run's description and the rows of its first seconds.
 struct Recorded {
   std::string json;
-  std::vector<std::string> rows;  ///< each as in an array: "{1.5,NULL}" with its quotes
+  /// Each row is an array element, such as "{1.5,NULL}" with its quotes.
+  std::vector<std::string> rows;
 };
 
 constexpr int kMostRows = 600;
@@ -58,7 +59,7 @@ Result<Recorded> read(const std::string& path) {
   return recorded;
 }
 
-/// The rows of a run from `first` to `last`.
+/// Returns the rows of a run from `first` to `last`.
 RowBatch batch_of(const Recorded& recorded, int first, int last) {
   RowBatch batch{.after = first - 1, .last = last};
   for (int slot = first; slot <= last; ++slot) {
@@ -89,7 +90,7 @@ struct Lags {
   }
 };
 
-/// One connection with its share of the rigs; whoever is due longest is next.
+/// Sends the rows of one connection's share of the rigs, the most overdue rig first.
 void send_all(const Options& options, const Recorded& recorded, int number, const gyrotherm::Clock& clock, Lags& lags) {
   auto store = Store::open({options.store}, {});
   if (!store) return lags.fail(store.error());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a solution is worth, whoever made it: objective, duality gap and violation in double precision, from β and b
-/// alone. The kernel is made anew from coordinate differences with the library's exp; a solver's own figure is never
-/// reported.
+/// Assessment of a solution of any solver: objective, duality gap and violation in double precision, from β and b
+/// alone. The kernel is computed again from coordinate differences with the library's exp; values that a solver states
+/// are never reported.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,30 +10,32 @@
 
 namespace gyrotherm::bench {
 
-/// C, γ and ε of K_ij = exp(−γ‖x_i − x_j‖²), as LIBSVM counts them.
+/// C, γ and ε of K_ij = exp(−γ‖x_i − x_j‖²), as LIBSVM defines them.
 struct PeerParameters {
   double C{};
   double gamma{};
   double epsilon{};
 };
 
-/// σ of the same kernel: 1/√(2γ).
+/// Returns the parameters of this project's solver for the same kernel: σ = 1/√(2γ).
 [[nodiscard]] svm::SvrParameters own_parameters(const PeerParameters& parameters);
 
 struct Verdict {
-  bool feasible{};     ///< −C ≤ β ≤ C and |Σβ| ≤ 1e-9·C·n
-  double dual{};       ///< D = ½βᵀKβ − yᵀβ + ε‖β‖₁, lower is better
-  double primal{};     ///< P = ½βᵀKβ + C Σ max(0, |y_i − (Kβ)_i − b| − ε)
+  bool feasible{};  ///< −C ≤ β ≤ C, |Σβ| ≤ 1e-9·C·n
+  /// D = ½βᵀKβ − yᵀβ + ε‖β‖₁, lower is better.
+  double dual{};
+  /// P = ½βᵀKβ + C Σ max(0, |y_i − (Kβ)_i − b| − ε).
+  double primal{};
   double gap{};        ///< (P + D)/|D|
-  double violation{};  ///< LIBSVM's stopping measure in n variables
+  double violation{};  ///< LIBSVM's stopping measure
   int support_vectors{};
 };
 
-/// β as long as y; f(x) = Σ β_i K(x_i, x) + b.
+/// Judges a solution; β is as long as y, and f(x) = Σ β_i K(x_i, x) + b.
 [[nodiscard]] Verdict verdict_of(const svm::SampleMatrix& x, const Eigen::VectorXd& y, const PeerParameters& parameters,
                                  const Eigen::VectorXd& beta, double b);
 
-/// f of each row of `at`, by a plain loop.
+/// Computes f of each row of `at` by a plain loop.
 [[nodiscard]] Eigen::VectorXd plain_prediction(const svm::SampleMatrix& x, const Eigen::VectorXd& beta, double b,
                                                double gamma, const svm::SampleMatrix& at);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-svr-bench: one section of the benchmark per call. bench/svr/compare calls them all.
+/// gyrotherm-svr-bench: runs one section of the benchmark per call. bench/svr/compare calls all of them.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -26,7 +26,7 @@ struct Options {
   bool own = false;
 };
 
-/// The library that trains the hard case of gyro600 fastest.
+/// Returns the library that trains the hard case of gyro600 fastest.
 Result<LibsvmPeer> fastest_peer(const Options& options) {
   std::optional<LibsvmPeer> best;
   double least = std::numeric_limits<double>::infinity();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The tuning job as the peer runs it: pagmo's particle swarm over the same box, 20 particles and 30 generations.
+/// Runs the tuning job of the peer: pagmo's particle swarm over the same box, 20 particles and 30 generations.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,14 +23,14 @@ namespace {
 
 /// Evaluates one position.
 using PositionFitness = std::function<Evaluated(const PeerParameters&)>;
-/// Hears of each evaluation as soon as it is done.
+/// Receives each evaluation when it is done.
 using EvaluationSink = std::function<void(const TracePosition&)>;
 
 constexpr unsigned kParticles = 20;
 constexpr unsigned kGenerations = 30;
 constexpr unsigned kSwarmSeed = 42;
 
-// pagmo copies problems: what the copies share stays outside.
+// State shared by the copies that pagmo makes of a problem.
 struct SharedJob {
   const PositionFitness* fitness{};
   const EvaluationSink* sink{};
@@ -54,8 +54,8 @@ struct TuningProblem {
   }
 };
 
-/// pagmo::pso with ω = 0.7298, η₁ = η₂ = 2.05, velocity limit 0.5, variant 5, four neighbours, seed 42; box log2 C ∈
-/// [−2, 12], log2 γ ∈ [−8, 3], log2 ε ∈ [−8, −1]. Returns the 620 positions in order.
+/// Runs pagmo::pso with ω = 0.7298, η₁ = η₂ = 2.05, velocity limit 0.5, variant 5, four neighbours, seed 42; box log2 C
+/// ∈ [−2, 12], log2 γ ∈ [−8, 3], log2 ε ∈ [−8, −1]. Returns the 620 positions in order.
 std::vector<TracePosition> run_pagmo_job(const PositionFitness& fitness, const EvaluationSink& sink = {}) {
   SharedJob job{.fitness = &fitness, .sink = &sink, .positions = {}};
   pagmo::population swarm{pagmo::problem{TuningProblem{&job}}, kParticles, kSwarmSeed};
@@ -63,7 +63,7 @@ std::vector<TracePosition> run_pagmo_job(const PositionFitness& fitness, const E
   return std::move(job.positions);
 }
 
-// pagmo wants a number of every position; one that misses its certificate must never be a best one.
+// Value for a position without a certificate: pagmo needs a number, and such a position must never be the best.
 constexpr double kNeverBest = 1e300;
 
 Evaluated evaluate_own(std::span<const svm::TuningFold> folds, const PeerParameters& parameters) {

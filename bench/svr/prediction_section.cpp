@@ -17,7 +17,7 @@ constexpr Eigen::Index kSupportVectors = 1000;
 constexpr Eigen::Index kPoints = 100'000;
 constexpr double kGamma = 0.1;
 
-/// Points like the set's own: its rows over and over, each moved a little.
+/// Returns points similar to the set: its rows repeatedly, each shifted slightly.
 data::SampleMatrix points_like(const SampleSet& set) {
   std::mt19937_64 generator(1);
   data::SampleMatrix points(kPoints, set.x.cols());
@@ -53,7 +53,7 @@ Result<void> measure_prediction(const Bench& bench) {
   const double worst = (out.head(kChecked) - plain).cwiseAbs().maxCoeff() / model.beta.lpNorm<1>();
   const data::SampleMatrix few = set->x.topRows(kSupportVectors);
   const Eigen::VectorXd targets = set->y.head(kSupportVectors);
-  // A tiny ε makes nearly every sample a support vector, so the peer predicts with as many as we do.
+  // A tiny ε makes nearly every sample a support vector, so that both sides predict with the same number.
   const double peer = bench.peer.predictions_per_second(few, targets, {.C = 1, .gamma = kGamma, .epsilon = 1e-6});
   const double rate = static_cast<double>(kPoints) / seconds;
   say_progress(

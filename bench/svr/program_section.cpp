@@ -23,7 +23,8 @@ constexpr int kClusters = 600;
 constexpr int kClusterSeconds = 100;
 const std::vector<std::string> kNames{"A", "B", "C", "D", "E", "F", "G", "H"};
 
-/// Eight thermometers that follow a slow swing with different lags, and a bias of their differences; one row a second.
+/// Returns a record with eight thermometers that follow a slow oscillation with different lags, and a bias from their
+/// differences; one row per second.
 data::Dataset designed_record() {
   std::mt19937_64 generator(3);
   std::normal_distribution<double> normal;
@@ -55,7 +56,7 @@ data::Dataset designed_record() {
   return record;
 }
 
-/// A model of some 500 support vectors on seven gradients and a temperature.
+/// Trains a model with about 500 support vectors on seven gradients and a temperature.
 Result<model::Model> designed_model(const data::Dataset& record) {
   const auto clusters = make_clusters(record);
   if (!clusters) return failure(clusters.error());
@@ -80,7 +81,7 @@ std::string rows_of(const data::Dataset& record, int rows) {
   return text;
 }
 
-/// What timings.json says of the stage that trains.
+/// Returns the seconds of the training stage in timings.json.
 std::optional<double> training_seconds(const std::string& timings) {
   const auto json = nlohmann::json::parse(timings, nullptr, false);
   if (!json.is_object() || !json.contains("stages")) return {};
@@ -92,7 +93,7 @@ std::optional<double> training_seconds(const std::string& timings) {
   return {};
 }
 
-/// Runs a shell command; what it says on stderr passes through.
+/// Runs a shell command; its stderr passes through. Returns true on success.
 bool succeeds(const std::string& command) { return std::system(command.c_str()) == 0; }
 
 }  // namespace

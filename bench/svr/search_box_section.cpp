@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20151;
 
-/// Certified by its own word and by the judge's.
+/// Returns true if both the solver and the judge certify the solution.
 bool certified(const SampleSet& set, const svm::GaussianSamples& samples, svm::KernelMemory& memory,
                const PeerParameters& parameters, std::string& why) {
   const auto solution = solve_svr(samples, memory, set.y, own_parameters(parameters), {.relative_gap = kGap});

@@ -14,7 +14,7 @@
 
 namespace gyrotherm::bench {
 
-// Of svm_model only what stands at the same place in every release since 3.12 is read.
+// Reads only the members of svm_model that have the same offset in every release since 3.12.
 struct LibsvmPeer::Functions {
   decltype(&svm_train) train{};
   decltype(&svm_predict) predict{};
@@ -27,7 +27,7 @@ namespace {
 
 void say_nothing(const char*) {}
 
-// Rows as LIBSVM wants them; the rows point into `nodes`.
+// Rows in the form of LIBSVM; the rows point into `nodes`.
 struct PeerRows {
   std::vector<svm_node> nodes;
   std::vector<svm_node*> rows;
@@ -44,7 +44,7 @@ struct PeerRows {
   }
 };
 
-// One training and its model, which refers to the rows and is given back at the end.
+// One training and its model, which refers to the rows and is released at the end.
 class PeerTraining {
  public:
   PeerTraining(decltype(&svm_train) train, decltype(&svm_free_and_destroy_model) destroy, const svm::SampleMatrix& x,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The two that are compared. LIBSVM (Chang and Lin), the standing peer, from any build of its shared library: cache
-/// 200 MB, shrinking, tolerance 1e-3; and our solver as the benchmark asks it, through the public face of analysis/
-/// alone.
+/// The two compared solvers. The peer is LIBSVM (Chang and Lin), from any build of its shared library: cache 200 MB,
+/// shrinking, tolerance 1e-3. The other one is this project's solver, through the public interface of analysis/ alone.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,32 +17,33 @@ struct svm_model;
 
 namespace gyrotherm::bench {
 
-/// Its solution as it stands in the n-variable form.
+/// Solution of LIBSVM in the n-variable form.
 struct PeerSolution {
   Eigen::VectorXd beta;
   double b{};
-  double seconds{};  ///< of svm_train, processor time
+  double seconds{};  ///< svm_train, processor time
 };
 
-/// What one solver made of one position of a tuning job.
+/// Result of one solver for one position of a tuning job.
 struct Evaluated {
-  double error{};    ///< mean squared error over all held-out rows
+  /// Mean squared error over all held-out rows.
+  double error{};
   double seconds{};  ///< processor time
 };
 
 class LibsvmPeer {
  public:
-  /// The library by path or name ("libsvm.so.3"). Fails with usage if it cannot be loaded or lacks a function.
+  /// Opens the library by path or name ("libsvm.so.3"). Fails with usage if it cannot be loaded or lacks a function.
   [[nodiscard]] static Result<LibsvmPeer> open(const std::string& library);
 
   [[nodiscard]] int version() const { return version_; }
 
   [[nodiscard]] PeerSolution train(const svm::SampleMatrix& x, const Eigen::VectorXd& y,
                                    const PeerParameters& parameters) const;
-  /// Trains on each fold and predicts what it holds out.
+  /// Trains on each fold and predicts its held-out rows.
   [[nodiscard]] Evaluated cross_validate(std::span<const svm::TuningFold> folds,
                                          const PeerParameters& parameters) const;
-  /// Points a second of svm_predict with the solution of one training, over the rows of `x`.
+  /// Returns the points per second of svm_predict with the solution of one training, over the rows of `x`.
   [[nodiscard]] double predictions_per_second(const svm::SampleMatrix& x, const Eigen::VectorXd& y,
                                               const PeerParameters& parameters) const;
 
@@ -53,21 +53,21 @@ class LibsvmPeer {
   std::shared_ptr<const Functions> functions_;
 };
 
-/// The asked and, for a reference, the far tighter relative duality gap.
+/// Requested relative duality gap, and the much smaller one of a reference.
 inline constexpr double kGap = 1e-3;
 inline constexpr double kReferenceGap = 1e-6;
 
-/// One position as our tuning job evaluates it, without abort. The seconds are those of the second of two evaluations
-/// by a job of two particles in a box 1e-9 wide, so that what a job prepares once is not counted at each position.
-/// Fails as tune_svr does; with numeric if a training misses its certificate.
+/// Evaluates one position like the tuning job, without abort. The seconds are those of the second of two evaluations in
+/// a job of two particles and a box 1e-9 wide, so that the preparation of a job is not counted at each position. Fails
+/// like tune_svr(), or with numeric if a training misses its certificate.
 [[nodiscard]] Result<Evaluated> cross_validate_own(std::span<const svm::TuningFold> folds,
                                                    const TracePosition& position);
 
-/// The error of solutions whose relative gap is at most kReferenceGap by the judge, predicted by a plain loop. Fails
-/// with numeric if a fold's solution is not that good.
+/// Returns the error of solutions with a relative gap of at most kReferenceGap by the judge, predicted by a plain loop.
+/// Fails with numeric if a fold's solution does not reach it.
 [[nodiscard]] Result<double> reference_error(std::span<const svm::TuningFold> folds, const PeerParameters& parameters);
 
-/// The tuning options of the whole job: 20 particles, 30 iterations and no early end, hence 620 evaluations, in the
+/// Returns the tuning options of the whole job: 20 particles, 30 iterations and no early end (620 evaluations), in the
 /// peer's box.
 [[nodiscard]] svm::TuningOptions whole_job(int threads);
 

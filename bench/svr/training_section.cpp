@@ -32,10 +32,11 @@ std::array<TrainingCase, 3> cases_of(const SampleSet& set) {
 struct OwnTraining {
   double alone_s{};
   double with_set_up_s{};
-  Verdict verdict;  ///< of the solution alone; that with set-up has a gap no larger than this one's
+  /// Verdict on the solution alone. The gap with set-up is not larger.
+  Verdict verdict;
 };
 
-/// Alone: from samples that are laid out, as the tuning trains. With set-up: from the samples.
+/// Trains alone, from prepared samples as in the tuning, and with set-up, from the samples themselves.
 Result<OwnTraining> train_own(const SampleSet& set, const PeerParameters& parameters) {
   const svm::SvrParameters own = own_parameters(parameters);
   const svm::SvrOptions options{.relative_gap = kGap};
@@ -71,10 +72,10 @@ PeerTrainingResult train_peer(const LibsvmPeer& peer, const SampleSet& set, cons
 
 constexpr double kWorse = 1e-4;
 
-/// How much worse D is than the peer's, relative; negative if it is better.
+/// Returns the relative excess of D over the peer's; negative if it is better.
 double worse(const Verdict& own, const Verdict& peer) { return (own.dual - peer.dual) / std::abs(peer.dual); }
 
-/// The equal result that a time needs.
+/// Returns true if the results are equal, the condition for comparing times.
 bool equal(const Verdict& own, const Verdict& peer) {
   return own.feasible && worse(own, peer) <= kWorse && own.gap <= kGap;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The tuning job: the paired replay, in which the same positions of a stored job go through LIBSVM and through our
-/// solver, one after the other at each position, so that both see the same state of the machine; and our whole job.
+/// Measures the tuning job: the paired replay, which evaluates each position of a stored job first with LIBSVM and then
+/// with this project's solver, so that both see the same state of the machine; and the whole job.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,10 +27,12 @@ bool near(double a, double b) { return std::abs(a - b) <= kAgreement * std::abs(
 struct ReplayedPosition {
   TracePosition position;
   Evaluated peer;
-  std::optional<Evaluated> own;     ///< none if a training missed its certificate
-  std::optional<double> reference;  ///< error of solutions of relative gap ≤ 1e-6, where it was asked for and reached
+  /// No value if a training missed its certificate.
+  std::optional<Evaluated> own;
+  /// Error of solutions with a relative gap ≤ 1e-6, if requested and reached.
+  std::optional<double> reference;
 
-  /// Within 0.5 %, or closer to the reference than the peer.
+  /// Returns true if the error is within 0.5 % of the peer's, or closer to the reference than the peer.
   [[nodiscard]] bool agrees() const {
     if (!own) return false;
     if (near(own->error, peer.error)) return true;
@@ -46,13 +48,13 @@ struct Replay {
     for (const auto& p : positions) sum += p.peer.seconds;
     return sum;
   }
-  /// Infinite if a position was not certified.
+  /// Returns the total time; infinite if a position was not certified.
   [[nodiscard]] double own_seconds() const {
     double sum = 0;
     for (const auto& p : positions) sum += p.own ? p.own->seconds : std::numeric_limits<double>::infinity();
     return sum;
   }
-  /// Standard error of the peer's mean, as of independent draws.
+  /// Returns the standard error of the peer's mean, as for independent draws.
   [[nodiscard]] double peer_mean_error_s() const {
     const auto n = static_cast<double>(positions.size());
     const double mean = peer_seconds() / n;
@@ -79,7 +81,8 @@ void say(const ReplayedPosition& p) {
   say_progress(text);
 }
 
-/// Without a peer, what the trace says of it stands for it: good for looking at our own side, not for a figure.
+/// Replays the positions. Without a peer, the trace replaces it; this is useful for examining this project's solver,
+/// but not for a figure.
 Replay replay(std::span<const svm::TuningFold> folds, std::span<const TracePosition> positions,
               const LibsvmPeer* peer) {
   Replay out;
@@ -118,7 +121,7 @@ Result<MeasuredJob> run_own_job(const TuningMaterial& material, int threads) {
   return job;
 }
 
-/// The same job on two threads.
+/// Runs the job on two threads and compares.
 Result<void> compare_threads(const TuningMaterial& material, const MeasuredJob& one) {
   const auto two = run_own_job(material, 2);
   if (!two) return failure(two.error());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-thermal-bench: one section of the benchmark per call. bench/thermal/compare calls them all. CalculiX, the
-/// peer, is its program on the identical mesh, as a child of this one.
+/// gyrotherm-thermal-bench: runs one section of the benchmark per call. bench/thermal/compare calls all of them. The
+/// peer is CalculiX, run as a child process on the identical mesh.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -35,21 +35,22 @@ namespace gyrotherm::bench {
 namespace {
 
 struct ThermalBench {
-  std::string gyro;     ///< the gyro file
-  std::string reduced;  ///< its reduced model
+  std::string gyro;
+  std::string reduced;
   std::string scratch = ".";
   thermal::MeshSize mesh = thermal::MeshSize::medium;
 };
 
 struct CalculixRun {
   Eigen::VectorXd field_c;  ///< by node of the mesh
-  double user_s{};          ///< processor time of the child, one thread
+  /// Processor time of the child, one thread.
+  double user_s{};
   double peak_bytes{};
 };
 
 constexpr const char* kWhere = "ccx";
 
-/// Becomes `ccx bench`, its words into a file.
+/// Becomes `ccx bench`, with its output in a file.
 [[noreturn]] void become_calculix(const std::string& scratch) {
   const int log = open((scratch + "/bench.log").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
   if (log >= 0 && dup2(log, 1) >= 0 && dup2(log, 2) >= 0 && chdir(scratch.c_str()) == 0) {
@@ -84,8 +85,8 @@ Result<Eigen::VectorXd> read_field(const std::string& path, Eigen::Index nodes) 
   return failure(FaultKind::numeric, path, "does not hold every node");
 }
 
-/// Runs `ccx` with one thread in `scratch`, which gets large files. Fails with numeric if it is not there, fails, or
-/// leaves nodes out.
+/// Runs `ccx` with one thread in `scratch`, which receives large files. Fails with numeric if it is missing, fails or
+/// omits nodes.
 Result<CalculixRun> run_calculix(const thermal::GyroModel& model, const thermal::GyroMesh& mesh,
                                  const thermal::ThermalCoefficients& coefficients, const std::string& solver,
                                  const std::string& scratch) {
@@ -104,7 +105,7 @@ Result<CalculixRun> run_calculix(const thermal::GyroModel& model, const thermal:
   return CalculixRun{std::move(*field), user_s, 1024.0 * static_cast<double>(usage->ru_maxrss)};
 }
 
-/// A mesh and its linear steady state, the air as at 25 °C.
+/// A mesh and its linear steady state, with air properties at 25 °C.
 struct Timed {
   thermal::GyroMesh mesh;
   thermal::SteadyState state;
@@ -131,8 +132,8 @@ Result<thermal::GyroModel> read_gyro(const ThermalBench& bench) {
   return thermal::parse_gyro(*text, bench.gyro);
 }
 
-/// One linear steady state: time, memory, energy balance, gain–non-gain difference. A process of its own, for its
-/// memory.
+/// Measures one linear steady state: time, memory, energy balance and the difference between gain and non-gain side. It
+/// needs a process of its own for the memory.
 Result<void> measure_steady(const ThermalBench& bench) {
   const auto model = read_gyro(bench);
   if (!model) return failure(model.error());
@@ -152,7 +153,7 @@ Result<void> measure_steady(const ThermalBench& bench) {
   return {};
 }
 
-/// The same beside CalculiX's iterative solver; with `direct`, its direct one too.
+/// Compares with CalculiX's iterative solver; with `direct`, also with its direct one.
 Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct) {
   const auto model = read_gyro(bench);
   if (!model) return failure(model.error());
@@ -182,7 +183,7 @@ Result<void> measure_beside_calculix(const ThermalBench& bench, bool direct) {
   return {};
 }
 
-/// What a finer mesh changes: from medium to fine, or to medium from coarse where `bench.mesh` is coarse.
+/// Measures the effect of a finer mesh: from medium to fine, or from coarse to medium if `bench.mesh` is coarse.
 Result<void> measure_mesh_step(const ThermalBench& bench) {
   const auto model = read_gyro(bench);
   if (!model) return failure(model.error());
@@ -202,8 +203,8 @@ Result<void> measure_mesh_step(const ThermalBench& bench) {
   return {};
 }
 
-/// The block alone, its passive bore filled with glass, beside body-fitted tetrahedra of the same (601,341 nodes, by
-/// bench/thermal/tetrahedra), whose difference is that of tetrahedra of 188,058 nodes to 0.01 %.
+/// Compares the block alone, with its passive bore filled with glass, with body-fitted tetrahedra (601,341 nodes, by
+/// bench/thermal/tetrahedra). Their difference agrees with that of tetrahedra with 188,058 nodes to 0.01 %.
 Result<void> measure_block(const ThermalBench& bench) {
   constexpr std::array<double, 8> kTetrahedra_c{27.6570, 28.0568, 28.0569, 26.5442, 26.5444, 24.4020, 23.6679, 24.4017};
   constexpr double kDifference_k = 3.7664;
@@ -229,7 +230,7 @@ Result<void> measure_block(const ThermalBench& bench) {
 
 constexpr int kProgrammeSeconds = 221'600;  // four cycles at 1, 2, 3 and 5 °C/min
 
-/// The paper's programme: 20 °C, then −40, 60, −40, 60 and 20 °C, two hours each, at each rate in turn.
+/// Returns the paper's programme: 20 °C, then −40, 60, −40, 60 and 20 °C, two hours each, at each rate in turn.
 std::vector<double> programme_c() {
   std::vector<double> air_c;
   double now_c = 20;
@@ -258,7 +259,7 @@ double seconds_of(const thermal::ReducedModel& model, const std::vector<double>&
   return thread_seconds() - start;
 }
 
-/// The reduced twin over the whole programme of 61.56 h.
+/// Measures the reduced model over the whole programme of 61.56 h.
 Result<void> measure_reduced(const ThermalBench& bench) {
   const auto text = read_text_file(bench.reduced);
   if (!text) return failure(text.error());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What bias tracking is worth against the truth: a linear model is trained on each virtual gyro's rate run, its random
-/// run is tracked, and the true bias of that run is had by living the virtual laboratory through it again.
+/// Measures bias tracking against the true bias: trains a linear model on each virtual gyro's ramp run, tracks its
+/// random run, and simulates that run again for its true bias.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -24,7 +24,7 @@ struct Options {
   int gyros = 10;
 };
 
-/// What a model trained on one run leaves of another, and what truly is left of its bias, a row per cluster.
+/// Measured and true residual bias of one run after training on another, one row per cluster.
 struct Residual {
   tracking::BiasNoise noise;
   data::Clusters clusters;
@@ -42,7 +42,8 @@ Result<model::Model> train_on(const std::string& path, const Options& options) {
   return model::train({*dataset}, {*clusters}, training);
 }
 
-/// Over a whole run the measured bias is the true one, turn-on and wander included, but for the angle random walk.
+/// Checks that the measured bias differs from the true one, which includes turn-on and wander, by the angle random walk
+/// alone.
 Result<void> check_truth(const tracking::BiasNoise& noise, const data::Clusters& measured, const data::Clusters& truth,
                          const std::string& path) {
   constexpr double kSigmas = 6, kSecondsPerHour = 3600;
@@ -76,7 +77,7 @@ Result<Residual> residual_of(const std::string& rate, const std::string& random,
                   of_truth->bias_deg_per_h - predicted};
 }
 
-/// The root of the mean of squares.
+/// Root of the mean of squares.
 struct Mean {
   double sum{};
   int count{};
@@ -87,7 +88,7 @@ struct Mean {
   [[nodiscard]] double root() const { return std::sqrt(sum / count); }
 };
 
-/// Over all gyros.
+/// Means over all gyros.
 struct Means {
   Mean next_hour, next_hour_to_truth, to_truth, hour_deviation;
 };

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How the benchmarks in Python say what they measured: on stdout a line a figure, tab-separated: name, value, goal, ok or
-short; on stderr how it goes. And what several of them measure alike."""
+"""Output of the Python benchmarks, and measurements that several of them share. Each figure is a tab-separated line on
+stdout: name, value, goal, ok or short. Progress is printed on stderr."""
 from __future__ import annotations
 
 import os
@@ -29,18 +29,18 @@ def at_least(name: str, value: float, goal: float) -> None:
 
 
 def share(values: list[float], part: float) -> float:
-    """The value that so many of them do not exceed."""
+    """Returns the quantile of the values: the one that this share does not exceed."""
     return sorted(values)[min(len(values) - 1, int(part * len(values)))]
 
 
 def processor_s(pid: int) -> float:
-    """What a process has used of processors until now."""
+    """Returns the processor time that a process has used so far, s."""
     fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def ticks_ms(record: pathlib.Path, first: int, last: int) -> list[float]:
-    """How long after its second each tick of a run began."""
+    """Returns the delay of each tick of a run after its second."""
     with sqlite3.connect(f"file:{record}?immutable=1", uri=True) as database:
         rows = database.execute("SELECT slot, utc_ns FROM sample WHERE slot BETWEEN ? AND ?", (first, last)).fetchall()
         began = min(utc - slot * 10**9 for slot, utc in database.execute("SELECT slot, utc_ns FROM sample"))

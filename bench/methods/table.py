@@ -21,7 +21,7 @@ def error_of(found):
 
 
 def with_error(values):
-    """Mean and its standard error."""
+    """Returns the mean and its standard error."""
     mean = statistics.fmean(values)
     return mean, statistics.stdev(values) / math.sqrt(len(values))
 
@@ -31,7 +31,7 @@ def thousandths(value, signed=False):
 
 
 class Gyro:
-    """What a report says of each method on each day."""
+    """The results of each method on each day in one report."""
 
     def __init__(self, path):
         with open(path, encoding="utf-8") as file:

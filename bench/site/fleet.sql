@@ -1,14 +1,14 @@
 -- SPDX-License-Identifier: Apache-2.0
--- A site that does not exist: 200 units of four models, each calibrated twice a year for five years, as found and as
--- left, on ten rigs; with the runs, events, gaps and thermometers that belong to that. Drift, spread and outliers are
--- drawn from setseed(), so that each time it is the same site. For the owner of an empty store.
+-- A synthetic site: 200 units of four models, each calibrated twice a year for five years, as found and as left, on ten
+-- rigs; with the corresponding runs, events, gaps and thermometers. Drift, spread and outliers follow from setseed(),
+-- so that the site is reproducible. To be run by the owner of an empty store.
 SELECT setseed(0.25);
 BEGIN;
 
 INSERT INTO gyrotherm.rig SELECT 'rig-' || r, 'gyrotherm_owner' FROM generate_series(1, 10) r;
 INSERT INTO gyrotherm.unit SELECT to_char(u, 'FM0000'), 'RLG-' || u % 4 FROM generate_series(1, 200) u;
 
--- Two runs a calibration, a day each.
+-- Two runs per calibration, one day each.
 CREATE TEMP TABLE visit AS
   SELECT u, v, to_char(u, 'FM0000') AS serial, 'RLG-' || u % 4 AS model, 'rig-' || u % 10 + 1 AS rig,
          timestamptz '2021-01-04 08:00Z' + (v * 182 + u % 20 * 9) * interval '1 day'

@@ -19,7 +19,7 @@ CLUSTER_S = 100
 LEVELS_C = (-40, 60, -40, 60, 0, 40, -20, 60, 20, -40, 60)
 RATES_C_PER_MIN = (0.25, 0.5, 1.0, 2.0)
 INPUTS = 13
-# name: clusters, seed, beginning of the SHA-256 of the file as numpy 1.24 draws it
+# name: clusters, seed, beginning of the SHA-256 of the file with numpy 1.24
 SYNTHETIC = {
     "gyro600": (600, 607, "e0601017dc5926b7"),
     "gyro2216": (2216, 2223, "49476bc3f367acb0"),
@@ -29,7 +29,7 @@ SEXES = {"M": ("1", "0", "0"), "F": ("0", "1", "0"), "I": ("0", "0", "1")}
 
 
 def air_profile(duration_s, rng):
-    """Ramps and soaks of the chamber's air, °C, one value a step, from 20 °C."""
+    """Returns ramps and soaks of the chamber's air from 20 °C, °C, one value per step."""
     air = np.empty(len(np.arange(0, duration_s, STEP_S)))
     at, here, leg = 0, 20.0, 0
     while at < len(air):
@@ -49,7 +49,7 @@ def air_profile(duration_s, rng):
 
 
 def lagged(air, time_constant_s):
-    """A first-order lag of the air, at rest at first."""
+    """Returns a first-order lag of the air, in equilibrium at the start."""
     out = np.empty_like(air)
     share = 1 - np.exp(-STEP_S / time_constant_s)
     state = air[0]
@@ -68,7 +68,7 @@ def standardised(values):
 
 
 def synthetic(clusters, inputs, seed):
-    """Inputs like thermometers, gradients and rates of a block in a chamber; a smooth bias with 2 % of white noise."""
+    """Returns inputs like thermometers, gradients and rates of a block, and a smooth bias with 2 % of white noise."""
     rng = np.random.default_rng(seed)
     air = air_profile(clusters * CLUSTER_S, rng)
     lags = np.array([lagged(air, tau) for tau in np.geomspace(60, 7200, max(6, inputs // 2 + 2))])
@@ -96,7 +96,7 @@ def synthetic(clusters, inputs, seed):
 
 
 def public(path):
-    """Numbers by row, the last one the target; a sex (M, F, I) becomes three columns; other rows are headers."""
+    """Reads numbers by row, the target last. A sex (M, F, I) becomes three columns; other rows are headers."""
     rows = []
     for line in path.read_text(errors="replace").splitlines():
         fields = line.replace('"', "").replace(",", " ").split()

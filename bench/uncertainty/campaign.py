@@ -58,7 +58,7 @@ class Campaign:
 
 
 def soak(campaign: Campaign, rig: str, seed: int, methods: tuple[str, ...]) -> None:
-    """Error to the truth of the policy over that of the whole function extrapolated, and coverage."""
+    """Prints the true error of the policy relative to that of the extrapolated function, and the coverage."""
     rate = campaign.record("qualification", rig, seed)
     for method in methods:
         model = campaign.model(rate, method)
@@ -71,7 +71,7 @@ def soak(campaign: Campaign, rig: str, seed: int, methods: tuple[str, ...]) -> N
 
 
 def short(campaign: Campaign, rig: str, seed: int, methods: tuple[str, ...]) -> None:
-    """Model form, U and coverage on the unseen random run, of trainings on the first clusters of a rate run."""
+    """Prints model form, U and coverage on the random run, for trainings on the first clusters of a ramp run."""
     rate, random = (campaign.record(profile, rig, seed) for profile in ("qualification", "random"))
     for method in methods:
         for length in LENGTHS:
@@ -85,7 +85,7 @@ def short(campaign: Campaign, rig: str, seed: int, methods: tuple[str, ...]) -> 
 
 
 def stream(campaign: Campaign, rig: str, seed: int, methods: tuple[str, ...]) -> None:
-    """STD of the error to the truth as streamed, over that of means without a lag."""
+    """Prints the STD of the true error of the stream relative to that of means without a lag."""
     rate = campaign.record("qualification", rig, seed)
     for method in methods:
         model = campaign.model(rate, method)

@@ -53,12 +53,12 @@ double drawn_run_length(const Eigen::Ref<const Eigen::MatrixXd>& healthy, double
   return alarms > 0 ? taken / alarms : 2 * steps;
 }
 
-/// Returns the greatest argument in `low` … `high` at which a rising function is below `wanted`.
-double crossing(double low, double high, double wanted, auto rising) {
+/// Returns the greatest argument in `low` … `high` at which a rising function is below `target`.
+double crossing(double low, double high, double target, auto rising) {
   constexpr int kHalvings = 16;
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = (low + high) / 2;
-    (rising(middle) < wanted ? low : high) = middle;
+    (rising(middle) < target ? low : high) = middle;
   }
   return low;
 }
@@ -99,23 +99,23 @@ double limit_for_run_length(int dimension, double slack, double run_length) {
   const auto above = [&](double limit) {  // nearly linear in the limit
     return std::log(average_run_length(dimension, slack, limit) / run_length);
   };
-  double low = kTolerance, of_low = above(low), high = 1, of_high = above(high);
-  if (of_low >= 0) return low;
-  while (of_high < 0) {
+  double low = kTolerance, at_low = above(low), high = 1, at_high = above(high);
+  if (at_low >= 0) return low;
+  while (at_high < 0) {
     low = high;
-    of_low = of_high;
+    at_low = at_high;
     high *= 2;
-    of_high = above(high);
+    at_high = above(high);
   }
   double best = high;
   // The end that was moved last: −1 low, 1 high.
   int side = 0;
   for (double step = high - low; std::abs(step) > kTolerance * high;) {
-    const double middle = high - of_high * (high - low) / (of_high - of_low), of_middle = above(middle);
-    const int moved = of_middle < 0 ? -1 : 1;
+    const double middle = high - at_high * (high - low) / (at_high - at_low), at_middle = above(middle);
+    const int moved = at_middle < 0 ? -1 : 1;
     (moved < 0 ? low : high) = middle;
-    (moved < 0 ? of_low : of_high) = of_middle;
-    if (moved == side) (moved < 0 ? of_high : of_low) /= 2;
+    (moved < 0 ? at_low : at_high) = at_middle;
+    if (moved == side) (moved < 0 ? at_high : at_low) /= 2;
     side = moved;
     step = middle - best;
     best = middle;
@@ -130,17 +130,17 @@ std::optional<double> limit_of_healthy(const Eigen::Ref<const Eigen::MatrixXd>& 
   // Multiples of the limit of white vectors.
   constexpr double kRuns = 400, kFarthest = 4;
   const auto dimension = static_cast<int>(healthy.rows());
-  const double of_white = limit_for_run_length(dimension, slack, run_length);
-  const double told = std::min(run_length, static_cast<double>(healthy.cols()));
-  const double least = limit_for_run_length(dimension, slack, told);
-  const double drawn = crossing(least, kFarthest * least, told,
-                                [&](double limit) { return drawn_run_length(healthy, slack, limit, kRuns * told); });
-  if (drawn <= least) return of_white;
-  if (told == run_length) return drawn;
-  const double deviation = 1 / crossing(1 / kFarthest, 1, told, [&](double part) {
+  const double white_limit = limit_for_run_length(dimension, slack, run_length);
+  const double shown = std::min(run_length, static_cast<double>(healthy.cols()));
+  const double least = limit_for_run_length(dimension, slack, shown);
+  const double drawn = crossing(least, kFarthest * least, shown,
+                                [&](double limit) { return drawn_run_length(healthy, slack, limit, kRuns * shown); });
+  if (drawn <= least) return white_limit;
+  if (shown == run_length) return drawn;
+  const double deviation = 1 / crossing(1 / kFarthest, 1, shown, [&](double part) {
                              return average_run_length(dimension, slack * part, drawn * part);
                            });
-  return std::max(of_white, deviation * limit_for_run_length(dimension, slack / deviation, run_length));
+  return std::max(white_limit, deviation * limit_for_run_length(dimension, slack / deviation, run_length));
 }
 
 ChangeDetector::ChangeDetector(int dimension, double slack, double limit)
@@ -150,18 +150,18 @@ ChangeDetector::ChangeDetector(int dimension, double slack, double limit)
 }
 
 Result<ChangeDetector> ChangeDetector::make(const ChangeOptions& options) {
-  const auto wrong = [](std::string what) {
+  const auto refuse = [](std::string what) {
     return failure(FaultKind::usage, "detection of changes", std::move(what));
   };
-  if (options.dimension < 1) return wrong(fmt::format("vectors of {} numbers", options.dimension));
+  if (options.dimension < 1) return refuse(fmt::format("vectors of {} numbers", options.dimension));
   if (!(options.shift > 0 && options.false_alarms_per_h > 0 && options.interval_s > 0))
-    return wrong(fmt::format("a shift of {}, {} false alarms per hour and steps of {} s: each must be above 0",
-                             options.shift, options.false_alarms_per_h, options.interval_s));
+    return refuse(fmt::format("a shift of {}, {} false alarms per hour and steps of {} s: each must be above 0",
+                              options.shift, options.false_alarms_per_h, options.interval_s));
   constexpr double kFewest = 10, kMost = 1e9;
   const double run_length = kSecondsPerHour / (options.interval_s * options.false_alarms_per_h);
   if (!(run_length >= kFewest && run_length <= kMost))
-    return wrong(fmt::format("{:.3g} steps between false alarms; at least {} and at most {} can be had", run_length,
-                             kFewest, kMost));
+    return refuse(fmt::format("{:.3g} steps between false alarms; at least {} and at most {} can be had", run_length,
+                              kFewest, kMost));
   const double slack = options.shift / 2;
   return ChangeDetector(options.dimension, slack, limit_for_run_length(options.dimension, slack, run_length));
 }

@@ -41,13 +41,13 @@ inline constexpr double kLeastSingularShare = 1e-3;
 /// Checks axes and combines them. Fails with usage for the first of these: fewer than three axes; an empty or repeated
 /// name; a direction that is not finite or not of length 1; an independent uncertainty that is not above 0; shared
 /// uncertainties that are not finite or differ in number from those of the first axis; directions in one plane.
-[[nodiscard]] Result<Geometry> geometry_of(const std::vector<InputAxis>& axes);
+[[nodiscard]] Result<Geometry> make_geometry(const std::vector<InputAxis>& axes);
 
 /// Returns the geometry without one axis. Fails with usage if the others do not span all directions.
 [[nodiscard]] Result<Geometry> without(const Geometry& geometry, Eigen::Index axis);
 
 /// Returns the geometry of means over `count` readings, for independent errors that are white and shared errors that
-/// are constant: the independent uncertainties are divided by the root of the count. Fails like geometry_of().
+/// are constant: the independent uncertainties are divided by the root of the count. Fails like make_geometry().
 [[nodiscard]] Result<Geometry> geometry_of_means(std::vector<InputAxis> axes, int count);
 
 }  // namespace gyrotherm::fusion

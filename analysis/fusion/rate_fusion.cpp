@@ -9,7 +9,7 @@
 
 namespace gyrotherm::fusion {
 
-Gains gains_of(const Geometry& geometry) {
+Gains compute_gains(const Geometry& geometry) {
   const Eigen::Index axes = geometry.axes();
   assert(axes >= 3);
   const Eigen::MatrixXd lower = geometry.covariance.llt().matrixL();
@@ -24,10 +24,10 @@ Gains gains_of(const Geometry& geometry) {
           .parity = q.rightCols(axes - 3).transpose() * whitening};
 }
 
-Gains gains_weighed_by(const Geometry& geometry, const Geometry& weights) {
+Gains weighted_gains(const Geometry& geometry, const Geometry& weights) {
   assert(geometry.axes() == weights.axes());
-  Gains gains = gains_of(geometry);
-  gains.rate = gains_of(weights).rate;
+  Gains gains = compute_gains(geometry);
+  gains.rate = compute_gains(weights).rate;
   gains.covariance = gains.rate * geometry.covariance * gains.rate.transpose();
   return gains;
 }
@@ -36,8 +36,8 @@ FusedRate fused(const Gains& gains, const Eigen::Ref<const Eigen::VectorXd>& rea
   return {gains.rate * readings_deg_per_h, gains.covariance};
 }
 
-Result<FusedRate> fused_without(const Gains& gains, const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
-                                Eigen::Index axis) {
+Result<FusedRate> fuse_without(const Gains& gains, const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
+                               Eigen::Index axis) {
   const Eigen::VectorXd effect = gains.parity.col(axis);
   const double square = effect.squaredNorm();
   const Eigen::Vector3d reach = gains.rate.col(axis);

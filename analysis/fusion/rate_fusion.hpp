@@ -25,12 +25,12 @@ struct Gains {
 /// C Vᵀ = I (Potter and Suman, AGARDograph 224 (1977), for C = I; Sturza, Navigation 35 (1988) 483). Both are obtained
 /// from one QR decomposition of L⁻¹ H, C = L Lᵀ (Golub and Van Loan, Matrix Computations, 5.3 and 6.1): with Q = (Q₁
 /// Q₂), G = R⁻¹ Q₁ᵀ L⁻¹ and V = Q₂ᵀ L⁻¹. With three axes V has no rows.
-[[nodiscard]] Gains gains_of(const Geometry& geometry);
+[[nodiscard]] Gains compute_gains(const Geometry& geometry);
 
 /// Computes gains with the weights of `weights`, a geometry of the same axes with another covariance. The covariance of
 /// the vector and the parity are those of `geometry`. With other weights than its own, the vector does not have the
 /// least variance in this geometry, but remains unbiased.
-[[nodiscard]] Gains gains_weighed_by(const Geometry& geometry, const Geometry& weights);
+[[nodiscard]] Gains weighted_gains(const Geometry& geometry, const Geometry& weights);
 
 struct FusedRate {
   Eigen::Vector3d deg_per_h;   ///< axes of the fixture
@@ -41,13 +41,13 @@ struct FusedRate {
 
 inline constexpr double kLeastRedundancy = 1e-6;
 
-/// Returns the rate vector of the readings without one axis, equal to that of gains_of(without(…)). Leaving an axis out
-/// is equivalent to giving it an unknown bias, whose estimate is v_iᵀ p/|v_i|², with v_i its column of V and p the
-/// parity vector; the contribution of this bias to G y is subtracted. Fails with numeric if the axis is the only one in
-/// some direction: the others contain less than kLeastRedundancy of its information, |v_i|² over (C⁻¹)_ii.
-[[nodiscard]] Result<FusedRate> fused_without(const Gains& gains,
-                                              const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
-                                              Eigen::Index axis);
+/// Returns the rate vector of the readings without one axis, equal to that of compute_gains(without(…)). Leaving an
+/// axis out is equivalent to giving it an unknown bias, whose estimate is v_iᵀ p/|v_i|², with v_i its column of V and p
+/// the parity vector; the contribution of this bias to G y is subtracted. Fails with numeric if the axis is the only
+/// one in some direction: the others contain less than kLeastRedundancy of its information, |v_i|² over (C⁻¹)_ii.
+[[nodiscard]] Result<FusedRate> fuse_without(const Gains& gains,
+                                             const Eigen::Ref<const Eigen::VectorXd>& readings_deg_per_h,
+                                             Eigen::Index axis);
 
 /// Returns the test of the parity vector. The candidates are the axes, each with a bias in °/h.
 [[nodiscard]] FaultTest parity_test(const Gains& gains, const Geometry& geometry);

@@ -38,21 +38,21 @@ Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& angle) {
 }
 
 Result<void> check(const Geometry& geometry, const Attitude& attitude, const BiasPrior& prior) {
-  const auto wrong = [](std::string what) { return failure(FaultKind::usage, "axes at rest", std::move(what)); };
+  const auto refuse = [](std::string what) { return failure(FaultKind::usage, "axes at rest", std::move(what)); };
   const Eigen::Index axes = geometry.axes();
   if (prior.mean_deg_per_h.size() != axes || prior.covariance.rows() != axes || prior.covariance.cols() != axes)
-    return wrong(fmt::format("biases of {} axes are expected, not of {}", axes, prior.mean_deg_per_h.size()));
-  if (!prior.mean_deg_per_h.allFinite() || !prior.covariance.allFinite()) return wrong("a bias is not finite");
+    return refuse(fmt::format("biases of {} axes are expected, not of {}", axes, prior.mean_deg_per_h.size()));
+  if (!prior.mean_deg_per_h.allFinite() || !prior.covariance.allFinite()) return refuse("a bias is not finite");
   for (const double std : {attitude.tilt_std_deg, attitude.azimuth_std_deg, attitude.latitude_std_deg})
-    if (!std::isfinite(std) || std < 0) return wrong(fmt::format("an angle's uncertainty is {}°", std));
-  if (!attitude.turn_covariance_deg2.allFinite()) return wrong("a covariance of angles is not finite");
+    if (!std::isfinite(std) || std < 0) return refuse(fmt::format("an angle's uncertainty is {}°", std));
+  if (!attitude.turn_covariance_deg2.allFinite()) return refuse("a covariance of angles is not finite");
   constexpr double kPole = 90;
   if (!(std::abs(attitude.latitude_deg) <= kPole))
-    return wrong(fmt::format("the latitude is {}°", attitude.latitude_deg));
+    return refuse(fmt::format("the latitude is {}°", attitude.latitude_deg));
   constexpr double kRounding = 1e-6;
   if (const Eigen::Matrix3d& r = attitude.to_local;
       !r.allFinite() || !(r * r.transpose()).isIdentity(kRounding) || r.determinant() < 0)
-    return wrong("the attitude is no rotation");
+    return refuse("the attitude is no rotation");
   return {};
 }
 
@@ -65,11 +65,11 @@ Eigen::Matrix3d angle_covariance(const Attitude& attitude) {
 }
 
 /// Earth rate on the axes for a fixture rotated by ψ, and its derivative by ψ.
-struct Seen {
+struct EarthOnAxes {
   Eigen::VectorXd deg_per_h;
   Eigen::MatrixX3d by_angle;  ///< °/h per rad
 };
-Seen seen_of_earth(const Geometry& geometry, const Attitude& attitude, const Eigen::Vector3d& angle) {
+EarthOnAxes earth_on_axes(const Geometry& geometry, const Attitude& attitude, const Eigen::Vector3d& angle) {
   const Eigen::Matrix3d back = rotation_by(angle).transpose();
   const Eigen::Vector3d earth = earth_rate(attitude.latitude_deg);
   const Eigen::MatrixX3d local = geometry.directions * attitude.to_local.transpose();
@@ -102,7 +102,7 @@ Result<RestEstimate> at_rest(const Geometry& geometry, const Eigen::Ref<const Ei
   const Eigen::Matrix3d angles = angle_covariance(attitude);
   Eigen::Vector3d angle = Eigen::Vector3d::Zero();
   for (int iteration = 1; iteration <= kMostIterations; ++iteration) {
-    const Seen seen = seen_of_earth(geometry, attitude, angle);
+    const EarthOnAxes seen = earth_on_axes(geometry, attitude, angle);
     const Eigen::VectorXd innovation =
         readings_deg_per_h - seen.deg_per_h - prior.mean_deg_per_h + seen.by_angle * angle;
     // Covariance of readings and angles, before using the readings.
@@ -129,7 +129,7 @@ Result<RestEstimate> at_rest(const Geometry& geometry, const Eigen::Ref<const Ei
 
 Result<RestTest> rest_test(const Geometry& geometry, const Attitude& attitude, const BiasPrior& prior) {
   if (auto checked = check(geometry, attitude, prior); !checked) return failure(checked.error());
-  const Seen seen = seen_of_earth(geometry, attitude, Eigen::Vector3d::Zero());
+  const EarthOnAxes seen = earth_on_axes(geometry, attitude, Eigen::Vector3d::Zero());
   const Eigen::MatrixXd expected =
       geometry.covariance + prior.covariance + seen.by_angle * angle_covariance(attitude) * seen.by_angle.transpose();
   const Eigen::MatrixXd whitening =
@@ -139,7 +139,7 @@ Result<RestTest> rest_test(const Geometry& geometry, const Attitude& attitude, c
                   .test = {geometry.names, whitening}};
 }
 
-Result<North> north_of(const FusedRate& rate, double latitude_deg, const Tilt& tilt) {
+Result<North> find_north(const FusedRate& rate, double latitude_deg, const Tilt& tilt) {
   constexpr const char* kWhere = "north finding";
   constexpr double kDegrees = 180 / std::numbers::pi, kPole_deg = 90, kEnough = 10, kCoverage = 0.95;
   if (!(std::abs(latitude_deg) <= kPole_deg) || !(tilt.about_north_deg >= 0) || !(tilt.about_east_deg >= 0))
@@ -151,19 +151,19 @@ Result<North> north_of(const FusedRate& rate, double latitude_deg, const Tilt& t
   const double vertical = kEarthRateDegPerHour * std::sin(latitude);
   const double heading = std::atan2(-rate.deg_per_h(1), rate.deg_per_h(0));
   const Eigen::Vector3d north(std::cos(heading), -std::sin(heading), 0), east(std::sin(heading), std::cos(heading), 0);
-  const double of_east =
+  const double east_std =
       std::sqrt(east.dot(rate.covariance * east) + std::pow(tilt.about_north_deg / kDegrees * vertical, 2));
-  const double of_north =
+  const double north_std =
       std::sqrt(north.dot(rate.covariance * north) + std::pow(tilt.about_east_deg / kDegrees * vertical, 2));
-  if (!(horizontal > kEnough * of_east))
-    return failure(
-        FaultKind::numeric, kWhere,
-        fmt::format("the Earth turns by {:.3g} °/h about north, and east is known to {:.3g} °/h", horizontal, of_east));
+  if (!(horizontal > kEnough * east_std))
+    return failure(FaultKind::numeric, kWhere,
+                   fmt::format("the Earth turns by {:.3g} °/h about north, and east is known to {:.3g} °/h", horizontal,
+                               east_std));
   const double seen = rate.deg_per_h.head<2>().norm();
-  if (!(std::abs(seen - horizontal) <= kEnough * of_north))
+  if (!(std::abs(seen - horizontal) <= kEnough * north_std))
     return failure(FaultKind::numeric, kWhere,
                    fmt::format("{:.6g} °/h is seen about the horizontal, {:.6g} °/h expected", seen, horizontal));
-  const double standard = of_east / horizontal * kDegrees;
+  const double standard = east_std / horizontal * kDegrees;
   return North{.heading_deg = heading * kDegrees,
                .standard_deg = standard,
                .expanded_deg = standard * data::coverage_factor(kCoverage, std::numeric_limits<double>::infinity())};

@@ -106,6 +106,6 @@ struct Tilt {
 /// negative. Fails with numeric if the horizontal rate is less than ten times its uncertainty towards east (as near a
 /// pole), since the first order is then not sufficient; or if it differs from Ω cos φ by more than ten times its own
 /// uncertainty and that of the tilt, since the fixture is then not at rest or not at that latitude.
-[[nodiscard]] Result<North> north_of(const FusedRate& rate, double latitude_deg, const Tilt& tilt);
+[[nodiscard]] Result<North> find_north(const FusedRate& rate, double latitude_deg, const Tilt& tilt);
 
 }  // namespace gyrotherm::fusion

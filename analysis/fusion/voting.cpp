@@ -20,19 +20,19 @@ std::string describe(const Finding& finding) {
                      finding.freedom, finding.limit);
 }
 
-std::string names_of(const FaultTest& test, const Isolation& isolation) {
+std::string candidate_names(const FaultTest& test, const Isolation& isolation) {
   std::string names = test.candidates[static_cast<std::size_t>(isolation.likeliest)];
   for (const Eigen::Index rival : isolation.rivals) names += ", " + test.candidates[static_cast<std::size_t>(rival)];
   return names;
 }
 
 /// Returns true if the likeliest candidate and all its rivals are of the same kind.
-bool of_one_kind(const Isolation& isolation, Eigen::Index axes) {
+bool are_one_kind(const Isolation& isolation, Eigen::Index axes) {
   const bool axis = isolation.likeliest < axes;
   return std::ranges::all_of(isolation.rivals, [&](Eigen::Index rival) { return (rival < axes) == axis; });
 }
 
-std::string reason_of(const Verdict& verdict, const FaultTest& test) {
+std::string make_reason(const Verdict& verdict, const FaultTest& test) {
   const std::string parts =
       fmt::format("axes {}, thermometers {}", describe(verdict.of_axes), describe(verdict.of_thermometers));
   if (!verdict.joint.fault) return parts;
@@ -45,30 +45,30 @@ std::string reason_of(const Verdict& verdict, const FaultTest& test) {
   if (!isolation.explains)
     return fmt::format("no fault of one alone explains it, {} least badly, which leaves χ² {:.3g}: {}",
                        test.candidates[static_cast<std::size_t>(isolation.likeliest)], isolation.left, parts);
-  return fmt::format("one of {}, which cannot be told apart: {}", names_of(test, isolation), parts);
+  return fmt::format("one of {}, which cannot be told apart: {}", candidate_names(test, isolation), parts);
 }
 
 }  // namespace
 
-Result<ThermometerParity> thermometer_parity_of(const Eigen::Ref<const Eigen::MatrixXd>& temperature_c,
-                                                const std::vector<std::string>& names,
-                                                const Eigen::Ref<const Eigen::VectorXd>& uncertainty_k, int modes) {
+Result<ThermometerParity> learn_thermometer_parity(const Eigen::Ref<const Eigen::MatrixXd>& temperature_c,
+                                                   const std::vector<std::string>& names,
+                                                   const Eigen::Ref<const Eigen::VectorXd>& uncertainty_k, int modes) {
   constexpr int kRowsOfEach = 10, kLeastLeft = 2;
-  const auto wrong = [](std::string what) {
+  const auto refuse = [](std::string what) {
     return failure(FaultKind::usage, "accord of thermometers", std::move(what));
   };
   const Eigen::Index count = temperature_c.cols();
   if (static_cast<Eigen::Index>(names.size()) != count || uncertainty_k.size() != count)
-    return wrong(
+    return refuse(
         fmt::format("{} names and {} uncertainties for {} thermometers", names.size(), uncertainty_k.size(), count));
   if (modes < 1 || count - modes < kLeastLeft)
-    return wrong(fmt::format("{} thermometers, and {} ways in which they move together: {} more are needed", count,
-                             modes, kLeastLeft));
+    return refuse(fmt::format("{} thermometers, and {} ways in which they move together: {} more are needed", count,
+                              modes, kLeastLeft));
   if (!(uncertainty_k.minCoeff() > 0) || !uncertainty_k.allFinite())
-    return wrong("the uncertainty of a thermometer is not above 0");
+    return refuse("the uncertainty of a thermometer is not above 0");
   const std::vector<Eigen::Index> rows = data::finite_rows(temperature_c);
   if (static_cast<Eigen::Index>(rows.size()) < kRowsOfEach * count)
-    return wrong(fmt::format("{} rows are known, and {} are needed", rows.size(), kRowsOfEach * count));
+    return refuse(fmt::format("{} rows are known, and {} are needed", rows.size(), kRowsOfEach * count));
   const Eigen::MatrixXd known = temperature_c(rows, Eigen::all);
   const Eigen::RowVectorXd mean = known.colwise().mean();
   const Eigen::MatrixXd centred = known.rowwise() - mean;
@@ -111,7 +111,7 @@ Verdict vote(const Voters& voters, const Eigen::Ref<const Eigen::VectorXd>& depa
   if (verdict.joint.fault) {
     const auto axes = static_cast<Eigen::Index>(voters.axes.size());
     const auto& isolation = verdict.joint.isolation;
-    const bool decided = isolation && isolation->explains && of_one_kind(*isolation, axes);
+    const bool decided = isolation && isolation->explains && are_one_kind(*isolation, axes);
     verdict.kind = !decided                      ? VerdictKind::undecided
                    : isolation->likeliest < axes ? VerdictKind::gyro_hop
                                                  : VerdictKind::broken_thermometer;
@@ -121,7 +121,7 @@ Verdict vote(const Voters& voters, const Eigen::Ref<const Eigen::VectorXd>& depa
       verdict.size_std = isolation->size_std;
     }
   }
-  verdict.reason = reason_of(verdict, test);
+  verdict.reason = make_reason(verdict, test);
   return verdict;
 }
 

@@ -38,17 +38,17 @@ struct ThermometerParity {
 /// At least two components must remain; otherwise no thermometer can be distinguished from another. Fails with usage if
 /// there are fewer, if the names or uncertainties do not match the columns in number, if an uncertainty is not above 0,
 /// or if there are fewer than ten rows per thermometer.
-[[nodiscard]] Result<ThermometerParity> thermometer_parity_of(const Eigen::Ref<const Eigen::MatrixXd>& temperature_c,
-                                                              const std::vector<std::string>& names,
-                                                              const Eigen::Ref<const Eigen::VectorXd>& uncertainty_k,
-                                                              int modes);
+[[nodiscard]] Result<ThermometerParity> learn_thermometer_parity(const Eigen::Ref<const Eigen::MatrixXd>& temperature_c,
+                                                                 const std::vector<std::string>& names,
+                                                                 const Eigen::Ref<const Eigen::VectorXd>& uncertainty_k,
+                                                                 int modes);
 
 /// Axes and thermometers of a vote.
 struct Voters {
   std::vector<std::string> axes;
-  /// Whitens departures of the axes from their expected rates. In motion it is V of gains_of(): no rate is expected,
-  /// and only the parity is observed. At rest it is W of rest_test(): each axis is compared with its own thermal
-  /// prediction.
+  /// Whitens departures of the axes from their expected rates. In motion it is V of compute_gains(): no rate is
+  /// expected, and only the parity is observed. At rest it is W of rest_test(): each axis is compared with its own
+  /// thermal prediction.
   Eigen::MatrixXd whitening;
   /// Sensitivity of each axis's thermal model (rows) to each thermometer.
   Eigen::MatrixXd sensitivity_deg_per_h_per_k;

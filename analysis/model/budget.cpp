@@ -43,14 +43,14 @@ constexpr std::array<SourceInfo, 19> kSources{
      {"axis direction", "°", Differs::never, WithTime::stays},
      {"scale factor", "ppm", Differs::never, WithTime::stays}}};
 
-const SourceInfo& info_of(Source source) { return kSources[static_cast<std::size_t>(source)]; }
+const SourceInfo& source_info(Source source) { return kSources[static_cast<std::size_t>(source)]; }
 
 }  // namespace
 
-const char* name(Source source) { return info_of(source).name; }
+const char* name(Source source) { return source_info(source).name; }
 
 std::string unit_of(const BudgetRow& row) {
-  return row.source == Source::input_drift && !row.unit.empty() ? row.unit : info_of(row.source).unit;
+  return row.source == Source::input_drift && !row.unit.empty() ? row.unit : source_info(row.source).unit;
 }
 
 const char* name(Differs differs) {
@@ -58,7 +58,7 @@ const char* name(Differs differs) {
   return kNames[static_cast<std::size_t>(differs)];
 }
 
-Differs differs(Source source) { return info_of(source).differs; }
+Differs differs(Source source) { return source_info(source).differs; }
 
 const char* name(Evaluation evaluation) { return evaluation == Evaluation::a ? "A" : "B"; }
 
@@ -85,16 +85,16 @@ CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share) {
   double variance = 0;
   for (const BudgetRow& row : rows) variance += std::pow(contribution_deg_per_h(row), 2);
   // Σ (u_i²/u_c²)²/ν_i; the ratio avoids overflow and underflow.
-  double uncertainty_of_it = 0;
+  double relative_variance = 0;
   for (const BudgetRow& row : rows) {
     if (variance == 0) continue;
-    uncertainty_of_it += std::pow(std::pow(contribution_deg_per_h(row), 2) / variance, 2) / row.degrees_of_freedom;
+    relative_variance += std::pow(std::pow(contribution_deg_per_h(row), 2) / variance, 2) / row.degrees_of_freedom;
   }
   CombinedUncertainty all{.standard_deg_per_h = std::sqrt(variance)};
-  if (uncertainty_of_it > 0) all.degrees_of_freedom = 1 / uncertainty_of_it;
+  if (relative_variance > 0) all.degrees_of_freedom = 1 / relative_variance;
   constexpr double kRounding = 1e-9;
-  const double whole = std::floor(all.degrees_of_freedom * (1 + kRounding));
-  all.coverage_factor = data::coverage_factor(share, std::max(1.0, whole));
+  const double truncated = std::floor(all.degrees_of_freedom * (1 + kRounding));
+  all.coverage_factor = data::coverage_factor(share, std::max(1.0, truncated));
   all.expanded_deg_per_h = all.coverage_factor * all.standard_deg_per_h;
   return all;
 }
@@ -108,7 +108,7 @@ bool agree(const CombinedUncertainty& a, const CombinedUncertainty& b) {
          same(a.expanded_deg_per_h, b.expanded_deg_per_h);
 }
 
-std::vector<BudgetRow> that_differ(const std::vector<BudgetRow>& rows) {
+std::vector<BudgetRow> differing_rows(const std::vector<BudgetRow>& rows) {
   std::vector<BudgetRow> differing;
   std::ranges::copy_if(rows, std::back_inserter(differing),
                        [](const BudgetRow& row) { return differs(row.source) != Differs::never; });
@@ -118,7 +118,7 @@ std::vector<BudgetRow> that_differ(const std::vector<BudgetRow>& rows) {
 Budget at_averaging(Budget budget, double averaging_s) {
   const double ratio = averaging_s / budget.averaging_s, root = std::sqrt(ratio);
   for (BudgetRow& row : budget.rows) {
-    const WithTime with_time = info_of(row.source).with_time;
+    const WithTime with_time = source_info(row.source).with_time;
     if (with_time == WithTime::falls) row.standard_uncertainty /= root;
     if (with_time == WithTime::falls_fast) row.standard_uncertainty /= ratio;
     if (with_time == WithTime::grows) row.standard_uncertainty *= root;

@@ -117,7 +117,7 @@ inline constexpr double kCoverage = 0.95;
 [[nodiscard]] CombinedUncertainty combined(const std::vector<BudgetRow>& rows, double share = kCoverage);
 
 /// Returns the rows whose errors differ between runs or within a run, which a run unknown to the model can show.
-[[nodiscard]] std::vector<BudgetRow> that_differ(const std::vector<BudgetRow>& rows);
+[[nodiscard]] std::vector<BudgetRow> differing_rows(const std::vector<BudgetRow>& rows);
 
 /// Converts a budget to means over another time: white noise changes as 1/√τ, quantisation as 1/τ, rate random walk as
 /// √τ. All other sources are unchanged.
@@ -210,12 +210,12 @@ void describe(auto& form, Like<Sensitivity> auto& sensitivity) {
 void describe(auto& form, Like<Uncertainty> auto& uncertainty) {
   form("averaging_s", positive(uncertainty.budget.averaging_s));
   form.derived("coverage", kCoverage);
-  std::optional<CombinedUncertainty> said;
+  std::optional<CombinedUncertainty> stated;
   if constexpr (std::is_const_v<std::remove_reference_t<decltype(uncertainty)>>)
-    said = combined(uncertainty.budget.rows);
-  form.if_there("combined", said.has_value(), said);
+    stated = combined(uncertainty.budget.rows);
+  form.if_there("combined", stated.has_value(), stated);
   form("budget", uncertainty.budget.rows);
-  form.expect("combined", !said || agree(*said, combined(uncertainty.budget.rows)),
+  form.expect("combined", !stated || agree(*stated, combined(uncertainty.budget.rows)),
               "does not say the same as the rows of the budget");
   form("sensitivities", uncertainty.sensitivities);
   form("added_noise_deg_per_h", not_negative(uncertainty.added_noise_deg_per_h));

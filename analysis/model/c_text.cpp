@@ -39,16 +39,16 @@ void replace_all(std::string& text, std::string_view from, std::string_view to) 
 
 }  // namespace
 
-std::string c_filled(std::string_view text, const CWords& words) {
+std::string c_fill(std::string_view text, const CPlaceholders& placeholders) {
   std::string filled;
   while (true) {
     const std::size_t begin = text.find('@');
     filled += text.substr(0, begin);
     if (begin == text.npos) return filled;
     const std::size_t end = text.find('@', begin + 1);
-    const auto word = words.find(text.substr(begin + 1, end - begin - 1));
-    assert(end != text.npos && word != words.end());
-    filled += word->second;
+    const auto placeholder = placeholders.find(text.substr(begin + 1, end - begin - 1));
+    assert(end != text.npos && placeholder != placeholders.end());
+    filled += placeholder->second;
     text.remove_prefix(end + 1);
   }
 }

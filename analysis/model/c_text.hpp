@@ -19,11 +19,11 @@ struct CProgram {
 };
 
 /// Replacement text for each placeholder of a template.
-using CWords = std::map<std::string, std::string, std::less<>>;
+using CPlaceholders = std::map<std::string, std::string, std::less<>>;
 
 /// Returns the template with each placeholder, a name between two at-signs, replaced by its text. Replacement texts are
 /// not searched for placeholders. Every placeholder must be known.
-[[nodiscard]] std::string c_filled(std::string_view text, const CWords& words);
+[[nodiscard]] std::string c_fill(std::string_view text, const CPlaceholders& placeholders);
 
 /// Returns the nearest valid C identifier to begin names with: "7-B" becomes "m7_B".
 [[nodiscard]] std::string c_name(std::string_view text);

@@ -65,7 +65,7 @@ BeforeAfter before_and_after(const Subject& subject, Figure figure) {
 }
 
 /// Combines the uncertainties of independent values.
-CombinedUncertainty together(const std::vector<Measured>& figures) {
+CombinedUncertainty combine(const std::vector<Measured>& figures) {
   std::vector<BudgetRow> rows;
   for (const Measured& one : figures)
     rows.push_back({.standard_uncertainty = one.u, .degrees_of_freedom = one.degrees_of_freedom});
@@ -73,7 +73,7 @@ CombinedUncertainty together(const std::vector<Measured>& figures) {
 }
 
 Measured difference(const Measured& a, const Measured& b) {
-  const CombinedUncertainty both = together({a, b});
+  const CombinedUncertainty both = combine({a, b});
   return {a.value - b.value, both.standard_deg_per_h, both.degrees_of_freedom};
 }
 BeforeAfter difference(const BeforeAfter& a, const BeforeAfter& b) {
@@ -97,7 +97,7 @@ RowNumbers clusters_inside(const data::Clusters& clusters, int segment) {
 }
 
 /// Returns the clusters of the last hour of a segment.
-RowNumbers last_hour_of(const data::Clusters& clusters, int segment) {
+RowNumbers clusters_in_last_hour(const data::Clusters& clusters, int segment) {
   RowNumbers rows = clusters_inside(clusters, segment);
   if (rows.empty()) return rows;
   const double from_s = clusters.start_s(rows.back()) + clusters.length_s - data::kQuietSeconds;
@@ -115,7 +115,7 @@ std::vector<StabilisedBias> stabilised_biases(const Subject& subject) {
     const auto segment = static_cast<int>(s);
     const auto& [name, hold, target, rate, cycle, prompt, unit] = subject.dataset.segments[s];
     if (!hold || unit.off || seconds_in(subject.clusters, segment) < kStabilisedHoldSeconds) continue;
-    const RowNumbers rows = last_hour_of(subject.clusters, segment);
+    const RowNumbers rows = clusters_in_last_hour(subject.clusters, segment);
     if (static_cast<int>(rows.size()) < kFewestClusters) continue;
     all.push_back({.segment = segment,
                    .turned = unit.turned,
@@ -130,7 +130,7 @@ std::vector<StabilisedBias> stabilised_biases(const Subject& subject) {
 /// Returns the common slope of straight lines through the points, one line per position of the unit, because the
 /// positions differ by the residual Earth rate. Its u is computed from the scatter about the lines. Unknown with too
 /// few points or too small a range of temperature.
-Measured slope_of(const std::vector<StabilisedBias>& points, Measured BeforeAfter::*which) {
+Measured temperature_slope(const std::vector<StabilisedBias>& points, Measured BeforeAfter::*which) {
   const auto count = std::ssize(points);
   Eigen::VectorXd t(count), b(count);
   // Points in the mounted and in the turned position.
@@ -155,15 +155,15 @@ Measured slope_of(const std::vector<StabilisedBias>& points, Measured BeforeAfte
   return {slope, std::sqrt((b - slope * t).squaredNorm() / freedom / spread), freedom};
 }
 
-Eigen::VectorXi places_of(const data::Clusters& clusters, const RowNumbers& rows) {
+Eigen::VectorXi cluster_positions(const data::Clusters& clusters, const RowNumbers& rows) {
   return (clusters.start_s(rows) / clusters.length_s).array().round().cast<int>();
 }
 
-int reach_of(const Subject& subject) { return static_cast<int>(kMemorySeconds / subject.clusters.length_s); }
+int correlation_reach(const Subject& subject) { return static_cast<int>(kMemorySeconds / subject.clusters.length_s); }
 
 /// Returns the coefficient of `input` in a regression with the temperature and a constant per position of the unit,
 /// because the positions differ by the residual Earth rate. Unknown if the input does not vary independently.
-Measured coefficient_of(const Subject& subject, const Eigen::VectorXd& input, const Eigen::VectorXd& bias) {
+Measured regression_coefficient(const Subject& subject, const Eigen::VectorXd& input, const Eigen::VectorXd& bias) {
   Eigen::MatrixXd all(bias.size(), 5);
   all << Eigen::VectorXd::Ones(bias.size()), subject.temperature_c, input, subject.turned, bias;
   const RowNumbers rows = data::finite_rows(all);
@@ -176,7 +176,8 @@ Measured coefficient_of(const Subject& subject, const Eigen::VectorXd& input, co
   constexpr double kRelative = 1e-9;
   qr.setThreshold(kRelative);
   if (qr.rank() < columns) return {};
-  const RobustFit fit = fit_robustly(x, all(rows, kBias), places_of(subject.clusters, rows), reach_of(subject));
+  const RobustFit fit =
+      fit_robustly(x, all(rows, kBias), cluster_positions(subject.clusters, rows), correlation_reach(subject));
   return {fit.coefficients(kInput), fit.u(kInput)};
 }
 
@@ -210,8 +211,8 @@ std::pair<std::string, Eigen::VectorXd> greatest_gradient(const Subject& subject
 
 /// Returns the bias during heating less the bias during cooling, corrected by a straight line in temperature: passes
 /// through a span that one of them leaves early have different mean temperatures.
-Measured width_of(const Subject& subject, const Eigen::VectorXd& bias, const RowNumbers& heating,
-                  const RowNumbers& cooling) {
+Measured loop_width(const Subject& subject, const Eigen::VectorXd& bias, const RowNumbers& heating,
+                    const RowNumbers& cooling) {
   RowNumbers both;
   std::ranges::merge(heating, cooling, std::back_inserter(both));
   if (!bias(both).allFinite()) return {};
@@ -220,16 +221,17 @@ Measured width_of(const Subject& subject, const Eigen::VectorXd& bias, const Row
   x.col(0).setOnes();
   x.col(1) = subject.rate_k_per_min(both).unaryExpr([](double rate) { return rate > 0 ? 0.5 : -0.5; });
   x.col(2) = temperature(both) - temperature(both).mean();
-  const RobustFit fit = fit_robustly(x, bias(both), places_of(subject.clusters, both), reach_of(subject));
+  const RobustFit fit =
+      fit_robustly(x, bias(both), cluster_positions(subject.clusters, both), correlation_reach(subject));
   const Eigen::VectorXd level = bias - fit.coefficients(2) * subject.temperature_c;
   const Measured above = mean_at(subject, level, heating), below = mean_at(subject, level, cooling);
   const double apart_k = std::abs(temperature(heating).mean() - temperature(cooling).mean());
   const CombinedUncertainty all =
-      together({above, below, {0, apart_k * fit.u(2), above.degrees_of_freedom + below.degrees_of_freedom}});
+      combine({above, below, {0, apart_k * fit.u(2), above.degrees_of_freedom + below.degrees_of_freedom}});
   return {above.value - below.value, all.standard_deg_per_h, all.degrees_of_freedom};
 }
 
-std::vector<HysteresisPoint> loop_of(const Subject& subject) {
+std::vector<HysteresisPoint> hysteresis_loop(const Subject& subject) {
   // Heating and cooling rows, by position.
   std::map<std::pair<int, bool>, std::pair<RowNumbers, RowNumbers>> spans;
   for (Eigen::Index k = 0; k < subject.temperature_c.size(); ++k) {
@@ -246,12 +248,12 @@ std::vector<HysteresisPoint> loop_of(const Subject& subject) {
                     .heating = static_cast<int>(heating.size()),
                     .cooling = static_cast<int>(cooling.size()),
                     .width = before_and_after(
-                        subject, [&](const auto& bias) { return width_of(subject, bias, heating, cooling); })});
+                        subject, [&](const auto& bias) { return loop_width(subject, bias, heating, cooling); })});
   }
   return loop;
 }
 
-std::vector<Retrace> retrace_of(const std::vector<StabilisedBias>& stabilised) {
+std::vector<Retrace> find_retrace(const std::vector<StabilisedBias>& stabilised) {
   std::vector<Retrace> all;
   for (std::size_t k = 1; k < stabilised.size(); ++k) {
     // Positions differ by the residual Earth rate.
@@ -305,7 +307,7 @@ double first_bias_s(const data::Dataset& dataset, int segment) {
 /// Returns true if the unit was switched on in this hold: the record begins with it, or the unit was off before it. The
 /// clusters, possibly a selected part of the record, must contain the hold from its first bias on, except for less than
 /// one mean of a warm-up.
-bool is_a_start(const Subject& subject, const StabilisedBias& hold) {
+bool is_start(const Subject& subject, const StabilisedBias& hold) {
   const data::Dataset& dataset = subject.dataset;
   const bool begins = dataset.segment.size() > 0 && dataset.segment(0) == hold.segment;
   const bool was_off = hold.segment > 0 && dataset.segments[static_cast<std::size_t>(hold.segment) - 1].unit.off;
@@ -314,22 +316,22 @@ bool is_a_start(const Subject& subject, const StabilisedBias& hold) {
   return from_s - first_bias_s(dataset, hold.segment) < kWarmUpMeanSeconds;
 }
 
-std::vector<WarmUp> warm_ups_of(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {
+std::vector<WarmUp> find_warm_ups(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {
   const data::NoiseFloor floor = noise_floor(subject.clusters, subject.dataset);
   if (!std::isfinite(floor.deg_per_h)) return {};
   std::vector<WarmUp> all;
   for (const StabilisedBias& hold : stabilised)
-    if (is_a_start(subject, hold)) all.push_back(warm_up_in(subject, hold, floor.deg_per_h));
+    if (is_start(subject, hold)) all.push_back(warm_up_in(subject, hold, floor.deg_per_h));
   return all;
 }
 
 /// Returns the mean of several values. Its u is the greater of their combined own uncertainty and the one of their
 /// scatter.
-Measured mean_of(const std::vector<Measured>& figures) {
+Measured mean_with_scatter(const std::vector<Measured>& figures) {
   const auto count = std::ssize(figures);
   Eigen::VectorXd values(count);
   for (Eigen::Index k = 0; k < count; ++k) values(k) = figures[static_cast<std::size_t>(k)].value;
-  const CombinedUncertainty own = together(figures);
+  const CombinedUncertainty own = combine(figures);
   Measured mean{values.mean(), own.standard_deg_per_h / static_cast<double>(count), own.degrees_of_freedom};
   const double scatter = count > 1 ? data::figures_of(values).std / std::sqrt(static_cast<double>(count)) : 0;
   if (scatter > mean.u) mean = {mean.value, scatter, static_cast<double>(count - 1)};
@@ -348,7 +350,7 @@ std::vector<std::vector<const StabilisedBias*>> by_set_point(std::vector<const S
   return groups;
 }
 
-std::vector<TwoPosition> two_positions_of(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {
+std::vector<TwoPosition> find_two_positions(const Subject& subject, const std::vector<StabilisedBias>& stabilised) {
   std::vector<const StabilisedBias*> every;
   for (const StabilisedBias& hold : stabilised) every.push_back(&hold);
   const std::optional<double>& stated = subject.dataset.earth_rate_deg_per_h;
@@ -369,9 +371,9 @@ std::vector<TwoPosition> two_positions_of(const Subject& subject, const std::vec
       for (std::size_t side = 0; side < 2; ++side) {
         std::vector<Measured> figures;
         for (const StabilisedBias* hold : holds[side]) figures.push_back(hold->bias.*which);
-        sides[side] = mean_of(figures);
+        sides[side] = mean_with_scatter(figures);
       }
-      const CombinedUncertainty both = together({sides.begin(), sides.end()});
+      const CombinedUncertainty both = combine({sides.begin(), sides.end()});
       const double u = both.standard_deg_per_h / 2, freedom = both.degrees_of_freedom;
       found.bias.*which = {(sides[0].value + sides[1].value) / 2, u, freedom};
       found.earth_rate.*which = {(sides[0].value - sides[1].value) / 2 + stated.value_or(0), u, freedom};
@@ -381,7 +383,7 @@ std::vector<TwoPosition> two_positions_of(const Subject& subject, const std::vec
   return all;
 }
 
-std::string statement_of(const Characterisation& result) {
+std::string make_statement(const Characterisation& result) {
   if (result.stabilised.empty()) return "no hold of 1.5 h or more: no stabilised temperature";
   return fmt::format("last hour of {} hold{} of 1.5 h or more", result.stabilised.size(),
                      result.stabilised.size() == 1 ? "" : "s");
@@ -433,24 +435,24 @@ Characterisation characterise(const data::Dataset& dataset, const data::Clusters
   subject.turned = clusters.segment.cast<double>().unaryExpr([&](double segment) {
     return segment >= 0 && dataset.segments[static_cast<std::size_t>(segment)].unit.turned ? 1.0 : 0.0;
   });
-  const auto beside_temperature = [&](const Eigen::VectorXd& input) {
-    return before_and_after(subject, [&](const auto& bias) { return coefficient_of(subject, input, bias); });
+  const auto regress_with_temperature = [&](const Eigen::VectorXd& input) {
+    return before_and_after(subject, [&](const auto& bias) { return regression_coefficient(subject, input, bias); });
   };
   Characterisation result;
   result.zero = dataset.bias_zero + (dataset.zero_is_its_own ? " of " + dataset.run_id : "");
   result.stabilised = stabilised_biases(subject);
-  result.temperature = {.before = slope_of(result.stabilised, &BeforeAfter::before),
-                        .after = slope_of(result.stabilised, &BeforeAfter::after)};
-  result.ramp = beside_temperature(subject.rate_k_per_min);
+  result.temperature = {.before = temperature_slope(result.stabilised, &BeforeAfter::before),
+                        .after = temperature_slope(result.stabilised, &BeforeAfter::after)};
+  result.ramp = regress_with_temperature(subject.rate_k_per_min);
   if (auto [name, gradient] = greatest_gradient(subject); !name.empty()) {
     result.gradient = std::move(name);
-    result.of_gradient = beside_temperature(gradient);
+    result.of_gradient = regress_with_temperature(gradient);
   }
-  result.hysteresis = loop_of(subject);
-  result.retrace = retrace_of(result.stabilised);
-  result.two_position = two_positions_of(subject, result.stabilised);
-  result.warm_ups = warm_ups_of(subject, result.stabilised);
-  result.statement = statement_of(result);
+  result.hysteresis = hysteresis_loop(subject);
+  result.retrace = find_retrace(result.stabilised);
+  result.two_position = find_two_positions(subject, result.stabilised);
+  result.warm_ups = find_warm_ups(subject, result.stabilised);
+  result.statement = make_statement(result);
   return result;
 }
 
@@ -467,7 +469,7 @@ std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& records) {
       const auto hold = std::ranges::find(record.stabilised, start.segment, &StabilisedBias::segment);
       if (hold != record.stabilised.end()) comparable[{record.zero, hold->turned}].push_back(&*hold);
     }
-  const auto std_of = [](const std::vector<const StabilisedBias*>& starts, Measured BeforeAfter::*which) {
+  const auto scatter = [](const std::vector<const StabilisedBias*>& starts, Measured BeforeAfter::*which) {
     Eigen::VectorXd values(std::ssize(starts));
     for (std::size_t k = 0; k < starts.size(); ++k)
       values(static_cast<Eigen::Index>(k)) = (starts[k]->bias.*which).value;
@@ -479,8 +481,8 @@ std::vector<TurnOn> turn_on_of(const std::vector<Characterisation>& records) {
       if (starts.size() >= kFewestStarts)
         all.push_back({.set_point_c = starts.front()->set_point_c,
                        .starts = static_cast<int>(starts.size()),
-                       .std_before_deg_per_h = std_of(starts, &BeforeAfter::before),
-                       .std_after_deg_per_h = std_of(starts, &BeforeAfter::after)});
+                       .std_before_deg_per_h = scatter(starts, &BeforeAfter::before),
+                       .std_after_deg_per_h = scatter(starts, &BeforeAfter::after)});
   std::ranges::stable_sort(all, {}, &TurnOn::set_point_c);
   return all;
 }

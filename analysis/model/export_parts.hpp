@@ -48,13 +48,14 @@ namespace gyrotherm::model {
 
 /// Returns the placeholders of the C templates that depend on lags: parameters, a ring buffer of each lag's past values
 /// (as in SlidingLags) and the function that advances it. All are empty for a model without lags.
-[[nodiscard]] CWords lag_words(const Model& model, std::string_view name, const std::vector<std::string>& thermometers);
+[[nodiscard]] CPlaceholders lag_placeholders(const Model& model, std::string_view name,
+                                             const std::vector<std::string>& thermometers);
 
 // lead
 
 /// Returns the placeholders of the C templates that depend on the stream's lag: its description and, if is_led(), a
 /// ring buffer of predictions and the extrapolation from it.
-[[nodiscard]] CWords lead_words(const Model& model, std::string_view name);
+[[nodiscard]] CPlaceholders lead_placeholders(const Model& model, std::string_view name);
 
 // self_test
 
@@ -74,7 +75,7 @@ struct KnownAnswers {
 [[nodiscard]] KnownAnswers known_answers(const Model& model, const std::vector<std::string>& thermometers);
 
 /// Returns the placeholders with the tables of NAME_self_test.
-[[nodiscard]] CWords self_test_words(const KnownAnswers& answers);
+[[nodiscard]] CPlaceholders self_test_placeholders(const KnownAnswers& answers);
 
 /// One part of an exported program; all texts are empty if the model does not need it.
 struct CPart {

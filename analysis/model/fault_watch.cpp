@@ -23,8 +23,8 @@ constexpr std::size_t kMostRemembered = 600;  ///< vectors, about 17 h
 
 /// Returns the noise model of an axis's residual bias. If its training could not determine it: white noise about an
 /// unknown constant.
-tracking::BiasNoise noise_of(const FusedAxes& axes, Eigen::Index a, const FusedUncertainty& uncertainty,
-                             double cluster_s) {
+tracking::BiasNoise axis_noise(const FusedAxes& axes, Eigen::Index a, const FusedUncertainty& uncertainty,
+                               double cluster_s) {
   const Model& model = axes.models[static_cast<std::size_t>(a)];
   const double start = std::sqrt(uncertainty.bias(a, a) + uncertainty.learnt(a, a));
   if (model.residual_noise) {
@@ -38,8 +38,8 @@ tracking::BiasNoise noise_of(const FusedAxes& axes, Eigen::Index a, const FusedU
 
 /// Returns the noise model of a parity vector with white noise 1, equal for all its components, so that a hop keeps its
 /// direction.
-tracking::BiasNoise noise_of_parity(const Eigen::MatrixXd& parity, const std::vector<tracking::BiasNoise>& of_axes,
-                                    double cluster_s) {
+tracking::BiasNoise parity_noise(const Eigen::MatrixXd& parity, const std::vector<tracking::BiasNoise>& of_axes,
+                                 double cluster_s) {
   const auto together = [&](auto of) {
     Eigen::VectorXd variances(parity.cols());
     for (Eigen::Index a = 0; a < variances.size(); ++a)
@@ -55,8 +55,7 @@ tracking::BiasNoise noise_of_parity(const Eigen::MatrixXd& parity, const std::ve
 
 /// Returns the innovations divided by their standard deviations. If a component is not finite, returns no value and
 /// lets the trackers' uncertainty grow.
-std::optional<Eigen::VectorXd> innovations_of(std::vector<tracking::BiasTracker>& trackers,
-                                              const Eigen::VectorXd& vector) {
+std::optional<Eigen::VectorXd> push_all(std::vector<tracking::BiasTracker>& trackers, const Eigen::VectorXd& vector) {
   if (!vector.allFinite()) {
     for (tracking::BiasTracker& tracker : trackers) (void)tracker.push(std::nan(""));
     return std::nullopt;
@@ -72,11 +71,11 @@ std::optional<Eigen::VectorXd> innovations_of(std::vector<tracking::BiasTracker>
 /// Returns the whitening matrix of the departures of the axes, in the order of the geometry: at rest for the departure
 /// of each axis from its own thermal prediction, in motion for their parity. It has no rows if the attitude is unknown
 /// and three axes have no parity.
-Result<Eigen::MatrixXd> whitening_of_departures(const FusedAxes& axes, const fusion::Geometry& geometry,
-                                                const Eigen::VectorXd& noise, const Eigen::MatrixXd& bias) {
+Result<Eigen::MatrixXd> departure_whitening(const FusedAxes& axes, const fusion::Geometry& geometry,
+                                            const Eigen::VectorXd& noise, const Eigen::MatrixXd& bias) {
   if (!axes.attitude) {
     if (geometry.axes() < kFewestWithParity) return Eigen::MatrixXd{};
-    return gains_of(geometry).parity;
+    return compute_gains(geometry).parity;
   }
   fusion::Geometry reading = geometry;
   reading.covariance = noise.asDiagonal();
@@ -118,18 +117,18 @@ Result<HopWatch> HopWatch::make(AlarmKind kind, const std::vector<std::string>& 
 }
 
 std::optional<Alarm> HopWatch::push(const Eigen::VectorXd& vector, double end_s) {
-  const auto innovations = innovations_of(trackers_, vector);
+  const auto innovations = push_all(trackers_, vector);
   if (!innovations) return std::nullopt;
   recent_.push_back({end_s, vector});
   if (recent_.size() > kMostRemembered) recent_.pop_front();
   const auto change = detector_.push(*innovations);
   if (!change) return std::nullopt;
-  Alarm alarm = alarm_of(*change, end_s);
-  begin_anew(vector);
+  Alarm alarm = make_alarm(*change, end_s);
+  restart(vector);
   return alarm;
 }
 
-Alarm HopWatch::alarm_of(const fusion::Change& change, double end_s) const {
+Alarm HopWatch::make_alarm(const fusion::Change& change, double end_s) const {
   const auto steps = std::min<std::size_t>(static_cast<std::size_t>(change.steps), recent_.size());
   const std::size_t before = std::min(recent_.size() - steps, kHourOfClusters);
   const auto mean_of = [&](auto from, std::size_t count) {
@@ -167,7 +166,7 @@ void HopWatch::learn_limit(const Eigen::MatrixXd& healthy) {
   Eigen::MatrixXd innovations(std::ssize(spaces_), healthy.rows());
   Eigen::Index count = 0;
   for (Eigen::Index row = 0; row < healthy.rows(); ++row)
-    if (const auto seen = innovations_of(trackers, healthy.row(row).transpose())) innovations.col(count++) = *seen;
+    if (const auto seen = push_all(trackers, healthy.row(row).transpose())) innovations.col(count++) = *seen;
   const double run_length = kSecondsPerHour / (spaces_.front().interval_s * options_.false_alarms_per_h);
   const auto limit = fusion::limit_of_healthy(innovations.leftCols(count), detector_.slack(), run_length);
   if (!limit) return;
@@ -180,7 +179,7 @@ SumLimit HopWatch::limit() const {
 }
 
 /// Restarts the trackers with an uncertainty that includes the size of the hop.
-void HopWatch::begin_anew(const Eigen::VectorXd& departure) {
+void HopWatch::restart(const Eigen::VectorXd& departure) {
   trackers_.clear();
   for (std::size_t i = 0; i < spaces_.size(); ++i) {
     tracking::StateSpace space = spaces_[i];
@@ -209,7 +208,7 @@ Result<FaultWatch> FaultWatch::make(const FusedAxes& axes, AxisSet set,
   WatchedAxes watched;
   for (const Eigen::Index a : watch.in_) {
     watched.names.push_back(axes.names[static_cast<std::size_t>(a)]);
-    watched.noises.push_back(noise_of(axes, a, uncertainty, cluster_s));
+    watched.noises.push_back(axis_noise(axes, a, uncertainty, cluster_s));
     watched.spaces.push_back(state_space(watched.noises.back(), cluster_s));
   }
   if (const auto made = watch.watch_parity(axes, watched); !made) return failure(made.error());
@@ -217,7 +216,7 @@ Result<FaultWatch> FaultWatch::make(const FusedAxes& axes, AxisSet set,
   if (!geometry) return watch;
   if (const auto made = watch.watch_at_rest(axes, *geometry, watched); !made) return failure(made.error());
   const auto whitening =
-      whitening_of_departures(axes, *geometry, uncertainty.noise(watch.in_), uncertainty.bias(watch.in_, watch.in_));
+      departure_whitening(axes, *geometry, uncertainty.noise(watch.in_), uncertainty.bias(watch.in_, watch.in_));
   if (!whitening) return failure(whitening.error());
   if (thermometers && whitening->rows() > 0) watch.set_voters(axes, watched.names, *thermometers, *whitening);
   return watch;
@@ -229,8 +228,8 @@ Result<void> FaultWatch::watch_parity(const FusedAxes& axes, const WatchedAxes& 
   for (std::size_t i = 0; i < in_.size(); ++i) white(in_[i], in_[i]) = watched.spaces[i].white;
   const auto geometry = geometry_of_set(axes, set_, white);
   if (!geometry || count < kFewestWithParity) return {};
-  parity_ = gains_of(*geometry).parity;
-  const auto noise = noise_of_parity(parity_, watched.noises, cluster_s_);
+  parity_ = compute_gains(*geometry).parity;
+  const auto noise = parity_noise(parity_, watched.noises, cluster_s_);
   auto made = HopWatch::make(AlarmKind::parity_hop, watched.names, parity_,
                              {static_cast<std::size_t>(parity_.rows()), state_space(noise, cluster_s_)}, options_);
   if (!made) return failure(made.error());
@@ -266,9 +265,9 @@ void FaultWatch::set_voters(const FusedAxes& axes, const std::vector<std::string
 }
 
 void FaultWatch::learn_limits(const HealthyRates& healthy) {
-  const Eigen::MatrixXd of_these = healthy.departures_deg_per_h(Eigen::all, in_);
-  if (hops_) hops_->learn_limit(of_these * parity_.transpose());
-  if (rest_ && healthy.at_rest) rest_->learn_limit(of_these);
+  const Eigen::MatrixXd rates_in_set = healthy.departures_deg_per_h(Eigen::all, in_);
+  if (hops_) hops_->learn_limit(rates_in_set * parity_.transpose());
+  if (rest_ && healthy.at_rest) rest_->learn_limit(rates_in_set);
 }
 
 std::vector<SumLimit> FaultWatch::sum_limits() const {
@@ -281,23 +280,23 @@ std::vector<SumLimit> FaultWatch::sum_limits() const {
 std::vector<Alarm> FaultWatch::push(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,
                                     double end_s) {
   std::vector<Alarm> alarms;
-  const Eigen::VectorXd of_these = rates(in_);
+  const Eigen::VectorXd rates_in_set = rates(in_);
   if (hops_)
-    if (auto alarm = hops_->push(parity_ * of_these, end_s)) alarms.push_back(std::move(*alarm));
+    if (auto alarm = hops_->push(parity_ * rates_in_set, end_s)) alarms.push_back(std::move(*alarm));
   if (rest_)
-    if (auto alarm = rest_->push(of_these - expected_, end_s)) alarms.push_back(std::move(*alarm));
-  if (auto alarm = voted(of_these, temperatures, end_s)) alarms.push_back(std::move(*alarm));
+    if (auto alarm = rest_->push(rates_in_set - expected_, end_s)) alarms.push_back(std::move(*alarm));
+  if (auto alarm = vote_on_cluster(rates_in_set, temperatures, end_s)) alarms.push_back(std::move(*alarm));
   return alarms;
 }
 
-std::optional<Alarm> FaultWatch::voted(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,
-                                       double end_s) const {
+std::optional<Alarm> FaultWatch::vote_on_cluster(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,
+                                                 double end_s) const {
   if (!voters_ || !rates.allFinite()) return std::nullopt;
-  const Eigen::RowVectorXd of_voters = temperatures(voting_thermometers_);
-  if (!of_voters.allFinite()) return std::nullopt;
+  const Eigen::RowVectorXd voter_temperatures = temperatures(voting_thermometers_);
+  if (!voter_temperatures.allFinite()) return std::nullopt;
   const Eigen::VectorXd departures = expected_.size() > 0 ? Eigen::VectorXd(rates - expected_) : rates;
   const fusion::Verdict verdict =
-      vote(*voters_, departures, of_voters,
+      vote(*voters_, departures, voter_temperatures,
            {.false_alarm_probability = options_.false_alarm_probability, .margin = options_.margin});
   if (verdict.kind == fusion::VerdictKind::accord) return std::nullopt;
   return Alarm{.kind = verdict.kind == fusion::VerdictKind::gyro_hop             ? AlarmKind::gyro
@@ -332,10 +331,10 @@ Result<fusion::ThermometerParity> healthy_thermometers(const FusedAxes& healthy,
     const Eigen::MatrixXd centred = known.rowwise() - known.colwise().mean();
     const Eigen::MatrixXd covariance = centred.transpose() * centred / static_cast<double>(known.rows() - 1);
     const Eigen::VectorXd variances = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(covariance).eigenvalues();
-    const auto stand_out = (variances.array() > known_k.cwiseAbs2().maxCoeff()).count();
-    modes = std::clamp(static_cast<int>(stand_out), 1, std::max(1, count - 2));
+    const auto significant = (variances.array() > known_k.cwiseAbs2().maxCoeff()).count();
+    modes = std::clamp(static_cast<int>(significant), 1, std::max(1, count - 2));
   }
-  return fusion::thermometer_parity_of(means, names, known_k, modes);
+  return fusion::learn_thermometer_parity(means, names, known_k, modes);
 }
 
 ClusterMeans cluster_means(const Eigen::VectorXd& time_s, const Eigen::MatrixXd& rows, double cluster_s) {

@@ -122,8 +122,8 @@ class HopWatch {
     Eigen::VectorXd vector;
   };
   HopWatch(AlarmKind kind, std::vector<tracking::StateSpace> spaces, fusion::ChangeDetector detector);
-  [[nodiscard]] Alarm alarm_of(const fusion::Change& change, double end_s) const;
-  void begin_anew(const Eigen::VectorXd& departure);
+  [[nodiscard]] Alarm make_alarm(const fusion::Change& change, double end_s) const;
+  void restart(const Eigen::VectorXd& departure);
 
   AlarmKind kind_;
   WatchOptions options_;
@@ -171,8 +171,8 @@ class FaultWatch {
   /// Makes axes and thermometers the voters, unless the thermometers belong to another record.
   void set_voters(const FusedAxes& axes, const std::vector<std::string>& names,
                   const fusion::ThermometerParity& thermometers, const Eigen::MatrixXd& whitening);
-  [[nodiscard]] std::optional<Alarm> voted(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures,
-                                           double end_s) const;
+  [[nodiscard]] std::optional<Alarm> vote_on_cluster(const Eigen::VectorXd& rates,
+                                                     const Eigen::RowVectorXd& temperatures, double end_s) const;
 
   AxisSet set_{};
   double cluster_s_{};
@@ -190,7 +190,7 @@ class FaultWatch {
 
 /// Learns the normal relations of thermometers from cluster means of a record without faults. It includes the
 /// thermometers that a model uses with a slope. The number of modes is that of the principal components that exceed the
-/// uncertainty of a thermometer, at most two fewer than the thermometers. Fails like thermometer_parity_of().
+/// uncertainty of a thermometer, at most two fewer than the thermometers. Fails like learn_thermometer_parity().
 [[nodiscard]] Result<fusion::ThermometerParity> healthy_thermometers(const FusedAxes& healthy, double cluster_s);
 
 /// Means of one-second rows over the clusters of a record. A NaN row makes its cluster's mean NaN. Clusters with a

@@ -76,68 +76,68 @@ constexpr const char* kUnusedPlane = "  (void)z;\n";
 
 std::string count(Eigen::Index number) { return fmt::format("{}", number); }
 
-std::string constant(double b) { return c_filled(kConstant, {{"b", c_number(b)}}); }
+std::string constant(double b) { return c_fill(kConstant, {{"b", c_number(b)}}); }
 
-std::string c_text_of(const methods::LinearModel& linear) {
-  return c_filled(kLinear, {{"weight", c_vector("weight", linear.weights)},
-                            {"inputs", count(linear.weights.size())},
-                            {"b", c_number(linear.b)}});
+std::string write_c(const methods::LinearModel& linear) {
+  return c_fill(kLinear, {{"weight", c_vector("weight", linear.weights)},
+                          {"inputs", count(linear.weights.size())},
+                          {"b", c_number(linear.b)}});
 }
 
-std::string c_text_of(const methods::SvrModel& svr) {
+std::string write_c(const methods::SvrModel& svr) {
   if (svr.beta.size() == 0) return constant(svr.b);
   const double sigma = svr.parameters.sigma;
   return kAdd +
-         c_filled(kGaussians,
-                  {{"plane", ""},
-                   {"unused", kUnusedPlane},
-                   {"scaled", "z"},
-                   {"scaled_k", "bounded[k]"},
-                   {"narrowness", "narrowness"},
-                   {"tables", fmt::format("static const double narrowness = {};\n", c_number(-0.5 / (sigma * sigma))) +
-                                  c_table("centre", svr.support_vectors) + c_vector("weight", svr.beta)},
-                   {"terms", count(svr.beta.size())},
-                   {"inputs", count(svr.support_vectors.cols())},
-                   {"b", c_number(svr.b)}});
+         c_fill(kGaussians,
+                {{"plane", ""},
+                 {"unused", kUnusedPlane},
+                 {"scaled", "z"},
+                 {"scaled_k", "bounded[k]"},
+                 {"narrowness", "narrowness"},
+                 {"tables", fmt::format("static const double narrowness = {};\n", c_number(-0.5 / (sigma * sigma))) +
+                                c_table("centre", svr.support_vectors) + c_vector("weight", svr.beta)},
+                 {"terms", count(svr.beta.size())},
+                 {"inputs", count(svr.support_vectors.cols())},
+                 {"b", c_number(svr.b)}});
 }
 
-std::string c_text_of(const methods::ExpansionModel& expansion) {
+std::string write_c(const methods::ExpansionModel& expansion) {
   const bool plane = expansion.slope.size() > 0;
   if (expansion.weights.size() == 0) {
-    return plane ? c_text_of(methods::LinearModel{expansion.slope, expansion.b}) : constant(expansion.b);
+    return plane ? write_c(methods::LinearModel{expansion.slope, expansion.b}) : constant(expansion.b);
   }
   const data::SampleMatrix centres = expansion.centres.array().rowwise() / expansion.lengths.array();
   const Eigen::VectorXd narrowness = -0.5 * expansion.widths.array().square().inverse();
-  return kAdd + c_filled(kGaussians,
-                         {{"plane", plane ? c_filled(kPlane, {{"inputs", count(centres.cols())}}) : ""},
-                          {"unused", plane ? "" : kUnusedPlane},
-                          {"scaled", "z / length"},
-                          {"scaled_k", "bounded[k] / length[k]"},
-                          {"narrowness", "narrowness[i]"},
-                          {"tables", c_vector("length", expansion.lengths.transpose()) + c_table("centre", centres) +
-                                         c_vector("narrowness", narrowness) + c_vector("weight", expansion.weights) +
-                                         (plane ? c_vector("slope", expansion.slope) : "")},
-                          {"terms", count(expansion.weights.size())},
-                          {"inputs", count(centres.cols())},
-                          {"b", c_number(expansion.b)}});
+  return kAdd +
+         c_fill(kGaussians, {{"plane", plane ? c_fill(kPlane, {{"inputs", count(centres.cols())}}) : ""},
+                             {"unused", plane ? "" : kUnusedPlane},
+                             {"scaled", "z / length"},
+                             {"scaled_k", "bounded[k] / length[k]"},
+                             {"narrowness", "narrowness[i]"},
+                             {"tables", c_vector("length", expansion.lengths.transpose()) + c_table("centre", centres) +
+                                            c_vector("narrowness", narrowness) + c_vector("weight", expansion.weights) +
+                                            (plane ? c_vector("slope", expansion.slope) : "")},
+                             {"terms", count(expansion.weights.size())},
+                             {"inputs", count(centres.cols())},
+                             {"b", c_number(expansion.b)}});
 }
 
-std::string c_text_of(const methods::NetworkModel& network) {
+std::string write_c(const methods::NetworkModel& network) {
   if (network.out.size() == 0) return constant(network.b);
-  return kAdd + c_filled(kNetwork, {{"inward", c_table("inward", network.weights)},
-                                    {"offset", c_vector("offset", network.offsets)},
-                                    {"weight", c_vector("weight", network.out)},
-                                    {"terms", count(network.out.size())},
-                                    {"inputs", count(network.weights.cols())},
-                                    {"b", c_number(network.b)}});
+  return kAdd + c_fill(kNetwork, {{"inward", c_table("inward", network.weights)},
+                                  {"offset", c_vector("offset", network.offsets)},
+                                  {"weight", c_vector("weight", network.out)},
+                                  {"terms", count(network.out.size())},
+                                  {"inputs", count(network.weights.cols())},
+                                  {"b", c_number(network.b)}});
 }
 
-double weights_of(const methods::LinearModel& linear) { return linear.weights.lpNorm<1>(); }
-double weights_of(const methods::SvrModel& svr) { return svr.beta.lpNorm<1>(); }
-double weights_of(const methods::ExpansionModel& expansion) {
+double total_weight(const methods::LinearModel& linear) { return linear.weights.lpNorm<1>(); }
+double total_weight(const methods::SvrModel& svr) { return svr.beta.lpNorm<1>(); }
+double total_weight(const methods::ExpansionModel& expansion) {
   return expansion.weights.lpNorm<1>() + expansion.slope.lpNorm<1>();
 }
-double weights_of(const methods::NetworkModel& network) { return network.out.lpNorm<1>(); }
+double total_weight(const methods::NetworkModel& network) { return network.out.lpNorm<1>(); }
 
 bool is_finite(const methods::LinearModel& linear) { return linear.weights.allFinite() && std::isfinite(linear.b); }
 bool is_finite(const methods::SvrModel& svr) {
@@ -158,11 +158,11 @@ bool is_finite(const methods::NetworkModel& network) {
 }  // namespace
 
 std::string c_function(const methods::Function& function) {
-  return std::visit([](const auto& form) { return c_text_of(form); }, function);
+  return std::visit([](const auto& form) { return write_c(form); }, function);
 }
 
 double sum_of_weights(const methods::Function& function) {
-  return std::visit([](const auto& form) { return weights_of(form); }, function);
+  return std::visit([](const auto& form) { return total_weight(form); }, function);
 }
 
 bool has_finite_constants(const methods::Function& function) {

@@ -39,7 +39,7 @@ Result<void> check_axis(const CompensatedAxis& axis) {
                    "the record does not say the Earth's rate on it: the rig file needs a [fixture] with its latitude");
   if (data::sample_interval_s(dataset) != 1) return refused(dataset, "samples are not one a second");
   if (!axis.model.uncertainty) return refused(dataset, "its model has no uncertainty budget; train it again");
-  if (const auto* other = trained_on_another_axis(axis.model, dataset.of))
+  if (const auto* other = find_other_axis(axis.model, dataset.of))
     return refused(dataset, "its model is of another axis: it was trained on " + in_words(other->of));
   return {};
 }
@@ -94,7 +94,7 @@ struct Slopes {
   std::vector<Eigen::MatrixXd> of;
 };
 
-Result<Slopes> slopes_of(const FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
+Result<Slopes> compute_slopes(const FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
   std::vector<data::Clusters> clusters;
   // Number of axes that have a cluster with this start.
   std::map<double, std::size_t> axes_at;
@@ -128,7 +128,7 @@ struct ThermometerBudget {
   double drift_k{}, calibration_k{};
 };
 
-ThermometerBudget budget_of(const std::string& thermometer, const std::vector<CompensatedAxis>& axes) {
+ThermometerBudget find_budget(const std::string& thermometer, const std::vector<CompensatedAxis>& axes) {
   for (const CompensatedAxis& axis : axes) {
     ThermometerBudget found;
     for (const BudgetRow& row : axis.model.uncertainty->budget.rows) {
@@ -152,7 +152,7 @@ void add_slopes(FusedAxes& fused, const std::vector<CompensatedAxis>& axes, cons
     const Eigen::MatrixXd known = slopes.of[t](rows, Eigen::all);
     fused.sensitivity_deg_per_h_per_k.col(static_cast<Eigen::Index>(t)) = known.colwise().mean().transpose();
     const Eigen::MatrixXd products = known.transpose() * known / static_cast<double>(rows.size());
-    const ThermometerBudget budget = budget_of(fused.thermometers[t], axes);
+    const ThermometerBudget budget = find_budget(fused.thermometers[t], axes);
     fused.by_thermometer_drift += std::pow(budget.drift_k, 2) * products;
     fused.learnt += std::pow(budget.calibration_k, 2) * products;
   }
@@ -164,7 +164,7 @@ const BudgetRow* find_row(const std::vector<BudgetRow>& rows, Source source) {
   return at == rows.end() ? nullptr : &*at;
 }
 
-Eigen::Vector3d points(const record::GyroUncertainty& known) {
+Eigen::Vector3d axis_direction(const record::GyroUncertainty& known) {
   const double azimuth = *known.azimuth_deg * kRadian, elevation = *known.elevation_deg * kRadian;
   return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), -std::sin(elevation)};
 }
@@ -209,13 +209,14 @@ void add_angles(fusion::Attitude& attitude, const std::vector<CompensatedAxis>& 
 }
 
 /// Returns no attitude if the record does not state the orientation of its axes.
-Result<std::optional<fusion::Attitude>> attitude_of(const FusedAxes& fused, const std::vector<CompensatedAxis>& axes) {
+Result<std::optional<fusion::Attitude>> find_attitude(const FusedAxes& fused,
+                                                      const std::vector<CompensatedAxis>& axes) {
   fusion::Attitude attitude;
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const record::GyroUncertainty& known = axes[a].dataset.gyro_uncertainty;
     if (!known.latitude_deg || !known.azimuth_deg || !known.elevation_deg) return std::nullopt;
-    sum += points(known) * fused.directions.row(static_cast<Eigen::Index>(a));
+    sum += axis_direction(known) * fused.directions.row(static_cast<Eigen::Index>(a));
     attitude.latitude_deg = *known.latitude_deg;
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -225,7 +226,7 @@ Result<std::optional<fusion::Attitude>> attitude_of(const FusedAxes& fused, cons
   constexpr double kFits = 1e-3;
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const Eigen::Vector3d turned = attitude.to_local * fused.directions.row(static_cast<Eigen::Index>(a)).transpose();
-    if ((turned - points(axes[a].dataset.gyro_uncertainty)).norm() > kFits)
+    if ((turned - axis_direction(axes[a].dataset.gyro_uncertainty)).norm() > kFits)
       return refused(axes[a].dataset, "its direction in the fixture and its azimuth and elevation do not fit together");
   }
   add_angles(attitude, axes);
@@ -282,10 +283,10 @@ Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes, Outside o
     if (auto done = compensate(fused, at, axis, outside); !done) return failure(done.error());
   }
   add_thermometers(fused, axes);
-  const auto slopes = slopes_of(fused, axes);
+  const auto slopes = compute_slopes(fused, axes);
   if (!slopes) return failure(slopes.error());
   add_slopes(fused, axes, *slopes);
-  auto attitude = attitude_of(fused, axes);
+  auto attitude = find_attitude(fused, axes);
   if (!attitude) return failure(attitude.error());
   fused.attitude = *attitude;
   add_training(fused, axes);
@@ -342,7 +343,7 @@ Result<fusion::Geometry> geometry_of_set(const FusedAxes& axes, AxisSet set, con
     checked.push_back({.name = axes.names[static_cast<std::size_t>(a)],
                        .direction = axes.directions.row(a).transpose(),
                        .independent_deg_per_h = std::sqrt(covariance(a, a))});
-  auto geometry = fusion::geometry_of(checked);
+  auto geometry = fusion::make_geometry(checked);
   if (geometry) geometry->covariance = covariance(in, in);
   return geometry;
 }

@@ -72,7 +72,7 @@ struct FusedAxes {
 /// Fails with usage if there are more than 64 axes, if samples are not one per second, if an axis has no direction, if
 /// a model has no uncertainty or belongs to another axis of the unit, if the Earth rate on an axis is unknown, or if
 /// directions and angles of a record are inconsistent. Also fails like CompensationStream and make_clusters. Fewer than
-/// three axes are permitted here; geometry_of() rejects them.
+/// three axes are permitted here; make_geometry() rejects them.
 [[nodiscard]] Result<FusedAxes> fused_axes(const std::vector<CompensatedAxis>& axes,
                                            Outside outside = Outside::continued);
 
@@ -93,7 +93,7 @@ struct FusedUncertainty {
 [[nodiscard]] std::vector<Eigen::Index> members(AxisSet set);
 [[nodiscard]] std::string names_in(const FusedAxes& axes, AxisSet set);
 
-/// Returns the geometry of a set of axes; `covariance` is that of all axes. Fails like geometry_of().
+/// Returns the geometry of a set of axes; `covariance` is that of all axes. Fails like make_geometry().
 [[nodiscard]] Result<fusion::Geometry> geometry_of_set(const FusedAxes& axes, AxisSet set,
                                                        const Eigen::MatrixXd& covariance);
 

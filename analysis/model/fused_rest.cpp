@@ -20,17 +20,17 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-std::vector<double> numbers_of(const Eigen::VectorXd& vector) { return {vector.begin(), vector.end()}; }
+std::vector<double> to_numbers(const Eigen::VectorXd& vector) { return {vector.begin(), vector.end()}; }
 
-std::optional<RateError> error_of(const Eigen::MatrixX3d& rates, const Eigen::Vector3d& earth) {
+std::optional<RateError> rate_error(const Eigen::MatrixX3d& rates, const Eigen::Vector3d& earth) {
   RateError error;
   Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
   double squares = 0;
   for (Eigen::Index k = 0; k < rates.rows(); ++k) {
     if (!rates.row(k).allFinite()) continue;
-    const Eigen::RowVector3d by = rates.row(k) - earth.transpose();
-    sum += by;
-    squares += by.squaredNorm();
+    const Eigen::RowVector3d deviation = rates.row(k) - earth.transpose();
+    sum += deviation;
+    squares += deviation.squaredNorm();
     ++error.clusters;
   }
   if (error.clusters == 0) return std::nullopt;
@@ -53,11 +53,11 @@ AxisSet first_three(const FusedAxes& axes, const Eigen::MatrixXd& covariance) {
   return 0;
 }
 
-Eigen::MatrixX3d rates_of_set(const FusedAxes& axes, AxisSet set, const Eigen::MatrixXd& covariance,
-                              const Eigen::MatrixXd& readings) {
+Eigen::MatrixX3d fuse_set(const FusedAxes& axes, AxisSet set, const Eigen::MatrixXd& covariance,
+                          const Eigen::MatrixXd& readings) {
   const auto geometry = geometry_of_set(axes, set, covariance);
   if (!geometry) return Eigen::MatrixX3d::Constant(0, 3, 0);
-  return readings(Eigen::all, members(set)) * gains_of(*geometry).rate.transpose();
+  return readings(Eigen::all, members(set)) * compute_gains(*geometry).rate.transpose();
 }
 
 /// Seconds of one period, and the axes that were fused in nearly all of them.
@@ -68,7 +68,7 @@ struct Stretch {
 };
 
 /// Returns the last hour of each hold, restricted to seconds with a rate.
-std::vector<Stretch> stretches_of(const FusedAxes& axes, const FusedRun& run) {
+std::vector<Stretch> find_stretches(const FusedAxes& axes, const FusedRun& run) {
   constexpr std::size_t kFewest = 600;
   std::vector<Stretch> stretches;
   for (std::size_t segment = 0; segment < axes.segments.size(); ++segment) {
@@ -102,7 +102,7 @@ fusion::FusedRate levelled(const fusion::FusedRate& rate, const fusion::Attitude
   return {turn * rate.deg_per_h, turn * rate.covariance * turn.transpose()};
 }
 
-double said_heading(const fusion::Attitude& attitude) {
+double recorded_heading(const fusion::Attitude& attitude) {
   return std::atan2(attitude.to_local(1, 0), attitude.to_local(0, 0)) * kDegrees;
 }
 
@@ -110,7 +110,7 @@ void add_heading(RestStretch& rest, const fusion::FusedRate& rate, const fusion:
   const Eigen::Matrix3d turns = pose_covariance(attitude);
   const fusion::Tilt tilt{.about_north_deg = kDegrees * std::sqrt(turns(0, 0)),
                           .about_east_deg = kDegrees * std::sqrt(turns(1, 1))};
-  const auto north = north_of(levelled(rate, attitude, said_heading(attitude)), attitude.latitude_deg, tilt);
+  const auto north = find_north(levelled(rate, attitude, recorded_heading(attitude)), attitude.latitude_deg, tilt);
   if (!north) {
     rest.no_heading = north.error().what;
     return;
@@ -120,16 +120,16 @@ void add_heading(RestStretch& rest, const fusion::FusedRate& rate, const fusion:
 }
 
 void add_estimate(RestStretch& rest, const fusion::RestEstimate& estimate, double false_alarm_probability) {
-  rest.turn_deg = numbers_of(kDegrees * estimate.rotation_rad);
-  rest.turn_std_deg = numbers_of(kDegrees * estimate.rotation_covariance.diagonal().cwiseSqrt());
-  rest.bias_deg_per_h = numbers_of(estimate.bias_deg_per_h);
-  rest.bias_std_deg_per_h = numbers_of(estimate.bias_covariance.diagonal().cwiseMax(0).cwiseSqrt());
+  rest.turn_deg = to_numbers(kDegrees * estimate.rotation_rad);
+  rest.turn_std_deg = to_numbers(kDegrees * estimate.rotation_covariance.diagonal().cwiseSqrt());
+  rest.bias_deg_per_h = to_numbers(estimate.bias_deg_per_h);
+  rest.bias_std_deg_per_h = to_numbers(estimate.bias_covariance.diagonal().cwiseMax(0).cwiseSqrt());
   rest.statistic = estimate.statistic;
   rest.limit = data::chi_squared_limit(false_alarm_probability, static_cast<double>(estimate.bias_deg_per_h.size()));
 }
 
 /// Returns no value if the axes of the period do not span all directions.
-std::optional<RestStretch> rest_of(const FusedAxes& axes, const Stretch& stretch, const FusionOptions& options) {
+std::optional<RestStretch> judge_stretch(const FusedAxes& axes, const Stretch& stretch, const FusionOptions& options) {
   const fusion::Attitude& attitude = *axes.attitude;
   const std::vector<Eigen::Index> in = members(stretch.set);
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(std::ssize(in));
@@ -144,7 +144,7 @@ std::optional<RestStretch> rest_of(const FusedAxes& axes, const Stretch& stretch
   const auto geometry = geometry_of_set(axes, stretch.set, uncertainty.differing());
   if (!geometry || count == 0) return std::nullopt;
   mean /= count;
-  const fusion::Gains gains = gains_of(*geometry);
+  const fusion::Gains gains = compute_gains(*geometry);
   fusion::FusedRate rate = fused(gains, mean);
   const Eigen::MatrixXd learnt = uncertainty.learnt(in, in);
   rate.covariance += gains.rate * learnt * gains.rate.transpose();
@@ -152,8 +152,8 @@ std::optional<RestStretch> rest_of(const FusedAxes& axes, const Stretch& stretch
                    .start_s = axes.time_s(stretch.rows.front()),
                    .end_s = axes.time_s(stretch.rows.back()) + 1};
   rest.axes = geometry->names;
-  rest.rate = {numbers_of(rate.deg_per_h), numbers_of(kFusionCoverage * rate.covariance.diagonal().cwiseSqrt())};
-  rest.residual_deg_per_h = numbers_of(rate.deg_per_h - earth_in_fixture(attitude));
+  rest.rate = {to_numbers(rate.deg_per_h), to_numbers(kFusionCoverage * rate.covariance.diagonal().cwiseSqrt())};
+  rest.residual_deg_per_h = to_numbers(rate.deg_per_h - earth_in_fixture(attitude));
   add_heading(rest, rate, attitude);
   fusion::Geometry reading = *geometry;
   reading.covariance = uncertainty.noise(in).asDiagonal();
@@ -166,7 +166,7 @@ std::optional<RestStretch> rest_of(const FusedAxes& axes, const Stretch& stretch
 
 /// Raises an alarm without an axis: each axis could explain the contradiction of readings and priors together with a
 /// rotation.
-void alarm_at(const RestStretch& rest, std::vector<Alarm>& alarms) {
+void add_alarm(const RestStretch& rest, std::vector<Alarm>& alarms) {
   if (rest.bias_deg_per_h.empty() || rest.statistic <= rest.limit) return;
   alarms.push_back({.kind = AlarmKind::rest,
                     .at_s = rest.end_s,
@@ -193,7 +193,7 @@ std::optional<double> share_within(const FusedAxes& axes, const FusedUncertainty
     const auto weights = geometry_of_set(axes, set, weighed_by);
     if (is_new && geometry && weights) {
       const auto in = members(set);
-      const fusion::Gains gains = gains_weighed_by(*geometry, *weights);
+      const fusion::Gains gains = weighted_gains(*geometry, *weights);
       const Eigen::MatrixXd learnt = uncertainty.learnt(in, in);
       const Eigen::Matrix3d covariance = gains.covariance + gains.rate * learnt * gains.rate.transpose();
       at->second = kFusionCoverage * covariance.diagonal().cwiseSqrt().transpose();
@@ -211,16 +211,16 @@ void judge_errors(const FusedAxes& axes, const FusionOptions& options, FusedRun&
   const FusedUncertainty uncertainty = uncertainty_of_means(axes, options.cluster_s);
   const AxisSet all = ~AxisSet{0} >> static_cast<unsigned>(64 - axes.axes());
   FusionSummary& summary = run.summary;
-  summary.error = error_of(means.mean, earth);
+  summary.error = rate_error(means.mean, earth);
   const Eigen::MatrixXd differing = uncertainty_of_means(axes, options.averaging_s).differing();
-  summary.of_all_axes = error_of(rates_of_set(axes, all, differing, readings), earth);
-  summary.of_three = error_of(rates_of_set(axes, first_three(axes, differing), differing, readings), earth);
+  summary.of_all_axes = rate_error(fuse_set(axes, all, differing, readings), earth);
+  summary.of_three = rate_error(fuse_set(axes, first_three(axes, differing), differing, readings), earth);
   const Eigen::VectorXd on_axes = axes.directions * earth;
   for (Eigen::Index a = 0; a < axes.axes(); ++a) {
-    const Eigen::ArrayXd by = readings.col(a).array() - on_axes(a);
-    const auto known = static_cast<double>(by.isFinite().count());
+    const Eigen::ArrayXd deviation = readings.col(a).array() - on_axes(a);
+    const auto known = static_cast<double>(deviation.isFinite().count());
     summary.axes[static_cast<std::size_t>(a)].error_rms_deg_per_h =
-        std::sqrt(by.isFinite().select(by.square(), 0).sum() / known);
+        std::sqrt(deviation.isFinite().select(deviation.square(), 0).sum() / known);
   }
   summary.within_expanded = share_within(axes, uncertainty, differing, means, run);
 }
@@ -231,20 +231,20 @@ void judge_at_rest(const FusedAxes& axes, const FusionOptions& options, FusedRun
   if (!axes.attitude) return;
   FusionSummary& summary = run.summary;
   summary.latitude_deg = axes.attitude->latitude_deg;
-  summary.earth_deg_per_h = numbers_of(earth_in_fixture(*axes.attitude));
-  summary.said_heading_deg = said_heading(*axes.attitude);
+  summary.earth_deg_per_h = to_numbers(earth_in_fixture(*axes.attitude));
+  summary.said_heading_deg = recorded_heading(*axes.attitude);
   judge_errors(axes, options, run);
   Stretch together{.name = "all holds", .rows = {}, .set = ~AxisSet{0}};
-  for (const Stretch& stretch : stretches_of(axes, run)) {
-    auto rest = rest_of(axes, stretch, options);
+  for (const Stretch& stretch : find_stretches(axes, run)) {
+    auto rest = judge_stretch(axes, stretch, options);
     if (!rest) continue;
     summary.holds.push_back(std::move(*rest));
     together.rows.insert(together.rows.end(), stretch.rows.begin(), stretch.rows.end());
     together.set &= stretch.set;
   }
-  if (!together.rows.empty()) summary.rest = rest_of(axes, together, options);
-  for (const RestStretch& rest : summary.holds) alarm_at(rest, summary.alarms);
-  if (summary.rest) alarm_at(*summary.rest, summary.alarms);
+  if (!together.rows.empty()) summary.rest = judge_stretch(axes, together, options);
+  for (const RestStretch& rest : summary.holds) add_alarm(rest, summary.alarms);
+  if (summary.rest) add_alarm(*summary.rest, summary.alarms);
   std::ranges::stable_sort(summary.alarms, {}, &Alarm::at_s);
 }
 

@@ -39,17 +39,17 @@ class Sets {
   /// Returns null if these axes do not span all directions.
   const SetOfAxes* operator()(AxisSet set) {
     const auto [at, is_new] = known_.try_emplace(set);
-    if (is_new) at->second = made(set);
+    if (is_new) at->second = make_set(set);
     return at->second ? &*at->second : nullptr;
   }
 
  private:
-  [[nodiscard]] std::optional<SetOfAxes> made(AxisSet set) const {
+  [[nodiscard]] std::optional<SetOfAxes> make_set(AxisSet set) const {
     const auto geometry = geometry_of_set(axes_, set, second_.differing());
     if (!geometry) return std::nullopt;
     const auto weights = geometry_of_set(axes_, set, averaged_.differing());
     if (!weights) return std::nullopt;
-    SetOfAxes one{.gains = gains_weighed_by(*geometry, *weights), .test = {}, .covariance = {}};
+    SetOfAxes one{.gains = weighted_gains(*geometry, *weights), .test = {}, .covariance = {}};
     one.test = parity_test(one.gains, *geometry);
     const auto in = members(set);
     const Eigen::MatrixXd learnt = second_.learnt(in, in);
@@ -150,14 +150,14 @@ void Fusing::note(Alarm alarm, double within_s) {
 
 Result<void> Fusing::cluster(const Eigen::VectorXd& rates, const Eigen::RowVectorXd& temperatures, double end_s) {
   constexpr int kForGood = 6;
-  const AxisSet wanted = finite_in(rates) & ~left_out_;
-  const bool differs = !watch_ || watch_->set() != wanted;
-  if (wanted != 0) other_set_ = differs ? other_set_ + 1 : 0;
+  const AxisSet requested = finite_in(rates) & ~left_out_;
+  const bool differs = !watch_ || watch_->set() != requested;
+  if (requested != 0) other_set_ = differs ? other_set_ + 1 : 0;
   const bool is_left_out = watch_ && (watch_->set() & left_out_) != 0;
-  if (differs && wanted != 0 && (!watch_ || is_left_out || other_set_ >= kForGood)) {
-    auto made = FaultWatch::make(axes_, wanted, thermometers_, options_.cluster_s, options_.watch);
-    if (!made) return failure(made.error());
-    watch_ = std::move(*made);
+  if (differs && requested != 0 && (!watch_ || is_left_out || other_set_ >= kForGood)) {
+    auto watch = FaultWatch::make(axes_, requested, thermometers_, options_.cluster_s, options_.watch);
+    if (!watch) return failure(watch.error());
+    watch_ = std::move(*watch);
     if (options_.healthy && options_.healthy->names == axes_.names) watch_->learn_limits(*options_.healthy);
     if (run_.summary.sum_limits.empty()) run_.summary.sum_limits = watch_->sum_limits();
     other_set_ = 0;
@@ -194,7 +194,7 @@ double mean_square_error(const FusedAxes& axes, AxisSet set, const Eigen::Matrix
                          const Eigen::VectorXd& off_deg_per_h) {
   const auto geometry = geometry_of_set(axes, set, covariance);
   if (!geometry) return std::numeric_limits<double>::infinity();
-  const fusion::Gains gains = gains_of(*geometry);
+  const fusion::Gains gains = compute_gains(*geometry);
   return gains.covariance.trace() + (gains.rate * off_deg_per_h(members(set))).squaredNorm();
 }
 
@@ -285,7 +285,7 @@ FusedRun empty_run(const FusedAxes& axes, const FusionOptions& options, const fu
   run.summary.false_alarms_per_h = options.watch.false_alarms_per_h;
   run.summary.latitude_deg = kNotFused;
   run.summary.warnings = axes.warnings;
-  const auto test = parity_test(gains_of(geometry), geometry);
+  const auto test = parity_test(compute_gains(geometry), geometry);
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(test.freedom());
   run.summary.limit =
       test.freedom() > 0 ? examine(test, none, {.false_alarm_probability = options.watch.false_alarm_probability}).limit
@@ -304,10 +304,10 @@ Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::Thermom
   if (!weights) return failure(weights.error());
   FusedRun run = empty_run(axes, options, *geometry, *weights);
   run.summary.thermometers_vote = thermometers.has_value();
-  const auto means_of = [&](const Eigen::MatrixXd& rows) {
+  const auto gridded_means = [&](const Eigen::MatrixXd& rows) {
     return with_missing(cluster_means(axes.time_s, rows, options.cluster_s), options.cluster_s);
   };
-  const ClusterMeans rates = means_of(rates_inside(axes)), temperatures = means_of(axes.temperature_c);
+  const ClusterMeans rates = gridded_means(rates_inside(axes)), temperatures = gridded_means(axes.temperature_c);
   Fusing fusing(axes, thermometers, options, run);
   Eigen::Index cluster = 0;
   // A cluster is watched after its last second has been fused.

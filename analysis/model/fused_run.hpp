@@ -216,7 +216,7 @@ struct FusedRun {
 ///
 /// At rest, in the last hour of each hold, the mean is compared with the Earth's rotation: north from the rate vector,
 /// biases and rotation from fusion::at_rest(), and an alarm where readings and priors contradict each other.
-/// `thermometers` is passed to FaultWatch. Fails like geometry_of().
+/// `thermometers` is passed to FaultWatch. Fails like make_geometry().
 [[nodiscard]] Result<FusedRun> fuse(const FusedAxes& axes, const std::optional<fusion::ThermometerParity>& thermometers,
                                     const FusionOptions& options);
 

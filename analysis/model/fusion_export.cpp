@@ -176,18 +176,18 @@ int @name@_fuse_without(const double reading[@name@_AXES], int axis, double rate
 
 )";
 
-std::string rows_of(const Eigen::MatrixXd& matrix) {
+std::string c_rows(const Eigen::MatrixXd& matrix) {
   std::vector<std::string> rows;
   for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back("\n    {" + c_list(matrix.row(i).transpose()) + "}");
   return fmt::format("{}", fmt::join(rows, ","));
 }
 
-/// Returns the squared norm of each column of V; 0 where fused_without() would fail.
-Eigen::RowVectorXd squares_of(const fusion::Gains& gains) {
+/// Returns the squared norm of each column of V; 0 where fuse_without() would fail.
+Eigen::RowVectorXd column_squares(const fusion::Gains& gains) {
   const Eigen::VectorXd nothing = Eigen::VectorXd::Zero(gains.rate.cols());
   Eigen::RowVectorXd squares(gains.rate.cols());
   for (Eigen::Index i = 0; i < squares.size(); ++i)
-    squares(i) = fused_without(gains, nothing, i) ? gains.parity.col(i).squaredNorm() : 0;
+    squares(i) = fuse_without(gains, nothing, i) ? gains.parity.col(i).squaredNorm() : 0;
   return squares;
 }
 
@@ -219,7 +219,7 @@ KnownFusion known_fusion(const fusion::Geometry& geometry, const fusion::Gains& 
 struct Tolerances {
   double rate{}, statistic{};
 };
-Tolerances tolerances_of(const fusion::Gains& gains, const KnownFusion& known) {
+Tolerances find_tolerances(const fusion::Gains& gains, const KnownFusion& known) {
   constexpr double kPart = 1e-14;
   const double reading = known.readings.cwiseAbs().maxCoeff(), axes = static_cast<double>(known.readings.cols());
   if (gains.parity.rows() == 0) return {kPart * axes * reading * gains.rate.cwiseAbs().maxCoeff(), kPart};
@@ -233,38 +233,38 @@ Tolerances tolerances_of(const fusion::Gains& gains, const KnownFusion& known) {
 Result<CProgram> fusion_to_c(const fusion::Geometry& geometry, std::string_view name,
                              const fusion::TestOptions& options, const std::optional<fusion::Geometry>& weights) {
   if (const auto usable = check_c_name(name); !usable) return failure(usable.error());
-  const fusion::Gains gains = weights ? gains_weighed_by(geometry, *weights) : gains_of(geometry);
+  const fusion::Gains gains = weights ? weighted_gains(geometry, *weights) : compute_gains(geometry);
   const int parities = static_cast<int>(gains.parity.rows());
   const auto limit = [&](int freedom) {
     return freedom < 1 ? "HUGE_VAL" : c_number(data::chi_squared_limit(options.false_alarm_probability, freedom));
   };
   const KnownFusion known = known_fusion(geometry, gains);
-  const Tolerances tolerances = tolerances_of(gains, known);
-  CWords words = {{"name", std::string(name)},
-                  {"axes", fmt::format("{}", geometry.axes())},
-                  {"order", c_comment(fmt::format("{}", fmt::join(geometry.names, ", ")))},
-                  {"parities", fmt::format("{}", parities)},
-                  {"limit", limit(parities)},
-                  {"limit_left", limit(parities - 1)},
-                  {"probability", fmt::format("{:.3g}", options.false_alarm_probability)},
-                  {"margin", c_number(options.margin)},
-                  {"gain", rows_of(gains.rate)},
-                  {"covariance", rows_of(gains.covariance)},
-                  {"parity", rows_of(gains.parity)},
-                  {"squares", c_list(squares_of(gains).transpose())},
-                  {"test_readings", rows_of(known.readings)},
-                  {"test_rates", rows_of(known.rates)},
-                  {"test_statistics", c_list(known.statistics.transpose())},
-                  {"rate_tolerance", c_number(tolerances.rate)},
-                  {"statistic_tolerance", c_number(tolerances.statistic)}};
-  for (const auto& [word, text] : {std::pair{"parity_numbers", kParityNumbers},
-                                   {"parity_declarations", kParityDeclarations},
-                                   {"parity_constants", kParityConstants},
-                                   {"parity_functions", kParityFunctions},
-                                   {"parity_of_fuse", kParityOfFuse},
-                                   {"suspect", kSuspect}})
-    words[word] = parities > 0 ? c_filled(text, words) : "";
-  return CProgram{.header = c_filled(kFusionHeader, words), .source = c_filled(kFusionSource, words)};
+  const Tolerances tolerances = find_tolerances(gains, known);
+  CPlaceholders placeholders = {{"name", std::string(name)},
+                                {"axes", fmt::format("{}", geometry.axes())},
+                                {"order", c_comment(fmt::format("{}", fmt::join(geometry.names, ", ")))},
+                                {"parities", fmt::format("{}", parities)},
+                                {"limit", limit(parities)},
+                                {"limit_left", limit(parities - 1)},
+                                {"probability", fmt::format("{:.3g}", options.false_alarm_probability)},
+                                {"margin", c_number(options.margin)},
+                                {"gain", c_rows(gains.rate)},
+                                {"covariance", c_rows(gains.covariance)},
+                                {"parity", c_rows(gains.parity)},
+                                {"squares", c_list(column_squares(gains).transpose())},
+                                {"test_readings", c_rows(known.readings)},
+                                {"test_rates", c_rows(known.rates)},
+                                {"test_statistics", c_list(known.statistics.transpose())},
+                                {"rate_tolerance", c_number(tolerances.rate)},
+                                {"statistic_tolerance", c_number(tolerances.statistic)}};
+  for (const auto& [key, text] : {std::pair{"parity_numbers", kParityNumbers},
+                                  {"parity_declarations", kParityDeclarations},
+                                  {"parity_constants", kParityConstants},
+                                  {"parity_functions", kParityFunctions},
+                                  {"parity_of_fuse", kParityOfFuse},
+                                  {"suspect", kSuspect}})
+    placeholders[key] = parities > 0 ? c_fill(text, placeholders) : "";
+  return CProgram{.header = c_fill(kFusionHeader, placeholders), .source = c_fill(kFusionSource, placeholders)};
 }
 
 }  // namespace gyrotherm::model

@@ -17,7 +17,7 @@ namespace {
 using Terms = std::vector<data::Term>;
 
 /// A keyword of --inputs.
-struct Word {
+struct Keyword {
   std::string_view name;
   Result<Terms> (*terms)(const data::Dataset&);
   /// Selects by correlation if no rule is given.
@@ -34,7 +34,7 @@ Result<Terms> gradients(const data::Dataset& dataset) {
 }
 
 Result<Terms> differences_with_the_first(const data::Dataset& dataset) {
-  if (const auto sound = check_gradients(dataset); !sound) return failure(sound.error());
+  if (const auto checked = check_gradients(dataset); !checked) return failure(checked.error());
   Terms terms;
   for (std::size_t j = 1; j < dataset.gradients.size(); ++j) {
     terms.push_back(data::gradient_term(dataset.gradients.front(), dataset.gradients[j]));
@@ -70,7 +70,7 @@ Result<Terms> three_points_and_temperature(const data::Dataset& dataset) {
 
 /// Returns one term per gradient thermometer.
 template <data::Term (*make)(std::string)>
-Result<Terms> of_each(const data::Dataset& dataset) {
+Result<Terms> term_per_thermometer(const data::Dataset& dataset) {
   Terms terms;
   for (const std::string& name : dataset.gradients) terms.push_back(make(name));
   return terms;
@@ -125,26 +125,26 @@ Result<Terms> thermal_history(const data::Dataset& dataset) {
 constexpr std::array kBankS = {300, 600, 1200, 2400, 4800, 9600, 19200};
 
 Result<Terms> lag_bank(const data::Dataset& dataset) {
-  auto terms = of_each<data::temperature_term>(dataset);
+  auto terms = term_per_thermometer<data::temperature_term>(dataset);
   if (!terms) return terms;
   for (const int time_constant_s : kBankS)
     for (const std::string& name : dataset.gradients) terms->push_back(data::lag_term(time_constant_s, name));
   return terms;
 }
 
-constexpr std::array kWords = {Word{"multi-point", gradients, true},
-                               Word{"multi-point-t", gradients, true},
-                               Word{"three-point", three_points},
-                               Word{"three-point-t", three_points_and_temperature},
-                               Word{"seven-point", differences_with_the_first},
-                               Word{"gradients", gradients},
-                               Word{"temperatures", of_each<data::temperature_term>},
-                               Word{"rates", of_each<data::rate_term>},
-                               Word{"polynomial", polynomial},
-                               Word{"temperature-gradient-rate", temperature_gradient_rate},
-                               Word{"physics", physics},
-                               Word{"thermal-history", thermal_history},
-                               Word{"lag-bank", lag_bank}};
+constexpr std::array kKeywords = {Keyword{"multi-point", gradients, true},
+                                  Keyword{"multi-point-t", gradients, true},
+                                  Keyword{"three-point", three_points},
+                                  Keyword{"three-point-t", three_points_and_temperature},
+                                  Keyword{"seven-point", differences_with_the_first},
+                                  Keyword{"gradients", gradients},
+                                  Keyword{"temperatures", term_per_thermometer<data::temperature_term>},
+                                  Keyword{"rates", term_per_thermometer<data::rate_term>},
+                                  Keyword{"polynomial", polynomial},
+                                  Keyword{"temperature-gradient-rate", temperature_gradient_rate},
+                                  Keyword{"physics", physics},
+                                  Keyword{"thermal-history", thermal_history},
+                                  Keyword{"lag-bank", lag_bank}};
 
 bool contains(const Terms& terms, const data::Term& term) { return std::ranges::count(terms, term) > 0; }
 
@@ -168,12 +168,12 @@ std::vector<std::string_view> split_at(char separator, std::string_view text) {
 }
 
 bool is_input(std::string_view part, const data::Dataset& dataset) {
-  return std::ranges::count(kWords, part, &Word::name) > 0 || data::parse_term(part, dataset.thermometers);
+  return std::ranges::count(kKeywords, part, &Keyword::name) > 0 || data::parse_term(part, dataset.thermometers);
 }
 
 /// Splits at commas, and at '+' only where the text between two commas is not an input itself, since a name may contain
 /// '+'.
-std::vector<std::string_view> parts_of(std::string_view inputs, const data::Dataset& dataset) {
+std::vector<std::string_view> split_inputs(std::string_view inputs, const data::Dataset& dataset) {
   std::vector<std::string_view> parts;
   for (const std::string_view part : split_at(',', inputs)) {
     if (is_input(part, dataset)) {
@@ -188,11 +188,11 @@ std::vector<std::string_view> parts_of(std::string_view inputs, const data::Data
 Result<data::Term> read_term(std::string_view part, const data::Dataset& dataset) {
   auto term = data::parse_term(part, dataset.thermometers);
   if (term) return term;
-  std::vector<std::string> words;
-  for (const Word& word : kWords) words.emplace_back(word.name);
-  const std::string word = nearest(std::string(part), words);
+  std::vector<std::string> keywords;
+  for (const Keyword& keyword : kKeywords) keywords.emplace_back(keyword.name);
+  const std::string keyword = nearest(std::string(part), keywords);
   Fault fault = term.error();
-  if (!word.empty()) fault.what += fmt::format("; or did you mean \"{}\"?", word);
+  if (!keyword.empty()) fault.what += fmt::format("; or did you mean \"{}\"?", keyword);
   return failure(fault);
 }
 
@@ -202,12 +202,12 @@ Result<InputPlan> plan_inputs(const std::string& inputs, const data::Dataset& da
                               const std::optional<SelectionRule>& rule) {
   InputPlan plan{.fixed = {}, .candidates = {}, .rule = rule.value_or(SelectionRule{})};
   Terms named;
-  for (const std::string_view part : parts_of(inputs, dataset)) {
-    if (const auto word = std::ranges::find(kWords, part, &Word::name); word != kWords.end()) {
-      const auto terms = word->terms(dataset);
+  for (const std::string_view part : split_inputs(inputs, dataset)) {
+    if (const auto keyword = std::ranges::find(kKeywords, part, &Keyword::name); keyword != kKeywords.end()) {
+      const auto terms = keyword->terms(dataset);
       if (!terms) return failure(terms.error());
-      add_new(rule || word->selects ? plan.candidates : plan.fixed, *terms);
-      if (word->name == "multi-point-t") add_new(plan.fixed, {data::temperature_term(dataset.gradients.front())});
+      add_new(rule || keyword->selects ? plan.candidates : plan.fixed, *terms);
+      if (keyword->name == "multi-point-t") add_new(plan.fixed, {data::temperature_term(dataset.gradients.front())});
       continue;
     }
     auto term = read_term(part, dataset);

@@ -56,7 +56,8 @@ constexpr const char* kLagPush = R"(  double lags[@name@_LAGS] = {0.0};
 
 }  // namespace
 
-CWords lag_words(const Model& model, std::string_view name, const std::vector<std::string>& thermometers) {
+CPlaceholders lag_placeholders(const Model& model, std::string_view name,
+                               const std::vector<std::string>& thermometers) {
   const std::vector<data::Factor> lags = data::lags_in(model.terms);
   std::vector<Eigen::Index> follows;
   std::vector<std::string> order, time_constants;
@@ -65,28 +66,29 @@ CWords lag_words(const Model& model, std::string_view name, const std::vector<st
     follows.push_back(index_in(thermometers, lag.first));
     order.push_back(fmt::format("{} at {} s", lag.first, lag.time_constant_s));
   }
-  const CWords own{{"name", std::string(name)},
-                   {"lags", fmt::format("{}", lags.size())},
-                   {"follows", fmt::format("{}", fmt::join(follows, ", "))},
-                   {"time_constants", fmt::format("{}", fmt::join(time_constants, ", "))}};
-  CWords words{{"lags_number", c_filled(kLagsNumber, own)},
-               {"lag_order",
-                "\n   lag_k: by how much a body that follows a thermometer with a time constant lags behind it, K: " +
-                    c_comment(fmt::format("{}", fmt::join(order, ", "))) + "."},
-               {"lag_parameter", fmt::format("const double lag_k[{}_LAGS], ", name)},
-               {"lag_ring", c_filled(kLagRing, own)},
-               {"lag_input", "const double lag[], "},
-               {"lag_argument", "lag_k, "},
-               {"lag_start", c_filled(kLagStart, own)},
-               {"lags_of", c_filled(kLagsOf, own)},
-               {"lag_push", c_filled(kLagPush, own)},
-               {"lag_pushed", "lags, "},
-               {"lag_pushed_last", ", lags"},
-               {"lag_last", fmt::format(",\n    const double lag_k[{}_LAGS]", name)},
-               {"lag_tested", "test_lag[i], "}};
+  const CPlaceholders own{{"name", std::string(name)},
+                          {"lags", fmt::format("{}", lags.size())},
+                          {"follows", fmt::format("{}", fmt::join(follows, ", "))},
+                          {"time_constants", fmt::format("{}", fmt::join(time_constants, ", "))}};
+  CPlaceholders placeholders{
+      {"lags_number", c_fill(kLagsNumber, own)},
+      {"lag_order",
+       "\n   lag_k: by how much a body that follows a thermometer with a time constant lags behind it, K: " +
+           c_comment(fmt::format("{}", fmt::join(order, ", "))) + "."},
+      {"lag_parameter", fmt::format("const double lag_k[{}_LAGS], ", name)},
+      {"lag_ring", c_fill(kLagRing, own)},
+      {"lag_input", "const double lag[], "},
+      {"lag_argument", "lag_k, "},
+      {"lag_start", c_fill(kLagStart, own)},
+      {"lags_of", c_fill(kLagsOf, own)},
+      {"lag_push", c_fill(kLagPush, own)},
+      {"lag_pushed", "lags, "},
+      {"lag_pushed_last", ", lags"},
+      {"lag_last", fmt::format(",\n    const double lag_k[{}_LAGS]", name)},
+      {"lag_tested", "test_lag[i], "}};
   if (lags.empty())
-    for (auto& [word, text] : words) text.clear();
-  return words;
+    for (auto& [key, text] : placeholders) text.clear();
+  return placeholders;
 }
 
 }  // namespace gyrotherm::model

@@ -40,9 +40,9 @@ std::string latency_in_c(const Model& model, std::string_view name) {
 
 }  // namespace
 
-CWords lead_words(const Model& model, std::string_view name) {
-  const CWords own{{"name", std::string(name)}};
-  const auto if_led = [&](const char* text) { return is_led(model) ? c_filled(text, own) : std::string(); };
+CPlaceholders lead_placeholders(const Model& model, std::string_view name) {
+  const CPlaceholders own{{"name", std::string(name)}};
+  const auto if_led = [&](const char* text) { return is_led(model) ? c_fill(text, own) : std::string(); };
   return {{"latency", latency_in_c(model, name)},
           {"told", if_led(kTold)},
           {"lead", if_led(kLead)},

@@ -16,7 +16,7 @@ namespace gyrotherm::model {
 namespace {
 
 /// Returns the range of the gradient thermometers, or of all temperatures if the record has none.
-std::optional<BlockRange> block_of(const data::Dataset& dataset, const data::Clusters& clusters) {
+std::optional<BlockRange> find_block_range(const data::Dataset& dataset, const data::Clusters& clusters) {
   std::vector<Eigen::Index> columns;
   for (std::size_t i = 0; i < clusters.thermometers.size(); ++i) {
     const std::string& name = clusters.thermometers[i];
@@ -59,9 +59,9 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
     model.trained_on.push_back({dataset.run_id, dataset.path, dataset.profile_name, dataset.simulated,
                                 static_cast<int>(count), records[i].start_s(0),
                                 records[i].start_s(count - 1) + records[i].length_s, dataset.of, dataset.identity,
-                                dataset.bias_zero, block_of(dataset, records[i])});
-    const bool of_three_points = model.inputs.find("three-point") != std::string::npos;
-    if (dataset.three_point_stand_in && of_three_points) {
+                                dataset.bias_zero, find_block_range(dataset, records[i])});
+    const bool is_three_point = model.inputs.find("three-point") != std::string::npos;
+    if (dataset.three_point_stand_in && is_three_point) {
       model.warnings.push_back(
           fmt::format("{}: no shell thermometer; {} stands in", dataset.path, dataset.three_point.back()));
     }
@@ -74,7 +74,7 @@ Result<void> judge_in_sample(Model& model, const data::Clusters& clusters) {
   model.input_min = inputs->colwise().minCoeff();
   model.input_max = inputs->colwise().maxCoeff();
   const Eigen::VectorXd predicted = predict(model, *inputs);
-  model.latency = latency_of(model, clusters, predicted);
+  model.latency = measure_latency(model, clusters, predicted);
   const Eigen::VectorXd residual = clusters.bias_deg_per_h - predicted;
   model.in_sample = figures_of(residual, clusters);
   const double freedom = static_cast<double>(residual.size()) - model.effective_parameters;
@@ -82,8 +82,8 @@ Result<void> judge_in_sample(Model& model, const data::Clusters& clusters) {
   return {};
 }
 
-void warn_of_over_fit(Model& model, const std::vector<data::Dataset>& datasets,
-                      const std::vector<data::Clusters>& records) {
+void warn_about_over_fit(Model& model, const std::vector<data::Dataset>& datasets,
+                         const std::vector<data::Clusters>& records) {
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     const data::NoiseFloor floor = noise_floor(records[i], datasets[i]);
     if (const auto warning = over_fit_warning(model.in_sample, floor, model.effective_parameters)) {
@@ -93,8 +93,9 @@ void warn_of_over_fit(Model& model, const std::vector<data::Dataset>& datasets,
   }
 }
 
-std::optional<tracking::BiasNoise> wander_of(const Model& model, const std::vector<data::Dataset>& datasets,
-                                             const std::vector<data::Clusters>& records, const data::Clusters& all) {
+std::optional<tracking::BiasNoise> held_out_noise(const Model& model, const std::vector<data::Dataset>& datasets,
+                                                  const std::vector<data::Clusters>& records,
+                                                  const data::Clusters& all) {
   double floor_deg_per_h = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 0; i < datasets.size() && std::isnan(floor_deg_per_h); ++i)
     floor_deg_per_h = noise_floor(records[i], datasets[i]).deg_per_h;

@@ -30,14 +30,14 @@ void record_sources(Model& model, const std::vector<data::Dataset>& datasets,
 [[nodiscard]] Result<void> judge_in_sample(Model& model, const data::Clusters& clusters);
 
 /// Warns if the in-sample residual is further below a record's noise floor than the number of parameters explains.
-void warn_of_over_fit(Model& model, const std::vector<data::Dataset>& datasets,
-                      const std::vector<data::Clusters>& records);
+void warn_about_over_fit(Model& model, const std::vector<data::Dataset>& datasets,
+                         const std::vector<data::Clusters>& records);
 
 /// Estimates the noise of the model's held-out residual; no value if there are too few clusters. `records` are the
 /// training clusters by record, `all` are the same clusters in one.
-[[nodiscard]] std::optional<tracking::BiasNoise> wander_of(const Model& model,
-                                                           const std::vector<data::Dataset>& datasets,
-                                                           const std::vector<data::Clusters>& records,
-                                                           const data::Clusters& all);
+[[nodiscard]] std::optional<tracking::BiasNoise> held_out_noise(const Model& model,
+                                                                const std::vector<data::Dataset>& datasets,
+                                                                const std::vector<data::Clusters>& records,
+                                                                const data::Clusters& all);
 
 }  // namespace gyrotherm::model

@@ -30,8 +30,8 @@ double share_within(const Model& model, const Eigen::Ref<const Eigen::RowVectorX
   for (Eigen::Index term = 0; term < row.size(); ++term) {
     const double low = model.input_min(term), high = model.input_max(term), mean = model.scaling.mean(term);
     if (!bounding[static_cast<std::size_t>(term)] || !(row(term) < low || row(term) > high)) continue;
-    const double room = row(term) > high ? high - mean : low - mean;
-    share = std::min(share, std::max(room / (row(term) - mean), 0.0));
+    const double distance = row(term) > high ? high - mean : low - mean;
+    share = std::min(share, std::max(distance / (row(term) - mean), 0.0));
   }
   return share;
 }
@@ -39,16 +39,16 @@ double share_within(const Model& model, const Eigen::Ref<const Eigen::RowVectorX
 /// Moves each of `rows` to its bounded point.
 data::SampleMatrix bounded_points(const Model& model, data::SampleMatrix inputs,
                                   const std::vector<Eigen::Index>& rows) {
-  const std::vector<RemadeProduct> remade = remade_products(model.terms);
+  const std::vector<RecomputedProduct> recomputed = recomputed_products(model.terms);
   std::vector<bool> bounding(model.terms.size(), true);
-  for (const RemadeProduct& product : remade) bounding[static_cast<std::size_t>(product.term)] = false;
+  for (const RecomputedProduct& product : recomputed) bounding[static_cast<std::size_t>(product.term)] = false;
   for (const Eigen::Index row : rows) {
     const double share = share_within(model, inputs.row(row), bounding);
     for (Eigen::Index term = 0; term < inputs.cols(); ++term) {
       const double mean = model.scaling.mean(term);
       inputs(row, term) = mean + share * (inputs(row, term) - mean);
     }
-    for (const RemadeProduct& product : remade) {
+    for (const RecomputedProduct& product : recomputed) {
       double value = 1;
       for (const Eigen::Index factor : product.factors) value *= inputs(row, factor);
       inputs(row, product.term) = value;
@@ -95,18 +95,18 @@ Eigen::VectorXd predict(const Model& model, const RangedInputs& ranged) {
   return predict_scaled(model, apply(model.scaling, ranged.inputs), apply(model.scaling, ranged.bounded));
 }
 
-std::vector<RemadeProduct> remade_products(const std::vector<data::Term>& terms) {
-  std::vector<RemadeProduct> remade;
+std::vector<RecomputedProduct> recomputed_products(const std::vector<data::Term>& terms) {
+  std::vector<RecomputedProduct> recomputed;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     if (terms[i].factors.size() < 2) continue;
-    RemadeProduct product{.term = static_cast<Eigen::Index>(i)};
+    RecomputedProduct product{.term = static_cast<Eigen::Index>(i)};
     for (const data::Factor& factor : terms[i].factors) {
       const auto at = std::ranges::find(terms, data::Term{{factor}});
       if (at != terms.end()) product.factors.push_back(at - terms.begin());
     }
-    if (product.factors.size() == terms[i].factors.size()) remade.push_back(std::move(product));
+    if (product.factors.size() == terms[i].factors.size()) recomputed.push_back(std::move(product));
   }
-  return remade;
+  return recomputed;
 }
 
 std::optional<BlockRange> trained_block(const std::vector<TrainingRecord>& records) {
@@ -130,10 +130,10 @@ const TrainingRecord* trained_on_another(const Model& model, std::string_view id
   return found == model.trained_on.end() ? nullptr : &*found;
 }
 
-const TrainingRecord* trained_on_another_axis(const Model& model, const data::AxisChoice& of) {
+const TrainingRecord* find_other_axis(const Model& model, const data::AxisChoice& of) {
   const auto found = std::ranges::find_if(model.trained_on, [&](const TrainingRecord& record) {
-    const bool both_say_it = !record.of.axis.empty() && !of.axis.empty();
-    return both_say_it && record.of.unit == of.unit && record.of.axis != of.axis;
+    const bool both_named = !record.of.axis.empty() && !of.axis.empty();
+    return both_named && record.of.unit == of.unit && record.of.axis != of.axis;
   });
   return found == model.trained_on.end() ? nullptr : &*found;
 }
@@ -144,13 +144,13 @@ std::vector<std::string> warnings_of_origin(const Model& model, const data::Axis
   if (const auto* other = trained_on_another(model, identity))
     warnings.push_back(fmt::format("the model is of another gyro: it was trained on {}, this record is of {}",
                                    other->identity, identity));
-  if (const auto* other = trained_on_another_axis(model, of))
+  if (const auto* other = find_other_axis(model, of))
     warnings.push_back(fmt::format("the model is of another axis: it was trained on {}, this is {}",
                                    in_words(other->of), in_words(of)));
-  const auto has_another_zero = [&](const TrainingRecord& record) {
+  const auto has_other_reference = [&](const TrainingRecord& record) {
     return !record.bias_zero.empty() && !bias_zero.empty() && record.bias_zero != bias_zero;
   };
-  if (const auto other = std::ranges::find_if(model.trained_on, has_another_zero); other != model.trained_on.end())
+  if (const auto other = std::ranges::find_if(model.trained_on, has_other_reference); other != model.trained_on.end())
     warnings.push_back(
         fmt::format("the model was trained on a bias that is counted from another zero ({}) than this "
                     "record's ({}): the constant between the two is left",

@@ -69,7 +69,7 @@ struct ReducedSetSummary {
   int clusters{};  ///< training clusters
 };
 
-/// The lag of a stream of the model's predictions and its cost; see latency_of().
+/// The lag of a stream of the model's predictions and its cost; see measure_latency().
 struct Latency {
   /// Half the cluster length.
   double lag_s{};
@@ -165,7 +165,7 @@ struct Prediction {
 /// Returns the first training record that belongs to a gyro other than `identity`; null if none states it.
 [[nodiscard]] const TrainingRecord* trained_on_another(const Model& model, std::string_view identity);
 /// Returns the first training record that belongs to another axis of this unit; null if none states it.
-[[nodiscard]] const TrainingRecord* trained_on_another_axis(const Model& model, const data::AxisChoice& of);
+[[nodiscard]] const TrainingRecord* find_other_axis(const Model& model, const data::AxisChoice& of);
 /// Returns warnings for a model of another gyro, of another axis, or of a bias with another reference. An empty
 /// identity or reference is unknown and causes no warning.
 [[nodiscard]] std::vector<std::string> warnings_of_origin(const Model& model, const data::AxisChoice& of,
@@ -216,12 +216,12 @@ struct RangedInputs {
 [[nodiscard]] Eigen::VectorXd predict(const Model& model, const RangedInputs& ranged);
 
 /// A product whose factors are all inputs themselves, for the bounded point.
-struct RemadeProduct {
+struct RecomputedProduct {
   Eigen::Index term{};
   std::vector<Eigen::Index> factors{};
 };
 /// Returns the products among the terms all of whose factors are terms themselves, in order.
-[[nodiscard]] std::vector<RemadeProduct> remade_products(const std::vector<data::Term>& terms);
+[[nodiscard]] std::vector<RecomputedProduct> recomputed_products(const std::vector<data::Term>& terms);
 
 // Reduction of a sum of Gaussians to fewer vectors with a stated loss, by projection onto the Gaussians of a few of its
 // centres.

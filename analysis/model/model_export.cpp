@@ -177,7 +177,7 @@ constexpr const char* kPast =
 )";
 
 /// Returns the names of the thermometers that a model needs, sorted.
-std::vector<std::string> thermometers_of(const Model& model) {
+std::vector<std::string> needed_thermometers(const Model& model) {
   std::set<std::string> names;
   for (const data::Term& term : model.terms) {
     for (const data::Factor& factor : term.factors) {
@@ -211,7 +211,7 @@ Result<void> check_is_finite(const Model& model, const KnownAnswers& answers) {
 }
 
 /// Returns a factor as a C expression.
-std::string expression_of(const Model& model, const data::Factor& factor, const std::vector<std::string>& names) {
+std::string c_expression(const Model& model, const data::Factor& factor, const std::vector<std::string>& names) {
   const auto first = index_in(names, factor.first);
   switch (factor.kind) {
     case data::FactorKind::temperature: return fmt::format("t[{}]", first);
@@ -224,62 +224,63 @@ std::string expression_of(const Model& model, const data::Factor& factor, const 
 }
 
 /// Returns the assignments of the inputs, one line each.
-std::string terms_of(const Model& model, const std::vector<std::string>& names) {
+std::string c_assignments(const Model& model, const std::vector<std::string>& names) {
   std::string lines;
   for (std::size_t i = 0; i < model.terms.size(); ++i) {
     std::string product;
     for (const data::Factor& factor : model.terms[i].factors) {
-      product += (product.empty() ? "" : " * ") + expression_of(model, factor, names);
+      product += (product.empty() ? "" : " * ") + c_expression(model, factor, names);
     }
     lines += fmt::format("  x[{}] = {}; /* {} */\n", i, product, c_comment(to_string(model.terms[i])));
   }
   return lines;
 }
 
-CWords header_words(const Model& model, std::string_view name, const std::vector<std::string>& names, bool rates) {
-  CWords words = lag_words(model, name, names);
-  words.merge(lead_words(model, name));
-  words.insert({{"name", std::string(name)},
-                {"provenance", c_provenance(model)},
-                {"thermometers", fmt::format("{}", names.size())},
-                {"seconds", fmt::format("{}", rows_in_cluster(model))},
-                {"before", rates ? " (for the rates)" : " (not asked for by this model: may be null)"},
-                {"order", c_comment(fmt::format("{}", fmt::join(names, ", ")))},
-                {"past", rates ? c_filled(kPast, {{"name", std::string(name)}}) : ""}});
-  return words;
+CPlaceholders header_placeholders(const Model& model, std::string_view name, const std::vector<std::string>& names,
+                                  bool rates) {
+  CPlaceholders placeholders = lag_placeholders(model, name, names);
+  placeholders.merge(lead_placeholders(model, name));
+  placeholders.insert({{"name", std::string(name)},
+                       {"provenance", c_provenance(model)},
+                       {"thermometers", fmt::format("{}", names.size())},
+                       {"seconds", fmt::format("{}", rows_in_cluster(model))},
+                       {"before", rates ? " (for the rates)" : " (not asked for by this model: may be null)"},
+                       {"order", c_comment(fmt::format("{}", fmt::join(names, ", ")))},
+                       {"past", rates ? c_fill(kPast, {{"name", std::string(name)}}) : ""}});
+  return placeholders;
 }
 
-CWords source_words(const Model& model, const KnownAnswers& answers, std::string_view name,
-                    const std::vector<std::string>& names, bool rates) {
+CPlaceholders source_placeholders(const Model& model, const KnownAnswers& answers, std::string_view name,
+                                  const std::vector<std::string>& names, bool rates) {
   const std::string keep =
       fmt::format("  for (int j = 0; j < {}_THERMOMETERS; ++j) stream->past[at][j] = means[j];\n", name);
-  CWords words = lag_words(model, name, names);
-  words.merge(lead_words(model, name));
-  words.merge(self_test_words(answers));
-  words.insert({{"name", std::string(name)},
-                {"inputs", fmt::format("{}", model.terms.size())},
-                {"low", c_vector("low", model.input_min.transpose())},
-                {"high", c_vector("high", model.input_max.transpose())},
-                {"mean", c_vector("mean", model.scaling.mean.transpose())},
-                {"deviation", c_vector("deviation", model.scaling.std.transpose())},
-                {"function", c_function(model.function)},
-                {"bounding", bounding_in_c(model)},
-                {"bound", bounding_in_c(model).empty() ? "" : "  if (outside) bound(bounded);\n"},
-                {"terms", (rates ? "" : "  (void)before;\n") + terms_of(model, names)},
-                {"target_std", c_number(model.target_std_deg_per_h)},
-                {"target_mean", c_number(model.target_mean_deg_per_h)},
-                {"windows", rates ? "2" : "1"},
-                {"before_means", rates ? "stream->past[at]" : "means"},
-                {"keep", rates ? keep : ""},
-                {"tolerance", c_number(c_tolerance_deg_per_h(model))}});
-  return words;
+  CPlaceholders placeholders = lag_placeholders(model, name, names);
+  placeholders.merge(lead_placeholders(model, name));
+  placeholders.merge(self_test_placeholders(answers));
+  placeholders.insert({{"name", std::string(name)},
+                       {"inputs", fmt::format("{}", model.terms.size())},
+                       {"low", c_vector("low", model.input_min.transpose())},
+                       {"high", c_vector("high", model.input_max.transpose())},
+                       {"mean", c_vector("mean", model.scaling.mean.transpose())},
+                       {"deviation", c_vector("deviation", model.scaling.std.transpose())},
+                       {"function", c_function(model.function)},
+                       {"bounding", bounding_in_c(model)},
+                       {"bound", bounding_in_c(model).empty() ? "" : "  if (outside) bound(bounded);\n"},
+                       {"terms", (rates ? "" : "  (void)before;\n") + c_assignments(model, names)},
+                       {"target_std", c_number(model.target_std_deg_per_h)},
+                       {"target_mean", c_number(model.target_mean_deg_per_h)},
+                       {"windows", rates ? "2" : "1"},
+                       {"before_means", rates ? "stream->past[at]" : "means"},
+                       {"keep", rates ? keep : ""},
+                       {"tolerance", c_number(c_tolerance_deg_per_h(model))}});
+  return placeholders;
 }
 
 }  // namespace
 
 Result<CProgram> to_c(const Model& model, std::string_view name, const std::optional<tracking::BiasNoise>& noise) {
   if (const auto usable = check_c_name(name); !usable) return failure(usable.error());
-  const std::vector<std::string> names = thermometers_of(model);
+  const std::vector<std::string> names = needed_thermometers(model);
   const bool rates = std::ranges::any_of(model.terms, data::has_rate);
   const KnownAnswers answers = known_answers(model, names);
   if (const auto finite = check_is_finite(model, answers); !finite) return failure(finite.error());
@@ -287,14 +288,14 @@ Result<CProgram> to_c(const Model& model, std::string_view name, const std::opti
   if (!tracking) return failure(tracking.error());
   const auto uncertainty = uncertainty_in_c(model, name);
   if (!uncertainty) return failure(uncertainty.error());
-  CWords of_header = header_words(model, name, names, rates);
-  CWords of_source = source_words(model, answers, name, names, rates);
-  of_header.insert({{"tracking", tracking->declarations}, {"uncertainty", uncertainty->declarations}});
-  of_source.insert({{"tracking", tracking->definitions},
+  CPlaceholders in_header = header_placeholders(model, name, names, rates);
+  CPlaceholders in_source = source_placeholders(model, answers, name, names, rates);
+  in_header.insert({{"tracking", tracking->declarations}, {"uncertainty", uncertainty->declarations}});
+  in_source.insert({{"tracking", tracking->definitions},
                     {"test_tracking", tracking->test},
                     {"uncertainty", uncertainty->definitions},
                     {"test_uncertainty", uncertainty->test}});
-  return CProgram{c_filled(kHeader, of_header), c_filled(kSource, of_source)};
+  return CProgram{c_fill(kHeader, in_header), c_fill(kSource, in_source)};
 }
 
 double c_tolerance_deg_per_h(const Model& model) {

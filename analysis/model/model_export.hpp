@@ -42,13 +42,13 @@ namespace gyrotherm::model {
 /// multiplications. The program contains
 ///   NAME_fuse           the rate vector from one compensated reading per axis, and pᵀp of their parity vector;
 ///   NAME_suspect        the axis that explains a contradiction, like fusion::examine(), or −1;
-///   NAME_fuse_without   the rate vector without one axis, like fusion::fused_without();
+///   NAME_fuse_without   the rate vector without one axis, like fusion::fuse_without();
 ///   NAME_covariance     the covariance of the rate vector of all axes;
 ///   NAME_self_test      returns 0 if known results are reproduced.
 /// Return values report a contradiction of the axes above the limit, or a reading that is not finite. Three axes have
 /// no parity: NAME_fuse then finds no contradiction, and the parity functions are omitted. The limit applies to single
 /// readings; fusion::ChangeDetector finds hops below the noise of a second. `weights`, if given, are the weights of the
-/// axes (fusion::gains_weighed_by). Fails with usage if `name` is not a valid beginning of C identifiers.
+/// axes (fusion::weighted_gains). Fails with usage if `name` is not a valid beginning of C identifiers.
 [[nodiscard]] Result<CProgram> fusion_to_c(const fusion::Geometry& geometry, std::string_view name,
                                            const fusion::TestOptions& options = {},
                                            const std::optional<fusion::Geometry>& weights = {});

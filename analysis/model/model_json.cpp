@@ -86,7 +86,7 @@ struct JsonValue<Rows<Matrix>> {
 namespace gyrotherm::model {
 namespace {
 
-std::string_view form_of(const methods::Function& function) {
+std::string_view form_name(const methods::Function& function) {
   constexpr std::array kForms = {"svr", "linear", "expansion", "network"};
   return kForms[function.index()];
 }
@@ -106,7 +106,7 @@ void describe(auto& form, Like<ModelInput> auto& input) {
   form.expect("max", input.max >= input.min, "expected no less than min");
 }
 
-std::vector<ModelInput> inputs_of(const Model& model) {
+std::vector<ModelInput> to_inputs(const Model& model) {
   std::vector<ModelInput> inputs;
   for (std::size_t k = 0; k < model.terms.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
@@ -193,14 +193,14 @@ void describe_variance(auto& form, Like<methods::PredictiveVariance> auto& varia
 
 /// Describes one of the four functions; "form" selects it.
 void describe_function(auto& form, Like<methods::Function> auto& function, Eigen::Index inputs) {
-  auto word = std::string(form_of(function));
-  form("form", word);
+  auto form_text = std::string(form_name(function));
+  form("form", form_text);
   if constexpr (!std::is_const_v<std::remove_reference_t<decltype(function)>>) {
     for (methods::Function empty : std::array<methods::Function, 4>{methods::SvrModel{}, methods::LinearModel{},
                                                                     methods::ExpansionModel{}, methods::NetworkModel{}})
-      if (word == form_of(empty)) function = std::move(empty);
+      if (form_text == form_name(empty)) function = std::move(empty);
   }
-  form.expect("form", word == form_of(function), "expected svr, linear, expansion or network");
+  form.expect("form", form_text == form_name(function), "expected svr, linear, expansion or network");
   std::visit([&](auto& one) { describe_function(form, one, inputs); }, function);
 }
 
@@ -261,7 +261,7 @@ void describe(auto& form, Like<Model> auto& model) {
   form.expect("method", may_be_named(model.method), "expected a method that is known");
   form("quick", model.quick);
   form("cluster_length_s", positive(model.cluster_length_s, kLongestClusterS));
-  auto inputs = inputs_of(model);
+  auto inputs = to_inputs(model);
   form("terms", inputs);
   form.expect("terms", !inputs.empty(), "expected at least one input");
   if constexpr (!std::is_const_v<std::remove_reference_t<decltype(model)>>) take_inputs(inputs, model);

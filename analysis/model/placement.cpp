@@ -30,7 +30,7 @@ Set thermometers_among(const std::vector<std::string>& inputs) {
   return thermometers;
 }
 
-std::vector<std::string> names_of(const Set& set, const std::vector<std::string>& inputs) {
+std::vector<std::string> select_names(const Set& set, const std::vector<std::string>& inputs) {
   std::vector<std::string> names;
   for (const std::size_t thermometer : set) names.push_back(inputs[thermometer]);
   return names;
@@ -41,9 +41,9 @@ std::vector<Set> sets_without(const Set& set, std::size_t count, std::size_t fro
   if (count == 0) return {set};
   std::vector<Set> sets;
   for (std::size_t i = from; i < set.size(); ++i) {
-    Set rest = set;
-    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(i));
-    std::ranges::move(sets_without(rest, count - 1, i), std::back_inserter(sets));
+    Set remainder = set;
+    remainder.erase(remainder.begin() + static_cast<std::ptrdiff_t>(i));
+    std::ranges::move(sets_without(remainder, count - 1, i), std::back_inserter(sets));
   }
   return sets;
 }
@@ -65,7 +65,7 @@ class Study {
 
  private:
   [[nodiscard]] std::vector<std::string> names(const Set& set) const {
-    return names_of(set, training_set_.clusters.thermometers);
+    return select_names(set, training_set_.clusters.thermometers);
   }
   [[nodiscard]] data::SampleMatrix inputs(const Set& set, const data::Clusters& clusters) const {
     return *evaluate(placement_terms(names(set)), clusters);
@@ -127,22 +127,22 @@ const Set& Study::cheapest(const std::vector<Set>& sets) const {
 }
 
 LeftOut Study::left_out(const Set& kept) const {
-  const Judged &with = judged_.at(everything_), &rest = judged_.at(kept);
+  const Judged &with = judged_.at(everything_), &without = judged_.at(kept);
   const auto squares = [](const Judged& judged) {
     return (judged.trial.residual.array() - judged.held_out.mean).square();
   };
   // s² − s₀² = (s − s₀)(s + s₀), and s² − s₀² is the mean of the differences of the squares.
-  const data::Figures excess = figures_of((squares(rest) - squares(with)).matrix(), training_set_.clusters);
+  const data::Figures excess = figures_of((squares(without) - squares(with)).matrix(), training_set_.clusters);
   Set gone;
   std::ranges::set_difference(everything_, kept, std::back_inserter(gone));
   LeftOut result{.left_out = names(gone),
                  .kept = names(kept),
-                 .held_out = rest.held_out,
-                 .price_deg_per_h = rest.held_out.std - with.held_out.std,
-                 .price_error_deg_per_h = mean_error(excess) / (rest.held_out.std + with.held_out.std),
+                 .held_out = without.held_out,
+                 .price_deg_per_h = without.held_out.std - with.held_out.std,
+                 .price_error_deg_per_h = mean_error(excess) / (without.held_out.std + with.held_out.std),
                  .unseen = {}};
   if (unseen_) {
-    const std::array lambda = {rest.trial.lambda};
+    const std::array lambda = {without.trial.lambda};
     const Eigen::VectorXd predicted = surface_predictions(
         inputs(kept, training_set_.clusters), training_set_.clusters.bias_deg_per_h, inputs(kept, *unseen_), lambda);
     result.unseen = figures_of(unseen_->bias_deg_per_h - predicted, *unseen_);
@@ -178,9 +178,9 @@ Result<void> Study::eliminate(Placement& placement) {
     placement.elimination.back().left_out = order;
     kept = next;
   }
-  const auto dear = std::ranges::find_if(
+  const auto too_expensive = std::ranges::find_if(
       placement.elimination, [](const LeftOut& step) { return step.price_deg_per_h > step.price_error_deg_per_h; });
-  placement.spared = static_cast<int>(dear - placement.elimination.begin());
+  placement.spared = static_cast<int>(too_expensive - placement.elimination.begin());
   return {};
 }
 
@@ -217,7 +217,7 @@ Result<Placement> study_placement(const std::vector<data::Clusters>& records, co
                                   const data::FoldOptions& options, const ProgressSink& progress) {
   auto clusters = concatenate(records);
   if (!clusters) return failure(clusters.error());
-  const auto thermometers = names_of(thermometers_among(clusters->thermometers), clusters->thermometers);
+  const auto thermometers = select_names(thermometers_among(clusters->thermometers), clusters->thermometers);
   if (thermometers.size() < 2) {
     return failure(FaultKind::usage, "placement",
                    fmt::format("needs at least two thermometers, the record has {}", thermometers.size()));

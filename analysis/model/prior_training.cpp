@@ -59,8 +59,8 @@ std::vector<data::Clusters> records_within(const OwnClusters& own, const RowNumb
 }
 
 /// Plans the folds. Records that are too short become a single fold, predicted by the type alone.
-Result<data::FoldPlan> folds_of(const OwnClusters& own, const std::vector<data::Dataset>& datasets,
-                                data::FoldOptions options) {
+Result<data::FoldPlan> plan_own_folds(const OwnClusters& own, const std::vector<data::Dataset>& datasets,
+                                      data::FoldOptions options) {
   options.programs = programs_of(datasets);
   auto plan = plan_folds(own.records, options);
   if (plan || options.kind != data::FoldKind::automatic) return plan;
@@ -70,13 +70,13 @@ Result<data::FoldPlan> folds_of(const OwnClusters& own, const std::vector<data::
 }
 
 /// Returns a plane in °/h: the target's mean is 0 and its STD 1.
-methods::LinearModel plane_of(const Eigen::VectorXd& coefficients) {
+methods::LinearModel make_plane(const Eigen::VectorXd& coefficients) {
   return {.weights = coefficients.tail(coefficients.size() - 1), .b = coefficients(0)};
 }
 
 /// Returns the variance of the careful coefficients: their covariance, and their distance from the most likely ones.
-methods::PredictiveVariance variance_of(const population::TypePrior& prior, const population::LearntUnit& unit,
-                                        const Eigen::VectorXd& careful) {
+methods::PredictiveVariance careful_variance(const population::TypePrior& prior, const population::LearntUnit& unit,
+                                             const Eigen::VectorXd& careful) {
   const Eigen::VectorXd apart = unit.coefficients.mean - careful;
   const Eigen::MatrixXd open = unit.coefficients.covariance + apart * apart.transpose();
   RowNumbers slopes_first;
@@ -85,7 +85,7 @@ methods::PredictiveVariance variance_of(const population::TypePrior& prior, cons
   return methods::variance_of_plane(open(slopes_first, slopes_first), prior.noise.white_deg_per_h);
 }
 
-std::string particulars_of(const population::TypePrior& prior) {
+std::string describe_type(const population::TypePrior& prior) {
   constexpr double kSecondsInAnHour = 3600;
   return fmt::format(
       "{}type \"{}\" of {} units ({}); of their bias {:.2g} °/h wander over {:.2g} h and {:.2g} °/h of a mean are "
@@ -106,14 +106,14 @@ Model assemble(const population::TypePrior& prior, const population::LearntUnit&
   model.terms = prior.terms;
   model.scaling = prior.scaling;
   model.target_std_deg_per_h = 1;
-  model.function = plane_of(careful);
+  model.function = make_plane(careful);
   model.effective_parameters = unit.effective_parameters;
-  model.particulars = particulars_of(prior);
-  model.variance = variance_of(prior, unit, careful);
+  model.particulars = describe_type(prior);
+  model.variance = careful_variance(prior, unit, careful);
   return model;
 }
 
-Result<Model> model_of(const population::TypePrior& prior, const std::vector<data::Clusters>& records) {
+Result<Model> learn_model(const population::TypePrior& prior, const std::vector<data::Clusters>& records) {
   return learn_unit(prior, records).map([&](const population::LearntUnit& unit) { return assemble(prior, unit); });
 }
 
@@ -122,7 +122,7 @@ Result<void> judge_held_out(Model& model, const population::TypePrior& prior, co
   Eigen::VectorXd residual =
       Eigen::VectorXd::Constant(own.all.start_s.size(), std::numeric_limits<double>::quiet_NaN());
   for (const data::Fold& fold : folds.folds) {
-    const auto without = model_of(prior, records_within(own, fold.training));
+    const auto without = learn_model(prior, records_within(own, fold.training));
     if (!without) return failure(without.error());
     const auto predicted = predict(*without, pick(own.all, fold.held_out));
     if (!predicted) return failure(predicted.error());
@@ -149,7 +149,7 @@ double coefficients_deg_per_h(const population::TypePrior& prior, const populati
   return std::sqrt(mean.dot(variance.posterior * mean) + slopes.cwiseProduct(prior.term_spread).sum());
 }
 
-double square_of(const std::vector<BudgetRow>& rows, Source source) {
+double source_variance(const std::vector<BudgetRow>& rows, Source source) {
   double square = 0;
   for (const BudgetRow& row : rows)
     if (row.source == source) square += std::pow(contribution_deg_per_h(row), 2);
@@ -159,8 +159,8 @@ double square_of(const std::vector<BudgetRow>& rows, Source source) {
 /// Adds rows that the type determines better than a few hours of one unit.
 void add_type(std::vector<BudgetRow>& rows, const population::TypePrior& prior, double coefficients) {
   const double freedom = std::max(1.0, static_cast<double>(prior.units.size()) - 1);
-  const double explained = square_of(rows, Source::hysteresis) + square_of(rows, Source::flicker) +
-                           square_of(rows, Source::rate_random_walk);
+  const double explained = source_variance(rows, Source::hysteresis) + source_variance(rows, Source::flicker) +
+                           source_variance(rows, Source::rate_random_walk);
   const double form = std::sqrt(std::max(0.0, std::pow(prior.noise.wander_deg_per_h, 2) - explained));
   auto row = std::ranges::find(rows, Source::model_form, &BudgetRow::source);
   if (row == rows.end()) row = rows.insert(row, {.source = Source::model_form});
@@ -241,27 +241,27 @@ Result<Model> train_with_prior(const population::TypePrior& prior, const std::ve
   if (const auto sound = check_zero(prior, datasets.front()); !sound) return failure(sound.error());
   const auto own = own_clusters(prior, datasets, clusters);
   if (!own) return failure(own.error());
-  const auto folds = folds_of(*own, datasets, options.folds);
+  const auto folds = plan_own_folds(*own, datasets, options.folds);
   if (!folds) return failure(folds.error());
   const auto unit = learn_unit(prior, own->records);
   if (!unit) return failure(unit.error());
   Result<Model> model = assemble(prior, *unit);
   if (const auto judged = judge_held_out(*model, prior, *own, *folds); !judged) return failure(judged.error());
   model->program_version = options.program_version;
-  model->residual_noise = wander_of(*model, datasets, own->records, own->all);
+  model->residual_noise = held_out_noise(*model, datasets, own->records, own->all);
   record_sources(*model, datasets, own->records);
   if (const auto judged = judge_in_sample(*model, own->all); !judged) return failure(judged.error());
   model->input_min = model->input_min.cwiseMin(prior.input_min);
   model->input_max = model->input_max.cwiseMax(prior.input_max);
-  auto uncertainty = uncertainty_of(*model, {.datasets = datasets,
-                                             .clusters = own->records,
-                                             .held_out_residual_deg_per_h = model->leave_cycle_out_residual,
-                                             .variance_is_a_row = true});
+  auto uncertainty = evaluate_uncertainty(*model, {.datasets = datasets,
+                                                   .clusters = own->records,
+                                                   .held_out_residual_deg_per_h = model->leave_cycle_out_residual,
+                                                   .variance_is_a_row = true});
   if (!uncertainty) return failure(uncertainty.error());
   add_type(uncertainty->budget.rows, prior, coefficients_deg_per_h(prior, *unit, *model->variance));
   model->uncertainty = std::move(*uncertainty);
   warn(*model, prior, datasets, *own);
-  warn_of_over_fit(*model, datasets, own->records);
+  warn_about_over_fit(*model, datasets, own->records);
   return model;
 }
 

@@ -61,7 +61,7 @@ Result<TrainedModel> train_one(const Task& task, const data::RecordedRun& rate, 
   return TrainedModel{std::move(*model), std::move(*on_rate), std::move(*on_random), took.count()};
 }
 
-std::vector<Task> tasks_of_comparison() {
+std::vector<Task> comparison_tasks() {
   std::vector<Task> tasks;
   const auto add = [&](std::string_view method, std::string_view inputs) {
     if (!inputs.empty()) tasks.push_back({"", std::string(method), std::string(inputs)});
@@ -81,7 +81,7 @@ struct NamedModel {
   const TrainedModel& trained;
 };
 
-std::vector<NamedModel> all_of(const Qualification& qualification) {
+std::vector<NamedModel> named_models(const Qualification& qualification) {
   std::vector<NamedModel> all;
   for_each_trained(qualification, [&](const std::string& name, const TrainedModel& trained) {
     all.push_back({name, trained});
@@ -99,9 +99,9 @@ Result<double> mse_on(const Model& model, const data::RecordedRun& run) {
 
 /// Judges each further record with the model of the ramp run, and the ramp run with a model of all further records. The
 /// latter is NaN if the method cannot learn from those.
-Result<Candidate> candidate_of(const NamedModel& named, const data::RecordedRun& rate,
-                               const std::vector<data::RecordedRun>& further, const QualificationOptions& options,
-                               const ProgressSink& progress) {
+Result<Candidate> judge_candidate(const NamedModel& named, const data::RecordedRun& rate,
+                                  const std::vector<data::RecordedRun>& further, const QualificationOptions& options,
+                                  const ProgressSink& progress) {
   const Model& model = named.trained.model;
   Candidate candidate{.name = named.name, .stored_numbers = stored_numbers(model), .held_out_mse = {}};
   for (const data::RecordedRun& run : further) {
@@ -121,7 +121,7 @@ Result<Candidate> candidate_of(const NamedModel& named, const data::RecordedRun&
 
 }  // namespace
 
-std::string name_of_compared(const Model& model) { return fmt::format("{}-{}", model.method, model.inputs); }
+std::string compared_name(const Model& model) { return fmt::format("{}-{}", model.method, model.inputs); }
 
 Result<void> check_apart(const data::Dataset& rate, const data::Dataset& random,
                          const std::vector<data::RecordedRun>& records) {
@@ -167,9 +167,9 @@ Result<Recommendation> recommend_trained(const Qualification& trained, const dat
                                          const ProgressSink& progress) {
   if (further.empty()) return recommend({});
   std::vector<Candidate> candidates;
-  for (const NamedModel& named : all_of(trained)) {
+  for (const NamedModel& named : named_models(trained)) {
     if (begins) begins(named.trained.model.method, named.trained.model.inputs);
-    auto candidate = candidate_of(named, rate, further, options, progress);
+    auto candidate = judge_candidate(named, rate, further, options, progress);
     if (!candidate) return failure(candidate.error());
     candidates.push_back(std::move(*candidate));
   }
@@ -179,13 +179,13 @@ Result<Recommendation> recommend_trained(const Qualification& trained, const dat
 Result<PerModel<TrainedModel>> train_models(const data::RecordedRun& rate, const data::RecordedRun& random,
                                             const QualificationOptions& options, const ProgressSink& progress) {
   PerModel<TrainedModel> models;
-  for (const auto& [inputs, place] : {std::pair{"three-point", &models.three_point},
-                                      {"multi-point", &models.multi_point},
-                                      {"multi-point-t", &models.multi_point_t}}) {
+  for (const auto& [inputs, target] : {std::pair{"three-point", &models.three_point},
+                                       {"multi-point", &models.multi_point},
+                                       {"multi-point-t", &models.multi_point_t}}) {
     const Task task{fmt::format("training {}", inputs), std::string(kMethod), inputs};
     auto model = train_one(task, rate, random, options, progress);
     if (!model) return failure(model.error());
-    *place = std::move(*model);
+    *target = std::move(*model);
   }
   return models;
 }
@@ -194,7 +194,7 @@ Result<Comparison> train_compared(const data::RecordedRun& rate, const data::Rec
                                   const QualificationOptions& options, const ComparisonBegins& begins,
                                   const ProgressSink& progress) {
   Comparison comparison;
-  for (const Task& task : tasks_of_comparison()) {
+  for (const Task& task : comparison_tasks()) {
     if (begins) begins(task.method, task.inputs);
     auto model = train_one(task, rate, random, options, progress);
     if (model) {

@@ -87,13 +87,13 @@ struct Qualification {
 };
 
 /// Returns the name of a compared model in the report, such as "linear-multi-point-t".
-[[nodiscard]] std::string name_of_compared(const Model& model);
+[[nodiscard]] std::string compared_name(const Model& model);
 
 /// Calls `visit(name, trained)` for all trained models, the three models first, with the names of the report.
 template <class Trained, class Visit>
 void for_each_trained(Trained& of, Visit visit) {
   for_each_model(of.models, visit);
-  for (auto& trained : of.comparison.models) visit(name_of_compared(trained.model), trained);
+  for (auto& trained : of.comparison.models) visit(compared_name(trained.model), trained);
 }
 
 /// Verifies every trained model on records of the same gyro that were made later, since the day of the training does

@@ -38,16 +38,16 @@ constexpr const char* kRemake = R"(  for (int k = 0; k < INPUTS; ++k) {
 
 std::string bounding_in_c(const Model& model) {
   if (std::holds_alternative<methods::LinearModel>(model.function)) return {};
-  const std::vector<RemadeProduct> remade = remade_products(model.terms);
-  if (remade.empty()) return c_filled(kBounding, {{"factors", ""}, {"is_bounding", ""}, {"remake", ""}});
+  const std::vector<RecomputedProduct> recomputed = recomputed_products(model.terms);
+  if (recomputed.empty()) return c_fill(kBounding, {{"factors", ""}, {"is_bounding", ""}, {"remake", ""}});
   std::vector<std::vector<Eigen::Index>> factors(model.terms.size());
-  for (const RemadeProduct& product : remade) factors[static_cast<std::size_t>(product.term)] = product.factors;
+  for (const RecomputedProduct& product : recomputed) factors[static_cast<std::size_t>(product.term)] = product.factors;
   std::string rows;
   for (std::vector<Eigen::Index>& row : factors) {
     row.resize(data::kMostFactors, -1);
     rows += fmt::format("{}{{{}}}", rows.empty() ? "" : ", ", fmt::join(row, ", "));
   }
-  return c_filled(
+  return c_fill(
       kBounding,
       {{"factors", fmt::format("  static const int factors[INPUTS][{}] = {{{}}};\n", data::kMostFactors, rows)},
        {"is_bounding", "factors[k][0] < 0 && "},

@@ -14,14 +14,14 @@ namespace {
 
 constexpr double kCoverageFactor = 2;
 
-double mean_of(const std::vector<double>& values) {
+double mean_value(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 /// Returns the standard deviation of the values over the root of their number; 0 for a single value.
 double error_of_mean(const std::vector<double>& values) {
   if (values.size() < 2) return 0;
-  const double mean = mean_of(values);
+  const double mean = mean_value(values);
   double sum = 0;
   for (const double value : values) sum += (value - mean) * (value - mean);
   const auto count = static_cast<double>(values.size());
@@ -32,25 +32,26 @@ JudgedCandidate judged_against(const Candidate& lowest, const Candidate& candida
   std::vector<double> behind;
   for (std::size_t r = 0; r < candidate.held_out_mse.size(); ++r)
     behind.push_back(candidate.held_out_mse[r] - lowest.held_out_mse[r]);
-  const double rmse = std::sqrt(mean_of(candidate.held_out_mse));
+  const double rmse = std::sqrt(mean_value(candidate.held_out_mse));
   JudgedCandidate judged{.name = candidate.name,
                          .stored_numbers = candidate.stored_numbers,
                          .rmse_deg_per_h = rmse,
                          .expanded_deg_per_h = kCoverageFactor * rmse,
-                         .behind_mse = mean_of(behind),
+                         .behind_mse = mean_value(behind),
                          .behind_error_mse = error_of_mean(behind)};
   judged.within = judged.behind_mse <= judged.behind_error_mse;
   return judged;
 }
 
-/// Formats the statement. `silent` are the names of candidates without a finite error.
-std::string statement_of(const Recommendation& found, int within, const std::vector<std::string>& silent) {
+/// Formats the statement. `unjudged` are the names of candidates without a finite error.
+std::string make_statement(const Recommendation& found, int within, const std::vector<std::string>& unjudged) {
   return fmt::format(
       "the fewest stored numbers among {} of {} models within one standard error of the lowest expanded uncertainty "
       "({}), on {} record{} of programs that {} not learnt from; the headline run had no part in it{}",
       within, found.candidates.size(), found.lowest, found.records, found.records == 1 ? "" : "s",
       found.records == 1 ? "was" : "were",
-      silent.empty() ? "" : fmt::format("; not judged, for they cannot learn from these: {}", fmt::join(silent, ", ")));
+      unjudged.empty() ? ""
+                       : fmt::format("; not judged, for they cannot learn from these: {}", fmt::join(unjudged, ", ")));
 }
 
 }  // namespace
@@ -59,18 +60,18 @@ Recommendation recommend(const std::vector<Candidate>& candidates) {
   Recommendation found;
   found.statement = "none: there is no record to choose on beside the one that the headline quotes";
   std::vector<Candidate> finite;
-  std::vector<std::string> silent;
+  std::vector<std::string> unjudged;
   for (const Candidate& candidate : candidates) {
     assert(candidate.held_out_mse.size() == candidates.front().held_out_mse.size());
-    const bool known = !candidate.held_out_mse.empty() && std::isfinite(mean_of(candidate.held_out_mse));
-    known ? finite.push_back(candidate) : silent.push_back(candidate.name);
+    const bool known = !candidate.held_out_mse.empty() && std::isfinite(mean_value(candidate.held_out_mse));
+    known ? finite.push_back(candidate) : unjudged.push_back(candidate.name);
   }
   if (finite.empty()) {
     if (!candidates.empty() && !candidates.front().held_out_mse.empty())
       found.statement = "none: no model can both be judged on the further records and learn from them";
     return found;
   }
-  const auto by_error = [](const Candidate& c) { return std::tuple(mean_of(c.held_out_mse), c.stored_numbers); };
+  const auto by_error = [](const Candidate& c) { return std::tuple(mean_value(c.held_out_mse), c.stored_numbers); };
   std::ranges::stable_sort(finite, {}, by_error);
   found.lowest = finite.front().name;
   found.records = static_cast<int>(finite.front().held_out_mse.size());
@@ -81,7 +82,7 @@ Recommendation recommend(const std::vector<Candidate>& candidates) {
   }
   found.recommended = simplest->name;
   const auto within = std::ranges::count(found.candidates, true, &JudgedCandidate::within);
-  found.statement = statement_of(found, static_cast<int>(within), silent);
+  found.statement = make_statement(found, static_cast<int>(within), unjudged);
   return found;
 }
 

@@ -16,7 +16,7 @@ namespace {
 // If the part of a centre's kernel function that the others do not span is below this, squared, the centre adds only
 // rounding errors.
 constexpr double kSpanned = 1e-9;
-constexpr Eigen::Index kFirstRoom = 64;
+constexpr Eigen::Index kFirstCapacity = 64;
 
 /// Σ w_j exp(−‖z/l − c_j‖²/(2s²)) + b, with centres that are already divided by the lengths.
 struct Gaussians {
@@ -34,7 +34,7 @@ tl::unexpected<Fault> refusal(std::string what) {
   return failure(FaultKind::usage, "reducing the model", std::move(what));
 }
 
-Result<Gaussians> gaussians_of(const Model& model) {
+Result<Gaussians> extract_gaussians(const Model& model) {
   if (const auto* svr = std::get_if<methods::SvrModel>(&model.function)) {
     return Gaussians{svr->support_vectors, Eigen::RowVectorXd::Ones(svr->support_vectors.cols()), svr->parameters.sigma,
                      svr->beta};
@@ -56,7 +56,7 @@ class Pursuit {
     points_ << full.centres, clusters;
     residual_ = full.at(points_);
     left_.setOnes();
-    columns_.resize(points_.rows(), kFirstRoom);
+    columns_.resize(points_.rows(), kFirstCapacity);
   }
 
   /// Adds the centre that leaves the smallest residual. Returns false if no centre adds anything.
@@ -140,9 +140,9 @@ Result<data::SampleMatrix> clusters_in_lengths(const Model& model, const data::C
                                                const Gaussians& full) {
   const auto inputs = evaluate(model.terms, training);
   if (!inputs) return failure(inputs.error());
-  const auto whole = data::finite_rows(*inputs);
-  if (whole.empty()) return refusal("no cluster has a value of every input");
-  const data::SampleMatrix chosen = (*inputs)(whole, Eigen::all);
+  const auto finite = data::finite_rows(*inputs);
+  if (finite.empty()) return refusal("no cluster has a value of every input");
+  const data::SampleMatrix chosen = (*inputs)(finite, Eigen::all);
   const data::SampleMatrix scaled = apply(model.scaling, chosen);
   return data::SampleMatrix(scaled.array().rowwise() / full.lengths.array());
 }
@@ -172,7 +172,7 @@ void widen(Uncertainty& uncertainty, double change_deg_per_h) {
 
 Result<Model> reduce(const Model& model, const data::Clusters& training, const ReducedSetGoal& goal) {
   if (const auto checked = check(model, goal); !checked) return failure(checked.error());
-  const auto full = gaussians_of(model);
+  const auto full = extract_gaussians(model);
   if (!full) return failure(full.error());
   const auto clusters = clusters_in_lengths(model, training, *full);
   if (!clusters) return failure(clusters.error());

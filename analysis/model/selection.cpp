@@ -20,28 +20,28 @@
 namespace gyrotherm::model {
 namespace {
 
-std::string names_of(const std::vector<data::Term>& terms) {
+std::string join_names(const std::vector<data::Term>& terms) {
   std::vector<std::string> names;
   for (const data::Term& term : terms) names.push_back(to_string(term));
   return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-bool all_gradients_of(const std::vector<data::Term>& terms) {
+bool are_all_gradients(const std::vector<data::Term>& terms) {
   return std::ranges::all_of(terms, [](const data::Term& term) {
     return term.factors.size() == 1 && term.factors.front().kind == data::FactorKind::gradient;
   });
 }
 
-std::string statement_of(const Selection& selection, const std::vector<data::Term>& candidates, std::size_t passed) {
+std::string make_statement(const Selection& selection, const std::vector<data::Term>& candidates, std::size_t passed) {
   const std::string of = fmt::format("{} of {} {} have |r| > {}", passed, candidates.size(),
-                                     all_gradients_of(candidates) ? "gradients" : "inputs", selection.threshold);
-  const std::string what = fmt::format("{} (rank {})", names_of(selection.terms), selection.rank);
+                                     are_all_gradients(candidates) ? "gradients" : "inputs", selection.threshold);
+  const std::string what = fmt::format("{} (rank {})", join_names(selection.terms), selection.rank);
   if (!selection.fallback) return of + ": " + what;
   return of + ", too few to choose from; those independent of the ones before are used: " + what;
 }
 
 /// Returns the candidates that do not depend linearly on earlier ones, for any temperatures.
-std::vector<data::Term> independent_of_those_before(const std::vector<data::Term>& candidates) {
+std::vector<data::Term> independent_of_earlier(const std::vector<data::Term>& candidates) {
   std::vector<data::Term> taken;
   for (const data::Term& term : candidates) {
     taken.push_back(term);
@@ -92,7 +92,7 @@ struct Field {
   const data::TrainingSet& training_set;
   std::size_t fixed;
 
-  [[nodiscard]] SurfaceTrial trial_of(const Columns& columns) const {
+  [[nodiscard]] SurfaceTrial try_columns(const Columns& columns) const {
     return try_surface(x(Eigen::all, columns), training_set.clusters.bias_deg_per_h, training_set.folds);
   }
 };
@@ -106,7 +106,7 @@ Step best_next(const Field& field, const Columns& taken) {
   tbb::parallel_for(std::size_t{0}, steps.size(), [&](std::size_t i) {
     Columns columns = taken;
     columns.push_back(steps[i].column);
-    steps[i].trial = field.trial_of(columns);
+    steps[i].trial = field.try_columns(columns);
   });
   return *std::ranges::min_element(steps, {}, [](const Step& step) { return step.trial.mean_square; });
 }
@@ -179,17 +179,17 @@ svm::SampleMatrix second_order(const svm::SampleMatrix& z) {
 
 Result<SelectionRule> parse_selection(std::string_view text) {
   const auto colon = text.find(':');
-  const auto word = text.substr(0, colon);
+  const auto keyword = text.substr(0, colon);
   const bool numbered = colon != text.npos;
   const auto number = numbered ? text.substr(colon + 1) : std::string_view{};
   SelectionRule rule;
-  if (word == "correlation") {
+  if (keyword == "correlation") {
     rule.kind = SelectionKind::correlation;
     if (!numbered || (read_number(number, rule.threshold) && rule.threshold >= 0 && rule.threshold <= 1)) return rule;
-  } else if (word == "forward") {
+  } else if (keyword == "forward") {
     rule.kind = SelectionKind::forward;
     if (!numbered || (read_number(number, rule.most) && rule.most >= 1)) return rule;
-  } else if (word == "redundancy") {
+  } else if (keyword == "redundancy") {
     rule.kind = SelectionKind::redundancy;
     if (!numbered || (read_number(number, rule.tolerance) && rule.tolerance > 0 && rule.tolerance < 1)) return rule;
   }
@@ -211,10 +211,10 @@ Selection select_by_correlation(const std::vector<data::Term>& candidates, const
   selection.rank = rank_of(selection.terms);
   if (selection.rank < least_rank) {
     selection.fallback = true;
-    selection.terms = independent_of_those_before(candidates);
+    selection.terms = independent_of_earlier(candidates);
     selection.rank = rank_of(selection.terms);
   }
-  selection.statement = statement_of(selection, candidates, passed);
+  selection.statement = make_statement(selection, candidates, passed);
   return selection;
 }
 
@@ -259,7 +259,7 @@ Result<Selection> select_independent(const std::vector<data::Term>& fixed, const
   selection.rank = rank_of(selection.terms);
   selection.statement =
       fmt::format("{} of {} inputs do not depend on the others to {:g} of their STD: {} (rank {})", kept.size(),
-                  candidates.size(), tolerance, names_of(selection.terms), selection.rank);
+                  candidates.size(), tolerance, join_names(selection.terms), selection.rank);
   return selection;
 }
 
@@ -274,7 +274,7 @@ Result<Selection> select_forward(const std::vector<data::Term>& fixed, const std
   const Field field{.x = std::move(*x), .training_set = *divided, .fixed = fixed.size()};
   Columns at_first(fixed.size());
   std::iota(at_first.begin(), at_first.end(), Eigen::Index{0});
-  const SurfaceTrial start = field.trial_of(at_first);
+  const SurfaceTrial start = field.try_columns(at_first);
   const std::vector<Step> path = grow(field, start, static_cast<std::size_t>(most));
   const std::size_t kept = one_standard_error(path, start, field);
 
@@ -286,7 +286,7 @@ Result<Selection> select_forward(const std::vector<data::Term>& fixed, const std
   selection.statement = fmt::format(
       "forward by held-out gain, {} of {} inputs: {} (rank {}); a response surface of {} has RMSE {:.4g} "
       "°/h held out",
-      kept, candidates.size(), names_of(selection.terms), selection.rank,
+      kept, candidates.size(), join_names(selection.terms), selection.rank,
       fixed.empty() ? "them" : "them and the inputs always taken", error);
   return selection;
 }

@@ -18,12 +18,12 @@
 namespace gyrotherm::model {
 namespace {
 
-constexpr Eigen::Index kInside = 6, kBeyond = 2;
-constexpr double kRoom_c = 20;
+constexpr Eigen::Index kInside = 6, kOutside = 2;
+constexpr double kAmbient_c = 20;
 
 /// Returns the coefficients of each single-factor term in the temperatures, rates and lags, side by side; a row of
 /// zeros for other terms.
-Eigen::MatrixXd slopes_of(const Model& model, const std::vector<std::string>& names) {
+Eigen::MatrixXd term_coefficients(const Model& model, const std::vector<std::string>& names) {
   const auto count = static_cast<Eigen::Index>(names.size());
   const std::vector<data::Factor> lags = data::lags_in(model.terms);
   Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(model.terms.size()),
@@ -41,7 +41,7 @@ Eigen::MatrixXd slopes_of(const Model& model, const std::vector<std::string>& na
 }
 
 /// Returns the scaled centres of the function; empty if it has none.
-data::SampleMatrix centres_of(const methods::Function& function) {
+data::SampleMatrix function_centres(const methods::Function& function) {
   if (const auto* svr = std::get_if<methods::SvrModel>(&function)) return svr->support_vectors;
   if (const auto* expansion = std::get_if<methods::ExpansionModel>(&function)) return expansion->centres;
   return {};
@@ -49,10 +49,10 @@ data::SampleMatrix centres_of(const methods::Function& function) {
 
 /// Draws unscaled inputs similar to the training: near the function's centres, or in the trained range if there are
 /// none.
-data::SampleMatrix wanted_inputs(const Model& model, Eigen::Index rows) {
+data::SampleMatrix draw_inputs(const Model& model, Eigen::Index rows) {
   std::mt19937_64 generator(1);
   const auto below_one = [&] { return uniform(generator); };
-  const data::SampleMatrix centres = centres_of(model.function);
+  const data::SampleMatrix centres = function_centres(model.function);
   data::SampleMatrix inputs(rows, model.input_min.size());
   for (Eigen::Index i = 0; i < rows; ++i) {
     const auto from = Eigen::RowVectorXd::NullaryExpr(inputs.cols(), below_one).eval();
@@ -94,7 +94,7 @@ void answer(const Model& model, const std::vector<std::string>& names, KnownAnsw
   for (const Eigen::Index row : ranged.rows) answers.outside[static_cast<std::size_t>(row)] = true;
 }
 
-std::string results_of(const KnownAnswers& answers) {
+std::string format_results(const KnownAnswers& answers) {
   std::vector<int> results;
   for (const bool outside : answers.outside) results.push_back(outside ? 1 : 0);
   return fmt::format("{}", fmt::join(results, ", "));
@@ -104,19 +104,19 @@ std::string results_of(const KnownAnswers& answers) {
 
 KnownAnswers known_answers(const Model& model, const std::vector<std::string>& names) {
   const auto count = static_cast<Eigen::Index>(names.size());
-  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> slopes(slopes_of(model, names));
-  const data::SampleMatrix wanted = wanted_inputs(model, kInside + kBeyond);
-  Eigen::VectorXd room = Eigen::VectorXd::Zero(slopes.cols());
-  room.head(count).setConstant(kRoom_c);
-  const Eigen::VectorXd at_room = slopes_of(model, names) * room;
+  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> slopes(term_coefficients(model, names));
+  const data::SampleMatrix requested = draw_inputs(model, kInside + kOutside);
+  Eigen::VectorXd ambient = Eigen::VectorXd::Zero(slopes.cols());
+  ambient.head(count).setConstant(kAmbient_c);
+  const Eigen::VectorXd at_ambient = term_coefficients(model, names) * ambient;
   KnownAnswers answers;
-  answers.mean_c.resize(wanted.rows(), count);
-  answers.before_c.resize(wanted.rows(), count);
-  answers.lag_k.resize(wanted.rows(), slopes.cols() - 2 * count);
-  for (Eigen::Index i = 0; i < wanted.rows(); ++i) {
+  answers.mean_c.resize(requested.rows(), count);
+  answers.before_c.resize(requested.rows(), count);
+  answers.lag_k.resize(requested.rows(), slopes.cols() - 2 * count);
+  for (Eigen::Index i = 0; i < requested.rows(); ++i) {
     const double reach = i < kInside ? 1 : 3;
-    const Eigen::VectorXd away = slopes.solve(reach * (wanted.row(i).transpose() - at_room));
-    const Eigen::VectorXd state = room + away;  // temperatures, rates, lags
+    const Eigen::VectorXd away = slopes.solve(reach * (requested.row(i).transpose() - at_ambient));
+    const Eigen::VectorXd state = ambient + away;  // temperatures, rates, lags
     const double minutes = model.cluster_length_s / kSecondsPerMinute;
     answers.mean_c.row(i) = state.head(count).transpose().unaryExpr(&rounded);
     const Eigen::VectorXd before = state.head(count) - state.segment(count, count) * minutes;
@@ -127,12 +127,12 @@ KnownAnswers known_answers(const Model& model, const std::vector<std::string>& n
   return answers;
 }
 
-CWords self_test_words(const KnownAnswers& answers) {
+CPlaceholders self_test_placeholders(const KnownAnswers& answers) {
   return {{"test_mean", c_table("test_mean", answers.mean_c)},
           {"test_before", c_table("test_before", answers.before_c)},
           {"test_lag", answers.lag_k.cols() > 0 ? c_table("test_lag", answers.lag_k) : ""},
           {"test_bias", c_vector("test_bias", answers.bias_deg_per_h)},
-          {"test_result", results_of(answers)}};
+          {"test_result", format_results(answers)}};
 }
 
 }  // namespace gyrotherm::model

@@ -39,10 +39,10 @@ const Eigen::RowVectorXd& SlidingMeans::push(const Eigen::Ref<const Eigen::RowVe
   return means_;
 }
 
-SlidingLags::SlidingLags(Eigen::Index length, const std::vector<Of>& lags)
+SlidingLags::SlidingLags(Eigen::Index length, const std::vector<Lag>& lags)
     : lags_(lags), latest_(Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(lags.size()))) {
   std::vector<Follower> followers;
-  for (const Of& of : lags) followers.push_back({data::FirstOrderLag(of.time_constant_s)});
+  for (const Lag& lag : lags) followers.push_back({data::FirstOrderLag(lag.time_constant_s)});
   ring_.assign(static_cast<std::size_t>(length), followers);
 }
 
@@ -66,7 +66,7 @@ void SlidingLags::pass(Eigen::Index cluster_lengths) {
 
 Result<CompensationStream> CompensationStream::open(const Model& model, std::vector<std::string> columns,
                                                     Outside outside) {
-  std::vector<SlidingLags::Of> lags;
+  std::vector<SlidingLags::Lag> lags;
   for (const data::Factor& lag : data::lags_in(model.terms)) {
     const auto at = std::ranges::find(columns, lag.first);
     if (at == columns.end()) {
@@ -81,7 +81,7 @@ Result<CompensationStream> CompensationStream::open(const Model& model, std::vec
 }
 
 CompensationStream::CompensationStream(const Model& model, std::vector<std::string> columns,
-                                       const std::vector<SlidingLags::Of>& lags, Outside policy)
+                                       const std::vector<SlidingLags::Lag>& lags, Outside policy)
     : model_(model),
       policy_(policy),
       means_(rows_in_cluster(model), static_cast<Eigen::Index>(columns.size())),
@@ -89,7 +89,7 @@ CompensationStream::CompensationStream(const Model& model, std::vector<std::stri
       lags_(rows_in_cluster(model), lags) {
   const auto count = static_cast<Eigen::Index>(columns.size());
   if (rates_) past_.setConstant(rows_in_cluster(model), count, kNotYet);
-  if (is_led(model)) told_.setConstant(rows_in_cluster(model), kNotYet);
+  if (is_led(model)) predictions_.setConstant(rows_in_cluster(model), kNotYet);
   latest_.length_s = model.cluster_length_s;
   latest_.thermometers = std::move(columns);
   for (const data::Factor& lag : data::lags_in(model.terms)) latest_.thermometers.push_back(lag_name(lag));
@@ -123,10 +123,10 @@ Eigen::VectorXd CompensationStream::push(const Eigen::Ref<const data::SampleMatr
 
 /// Extrapolates the predictions of the last pushed rows by half a cluster length.
 Eigen::VectorXd CompensationStream::led(Eigen::VectorXd predicted) {
-  if (told_.size() == 0) return predicted;
+  if (predictions_.size() == 0) return predicted;
   const Eigen::Index first = pushed_ - predicted.size();
   for (Eigen::Index i = 0; i < predicted.size(); ++i) {
-    double& before = told_((first + i) % told_.size());
+    double& before = predictions_((first + i) % predictions_.size());
     const double now = predicted(i);
     if (std::isfinite(before)) predicted(i) = now + 0.5 * (now - before);
     before = now;
@@ -174,8 +174,8 @@ Eigen::VectorXd CompensationStream::push_at(const Eigen::Ref<const Eigen::Vector
   return compensated;
 }
 
-std::optional<Latency> latency_of(const Model& model, const data::Clusters& clusters,
-                                  const Eigen::VectorXd& predicted_deg_per_h) {
+std::optional<Latency> measure_latency(const Model& model, const data::Clusters& clusters,
+                                       const Eigen::VectorXd& predicted_deg_per_h) {
   const Eigen::VectorXd& p = predicted_deg_per_h;
   const auto follows = [&](Eigen::Index k) {
     return std::abs(clusters.start_s(k) - clusters.start_s(k - 1) - clusters.length_s) < clusters.length_s / 2;

@@ -43,11 +43,11 @@ class SlidingMeans {
 class SlidingLags {
  public:
   /// Thermometer and time constant of a requested lag.
-  struct Of {
+  struct Lag {
     Eigen::Index thermometer{};
     double time_constant_s{};
   };
-  SlidingLags(Eigen::Index length, const std::vector<Of>& lags);
+  SlidingLags(Eigen::Index length, const std::vector<Lag>& lags);
   /// Returns the lags of the next second's means, K; 0 at the first mean of a series, NaN if the mean is NaN.
   [[nodiscard]] const Eigen::RowVectorXd& push(const Eigen::RowVectorXd& means);
   /// Advances by cluster lengths without a mean in any second.
@@ -59,7 +59,7 @@ class SlidingLags {
     /// Cluster lengths since the last known mean.
     Eigen::Index steps = 1;
   };
-  std::vector<Of> lags_;
+  std::vector<Lag> lags_;
   /// One follower per lag, for each second of a cluster length.
   std::vector<std::vector<Follower>> ring_;
   /// Index of the current second.
@@ -105,7 +105,7 @@ class CompensationStream {
   [[nodiscard]] const Eigen::VectorXd& excess() const { return excess_; }
 
  private:
-  CompensationStream(const Model& model, std::vector<std::string> columns, const std::vector<SlidingLags::Of>& lags,
+  CompensationStream(const Model& model, std::vector<std::string> columns, const std::vector<SlidingLags::Lag>& lags,
                      Outside policy);
   [[nodiscard]] Eigen::VectorXd led(Eigen::VectorXd predicted);
   /// The model with its lags as temperatures.
@@ -122,7 +122,7 @@ class CompensationStream {
   std::vector<Eigen::Index> rows_outside_;
   Eigen::VectorXd excess_;
   /// Ring of the predictions of the last cluster length; empty if the model is not led.
-  Eigen::VectorXd told_;
+  Eigen::VectorXd predictions_;
   /// Time of the last row of push_at(), s.
   std::optional<double> last_s_;
   std::vector<Gap> gaps_;
@@ -134,7 +134,7 @@ class CompensationStream {
 /// half the root mean square of p_k − p_{k−1} without correction, and of p_k − 2 p_{k−1} + p_{k−2} with the
 /// extrapolation p + ½(p − previous p). Both contain the noise of the thermometers, so that a model is not led if that
 /// would add more noise than it gains. No value for fewer than three consecutive means.
-[[nodiscard]] std::optional<Latency> latency_of(const Model& model, const data::Clusters& clusters,
-                                                const Eigen::VectorXd& predicted_deg_per_h);
+[[nodiscard]] std::optional<Latency> measure_latency(const Model& model, const data::Clusters& clusters,
+                                                     const Eigen::VectorXd& predicted_deg_per_h);
 
 }  // namespace gyrotherm::model

@@ -166,23 +166,23 @@ Result<CPart> tracking_in_c(const tracking::BiasNoise& noise, int seconds, std::
   constexpr double kPart = 1e-12;
   const double scale = std::sqrt(space.start.sum() + space.white);
   const auto short_form = [](double value) { return fmt::format("{:.3g}", value); };
-  const CWords words = {{"name", std::string(name)},
-                        {"states", fmt::format("{}", tracking::kStates)},
-                        {"N", short_form(noise.angle_random_walk_deg_per_sqrt_h)},
-                        {"B", short_form(noise.instability_deg_per_h)},
-                        {"K", short_form(noise.rate_random_walk_deg_per_h_per_sqrt_h)},
-                        {"start", short_form(noise.start_deg_per_h)},
-                        {"gain", short_form(steady_state(space).gain.sum())},
-                        {"memory", c_list(space.memory, kNextLine)},
-                        {"fresh", c_list(space.fresh, kNextLine)},
-                        {"initial", c_list(space.start, kNextLine)},
-                        {"white", c_number(space.white)},
-                        {"rates", c_lines(known.rates)},
-                        {"rests", fmt::format("{}", fmt::join(known.rests, ", "))},
-                        {"lefts", c_lines(known.lefts)},
-                        {"tolerance", c_number(kPart * scale)}};
-  return CPart{.declarations = c_filled(kDeclarations, words),
-               .definitions = c_filled(kDefinitions, words),
+  const CPlaceholders placeholders = {{"name", std::string(name)},
+                                      {"states", fmt::format("{}", tracking::kStates)},
+                                      {"N", short_form(noise.angle_random_walk_deg_per_sqrt_h)},
+                                      {"B", short_form(noise.instability_deg_per_h)},
+                                      {"K", short_form(noise.rate_random_walk_deg_per_h_per_sqrt_h)},
+                                      {"start", short_form(noise.start_deg_per_h)},
+                                      {"gain", short_form(steady_state(space).gain.sum())},
+                                      {"memory", c_list(space.memory, kNextLine)},
+                                      {"fresh", c_list(space.fresh, kNextLine)},
+                                      {"initial", c_list(space.start, kNextLine)},
+                                      {"white", c_number(space.white)},
+                                      {"rates", c_lines(known.rates)},
+                                      {"rests", fmt::format("{}", fmt::join(known.rests, ", "))},
+                                      {"lefts", c_lines(known.lefts)},
+                                      {"tolerance", c_number(kPart * scale)}};
+  return CPart{.declarations = c_fill(kDeclarations, placeholders),
+               .definitions = c_fill(kDefinitions, placeholders),
                .test = "  if (test_tracking() != 0) return 1;\n"};
 }
 

@@ -49,7 +49,7 @@ Model assemble(const Preparation& preparation, methods::Fit fit) {
 }
 
 /// Returns the clusters with the bias that the method learns from.
-data::Clusters as_learnt_by(const methods::Method& method, data::Clusters training) {
+data::Clusters apply_bias_filter(const methods::Method& method, data::Clusters training) {
   if (method.filter != nullptr) training.bias_deg_per_h = method.filter(training);
   return training;
 }
@@ -66,7 +66,7 @@ Result<Eigen::MatrixXd> scaled_covariance(const Preparation& preparation, const 
       });
 }
 
-Result<methods::Fold> fold_of(const FoldData& split, const EstimatorOptions& estimator) {
+Result<methods::Fold> make_fold(const FoldData& split, const EstimatorOptions& estimator) {
   auto train_x = scaled_inputs(split.preparation, split.training.clusters);
   if (!train_x) return failure(train_x.error());
   auto test_x = scaled_inputs(split.preparation, split.held_out);
@@ -88,7 +88,7 @@ Result<methods::Choice> choose(const std::vector<FoldData>& splits, const Estima
                                const ProgressSink& progress) {
   std::vector<methods::Fold> folds;
   for (const FoldData& split : splits) {
-    auto fold = fold_of(split, estimator);
+    auto fold = make_fold(split, estimator);
     if (!fold) return failure(fold.error());
     folds.push_back(std::move(*fold));
   }
@@ -108,7 +108,7 @@ Result<Model> fit(const Preparation& preparation, const data::Clusters& training
 }
 
 /// Returns the bias less the prediction for the held-out clusters of a split.
-Result<Eigen::VectorXd> residual_of(const FoldData& split, const EstimatorOptions& estimator) {
+Result<Eigen::VectorXd> held_out_residual(const FoldData& split, const EstimatorOptions& estimator) {
   const auto model = fit(split.preparation, split.training.clusters, estimator);
   if (!model) return failure(model.error());
   return predict(*model, split.held_out).map([&](const Eigen::VectorXd& predicted) -> Eigen::VectorXd {
@@ -133,7 +133,7 @@ struct TrainingContext {
   Preparation all;
 };
 
-std::string inputs_of(const TrainingOptions& options, const methods::Method& method) {
+std::string requested_inputs(const TrainingOptions& options, const methods::Method& method) {
   return options.inputs.empty() ? std::string(method.inputs) : options.inputs;
 }
 
@@ -146,7 +146,7 @@ Result<void> check_choice(const TrainingOptions& options, const methods::Method&
 }
 
 /// Counts these rows in the held-out parts of the folds.
-Eigen::Index held_out_of(const data::FoldPlan& folds, Eigen::Index all, const std::vector<Eigen::Index>& rows) {
+Eigen::Index count_held_out(const data::FoldPlan& folds, Eigen::Index all, const std::vector<Eigen::Index>& rows) {
   std::vector<bool> counts(static_cast<std::size_t>(all));
   for (const Eigen::Index row : rows) counts[static_cast<std::size_t>(row)] = true;
   Eigen::Index count = 0;
@@ -157,8 +157,8 @@ Eigen::Index held_out_of(const data::FoldPlan& folds, Eigen::Index all, const st
 }
 
 /// Plans the folds of all clusters, then removes the clusters that lack an input.
-Result<void> lay_out(TrainingContext& context, const std::vector<data::Clusters>& records,
-                     const TrainingOptions& options) {
+Result<void> plan_training(TrainingContext& context, const std::vector<data::Clusters>& records,
+                           const TrainingOptions& options) {
   auto clusters = concatenate(records);
   if (!clusters) return failure(clusters.error());
   auto folds = options.fold_plan ? Result<data::FoldPlan>(*options.fold_plan) : plan_folds(records, options.folds);
@@ -174,11 +174,11 @@ Result<void> lay_out(TrainingContext& context, const std::vector<data::Clusters>
   }
   context.without_input = first - static_cast<Eigen::Index>(rows.size());
   if (rows.empty()) return failure(FaultKind::usage, "training", "no cluster has a value of every input");
-  const Eigen::Index held_out = held_out_of(*folds, first, rows);
+  const Eigen::Index held_out = count_held_out(*folds, first, rows);
   context.training_set = data::within({.clusters = std::move(*clusters), .folds = std::move(*folds)}, rows);
-  Eigen::Index still = 0;
-  for (const data::Fold& fold : context.training_set.folds.folds) still += std::ssize(fold.held_out);
-  if (still == held_out) return {};
+  Eigen::Index remaining = 0;
+  for (const data::Fold& fold : context.training_set.folds.folds) remaining += std::ssize(fold.held_out);
+  if (remaining == held_out) return {};
   return failure(
       FaultKind::usage, "--folds",
       fmt::format("{}: of the clusters with a value of every input some have none beside them to be predicted "
@@ -193,16 +193,16 @@ Result<TrainingContext> set_up(const std::vector<data::Dataset>& datasets, const
     return failure(FaultKind::usage, "training", "needs at least one record");
   }
   TrainingContext context;
-  auto inputs = plan_inputs(inputs_of(options, method), datasets.front(), options.select);
+  auto inputs = plan_inputs(requested_inputs(options, method), datasets.front(), options.select);
   if (!inputs) return failure(inputs.error());
   context.inputs = std::move(*inputs);
   TrainingOptions named = options;
   named.folds.programs = programs_of(datasets);
-  if (const auto laid = lay_out(context, records, named); !laid) return failure(laid.error());
+  if (const auto planned = plan_training(context, records, named); !planned) return failure(planned.error());
   auto splits = split_at_folds(context.training_set, context.inputs, method, progress);
   if (!splits) return failure(splits.error());
   context.splits = std::move(*splits);
-  context.learnt = as_learnt_by(method, context.training_set.clusters);
+  context.learnt = apply_bias_filter(method, context.training_set.clusters);
   auto all = prepare(context.inputs, {.clusters = context.learnt, .folds = context.training_set.folds});
   if (!all) return failure(all.error());
   context.all = std::move(*all);
@@ -219,14 +219,14 @@ Result<Model> fit_to_keep(const TrainingContext& context, EstimatorOptions estim
 
 /// Enlarges the coefficients' variance of a linear function for correlated residuals: they count by the effective
 /// number of their mean, because inputs vary as slowly.
-void take_as_correlated(Model& model) {
+void widen_for_correlation(Model& model) {
   if (!model.variance || !std::holds_alternative<methods::LinearModel>(model.function)) return;
   const auto freedom = [&](double number) { return std::max(1.0, number - model.effective_parameters); };
   const double wider = freedom(model.in_sample.count) / freedom(model.in_sample.effective.of_mean);
   model.variance->posterior *= std::max(1.0, wider);
 }
 
-svm::TuningOptions tuning_options_of(const TrainingOptions& options) {
+svm::TuningOptions tuning_options_for(const TrainingOptions& options) {
   svm::TuningOptions tuning = options.tuning;
   if (!options.quick) return tuning;
   constexpr int kQuickParticles = 8, kQuickIterations = 6;
@@ -235,7 +235,7 @@ svm::TuningOptions tuning_options_of(const TrainingOptions& options) {
   return tuning;
 }
 
-void collect_warnings(Model& model, const TrainingContext& context, const std::vector<std::string>& of_choice,
+void collect_warnings(Model& model, const TrainingContext& context, const std::vector<std::string>& choice_warnings,
                       const std::vector<data::Dataset>& datasets, const std::vector<data::Clusters>& records) {
   if (model.selection.fallback) model.warnings.push_back(model.selection.statement);
   if (context.without_input > 0) {
@@ -243,11 +243,11 @@ void collect_warnings(Model& model, const TrainingContext& context, const std::v
         fmt::format("clusters without all inputs, as the first of a run has no rate, were left out: {} of {}",
                     context.without_input, context.without_input + context.training_set.clusters.start_s.size()));
   }
-  model.warnings.insert(model.warnings.end(), of_choice.begin(), of_choice.end());
+  model.warnings.insert(model.warnings.end(), choice_warnings.begin(), choice_warnings.end());
   if (auto outlying = data::describe_outlying_clusters(context.training_set.clusters, model.leave_cycle_out_residual);
       !outlying.empty())
     model.warnings.push_back(std::move(outlying));
-  warn_of_over_fit(model, datasets, records);
+  warn_about_over_fit(model, datasets, records);
 }
 
 /// The residual that the budget uses.
@@ -288,7 +288,7 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   const auto context = set_up(datasets, clusters, options, **method, progress);
   if (!context) return failure(context.error());
 
-  const svm::TuningOptions tuning_options = tuning_options_of(options);
+  const svm::TuningOptions tuning_options = tuning_options_for(options);
   const ThermometersInUse thermometers = thermometers_in_use(datasets.front());
   EstimatorOptions estimator{**method,
                              {},
@@ -303,10 +303,10 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   if (!model) return model;
   const auto by = judge_held_out(*model, *context, estimator, options.nested, progress);
   if (!by) return failure(by.error());
-  model->residual_noise = wander_of(*model, datasets, context->records, context->training_set.clusters);
+  model->residual_noise = held_out_noise(*model, datasets, context->records, context->training_set.clusters);
   model->program_version = options.program_version;
   model->method = (*method)->name;
-  model->inputs = inputs_of(options, **method);
+  model->inputs = requested_inputs(options, **method);
   model->hyper_parameters = choice->parameters;
   model->cluster_length_s = context->training_set.clusters.length_s;
   if (choice->tuning) model->tuning = *choice->tuning;
@@ -315,8 +315,9 @@ Result<Model> train_here(const std::vector<data::Dataset>& datasets, const std::
   record_sources(*model, datasets, context->records);
   if (const auto judged = judge_in_sample(*model, context->training_set.clusters); !judged)
     return failure(judged.error());
-  take_as_correlated(*model);
-  auto uncertainty = uncertainty_of(*model, {datasets, context->records, by->residual, by->chosen_on_these_folds});
+  widen_for_correlation(*model);
+  auto uncertainty =
+      evaluate_uncertainty(*model, {datasets, context->records, by->residual, by->chosen_on_these_folds});
   if (!uncertainty) return failure(uncertainty.error());
   model->uncertainty = std::move(*uncertainty);
   if ((*method)->weighs_uncertainty && thermometers.assumed) {
@@ -353,7 +354,7 @@ Result<std::vector<FoldData>> split_at_folds(const data::TrainingSet& training_s
     }
     const data::Fold& rows = training_set.folds.folds[fold];
     data::TrainingSet training = within(training_set, rows.training);
-    training.clusters = as_learnt_by(method, std::move(training.clusters));
+    training.clusters = apply_bias_filter(method, std::move(training.clusters));
     auto preparation = prepare(inputs, training);
     if (!preparation) {
       Fault fault = preparation.error();
@@ -379,7 +380,7 @@ Result<Eigen::VectorXd> leave_out_residual(const std::vector<FoldData>& splits, 
   for (std::size_t i = 0; i < splits.size(); ++i) {
     const double done = static_cast<double>(i) / static_cast<double>(splits.size());
     if (!keep_going(progress, "leaving each fold out", done)) return stopped();
-    const auto held_out = residual_of(splits[i], estimator);
+    const auto held_out = held_out_residual(splits[i], estimator);
     if (!held_out) return failure(held_out.error());
     residual(splits[i].held_out_rows) = *held_out;
   }
@@ -403,7 +404,7 @@ Result<Eigen::VectorXd> nested_residual(const data::TrainingSet& training_set, c
     const auto choice = choose(*inner_splits, estimator, within_stage);
     if (!choice) return failure(choice.error());
     estimator.parameters = choice->parameters;
-    const auto held_out = residual_of(splits[i], estimator);
+    const auto held_out = held_out_residual(splits[i], estimator);
     if (!held_out) return failure(held_out.error());
     residual(splits[i].held_out_rows) = *held_out;
   }

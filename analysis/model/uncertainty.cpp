@@ -27,13 +27,13 @@ constexpr double kLatitude_deg = 0.01, kAzimuth_deg = 0.1, kTilt_deg = 1.0 / 60;
 constexpr double kScaleFactor_ppm = 10;
 
 /// Evaluates the inputs of the model with one thermometer's readings shifted by `by_k`.
-Result<data::SampleMatrix> inputs_with(const Model& model, data::Clusters clusters, Eigen::Index thermometer,
-                                       double by_k) {
+Result<data::SampleMatrix> evaluate_shifted(const Model& model, data::Clusters clusters, Eigen::Index thermometer,
+                                            double by_k) {
   clusters.temperature_c.col(thermometer).array() += by_k;
   return evaluate(model.terms, clusters);
 }
 
-bool asks_for(const Model& model, const std::string& thermometer) {
+bool uses_thermometer(const Model& model, const std::string& thermometer) {
   return std::ranges::any_of(model.terms, [&](const data::Term& term) {
     return std::ranges::any_of(term.factors, [&](const data::Factor& factor) {
       return factor.kind != data::FactorKind::rate && (factor.first == thermometer || factor.second == thermometer);
@@ -69,7 +69,7 @@ data::NoiseFloor pooled_floor(const TrainedOn& on) {
 }
 
 /// Returns the noise of the compensated holds of the record with the longest holds.
-data::HoldNoise noise_of(const Model& model, const TrainedOn& on) {
+data::HoldNoise longest_hold_noise(const Model& model, const TrainedOn& on) {
   data::HoldNoise most;
   for (std::size_t i = 0; i < on.datasets.size(); ++i) {
     const auto predicted = predict(model, on.clusters[i]);
@@ -83,7 +83,7 @@ data::HoldNoise noise_of(const Model& model, const TrainedOn& on) {
 
 /// Returns the standard uncertainty that quantisation causes in a mean over `averaging_s`, °/h; 0 for a unit that
 /// outputs a rate.
-double counting_deg_per_h(const data::Dataset& dataset, double averaging_s) {
+double quantisation_deg_per_h(const data::Dataset& dataset, double averaging_s) {
   // The standard deviation of a triangular distribution is its half-width divided by √6.
   constexpr double kTriangle = 6;
   return dataset.step_deg_per_h / averaging_s / std::sqrt(kTriangle);
@@ -91,12 +91,12 @@ double counting_deg_per_h(const data::Dataset& dataset, double averaging_s) {
 
 void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedOn& on, const data::NoiseFloor& floor) {
   const data::Dataset& first = on.datasets.front();
-  const data::HoldNoise noise = noise_of(model, on);
+  const data::HoldNoise noise = longest_hold_noise(model, on);
   if (of(noise.fit, data::NoiseTerm::angle_random_walk).seen)
     add_noise(rows, noise.fit, data::NoiseTerm::angle_random_walk, Source::angle_random_walk);
   if (rows.empty() && floor.differences > 0) {
     const double length_s = on.clusters.front().length_s;
-    const double white = std::pow(floor.deg_per_h, 2) - std::pow(counting_deg_per_h(first, length_s), 2);
+    const double white = std::pow(floor.deg_per_h, 2) - std::pow(quantisation_deg_per_h(first, length_s), 2);
     rows.push_back({.source = Source::angle_random_walk,
                     .evaluation = Evaluation::a,
                     .standard_uncertainty = std::sqrt(std::max(0.0, white) * length_s / kSecondsPerHour),
@@ -108,7 +108,7 @@ void add_noises(std::vector<BudgetRow>& rows, const Model& model, const TrainedO
     rows.push_back({.source = Source::counting,
                     .evaluation = Evaluation::b,
                     .distribution = ErrorDistribution::triangular,
-                    .standard_uncertainty = counting_deg_per_h(first, kSecondsPerHour)});
+                    .standard_uncertainty = quantisation_deg_per_h(first, kSecondsPerHour)});
 }
 
 /// Computes the model form row from the part of the held-out residual that noise and hysteresis do not explain. It uses
@@ -128,7 +128,7 @@ BudgetRow form_row(const data::Figures& figures, double standard, const data::No
 }
 
 /// Counts the power-ons before clusters: that of the record, and one after each segment with the unit off.
-int starts_in(const data::Dataset& dataset, const data::Clusters& clusters) {
+int count_starts(const data::Dataset& dataset, const data::Clusters& clusters) {
   int starts = clusters.start_s.size() > 0 ? 1 : 0;
   for (std::size_t s = 1; s < dataset.segments.size(); ++s) {
     const bool begins = dataset.segments[s - 1].unit.off && !dataset.segments[s].unit.off;
@@ -144,12 +144,12 @@ void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, con
   const std::vector<Eigen::Index> known = data::finite_rows(residual);
   if (known.size() < 2) return;
   const data::Figures figures = figures_of(residual(known), clusters, known);
-  const Hysteresis hysteresis = hysteresis_of(residual, clusters);
+  const Hysteresis hysteresis = estimate_hysteresis(residual, clusters);
   const double as_limits = hysteresis.half_deg_per_h / std::numbers::sqrt3;
   const double standard = robust_standard_deg_per_h(residual(known), figures.effective.of_std);
   rows.push_back(form_row(figures, standard, floor, as_limits, on.chosen_on_these_folds));
   int starts = 0;
-  for (std::size_t i = 0; i < on.datasets.size(); ++i) starts += starts_in(on.datasets[i], on.clusters[i]);
+  for (std::size_t i = 0; i < on.datasets.size(); ++i) starts += count_starts(on.datasets[i], on.clusters[i]);
   rows.back().only_start_held_out = starts < 2;
   rows.push_back({.source = Source::hysteresis,
                   .evaluation = Evaluation::a,
@@ -160,14 +160,14 @@ void add_model(std::vector<BudgetRow>& rows, const data::Clusters& clusters, con
 }
 
 /// Returns the uncertainty that a record states for a thermometer; empty if it states none.
-record::ThermometerUncertainty said_of(const data::Dataset& dataset, const std::string& thermometer) {
+record::ThermometerUncertainty stated_uncertainty(const data::Dataset& dataset, const std::string& thermometer) {
   const auto at = std::ranges::find(dataset.thermometers, thermometer) - dataset.thermometers.begin();
   if (at >= std::ssize(dataset.thermometer_uncertainty)) return {};
   return dataset.thermometer_uncertainty[static_cast<std::size_t>(at)];
 }
 
 /// Returns the unit of an input in the record; empty if it has none.
-std::string unit_of_input(const data::Dataset& dataset, const std::string& input) {
+std::string input_unit(const data::Dataset& dataset, const std::string& input) {
   const auto at = std::ranges::find(dataset.thermometers, input) - dataset.thermometers.begin();
   const std::string unit =
       at < std::ssize(dataset.input_units) ? dataset.input_units[static_cast<std::size_t>(at)] : std::string();
@@ -185,30 +185,31 @@ std::optional<double> years_since_calibration(const data::Dataset& dataset,
 }
 
 /// Returns a type B row with the value that the record states, or the assumed one.
-BudgetRow said_or_assumed(Source source, const std::optional<double>& said, double assumed, double sensitivity) {
+BudgetRow stated_or_assumed_row(Source source, const std::optional<double>& stated, double assumed,
+                                double sensitivity) {
   return {.source = source,
           .evaluation = Evaluation::b,
-          .standard_uncertainty = said.value_or(assumed),
+          .standard_uncertainty = stated.value_or(assumed),
           .sensitivity = sensitivity,
-          .assumed = !said};
+          .assumed = !stated};
 }
 
-std::optional<double> value_of(const std::optional<Kelvins>& kelvins) {
+std::optional<double> optional_value(const std::optional<Kelvins>& kelvins) {
   return kelvins ? std::optional(kelvins->value) : std::nullopt;
 }
 
 /// Computes the drift from the calibration to the run of a record, K. Assumes 0.05 K per year and one year where the
 /// record does not state them.
-double drift_until_run_k(const data::Dataset& dataset, const record::ThermometerUncertainty& said) {
-  const double in_a_year_k = value_of(said.drift_in_a_year).value_or(kDriftInAYear_k);
-  return in_a_year_k * std::sqrt(years_since_calibration(dataset, said).value_or(kYearsSinceCalibration));
+double drift_until_run_k(const data::Dataset& dataset, const record::ThermometerUncertainty& stated) {
+  const double in_a_year_k = optional_value(stated.drift_in_a_year).value_or(kDriftInAYear_k);
+  return in_a_year_k * std::sqrt(years_since_calibration(dataset, stated).value_or(kYearsSinceCalibration));
 }
 
 /// Adds the turn-on row and the rows of the Earth rate that was subtracted.
 void add_gyro(std::vector<BudgetRow>& rows, const std::vector<data::Dataset>& datasets) {
   const data::Dataset& dataset = datasets.front();
-  rows.push_back(said_or_assumed(Source::turn_on, dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h,
-                                 kTurnOn_deg_per_h, std::sqrt(1 + 1.0 / static_cast<double>(datasets.size()))));
+  rows.push_back(stated_or_assumed_row(Source::turn_on, dataset.gyro_uncertainty.turn_on_repeatability_deg_per_h,
+                                       kTurnOn_deg_per_h, std::sqrt(1 + 1.0 / static_cast<double>(datasets.size()))));
   for (BudgetRow& row : budget_of_earth_rate(dataset)) rows.push_back(std::move(row));
 }
 
@@ -225,7 +226,7 @@ double added_noise(const std::vector<Sensitivity>& sensitivities, const TrainedO
 }
 
 /// Returns the model's own variance in each cluster, (°/h)². It grows outside the trained range without widening().
-Result<Eigen::VectorXd> variance_of_function(const Model& model, const data::Clusters& clusters) {
+Result<Eigen::VectorXd> function_variance(const Model& model, const data::Clusters& clusters) {
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
   return predict_with_std(model, *inputs).map([](const Prediction& predicted) -> Eigen::VectorXd {
@@ -237,7 +238,7 @@ Result<Eigen::VectorXd> variance_of_function(const Model& model, const data::Clu
 /// the model uses them, so that all models of a record are compared at the same temperatures. The unit's own values are
 /// excluded: most are not temperatures, and a missing one would hide the cluster. Its own temperature is used if there
 /// is no thermometer.
-std::vector<Eigen::Index> columns_of_temperature(const std::vector<std::string>& inputs) {
+std::vector<Eigen::Index> temperature_columns(const std::vector<std::string>& inputs) {
   std::vector<Eigen::Index> columns;
   for (std::size_t i = 0; i < inputs.size(); ++i)
     if (!data::is_own_value(inputs[i])) columns.push_back(static_cast<Eigen::Index>(i));
@@ -271,27 +272,27 @@ double robust_standard_deg_per_h(const Eigen::VectorXd& residual_deg_per_h, doub
 }
 
 std::vector<BudgetRow> budget_of_thermometer(const data::Dataset& dataset, const Sensitivity& sensitivity) {
-  const record::ThermometerUncertainty said = said_of(dataset, sensitivity.thermometer);
-  BudgetRow calibration =
-      said_or_assumed(Source::thermometer_calibration, value_of(said.calibration), kCalibration_k, sensitivity.rms);
-  if (said.rectangular) calibration.distribution = ErrorDistribution::rectangular;
-  const auto years = years_since_calibration(dataset, said);
-  BudgetRow drift =
-      said_or_assumed(Source::thermometer_drift, value_of(said.drift_in_a_year), kDriftInAYear_k, sensitivity.rms);
+  const record::ThermometerUncertainty stated = stated_uncertainty(dataset, sensitivity.thermometer);
+  BudgetRow calibration = stated_or_assumed_row(Source::thermometer_calibration, optional_value(stated.calibration),
+                                                kCalibration_k, sensitivity.rms);
+  if (stated.rectangular) calibration.distribution = ErrorDistribution::rectangular;
+  const auto years = years_since_calibration(dataset, stated);
+  BudgetRow drift = stated_or_assumed_row(Source::thermometer_drift, optional_value(stated.drift_in_a_year),
+                                          kDriftInAYear_k, sensitivity.rms);
   drift.standard_uncertainty *= std::sqrt(years.value_or(kYearsSinceCalibration));
   drift.assumed = drift.assumed || !years;
   calibration.of = drift.of = sensitivity.thermometer;
   if (data::is_temperature(sensitivity.thermometer)) return {std::move(calibration), std::move(drift)};
   // A constant error of a unit's own input is a property of the unit. Such an input has a drift, but no calibration.
   drift.source = Source::input_drift;
-  drift.unit = unit_of_input(dataset, sensitivity.thermometer);
+  drift.unit = input_unit(dataset, sensitivity.thermometer);
   return {std::move(drift)};
 }
 
 BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_per_h) {
   constexpr double kPerPpm = 1e-6;
-  return said_or_assumed(Source::scale_factor, dataset.gyro_uncertainty.scale_factor_uncertainty_ppm, kScaleFactor_ppm,
-                         rate_deg_per_h * kPerPpm);
+  return stated_or_assumed_row(Source::scale_factor, dataset.gyro_uncertainty.scale_factor_uncertainty_ppm,
+                               kScaleFactor_ppm, rate_deg_per_h * kPerPpm);
 }
 
 std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset) {
@@ -299,16 +300,18 @@ std::vector<BudgetRow> budget_of_earth_rate(const data::Dataset& dataset) {
   std::vector<BudgetRow> rows;
   if (gyro.latitude_deg && gyro.azimuth_deg && gyro.elevation_deg) {
     const EarthRateSlopes slopes = earth_rate_slopes(*gyro.latitude_deg, *gyro.azimuth_deg, *gyro.elevation_deg);
-    rows.push_back(said_or_assumed(Source::latitude, gyro.latitude_uncertainty_deg, kLatitude_deg, slopes.latitude));
-    rows.push_back(said_or_assumed(Source::azimuth, gyro.azimuth_uncertainty_deg, kAzimuth_deg, slopes.azimuth));
+    rows.push_back(
+        stated_or_assumed_row(Source::latitude, gyro.latitude_uncertainty_deg, kLatitude_deg, slopes.latitude));
+    rows.push_back(stated_or_assumed_row(Source::azimuth, gyro.azimuth_uncertainty_deg, kAzimuth_deg, slopes.azimuth));
     if (gyro.fixture_azimuth_deg && gyro.fixture_elevation_deg) {
       const FixtureSlopes of = fixture_slopes(gyro);
       rows.push_back(
-          said_or_assumed(Source::fixture_elevation, gyro.elevation_uncertainty_deg, kTilt_deg, of.elevation));
-      rows.push_back(said_or_assumed(Source::fixture_roll, gyro.roll_uncertainty_deg, kTilt_deg, of.roll));
-      rows.push_back(said_or_assumed(Source::axis_direction, gyro.direction_uncertainty_deg, kTilt_deg, of.direction));
+          stated_or_assumed_row(Source::fixture_elevation, gyro.elevation_uncertainty_deg, kTilt_deg, of.elevation));
+      rows.push_back(stated_or_assumed_row(Source::fixture_roll, gyro.roll_uncertainty_deg, kTilt_deg, of.roll));
+      rows.push_back(
+          stated_or_assumed_row(Source::axis_direction, gyro.direction_uncertainty_deg, kTilt_deg, of.direction));
     } else {
-      rows.push_back(said_or_assumed(Source::tilt, gyro.tilt_uncertainty_deg, kTilt_deg, slopes.elevation));
+      rows.push_back(stated_or_assumed_row(Source::tilt, gyro.tilt_uncertainty_deg, kTilt_deg, slopes.elevation));
     }
   }
   if (dataset.earth_rate_deg_per_h) rows.push_back(budget_of_scale_factor(dataset, *dataset.earth_rate_deg_per_h));
@@ -327,16 +330,17 @@ Result<Eigen::MatrixXd> sensitivities(const Model& model, const data::Clusters& 
   };
   Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(clusters.temperature_c.rows(), clusters.temperature_c.cols());
   for (Eigen::Index i = 0; i < slopes.cols(); ++i) {
-    if (!asks_for(model, clusters.thermometers[static_cast<std::size_t>(i)])) continue;
-    const auto above = inputs_with(model, clusters, i, kStep_k), below = inputs_with(model, clusters, i, -kStep_k);
+    if (!uses_thermometer(model, clusters.thermometers[static_cast<std::size_t>(i)])) continue;
+    const auto above = evaluate_shifted(model, clusters, i, kStep_k),
+               below = evaluate_shifted(model, clusters, i, -kStep_k);
     if (!above || !below) return failure(above ? below.error() : above.error());
     slopes.col(i) = (moved(*above - *inputs) - moved(*below - *inputs)) / (2 * kStep_k);
   }
   return slopes;
 }
 
-std::vector<Sensitivity> over_the_record(const Eigen::MatrixXd& sensitivities,
-                                         const std::vector<std::string>& thermometers) {
+std::vector<Sensitivity> summarise_sensitivities(const Eigen::MatrixXd& sensitivities,
+                                                 const std::vector<std::string>& thermometers) {
   assert(sensitivities.cols() == std::ssize(thermometers));
   const std::vector<Eigen::Index> rows = data::finite_rows(sensitivities);
   std::vector<Sensitivity> all;
@@ -373,9 +377,9 @@ Eigen::RowVectorXd thermometer_noise_k(const data::Dataset& dataset, const data:
   return noise;
 }
 
-Hysteresis hysteresis_of(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters) {
+Hysteresis estimate_hysteresis(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters) {
   constexpr double kStep_c = 5, kMoves_c_per_min = 0.05;
-  const std::vector<Eigen::Index> columns = columns_of_temperature(clusters.thermometers);
+  const std::vector<Eigen::Index> columns = temperature_columns(clusters.thermometers);
   if (columns.empty()) return {};
   std::map<long, AtOneTemperature> steps;
   for (Eigen::Index k = 0; k < residual_deg_per_h.size(); ++k) {
@@ -404,7 +408,7 @@ Hysteresis hysteresis_of(const Eigen::VectorXd& residual_deg_per_h, const data::
           .degrees_of_freedom = std::max(1.0, freedom)};
 }
 
-Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
+Result<Uncertainty> evaluate_uncertainty(const Model& model, const TrainedOn& on) {
   assert(!on.datasets.empty() && on.datasets.size() == on.clusters.size());
   const auto clusters = concatenate(on.clusters);
   if (!clusters) return failure(clusters.error());
@@ -412,7 +416,7 @@ Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
   const auto slopes = sensitivities(model, *clusters);
   if (!slopes) return failure(slopes.error());
   Uncertainty result{.budget = {.averaging_s = kSecondsPerHour, .rows = {}},
-                     .sensitivities = over_the_record(*slopes, clusters->thermometers)};
+                     .sensitivities = summarise_sensitivities(*slopes, clusters->thermometers)};
   auto& rows = result.budget.rows;
   const data::NoiseFloor floor = pooled_floor(on);
   add_noises(rows, model, on, floor);
@@ -423,7 +427,7 @@ Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
        .standard_uncertainty = result.added_noise_deg_per_h * std::sqrt(clusters->length_s / kSecondsPerHour)});
   add_model(rows, *clusters, on, floor);
   if (model.variance && !on.variance_is_a_row) {
-    const auto open = variance_of_function(model, *clusters);
+    const auto open = function_variance(model, *clusters);
     if (!open) return failure(open.error());
     const std::vector<Eigen::Index> known = data::finite_rows(*open);
     if (!known.empty()) result.variance_in_training = (*open)(known).mean();
@@ -437,9 +441,10 @@ Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on) {
 ThermometersInUse thermometers_in_use(const data::Dataset& dataset) {
   ThermometersInUse all;
   for (const std::string& name : dataset.thermometers) {
-    const record::ThermometerUncertainty said = said_of(dataset, name);
-    const auto drift_k = value_of(said.drift_in_a_year);
-    all.uncertainty_k.push_back(std::hypot(value_of(said.calibration).value_or(0), drift_k.value_or(kDriftInAYear_k)));
+    const record::ThermometerUncertainty stated = stated_uncertainty(dataset, name);
+    const auto drift_k = optional_value(stated.drift_in_a_year);
+    all.uncertainty_k.push_back(
+        std::hypot(optional_value(stated.calibration).value_or(0), drift_k.value_or(kDriftInAYear_k)));
     all.assumed = all.assumed || !drift_k;
   }
   return all;
@@ -449,22 +454,23 @@ double drift_in_a_year_deg_per_h(const Model& model, const data::Dataset& datase
   if (!model.uncertainty) return 0;
   double squares = 0;
   for (const Sensitivity& one : model.uncertainty->sensitivities) {
-    const double drift_k = value_of(said_of(dataset, one.thermometer).drift_in_a_year).value_or(kDriftInAYear_k);
+    const double drift_k =
+        optional_value(stated_uncertainty(dataset, one.thermometer).drift_in_a_year).value_or(kDriftInAYear_k);
     squares += std::pow(one.rms * drift_k, 2);
   }
   return std::sqrt(squares);
 }
 
 double drift_between_k(const BudgetRow& row, const data::Dataset& dataset) {
-  const record::ThermometerUncertainty said = said_of(dataset, row.of);
-  if (row.assumed && !years_since_calibration(dataset, said)) return row.standard_uncertainty;
-  return std::hypot(row.standard_uncertainty, drift_until_run_k(dataset, said));
+  const record::ThermometerUncertainty stated = stated_uncertainty(dataset, row.of);
+  if (row.assumed && !years_since_calibration(dataset, stated)) return row.standard_uncertainty;
+  return std::hypot(row.standard_uncertainty, drift_until_run_k(dataset, stated));
 }
 
 std::vector<double> drifts_between_k(const data::Dataset& trained, const data::Dataset& used) {
   std::vector<double> all;
   for (const std::string& name : used.thermometers) {
-    const record::ThermometerUncertainty then = said_of(trained, name), now = said_of(used, name);
+    const record::ThermometerUncertainty then = stated_uncertainty(trained, name), now = stated_uncertainty(used, name);
     const bool a_day_is_known = years_since_calibration(trained, then) || years_since_calibration(used, now);
     all.push_back(std::hypot(a_day_is_known ? drift_until_run_k(trained, then) : 0, drift_until_run_k(used, now)));
   }
@@ -474,9 +480,9 @@ std::vector<double> drifts_between_k(const data::Dataset& trained, const data::D
 std::vector<BudgetRow> in_the_run(const data::Dataset& dataset, std::vector<BudgetRow> rows) {
   for (BudgetRow& row : rows) {
     if (!is_drift(row.source)) continue;
-    const record::ThermometerUncertainty said = said_of(dataset, row.of);
+    const record::ThermometerUncertainty stated = stated_uncertainty(dataset, row.of);
     row.standard_uncertainty = drift_between_k(row, dataset);
-    row.assumed = row.assumed || !said.drift_in_a_year || !years_since_calibration(dataset, said);
+    row.assumed = row.assumed || !stated.drift_in_a_year || !years_since_calibration(dataset, stated);
   }
   return rows;
 }
@@ -485,14 +491,14 @@ Result<Eigen::VectorXd> interval_half_widths(const Model& model, const Uncertain
                                              const data::Dataset& dataset, const data::Clusters& clusters) {
   const auto slopes = sensitivities(model, clusters);
   if (!slopes) return failure(slopes.error());
-  const auto rows = in_the_run(dataset, that_differ(at_averaging(trained.budget, clusters.length_s).rows));
+  const auto rows = in_the_run(dataset, differing_rows(at_averaging(trained.budget, clusters.length_s).rows));
   const auto inputs = evaluate(model.terms, clusters);
   if (!inputs) return failure(inputs.error());
   const Eigen::VectorXd excess = within_range(model, *inputs, Outside::extrapolate).excess;
   Eigen::VectorXd variance = form_variance(rows) * excess.unaryExpr(&widening);
   const bool is_a_row = std::ranges::find(rows, Source::coefficients, &BudgetRow::source) != rows.end();
   if (model.variance && (is_a_row || std::isfinite(trained.variance_in_training))) {
-    const auto open = variance_of_function(model, clusters);
+    const auto open = function_variance(model, clusters);
     if (!open) return failure(open.error());
     variance += is_a_row ? *open : (open->array() - trained.variance_in_training).max(0).matrix();
   }

@@ -22,8 +22,8 @@ namespace gyrotherm::model {
 [[nodiscard]] Result<Eigen::MatrixXd> sensitivities(const Model& model, const data::Clusters& clusters);
 
 /// Returns mean, root mean square and greatest magnitude of each column of sensitivities() that is not all 0.
-[[nodiscard]] std::vector<Sensitivity> over_the_record(const Eigen::MatrixXd& sensitivities,
-                                                       const std::vector<std::string>& thermometers);
+[[nodiscard]] std::vector<Sensitivity> summarise_sensitivities(const Eigen::MatrixXd& sensitivities,
+                                                               const std::vector<std::string>& thermometers);
 
 /// Computes the standard deviation of each thermometer's noise in the mean of one cluster, K. The sample variance is
 /// estimated from second differences, (T_{k+1} − 2T_k + T_{k−1})²/6, which cancel the temperature's course, and divided
@@ -47,7 +47,7 @@ struct Hysteresis {
 /// between the mean residuals at rising and at falling temperature (more than 0.05 °C/min), less the difference
 /// expected by chance. The unit's own values do not count as thermometers; if there is no thermometer, the unit's own
 /// temperature is used. 0 if no step has three clusters of both directions, or if chance explains the whole difference.
-[[nodiscard]] Hysteresis hysteresis_of(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters);
+[[nodiscard]] Hysteresis estimate_hysteresis(const Eigen::VectorXd& residual_deg_per_h, const data::Clusters& clusters);
 
 /// Training records of a model, the clusters that it was trained on, and its held-out residual on them, record by
 /// record; NaN where there is none.
@@ -82,7 +82,7 @@ struct TrainedOn {
 /// per year, one year since the calibration; turn-on 0.001 °/h; latitude 0.01°, azimuth 0.1°, tilt, elevation, roll and
 /// direction 1′ each; scale factor 10 ppm. The first record describes thermometers and gyro. Fails with usage if the
 /// clusters lack a thermometer that the model needs.
-[[nodiscard]] Result<Uncertainty> uncertainty_of(const Model& model, const TrainedOn& on);
+[[nodiscard]] Result<Uncertainty> evaluate_uncertainty(const Model& model, const TrainedOn& on);
 
 /// Returns the scale factor row of a measured rate, °/h, as in a budget.
 [[nodiscard]] BudgetRow budget_of_scale_factor(const data::Dataset& dataset, double rate_deg_per_h);

@@ -46,9 +46,10 @@ constexpr const char* kTest = R"(  double square = 0.0;
 )";
 
 /// Formats a row: "  0.0003, /* angle random walk */".
-std::string line_of(const BudgetRow& row) {
+std::string c_line(const BudgetRow& row) {
   std::string what = fmt::format("{}{}{}", name(row.source), row.of.empty() ? "" : " ", row.of);
-  if (const auto said = remarks(row); !said.empty()) what += fmt::format(" ({})", fmt::join(said, ", "));
+  if (const auto row_remarks = remarks(row); !row_remarks.empty())
+    what += fmt::format(" ({})", fmt::join(row_remarks, ", "));
   return fmt::format("  {}, /* {} */\n", c_number(contribution_deg_per_h(row)), c_comment(what));
 }
 
@@ -61,17 +62,17 @@ Result<CPart> uncertainty_in_c(const Model& model, std::string_view name) {
   if (!std::isfinite(all.expanded_deg_per_h))
     return failure(FaultKind::usage, "C export", "the model's budget does not add up to a finite number");
   std::string contributions;
-  for (const BudgetRow& row : rows) contributions += line_of(row);
-  const CWords words = {{"name", std::string(name)},
-                        {"coverage", fmt::format("{:.0f}", 100 * kCoverage)},
-                        {"k", c_number(all.coverage_factor)},
-                        {"contributions", contributions},
-                        {"expanded", c_number(all.expanded_deg_per_h)},
-                        {"standard", c_number(all.standard_deg_per_h)},
-                        {"form", c_number(form_variance(rows))}};
-  return CPart{.declarations = c_filled(kUncertaintyDeclarations, words),
-               .definitions = c_filled(kUncertaintyDefinitions, words),
-               .test = c_filled(kTest, words)};
+  for (const BudgetRow& row : rows) contributions += c_line(row);
+  const CPlaceholders placeholders = {{"name", std::string(name)},
+                                      {"coverage", fmt::format("{:.0f}", 100 * kCoverage)},
+                                      {"k", c_number(all.coverage_factor)},
+                                      {"contributions", contributions},
+                                      {"expanded", c_number(all.expanded_deg_per_h)},
+                                      {"standard", c_number(all.standard_deg_per_h)},
+                                      {"form", c_number(form_variance(rows))}};
+  return CPart{.declarations = c_fill(kUncertaintyDeclarations, placeholders),
+               .definitions = c_fill(kUncertaintyDefinitions, placeholders),
+               .test = c_fill(kTest, placeholders)};
 }
 
 }  // namespace gyrotherm::model

@@ -22,11 +22,11 @@ constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 using Rows = std::vector<Eigen::Index>;
 
-template <class Wanted>
-Rows rows_where(const data::Clusters& clusters, Wanted wanted) {
+template <class Predicate>
+Rows rows_where(const data::Clusters& clusters, Predicate selects) {
   Rows rows;
   for (Eigen::Index k = 0; k < clusters.start_s.size(); ++k) {
-    if (wanted(k)) rows.push_back(k);
+    if (selects(k)) rows.push_back(k);
   }
   return rows;
 }
@@ -43,7 +43,7 @@ struct Stretch {
   double end_s = -std::numeric_limits<double>::infinity();
 };
 
-std::vector<Stretch> stretches_of(const data::Dataset& dataset) {
+std::vector<Stretch> find_stretches(const data::Dataset& dataset) {
   constexpr double kSampleSeconds = 1;
   std::vector<Stretch> stretches(dataset.segments.size());
   for (Eigen::Index i = 0; i < dataset.segment.size(); ++i) {
@@ -57,14 +57,14 @@ std::vector<Stretch> stretches_of(const data::Dataset& dataset) {
 
 /// Returns the times at which the requested rate of change changes: each segment's start except the first, and except a
 /// hold that follows a hold at the same temperature.
-std::vector<double> corners_of(const data::Dataset& dataset, const std::vector<Stretch>& stretches) {
+std::vector<double> find_corners(const data::Dataset& dataset, const std::vector<Stretch>& stretches) {
   std::vector<double> corners;
   for (std::size_t s = 1; s < stretches.size(); ++s) {
     const auto &before = dataset.segments[s - 1], &after = dataset.segments[s];
-    const bool goes_on = before.hold && after.hold && before.target == after.target;
+    const bool continues = before.hold && after.hold && before.target == after.target;
     const bool recorded =
         stretches[s].start_s < stretches[s].end_s && stretches[s - 1].start_s < stretches[s - 1].end_s;
-    if (recorded && !goes_on) corners.push_back(stretches[s].start_s);
+    if (recorded && !continues) corners.push_back(stretches[s].start_s);
   }
   return corners;
 }
@@ -104,7 +104,7 @@ OutsideTheRange outside_the_range(const Model& model, const RangedInputs& ranged
   return outside;
 }
 
-const char* what_is_done(Outside policy) {
+const char* describe_policy(Outside policy) {
   constexpr const char* kDone[] = {"the plane continues there, all else is held at the range's end, and U is wider",
                                    "such clusters are not compensated and left out of the figures",
                                    "the model is used there as it is"};
@@ -113,7 +113,7 @@ const char* what_is_done(Outside policy) {
 
 /// Returns the reason why no cluster is compensated. `known` clusters have all inputs; `outside` of these have one
 /// outside the range.
-const char* why_nothing_is_compensated(std::size_t known, std::size_t outside) {
+const char* no_result_reason(std::size_t known, std::size_t outside) {
   if (known == 0) return "no cluster has all inputs of the model (a rate wants the cluster before it)";
   if (outside == known) return "every cluster that has all inputs has one outside the trained range: refused";
   return "the model predicts no finite bias";
@@ -138,8 +138,8 @@ double parameters_spent(const Model& model, const Verification& result) {
   return all > 0 && model.effective_parameters > 0 ? model.effective_parameters * result.compensated.count / all : 0;
 }
 
-std::vector<std::string> warnings_of(const Verification& result, const Model& model, const data::Dataset& dataset,
-                                     const data::Clusters& clusters) {
+std::vector<std::string> make_warnings(const Verification& result, const Model& model, const data::Dataset& dataset,
+                                       const data::Clusters& clusters) {
   std::vector<std::string> warnings;
   if (dataset.zero_is_its_own) {
     warnings.push_back("the zero of the bias is fitted to this very record, " + dataset.bias_zero +
@@ -163,7 +163,7 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
         fmt::format("{} of {} clusters have an input outside the trained range{} (farthest: {}, by {:.2g} % of its "
                     "range); {}",
                     outside.clusters, clusters.start_s.size(), block ? ", " + in_words(*block) : "",
-                    outside.farthest_term, 100 * outside.farthest, what_is_done(outside.policy)));
+                    outside.farthest_term, 100 * outside.farthest, describe_policy(outside.policy)));
   }
   if (clusters.length_s != model.cluster_length_s) {
     warnings.push_back(fmt::format("the model was trained on means over {} s, these are over {} s",
@@ -173,8 +173,8 @@ std::vector<std::string> warnings_of(const Verification& result, const Model& mo
 }
 
 /// Returns the cluster means of the streamed compensated bias, °/h; NaN if a second of the cluster has no value.
-Eigen::VectorXd means_of(const Eigen::VectorXd& compensated, const data::Dataset& dataset,
-                         const data::Clusters& clusters) {
+Eigen::VectorXd streamed_means(const Eigen::VectorXd& compensated, const data::Dataset& dataset,
+                               const data::Clusters& clusters) {
   Eigen::VectorXd means = Eigen::VectorXd::Constant(clusters.start_s.size(), kMissing);
   Eigen::Index row = 0;
   for (Eigen::Index k = 0; k < means.size(); ++k) {
@@ -195,8 +195,8 @@ Eigen::VectorXd within_the_interval(const Eigen::VectorXd& residual, const Eigen
   });
 }
 
-std::optional<Coverage> coverage_of(const Eigen::VectorXd& residual, const Eigen::VectorXd& half_width,
-                                    const data::Clusters& clusters) {
+std::optional<Coverage> find_coverage(const Eigen::VectorXd& residual, const Eigen::VectorXd& half_width,
+                                      const data::Clusters& clusters) {
   const Eigen::VectorXd within = within_the_interval(residual, half_width);
   const Rows rows = data::finite_rows(within);
   if (rows.empty()) return std::nullopt;
@@ -229,8 +229,10 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   const std::size_t known = data::finite_rows(*inputs).size();
   const RangedInputs ranged = within_range(model, std::move(*inputs), outside);
   const Eigen::VectorXd residual = clusters.bias_deg_per_h - predict(model, ranged);
-  const std::vector<Stretch> stretches = stretches_of(dataset);
-  const auto figures_where = [&](auto wanted) { return figures_at(residual, clusters, rows_where(clusters, wanted)); };
+  const std::vector<Stretch> stretches = find_stretches(dataset);
+  const auto figures_where = [&](auto selects) {
+    return figures_at(residual, clusters, rows_where(clusters, selects));
+  };
   const auto part = [&](bool hold) {
     return figures_where([&, hold](Eigen::Index k) {
       return clusters.segment(k) >= 0 && dataset.segments[clusters.segment(k)].hold == hold;
@@ -246,11 +248,11 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   result.raw = figures_of(clusters.bias_deg_per_h, clusters);
   result.compensated = figures_where([](Eigen::Index) { return true; });
   if (result.compensated.count == 0) {
-    return failure(FaultKind::usage, dataset.path, why_nothing_is_compensated(known, ranged.rows.size()));
+    return failure(FaultKind::usage, dataset.path, no_result_reason(known, ranged.rows.size()));
   }
   result.ramps = part(false);
   result.holds = part(true);
-  result.corners = figures_at(residual, clusters, rows_after(corners_of(dataset, stretches), clusters));
+  result.corners = figures_at(residual, clusters, rows_after(find_corners(dataset, stretches), clusters));
   result.to_truth = error_to_truth(dataset, clusters, residual);
   result.floor = noise_floor(clusters, dataset);
   result.effective_parameters = model.effective_parameters > 0 ? model.effective_parameters : 0;
@@ -262,9 +264,9 @@ Result<Verification> verify(const Model& model, const data::Dataset& dataset, co
   if (model.uncertainty) {
     const auto half_width = interval_half_widths(model, *model.uncertainty, dataset, clusters);
     if (!half_width) return failure(half_width.error());
-    result.coverage = coverage_of(residual, *half_width, clusters);
+    result.coverage = find_coverage(residual, *half_width, clusters);
   }
-  result.warnings = warnings_of(result, model, dataset, clusters);
+  result.warnings = make_warnings(result, model, dataset, clusters);
   return result;
 }
 
@@ -277,7 +279,7 @@ Result<Streamed> as_streamed(const Model& model, const data::Dataset& dataset, c
   if (!stream) return failure(stream.error());
   const data::SampleMatrix temperatures = dataset.temperature_c;
   Eigen::VectorXd residual =
-      means_of(stream->push_at(dataset.time_s, temperatures, dataset.bias_deg_per_h), dataset, clusters);
+      streamed_means(stream->push_at(dataset.time_s, temperatures, dataset.bias_deg_per_h), dataset, clusters);
   Eigen::VectorXd aligned = aligned_residual_deg_per_h;
   for (Eigen::Index k = 0; k < residual.size(); ++k)
     if (!std::isfinite(residual(k)) || !std::isfinite(aligned(k))) residual(k) = aligned(k) = kMissing;

@@ -14,26 +14,26 @@
 namespace gyrotherm::population {
 namespace {
 
-tl::unexpected<Fault> wrong_samples(std::string what) {
+tl::unexpected<Fault> refuse_samples(std::string what) {
   return failure(FaultKind::usage, "coregionalised process", std::move(what));
 }
 
 Result<void> check_samples(const OutputSamples& samples) {
-  if (samples.x.cols() == 0 || samples.outputs < 1) return wrong_samples("no input, or no output");
-  if (!samples.x.allFinite()) return wrong_samples("an input that is not finite");
+  if (samples.x.cols() == 0 || samples.outputs < 1) return refuse_samples("no input, or no output");
+  if (!samples.x.allFinite()) return refuse_samples("an input that is not finite");
   std::vector<int> count(static_cast<std::size_t>(samples.outputs));
   for (const OutputValue& sample : samples.values) {
     if (sample.row < 0 || sample.row >= samples.x.rows() || sample.output < 0 || sample.output >= samples.outputs)
-      return wrong_samples(fmt::format("no row {} of output {}", sample.row, sample.output));
-    if (!std::isfinite(sample.value)) return wrong_samples("a value that is not finite");
+      return refuse_samples(fmt::format("no row {} of output {}", sample.row, sample.output));
+    if (!std::isfinite(sample.value)) return refuse_samples("a value that is not finite");
     ++count[static_cast<std::size_t>(sample.output)];
   }
   if (std::ranges::any_of(count, [](int values) { return values < 2; }))
-    return wrong_samples("an output with fewer than two values");
+    return refuse_samples("an output with fewer than two values");
   return {};
 }
 
-Eigen::VectorXd means_of(const OutputSamples& samples) {
+Eigen::VectorXd output_means(const OutputSamples& samples) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(samples.outputs), count = sum;
   for (const OutputValue& sample : samples.values) {
     sum(sample.output) += sample.value;
@@ -42,7 +42,7 @@ Eigen::VectorXd means_of(const OutputSamples& samples) {
   return sum.cwiseQuotient(count);
 }
 
-Eigen::VectorXd variances_of(const OutputSamples& samples, const Eigen::VectorXd& mean) {
+Eigen::VectorXd output_variances(const OutputSamples& samples, const Eigen::VectorXd& mean) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(samples.outputs), count = sum;
   for (const OutputValue& sample : samples.values) {
     sum(sample.output) += std::pow(sample.value - mean(sample.output), 2);
@@ -58,14 +58,15 @@ Eigen::VectorXd values_in(const OutputSamples& samples) {
 }
 
 /// Returns H, with 1 in the column of each value's output.
-Eigen::MatrixXd outputs_of_values(const OutputSamples& samples) {
+Eigen::MatrixXd output_indicators(const OutputSamples& samples) {
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(samples.values.size()), samples.outputs);
   for (Eigen::Index i = 0; i < all.rows(); ++i) all(i, samples.values[static_cast<std::size_t>(i)].output) = 1;
   return all;
 }
 
 /// Returns k between the rows of a and the rows of b.
-Eigen::MatrixXd kernel_of(const Coregionalisation& model, const data::SampleMatrix& a, const data::SampleMatrix& b) {
+Eigen::MatrixXd compute_kernel(const Coregionalisation& model, const data::SampleMatrix& a,
+                               const data::SampleMatrix& b) {
   return methods::covariance_matrix({.lengths = model.lengths, .signal = 1, .noise = 0}, a, b);
 }
 
@@ -106,12 +107,12 @@ struct Solved {
 
 Result<Solved> solve(const Coregionalisation& model, const OutputSamples& samples) {
   Solved solved;
-  solved.kernel = kernel_of(model, samples.x, samples.x);
+  solved.kernel = compute_kernel(model, samples.x, samples.x);
   Eigen::MatrixXd covariance = spread_out(samples, solved.kernel, between_outputs(model));
   add_noise(samples, model.noise, covariance);
   solved.factor.compute(covariance);
   if (solved.factor.info() != Eigen::Success) return outputs_not_definite();
-  solved.of_constants = solved.factor.matrixL().solve(outputs_of_values(samples));
+  solved.of_constants = solved.factor.matrixL().solve(output_indicators(samples));
   const Eigen::VectorXd y = solved.factor.matrixL().solve(values_in(samples));
   const Eigen::LLT<Eigen::MatrixXd> precision(solved.of_constants.transpose() * solved.of_constants);
   if (precision.info() != Eigen::Success) return outputs_not_definite();
@@ -131,7 +132,7 @@ Eigen::Index parameters_in(Eigen::Index inputs, Eigen::Index outputs) {
   return inputs + outputs * (outputs + 1) / 2 + outputs;
 }
 
-Eigen::VectorXd coordinates_of(const Coregionalisation& model) {
+Eigen::VectorXd to_coordinates(const Coregionalisation& model) {
   const Eigen::Index inputs = model.lengths.size(), outputs = model.noise.size();
   Eigen::VectorXd all(parameters_in(inputs, outputs));
   all.head(inputs) = model.lengths.transpose().array().log();
@@ -143,7 +144,7 @@ Eigen::VectorXd coordinates_of(const Coregionalisation& model) {
   return all;
 }
 
-Coregionalisation model_at(const Eigen::VectorXd& coordinates, Eigen::Index inputs, Eigen::Index outputs) {
+Coregionalisation from_coordinates(const Eigen::VectorXd& coordinates, Eigen::Index inputs, Eigen::Index outputs) {
   Coregionalisation model{.lengths = coordinates.head(inputs).transpose().array().exp(),
                           .root = Eigen::MatrixXd::Zero(outputs, outputs),
                           .noise = coordinates.tail(outputs).array().exp()};
@@ -156,7 +157,7 @@ Coregionalisation model_at(const Eigen::VectorXd& coordinates, Eigen::Index inpu
 
 /// Clamps the coordinates so that a search cannot diverge: lengths to 0.05 … 200; for outputs of unit variance, the
 /// root to ± 100 and its diagonal to 0.001 … 100, noises to 0.001 … 10.
-Eigen::VectorXd kept_sane(Eigen::VectorXd at, Eigen::Index inputs, Eigen::Index outputs) {
+Eigen::VectorXd clamp_coordinates(Eigen::VectorXd at, Eigen::Index inputs, Eigen::Index outputs) {
   const auto clamp = [&](Eigen::Index k, double low, double high) { at(k) = std::clamp(at(k), low, high); };
   for (Eigen::Index k = 0; k < inputs; ++k) clamp(k, std::log(0.05), std::log(200));
   Eigen::Index k = inputs;
@@ -175,51 +176,51 @@ struct Standardised {
 };
 
 Result<Standardised> standardised(const OutputSamples& samples) {
-  const Eigen::VectorXd mean = means_of(samples);
-  Standardised all{samples, variances_of(samples, mean).cwiseSqrt()};
+  const Eigen::VectorXd mean = output_means(samples);
+  Standardised all{samples, output_variances(samples, mean).cwiseSqrt()};
   for (Eigen::Index j = 0; j < samples.outputs; ++j) {
     constexpr double kRounding = 1e-12;
-    if (!(all.deviation(j) > kRounding * std::abs(mean(j)))) return wrong_samples("an output that does not vary");
+    if (!(all.deviation(j) > kRounding * std::abs(mean(j)))) return refuse_samples("an output that does not vary");
   }
   for (OutputValue& sample : all.samples.values)
     sample.value = (sample.value - mean(sample.output)) / all.deviation(sample.output);
   return all;
 }
 
-struct Summit {
+struct Optimum {
   Coregionalisation model;
   int evaluations{};
 };
 
-Result<Summit> climb(const OutputSamples& samples, int most) {
+Result<Optimum> climb(const OutputSamples& samples, int most) {
   constexpr double kFlatEnough = 0.05;  // nats per unit of a coordinate
   const Eigen::Index inputs = samples.x.cols(), outputs = samples.outputs;
   const double half = std::sqrt(0.5);
   Eigen::VectorXd at =
-      coordinates_of({.lengths = Eigen::RowVectorXd::Constant(inputs, std::sqrt(static_cast<double>(inputs))),
+      to_coordinates({.lengths = Eigen::RowVectorXd::Constant(inputs, std::sqrt(static_cast<double>(inputs))),
                       .root = half * Eigen::MatrixXd::Identity(outputs, outputs),
                       .noise = Eigen::VectorXd::Constant(outputs, half)});
-  auto likelihood = marginal_likelihood(model_at(at, inputs, outputs), samples);
+  auto likelihood = marginal_likelihood(from_coordinates(at, inputs, outputs), samples);
   if (!likelihood) return failure(likelihood.error());
   Eigen::VectorXd best = at;
   double highest = likelihood->log_value;
   int evaluations = 1;
   methods::RpropSteps steps(at.size());
   while (evaluations < most && likelihood->gradient.cwiseAbs().maxCoeff() > kFlatEnough) {
-    at = kept_sane(at + steps.next(likelihood->gradient), inputs, outputs);
-    likelihood = marginal_likelihood(model_at(at, inputs, outputs), samples);
+    at = clamp_coordinates(at + steps.next(likelihood->gradient), inputs, outputs);
+    likelihood = marginal_likelihood(from_coordinates(at, inputs, outputs), samples);
     ++evaluations;
     if (!likelihood) break;
     if (!(likelihood->log_value > highest)) continue;
     best = at;
     highest = likelihood->log_value;
   }
-  return Summit{model_at(best, inputs, outputs), evaluations};
+  return Optimum{from_coordinates(best, inputs, outputs), evaluations};
 }
 
 }  // namespace
 
-OutputSamples samples_of(const data::SampleMatrix& x, const Eigen::MatrixXd& table) {
+OutputSamples samples_from_table(const data::SampleMatrix& x, const Eigen::MatrixXd& table) {
   OutputSamples samples{.x = x, .values = {}, .outputs = table.cols()};
   for (Eigen::Index j = 0; j < table.cols(); ++j)
     for (Eigen::Index i = 0; i < table.rows(); ++i)
@@ -236,7 +237,7 @@ Eigen::MatrixXd correlation_between_outputs(const Coregionalisation& model) {
 }
 
 Result<CoregionalisedLikelihood> marginal_likelihood(const Coregionalisation& model, const OutputSamples& samples) {
-  if (const auto sound = check_samples(samples); !sound) return failure(sound.error());
+  if (const auto checked = check_samples(samples); !checked) return failure(checked.error());
   const auto solved = solve(model, samples);
   if (!solved) return failure(solved.error());
   const Eigen::Index inputs = samples.x.cols(), outputs = samples.outputs, rows = samples.x.rows();
@@ -279,7 +280,7 @@ Result<CoregionalisedLikelihood> marginal_likelihood(const Coregionalisation& mo
 }
 
 Result<CoregionalisedGp> condition(const Coregionalisation& model, OutputSamples samples) {
-  if (const auto sound = check_samples(samples); !sound) return failure(sound.error());
+  if (const auto checked = check_samples(samples); !checked) return failure(checked.error());
   auto solved = solve(model, samples);
   if (!solved) return failure(solved.error());
   return CoregionalisedGp{model,
@@ -294,22 +295,22 @@ Result<CoregionalisedGp> condition(const Coregionalisation& model, OutputSamples
 }
 
 Result<CoregionalisedGp> learn_coregionalised(OutputSamples samples, int most_evaluations) {
-  if (const auto sound = check_samples(samples); !sound) return failure(sound.error());
+  if (const auto checked = check_samples(samples); !checked) return failure(checked.error());
   const auto unit = standardised(samples);
   if (!unit) return failure(unit.error());
-  auto summit = climb(unit->samples, most_evaluations);
-  if (!summit) return failure(summit.error());
-  summit->model.root = unit->deviation.asDiagonal() * summit->model.root;
-  summit->model.noise = unit->deviation.cwiseProduct(summit->model.noise);
-  auto process = condition(summit->model, std::move(samples));
-  if (process) process->evaluations = summit->evaluations;
+  auto optimum = climb(unit->samples, most_evaluations);
+  if (!optimum) return failure(optimum.error());
+  optimum->model.root = unit->deviation.asDiagonal() * optimum->model.root;
+  optimum->model.noise = unit->deviation.cwiseProduct(optimum->model.noise);
+  auto process = condition(optimum->model, std::move(samples));
+  if (process) process->evaluations = optimum->evaluations;
   return process;
 }
 
 OutputPredictions predict(const CoregionalisedGp& process, const data::SampleMatrix& x) {
   const Eigen::Index outputs = process.samples.outputs;
   const auto count = static_cast<Eigen::Index>(process.samples.values.size());
-  const Eigen::MatrixXd kernel = kernel_of(process.model, process.samples.x, x);
+  const Eigen::MatrixXd kernel = compute_kernel(process.model, process.samples.x, x);
   const Eigen::MatrixXd between = between_outputs(process.model);
   OutputPredictions predictions{Eigen::MatrixXd(x.rows(), outputs), Eigen::MatrixXd(x.rows(), outputs)};
   for (Eigen::Index j = 0; j < outputs; ++j) {
@@ -321,9 +322,10 @@ OutputPredictions predict(const CoregionalisedGp& process, const data::SampleMat
     predictions.mean.col(j) = (with.transpose() * process.alpha).array() + process.constant(j);
     process.factor.triangularView<Eigen::Lower>().solveInPlace(with);
     // e_j − HᵀK⁻¹k, one column per row of x.
-    Eigen::MatrixXd untold = -process.of_constants.transpose() * with;
-    untold.row(j).array() += 1;
-    const Eigen::RowVectorXd of_constants = (process.constant_covariance * untold).cwiseProduct(untold).colwise().sum();
+    Eigen::MatrixXd unexplained = -process.of_constants.transpose() * with;
+    unexplained.row(j).array() += 1;
+    const Eigen::RowVectorXd of_constants =
+        (process.constant_covariance * unexplained).cwiseProduct(unexplained).colwise().sum();
     predictions.variance.col(j) =
         ((between(j, j) - with.colwise().squaredNorm().array()).max(0) + of_constants.array()).transpose();
   }

@@ -37,7 +37,7 @@ struct OutputSamples {
 };
 
 /// Converts a table, rows × outputs, with NaN for missing values.
-[[nodiscard]] OutputSamples samples_of(const data::SampleMatrix& x, const Eigen::MatrixXd& table);
+[[nodiscard]] OutputSamples samples_from_table(const data::SampleMatrix& x, const Eigen::MatrixXd& table);
 
 struct Coregionalisation {
   Eigen::RowVectorXd lengths;  ///< one per input, > 0

@@ -12,20 +12,20 @@
 namespace gyrotherm::population {
 namespace {
 
-tl::unexpected<Fault> wrong_outputs(FaultKind kind, std::string what) {
+tl::unexpected<Fault> refuse_outputs(FaultKind kind, std::string what) {
   return failure(kind, "multi-output ridge", std::move(what));
 }
 
 Result<void> check_outputs(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y, const Eigen::MatrixXd& penalty) {
   if (z.rows() != y.rows() || z.cols() == 0 || y.cols() == 0) {
-    return wrong_outputs(FaultKind::usage,
-                         fmt::format("{} × {} inputs and {} × {} targets", z.rows(), z.cols(), y.rows(), y.cols()));
+    return refuse_outputs(FaultKind::usage,
+                          fmt::format("{} × {} inputs and {} × {} targets", z.rows(), z.cols(), y.rows(), y.cols()));
   }
-  if (z.rows() < 2) return wrong_outputs(FaultKind::usage, "fewer than two clusters");
+  if (z.rows() < 2) return refuse_outputs(FaultKind::usage, "fewer than two clusters");
   if (penalty.rows() != z.cols() || penalty.cols() != z.cols())
-    return wrong_outputs(FaultKind::usage, "the penalty is not inputs × inputs");
+    return refuse_outputs(FaultKind::usage, "the penalty is not inputs × inputs");
   if (!z.allFinite() || !y.allFinite() || !penalty.allFinite())
-    return wrong_outputs(FaultKind::usage, "a value that is not finite");
+    return refuse_outputs(FaultKind::usage, "a value that is not finite");
   return {};
 }
 
@@ -38,13 +38,13 @@ struct Diagonals {
 Result<Diagonals> diagonalised(const OutputCovariances& between, Eigen::Index outputs) {
   for (const Eigen::MatrixXd* covariance : {&between.noise, &between.slopes}) {
     if (covariance->rows() != outputs || covariance->cols() != outputs)
-      return wrong_outputs(FaultKind::usage, "a covariance is not outputs × outputs");
-    if (!covariance->allFinite()) return wrong_outputs(FaultKind::usage, "a covariance that is not finite");
+      return refuse_outputs(FaultKind::usage, "a covariance is not outputs × outputs");
+    if (!covariance->allFinite()) return refuse_outputs(FaultKind::usage, "a covariance that is not finite");
     if (covariance->llt().info() != Eigen::Success)
-      return wrong_outputs(FaultKind::numeric, "a covariance that is not positive definite");
+      return refuse_outputs(FaultKind::numeric, "a covariance that is not positive definite");
   }
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(between.noise, between.slopes);
-  if (eigen.info() != Eigen::Success) return wrong_outputs(FaultKind::numeric, "the covariances have no common axes");
+  if (eigen.info() != Eigen::Success) return refuse_outputs(FaultKind::numeric, "the covariances have no common axes");
   return Diagonals{eigen.eigenvectors(), eigen.eigenvalues()};
 }
 
@@ -52,7 +52,7 @@ Result<Diagonals> diagonalised(const OutputCovariances& between, Eigen::Index ou
 
 Result<MultiOutputPlanes> multi_output_ridge(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y,
                                              const Eigen::MatrixXd& penalty, const OutputCovariances& between) {
-  if (const auto sound = check_outputs(z, y, penalty); !sound) return failure(sound.error());
+  if (const auto checked = check_outputs(z, y, penalty); !checked) return failure(checked.error());
   const auto diagonals = diagonalised(between, y.cols());
   if (!diagonals) return failure(diagonals.error());
   const Eigen::MatrixXd combined = y * diagonals->combinations;
@@ -73,7 +73,7 @@ Result<MultiOutputPlanes> multi_output_ridge(const Eigen::MatrixXd& z, const Eig
 
 Result<EstimatedPlanes> multi_output_ridge(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y,
                                            const Eigen::MatrixXd& penalty) {
-  if (const auto sound = check_outputs(z, y, penalty); !sound) return failure(sound.error());
+  if (const auto checked = check_outputs(z, y, penalty); !checked) return failure(checked.error());
   const Eigen::Index outputs = y.cols();
   const auto identity = Eigen::MatrixXd::Identity(outputs, outputs);
   const Eigen::MatrixXd centred = y.rowwise() - y.colwise().mean();
@@ -91,7 +91,7 @@ Result<EstimatedPlanes> multi_output_ridge(const Eigen::MatrixXd& z, const Eigen
     const double left = static_cast<double>(y.rows()) - parameters;
     constexpr double kRounding = 1e-9;
     if (!(left > kRounding * static_cast<double>(y.rows())))
-      return wrong_outputs(FaultKind::usage, "too few clusters for so many coefficients");
+      return refuse_outputs(FaultKind::usage, "too few clusters for so many coefficients");
     noise = residual.transpose() * residual / left;
     variance = noise.diagonal();
   }

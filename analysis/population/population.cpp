@@ -20,12 +20,12 @@ Eigen::MatrixXd root_of_covariance(const Eigen::MatrixXd& covariance) {
 }
 
 /// Posterior of a unit: a prior with this root combined with the unit's precision.
-struct Joined {
+struct JoinedPrior {
   Eigen::MatrixXd covariance;  ///< V
   double log_determinant{};    ///< log det(I + RᵀAR)
 };
 
-Joined joined(const Eigen::MatrixXd& root, const Eigen::MatrixXd& precision) {
+JoinedPrior join(const Eigen::MatrixXd& root, const Eigen::MatrixXd& precision) {
   Eigen::MatrixXd inside = root.transpose() * precision * root;
   inside.diagonal().array() += 1;
   const Eigen::LLT<Eigen::MatrixXd> factor(inside);
@@ -34,16 +34,16 @@ Joined joined(const Eigen::MatrixXd& root, const Eigen::MatrixXd& precision) {
 }
 
 /// Returns −2 log p of a unit's values for coefficients N(mean, RRᵀ), given their posterior.
-double deviance(const UnitInformation& unit, const Eigen::VectorXd& mean, const Joined& with) {
-  const Eigen::VectorXd untold = unit.projection - unit.precision * mean;
+double deviance(const UnitInformation& unit, const Eigen::VectorXd& mean, const JoinedPrior& with) {
+  const Eigen::VectorXd unexplained = unit.projection - unit.precision * mean;
   const double square = unit.square - 2 * mean.dot(unit.projection) + mean.dot(unit.precision * mean) -
-                        untold.dot(with.covariance * untold);
+                        unexplained.dot(with.covariance * unexplained);
   return unit.rows * std::log(2 * std::numbers::pi) + unit.log_determinant + with.log_determinant + square;
 }
 
 /// Intermediate results for one Σ.
 struct Step {
-  std::vector<Joined> units;
+  std::vector<JoinedPrior> units;
   Eigen::VectorXd mean;
   Eigen::MatrixXd mean_covariance;
   double log_likelihood{};
@@ -56,7 +56,7 @@ Result<Step> step_at(std::span<const UnitInformation> units, const Eigen::Matrix
   Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(count, count);
   Eigen::VectorXd projection = Eigen::VectorXd::Zero(count);
   for (const UnitInformation& unit : units) {
-    step.units.push_back(joined(root, unit.precision));
+    step.units.push_back(join(root, unit.precision));
     const Eigen::MatrixXd left =
         Eigen::MatrixXd::Identity(count, count) - unit.precision * step.units.back().covariance;  // (I + AΣ)⁻¹
     precision += left * unit.precision;
@@ -96,13 +96,13 @@ double log_prior(const Eigen::MatrixXd& covariance, const std::optional<Shrinkag
   return -0.5 * shrinkage->worth_units * (factor.vectorD().array().log().sum() + factor.solve(target).trace());
 }
 
-Population population_of(const Step& step, const Eigen::MatrixXd& covariance) {
+Population make_population(const Step& step, const Eigen::MatrixXd& covariance) {
   return {step.mean, covariance, step.mean_covariance};
 }
 
 }  // namespace
 
-UnitInformation information_of(const Eigen::MatrixXd& z, const Eigen::VectorXd& y, double log_determinant) {
+UnitInformation unit_information(const Eigen::MatrixXd& z, const Eigen::VectorXd& y, double log_determinant) {
   assert(z.rows() == y.size());
   return {z.transpose() * z, z.transpose() * y, y.squaredNorm(), log_determinant, static_cast<double>(y.size())};
 }
@@ -117,12 +117,12 @@ UnitInformation operator+(const UnitInformation& a, const UnitInformation& b) {
 }
 
 Coefficients posterior(const Coefficients& prior, const UnitInformation& own) {
-  const Joined with = joined(root_of_covariance(prior.covariance), own.precision);
+  const JoinedPrior with = join(root_of_covariance(prior.covariance), own.precision);
   return {prior.mean + with.covariance * (own.projection - own.precision * prior.mean), with.covariance};
 }
 
 double log_predictive(const Coefficients& prior, const UnitInformation& unit) {
-  return -0.5 * deviance(unit, prior.mean, joined(root_of_covariance(prior.covariance), unit.precision));
+  return -0.5 * deviance(unit, prior.mean, join(root_of_covariance(prior.covariance), unit.precision));
 }
 
 Coefficients next_unit(const Population& population) {
@@ -132,7 +132,7 @@ Coefficients next_unit(const Population& population) {
 Result<PopulationFit> population_with(std::span<const UnitInformation> units, const Eigen::MatrixXd& covariance) {
   const auto step = step_at(units, covariance);
   if (!step) return failure(step.error());
-  return PopulationFit{.population = population_of(*step, covariance), .log_likelihood = step->log_likelihood};
+  return PopulationFit{.population = make_population(*step, covariance), .log_likelihood = step->log_likelihood};
 }
 
 Result<PopulationFit> fit_population(std::span<const UnitInformation> units, const Eigen::MatrixXd& start,
@@ -165,7 +165,7 @@ Result<PopulationFit> fit_population(std::span<const UnitInformation> units, con
     fit.converged = now - before < options.tolerance;
     before = now;
   }
-  fit.population = population_of(*step, covariance);
+  fit.population = make_population(*step, covariance);
   fit.log_likelihood = before;
   return fit;
 }

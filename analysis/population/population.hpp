@@ -25,8 +25,8 @@ struct UnitInformation {
   double rows{};
 };
 
-[[nodiscard]] UnitInformation information_of(const Eigen::MatrixXd& z, const Eigen::VectorXd& y,
-                                             double log_determinant = 0);
+[[nodiscard]] UnitInformation unit_information(const Eigen::MatrixXd& z, const Eigen::VectorXd& y,
+                                               double log_determinant = 0);
 /// Returns empty statistics for that number of coefficients.
 [[nodiscard]] UnitInformation no_information(Eigen::Index coefficients);
 /// Adds the statistics of two independent records of one unit. Both must have the same coefficients.

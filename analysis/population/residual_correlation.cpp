@@ -17,26 +17,27 @@ namespace {
 
 constexpr double kLeastEffective = 5;
 
-int place_of(const data::Clusters& clusters, Eigen::Index row) {
+int cluster_position(const data::Clusters& clusters, Eigen::Index row) {
   return static_cast<int>(std::lround(clusters.start_s(row) / clusters.length_s));
 }
 
 Result<void> check_axes(std::span<const AxisResidual> axes) {
-  const auto wrong = [](const std::string& axis, std::string what) {
+  const auto refuse = [](const std::string& axis, std::string what) {
     return failure(FaultKind::usage, fmt::format("axis \"{}\"", axis), std::move(what));
   };
   if (axes.size() < 2) return failure(FaultKind::usage, "residuals", "one axis correlates with nothing: give two");
   std::set<std::string> names;
   for (const AxisResidual& axis : axes) {
     const data::Clusters& clusters = axis.clusters;
-    if (!names.insert(axis.axis).second) return wrong(axis.axis, "is given twice");
-    if (clusters.length_s != axes.front().clusters.length_s) return wrong(axis.axis, "has clusters of another length");
+    if (!names.insert(axis.axis).second) return refuse(axis.axis, "is given twice");
+    if (clusters.length_s != axes.front().clusters.length_s) return refuse(axis.axis, "has clusters of another length");
     if (axis.residual_deg_per_h.size() != clusters.start_s.size()) {
-      return wrong(axis.axis, fmt::format("has {} clusters and {} residuals", clusters.start_s.size(),
-                                          axis.residual_deg_per_h.size()));
+      return refuse(axis.axis, fmt::format("has {} clusters and {} residuals", clusters.start_s.size(),
+                                           axis.residual_deg_per_h.size()));
     }
     for (Eigen::Index k = 1; k < clusters.start_s.size(); ++k)
-      if (place_of(clusters, k) <= place_of(clusters, k - 1)) return wrong(axis.axis, "has clusters of several runs");
+      if (cluster_position(clusters, k) <= cluster_position(clusters, k - 1))
+        return refuse(axis.axis, "has clusters of several runs");
   }
   return {};
 }
@@ -60,14 +61,14 @@ Eigen::VectorXd pairs_apart(const Eigen::VectorXi& places, Eigen::Index lags) {
   return all;
 }
 
-struct Pair {
+struct CorrelatedPair {
   double r{}, effective{}, probability = 1;
   /// The pair has enough effective values for a statement.
-  bool tells{};
+  bool is_usable{};
 };
 
 /// Correlates two axes at the positions that both have.
-Pair pair_of(const Eigen::MatrixXd& both, const Eigen::VectorXi& all_places) {
+CorrelatedPair correlate_pair(const Eigen::MatrixXd& both, const Eigen::VectorXi& all_places) {
   const auto rows = data::finite_rows(both);
   const Eigen::VectorXd a = both.col(0)(rows), b = both.col(1)(rows);
   const Eigen::VectorXi places = all_places(rows);
@@ -75,15 +76,15 @@ Pair pair_of(const Eigen::MatrixXd& both, const Eigen::VectorXi& all_places) {
   const auto varies = [](const Eigen::VectorXd& values) {
     return values.size() > 1 && values.maxCoeff() > values.minCoeff();
   };
-  Pair pair{.r = data::pearson(a, b), .effective = count};
+  CorrelatedPair pair{.r = data::pearson(a, b), .effective = count};
   if (!varies(a) || !varies(b)) return pair;
   const Eigen::Index lags = a.size() / 4;
   const double dependence = (pairs_apart(places, lags).array() * autocorrelations(a, places, lags).array() *
                              autocorrelations(b, places, lags).array())
                                 .sum();
   pair.effective = count * count / std::max(count, count + 2 * dependence);
-  pair.tells = pair.effective >= kLeastEffective;
-  if (!pair.tells) return pair;
+  pair.is_usable = pair.effective >= kLeastEffective;
+  if (!pair.is_usable) return pair;
   const double freedom = pair.effective - 2, left = 1 - pair.r * pair.r;
   if (!(left > 0)) {
     pair.probability = 0;
@@ -95,11 +96,11 @@ Pair pair_of(const Eigen::MatrixXd& both, const Eigen::VectorXi& all_places) {
 
 }  // namespace
 
-Result<AxisResiduals> side_by_side(std::span<const AxisResidual> axes) {
-  if (const auto sound = check_axes(axes); !sound) return failure(sound.error());
+Result<AxisResiduals> align_residuals(std::span<const AxisResidual> axes) {
+  if (const auto checked = check_axes(axes); !checked) return failure(checked.error());
   std::set<int> places;
   for (const AxisResidual& axis : axes)
-    for (Eigen::Index k = 0; k < axis.clusters.start_s.size(); ++k) places.insert(place_of(axis.clusters, k));
+    for (Eigen::Index k = 0; k < axis.clusters.start_s.size(); ++k) places.insert(cluster_position(axis.clusters, k));
   AxisResiduals all;
   const std::vector<int> rising(places.begin(), places.end());
   const auto rows = static_cast<Eigen::Index>(rising.size());
@@ -109,14 +110,14 @@ Result<AxisResiduals> side_by_side(std::span<const AxisResidual> axes) {
   for (std::size_t j = 0; j < axes.size(); ++j) {
     all.axes.push_back(axes[j].axis);
     for (Eigen::Index k = 0; k < axes[j].clusters.start_s.size(); ++k) {
-      const auto row = std::ranges::lower_bound(rising, place_of(axes[j].clusters, k)) - rising.begin();
+      const auto row = std::ranges::lower_bound(rising, cluster_position(axes[j].clusters, k)) - rising.begin();
       all.residual_deg_per_h(row, static_cast<Eigen::Index>(j)) = axes[j].residual_deg_per_h(k);
     }
   }
   return all;
 }
 
-ResidualCorrelation correlation_of(const AxisResiduals& residuals) {
+ResidualCorrelation correlate_residuals(const AxisResiduals& residuals) {
   const Eigen::Index axes = residuals.residual_deg_per_h.cols();
   assert(residuals.places.size() == residuals.residual_deg_per_h.rows());
   assert(static_cast<Eigen::Index>(residuals.axes.size()) == axes);
@@ -130,11 +131,11 @@ ResidualCorrelation correlation_of(const AxisResiduals& residuals) {
     for (Eigen::Index j = i + 1; j < axes; ++j) {
       Eigen::MatrixXd both(residuals.places.size(), 2);
       both << residuals.residual_deg_per_h.col(i), residuals.residual_deg_per_h.col(j);
-      const Pair pair = pair_of(both, residuals.places);
+      const CorrelatedPair pair = correlate_pair(both, residuals.places);
       all.correlation(i, j) = all.correlation(j, i) = pair.r;
       all.effective(i, j) = all.effective(j, i) = pair.effective;
       all.probability(i, j) = all.probability(j, i) = pair.probability;
-      if (!pair.tells) continue;
+      if (!pair.is_usable) continue;
       const double z = std::atanh(std::clamp(pair.r, -1 + 1e-15, 1 - 1e-15));
       sum += (pair.effective - 3) * z * z;
       smallest = std::min(smallest, pair.probability);

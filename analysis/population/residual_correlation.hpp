@@ -32,7 +32,7 @@ struct AxisResidual {
 
 /// Aligns the residuals of one run by the time since its start. Fails with usage: fewer than two axes, different
 /// cluster lengths, not one residual per cluster, clusters of more than one run, two axes with one name.
-[[nodiscard]] Result<AxisResiduals> side_by_side(std::span<const AxisResidual> axes);
+[[nodiscard]] Result<AxisResiduals> align_residuals(std::span<const AxisResidual> axes);
 
 /// The correlations of each pair of axes, axes × axes, and their probabilities by chance.
 struct ResidualCorrelation {
@@ -64,6 +64,6 @@ struct ResidualCorrelation {
 ///
 /// Pairs with an n_eff below 5, or with an axis that does not vary, permit no statement: their probability is 1, and
 /// they are excluded from the joint tests.
-[[nodiscard]] ResidualCorrelation correlation_of(const AxisResiduals& residuals);
+[[nodiscard]] ResidualCorrelation correlate_residuals(const AxisResiduals& residuals);
 
 }  // namespace gyrotherm::population

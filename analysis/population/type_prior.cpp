@@ -23,7 +23,9 @@
 namespace gyrotherm::population {
 namespace {
 
-tl::unexpected<Fault> wrong_units(std::string what) { return failure(FaultKind::usage, "type prior", std::move(what)); }
+tl::unexpected<Fault> refuse_units(std::string what) {
+  return failure(FaultKind::usage, "type prior", std::move(what));
+}
 
 /// One run of one unit as training data.
 struct RunValues {
@@ -33,7 +35,7 @@ struct RunValues {
 };
 
 /// Returns the clusters that have a value of every term.
-Result<RunValues> values_of(const data::Clusters& run, const std::vector<data::Term>& terms) {
+Result<RunValues> run_values(const data::Clusters& run, const std::vector<data::Term>& terms) {
   const auto inputs = evaluate(terms, run);
   if (!inputs) return failure(inputs.error());
   Eigen::MatrixXd all(inputs->rows(), inputs->cols() + 1);
@@ -46,15 +48,14 @@ struct UnitValues {
   std::vector<RunValues> runs;
 };
 
-Result<std::vector<UnitValues>> values_of_all(std::span<const UnitClusters> units,
-                                              const std::vector<data::Term>& terms) {
+Result<std::vector<UnitValues>> all_values(std::span<const UnitClusters> units, const std::vector<data::Term>& terms) {
   std::vector<UnitValues> values;
   for (const UnitClusters& unit : units) {
     values.emplace_back();
     for (const data::Clusters& run : unit.runs) {
-      auto of_run = values_of(run, terms);
+      auto of_run = run_values(run, terms);
       if (!of_run) return failure(of_run.error());
-      if (of_run->time_s.size() == 0) return wrong_units(fmt::format("a run of \"{}\" has no values", unit.unit));
+      if (of_run->time_s.size() == 0) return refuse_units(fmt::format("a run of \"{}\" has no values", unit.unit));
       values.back().runs.push_back(std::move(*of_run));
     }
   }
@@ -73,15 +74,15 @@ std::vector<data::Term> terms_or_default(const TypePriorOptions& options, const 
 
 Result<void> check_units(std::span<const UnitClusters> units) {
   constexpr std::size_t kFewest = 3;
-  if (units.size() < kFewest) return wrong_units(fmt::format("{} units are too few: give {}", units.size(), kFewest));
+  if (units.size() < kFewest) return refuse_units(fmt::format("{} units are too few: give {}", units.size(), kFewest));
   std::set<std::string> names;
   for (const UnitClusters& unit : units) {
-    if (!names.insert(unit.unit).second) return wrong_units(fmt::format("unit \"{}\" is given twice", unit.unit));
-    if (unit.runs.empty()) return wrong_units(fmt::format("unit \"{}\" has no run", unit.unit));
+    if (!names.insert(unit.unit).second) return refuse_units(fmt::format("unit \"{}\" is given twice", unit.unit));
+    if (unit.runs.empty()) return refuse_units(fmt::format("unit \"{}\" has no run", unit.unit));
     for (const data::Clusters& run : unit.runs) {
       const data::Clusters& first = units.front().runs.front();
       if (run.length_s != first.length_s || run.thermometers != first.thermometers)
-        return wrong_units(fmt::format("unit \"{}\" has other thermometers or another cluster length", unit.unit));
+        return refuse_units(fmt::format("unit \"{}\" has other thermometers or another cluster length", unit.unit));
     }
   }
   return {};
@@ -122,7 +123,7 @@ Eigen::MatrixXd spread_within_runs(const std::vector<UnitValues>& units, const d
 
 /// Returns the transformation from scaled terms to the components in which the population is estimated, of unit
 /// variance over all clusters: terms × components.
-Eigen::MatrixXd components_of(const data::SampleMatrix& scaled) {
+Eigen::MatrixXd find_components(const data::SampleMatrix& scaled) {
   constexpr double kLeastShare = 1e-5;
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(scaled);
   const Eigen::Index rank = std::min(scaled.rows(), scaled.cols());
@@ -135,7 +136,7 @@ Eigen::MatrixXd components_of(const data::SampleMatrix& scaled) {
 }
 
 /// Returns one row per cluster: 1, and the components.
-Eigen::MatrixXd design_of(const data::SampleMatrix& scaled, const Eigen::MatrixXd& components) {
+Eigen::MatrixXd make_design(const data::SampleMatrix& scaled, const Eigen::MatrixXd& components) {
   Eigen::MatrixXd design(scaled.rows(), components.cols() + 1);
   design << Eigen::VectorXd::Ones(scaled.rows()), scaled * components;
   return design;
@@ -155,7 +156,7 @@ DesignedUnits designed(const std::vector<UnitValues>& units, const data::Scaling
     all.emplace_back();
     for (const RunValues& run : unit.runs) {
       Eigen::MatrixXd together(run.time_s.size(), components.cols() + 2);
-      together << design_of(apply(scaling, run.inputs), components), run.bias_deg_per_h;
+      together << make_design(apply(scaling, run.inputs), components), run.bias_deg_per_h;
       all.back().push_back({run.time_s, std::move(together)});
     }
   }
@@ -176,10 +177,10 @@ double mean_square_bias(const DesignedUnits& units) {
 UnitInformation whitened_information(const UnexplainedNoise& noise, const DesignedRun& run) {
   const Whitened white = whiten(noise, run.time_s, run.design_and_bias);
   const Eigen::Index coefficients = white.columns.cols() - 1;
-  return information_of(white.columns.leftCols(coefficients), white.columns.col(coefficients), white.log_determinant);
+  return unit_information(white.columns.leftCols(coefficients), white.columns.col(coefficients), white.log_determinant);
 }
 
-std::vector<UnitInformation> information_of_all(const UnexplainedNoise& noise, const DesignedUnits& units) {
+std::vector<UnitInformation> collect_information(const UnexplainedNoise& noise, const DesignedUnits& units) {
   std::vector<UnitInformation> all;
   for (const auto& runs : units) {
     UnitInformation sum = no_information(runs.front().design_and_bias.cols() - 1);
@@ -190,7 +191,7 @@ std::vector<UnitInformation> information_of_all(const UnexplainedNoise& noise, c
 }
 
 /// Returns the root mean square of the least-squares residuals of all units, the starting value for the noises.
-double left_by_least_squares(const DesignedUnits& units) {
+double least_squares_rms(const DesignedUnits& units) {
   double squares = 0, rows = 0;
   for (const auto& runs : units) {
     Eigen::Index count = 0;
@@ -221,14 +222,14 @@ UnexplainedNoise noise_at(const NoiseLogarithms& at, double turn_on_deg_per_h) {
 Result<UnexplainedNoise> search_noise(const UnexplainedNoise& start, const DesignedUnits& units,
                                       const Eigen::MatrixXd& covariance, double cluster_length_s) {
   constexpr double kFirstStep = 0.8, kLastStep = 0.04;
-  const auto likelihood_of = [&](const NoiseLogarithms& at) -> Result<double> {
-    return population_with(information_of_all(noise_at(at, start.turn_on_deg_per_h), units), covariance)
+  const auto likelihood_at = [&](const NoiseLogarithms& at) -> Result<double> {
+    return population_with(collect_information(noise_at(at, start.turn_on_deg_per_h), units), covariance)
         .map([](const PopulationFit& fit) { return fit.log_likelihood; });
   };
   NoiseLogarithms at{std::log(start.white_deg_per_h), std::log(start.wander_deg_per_h), std::log(start.wander_time_s)};
   const NoiseLogarithms low{at[0] - 7, at[1] - 7, std::log(3 * cluster_length_s)},
       high{at[0] + 7, at[1] + 7, std::log(1e7)};
-  auto best = likelihood_of(at);
+  auto best = likelihood_at(at);
   if (!best) return failure(best.error());
   for (double step = kFirstStep; step > kLastStep; step /= 2) {
     for (bool gained = true; gained;) {
@@ -237,7 +238,7 @@ Result<UnexplainedNoise> search_noise(const UnexplainedNoise& start, const Desig
         for (const double side : {-step, step}) {
           NoiseLogarithms tried = at;
           tried[k] = std::clamp(at[k] + side, low[k], high[k]);
-          const auto found = likelihood_of(tried);
+          const auto found = likelihood_at(tried);
           if (!found || !(*found > *best)) continue;
           at = tried;
           best = found;
@@ -297,15 +298,15 @@ struct Learnt {
 
 Result<Learnt> learn(const DesignedUnits& units, double cluster_length_s, const TypePriorOptions& options) {
   constexpr int kRounds = 4;
-  const double left = left_by_least_squares(units) / std::sqrt(2.0);
-  if (!(left > 0)) return wrong_units("least squares leaves nothing: no noise, no prior");
+  const double left = least_squares_rms(units) / std::sqrt(2.0);
+  if (!(left > 0)) return refuse_units("least squares leaves nothing: no noise, no prior");
   constexpr double kFirstClusters = 36;
   UnexplainedNoise noise{left, left, kFirstClusters * cluster_length_s, options.turn_on_deg_per_h};
   const Eigen::Index coefficients = units.front().front().design_and_bias.cols() - 1;
   Eigen::MatrixXd covariance = mean_square_bias(units) * Eigen::MatrixXd::Identity(coefficients, coefficients);
   Result<PopulationFit> fit = failure(FaultKind::numeric, "type prior", "was not run");
   for (int round = 0; round < kRounds; ++round) {
-    fit = fit_population(information_of_all(noise, units), covariance, {.independent = true});
+    fit = fit_population(collect_information(noise, units), covariance, {.independent = true});
     if (!fit) return failure(fit.error());
     covariance = fit->population.covariance;
     if (round + 1 == kRounds) break;
@@ -313,13 +314,13 @@ Result<Learnt> learn(const DesignedUnits& units, double cluster_length_s, const 
     if (!searched) return failure(searched.error());
     noise = *searched;
   }
-  auto chosen = with_correlations(information_of_all(noise, units), *fit, options.quick);
+  auto chosen = with_correlations(collect_information(noise, units), *fit, options.quick);
   if (!chosen) return failure(chosen.error());
   return Learnt{std::move(*chosen), noise};
 }
 
 /// Transforms coefficients of the components to coefficients of the scaled terms.
-Coefficients of_terms(const Coefficients& of_components, const Eigen::MatrixXd& components) {
+Coefficients term_coefficients(const Coefficients& of_components, const Eigen::MatrixXd& components) {
   Eigen::MatrixXd back = Eigen::MatrixXd::Zero(components.rows() + 1, components.cols() + 1);
   back(0, 0) = 1;
   back.bottomRightCorner(components.rows(), components.cols()) = components;
@@ -329,8 +330,8 @@ Coefficients of_terms(const Coefficients& of_components, const Eigen::MatrixXd& 
 
 /// Returns the covariance of the scaled terms due to the thermometers' uncertainty, averaged over all clusters with a
 /// value of each term.
-Result<Eigen::MatrixXd> errors_of_terms(std::span<const UnitClusters> units, const TypePrior& prior,
-                                        const std::vector<double>& uncertainty_k) {
+Result<Eigen::MatrixXd> term_error_covariance(std::span<const UnitClusters> units, const TypePrior& prior,
+                                              const std::vector<double>& uncertainty_k) {
   const auto terms = static_cast<Eigen::Index>(prior.terms.size());
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(terms, terms);
   if (uncertainty_k.empty()) return sum;
@@ -353,21 +354,21 @@ Result<Eigen::MatrixXd> errors_of_terms(std::span<const UnitClusters> units, con
 
 Result<void> check_own(const TypePrior& prior, const data::Clusters& clusters) {
   if (clusters.length_s == prior.cluster_length_s) return {};
-  return wrong_units(
+  return refuse_units(
       fmt::format("clusters of {} s, and the prior is of {} s", clusters.length_s, prior.cluster_length_s));
 }
 
 }  // namespace
 
 Result<TypePrior> learn_type_prior(std::span<const UnitClusters> units, const TypePriorOptions& options) {
-  if (const auto sound = check_units(units); !sound) return failure(sound.error());
+  if (const auto checked = check_units(units); !checked) return failure(checked.error());
   TypePrior prior;
   prior.type = options.type;
   prior.simulated = options.simulated;
   prior.cluster_length_s = units.front().runs.front().length_s;
   prior.terms = terms_or_default(options, units.front().runs.front());
   for (const UnitClusters& unit : units) prior.units.push_back(unit.unit);
-  const auto values = values_of_all(units, prior.terms);
+  const auto values = all_values(units, prior.terms);
   if (!values) return failure(values.error());
   const auto inputs = all_inputs(*values, static_cast<Eigen::Index>(prior.terms.size()));
   auto scaling = fit_scaling(inputs, prior.terms);
@@ -377,15 +378,15 @@ Result<TypePrior> learn_type_prior(std::span<const UnitClusters> units, const Ty
   prior.input_max = inputs.colwise().maxCoeff();
   const auto scaled = apply(prior.scaling, inputs);
   prior.term_spread = spread_within_runs(*values, prior.scaling);
-  auto errors = errors_of_terms(units, prior, options.thermometer_uncertainty_k);
+  auto errors = term_error_covariance(units, prior, options.thermometer_uncertainty_k);
   if (!errors) return failure(errors.error());
   prior.error_covariance = std::move(*errors);
-  const Eigen::MatrixXd components = components_of(scaled);
+  const Eigen::MatrixXd components = find_components(scaled);
   const auto learnt = learn(designed(*values, prior.scaling, components), prior.cluster_length_s, options);
   if (!learnt) return failure(learnt.error());
   prior.noise = learnt->noise;
   prior.correlations_worth_units = learnt->chosen.worth_units;
-  prior.next_unit = of_terms(next_unit(learnt->chosen.fit.population), components);
+  prior.next_unit = term_coefficients(next_unit(learnt->chosen.fit.population), components);
   return prior;
 }
 
@@ -393,13 +394,13 @@ Result<LearntUnit> learn_unit(const TypePrior& prior, std::span<const data::Clus
   UnitInformation all = no_information(prior.next_unit.mean.size());
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(prior.scaling.std.size());
   for (const data::Clusters& run : own) {
-    if (const auto sound = check_own(prior, run); !sound) return failure(sound.error());
-    const auto values = values_of(run, prior.terms);
+    if (const auto checked = check_own(prior, run); !checked) return failure(checked.error());
+    const auto values = run_values(run, prior.terms);
     if (!values) return failure(values.error());
     const auto scaled = apply(prior.scaling, values->inputs);
     const auto identity = Eigen::MatrixXd::Identity(scaled.cols(), scaled.cols());
     Eigen::MatrixXd design_and_bias(scaled.rows(), scaled.cols() + 2);
-    design_and_bias << design_of(scaled, identity), values->bias_deg_per_h;
+    design_and_bias << make_design(scaled, identity), values->bias_deg_per_h;
     all = all + whitened_information(prior.noise, {values->time_s, std::move(design_and_bias)});
     sum += scaled.colwise().sum();
   }
@@ -423,11 +424,11 @@ Eigen::VectorXd careful_coefficients(const TypePrior& prior, const LearntUnit& u
 
 Result<UnitPrediction> predict(const TypePrior& prior, const LearntUnit& unit, const data::Clusters& clusters,
                                std::span<const double> drift_k) {
-  if (const auto sound = check_own(prior, clusters); !sound) return failure(sound.error());
+  if (const auto checked = check_own(prior, clusters); !checked) return failure(checked.error());
   const auto inputs = evaluate(prior.terms, clusters);
   if (!inputs) return failure(inputs.error());
   const auto scaled = apply(prior.scaling, *inputs);
-  const Eigen::MatrixXd design = design_of(scaled, Eigen::MatrixXd::Identity(scaled.cols(), scaled.cols()));
+  const Eigen::MatrixXd design = make_design(scaled, Eigen::MatrixXd::Identity(scaled.cols(), scaled.cols()));
   const Eigen::VectorXd careful = careful_coefficients(prior, unit);
   double same = std::pow(prior.noise.wander_deg_per_h, 2) + std::pow(prior.noise.turn_on_deg_per_h, 2);
   const data::Clusters known = pick(clusters, data::finite_rows(*inputs));

@@ -35,7 +35,7 @@ void describe(auto& form, Like<PriorTerm> auto& term) {
   form.derived("slope_uncertainty_deg_per_h_per_std", term.slope_std);
 }
 
-std::vector<PriorTerm> terms_of(const TypePrior& prior) {
+std::vector<PriorTerm> to_prior_terms(const TypePrior& prior) {
   std::vector<PriorTerm> terms;
   for (std::size_t k = 0; k < prior.terms.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
@@ -120,7 +120,7 @@ void describe(auto& form, Like<TypePrior> auto& prior) {
   form("noise", prior.noise);
   double constant = prior.next_unit.mean.size() > 0 ? prior.next_unit.mean(0) : 0;
   form("constant_deg_per_h", constant);
-  auto terms = terms_of(prior);
+  auto terms = to_prior_terms(prior);
   form("terms", terms);
   form.expect("terms", !terms.empty(), "expected at least one term");
   form("correlations_worth_units", not_negative(prior.correlations_worth_units));

@@ -6,7 +6,7 @@
 
 namespace gyrotherm::population {
 
-Eigen::MatrixXd covariance_of(const UnexplainedNoise& noise, const Eigen::VectorXd& time_s) {
+Eigen::MatrixXd noise_covariance(const UnexplainedNoise& noise, const Eigen::VectorXd& time_s) {
   const double white = std::pow(noise.white_deg_per_h, 2), wander = std::pow(noise.wander_deg_per_h, 2);
   const double turn_on = std::pow(noise.turn_on_deg_per_h, 2);
   Eigen::MatrixXd covariance(time_s.size(), time_s.size());

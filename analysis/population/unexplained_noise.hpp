@@ -19,7 +19,7 @@ struct UnexplainedNoise {
 };
 
 /// Returns the covariance of the noise of means at these times, s, in one run.
-[[nodiscard]] Eigen::MatrixXd covariance_of(const UnexplainedNoise& noise, const Eigen::VectorXd& time_s);
+[[nodiscard]] Eigen::MatrixXd noise_covariance(const UnexplainedNoise& noise, const Eigen::VectorXd& time_s);
 
 /// Columns with noise that is white and of variance 1.
 struct Whitened {

@@ -31,9 +31,9 @@ Result<void> print_row(const char* what, const std::vector<VirtualUnit>& units,
   std::vector<population::AxisResidual> axes;
   for (std::size_t i = 0; i < units.size(); ++i)
     axes.push_back({units[i].name, units[i].random.clusters, residuals[i]});
-  const auto together = population::side_by_side(axes);
+  const auto together = population::align_residuals(axes);
   if (!together) return failure(together.error());
-  const auto found = population::correlation_of(*together);
+  const auto found = population::correlate_residuals(*together);
   std::vector<double> r, effective;
   double by_chance = 0;
   int surprising = 0;

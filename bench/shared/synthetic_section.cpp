@@ -52,14 +52,15 @@ Result<GapDraw> draw_gap(double correlation, std::uint64_t seed) {
   const Eigen::MatrixXd truth = of_time * normal_draws(kRows, kAxes, random) * of_axes.transpose();
   const Eigen::MatrixXd seen = truth + kNoise * normal_draws(kRows, kAxes, random);
   GapDraw draw;
-  draw.p_all = population::correlation_of({.axes = {"x", "y", "z"},
-                                           .places = Eigen::VectorXi::LinSpaced(kRows, 0, static_cast<int>(kRows) - 1),
-                                           .residual_deg_per_h = seen})
-                   .all_probability;
+  draw.p_all =
+      population::correlate_residuals({.axes = {"x", "y", "z"},
+                                       .places = Eigen::VectorXi::LinSpaced(kRows, 0, static_cast<int>(kRows) - 1),
+                                       .residual_deg_per_h = seen})
+          .all_probability;
   Eigen::MatrixXd table = seen;
   table.col(0).segment(kGapFrom, kGapTo - kGapFrom).setConstant(std::numeric_limits<double>::quiet_NaN());
-  const auto together = population::learn_coregionalised(population::samples_of(time, table));
-  const auto alone = population::learn_coregionalised(population::samples_of(time, table.leftCols(1)));
+  const auto together = population::learn_coregionalised(population::samples_from_table(time, table));
+  const auto alone = population::learn_coregionalised(population::samples_from_table(time, table.leftCols(1)));
   if (!together || !alone) return failure(together ? alone.error() : together.error());
   const data::SampleMatrix gap = time.middleRows(kGapFrom, kGapTo - kGapFrom);
   const Eigen::VectorXd wanted = truth.col(0).segment(kGapFrom, kGapTo - kGapFrom);

@@ -228,7 +228,7 @@ TEST(ChangeDetector, AlarmsByChanceAsOftenAnHourAsItSays) {
 /// hours the limit is 44; the hop is found and its axis identified within some minutes.
 TEST(ChangeDetector, FindsAHopThatIsSmallerThanTheNoiseOfASecond) {
   const Geometry geometry = made_of(dodecahedron_axes(kSecond_deg_per_h));
-  const Gains gains = gains_of(geometry);
+  const Gains gains = compute_gains(geometry);
   const FaultTest test = parity_test(gains, geometry);
   const double shift = kHop_deg_per_h * test.effects.col(0).norm();
   double delays = 0;

@@ -14,7 +14,7 @@ namespace {
 
 struct Tested {
   explicit Tested(const std::vector<InputAxis>& axes)
-      : geometry(made_of(axes)), gains(gains_of(geometry)), test(parity_test(gains, geometry)) {}
+      : geometry(made_of(axes)), gains(compute_gains(geometry)), test(parity_test(gains, geometry)) {}
   [[nodiscard]] Finding find(Draws& draws, Eigen::Index axis, double bias, const TestOptions& options) const {
     Eigen::VectorXd readings = draws.with(geometry.covariance);
     if (axis >= 0) readings(axis) += bias;

@@ -42,7 +42,7 @@ inline constexpr double kDegree = std::numbers::pi / 180;  ///< rad
 }
 
 [[nodiscard]] inline Geometry made_of(const std::vector<InputAxis>& axes) {
-  const auto geometry = geometry_of(axes);
+  const auto geometry = make_geometry(axes);
   EXPECT_TRUE(geometry) << text(geometry.error());
   return *geometry;
 }

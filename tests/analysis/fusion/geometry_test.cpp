@@ -63,7 +63,7 @@ std::vector<Broken> broken_fixtures() {
 
 TEST(Geometry, OfABrokenFixtureIsRefusedByWhatIsWrong) {
   for (const Broken& broken : broken_fixtures()) {
-    const auto geometry = geometry_of(broken.axes);
+    const auto geometry = make_geometry(broken.axes);
     ASSERT_FALSE(geometry) << broken.says;
     EXPECT_EQ(geometry.error().kind, FaultKind::usage);
     EXPECT_NE(text(geometry.error()).find(broken.says), std::string::npos) << text(geometry.error());

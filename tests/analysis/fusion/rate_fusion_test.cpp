@@ -8,7 +8,7 @@ namespace {
 
 TEST(RateFusion, OfATriadIsItsInverse) {
   const std::vector<InputAxis> axes = {axis("1", 1, 0, 0, 0.1), axis("2", 3, 4, 0, 0.2), axis("3", 0, 3, 4, 0.3)};
-  const Gains gains = gains_of(made_of(axes));
+  const Gains gains = compute_gains(made_of(axes));
   // Computed by hand: x = y₁; 0.6 x + 0.8 y = y₂; 0.6 y + 0.8 z = y₃.
   Eigen::Matrix3d expected;
   expected << 1, 0, 0, -0.75, 1.25, 0, 0.5625, -0.9375, 1.25;
@@ -21,7 +21,7 @@ TEST(RateFusion, OfATriadIsItsInverse) {
 /// For h = (1, 1, 1)/√3, HᵀH = I + hhᵀ, and its inverse is I − hhᵀ/2.
 TEST(RateFusion, OfATetradIsWhatHandsCompute) {
   const double u = 0.02, root = std::sqrt(3.0);
-  const Gains gains = gains_of(made_of(tetrad_axes(u)));
+  const Gains gains = compute_gains(made_of(tetrad_axes(u)));
   const Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity() - Eigen::Matrix3d::Constant(1.0 / 6);
   EXPECT_TRUE(gains.covariance.isApprox(u * u * inverse, 1e-13)) << gains.covariance;
   Eigen::Matrix<double, 3, 4> expected;
@@ -38,7 +38,7 @@ TEST(RateFusion, OfATetradIsWhatHandsCompute) {
 
 TEST(RateFusion, IsTheBestLinearUnbiasedEstimate) {
   const Geometry geometry = made_of(uneven_axes());
-  const Gains gains = gains_of(geometry);
+  const Gains gains = compute_gains(geometry);
   const Eigen::MatrixXd h = geometry.directions, inverse = geometry.covariance.inverse();
   const Eigen::Matrix3d normal = h.transpose() * inverse * h;
   EXPECT_TRUE(gains.rate.isApprox(normal.inverse() * h.transpose() * inverse, 1e-11));
@@ -50,7 +50,7 @@ TEST(RateFusion, IsTheBestLinearUnbiasedEstimate) {
 TEST(RateFusion, HasAParityThatNoRateReachesAndThatIsWhite) {
   for (const auto& axes : {tetrad_axes(0.01), dodecahedron_axes(0.3), uneven_axes()}) {
     const Geometry geometry = made_of(axes);
-    const Gains gains = gains_of(geometry);
+    const Gains gains = compute_gains(geometry);
     EXPECT_EQ(gains.parity.rows(), geometry.axes() - 3);
     EXPECT_LT((gains.parity * geometry.directions).norm(), 1e-12 * gains.parity.norm());
     EXPECT_TRUE((gains.parity * geometry.covariance * gains.parity.transpose()).isIdentity(1e-10));
@@ -62,7 +62,7 @@ TEST(RateFusion, HasAParityThatNoRateReachesAndThatIsWhite) {
 /// is within four times that; the mean over the seeds has 0.1 %.
 TEST(RateFusion, HasTheCovarianceThatItSays) {
   const Geometry geometry = made_of(uneven_axes());
-  const Gains gains = gains_of(geometry);
+  const Gains gains = compute_gains(geometry);
   const Eigen::Vector3d truth(12, -3, 40);
   constexpr int kReadings = 5000;
   Eigen::Matrix3d mean = Eigen::Matrix3d::Zero();
@@ -84,33 +84,33 @@ TEST(RateFusion, HasTheCovarianceThatItSays) {
 
 TEST(RateFusion, WithoutAnAxisIsThatOfTheGeometryWithoutIt) {
   const Geometry geometry = made_of(uneven_axes());
-  const Gains gains = gains_of(geometry);
+  const Gains gains = compute_gains(geometry);
   Draws draws(3);
   for (Eigen::Index out = 0; out < geometry.axes(); ++out) {
     const Eigen::VectorXd readings = 30 * draws.normal(geometry.axes());
     std::vector<Eigen::Index> left;
     for (Eigen::Index i = 0; i < geometry.axes(); ++i)
       if (i != out) left.push_back(i);
-    const FusedRate expected = fused(gains_of(*without(geometry, out)), readings(left));
-    const auto rest = fused_without(gains, readings, out);
+    const FusedRate expected = fused(compute_gains(*without(geometry, out)), readings(left));
+    const auto rest = fuse_without(gains, readings, out);
     ASSERT_TRUE(rest);
     EXPECT_TRUE(rest->deg_per_h.isApprox(expected.deg_per_h, 1e-10)) << out;
     EXPECT_TRUE(rest->covariance.isApprox(expected.covariance, 1e-10)) << out;
     Eigen::VectorXd broken = readings;
     broken(out) += 1000;
-    EXPECT_TRUE(fused_without(gains, broken, out)->deg_per_h.isApprox(expected.deg_per_h, 1e-10));
+    EXPECT_TRUE(fuse_without(gains, broken, out)->deg_per_h.isApprox(expected.deg_per_h, 1e-10));
   }
 }
 
 TEST(RateFusion, WithoutAnAxisThatIsAloneIsRefused) {
-  const Gains gains =
-      gains_of(made_of({axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)}));
+  const Gains gains = compute_gains(
+      made_of({axis("1", 1, 0, 0, 1), axis("2", 0, 1, 0, 1), axis("3", 1, 1, 0, 1), axis("up", 0, 0, 1, 1)}));
   const Eigen::Vector4d readings(1, 2, 2, 3);
-  EXPECT_TRUE(fused_without(gains, readings, 1));
-  const auto rest = fused_without(gains, readings, 3);
+  EXPECT_TRUE(fuse_without(gains, readings, 1));
+  const auto rest = fuse_without(gains, readings, 3);
   ASSERT_FALSE(rest);
   EXPECT_EQ(rest.error().kind, FaultKind::numeric);
-  EXPECT_FALSE(fused_without(gains_of(made_of(triad_axes(1))), Eigen::Vector3d(1, 2, 3), 0));
+  EXPECT_FALSE(fuse_without(compute_gains(made_of(triad_axes(1))), Eigen::Vector3d(1, 2, 3), 0));
 }
 
 }  // namespace

@@ -190,11 +190,11 @@ TEST(Rest, RefusesWhatCannotBe) {
 }
 
 TEST(North, IsTheHeadingOfTheFixture) {
-  const Gains gains = gains_of(made_of(tetrad_axes(1e-4)));
+  const Gains gains = compute_gains(made_of(tetrad_axes(1e-4)));
   for (const double latitude : {-60.0, 0.0, 48.0}) {
     for (double heading = -179; heading <= 180; heading += 13) {
       const Eigen::Vector3d rate = level_fixture(heading).transpose() * earth_rate(latitude);
-      const auto north = north_of({rate, gains.covariance}, latitude, {});
+      const auto north = find_north({rate, gains.covariance}, latitude, {});
       ASSERT_TRUE(north) << text(north.error());
       EXPECT_NEAR(north->heading_deg, heading, 1e-9);
     }
@@ -206,8 +206,8 @@ TEST(North, IsAsUncertainAsTheEastAxisOverTheHorizontalEarth) {
   Eigen::Matrix3d covariance = Eigen::Vector3d(9, 1, 25).asDiagonal();
   covariance *= u * u;
   const auto at = [&](double heading, double tilt_std_deg) {
-    return *north_of({level_fixture(heading).transpose() * earth_rate(latitude), covariance}, latitude,
-                     {tilt_std_deg, tilt_std_deg});
+    return *find_north({level_fixture(heading).transpose() * earth_rate(latitude), covariance}, latitude,
+                       {tilt_std_deg, tilt_std_deg});
   };
   const double horizontal = kEarthRateDegPerHour * std::cos(latitude * kDegree);
   EXPECT_NEAR(at(0, 0).standard_deg, u / horizontal / kDegree, 1e-9) << "the second axis points east";
@@ -222,7 +222,7 @@ TEST(North, IsAsUncertainAsTheEastAxisOverTheHorizontalEarth) {
 TEST(North, IsWrongAsOftenAsItSays) {
   const double latitude = 55, tilt = 0.03;
   const Geometry geometry = made_of(uneven_axes());
-  const Gains gains = gains_of(geometry);
+  const Gains gains = compute_gains(geometry);
   double squares = 0;
   int inside = 0;
   constexpr int kEach = 500;
@@ -235,7 +235,7 @@ TEST(North, IsWrongAsOftenAsItSays) {
           Eigen::AngleAxisd(tilted.norm(), tilted.normalized()).toRotationMatrix() * level_fixture(heading);
       const Eigen::VectorXd readings =
           geometry.directions * turned.transpose() * earth_rate(latitude) + draws.with(geometry.covariance);
-      const auto north = north_of(fused(gains, readings), latitude, {tilt, tilt});
+      const auto north = find_north(fused(gains, readings), latitude, {tilt, tilt});
       ASSERT_TRUE(north) << text(north.error());
       const double error = std::remainder(north->heading_deg - heading, 360);
       squares += std::pow(error / north->standard_deg, 2);
@@ -252,7 +252,7 @@ TEST(North, AgreesWithWhatTheRestSays) {
   const Geometry geometry = made_of(triad_axes(u));
   const Attitude attitude{.azimuth_std_deg = 20, .latitude_deg = latitude};
   const Eigen::Vector3d readings = level_fixture(8).transpose() * earth_rate(latitude);
-  const auto north = north_of(fused(gains_of(geometry), readings), latitude, {});
+  const auto north = find_north(fused(compute_gains(geometry), readings), latitude, {});
   const auto rest =
       at_rest(geometry, readings, attitude, {Eigen::Vector3d::Zero(), 1e-14 * Eigen::Matrix3d::Identity()});
   ASSERT_TRUE(north && rest);
@@ -263,7 +263,7 @@ TEST(North, AgreesWithWhatTheRestSays) {
 TEST(North, IsRefusedWhereItCannotBeFound) {
   const Eigen::Matrix3d covariance = 1e-4 * Eigen::Matrix3d::Identity();
   const auto kind = [&](const Eigen::Vector3d& rate, double latitude, double tilt) {
-    const auto north = north_of({rate, covariance}, latitude, {tilt, 0});
+    const auto north = find_north({rate, covariance}, latitude, {tilt, 0});
     return north ? std::nullopt : std::optional(north.error().kind);
   };
   EXPECT_EQ(kind(earth_rate(45), 45, 0), std::nullopt);

@@ -31,8 +31,8 @@ inline constexpr double kOwn_k = 0.013;  ///< both together
   Draws draws(1000);
   Eigen::MatrixXd record(4000, kThermometers);
   for (Eigen::Index i = 0; i < record.rows(); ++i) record.row(i) = temperatures(draws, kNoise_k);
-  const auto parity = thermometer_parity_of(record, {"A", "B", "C", "D", "E", "F", "G", "H"},
-                                            Eigen::VectorXd::Constant(kThermometers, kDrift_k), kModes);
+  const auto parity = learn_thermometer_parity(record, {"A", "B", "C", "D", "E", "F", "G", "H"},
+                                               Eigen::VectorXd::Constant(kThermometers, kDrift_k), kModes);
   EXPECT_TRUE(parity) << text(parity.error());
   return *parity;
 }

@@ -60,13 +60,13 @@ TEST(ThermometerParity, RefusesWhatIsNotEnough) {
   const auto says = [&](const auto& parity, const char* what) {
     return !parity && parity.error().kind == FaultKind::usage && text(parity.error()).find(what) != std::string::npos;
   };
-  EXPECT_TRUE(thermometer_parity_of(record, names, uncertainty, 2));
-  EXPECT_TRUE(says(thermometer_parity_of(record, names, uncertainty, 3), "2 more are needed"));
-  EXPECT_TRUE(says(thermometer_parity_of(record, names, uncertainty, 0), "0 ways"));
-  EXPECT_TRUE(says(thermometer_parity_of(record, {"A"}, uncertainty, 2), "1 names"));
-  EXPECT_TRUE(says(thermometer_parity_of(record, names, 0 * uncertainty, 2), "not above 0"));
+  EXPECT_TRUE(learn_thermometer_parity(record, names, uncertainty, 2));
+  EXPECT_TRUE(says(learn_thermometer_parity(record, names, uncertainty, 3), "2 more are needed"));
+  EXPECT_TRUE(says(learn_thermometer_parity(record, names, uncertainty, 0), "0 ways"));
+  EXPECT_TRUE(says(learn_thermometer_parity(record, {"A"}, uncertainty, 2), "1 names"));
+  EXPECT_TRUE(says(learn_thermometer_parity(record, names, 0 * uncertainty, 2), "not above 0"));
   record.topRows(170).col(1).setConstant(std::nan(""));
-  EXPECT_TRUE(says(thermometer_parity_of(record, names, uncertainty, 2), "30 rows are known"));
+  EXPECT_TRUE(says(learn_thermometer_parity(record, names, uncertainty, 2), "30 rows are known"));
 }
 
 constexpr double kMean_deg_per_h = 0.002;  ///< a mean over 100 s
@@ -84,7 +84,7 @@ struct Fixture {
     const Attitude attitude{.tilt_std_deg = 0.002, .azimuth_std_deg = 0.005, .latitude_deg = 48};
     const BiasPrior prior{Eigen::Vector4d::Zero(), 4e-6 * Eigen::Matrix4d::Identity()};
     spread = geometry.covariance;
-    voters.whitening = gains_of(geometry).parity;
+    voters.whitening = compute_gains(geometry).parity;
     if (!rests) return;
     const RestTest rest = *rest_test(geometry, attitude, prior);
     voters.whitening = rest.whitening;

@@ -304,7 +304,7 @@ TEST(Characterisation, OfASlopeMakesNoLoop) {
 }
 
 /// Returns x_k = 0.95 x_{k−1} + white noise of unit STD, with a correlation time of half an hour.
-Eigen::VectorXd wander_of(const Eigen::VectorXd& like, std::uint64_t seed) {
+Eigen::VectorXd draw_wander(const Eigen::VectorXd& like, std::uint64_t seed) {
   constexpr double kMemory = 0.95;
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
@@ -322,7 +322,7 @@ TEST(Characterisation, OfALoopKnowsHowFarItIsFromTheTruth) {
   double squares = 0, variance = 0, freedom = 0, clusters = 0;
   int points = 0;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
-    for (const HysteresisPoint& point : run.found(wander_of(run.clusters.start_s, seed)).hysteresis) {
+    for (const HysteresisPoint& point : run.found(draw_wander(run.clusters.start_s, seed)).hysteresis) {
       if (point.heating < 30 || point.cooling < 30) continue;
       squares += std::pow(point.width.before.value, 2);
       variance += std::pow(point.width.before.u, 2);

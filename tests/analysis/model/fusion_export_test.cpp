@@ -71,7 +71,7 @@ TEST(FusionExport, FusesWhatIsFusedHere) {
        {fusion::triad_axes(0.02), fusion::tetrad_axes(0.02), fusion::dodecahedron_axes(0.02), fusion::uneven_axes()}) {
     const Workplace place;
     const fusion::Geometry geometry = fusion::made_of(axes);
-    const fusion::Gains gains = gains_of(geometry);
+    const fusion::Gains gains = compute_gains(geometry);
     const Eigen::MatrixXd readings = drawn_readings(geometry);
     std::ifstream out = answers_of(place, geometry, readings, options);
     int suspects = 0;
@@ -98,7 +98,7 @@ TEST(FusionExport, FusesWhatIsFusedHere) {
       EXPECT_EQ(suspect, named ? static_cast<int>(*named) : -1) << n;
       EXPECT_NEAR(bias, named ? finding.isolation->size : 0, 1e-11) << n;
       EXPECT_EQ(without, 0);
-      EXPECT_LT((rest - fused_without(gains, reading, 1)->deg_per_h).norm(), 1e-11 * 60) << n;
+      EXPECT_LT((rest - fuse_without(gains, reading, 1)->deg_per_h).norm(), 1e-11 * 60) << n;
       suspects += named ? 1 : 0;
     }
     EXPECT_EQ(suspects > 0, axes.size() > 4) << "four axes name nobody";

@@ -479,9 +479,7 @@ TEST(CText, ACommentStaysInside) {
   }
 }
 
-TEST(CText, WhatIsPutInIsNotSearchedAgain) {
-  EXPECT_EQ(c_filled("@a@-@b@@a@", {{"a", "@b@"}, {"b", "2"}}), "@b@-2@b@");
-}
+TEST(CText, WhatIsPutInIsNotSearchedAgain) { EXPECT_EQ(c_fill("@a@-@b@@a@", {{"a", "@b@"}, {"b", "2"}}), "@b@-2@b@"); }
 
 void write(const std::filesystem::path& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;

@@ -252,7 +252,7 @@ TEST(TrainedRange, MakesProductsAnewFromBoundedFactors) {
   Model model = opposed_slopes();
   const data::Term a = data::temperature_term("A"), b = data::temperature_term("B");
   model.terms = {a, b, a * b, a * data::rate_term("A")};
-  EXPECT_EQ(remade_products(model.terms).size(), 1u) << "the rate of A is no input by itself";
+  EXPECT_EQ(recomputed_products(model.terms).size(), 1u) << "the rate of A is no input by itself";
   model.scaling = {Eigen::RowVector4d{20, 20, 410, 0}, Eigen::RowVector4d::Ones()};
   model.input_min = Eigen::RowVector4d{-20, -20, 0, -100};
   model.input_max = Eigen::RowVector4d{60, 60, 3600, 100};

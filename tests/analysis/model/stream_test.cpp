@@ -139,7 +139,7 @@ TEST(Latency, IsMeasuredOnMeansThatFollowEachOther) {
   clusters.length_s = 100;
   clusters.start_s = Eigen::VectorXd::LinSpaced(720, 0, 71900);
   const Eigen::VectorXd predicted = (clusters.start_s.array() * (2 * std::numbers::pi / 7200)).sin();
-  const auto latency = latency_of(data::small_slope_model(), clusters, predicted);
+  const auto latency = measure_latency(data::small_slope_model(), clusters, predicted);
   ASSERT_TRUE(latency);
   const double turn = 2 * std::numbers::pi * 100 / 7200;
   EXPECT_NEAR(latency->lagging_rms_deg_per_h, turn / 2 / std::numbers::sqrt2, 1e-3 * turn);
@@ -149,9 +149,10 @@ TEST(Latency, IsMeasuredOnMeansThatFollowEachOther) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> noise(0, 1);
   const Eigen::VectorXd white = Eigen::VectorXd::NullaryExpr(720, [&] { return noise(random); });
-  EXPECT_FALSE(latency_of(data::small_slope_model(), clusters, white)->is_led) << "to lead noise is to make it larger";
+  EXPECT_FALSE(measure_latency(data::small_slope_model(), clusters, white)->is_led)
+      << "to lead noise is to make it larger";
   clusters.start_s = Eigen::Vector4d(0, 100, 500, 600);
-  EXPECT_FALSE(latency_of(data::small_slope_model(), clusters, predicted.head(4))) << "no three follow each other";
+  EXPECT_FALSE(measure_latency(data::small_slope_model(), clusters, predicted.head(4))) << "no three follow each other";
 }
 
 TEST(CompensationStream, NeedsTheModelsThermometers) {

@@ -79,7 +79,7 @@ TEST(Budget, OfALongerMeanHasLessOfWhatIsWhite) {
   EXPECT_DOUBLE_EQ(four.rows[1].standard_uncertainty, 6);
   EXPECT_DOUBLE_EQ(four.rows[2].standard_uncertainty, 4);
   EXPECT_DOUBLE_EQ(four.rows[3].standard_uncertainty, 2) << "both ends, however long it is";
-  EXPECT_EQ(that_differ(four.rows).size(), 3u) << "a tilt is the same in training and in use";
+  EXPECT_EQ(differing_rows(four.rows).size(), 3u) << "a tilt is the same in training and in use";
 }
 
 TEST(EarthRate, GoesWithItsAnglesAsItsDifferencesSay) {
@@ -217,11 +217,11 @@ TEST_F(UncertaintyOfAModel, HysteresisIsHalfOfWhatTheWayUpDiffersFromTheWayDown)
     chance(k) = noise(random);
     residual(k) = chance(k) + std::copysign(0.003, clusters_.rate_c_per_min.row(k).mean());
   }
-  EXPECT_NEAR(hysteresis_of(residual, clusters_).half_deg_per_h, 0.003, 0.0004);
-  EXPECT_LT(hysteresis_of(chance, clusters_).half_deg_per_h, 0.0006) << "of noise alone there is hardly any";
-  EXPECT_EQ(hysteresis_of(Eigen::VectorXd::Zero(residual.size()), clusters_).half_deg_per_h, 0);
-  EXPECT_GT(hysteresis_of(residual, clusters_).degrees_of_freedom,
-            5 * hysteresis_of(chance, clusters_).degrees_of_freedom);
+  EXPECT_NEAR(estimate_hysteresis(residual, clusters_).half_deg_per_h, 0.003, 0.0004);
+  EXPECT_LT(estimate_hysteresis(chance, clusters_).half_deg_per_h, 0.0006) << "of noise alone there is hardly any";
+  EXPECT_EQ(estimate_hysteresis(Eigen::VectorXd::Zero(residual.size()), clusters_).half_deg_per_h, 0);
+  EXPECT_GT(estimate_hysteresis(residual, clusters_).degrees_of_freedom,
+            5 * estimate_hysteresis(chance, clusters_).degrees_of_freedom);
 }
 
 TEST_F(UncertaintyOfAModel, HysteresisIsOfThermometersAndNotOfWhatAGyroTellsOfItself) {
@@ -237,18 +237,18 @@ TEST_F(UncertaintyOfAModel, HysteresisIsOfThermometersAndNotOfWhatAGyroTellsOfIt
   own.rate_c_per_min.col(columns) = own.rate_c_per_min.col(0);
   own.temperature_c.col(columns + 1).setLinSpaced(rows, 0, 1e6);  // always rising
   own.rate_c_per_min.col(columns + 1).setConstant(1e4);
-  const double expected = hysteresis_of(residual, clusters_).half_deg_per_h;
+  const double expected = estimate_hysteresis(residual, clusters_).half_deg_per_h;
   EXPECT_NEAR(expected, 0.003, 0.0004);
-  EXPECT_EQ(hysteresis_of(residual, own).half_deg_per_h, expected);
+  EXPECT_EQ(estimate_hysteresis(residual, own).half_deg_per_h, expected);
   own.rate_c_per_min.rightCols(2).setConstant(std::nan(""));
-  EXPECT_EQ(hysteresis_of(residual, own).half_deg_per_h, expected) << "missing";
+  EXPECT_EQ(estimate_hysteresis(residual, own).half_deg_per_h, expected) << "missing";
   data::Clusters alone = clusters_;
   alone.thermometers = {"self"};
   alone.temperature_c = clusters_.temperature_c.col(0);
   alone.rate_c_per_min = clusters_.rate_c_per_min.col(0);
-  EXPECT_NEAR(hysteresis_of(residual, alone).half_deg_per_h, 0.003, 0.0004) << "the only temperature there is";
+  EXPECT_NEAR(estimate_hysteresis(residual, alone).half_deg_per_h, 0.003, 0.0004) << "the only temperature there is";
   alone.thermometers = {"aux:current"};
-  EXPECT_EQ(hysteresis_of(residual, alone).half_deg_per_h, 0);
+  EXPECT_EQ(estimate_hysteresis(residual, alone).half_deg_per_h, 0);
 }
 
 TEST_F(UncertaintyOfAModel, SaysWhatItWasToldAndWhatItAssumes) {
@@ -270,7 +270,7 @@ TEST_F(UncertaintyOfAModel, OfCountedPulsesAMeanEndsBetweenTwo) {
   datasets.front().step_deg_per_h = kPulse_arcsec;
   const std::vector<data::Clusters> clusters{clusters_};
   Model model = model_;
-  model.uncertainty = *uncertainty_of(model_, {datasets, clusters, model_.leave_cycle_out_residual});
+  model.uncertainty = *evaluate_uncertainty(model_, {datasets, clusters, model_.leave_cycle_out_residual});
   const BudgetRow& counting = row(model, Source::counting);
   EXPECT_EQ(counting.distribution, ErrorDistribution::triangular);
 
@@ -292,7 +292,7 @@ TEST_F(UncertaintyOfAModel, AModelFormOfFewEffectiveMeansIsCountedWithFewDegrees
   const Eigen::Index count = clusters_.start_s.size();
   Model model = model_;
   const auto judged_by = [&](const Eigen::VectorXd& residual) {
-    model.uncertainty = *uncertainty_of(model_, {datasets, clusters, residual});
+    model.uncertainty = *evaluate_uncertainty(model_, {datasets, clusters, residual});
     return row(model, Source::model_form);
   };
   const Eigen::VectorXd angle = Eigen::VectorXd::LinSpaced(count, 0, 2 * std::numbers::pi);
@@ -324,7 +324,7 @@ TEST_F(UncertaintyOfAModel, SaysWhetherItsFoldsHaveChosenToo) {
   Model model = model_;
   using Remarks = std::vector<std::string>;
   EXPECT_EQ(remarks(row(model, Source::model_form)), Remarks{"its only power-on held out"}) << "and nothing chosen";
-  model.uncertainty = *uncertainty_of(model_, {datasets, clusters, model_.leave_cycle_out_residual, true});
+  model.uncertainty = *evaluate_uncertainty(model_, {datasets, clusters, model_.leave_cycle_out_residual, true});
   EXPECT_EQ(remarks(row(model, Source::model_form)), (Remarks{"chosen on these folds", "its only power-on held out"}));
   const auto back = model_from_json(to_json(model), "model.json");
   ASSERT_TRUE(back) << text(back.error());
@@ -338,7 +338,7 @@ TEST_F(UncertaintyOfAModel, OfTwoStartsOneIsLeftToLearnFrom) {
   Model model = model_;
   ASSERT_GE(datasets.front().segments.size(), 3u);
   datasets.front().segments[1].unit.off = true;
-  model.uncertainty = *uncertainty_of(model_, {datasets, clusters, model_.leave_cycle_out_residual});
+  model.uncertainty = *evaluate_uncertainty(model_, {datasets, clusters, model_.leave_cycle_out_residual});
   EXPECT_TRUE(remarks(row(model, Source::model_form)).empty());
 }
 
@@ -353,7 +353,7 @@ TEST_F(UncertaintyOfAModel, DriftGrowsWithTheRootOfTheDaysSinceTheCalibration) {
   const std::vector<data::Dataset> datasets{dated};
   const std::vector<data::Clusters> clusters{clusters_};
   Model model = model_;
-  model.uncertainty = *uncertainty_of(model_, {datasets, clusters, none});
+  model.uncertainty = *evaluate_uncertainty(model_, {datasets, clusters, none});
   const BudgetRow& drift = row(model, Source::thermometer_drift);
   EXPECT_FALSE(drift.assumed);
   EXPECT_NEAR(drift.standard_uncertainty, 0.04, 1e-4) << "a quarter of a year, 91.25 days";

@@ -89,7 +89,7 @@ DenseProcess dense_process(const Coregionalisation& model, const data::SampleMat
 
 void expect_dense(const Coregionalisation& model, const data::SampleMatrix& x, const Eigen::MatrixXd& table) {
   const data::SampleMatrix at = data::normal_matrix(5, 2, 2);
-  const auto process = condition(model, samples_of(x, table));
+  const auto process = condition(model, samples_from_table(x, table));
   ASSERT_TRUE(process);
   const DenseProcess dense = dense_process(model, x, table, at);
   ASSERT_EQ(process->samples.values.size(), dense.at.size());
@@ -122,7 +122,7 @@ TEST(CoregionalisedGp, GradientIsThatOfItsLikelihood) {
   const data::SampleMatrix x = data::normal_matrix(9, 2, 1);
   Eigen::MatrixXd table = table_of(some_model(), x, 4);
   table(2, 1) = table(7, 0) = kMissing;
-  const OutputSamples samples = samples_of(x, table);
+  const OutputSamples samples = samples_from_table(x, table);
   const auto at = marginal_likelihood(some_model(), samples);
   ASSERT_TRUE(at);
   ASSERT_EQ(at->gradient.size(), 11);
@@ -156,7 +156,7 @@ TEST(CoregionalisedGp, OfOneOutputIsTheProcessOfTheMethods) {
   constexpr double kStep = 0.01;
   for (double constant = -6; constant < 6; constant += kStep)
     sum += kStep * std::exp(methods::marginal_likelihood(covariance, x, y.array() - constant)->log_value);
-  const auto found = marginal_likelihood(model, samples_of(x, y));
+  const auto found = marginal_likelihood(model, samples_from_table(x, y));
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->log_value, std::log(sum), 1e-6);
 }
@@ -167,10 +167,10 @@ TEST(CoregionalisedGp, GainsNothingWithoutNoiseAndWithoutGaps) {
   model.noise.setConstant(1e-5);
   const data::SampleMatrix x = 2 * data::normal_matrix(8, 2, 1), at = data::normal_matrix(5, 2, 2);
   const Eigen::MatrixXd table = table_of(model, x, 3);
-  const auto together = condition(model, samples_of(x, table));
+  const auto together = condition(model, samples_from_table(x, table));
   const auto alone =
       condition({model.lengths, Eigen::MatrixXd::Constant(1, 1, 1.2), Eigen::VectorXd::Constant(1, 1e-5)},
-                samples_of(x, table.leftCols(1)));
+                samples_from_table(x, table.leftCols(1)));
   ASSERT_TRUE(together && alone);
   EXPECT_LT((predict(*together, at).mean.col(0) - predict(*alone, at).mean.col(0)).norm(), 1e-5);
 }
@@ -195,7 +195,8 @@ TEST(CoregionalisedGp, LearnsHowOutputsGoTogether) {
     constexpr int kDraws = 5;
     for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
       const data::SampleMatrix time = in_time(100, 2);
-      const auto process = learn_coregionalised(samples_of(time, 1e-3 * table_of(two_alike(correlation), time, seed)));
+      const auto process =
+          learn_coregionalised(samples_from_table(time, 1e-3 * table_of(two_alike(correlation), time, seed)));
       ASSERT_TRUE(process);
       mean += correlation_between_outputs(process->model)(0, 1) / kDraws;
       noise += 1e3 * process->model.noise / kDraws;
@@ -216,8 +217,8 @@ TEST(CoregionalisedGp, FillsAGapByAnOutputThatGoesAlongAndKnowsHowWell) {
     Eigen::MatrixXd table = table_of(model, time, seed);
     const Eigen::VectorXd hidden = table.col(0).segment(30, 20);
     table.col(0).segment(30, 20).setConstant(kMissing);
-    const auto together = learn_coregionalised(samples_of(time, table));
-    const auto alone = learn_coregionalised(samples_of(time, table.leftCols(1)));
+    const auto together = learn_coregionalised(samples_from_table(time, table));
+    const auto alone = learn_coregionalised(samples_from_table(time, table.leftCols(1)));
     ASSERT_TRUE(together && alone);
     const auto predicted = predict(*together, gap);
     const Eigen::ArrayXd error = predicted.mean.col(0) - hidden;
@@ -242,9 +243,9 @@ TEST(CoregionalisedGp, RefusesWhatItCannotLearnFrom) {
   EXPECT_TRUE(refuses({x, {{0, 0, 1}, {1, 1, 2}}, 1}));
   EXPECT_TRUE(refuses({x, {{0, 0, 1}, {1, 0, std::numeric_limits<double>::infinity()}}, 1}));
   table.col(1).tail(4).setConstant(kMissing);
-  EXPECT_TRUE(refuses(samples_of(x, table)));
+  EXPECT_TRUE(refuses(samples_from_table(x, table)));
   table.col(1).setConstant(3);
-  EXPECT_TRUE(refuses(samples_of(x, table)));
+  EXPECT_TRUE(refuses(samples_from_table(x, table)));
 }
 
 }  // namespace

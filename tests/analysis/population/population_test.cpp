@@ -39,7 +39,7 @@ DenseUnit draw_unit(const Coefficients& population, Eigen::Index rows, double no
 
 /// Returns the statistics of a unit whose values are divided by the noise.
 UnitInformation of_unit(const DenseUnit& unit, double noise) {
-  return information_of(unit.z / noise, unit.y / noise, 2 * static_cast<double>(unit.y.size()) * std::log(noise));
+  return unit_information(unit.z / noise, unit.y / noise, 2 * static_cast<double>(unit.y.size()) * std::log(noise));
 }
 
 double log_normal_density(const Eigen::VectorXd& y, const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance) {
@@ -52,7 +52,7 @@ double log_normal_density(const Eigen::VectorXd& y, const Eigen::VectorXd& mean,
 /// A constant of 10 ± 2 and four values of 13 with noise 1: precisions of ¼ and 4.
 TEST(Population, PosteriorIsThatComputedByHand) {
   const Coefficients prior{Eigen::VectorXd::Constant(1, 10), Eigen::MatrixXd::Constant(1, 1, 4)};
-  const auto own = information_of(Eigen::MatrixXd::Ones(4, 1), Eigen::VectorXd::Constant(4, 13));
+  const auto own = unit_information(Eigen::MatrixXd::Ones(4, 1), Eigen::VectorXd::Constant(4, 13));
   const Coefficients after = posterior(prior, own);
   EXPECT_NEAR(after.mean(0), (10 * 0.25 + 13 * 4) / 4.25, 1e-12);
   EXPECT_NEAR(after.covariance(0, 0), 1 / 4.25, 1e-12);
@@ -84,7 +84,7 @@ TEST(Population, NothingSeenChangesNothing) {
 
 TEST(Population, WhatDoesNotVaryIsKnown) {
   Coefficients prior{Eigen::Vector2d(1, 2), Eigen::Vector2d(4, 0).asDiagonal()};
-  const auto own = information_of(normal_matrix(20, 2, 1), normal_vector(20, 2));
+  const auto own = unit_information(normal_matrix(20, 2, 1), normal_vector(20, 2));
   const Coefficients after = posterior(prior, own);
   EXPECT_EQ(after.mean(1), 2);
   EXPECT_EQ(after.covariance(1, 1), 0);

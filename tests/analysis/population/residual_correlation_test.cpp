@@ -42,7 +42,7 @@ AlarmRates alarm_rates(double memory, double correlation, Eigen::Index rows, int
   AlarmRates rates;
   for (int draw = 1; draw <= draws; ++draw) {
     const auto residuals = remembering(rows, 3, memory, correlation, static_cast<std::uint64_t>(draw));
-    const auto found = correlation_of(residuals);
+    const auto found = correlate_residuals(residuals);
     const double freedom = static_cast<double>(rows) - 2, r = found.correlation(0, 1);
     const double t = std::abs(r) * std::sqrt(freedom / (1 - r * r));
     rates.pair += (found.probability(0, 1) < kLevel) / static_cast<double>(draws);
@@ -88,8 +88,8 @@ TEST(ResidualCorrelation, KnowsHowManyPairsTellAsMuch) {
     double mean = 0;
     constexpr int kDraws = 60;
     for (int draw = 1; draw <= kDraws; ++draw)
-      mean +=
-          correlation_of(remembering(2000, 2, memory, 0, static_cast<std::uint64_t>(draw))).effective(0, 1) / kDraws;
+      mean += correlate_residuals(remembering(2000, 2, memory, 0, static_cast<std::uint64_t>(draw))).effective(0, 1) /
+              kDraws;
     EXPECT_NEAR(mean / (2000 * (1 - memory * memory) / (1 + memory * memory)), 1, 0.06);
   }
 }
@@ -107,7 +107,7 @@ TEST(ResidualCorrelation, LooksAtThePlacesThatBothAxesHave) {
   }
   picked.places = residuals.places(rows);
   picked.residual_deg_per_h = residuals.residual_deg_per_h(rows, std::vector<Eigen::Index>{0, 1});
-  const auto all = correlation_of(residuals), of_common = correlation_of(picked);
+  const auto all = correlate_residuals(residuals), of_common = correlate_residuals(picked);
   EXPECT_DOUBLE_EQ(all.correlation(0, 1), of_common.correlation(0, 1));
   EXPECT_DOUBLE_EQ(all.effective(0, 1), of_common.effective(0, 1));
   // The tests are equal for a single pair.
@@ -117,12 +117,12 @@ TEST(ResidualCorrelation, LooksAtThePlacesThatBothAxesHave) {
 TEST(ResidualCorrelation, SaysNothingOfWhatDoesNotVaryOrIsTooShort) {
   AxisResiduals residuals = remembering(100, 2, 0, 0.9, 1);
   residuals.residual_deg_per_h.col(1).setConstant(0.25);
-  EXPECT_EQ(correlation_of(residuals).all_probability, 1);
-  EXPECT_EQ(correlation_of(remembering(4, 2, 0, 0.9, 1)).largest_probability, 1);
+  EXPECT_EQ(correlate_residuals(residuals).all_probability, 1);
+  EXPECT_EQ(correlate_residuals(remembering(4, 2, 0, 0.9, 1)).largest_probability, 1);
   AxisResiduals twice = remembering(100, 2, 0, 0, 1);
   twice.residual_deg_per_h.col(1) = twice.residual_deg_per_h.col(0);
-  EXPECT_LT(correlation_of(twice).largest_probability, 1e-12);
-  EXPECT_LT(correlation_of(twice).all_probability, 1e-12);
+  EXPECT_LT(correlate_residuals(twice).largest_probability, 1e-12);
+  EXPECT_LT(correlate_residuals(twice).all_probability, 1e-12);
 }
 
 data::Clusters clusters_at(const std::vector<double>& start_s) {
@@ -134,7 +134,7 @@ data::Clusters clusters_at(const std::vector<double>& start_s) {
 TEST(ResidualCorrelation, PutsAxesSideBySideByTheTimeOfTheirRun) {
   const auto x = clusters_at({0, 100, 300}), y = clusters_at({100, 200, 300});
   const std::vector<AxisResidual> axes{{"x", x, Eigen::Vector3d{1, 2, 3}}, {"y", y, Eigen::Vector3d{4, 5, 6}}};
-  const auto all = side_by_side(axes);
+  const auto all = align_residuals(axes);
   ASSERT_TRUE(all);
   EXPECT_EQ(all->places, (Eigen::Vector4i{0, 1, 2, 3}));
   EXPECT_TRUE(std::isnan(all->residual_deg_per_h(2, 0)) && std::isnan(all->residual_deg_per_h(0, 1)));
@@ -148,7 +148,7 @@ TEST(ResidualCorrelation, RefusesWhatDoesNotGoTogether) {
   longer.length_s = 50;
   const Eigen::Vector2d values{1, 2};
   const auto refuses = [](const std::vector<AxisResidual>& axes) {
-    const auto all = side_by_side(axes);
+    const auto all = align_residuals(axes);
     return !all && all.error().kind == FaultKind::usage;
   };
   EXPECT_TRUE(refuses({{"x", x, values}}));

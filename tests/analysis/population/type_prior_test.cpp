@@ -61,7 +61,7 @@ struct SimulatedUnit {
 data::Clusters simulated_run(const SimulatedType& type, const Eigen::Vector4d& coefficients, Eigen::Index count,
                              std::uint64_t seed) {
   data::Clusters run = temperature_run(count, seed);
-  const Eigen::MatrixXd root = covariance_of(type.noise, run.start_s).llt().matrixL();
+  const Eigen::MatrixXd root = noise_covariance(type.noise, run.start_s).llt().matrixL();
   run.bias_deg_per_h = simulated_inputs(run) * coefficients + root * data::normal_vector(count, seed + 5000);
   return run;
 }
@@ -157,7 +157,7 @@ TEST(TypePrior, GivesAnUncertaintyThatHoldsForTheNextUnit) {
       UnexplainedNoise wander = type.noise;
       wander.white_deg_per_h = 1e-9;
       wander.turn_on_deg_per_h = 0;
-      const Eigen::MatrixXd root = covariance_of(wander, used.start_s).llt().matrixL();
+      const Eigen::MatrixXd root = noise_covariance(wander, used.start_s).llt().matrixL();
       const Eigen::VectorXd truth = simulated_inputs(used) * unit.coefficients +
                                     root * data::normal_vector(200, draw * 77 + next) +
                                     Eigen::VectorXd::Constant(200, turn_on);

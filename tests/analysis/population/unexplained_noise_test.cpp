@@ -16,7 +16,7 @@ TEST(UnexplainedNoise, IsWhitenedAsByTheCholeskyFactorOfItsCovariance) {
     time(k) = 100.0 * static_cast<double>(k) + (k >= 15 ? 5000 : 0) + (k >= 30 ? 1e6 : 0);  // gaps
   for (const UnexplainedNoise& noise : {UnexplainedNoise{0.002, 0.003, 3000, 0.001}, UnexplainedNoise{0.5, 0, 1, 0},
                                         UnexplainedNoise{0.001, 0.05, 1e5, 0}, UnexplainedNoise{1, 0, 100, 3}}) {
-    const Eigen::LLT<Eigen::MatrixXd> factor(covariance_of(noise, time));
+    const Eigen::LLT<Eigen::MatrixXd> factor(noise_covariance(noise, time));
     const Eigen::MatrixXd columns = data::normal_matrix(40, 3, 5);
     const Whitened whitened = whiten(noise, time, columns);
     const Eigen::MatrixXd expected = factor.matrixL().solve(columns);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-pdf: makes the PDF of a calibration report, or a PNG of a figure. paper.py sets the pages with WeasyPrint.
+/// gyrotherm-pdf: makes the PDF of a calibration report, or a PNG of a figure. paper.py renders them with WeasyPrint.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -26,7 +26,7 @@
 namespace gyrotherm::pdf {
 namespace {
 
-/// As those of gyrotherm.
+/// The exit codes of gyrotherm used here.
 enum class PdfExit : int { done = 0, usage = 2, file = 4 };
 
 struct Arguments {
@@ -37,7 +37,7 @@ struct Arguments {
 
 void say(std::string_view message) { write_to_stderr(fmt::format("gyrotherm-pdf: {}\n", plain(message))); }
 
-/// The day "2026-11-20", its midnight in UTC.
+/// Returns midnight UTC of a day such as "2026-11-20".
 std::optional<std::int64_t> midnight_of(const std::string& day) {
   int year{}, month{}, of_month{};
   if (day.size() != 10 || std::sscanf(day.c_str(), "%4d-%2d-%2d", &year, &month, &of_month) != 3) return std::nullopt;
@@ -47,7 +47,8 @@ std::optional<std::int64_t> midnight_of(const std::string& day) {
   return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::sys_days(date).time_since_epoch()).count();
 }
 
-/// SOURCE_DATE_EPOCH if it is set, else the day of issue, else the last day of the calibration: never the time of day.
+/// Returns the date of the PDF: SOURCE_DATE_EPOCH if it is set, otherwise the day of issue, otherwise the last day of
+/// the calibration. The time of day is never used, so that equal reports give equal files.
 std::optional<std::int64_t> date_of(const report::CalibrationReport& report) {
   if (const char* given = std::getenv("SOURCE_DATE_EPOCH"); given != nullptr) {
     std::int64_t seconds{};
@@ -67,13 +68,13 @@ struct FinishedFile {
   std::string remarks;
 };
 
-/// Returns the last line, which is the error even where Python prints how it came to it.
+/// Returns the last line: the error message, even after a Python traceback.
 std::string last_line_of(std::string text) {
   while (text.ends_with('\n')) text.pop_back();
   return text.substr(text.rfind('\n') + 1);
 }
 
-/// Runs paper.py on what it reads, in a folder that only this user can read. Faults name the file `from`.
+/// Runs paper.py on the text `given`, in a folder that only this user can read. Faults name the file `from`.
 Result<FinishedFile> run_paper(const std::string& kind, const std::string& given, const std::string& from,
                                const std::string& option) {
   constexpr std::chrono::minutes kLongest{5};
@@ -110,7 +111,8 @@ Result<FinishedFile> figure_png(const Arguments& arguments) {
   return run_paper("png", *svg, arguments.figure, std::to_string(arguments.width_px));
 }
 
-/// A file that is there is replaced with --force alone, and only if it could be this program's: a record never is.
+/// Checks that the output file may be written. An existing file requires --force and must be empty, a PDF or a PNG, so
+/// that a record is never overwritten.
 Result<void> check_is_free(const std::string& path, bool force) {
   if (std::error_code error; !std::filesystem::exists(path, error)) return {};
   if (!force) return failure(FaultKind::usage, path, "is there already; --force replaces it");

@@ -37,12 +37,13 @@ double letters_in(std::string_view text) {
       std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
-/// Estimates the width of a text in DejaVu Sans, in sizes. It is about 3 % too wide rather than too narrow.
+/// Estimates the width of a text in DejaVu Sans, in font sizes. The estimate is about 3 % too large rather than too
+/// small.
 double width_of(std::string_view text) {
   double width = 0;
   for (const char c : text) {
     if ((static_cast<unsigned char>(c) & 0xC0) == 0x80) continue;  // continuation byte
-    if (static_cast<unsigned char>(c) == 0xE2)                     // narrow blanks, dashes and signs
+    if (static_cast<unsigned char>(c) == 0xE2)                     // narrow blanks, dashes, signs
       width += 0.6;
     else if (std::string_view("ijl").find(c) != std::string_view::npos)
       width += 0.29;
@@ -74,7 +75,7 @@ double longest_word(std::string_view text, double (&measure)(std::string_view)) 
   return longest;
 }
 
-/// Escapes a text. No line ends at a stroke or a hyphen inside a short word: "°/h" and "A-D" stay whole.
+/// Escapes a text and forbids line breaks at a slash or hyphen inside a short word: "°/h" and "A-D" stay on one line.
 std::string text_html(std::string_view text) {
   constexpr double kShort = 16;
   std::string html;
@@ -89,7 +90,7 @@ struct Mark {
   const char *sign, *style;
 };
 
-/// A verdict has a sign too, for readers to whom colours look alike.
+/// Returns sign and style of a verdict. The sign makes it readable without colours.
 Mark mark_of(Cell::Mark mark) {
   switch (mark) {
     case Cell::Mark::none: break;
@@ -100,7 +101,7 @@ Mark mark_of(Cell::Mark mark) {
   return {"", ""};
 }
 
-/// Brief notes are not broken where the table has the width.
+/// Returns true for a short note. It is not broken if the table has the width.
 bool is_brief(std::string_view note) { return letters_in(note) <= 32; }
 
 std::string cell_html(const Cell& cell) {
@@ -113,7 +114,7 @@ std::string cell_html(const Cell& cell) {
   return html;
 }
 
-/// The width below which a cell is cut apart, in its sizes. Numbers are not broken, and neither are brief notes.
+/// Returns the smallest width of a cell without broken words, in font sizes. Numbers and brief notes are not broken.
 double least_width(const Cell& cell, bool is_text) {
   constexpr double kNote = 0.86;  // size ratio, note to cell
   const double bold = cell.mark == Cell::Mark::none ? 1 : kBold, sign = cell.mark == Cell::Mark::none ? 0 : 1.2;
@@ -122,8 +123,8 @@ double least_width(const Cell& cell, bool is_text) {
   return std::max(sign + bold * text, kNote * note);
 }
 
-/// The largest of three sizes in which no column is cut; else the smallest, in which words break anywhere. Words longer
-/// than those of a language do so anyway.
+/// Returns the largest of three sizes in which every column fits, or "crowded", the smallest size, in which words may
+/// break anywhere. Words longer than natural ones may always break.
 const char* size_class(const DocumentTable& table) {
   constexpr double kLongest = 18;
   double width = 0;
@@ -138,7 +139,7 @@ const char* size_class(const DocumentTable& table) {
   return "crowded";
 }
 
-/// A number whose value fills its cell on one line, in points.
+/// Returns the font size, points, at which a key value fills its cell on one line.
 double key_size(const KeyFigures::One& one, double room) {
   constexpr double kLargest = 14, kSmallest = 7, kUnit = 7.6;
   const double has = room - kUnit * (width_of(one.unit) + 0.4);
@@ -208,7 +209,7 @@ class PaperWriter {
   }
 
  private:
-  /// Long words, such as hashes, may break anywhere.
+  /// Returns the class of a cell. Long words such as hashes may break anywhere.
   static const char* class_of(const DocumentTable& table, std::size_t column, std::string_view text) {
     constexpr double kLong = 30;
     if (column >= table.text_columns) return " class=\"n\"";
@@ -234,9 +235,10 @@ class PaperWriter {
   int section_ = 0, subsection_ = 0;
 };
 
-/// Returns as many letters of a text as a margin has room for, and "…"; the whole text is on the first page.
+/// Returns as many letters of a text as fit in a margin, and "…". The first page has the whole text.
 std::string shortened(std::string_view text) {
-  constexpr double kRoom = 24;  // sizes
+  // Width of a margin text, in font sizes.
+  constexpr double kRoom = 24;
   if (width_of(text) <= kRoom) return std::string(text);
   while (width_of(text) > kRoom - 1) {
     while ((static_cast<unsigned char>(text.back()) & 0xC0) == 0x80) text.remove_suffix(1);
@@ -245,7 +247,7 @@ std::string shortened(std::string_view text) {
   return std::string(text) + "…";
 }
 
-/// Returns the texts in the margins of every page; paper.css has their look.
+/// Returns the texts in the margins of every page; paper.css defines their appearance.
 std::string margins(const Document& document, const PaperFacts& facts) {
   const auto source = facts.source_sha256.empty() ? "" : "calibration.json SHA-256 " + facts.source_sha256;
   return fmt::format(
@@ -271,11 +273,12 @@ std::string head_html(const Document& document, const PaperFacts& facts) {
   return html + "<style>" + margins(document, facts) + "</style>\n";
 }
 
-/// Returns the mark across a page, as large as its diagonal allows; it is painted first, behind the text.
+/// Returns the mark across a page, as large as its diagonal permits. It is painted first, behind the text.
 std::string mark_html(const std::string& mark) {
   constexpr double kLargestPt = 90, kLongestPt = 265 / 25.4 * 72;
   if (mark.empty()) return {};
-  const double size = std::min(kLargestPt, kLongestPt / (0.78 * letters_in(mark)));  // capitals
+  // Capitals are about 0.78 font sizes wide.
+  const double size = std::min(kLargestPt, kLongestPt / (0.78 * letters_in(mark)));
   return fmt::format("<div class=\"mark\" style=\"font-size: {:.0f}pt\">{}</div>\n", size, escaped(mark));
 }
 

@@ -9,10 +9,10 @@
 namespace gyrotherm::plot {
 namespace {
 
-/// An edge of the grid, from a sample to its neighbour on the right (even) or below (odd).
+/// An edge of the grid from a sample to its neighbour on the right (even number) or below (odd number).
 using Edge = std::size_t;
 
-/// The pieces of one line level: each joins two edges, and no edge has more than two.
+/// The line segments of one level. Each connects two edges, and an edge has at most two.
 class Pieces {
  public:
   Pieces(const SampledField& field, double level) : field_(field), level_(level) {
@@ -21,7 +21,7 @@ class Pieces {
     }
   }
 
-  /// Takes one line out, or nothing once all are taken. Open lines are taken first, from one of their ends.
+  /// Removes and returns one line; nothing if none is left. Open lines come first and start at one of their ends.
   [[nodiscard]] std::optional<Isotherm> take() {
     if (neighbours_.empty()) return std::nullopt;
     auto start = neighbours_.begin();
@@ -89,7 +89,7 @@ class Pieces {
     join(right, cut_top_left ? bottom : top);
   }
 
-  /// Removes the piece that leads on from `edge` and says where it leads.
+  /// Removes the segment that continues from `edge` and returns its other edge.
   std::optional<Edge> step_from(Edge edge) {
     const auto here = neighbours_.find(edge);
     if (here == neighbours_.end()) return std::nullopt;

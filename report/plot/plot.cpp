@@ -15,7 +15,7 @@ namespace gyrotherm::plot {
 
 namespace {
 
-/// A tick within this part of a step of the range's end counts as on it.
+/// A tick within this fraction of a step from the end of the range counts as lying on the end.
 constexpr double kRounding = 1e-6;
 
 Range moved_out(const Range& range, double step) {
@@ -23,7 +23,7 @@ Range moved_out(const Range& range, double step) {
   return out.high > out.low ? out : Range{out.low - step, out.low + step};
 }
 
-/// From the least to the greatest finite value above a bound; nothing if there is none.
+/// Returns the range of the finite values above a bound; nothing if there is none.
 std::optional<Range> extremes_of(const std::vector<double>& values, double above) {
   std::optional<Range> range;
   for (const double value : values)
@@ -32,7 +32,7 @@ std::optional<Range> extremes_of(const std::vector<double>& values, double above
   return range;
 }
 
-/// The extremes of one column, by index.
+/// Indices of the minimum and maximum of one column.
 struct Extremes {
   std::size_t least{};
   std::size_t greatest{};
@@ -82,20 +82,24 @@ class Thinner {
 constexpr double kLeftMargin = 64;
 constexpr double kRightMargin = 16;
 constexpr double kRightAxisMargin = 64;
-constexpr double kHeadHeight = 34;  // of a panel whose legend has one row
-constexpr double kFootHeight = 46;  // below the last panel: tick labels and the x title
+// Head height of a panel with one legend row.
+constexpr double kHeadHeight = 34;
+// Space below the last panel for tick labels and the x title.
+constexpr double kFootHeight = 46;
 constexpr double kPanelGap = 22;
-constexpr double kStretchHeight = 6;  // above the head of the first panel
+// Space above the head of the first panel for the names of stretches.
+constexpr double kStretchHeight = 6;
 constexpr double kTickLength = 4;
 constexpr int kXTicks = 8;
-constexpr double kAir = 0.02;  // of the data's height, kept free above and below them
+// Margin above and below the data, relative to their range.
+constexpr double kAir = 0.02;
 
 int y_ticks(const Panel& panel) { return std::max(3, static_cast<int>(panel.height_px / 42)); }
 
 constexpr double kKeyWidth = 20, kKeyGap = 5, kEntryGap = 14, kLegendSize = 11, kLegendRow = 16;
 
 struct LegendEntry {
-  const Curve* curve{};  ///< null: of a band
+  const Curve* curve{};  ///< null: entry of a band
   std::string name;
   [[nodiscard]] double width() const { return kKeyWidth + kKeyGap + text_width(name, kLegendSize) + kEntryGap; }
 };
@@ -109,7 +113,7 @@ struct LegendRow {
   }
 };
 
-/// In the order of the curves, as many in a row as the plotting area is wide for.
+/// Arranges the entries in the order of the curves; fills each row up to the width of the plotting area.
 std::vector<LegendRow> legend_rows(const Panel& panel, double width_px) {
   std::vector<LegendRow> rows;
   const auto add = [&](LegendEntry entry) {
@@ -122,16 +126,16 @@ std::vector<LegendRow> legend_rows(const Panel& panel, double width_px) {
   return rows;
 }
 
-/// How far the last row of a legend lies above its usual place: beside a title there is room for one row alone.
+/// Returns the upward shift of the last legend row. Only a single row fits next to a title.
 double above_title(const Panel& panel, std::size_t rows) { return rows > 1 && !panel.title.empty() ? kLegendRow : 0; }
 
-/// Of a panel: its title and legend.
+/// Returns the height of the title and legend of a panel.
 double head_height(const Panel& panel, double width_px) {
   const auto rows = std::max<std::size_t>(1, legend_rows(panel, width_px).size());
   return kHeadHeight + kLegendRow * static_cast<double>(rows - 1) + above_title(panel, rows);
 }
 
-/// Where a panel lies and how its values become pixels.
+/// Position of a panel and its scales.
 struct Place {
   double left_px{}, top_px{}, width_px{}, height_px{};
   Scale x, y, y_right;
@@ -140,7 +144,7 @@ struct Place {
   [[nodiscard]] const Scale& scale(Side side) const { return side == Side::left ? y : y_right; }
 };
 
-/// From the least to the greatest value above 0 of the curves of one side, their error bars included.
+/// Returns the range of the positive values of one side's curves, error bars included.
 Range logarithmic_range(const Panel& panel, Side side) {
   std::vector<double> ends;
   for (const Curve& curve : panel.curves) {
@@ -217,7 +221,7 @@ void draw_background(SvgWriter& svg, const Plot& plot, const Panel& panel, const
     draw_simulated_mark(svg, place.left_px, place.top_px, place.width_px, place.height_px, plot.language.simulated);
 }
 
-/// A tick's label with the decimal sign of the language; categories are names and stay.
+/// Returns the label of a tick with the decimal sign of the language. Categories are names and remain unchanged.
 std::string label_of(const Plot& plot, const Tick& tick, bool is_category) {
   std::string label = tick.label;
   if (plot.language.decimal_comma && !is_category) std::ranges::replace(label, '.', ',');
@@ -254,7 +258,7 @@ void draw_x_axis(SvgWriter& svg, const Plot& plot, const Place& place, bool labe
            {.size_px = 12, .anchor = Anchor::middle});
 }
 
-/// The path of a curve; coordinates are absolute, so that rounding never adds up.
+/// Returns the path of a curve. Coordinates are absolute, so that rounding errors do not accumulate.
 std::string path_data(const Curve& curve, const Place& place) {
   const Points points = decimate(curve.x, curve.y, static_cast<std::size_t>(place.width_px));
   const Scale& scale = place.scale(curve.side);
@@ -270,7 +274,8 @@ std::string path_data(const Curve& curve, const Place& place) {
       const std::string x = pixels(place.x(points.x[k]));
       if (drawing && curve.steps) data += "H" + x;
       data += fmt::format("{}{} {}", drawing ? "L" : "M", x, pixels(scale(points.y[k])));
-      if (!drawing && !is_drawn(k + 1)) data += "h" + pixels(curve.width_px);  // a dot, where no line would be seen
+      // An isolated point would have no visible line; draw a dot.
+      if (!drawing && !is_drawn(k + 1)) data += "h" + pixels(curve.width_px);
     }
     drawing = here;
   }
@@ -296,7 +301,7 @@ void draw_marker(SvgWriter& svg, const Curve& curve, double x, double y) {
   svg.shape(marker_data(curve.marker, x, y), curve.hollow ? "#ffffff" : curve.colour, curve.colour);
 }
 
-/// A bar from y − error to y + error with a cap at either end, as far as it lies in the plotting area.
+/// Draws a bar from y − error to y + error with a cap at each end, clipped to the plotting area.
 void draw_error_bars(SvgWriter& svg, const Curve& curve, const Place& place) {
   constexpr double kCap = 3;
   const Scale& scale = place.scale(curve.side);
@@ -336,7 +341,7 @@ void draw_legend_entry(SvgWriter& svg, const LegendEntry& entry, double x, doubl
   svg.text(x + kKeyWidth + kKeyGap, y + 3.8, entry.name, {.size_px = kLegendSize});
 }
 
-/// Rows end at the right edge, the last above the plotting area.
+/// Draws the legend rows right-aligned; the last row is directly above the plotting area.
 void draw_legend(SvgWriter& svg, const Panel& panel, const Place& place) {
   const auto rows = legend_rows(panel, place.width_px);
   double y = place.top_px - 13 - kLegendRow * static_cast<double>(rows.size()) - above_title(panel, rows.size());
@@ -416,7 +421,7 @@ double tick_step(const Range& range, int count) {
 Range rounded_out(const Range& range, int count) {
   double step = tick_step(range, count);
   Range out = moved_out(range, step);
-  // The wider range may ask for wider steps, whose ticks its ends must meet.
+  // A wider range may require a wider step. Its ends must be ticks of that step.
   while (tick_step(out, count) > step * (1 + kRounding)) {
     step = tick_step(out, count);
     out = moved_out(range, step);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The project's one plot module: panels of lines over a common x axis, and arrays of shaded cells, as SVG text.
+/// Plots as SVG text: panels of lines over a common x axis, and arrays of shaded cells. All figures of the project use
+/// this module.
 #pragma once
 
 #include <cstddef>
@@ -19,39 +20,40 @@ struct Tick {
   std::string label;
 };
 
-/// From the least to the greatest finite value; {0, 1} if there is none.
+/// Returns the range of the finite values; {0, 1} if there is none.
 [[nodiscard]] Range range_of(const std::vector<double>& values);
 
-/// The range that holds both.
+/// Returns the smallest range that contains both.
 [[nodiscard]] Range joined(const Range& a, const Range& b);
 
-/// The step of 1, 2 or 5 times a power of ten that cuts the range into about `count` parts. A range without width
-/// counts as 1.
+/// Returns the tick step, 1, 2 or 5 times a power of ten, that divides the range into about `count` parts. An empty
+/// range counts as 1 wide.
 [[nodiscard]] double tick_step(const Range& range, int count);
 
-/// The range with both ends moved outwards to a tick of about `count` that ticks() then finds again.
+/// Extends both ends of the range to a tick of about `count`. ticks() with the same count returns these ends.
 [[nodiscard]] Range rounded_out(const Range& range, int count);
 
-/// The ticks inside the range, ends included, each labelled with as many decimals as the step needs.
+/// Returns the ticks inside the range, ends included. Each label has as many decimals as the step requires.
 [[nodiscard]] std::vector<Tick> ticks(const Range& range, int count);
 
-/// The same of a logarithmic axis. From the least to the greatest finite value above 0; {1, 10} if there is none.
+/// Returns the range of the finite values above 0, for a logarithmic axis; {1, 10} if there is none.
 [[nodiscard]] Range positive_range_of(const std::vector<double>& values);
 
-/// Both ends, above 0, moved outwards to 1, 2 or 5 times a power of ten.
+/// Extends both ends of a positive range to 1, 2 or 5 times a power of ten.
 [[nodiscard]] Range logarithmically_rounded_out(const Range& range);
 
-/// A tick at each digit of each decade inside the range. Powers of ten are labelled, and 2 and 5 too where the range is
-/// shorter than two decades; the rest have no label.
+/// Returns a tick at each digit of each decade inside the range. Powers of ten have labels; 2 and 5 have labels if the
+/// range is shorter than two decades.
 [[nodiscard]] std::vector<Tick> logarithmic_ticks(const Range& range);
 
-/// A map from values to pixels.
+/// Maps values to pixels.
 struct Scale {
   Range values;
-  double from_px{};  ///< where values.low lies
-  double to_px{};    ///< where values.high lies
+  /// Positions of values.low and values.high.
+  double from_px{};
+  double to_px{};
   bool logarithmic = false;
-  /// Of a logarithmic scale, values not above 0 lie where the range begins.
+  /// Returns the position of a value. On a logarithmic scale a value that is not positive is at the start of the range.
   [[nodiscard]] double operator()(double value) const;
 };
 
@@ -60,31 +62,34 @@ struct Points {
   std::vector<double> y;
 };
 
-/// Cuts the range of x into `columns` and keeps the least and the greatest y of each, in their order, so that no spike
-/// is lost. A NaN of y (a break in the line) is kept, once per run of them. Series of at most two points per column are
-/// returned as they are. `x` must not fall; `x` and `y` have the same length.
+/// Divides the range of x into `columns` and keeps the minimum and maximum of y in each, in their order, so that spikes
+/// remain visible. Consecutive NaNs of y, which break the line, become one. Returns series of at most two points per
+/// column unchanged. `x` must not decrease and must have the length of `y`.
 [[nodiscard]] Points decimate(const std::vector<double>& x, const std::vector<double>& y, std::size_t columns);
 
-/// A line of means of equal length, `step`, each at the x where it begins, with a NaN of y wherever one or more of them
-/// are missing: what is not known is not drawn. The NaN lies where the first that is missing would begin.
+/// Returns a line of cluster means of length `step`, each at the x of its start, with a NaN of y for each gap, so that
+/// nothing is drawn across it. The NaN is where the first missing mean would start.
 [[nodiscard]] Points broken_at_gaps(const std::vector<double>& x, const std::vector<double>& y, double step);
 
 enum class Side { left, right };
 enum class Marker { none, circle, square, diamond, triangle };
 
-/// A named curve; a NaN breaks it, and a point alone between two of them is a dot.
+/// A named curve. A NaN breaks it; an isolated point is drawn as a dot.
 struct Curve {
-  std::string name;  ///< in the legend; empty: not there
+  std::string name;  ///< legend entry; empty: none
   std::string colour;
-  std::vector<double> x = {}, y = {};  ///< of one length, x rising
+  /// Points of the curve: equal lengths, x increasing.
+  std::vector<double> x = {}, y = {};
   Side side = Side::left;
   double width_px = 1.2;
   bool dashed = false;
-  bool steps = false;  ///< a value holds until the next point
+  /// Staircase: a value is valid until the next point.
+  bool steps = false;
   Marker marker = Marker::none;
-  bool hollow = false;             ///< of the marker
-  std::vector<double> error = {};  ///< of each y, drawn as a bar up and down; empty: none
-  bool line = true;                ///< false: markers alone
+  bool hollow = false;
+  /// Error of each y, drawn as a vertical bar; empty for none.
+  std::vector<double> error = {};
+  bool line = true;  ///< false: markers only
 };
 
 /// A shaded range of y on the left axis.
@@ -100,59 +105,72 @@ struct Rule {
 };
 
 struct AxisStyle {
-  std::string title;                         ///< with its unit
-  std::optional<Range> range = {};           ///< else from the data, rounded out
-  std::vector<std::string> categories = {};  ///< x axis only: names for 0, 1, 2, … instead of numbers
+  std::string title;
+  /// Absent: the range of the data, rounded outwards.
+  std::optional<Range> range = {};
+  /// x axis only: names at 0, 1, 2, … instead of numbers.
+  std::vector<std::string> categories = {};
   std::string colour = "#1d2733";
-  bool logarithmic = false;  ///< values not above 0 are not drawn
+  /// Logarithmic axis. Values that are not positive are not drawn.
+  bool logarithmic = false;
 };
 
 struct Panel {
   std::string title;  ///< "(a) Before and after compensation"
   AxisStyle left;
-  std::optional<AxisStyle> right;  ///< present if a curve is on that side
-  std::vector<Curve> curves;       ///< later ones are drawn over earlier ones
+  /// Present if a curve uses the right side.
+  std::optional<AxisStyle> right;
+  /// Later curves are drawn over earlier ones.
+  std::vector<Curve> curves;
   std::vector<Band> bands;
   std::vector<Rule> rules;
-  double height_px = 230;  ///< of the plotting area
+  /// Height of the plotting area.
+  double height_px = 230;
 };
 
-/// A panel of curves on its left side.
+/// Returns a panel with curves on its left side.
 [[nodiscard]] Panel panel_of(std::string title, std::string left_title, std::vector<Curve> curves, double height_px);
 
-/// A stretch of x with a name: the cycles of a program.
+/// A named section of x, such as a cycle of a program.
 struct Stretch {
   std::string name;
   Range range;
 };
 
-/// How a figure writes what it says by itself.
+/// Language of the texts that a figure generates.
 struct PlotLanguage {
-  bool decimal_comma = false;           ///< on its axes
-  std::string simulated = "SIMULATED";  ///< the mark of simulated data
+  bool decimal_comma = false;           ///< decimal sign of the axes
+  std::string simulated = "SIMULATED";  ///< mark of simulated data
 };
 
 struct Plot {
-  std::string id;     ///< unique among the figures of one page: letters, digits, '-'
+  /// Unique among the figures of a page: letters, digits, '-'.
+  std::string id;
   std::string title;  ///< for screen readers
   AxisStyle x;
-  std::vector<Panel> panels = {};       ///< one above the other
-  std::vector<Stretch> stretches = {};  ///< divided by hairlines through all panels, named above the first
-  bool simulated = false;               ///< then every panel says SIMULATED
+  std::vector<Panel> panels = {};
+  /// Separated by thin lines through all panels, named above the first one.
+  std::vector<Stretch> stretches = {};
+  /// Marks every panel as simulated.
+  bool simulated = false;
   double width_px = 760;
   PlotLanguage language = {};
 };
 
-/// The figure as one SVG document. Long curves are thinned to the least and the greatest value of each pixel column.
+/// Returns the figure as an SVG document. Long curves are reduced to the minimum and maximum of each pixel column.
 [[nodiscard]] std::string svg_of(const Plot& plot);
 
-/// A square array of numbers between 0 and 1 as shaded cells: the paper's Table 3.
+/// A square array of numbers between 0 and 1 as shaded cells: Table 3 of the paper.
 struct HeatMap {
-  std::string title;                        ///< for screen readers
-  std::vector<std::string> names;           ///< rows and columns
-  std::vector<std::vector<double>> values;  ///< names × names, NaN is shown as "–"
-  double threshold{};                       ///< values above it are framed and bold
-  std::string caption;                      ///< below the cells
+  std::string title;  ///< for screen readers
+  /// Names of rows and columns.
+  std::vector<std::string> names;
+  /// Matrix in the order of the names; NaN is shown as "–".
+  std::vector<std::vector<double>> values;
+  /// Cells with greater values are framed and bold.
+  double threshold{};
+  /// Text below the cells.
+  std::string caption;
   bool simulated = false;
 };
 

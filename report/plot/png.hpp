@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A picture of coloured points, and its bytes as PNG.
+/// Pictures of coloured pixels, and their encoding as PNG.
 #pragma once
 
 #include <cstddef>
@@ -17,14 +17,15 @@ struct Rgb {
 struct Picture {
   std::size_t columns{};
   std::size_t rows{};
-  std::vector<Rgb> points;  ///< rows × columns, top row first
+  std::vector<Rgb> points;  ///< row by row from the top
   [[nodiscard]] Rgb& at(std::size_t row, std::size_t column) { return points[row * columns + column]; }
 };
 
-/// The file's bytes: 8 bits a channel, no alpha, nothing that varies from run to run. `picture` must not be empty.
+/// Returns the picture as a PNG file: 8 bits per channel, no alpha, no time stamp or other varying data. `picture` must
+/// not be empty.
 [[nodiscard]] std::string png_of(const Picture& picture);
 
-/// The bytes in base64 (RFC 4648), as data URIs carry them.
+/// Encodes bytes in base64 (RFC 4648), as in data URIs.
 [[nodiscard]] std::string base64(std::string_view bytes);
 
 }  // namespace gyrotherm::plot

@@ -47,10 +47,10 @@ std::string superscript(int n) {
   return text;
 }
 
-/// A number with more is written with a power of ten.
+/// Numbers with more decimals are written with a power of ten.
 constexpr int kMostDecimals = 6;
 
-/// Down to the second digit of the error.
+/// Returns the number of decimals down to the second digit of the error.
 int decimals_of_error(double error) { return std::max(0, 1 - static_cast<int>(std::floor(std::log10(error)))); }
 
 constexpr const char* kFontFamily =

@@ -24,17 +24,19 @@ bool outlined(const ThermalImage& image, std::size_t row, std::size_t column) {
   return right || down;
 }
 
-constexpr double kWidth = 620;  // of the plane, px
+constexpr double kWidth = 620;  // width of the plane, px
 constexpr double kImageLeft = 58;
 constexpr double kImageTop = 40;
 constexpr double kImageFoot = 50;
 constexpr double kBarGap = 22;
 constexpr double kBarWidth = 16;
 constexpr double kBarText = 56;
-constexpr std::size_t kLineSamples = 300;  // per row of the plane, of which the isotherms are drawn
-constexpr double kLabelledFrom = 90;       // px: shorter isotherms have no label
+// Samples per row of the plane used to draw the isotherms.
+constexpr std::size_t kLineSamples = 300;
+// Shorter isotherms have no label, px.
+constexpr double kLabelledFrom = 90;
 
-/// Where the plane lies on the page.
+/// Position of the plane on the page.
 struct Frame {
   Scale x, y;
   double height_px{};
@@ -45,7 +47,7 @@ Frame frame_of(const ThermalImage& image) {
   return {{image.x_mm, kImageLeft, kImageLeft + kWidth}, {image.y_mm, kImageTop + height, kImageTop}, height};
 }
 
-/// Every `stride`-th sample of every `stride`-th row.
+/// Returns every `stride`-th sample of every `stride`-th row.
 SampledField thinned(const SampledField& field, std::size_t stride) {
   SampledField thin{(field.columns + stride - 1) / stride, (field.rows + stride - 1) / stride, {}};
   thin.values.reserve(thin.columns * thin.rows);
@@ -56,15 +58,16 @@ SampledField thinned(const SampledField& field, std::size_t stride) {
 }
 
 struct Line {
-  std::string data;  ///< of an SVG path
+  std::string data;  ///< SVG path
   double length_px{};
   double middle_x{}, middle_y{};
 };
 
-/// How samples become pixels of the page.
+/// Conversion of sample positions to pixels of the page.
 struct PictureGrid {
   double px_per_column{}, px_per_row{};
-  double first_px{};  ///< of the first sample, inside the plane
+  /// Position of the first sample inside the plane.
+  double first_px{};
 };
 
 Line line_of(const Isotherm& isotherm, const PictureGrid& grid) {

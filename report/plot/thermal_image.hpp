@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The thermal image of the gyro: a plane through it with isotherms and thermometers, as the paper's Figures 1 and 2.
+/// The thermal image of the gyro: a plane through it with isotherms and thermometers, as in Figures 1 and 2 of the
+/// paper.
 #pragma once
 
 #include <cstddef>
@@ -12,21 +13,22 @@
 
 namespace gyrotherm::plot {
 
-/// Samples on a rectangular grid, row by row; NaN where there is no field.
+/// Samples on a rectangular grid; NaN outside the field.
 struct SampledField {
   std::size_t columns{};
   std::size_t rows{};
-  std::vector<double> values;  ///< rows × columns
+  std::vector<double> values;  ///< row by row
   [[nodiscard]] double at(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
 };
 
-/// A position between the samples: column 0.5 lies half way from the first to the second.
+/// A position between samples: column 0.5 is half-way from the first to the second.
 struct FieldPoint {
   double column{};
   double row{};
 };
 
-using Isotherm = std::vector<FieldPoint>;  ///< open, or closed by repeating its first point
+/// An open line, or a closed one that repeats its first point.
+using Isotherm = std::vector<FieldPoint>;
 
 /// A thermometer on the plane.
 struct ThermalMark {
@@ -38,10 +40,14 @@ struct ThermalMark {
 struct ThermalImage {
   std::string title;             ///< "Top face of the block, z = 52.5 mm"
   std::string x_title, y_title;  ///< "x, mm"
-  Range x_mm, y_mm;              ///< covered by the samples; y points upwards
-  SampledField celsius;          ///< top row first; NaN is left white
-  std::vector<int> parts;        ///< one per sample; borders are drawn
-  Range colours_c;               ///< temperatures of the first and the last colour
+  /// Ranges covered by the samples; y points upwards.
+  Range x_mm, y_mm;
+  /// Top row first; NaN is drawn white.
+  SampledField celsius;
+  /// Part that contains each sample; borders between parts are drawn.
+  std::vector<int> parts;
+  /// Temperatures of the first and the last colour.
+  Range colours_c;
   double isotherm_step_k = 0.5;
   std::vector<ThermalMark> marks;
   bool simulated = false;
@@ -59,7 +65,8 @@ void describe(auto& form, Like<ThermalMark> auto& mark) {
   form("celsius", mark.celsius);
 }
 
-/// Returns true if the image can be drawn: samples as many as its grid has, and ranges with a width.
+/// Returns true if the image can be drawn: the number of samples matches the grid, and the ranges are not empty or
+/// excessive.
 [[nodiscard]] bool can_be_drawn(const ThermalImage& image);
 
 void describe(auto& form, Like<ThermalImage> auto& image) {
@@ -78,17 +85,17 @@ void describe(auto& form, Like<ThermalImage> auto& image) {
   form.expect("celsius", can_be_drawn(image), "not as many as rows and columns, or in a range that cannot be drawn");
 }
 
-/// Returns an SVG document with axes, a colour bar and labelled isotherms; the colours themselves are a PNG inside it.
+/// Returns an SVG document with axes, a colour bar and labelled isotherms. The colours are a PNG inside it.
 [[nodiscard]] std::string svg_of(const ThermalImage& image);
 
-/// The temperatures' colours, white where there is none, and the outlines of the parts.
+/// Returns the temperatures as colours, white for NaN, with the outlines of the parts.
 [[nodiscard]] Picture coloured(const ThermalImage& image);
 
-/// Where the isotherms lie, in °C: the multiples of the step within the samples' range.
+/// Returns the temperatures of the isotherms, °C: multiples of the step within the range of the samples.
 [[nodiscard]] std::vector<double> isotherm_levels(const ThermalImage& image);
 
-/// Returns all lines on which the field, linear along the grid's edges, equals `level`: marching squares, saddles
-/// decided by the mean of the four corners. Lines end at the field's edge and where it is NaN.
+/// Returns all lines on which the field equals `level`, interpolated linearly along the grid edges. Marching squares;
+/// the mean of the four corners decides saddles. Lines end at the border of the field and at NaN.
 [[nodiscard]] std::vector<Isotherm> isotherms(const SampledField& field, double level);
 
 }  // namespace gyrotherm::plot

@@ -32,7 +32,7 @@ std::vector<std::string> texts_of(const std::vector<data::Term>& terms) {
 
 double known_or_nan(double value) { return value > 0 ? value : kNotKnown; }
 
-/// The same made of each of the three models.
+/// Applies `make` to each of the three models.
 template <class Make>
 auto per_model(const model::PerModel<model::TrainedModel>& models, Make make) {
   return model::PerModel<decltype(make(models.three_point))>{make(models.three_point), make(models.multi_point),
@@ -65,7 +65,7 @@ ReportedResidual residual_of(const model::Verification& verification) {
           .streamed = verification.streamed};
 }
 
-/// Neighbouring clusters of one cycle.
+/// Joins neighbouring clusters of the same cycle.
 std::vector<ReportedCycle> cycles_of(const data::RecordedRun& run) {
   const data::Clusters& clusters = run.clusters;
   std::vector<ReportedCycle> cycles;
@@ -186,7 +186,7 @@ ReportedVerification verification_of(const model::Verification& verification) {
   return {verification.compensated, verification.to_truth, verification.coverage};
 }
 
-/// Of the runs that the model has not seen.
+/// Returns the variation between the runs unknown to the model.
 std::optional<model::BetweenRuns> between_runs_of(const model::TrainedModel& trained) {
   std::vector<model::Verification> unseen = trained.later;
   unseen.push_back(trained.random);
@@ -225,7 +225,7 @@ std::vector<ReportedMethod> methods_of(const model::Qualification& qualification
   return rows;
 }
 
-/// Raw bias and floor of a record are the same whichever model verified it.
+/// Collects the later runs. Raw bias and noise floor are the same for every model.
 std::vector<ReportedLaterRun> later_of(const ReportSource& source) {
   std::vector<ReportedLaterRun> all;
   const std::vector<model::Verification>& verified = source.qualification.models.multi_point.later;
@@ -248,7 +248,7 @@ void add_segments(std::vector<ReportedSegment>& all, const char* run,
   }
 }
 
-/// Each once, in the order of first mention.
+/// Returns each warning once, in the order of first occurrence.
 std::vector<std::string> warnings_of(const ReportSource& source) {
   std::vector<std::string> all;
   const auto add = [&](const std::string& about, const std::vector<std::string>& texts) {

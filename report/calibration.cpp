@@ -56,13 +56,13 @@ const char* name(ReportState state) {
   return "";
 }
 
-/// A key that a view has words for; of some members it may be empty.
+/// Requires a key of words.hpp; some members may be empty.
 void expect_word(auto& form, const char* at, std::string_view key, bool may_be_empty = false) {
   form.expect(at, (may_be_empty && key.empty()) || has_word(key),
               "unknown, expected a key that the report has words for");
 }
 
-/// KEY.QUANTITY of a result.
+/// Returns true for KEY.QUANTITY of a result.
 bool names_a_result(std::string_view quantity) {
   const auto dot = quantity.find('.');
   return has_word(quantity.substr(0, dot)) && (dot == std::string_view::npos || has_word(quantity.substr(dot + 1)));
@@ -329,7 +329,7 @@ ReportedValue with_uncertainty(double value, double standard_uncertainty, double
 
 namespace {
 
-/// P(|true magnitude| ≤ limit).
+/// Returns P(|true magnitude| ≤ limit).
 double probability_within(const ReportedValue& value, double limit) {
   const double u = value.standard_uncertainty;
   if (!(u > 0)) return std::numeric_limits<double>::quiet_NaN();

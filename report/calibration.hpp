@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The calibration report that a laboratory signs, of one unit under test, as data: what ISO/IEC 17025:2017 asks of a
-/// calibration certificate (7.8.2 and 7.8.4). The file calibration.json is the one source; page, PDF, certificate (DCC)
-/// and tables are views of it, so that all of them say the same numbers.
+/// The calibration report of one unit under test as data, with the contents that ISO/IEC 17025:2017 requires of a
+/// calibration certificate (7.8.2 and 7.8.4). The file calibration.json is the single source. Page, PDF, digital
+/// certificate (DCC) and tables are views of it and therefore contain the same numbers.
 ///
-/// Nothing here is in a language: what the program says of a result is a key of the table of words (words.hpp), what
-/// people have written is kept as they wrote it. Numbers are exact doubles; rounding is for views. It is a report of
-/// the unit: how the models came to be is the report of the experiment (report.hpp).
+/// The data are independent of language: results have keys of the table in words.hpp, and texts of the laboratory are
+/// stored unchanged. Numbers are exact doubles; only views round them. The report describes the unit. The report of the
+/// experiment (report.hpp) describes how the models were trained.
 #pragma once
 
 #include <limits>
@@ -23,154 +23,181 @@ namespace gyrotherm::report {
 
 inline constexpr const char* kCalibrationSchema = "gyrotherm-calibration/1";
 
-/// What people wrote, in English, in German, or in both; a view takes its own language, else the other one.
+/// A text of the laboratory in English, in German, or in both. A view prints its own language if present, otherwise the
+/// other one.
 struct Texts {
   std::string en{}, de{};
   [[nodiscard]] bool empty() const { return en.empty() && de.empty(); }
   bool operator==(const Texts&) const = default;
 };
 
-/// A laboratory, or its customer.
+/// A laboratory or a customer.
 struct Party {
   std::string name{};
-  std::vector<std::string> address{};  ///< street or box, a line each
+  std::vector<std::string> address{};  ///< one street or box per line
   std::string postal_code{}, city{};
-  std::string country{};  ///< two letters of ISO 3166-1: "DE"
+  std::string country{};  ///< ISO 3166-1, two letters: "DE"
   std::string email{}, phone{};
 };
 
-/// A picture that stands in the report itself.
+/// A picture embedded in the report.
 struct Logo {
   std::string media_type{};  ///< "image/svg+xml" or "image/png"
   std::string base64{};
 };
 
-/// Somebody, and what they did: "operator", "reviewer", "authorising".
+/// A person with a role: "operator", "reviewer", "authorising".
 struct Person {
   std::string name{}, role{}, email{};
 };
 
-/// What is calibrated.
+/// The unit under test.
 struct CalibratedItem {
-  std::string name{};  ///< of the unit in the rig: "u1", "gyro"
+  std::string name{};  ///< unit name in the rig: "u1"
   Texts description{};
   std::string manufacturer{}, model{}, serial_number{};
-  std::string customers_number{};   ///< the customer's own; may be empty
-  Texts condition{};                ///< as received
-  std::vector<std::string> axes{};  ///< their labels: "u1.x"; one that has no name is ""
+  std::string customers_number{};
+  /// State of the item on receipt.
+  Texts condition{};
+  /// Axis labels such as "u1.x"; "" for an axis without a name.
+  std::vector<std::string> axes{};
 };
 
-/// An instrument that took part, its certificate and how well it is known.
+/// An instrument of the calibration, with its certificate and uncertainty.
 struct Equipment {
-  std::string role{};  ///< a key of words.hpp: "thermometer", "chamber", "gyro_readout", "analogue_input", "reference"
-  std::string channel{};  ///< "A"; empty: it measures no channel
+  /// Key of words.hpp: "thermometer", "chamber", "gyro_readout", "analogue_input", "reference".
+  std::string role{};
+  /// Measured channel such as "A"; empty for an instrument without a channel.
+  std::string channel{};
   std::string name{}, serial_number{}, certificate{};
-  std::string calibrated{}, due{};                                           ///< days, "2026-11-25"; empty: not known
-  double standard_uncertainty_k = std::numeric_limits<double>::quiet_NaN();  ///< of a thermometer, k = 1
-  double drift_k_in_a_year = std::numeric_limits<double>::quiet_NaN();       ///< … , k = 1
-  bool overdue{};                                                            ///< on the day of a run
+  /// Days such as "2026-11-25"; empty if unknown.
+  std::string calibrated{}, due{};
+  /// Standard uncertainty (k = 1) of a thermometer's calibration and of its drift.
+  double standard_uncertainty_k = std::numeric_limits<double>::quiet_NaN();
+  double drift_k_in_a_year = std::numeric_limits<double>::quiet_NaN();
+  /// The certificate had expired on a day of a run.
+  bool overdue{};
 };
 
-/// Something that influences the results: "relative humidity", 35 to 45 %.
+/// An influence on the results: "relative humidity", 35 to 45 %.
 struct Influence {
-  std::string key{};  ///< of words.hpp: "air_temperature"; empty: `name` says it
+  /// Key of words.hpp; if it is empty, `name` has the text.
+  std::string key{};
   Texts name{};
   std::string unit{};
   double low{}, high{};
 };
 
-/// Where the run was not as planned.
+/// A deviation of the run from its plan.
 struct Deviation {
-  std::string utc{};   ///< "2026-11-25T14:03:07Z"; empty: not known
-  std::string run{};   ///< the record's run id
-  std::string kind{};  ///< a key of words.hpp: "gap", "paused", "interlock", "fault", "dropped", "returned", "note", …
-  std::string text{};                                         ///< as the record has it, or as somebody wrote it
-  double seconds = std::numeric_limits<double>::quiet_NaN();  ///< how long, where that is known
+  std::string utc{};  ///< "2026-11-25T14:03:07Z"; empty: unknown
+  std::string run{};
+  /// Key of words.hpp: "gap", "paused", "interlock", "fault", "dropped", "returned", "note", …
+  std::string kind{};
+  /// Text of the record or of a person, unchanged.
+  std::string text{};
+  /// Duration; NaN if unknown.
+  double seconds = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// A file that the report rests on.
+/// A file used to make the report.
 struct UsedFile {
-  std::string role{};  ///< a key of words.hpp: "record", "model_found", "model_left", "profile", "rig"
-  std::string name{};  ///< without its folder
-  std::string id{};    ///< a record's run id
+  /// Key of words.hpp: "record", "model_found", "model_left", "profile", "rig".
+  std::string role{};
+  std::string name{};
+  std::string id{};  ///< run id of a record
   std::string sha256{};
-  std::string program_version{};  ///< that wrote it
-  std::string profile{};          ///< of a record: its name
-  std::string started_utc{};      ///< … and when it began
-  bool chain_verified{};          ///< a record: every row was seen to be as it was written
+  std::string program_version{};  ///< version that wrote the file
+  /// Profile name and start of a record.
+  std::string profile{};
+  std::string started_utc{};
+  /// Record only: the hash chain of all rows was verified.
+  bool chain_verified{};
 };
 
-/// A number and how uncertain it is.
+/// A number with its uncertainty.
 struct ReportedValue {
   double value = std::numeric_limits<double>::quiet_NaN();
-  double standard_uncertainty = std::numeric_limits<double>::quiet_NaN();  ///< u, k = 1; NaN: not given
+  double standard_uncertainty = std::numeric_limits<double>::quiet_NaN();  ///< u, k = 1; NaN: unknown
   double coverage_factor = std::numeric_limits<double>::quiet_NaN();       ///< k
   double degrees_of_freedom = std::numeric_limits<double>::infinity();     ///< ν_eff
-  /// U = k·u, 95 %; NaN: not given.
+  /// Returns U = k·u for 95 % coverage; NaN if unknown.
   [[nodiscard]] double expanded() const { return coverage_factor * standard_uncertainty; }
 };
 
-/// A value whose k is Student's t for its degrees of freedom, cut to a whole number, as in a budget.
+/// Returns a value with the coverage factor of Student's t for its degrees of freedom, truncated to an integer as in a
+/// budget.
 [[nodiscard]] ReportedValue with_uncertainty(double value, double standard_uncertainty, double degrees_of_freedom);
 
-/// One quantity of a result, a value for each row.
+/// One quantity of a result with a value per row.
 struct Column {
-  std::string quantity{};  ///< a key of words.hpp: "bias", "set_point", "temperature_sensitivity"
-  std::string unit{};      ///< "°/h", "°C", "°/√h"; "1" of a mere number
+  /// Key of words.hpp: "bias", "set_point", "temperature_sensitivity".
+  std::string quantity{};
+  std::string unit{};  ///< "°/h", "°C", "°/√h"; dimensionless: "1"
   std::vector<ReportedValue> values{};
 };
 
-/// Which state of the unit a result speaks of.
+/// State of the unit to which a result applies.
 enum class Stage {
   uncompensated,
-  as_found,  ///< with the model that the unit came with
-  as_left    ///< with the model that it leaves with
+  as_found,  ///< model on arrival applied
+  as_left    ///< model on departure applied
 };
 [[nodiscard]] const char* name(Stage stage);
 
-/// A group of results, in the order of IEEE Std 952-2020 §6.6 as far as a thermal test gives them.
+/// Groups of results in the order of IEEE Std 952-2020 §6.6, as far as a thermal test covers them.
 enum class Group { turn_on, warm_up, bias, sensitivity, hysteresis, random_drift, compensation };
 [[nodiscard]] const char* name(Group group);
 
-/// A table of one axis: the columns are as long as each other. A single figure is one row.
+/// A table of results for one axis. All columns have the same length. A single value is a table of one row.
 struct ResultTable {
   Group group{};
-  std::string key{};   ///< of words.hpp, and unique with axis, stage and run: "stabilised_bias", "allan_coefficients"
-  std::string axis{};  ///< its label; empty of a unit with one axis that has no name
+  /// Key of words.hpp, unique together with axis, stage and run: "stabilised_bias", "allan_coefficients".
+  std::string key{};
+  /// Axis label; empty for the single unnamed axis of a unit.
+  std::string axis{};
   Stage stage{};
-  std::string run{};     ///< run id of its record; empty: of all together
-  bool in_sample{};      ///< the model was fitted to this record, or to one of all: no verification
-  std::string detail{};  ///< what the key leaves open, in no language: "A-D", "hold 3"; may be empty
+  /// Run id; empty for a result from all records.
+  std::string run{};
+  /// The model was fitted to this record, or to one of all records: the result is not a verification.
+  bool in_sample{};
+  /// Language-independent addition to the key such as "A-D" or "hold 3"; may be empty.
+  std::string detail{};
   std::vector<Column> columns{};
 };
 
-/// The budget behind the compensated mean of one axis at one stage.
+/// Uncertainty budget of the compensated mean of one axis at one stage.
 struct ReportedBudget {
   std::string axis{};
   Stage stage{};
-  std::string run{};  ///< run id of the record whose mean it is of
+  std::string run{};  ///< run id of the averaged record
   model::Budget budget{};
 };
 
-/// By what a result is held against a limit (ILAC-G8:09/2019).
+/// Rule that decides whether a result meets a limit (ILAC-G8:09/2019).
 enum class DecisionRule {
-  simple,     ///< it passes up to the limit, U being known (4.2.1); at it a pass is wrong with 50 % or more
-  guard_band  ///< it passes up to the limit less U; between that and the limit plus U conditionally (4.2.3)
+  /// Simple acceptance (4.2.1): passes up to the limit and requires a known U. The probability of a false acceptance
+  /// reaches 50 % at the limit.
+  simple,
+  /// Guard band (4.2.3): passes up to limit − U; between limit − U and limit + U the verdict is conditional.
+  guard_band
 };
 [[nodiscard]] const char* name(DecisionRule rule);
 
-/// From the best to the worst: where one fails, all together do, whatever is not known of another.
+/// Verdicts from best to worst. The worst one is the verdict of all; a failure outranks an unknown verdict.
 enum class Verdict { pass, conditional_pass, conditional_fail, not_known, fail };
 [[nodiscard]] const char* name(Verdict verdict);
 
-/// A limit that the order asks for. The magnitude of a value must not be greater.
+/// A limit required by the order: the greatest permitted magnitude of a value.
 struct ReportedLimit {
-  std::string quantity{};        ///< KEY.QUANTITY of a result: "compensation.rmse", "stabilised_bias.bias"
-  std::optional<Stage> stage{};  ///< nothing: of each stage in which there is one
+  /// KEY.QUANTITY of a result: "compensation.rmse", "stabilised_bias.bias".
+  std::string quantity{};
+  /// Absent: applies to each stage that has the result.
+  std::optional<Stage> stage{};
   double at_most{};
 };
 
-/// A result held against a limit: its row that is worst, by verdict and then by probability.
+/// Comparison of a result with a limit. Contains the worst row of the result, by verdict and then by probability.
 struct Conformity {
   std::string quantity{};
   std::string axis{};
@@ -181,35 +208,39 @@ struct Conformity {
   double limit{};
   DecisionRule rule{};
   Verdict verdict{};
-  /// That the true magnitude is within the limit, by Student's t; NaN: U is not known.
+  /// Probability that the true magnitude is within the limit, from Student's t; NaN if U is unknown.
   double probability = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Holds a value against a limit by a rule; not_known without a value, or without U where the rule asks for it.
+/// Compares a value with a limit by a rule. Returns not_known without a value, or without U if the rule requires U.
 [[nodiscard]] Conformity held_against(const ReportedValue& value, double limit, DecisionRule rule);
 
-/// A model that was tried on the same record, beside the one that the unit leaves with.
+/// A model tried on the same record for comparison with the model as left.
 struct ComparedModel {
   std::string axis{};
   std::string inputs{}, method{};
   double rmse_deg_per_h{}, std_deg_per_h{}, expanded_deg_per_h{};
-  bool left{};         ///< the unit leaves with this one
-  bool recommended{};  ///< by the rule of the experiment
-  bool simple{};       ///< the best of the straight planes
+  /// The model with which the unit leaves.
+  bool left{};
+  /// The model recommended by the experiment.
+  bool recommended{};
+  /// The best linear model.
+  bool simple{};
 };
 
-/// Values that a figure draws; NaN breaks a line.
+/// A line of a figure; NaN interrupts it.
 struct FigureLine {
-  std::string key{};     ///< of words.hpp: "temperature", "bias", "compensated"
-  std::string detail{};  ///< "A"
+  std::string key{};
+  std::string detail{};  ///< such as thermometer "A"
   Stage stage{};
   std::vector<double> x{}, y{};
-  std::vector<double> error{};  ///< standard deviations of y; empty: none are drawn
+  std::vector<double> error{};  ///< standard deviation of y, or empty
 };
 
 /// A figure of one axis.
 struct FigureData {
-  std::string key{};  ///< of words.hpp: "course", "bias_by_temperature", "allan_deviation", "residual"
+  /// Key of words.hpp: "course", "bias_by_temperature", "allan_deviation", "residual".
+  std::string key{};
   std::string axis{};
   std::string run{};
   std::string x_key{}, x_unit{}, y_key{}, y_unit{};
@@ -220,42 +251,44 @@ struct FigureData {
 enum class ReportState { draft, authorised, superseded };
 [[nodiscard]] const char* name(ReportState state);
 
-/// Who says that it may be issued, and when.
+/// Name of the authorising person, and the time.
 struct Authorisation {
   std::string name{}, utc{};
 };
 
-/// Another report that this one replaces, or is replaced by.
+/// A report that replaces this one, or that this one replaces.
 struct OtherReport {
   std::string number{};
-  std::string sha256{};  ///< of its calibration.json
+  std::string sha256{};
   Texts reason{};
 };
 
-/// What the bias of an axis is counted from in one record.
+/// Bias reference of an axis in one record.
 struct BiasZero {
   std::string axis{}, run{};
   std::string zero{};  ///< "nothing removed"
   bool operator==(const BiasZero&) const = default;
 };
 
-/// The range of the block over which the model of an axis was trained. Beyond it the model extrapolates, whatever air
-/// the chamber can make.
+/// Block temperatures covered by the training of an axis' model. Outside them the model extrapolates, even if the air
+/// temperatures the chamber can reach.
 struct TrainedRange {
   std::string axis{};
   Stage stage{};                             ///< as_found or as_left
-  std::optional<model::BlockRange> block{};  ///< absent: the model does not state it
+  std::optional<model::BlockRange> block{};  ///< absent: not stated by the model
   bool operator==(const TrainedRange&) const = default;
 };
 
 struct CalibrationReport {
-  std::string number{};  ///< the order's; of a draft without one empty
+  /// Number from the order; empty for a draft without one.
+  std::string number{};
   ReportState state{};
   std::optional<Authorisation> authorised{};
   std::optional<OtherReport> replaces{}, replaced_by{};
-  bool simulated{};                    ///< any of the records
-  std::vector<std::string> missing{};  ///< keys that a report must have: "order.toml: customer.name"
-  Texts title{};                       ///< empty: the words' own
+  bool simulated{};  ///< true if any record is simulated
+  /// Required keys without a value: "order.toml: customer.name".
+  std::vector<std::string> missing{};
+  Texts title{};  ///< empty: standard title
 
   Party laboratory{};
   std::optional<Logo> logo{};
@@ -266,13 +299,16 @@ struct CalibrationReport {
   std::string place_kind{};                            ///< "laboratory", "customer" or "other"
   Texts place{};
   Texts method{}, traceability{}, remarks{};
-  std::vector<Texts> statements{};  ///< further ones of the laboratory
+  /// Further statements of the laboratory.
+  std::vector<Texts> statements{};
   std::vector<Influence> influences{};
   std::vector<Equipment> equipment{};
   std::vector<Deviation> deviations{};
 
-  std::string bias_zero{};             ///< what all biases are counted from: "earth rate removed"
-  std::vector<BiasZero> bias_zeros{};  ///< where they are not counted from the same: what each is
+  /// Bias reference common to all axes and records: "earth rate removed".
+  std::string bias_zero{};
+  /// Bias reference per axis and record, if they differ.
+  std::vector<BiasZero> bias_zeros{};
   double cluster_length_s{};
   std::vector<TrainedRange> trained_ranges{};  ///< one per model
   std::vector<ResultTable> results{};
@@ -285,26 +321,27 @@ struct CalibrationReport {
   std::string program_version{};
 };
 
-/// The verdict over all: the worst of them; nothing where no limit was given.
+/// Returns the worst verdict; nothing if the report has no limits.
 [[nodiscard]] std::optional<Verdict> verdict_of(const CalibrationReport& report);
 
-/// The results of a group in their order.
+/// Returns the results of a group in their order.
 [[nodiscard]] std::vector<const ResultTable*> results_of(const CalibrationReport& report, Group group);
 
-/// The column of a table by its quantity; null if there is none.
+/// Returns the column for a quantity; null if the table has none.
 [[nodiscard]] const Column* find_column(const ResultTable& table, std::string_view quantity);
 
-/// calibration.json, ending in a newline. Equal reports give equal bytes.
+/// Returns calibration.json, ending in a newline. Equal reports give equal bytes.
 [[nodiscard]] std::string to_json(const CalibrationReport& report);
 
-/// Fails with bad_file on syntax, another schema, a missing key, a wrong type, columns of unequal length.
+/// Reads calibration.json. Fails with bad_file on syntax errors, another schema, a missing key, a wrong type or columns
+/// of unequal length.
 [[nodiscard]] Result<CalibrationReport> calibration_from_json(std::string_view json, const std::string& file);
 
-/// Returns the results as one table for other programs, a line for each value of each result: its keys as in
-/// calibration.json, then value, u, k, U = k·u, degrees of freedom and unit. Numbers are exact, with a point; an
-/// unknown or infinite one is empty. The first column is "DRAFT", "SUPERSEDED", "SIMULATED", two of them, or empty.
-/// RFC 4180: lines end in CR LF, a field with a comma, a quote or a line break is quoted. A field of text that a
-/// spreadsheet would run as a formula begins with an apostrophe.
+/// Returns the results as CSV for other programs, one line per value: the keys of calibration.json, then value, u, k, U
+/// = k·u, degrees of freedom and unit. Numbers are exact and have a decimal point; an unknown or infinite number is
+/// empty. The first column is "DRAFT", "SUPERSEDED", "SIMULATED", two of them, or empty. RFC 4180: lines end in CR LF,
+/// and a field with a comma, a quote or a line break is quoted. A text field that a spreadsheet would execute as a
+/// formula gets a leading apostrophe.
 [[nodiscard]] std::string csv_of(const CalibrationReport& report);
 
 }  // namespace gyrotherm::report

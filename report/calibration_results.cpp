@@ -23,7 +23,7 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 ReportedValue exact(double value) { return {.value = value}; }
 
-/// A type A uncertainty with degrees of freedom, and a type B one that is known.
+/// Combines a type A uncertainty with degrees of freedom and a type B one with infinitely many.
 ReportedValue measured(double value, double u, double degrees_of_freedom, double u_known = 0) {
   const double combined = std::hypot(u, u_known);
   if (!std::isfinite(value) || !(combined > 0)) return exact(value);
@@ -35,23 +35,24 @@ ReportedValue measured(const model::Measured& figure, double u_known = 0) {
   return measured(figure.value, figure.u, figure.degrees_of_freedom, u_known);
 }
 
-/// √Σ(c u)² of a budget's rows.
+/// Returns the combined standard uncertainty √Σ(c u)² of a budget's rows.
 double together(const std::vector<model::BudgetRow>& rows) { return combined(rows).standard_deg_per_h; }
 
 Column column(std::string quantity, std::string unit, std::vector<ReportedValue> values = {}) {
   return {.quantity = std::move(quantity), .unit = std::move(unit), .values = std::move(values)};
 }
 
-/// One record at one stage: where its results go, and what is known of its zero.
+/// Target of the results of one record at one stage, and the uncertainty of its bias reference.
 struct Speaking {
   CalibrationReport& report;
   std::string axis, run;
   Stage stage{};
   bool in_sample{};
-  double of_zero{};  ///< type B, °/h, of whatever counts from the zero of the bias
+  /// Type B uncertainty of each quantity that depends on the bias reference, °/h.
+  double of_zero{};
 };
 
-/// A table is there if a row of it is.
+/// Adds a table unless it has no rows.
 void add(const Speaking& of, Group group, std::string key, std::vector<Column> columns, std::string detail = {}) {
   if (columns.front().values.empty()) return;
   of.report.results.push_back({.group = group,
@@ -64,7 +65,7 @@ void add(const Speaking& of, Group group, std::string key, std::vector<Column> c
                                .columns = std::move(columns)});
 }
 
-/// Of before and after, what the stage speaks of.
+/// Selects the value before or after compensation, depending on the stage.
 const model::Measured& at_stage(const Speaking& of, const model::BeforeAfter& figures) {
   return of.stage == Stage::uncompensated ? figures.before : figures.after;
 }
@@ -81,7 +82,8 @@ void add_warm_ups(const Speaking& of, const std::vector<model::WarmUp>& warm_ups
   add(of, Group::warm_up, "warm_up", {std::move(set_point), std::move(within), std::move(duration)});
 }
 
-/// Calibration of the gradient thermometers and their drift until the run, K, as if they erred together.
+/// Returns the uncertainty of the gradient thermometers, K: calibration and drift until the run, assumed fully
+/// correlated.
 double temperature_uncertainty_k(const data::Dataset& dataset) {
   double sum = 0;
   for (const std::string& name : dataset.gradients)
@@ -101,7 +103,8 @@ void add_stabilised(const Speaking& of, const std::vector<model::StabilisedBias>
   add(of, Group::bias, "stabilised_bias", {std::move(set_point), std::move(temperature), std::move(bias)});
 }
 
-/// The Earth's rate goes with the scale factor; the bias between the positions is free of it.
+/// Adds bias and Earth rate from two positions. The Earth rate has the uncertainty of the scale factor; the bias, the
+/// mean of both positions, is free of it.
 void add_two_positions(const Speaking& of, const std::vector<model::TwoPosition>& found, const data::Dataset& dataset) {
   Column set_point = column("set_point", "°C"), bias = column("bias", "°/h"), rate = column("earth_rate", "°/h");
   for (const model::TwoPosition& one : found) {
@@ -122,7 +125,7 @@ void add_retraces(const Speaking& of, const std::vector<model::Retrace>& retrace
   add(of, Group::bias, "retrace", {std::move(set_point), std::move(change)});
 }
 
-/// A single figure of one name and unit.
+/// Adds a result that consists of a single value.
 void add_figure(const Speaking& of, Group group, const char* key, const char* unit, const ReportedValue& value,
                 std::string detail = {}) {
   if (std::isfinite(value.value)) add(of, group, key, {column(key, unit, {value})}, std::move(detail));
@@ -162,11 +165,11 @@ void add_noise(const Speaking& of, const data::HoldNoise& noise) {
   }
 }
 
-/// How far a zero that is uncertain by u moves the root mean square r of values with the mean m: a shift δ makes it
-/// √(r² + 2mδ + δ²). To first order that is |m|/r·u, which is 0 where the mean is 0 and r is least; there the second
-/// counts, ¾u⁴/r² in the square, and where u is beyond r no order of a series does. So it is the root of the mean
-/// square of the change, over a normal δ, by the three points of Gauss and Hermite: −√3·u, 0 and √3·u with the weights
-/// 1/6, 2/3 and 1/6. It is never more than u.
+/// Returns the standard uncertainty that an uncertain bias reference (standard uncertainty u) causes in a root mean
+/// square r of values with mean m. A shift δ changes r to √(r² + 2mδ + δ²). To first order the effect is |m|/r·u, but
+/// that is 0 at m = 0, where r has its minimum; there the mean square of the second order is ¾u⁴/r². For u > r no order
+/// of the series is sufficient. The function therefore returns the root mean square of the change over a normal δ, by
+/// three-point Gauss-Hermite quadrature: −√3·u, 0 and √3·u with weights 1/6, 2/3 and 1/6. The result never exceeds u.
 double rmse_by_zero(const data::Figures& figures, double of_zero) {
   const double farthest = std::numbers::sqrt3 * of_zero;
   const auto change = [&](double shift) {
@@ -177,7 +180,8 @@ double rmse_by_zero(const data::Figures& figures, double of_zero) {
   return std::sqrt(kWeight) * std::hypot(change(-farthest), change(farthest));
 }
 
-/// A root mean square: of standard deviation and mean, whose errors are independent of each other, and of the zero.
+/// Returns a root mean square with the uncertainty of standard deviation, mean, and bias reference. The errors of
+/// standard deviation and mean are independent.
 ReportedValue rmse_of(const data::Figures& figures, double of_zero) {
   if (!(figures.rmse > 0)) return exact(figures.rmse);
   const double of_std = figures.std / figures.rmse, of_mean = figures.mean / figures.rmse;
@@ -214,8 +218,8 @@ void add_behaviour(const Speaking& of, const model::Characterisation& found, con
   add_hysteresis(of, found.hysteresis);
 }
 
-/// What the unit is calibrated to: the mean of its compensated bias, as uncertain as its model's budget says in that
-/// run; on the record that it was trained on no thermometer has drifted on.
+/// Adds the value to which the unit is calibrated: the mean of its compensated bias with the uncertainty of the model's
+/// budget in that run. The training record has no thermometer drift since training.
 void add_compensated_mean(const Speaking& of, const data::Figures& figures, const model::Model& model,
                           const data::Dataset& dataset) {
   ReportedValue value = exact(figures.mean);
@@ -258,7 +262,7 @@ FigureLine allan_line(Stage stage, const data::AllanCurve& curve) {
   return line;
 }
 
-/// One axis of one record, and what each stage leaves of it.
+/// One axis of one record, with the result of each model.
 struct Judged {
   const data::RecordedRun& run;
   data::Figures raw{};
@@ -333,7 +337,7 @@ void add_allan_figure(CalibrationReport& report, const std::string& axis, const 
   report.figures.push_back(std::move(figure));
 }
 
-/// The results of one record, and how the unit behaved in it at each stage, in the order of the stages.
+/// Adds the results of one record. Returns the characteristics of the unit in it at each stage, in the order of stages.
 std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, const std::string& axis,
                                                  const Judged& judged) {
   const auto& [dataset, clusters] = judged.run;
@@ -361,20 +365,21 @@ std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, cons
   return found;
 }
 
-/// How the unit behaved in all records at one stage.
+/// Characteristics of the unit in all records at one stage.
 struct AllRecords {
   std::vector<model::Characterisation> characterised{};
-  bool in_sample{};  ///< the stage's model was fitted to one with a start
+  /// The model of the stage was fitted to a record with a start.
+  bool in_sample{};
 };
 
-/// The stages of one record, to those of the records before it.
+/// Appends the characteristics of one record to those of the previous records.
 void gather(std::map<Stage, AllRecords>& all, std::map<Stage, model::Characterisation> found, const Judged& judged) {
   for (const Judged::OfModel& one : judged.models)
     if (one.verification.trained_on_this && !found[one.stage].warm_ups.empty()) all[one.stage].in_sample = true;
   for (auto& [stage, characterised] : found) all[stage].characterised.push_back(std::move(characterised));
 }
 
-/// Of the starts of all records together, at each stage.
+/// Adds the turn-on repeatability over the starts of all records, per stage.
 void add_turn_on(CalibrationReport& report, const std::string& axis, const std::map<Stage, AllRecords>& all) {
   for (const auto& [stage, records] : all) {
     Column set_point = column("set_point", "°C"), starts = column("starts", "1"), std = column("std_of_bias", "°/h");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From one axis of a record, and the models it came and leaves with, to the results of a calibration report.
+/// Computes the results of a calibration report from the records of one axis and its models as found and as left.
 #pragma once
 
 #include <optional>
@@ -13,25 +13,25 @@
 
 namespace gyrotherm::report {
 
-/// One axis: its part of each record, and its models.
+/// One axis with its part of each record, and its models.
 struct CalibratedAxis {
-  std::string label{};  ///< as in CalibrationReport.item
+  std::string label{};
   std::vector<data::RecordedRun> runs{};
   std::optional<model::Model> found{}, left{};
 };
 
-/// Adds results, budgets and figures of the axis: of each record its bias uncompensated, as found and as left, in the
-/// order of Group, and how far the final biases of several starts differ over all of them.
+/// Adds the results, budgets and figures of the axis. Each record gives the bias uncompensated, as found and as left,
+/// in the order of Group. All records together give the spread of the final biases over several starts.
 ///
-/// What is stated as uncertain is the measurement: the record's own noise (type A, with its degrees of freedom where
-/// these are known) and, of whatever counts from the zero of the bias, the Earth's rate that was taken away and the
-/// scale factor (type B), which a model that was trained in the same mount has learnt and not got rid of; of the
-/// Earth's rate that two positions give, the scale factor. Temperatures have the calibration of the gradient
-/// thermometers and their drift until the run, as if all of them erred together. The compensated bias of the unit is
-/// the mean over the record with the model's own budget of a mean over 1 h, as it is in that run: the thermometers'
-/// drift until then is in it, but for a record that the model was trained on.
+/// The stated uncertainty is that of the measurement: type A from the noise of the record, with its degrees of freedom
+/// where known, and type B from the removed Earth rate and the scale factor for each quantity that depends on the bias
+/// reference. A model trained in the same mount has learnt the type B error and does not remove it. An Earth rate
+/// measured in two positions has the uncertainty of the scale factor alone. Temperatures have the calibration
+/// uncertainty of the gradient thermometers and their drift until the run, assumed fully correlated. The compensated
+/// bias of the unit is the mean over the record, with the model's budget of a 1 h mean in that run. That budget
+/// includes the thermometer drift until the run, except for a record used in training.
 ///
-/// Fails with usage if a record lacks a thermometer that a model needs, or a model refuses all of it.
+/// Fails with usage if a record has no channel for a thermometer of a model, or if a model rejects the whole record.
 [[nodiscard]] Result<void> add_results(CalibrationReport& report, const CalibratedAxis& axis);
 
 }  // namespace gyrotherm::report

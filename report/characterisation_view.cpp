@@ -17,7 +17,7 @@ std::string cell(const Measured& measured) {
   return std::isfinite(measured.value) ? plot::with_error(measured.value, measured.u) : "–";
 }
 
-/// A row of a name, a unit or temperature, and both figures.
+/// Returns a table row: name, unit or temperature, value before and after compensation.
 std::string row(const std::string& name, const std::string& about, const BeforeAfter& figures) {
   return fmt::format("<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n", name, about,
                      cell(figures.before), cell(figures.after));
@@ -33,7 +33,7 @@ std::string table(const std::string& caption, const std::string& first, const st
 
 std::string celsius(double temperature_c, int decimals) { return plot::decimal(temperature_c, decimals) + "&nbsp;°C"; }
 
-/// Each column's own widest point.
+/// Returns the hysteresis at its widest point, separately before and after compensation.
 std::string hysteresis_row(const Characterisation& result) {
   BeforeAfter figures;
   std::string places;

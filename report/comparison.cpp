@@ -50,16 +50,16 @@ void describe(auto& form, Like<Comparison> auto& comparison) {
 namespace {
 
 constexpr double kDaysInAYear = 365.25;
-constexpr std::string_view kCondition = "temperature";  // of a hold: the chamber's doing, and no result of the unit
+// Temperature of a hold: it is a condition set by the chamber and not a result of the unit.
+constexpr std::string_view kCondition = "temperature";
 
-/// The profile of a run.
+/// Returns the profile of a run; empty if unknown.
 std::string profile_of(const CalibrationReport& report, const std::string& run) {
   const auto file = std::ranges::find(report.files, run, &UsedFile::id);
   return run.empty() || file == report.files.end() ? std::string() : file->profile;
 }
 
-/// How many tables of a report that can be compared speak of the same before this one, in earlier records of one
-/// profile.
+/// Counts the comparable tables of the same result before this one: same key, axis, stage, detail and profile.
 std::ptrdiff_t number_of(const CalibrationReport& report, const ResultTable& table) {
   const std::string profile = profile_of(report, table.run);
   return std::count_if(report.results.data(), &table, [&](const ResultTable& one) {
@@ -68,14 +68,14 @@ std::ptrdiff_t number_of(const CalibrationReport& report, const ResultTable& tab
   });
 }
 
-/// The profile of a table's run, of each after the first with its number: "random, 2".
+/// Returns the profile of a table's run, numbered after the first record: "random, 2".
 std::string numbered_profile_of(const CalibrationReport& report, const ResultTable& table) {
   const std::string profile = profile_of(report, table.run);
   const auto number = number_of(report, table);
   return number > 0 && !profile.empty() ? fmt::format("{}, {}", profile, number + 1) : profile;
 }
 
-/// Whether each model that the unit came with is one that it had left with.
+/// Returns true if each model as found is among the models as left of the previous calibration.
 bool has_same_models(const CalibrationReport& before, const CalibrationReport& now) {
   bool any = false;
   for (const UsedFile& found : now.files) {
@@ -87,7 +87,7 @@ bool has_same_models(const CalibrationReport& before, const CalibrationReport& n
   return any;
 }
 
-/// What a row is at: "set_point 20", "temperature 10"; empty of a table of one row without such a column.
+/// Returns the condition of a row, "set_point 20" or "temperature 10"; empty if the table has no such column.
 std::string condition_of(const ResultTable& table, std::size_t row) {
   for (const char* quantity : {"set_point", "temperature"}) {
     const Column* column = find_column(table, quantity);
@@ -102,7 +102,7 @@ struct Row {
   ReportedValue value;
 };
 
-/// The rows of a column; where several are at the same, each has its number.
+/// Returns the rows of a column. Rows with the same condition are numbered after the first.
 std::vector<Row> rows_of(const ResultTable& table, const Column& column) {
   std::vector<Row> rows;
   std::map<std::string, int> seen;
@@ -123,7 +123,7 @@ ComparedResult compared(const ReportedValue& before, const ReportedValue& now, d
   return result;
 }
 
-/// What the bias of a table is counted from.
+/// Returns the bias reference of a table.
 std::string zero_of(const CalibrationReport& report, const ResultTable& table) {
   const auto own = std::ranges::find_if(
       report.bias_zeros, [&](const BiasZero& one) { return one.axis == table.axis && one.run == table.run; });
@@ -134,7 +134,7 @@ bool is_counted_from_a_zero(const std::string& quantity) {
   return std::ranges::find(kCountedFromAZero, quantity) != kCountedFromAZero.end();
 }
 
-/// A table of either report that speaks of the same.
+/// Returns the table of the other report with the same result; null if there is none.
 const ResultTable* partner_of(const ResultTable& table, const CalibrationReport& of, const CalibrationReport& in,
                               Stage stage) {
   for (const ResultTable& other : in.results)
@@ -155,7 +155,7 @@ class Comparing {
       if (table.stage != before_at || table.in_sample) continue;
       const ResultTable* other = partner_of(table, before_, now_, now_at);
       if (other == nullptr) continue;
-      // No other record counts from the mean of this one.
+      // Two records with their own mean as bias reference are not comparable.
       const std::string zero = zero_of(before_, table);
       const bool have_one_zero = zero == zero_of(now_, *other) && zero != data::kOwnZero;
       for (const Column& column : table.columns) {
@@ -227,7 +227,7 @@ std::string to_json(const Comparison& comparison) {
 }
 
 ReportedValue change_of(const ComparedResult& result) {
-  constexpr double kCoverage = 2;  // only their product is shown
+  constexpr double kCoverage = 2;  // only the product is shown
   return {.value = result.change, .standard_uncertainty = result.expanded / kCoverage, .coverage_factor = kCoverage};
 }
 

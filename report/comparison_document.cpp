@@ -75,7 +75,7 @@ class ComparisonWriter : public BlockWriter {
     return word_of(name(one.before_at)) + " → " + word_of(name(one.now_at));
   }
 
-  /// "Stabilised bias: Bias / (°/h)", and below where: "u1.x, as left → as found, set point −40, random".
+  /// Returns the name "Stabilised bias: Bias / (°/h)" with the note "u1.x, as left → as found, set point −40, random".
   [[nodiscard]] Cell what(const ComparedResult& one) const {
     std::string text = word_of(one.key);
     if (one.quantity != one.key) text += ": " + word_of(one.quantity);

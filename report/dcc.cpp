@@ -19,7 +19,7 @@ bool is_country(std::string_view code) {
   return code.size() == 2 && std::ranges::all_of(code, [](unsigned char c) { return std::isupper(c) != 0; });
 }
 
-/// What the schema asks for, and a report that is no draft must have.
+/// Returns the missing data that the schema requires and a report must have unless it is a draft.
 std::vector<std::string> lacking(const CalibrationReport& report) {
   std::vector<std::string> names;
   const auto ask = [&](bool there, const char* name) {
@@ -36,7 +36,7 @@ std::vector<std::string> lacking(const CalibrationReport& report) {
   return names;
 }
 
-/// The number; of what is no report of a calibration, nobody can take it for one.
+/// Returns the number, marked for a draft or simulation so that it cannot be mistaken for a calibration.
 std::string identifier_of(const CalibrationReport& report) {
   std::string marks;
   if (is_draft(report)) marks = "draft";
@@ -107,7 +107,8 @@ class Certificate {
 
   void core_data() {
     const bool known = is_country(report_.laboratory.country);
-    xml_.leaf("dcc:countryCodeISO3166_1", known ? report_.laboratory.country : "ZZ");  // "ZZ" is nobody's
+    // "ZZ" is not assigned to any country.
+    xml_.leaf("dcc:countryCodeISO3166_1", known ? report_.laboratory.country : "ZZ");
     for (const char* language : {"en", "de"}) xml_.leaf("dcc:usedLangCodeISO639_1", language);
     xml_.leaf("dcc:mandatoryLangCodeISO639_1", code(dcc_.mandatory()));
     xml_.leaf("dcc:uniqueIdentifier", identifier_of(report_));
@@ -122,14 +123,14 @@ class Certificate {
     if (report_.replaces) replaced(*report_.replaces);
   }
 
-  /// Which bytes of which files this certificate belongs to.
+  /// Writes names and hashes of the files that belong to this certificate.
   void files() {
     const auto digest = [&](const std::string& name, const std::string& digest_of_file) {
       xml_.element("dcc:identification", {{"refType", kFileDigestType}}, [&] {
         xml_.leaf("dcc:issuer", "calibrationLaboratory");
         xml_.leaf("dcc:value", given(digest_of_file));
         xml_.element("dcc:name", [&] {
-          xml_.leaf("dcc:content", given(name));  // in no language: the name itself
+          xml_.leaf("dcc:content", given(name));  // no language: the name itself
           xml_.leaf("dcc:content", "SHA-256 of the file " + given(name), {{"lang", "en"}});
           xml_.leaf("dcc:content", "SHA-256 der Datei " + given(name), {{"lang", "de"}});
         });
@@ -228,7 +229,7 @@ class Certificate {
                   in_no_language(fmt::format("{}, {}", given(by.name), given(by.utc))));
   }
 
-  /// The first is who authorised it, or that nobody has.
+  /// Writes the persons, first the authorising one or a note that the report is not authorised.
   void persons() {
     const bool draft = is_draft(report_);
     const std::string signer = draft ? "" : report_.authorised->name;
@@ -276,7 +277,7 @@ class Certificate {
     statement(words(mark), "gyrotherm_state", declaration, [&] { xml_.leaf("dcc:valid", "false"); });
   }
 
-  /// Whether it is a report of a calibration at all.
+  /// Writes the state of the report: valid, draft, simulated or superseded.
   void standing() {
     if (is_draft(report_))
       not_valid("mark.draft", report_.missing.empty()
@@ -291,7 +292,7 @@ class Certificate {
               [&] { xml_.leaf("dcc:valid", "true"); });
   }
 
-  /// What was simulated, or is a draft, is traceable to nothing.
+  /// Writes the traceability statement. Simulations and drafts are not traceable.
   void traceability() {
     const bool stated = !report_.traceability.empty() && !is_draft(report_) && !report_.simulated;
     xml_.element("dcc:statement", {{"refType", "basic_metrologicallyTraceableToSI"}}, [&] {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The calibration report as a Digital Calibration Certificate: XML after PTB's schema DCC 3.3.0, for machines to read,
-/// and the certificate read back.
+/// Writes the calibration report as a Digital Calibration Certificate: machine-readable XML in PTB's schema DCC 3.3.0.
+/// Reads such a certificate back.
 ///
-/// It has all that the report says but its figures. One measurementResult is one axis, one result is one table of it;
-/// what a quantity is, its refType says: of PTB's vocabulary (basic_…) where that has a word, else of ours
-/// (gyrotherm_ and the key of the table of words). Texts are in English and German. Nothing in it depends on when it
-/// is written: equal reports and options give equal bytes.
+/// The certificate contains the whole report except its figures. Each axis is a measurementResult, and each table of an
+/// axis is a result. The refType identifies a quantity: a type of PTB's vocabulary (basic_…) if one exists, otherwise
+/// gyrotherm_ with the key of words.hpp. Texts are in English and German. The certificate does not depend on the time
+/// of writing: equal reports and options give equal bytes.
 #pragma once
 
 #include <optional>
@@ -20,44 +20,45 @@ namespace gyrotherm::report {
 
 inline constexpr const char* kDccFile = "dcc.xml";
 inline constexpr const char* kCalibrationFile = "calibration.json";
-/// The refType of an identification whose name is a file's and whose value is its SHA-256.
+/// refType of an identification that contains a file name and its SHA-256.
 inline constexpr const char* kFileDigestType = "gyrotherm_fileSha256";
 
-/// A file that is issued with the certificate, and by which bytes it is known.
+/// A file issued with the certificate, identified by its hash.
 struct IssuedFile {
-  std::string name{};  ///< without its folder
+  std::string name{};
   std::string sha256{};
 };
 
-/// The report as people read it.
+/// The human-readable report.
 struct ReadableReport {
-  std::string name{};   ///< "report.pdf"
-  std::string bytes{};  ///< of a PDF
+  std::string name{};  ///< "report.pdf"
+  std::string bytes{};
 };
 
-/// A PDF of more bytes is not put into the XML: readers of it refuse a text of more than 10 MB, and base64 has four
-/// letters for three bytes.
+/// Largest PDF embedded in the XML. XML readers reject texts of more than 10 MB, and base64 turns three bytes into four
+/// characters.
 inline constexpr std::size_t kLargestEmbeddedPdf = 7'000'000;
 
 struct DccOptions {
-  std::vector<IssuedFile> files{};  ///< calibration.json is named, if it is not here, as to_json() gives it
+  /// calibration.json is added as to_json() returns it, unless it is listed here.
+  std::vector<IssuedFile> files{};
   std::optional<ReadableReport> pdf{};
 };
 
-/// The certificate, not signed. What a draft lacks and the schema asks for is said to be "not given (draft)", its days
-/// 0001-01-01; its identifier, its statements and its signer say that it is a draft. Fails with bad_file if a report
-/// that is no draft lacks it, or has no results.
+/// Returns the unsigned certificate. For a draft, missing texts required by the schema are "not given (draft)" and
+/// missing days 0001-01-01; identifier, statements and signer mark it as a draft. Fails with bad_file if a report that
+/// is not a draft has no results or is missing data required by the schema.
 [[nodiscard]] Result<std::string> dcc_of(const CalibrationReport& report, const DccOptions& options = {});
 
-/// The contents of a certificate that a verifier needs.
+/// Contents of a certificate needed to verify its files.
 struct ReadDcc {
   std::string identifier{};
-  std::vector<IssuedFile> files{};  ///< in their order
+  std::vector<IssuedFile> files{};
 };
 
-/// Reads a certificate that this program wrote, without its signature. Fails with bad_file where it is not XML, or
-/// differs in a byte from what this program would write of its contents. Comments, other forms of the same contents and
-/// document types are therefore refused: a signature over XML covers the contents and not the bytes.
+/// Reads a certificate written by this program, without its signature. Fails with bad_file if it is not XML, or if any
+/// byte differs from the form in which this program writes the same contents. Comments, document types and other
+/// encodings of the same contents are therefore refused: an XML signature covers the contents and not the bytes.
 [[nodiscard]] Result<ReadDcc> read_dcc(std::string_view dcc, const std::string& file);
 
 }  // namespace gyrotherm::report

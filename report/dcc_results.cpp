@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What was measured, as the certificate has it: by what method, with which equipment, under which conditions, and each
-/// axis' tables.
+/// Writes the measurement results of the certificate: methods, equipment, conditions, and the tables of each axis.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,16 +12,17 @@
 namespace gyrotherm::report {
 namespace {
 
-/// A column of a table, as the certificate has it.
+/// A column of a table in the certificate.
 struct DccColumn {
   Texts name;
   std::string ref_type;
   std::string unit;
   std::vector<ReportedValue> values;
-  std::vector<std::string> units{};  ///< of each value, where they are not one
+  /// Unit of each value, if they differ.
+  std::vector<std::string> units{};
 };
 
-/// A column of words.
+/// A column of texts.
 struct DccWords {
   Texts name;
   std::string ref_type;
@@ -32,13 +32,14 @@ struct DccWords {
 struct DccTable {
   std::vector<DccWords> words;
   std::vector<DccColumn> columns;
-  std::vector<DccColumn> singles{};  ///< what the table comes to, a value each
+  /// Single values that follow the table.
+  std::vector<DccColumn> singles{};
   [[nodiscard]] std::size_t rows() const {
     return !columns.empty() ? columns.front().values.size() : words.empty() ? 0 : words.front().values.size();
   }
 };
 
-/// How much of each column is known in a row.
+/// Returns the known parts of each column in a row.
 std::vector<Certainty> pattern_of(const DccTable& table, std::size_t row) {
   std::vector<Certainty> pattern;
   for (const DccColumn& column : table.columns) pattern.push_back(certainty_of(column.values[row]));
@@ -50,8 +51,9 @@ struct RowsAlike {
   std::vector<std::size_t> rows;
 };
 
-/// The rows of which as much is known, in the order of the first of each. In a list of D-SI every column has as many
-/// values, and a value is a number: so what is not known is not written, and rows with and without it are lists apart.
+/// Groups the rows with equal known parts, in the order of their first row. In a D-SI list all columns have the same
+/// number of values, and a value must be a number. Unknown values are therefore not written, and rows with and without
+/// them form separate lists.
 std::vector<RowsAlike> rows_alike(const DccTable& table) {
   std::vector<RowsAlike> groups;
   for (std::size_t row = 0; row < table.rows(); ++row) {
@@ -72,7 +74,7 @@ std::vector<T> at(const std::vector<T>& values, const std::vector<std::size_t>& 
 
 std::string run_of(const std::string& run) { return run.empty() ? "" : "record " + run; }
 
-/// The keys of the table of words are letters, digits and underscores: a word of a list of refTypes.
+/// Returns the refType of a key. Blanks become underscores because they separate the items of a list.
 std::string own_type(std::string_view key) {
   std::string type = "gyrotherm_";
   for (const char c : key) type += c == ' ' || c == '\n' || c == '\t' ? '_' : c;
@@ -109,7 +111,7 @@ class MeasurementResults {
   }
 
  private:
-  // What all axes have in common
+  // All axes
 
   void methods() {
     xml_.element("dcc:usedMethod", {{"refType", "gyrotherm_method"}}, [&] {
@@ -139,7 +141,7 @@ class MeasurementResults {
     });
   }
 
-  /// Where the method was not followed (ISO/IEC 17025:2017, 7.8.2.1 n).
+  /// Writes a deviation from the method (ISO/IEC 17025:2017, 7.8.2.1 n).
   void departure(const Deviation& deviation) {
     xml_.element("dcc:usedMethod", {{"refType", "gyrotherm_deviation " + own_type(deviation.kind)}}, [&] {
       dcc_.text("dcc:name", words_if_any(deviation.kind));
@@ -199,7 +201,8 @@ class MeasurementResults {
     return one.overdue ? joined(text, "; ", words("label.overdue")) : text;
   }
 
-  /// The schema wants a hash of the certificate; a laboratory has it on paper.
+  /// Writes a reference to the instrument's certificate. The schema requires a hash, which a paper certificate does not
+  /// have.
   void certificate(const Equipment& one) {
     dcc_.text("dcc:referral", words("column.certificate"));
     xml_.leaf("dcc:referralID", given(one.certificate));
@@ -265,9 +268,9 @@ class MeasurementResults {
       });
   }
 
-  // An axis
+  // One axis
 
-  /// Those of the item, and what else has a result; at least one.
+  /// Returns the axes of the item and of all results; at least one.
   std::vector<std::string> axes() const {
     std::vector<std::string> all = report_.item.axes;
     const auto add = [&](const std::string& axis) {
@@ -470,7 +473,7 @@ class MeasurementResults {
   XmlText& xml_;
 };
 
-/// "compensated_mean.compensated_bias" → "Mean compensated bias, …": of key and quantity.
+/// Returns the name of a limit: "compensated_mean.compensated_bias" becomes "Mean compensated bias, …".
 Texts name_of_limit(const Conformity& one) {
   const auto dot = one.quantity.find('.');
   const std::string key = one.quantity.substr(0, dot);

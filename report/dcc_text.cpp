@@ -20,7 +20,7 @@ std::string with(std::string_view text, std::string_view of) {
   return result;
 }
 
-/// What people wrote in this report.
+/// Returns the texts of people in this report, without empty ones.
 std::vector<const Texts*> texts_of(const CalibrationReport& report) {
   std::vector<const Texts*> all{&report.title,  &report.item.description, &report.item.condition, &report.place,
                                 &report.method, &report.traceability,     &report.remarks};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The parts of a Digital Calibration Certificate: what dcc.cpp and dcc_results.cpp share. Each function writes one
+/// Elements of a Digital Calibration Certificate, shared by dcc.cpp and dcc_results.cpp. Each function writes one
 /// element of the schema, or a few.
 #pragma once
 
@@ -14,26 +14,27 @@
 
 namespace gyrotherm::report {
 
-/// The words of a key in both languages; with `of`, which stands in them for {}.
+/// Returns the text of a key in both languages; `of` replaces {}.
 [[nodiscard]] Texts words(std::string_view key);
 [[nodiscard]] Texts words(std::string_view key, std::string_view of);
-/// The words of a key of the report's own, which a newer report may have and this program not know: then the key.
+/// Returns the text of a key from a report, or the key itself if the table does not have it. A report of a newer
+/// version may have unknown keys.
 [[nodiscard]] Texts words_if_any(std::string_view key);
-/// What is the same in both.
+/// Returns a text that is the same in both languages.
 [[nodiscard]] Texts in_no_language(std::string_view text);
-/// Both, one after the other.
+/// Joins two texts in each language.
 [[nodiscard]] Texts joined(const Texts& first, std::string_view between, const Texts& second);
 
-/// The language in which every text of people is, English before German; English if none is.
+/// Returns the language that all texts of the laboratory have: English before German, and English if neither has all.
 [[nodiscard]] Language mandatory_language(const CalibrationReport& report);
 
-/// A text that must not be empty: as it is, or "not given".
+/// Returns the text, or "not given" if it is empty.
 [[nodiscard]] std::string given(std::string_view text);
 
-/// "2026-11-25" if it is a day, else nothing.
+/// Returns "2026-11-25" unchanged if it is a day, otherwise nothing.
 [[nodiscard]] std::optional<std::string> calendar_day(std::string_view text);
 
-/// Writes the parts of one certificate.
+/// Writes the elements of one certificate.
 class DccText {
  public:
   explicit DccText(const CalibrationReport& report) : report_(report), mandatory_(mandatory_language(report)) {}
@@ -42,23 +43,22 @@ class DccText {
   [[nodiscard]] Language mandatory() const { return mandatory_; }
   [[nodiscard]] XmlText& xml() { return xml_; }
 
-  /// A text in both languages; where people wrote but the other than the mandatory one, it stands for that too, and
-  /// says so.
+  /// Writes a text in both languages. If the mandatory language is missing, the other one takes its place with a note.
   void text(const char* name, const Texts& texts, const XmlText::Attributes& attributes = {});
-  /// The text of a name, which is in no language.
+  /// Writes a name, which has no language.
   void proper_name(const char* name, std::string_view proper);
-  /// dcc:identification. A name of {} is left out.
+  /// Writes dcc:identification. An empty name is omitted.
   void identification(const char* issuer, std::string_view value, const Texts& name,
                       const XmlText::Attributes& attributes = {});
-  /// A quantity of one value, or of a list of them.
+  /// Writes a quantity with one value or a list of values.
   void quantity(const Texts& name, const std::string& ref_type, std::string_view unit,
                 const std::vector<ReportedValue>& values, const char* element = "dcc:quantity");
-  /// A quantity of which each value has a unit of its own, which D-SI must know.
+  /// Writes a quantity with a unit per value. D-SI must know all of these units.
   void quantity(const Texts& name, const std::string& ref_type, const std::vector<std::string>& units,
                 const std::vector<ReportedValue>& values);
-  /// A quantity of words; blanks in them become underscores, for in a list of XML they part one from the next.
+  /// Writes a list of texts. Blanks become underscores, because blanks separate the items of an XML list.
   void quantity_of_words(const Texts& name, const std::string& ref_type, const std::vector<std::string>& values);
-  /// A value with a unit that D-SI does not know, as text.
+  /// Writes a value as text: one with a unit unknown to D-SI, or an unknown value.
   void quantity_as_text(const Texts& name, const std::string& ref_type, std::string_view unit, double value,
                         const char* element = "dcc:quantity");
 
@@ -72,13 +72,13 @@ class DccText {
   XmlText xml_;
 };
 
-/// dcc:measurementResults.
+/// Writes dcc:measurementResults.
 void write_measurement_results(DccText& dcc);
 
-/// dcc:metaData or dcc:statement of a limit; `result_id` may be empty.
+/// Writes a limit as dcc:metaData or dcc:statement. `result_id` may be empty.
 void write_conformity(DccText& dcc, const Conformity& conformity, const std::string& result_id);
 
-/// The DCC's word of a verdict; nothing of one that is not known.
+/// Returns the verdict as an enumerator of the DCC; an empty text if it is unknown.
 [[nodiscard]] const char* dcc_verdict(Verdict verdict);
 
 }  // namespace gyrotherm::report

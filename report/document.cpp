@@ -51,7 +51,8 @@ void DefinitionsWriter::line_of_duty(std::string_view label_key, std::string val
 
 std::string coverage_note(Language language, const ReportedValue& value) {
   if (!std::isfinite(value.value) || !(value.expanded() > 0)) return {};
-  constexpr double kNormal = 10'000;  // from here on k is the normal distribution's, to more digits than are shown
+  // At this and higher ν, k has the value of the normal distribution to the printed digits.
+  constexpr double kNormal = 10'000;
   std::string note = "k\u00a0=\u00a0" + format_number(language, value.coverage_factor, 2);
   if (value.degrees_of_freedom < kNormal)
     note += ", ν\u00a0=\u00a0" + format_number(language, std::floor(value.degrees_of_freedom), 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The calibration report as a text for people, in one language, before it is set as a page or as a PDF: a row of
-/// blocks. Both views set the same blocks, so that neither says what the other does not.
+/// The calibration report as a human-readable document in one language: a sequence of blocks. Page and PDF lay out the
+/// same blocks and therefore have the same contents.
 #pragma once
 
 #include <cstddef>
@@ -15,13 +15,13 @@
 
 namespace gyrotherm::report {
 
-// All text is plain: views escape it.
+// All texts are plain; views escape them.
 
-/// Sections are numbered from 1 by the views, subsections 1.1.
+/// A heading. Views number sections from 1 and subsections as 1.1.
 struct Heading {
   std::string text;
   bool sub = false;
-  std::string id = {};  ///< for links: "results", "results-u1-x"
+  std::string id = {};  ///< link target: "results-u1-x"
 };
 
 struct Paragraph {
@@ -29,12 +29,12 @@ struct Paragraph {
   std::string text;
 };
 
-/// What and its value, a line each: "Customer", "Navigation Works, …". A value may hold line breaks.
+/// Lines of a label and a value: "Customer", "Navigation Works, …". A value may contain line breaks.
 struct Definitions {
   std::vector<std::pair<std::string, std::string>> lines;
 };
 
-/// The first thing to be seen: big numbers, each with what it is.
+/// Large labelled numbers at the top of the document.
 struct KeyFigures {
   std::string title;  ///< "Axis u1.x"; empty: none
   struct One {
@@ -44,55 +44,63 @@ struct KeyFigures {
   std::vector<One> figures;
 };
 
-/// The verdict of the whole or of a row is said in words and by a sign, not by its colour alone.
+/// A table cell. A mark is shown as text and sign, not by colour alone.
 struct Cell {
   enum class Mark { none, pass, caution, fail } mark = Mark::none;
   std::string text;
-  std::string note = {};  ///< on a line of its own below, small: "k = 2.03, ν = 35"; empty: none
+  /// Small text on its own line below: "k = 2.03, ν = 35"; empty for none.
+  std::string note = {};
 };
 
 struct DocumentTable {
-  std::string caption;  ///< with its number: "Table 3: …"
+  std::string caption;  ///< numbered: "Table 3: …"
   std::vector<std::string> header;
   std::vector<std::vector<Cell>> rows = {};  ///< each as long as the header
-  std::size_t text_columns = 1;              ///< the first ones are set left, the rest, numbers, right
+  /// Number of leading columns with text, aligned left; the others have numbers, aligned right.
+  std::size_t text_columns = 1;
 };
 
 struct DocumentFigure {
   std::string id;
-  std::string caption;  ///< with its number: "Figure 2: …"
-  std::string svg;      ///< for print, for the PDF, and without script
-  FigureData data;      ///< for zoom and cursor, where a view has them; labels are those of the SVG
+  std::string caption;  ///< numbered: "Figure 2: …"
+  /// Figure for print, the PDF, and the page without scripts.
+  std::string svg;
+  /// Data for zoom and cursor; labelled like the SVG.
+  FigureData data;
 };
 
-/// What a line of a figure is called in its legend: only what tells it from the others.
+/// Returns the legend text of a line: only the parts that distinguish it from the other lines.
 [[nodiscard]] std::string line_name(Language language, const FigureData& figure, std::size_t index);
-/// Its colour, as "#rrggbb", and whether it is dashed, so that lines differ without colours too.
+/// Returns the colour of a line as "#rrggbb".
 [[nodiscard]] std::string line_colour(const FigureData& figure, std::size_t index);
+/// Returns true for a dashed line; dashes distinguish lines without colour.
 [[nodiscard]] bool line_is_dashed(const FigureData& figure, std::size_t index);
 
 using Block = std::variant<Heading, Paragraph, Definitions, KeyFigures, DocumentTable, DocumentFigure>;
 
 struct Document {
   Language language{};
-  std::string title;       ///< "Calibration report (draft)"
-  std::string number;      ///< on every page; "–" of a draft without one
-  std::string laboratory;  ///< on every page
+  std::string title;  ///< "Calibration report (draft)"
+  /// Shown on every page; the number is "–" for a draft without one.
+  std::string number;
+  std::string laboratory;
   std::optional<Logo> logo;
-  std::string mark;     ///< across every page: "DRAFT", "SIMULATED", "SUPERSEDED", several joined by " · "; or empty
-  std::string end;      ///< the last line: "End of the calibration report C-2026-0042"
+  /// Printed across every page: "DRAFT", "SIMULATED", "SUPERSEDED", several joined by " · ", or empty.
+  std::string mark;
+  /// Last line: "End of the calibration report C-2026-0042".
+  std::string end;
   std::string page_of;  ///< "page {} of {}"
   std::vector<Block> blocks;
 };
 
-/// The report in a language. First what was calibrated, the result with its U, conformity and what it means; then what
-/// ISO/IEC 17025 asks for, results by group, budgets, deviations, files.
+/// Returns the report in a language: first a summary with the item, the result with its U, conformity and an
+/// explanation; then the details required by ISO/IEC 17025, results by group, budgets, deviations and files.
 [[nodiscard]] Document document_of(const CalibrationReport& report, Language language);
 
-/// Returns the document as one page of HTML, which needs no network, for a screen of any width and for paper. Where
-/// scripts run, dygraphs draws the figures, which can then be enlarged and have a cursor. Without scripts, on paper,
-/// and where an axis is logarithmic, the page shows the document's SVGs. The mark of the document is above the page and
-/// on every sheet. Equal documents give equal bytes.
+/// Returns the document as one HTML page for a screen of any width and for print, without network access. With scripts
+/// enabled, dygraphs draws the figures with zoom and cursor. Without scripts, in print, and for logarithmic axes, the
+/// page shows the SVGs of the document. The mark of the document is above the page and on every sheet. Equal documents
+/// give equal bytes.
 [[nodiscard]] std::string html_of(const Document& document);
 
 }  // namespace gyrotherm::report

@@ -28,7 +28,7 @@ HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTIO
 ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE. */
 )js";
 
-/// Draws a figure once it comes near the window. A touch scrolls the page and does not enlarge.
+/// Script that draws a figure once it is near the visible area. Touches scroll the page and do not zoom.
 constexpr const char* kScript = R"js(
 (function () {
   'use strict';
@@ -97,14 +97,14 @@ std::string numbers(const std::vector<double>& values, int digits) {
   return text + "]";
 }
 
-/// A string of JSON in which no '<' is left.
+/// Returns a JSON string without '<'.
 std::string quoted(const std::string& text) {
   std::string json = text_of(Json(text)), safe;
   for (const char c : json) safe += c == '<' ? std::string("\\u003c") : std::string(1, c);
   return safe;
 }
 
-/// Names of dygraphs' lines must differ.
+/// Returns the name of a line with a number if necessary: dygraphs requires unique names.
 std::string unique_name(Language language, const FigureData& figure, std::size_t index) {
   std::string name = line_name(language, figure, index);
   for (std::size_t k = 0; k < index; ++k)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Figures of the page that can be enlarged and have a cursor: their values as data, and dygraphs, which draws them.
+/// Figures of the page with zoom and cursor: their values as data, drawn by dygraphs.
 #pragma once
 
 #include <cstddef>
@@ -10,21 +10,21 @@
 
 namespace gyrotherm::report {
 
-/// Returns true if dygraphs can draw the figure: x rises along each line, and no axis is logarithmic.
+/// Returns true if dygraphs can draw the figure: x increases along each line, and both axes are linear.
 [[nodiscard]] bool can_be_enlarged(const FigureData& figure);
 
-/// Returns the values as JSON on one line, of at most `most_points` a line, thinned to the least and the greatest of
-/// each stretch; no character of it ends a script element.
+/// Returns the values as JSON on one line. Each line of the figure has at most `most_points` points: the minimum and
+/// maximum of each section are kept. No character of the JSON ends a script element.
 [[nodiscard]] std::string chart_data(const FigureData& figure, Language language, std::size_t most_points);
 
-/// Returns the script of the page, with dygraphs and the notice that its licence asks for.
+/// Returns the script of the page: dygraphs with the notice required by its licence, and the code that calls it.
 [[nodiscard]] std::string chart_script();
 
-// The build takes dygraphs from its Debian package; the repository has no file of it.
+// The build takes dygraphs from its Debian package; the repository contains no file of it.
 
-/// Returns its script, which makes the global name Dygraph. It ends no script element.
+/// Returns the script of dygraphs, which defines the global name Dygraph. It does not end a script element.
 [[nodiscard]] std::string_view dygraphs_script();
-/// Returns its style sheet.
+/// Returns the style sheet of dygraphs.
 [[nodiscard]] std::string_view dygraphs_style();
 
 }  // namespace gyrotherm::report

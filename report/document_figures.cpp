@@ -11,10 +11,10 @@
 namespace gyrotherm::report {
 namespace {
 
-/// With more lines than these a legend has no room for what all have in common.
+/// Above this number of lines the legend omits the parts that all names have in common.
 constexpr std::size_t kFewLines = 4;
 constexpr std::size_t kLongestName = 28;
-/// Points of a line that goes back and forth in x, as the bias over temperature does.
+/// Maximum number of points of a line that reverses in x, such as the bias over temperature.
 constexpr std::size_t kMostLoopPoints = 1500;
 
 bool differ(const FigureData& figure, auto FigureLine::*member) {
@@ -31,7 +31,7 @@ std::string shortened(const std::string& name) {
   return name.substr(0, end) + "…";
 }
 
-/// A line that goes back and forth: the least and the greatest y of so many stretches of it, in their order.
+/// Reduces a line that reverses in x to the minimum and maximum y of consecutive sections.
 plot::Points thinned_loop(const std::vector<double>& x, const std::vector<double>& y) {
   if (x.size() <= kMostLoopPoints) return {x, y};
   std::vector<double> order(x.size());
@@ -41,7 +41,7 @@ plot::Points thinned_loop(const std::vector<double>& x, const std::vector<double
   return kept;
 }
 
-/// Of a line of a temperature: how many come before it.
+/// Returns the number of temperature lines before this one.
 std::size_t number_of_temperature(const FigureData& figure, std::size_t index) {
   const auto before = figure.lines.begin() + static_cast<std::ptrdiff_t>(index);
   return static_cast<std::size_t>(

@@ -130,7 +130,7 @@ constexpr const char* kPrintStyle = R"css(
 }
 )css";
 
-/// What stands in the margins of every sheet.
+/// Returns the style of the page margins in print.
 std::string sheet_style(const Document& document) {
   constexpr const char* kFont =
       "font: 8pt \"Source Sans 3\", Helvetica, Arial, \"Liberation Sans\", sans-serif; color: #525c68;";
@@ -174,7 +174,7 @@ std::string cell_html(const Cell& cell) {
   return html;
 }
 
-/// A word longer than a column should be, as a hash: it may break anywhere.
+/// Returns true if a word is too long for a column, such as a hash. It may then break anywhere.
 bool has_long_word(std::string_view text) {
   constexpr std::size_t kLong = 30;
   std::size_t length = 0;
@@ -198,7 +198,7 @@ std::string row_html(const std::vector<Cell>& row, std::size_t text_columns) {
   return html + "</tr>\n";
 }
 
-/// "Table 3: Budget" with its number in bold.
+/// Returns "Table 3: Budget" with the number in bold.
 std::string caption_html(const std::string& caption) {
   const auto colon = caption.find(": ");
   if (colon == std::string::npos) return escaped(caption);
@@ -219,7 +219,7 @@ class BodyWriter {
   }
 
   [[nodiscard]] bool has_charts() const { return has_charts_; }
-  /// The body with the list of contents where the first section ends.
+  /// Returns the body with the table of contents after the first section.
   [[nodiscard]] std::string html() const {
     const std::size_t at = first_end_ == 0 ? html_.size() : first_end_;
     return html_.substr(0, at) + contents_html() + html_.substr(at);
@@ -269,7 +269,8 @@ class BodyWriter {
     html_ += "</div>\n";
   }
   void operator()(const DocumentTable& table) {
-    constexpr std::size_t kShort = 16;  // rows that stay together on paper
+    // Tables of up to this number of rows are not split between sheets.
+    constexpr std::size_t kShort = 16;
     html_ += fmt::format(
         "<div class=\"scroll{}\" role=\"region\" tabindex=\"0\" "
         "aria-label=\"{}\"><table>\n<caption><span>{}</span></caption>\n"
@@ -331,10 +332,11 @@ std::string letterhead_html(const Document& document) {
   return html + "</header>\n";
 }
 
-/// The mark across a sheet is as large as its diagonal allows.
+/// Returns the banner and the watermark. The watermark is as large as the diagonal of a sheet permits.
 std::string marks_html(const Document& document) {
   if (document.mark.empty()) return {};
-  constexpr double kLargestPt = 62, kLongestPt = 640, kBoldCapitals = 1.5;  // wider than text_width takes letters for
+  // Letter width relative to the estimate of text_width().
+  constexpr double kLargestPt = 62, kLongestPt = 640, kBoldCapitals = 1.5;
   const double size_pt = std::min(kLargestPt, kLongestPt / (kBoldCapitals * plot::text_width(document.mark, 1)));
   return fmt::format(
       "<header class=\"banner\">{0}</header>\n"

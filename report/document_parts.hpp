@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What documents are made with: for document*.cpp and comparison_document.cpp alone.
+/// Building blocks for documents, used by document*.cpp and comparison_document.cpp only.
 #pragma once
 
 #include <string>
@@ -16,12 +16,12 @@ class BlockWriter {
  public:
   explicit BlockWriter(Language in_language) : language(in_language) {}
 
-  /// The text of a heading is a key of the table of words, which is its id too: "heading.results" is "results".
+  /// Appends a heading. Its text is a key of words.hpp and also gives the id: "heading.results" becomes "results".
   void heading(std::string_view key);
   void subheading(std::string text, std::string id);
-  /// Empty text makes no paragraph.
+  /// Appends a paragraph unless the text is empty.
   void paragraph(std::string text, Paragraph::Style style = Paragraph::Style::plain);
-  /// A table without rows makes none.
+  /// Appends a table unless it has no rows.
   void table(DocumentTable table);
   template <class Part>
   void add(Part part) {
@@ -34,14 +34,14 @@ class BlockWriter {
     return sentence(language, key, values...);
   }
 
-  /// "Table 3: …" and "Figure 2: …", each counted from 1, once all of them are there.
+  /// Numbers all captions from 1: "Table 3: …" and "Figure 2: …". Call it after the last block.
   void number_captions();
 
   const Language language;
   std::vector<Block> blocks{};
 };
 
-/// … of a calibration report.
+/// A writer for the document of a calibration report.
 class DocumentWriter : public BlockWriter {
  public:
   DocumentWriter(const CalibrationReport& of, Language in_language) : BlockWriter(in_language), report(of) {}
@@ -49,7 +49,7 @@ class DocumentWriter : public BlockWriter {
   const CalibrationReport& report;
 };
 
-/// Lines of what and value; those without a value are left out, or say that it is not given.
+/// Collects lines of label and value. Lines without a value are omitted; required ones are marked "not given".
 class DefinitionsWriter {
  public:
   explicit DefinitionsWriter(const DocumentWriter& writer) : writer_(writer) {}
@@ -62,22 +62,22 @@ class DefinitionsWriter {
   Definitions made_{};
 };
 
-/// "k = 2.03, ν = 35"; empty without U.
+/// Returns "k = 2.03, ν = 35"; empty without U.
 [[nodiscard]] std::string coverage_note(Language language, const ReportedValue& value);
-/// "(0.002 000 ± 0.000 061) °/h (k = 2.02)".
+/// Returns "(0.002 000 ± 0.000 061) °/h (k = 2.02)".
 [[nodiscard]] std::string quantity_in_a_sentence(Language language, const ReportedValue& value, std::string_view unit);
-/// "R1", "R2" of the records of a report; empty of one that has one record alone, and of no run.
+/// Returns the short name of a record, "R1" or "R2"; empty without a run, or if the report has only one record.
 [[nodiscard]] std::string record_label(const CalibrationReport& report, const std::string& run);
-/// The axes of the item, and those of results and figures that are not among them.
+/// Returns the axes of the item and further axes of results and figures.
 [[nodiscard]] std::vector<std::string> axes_of(const CalibrationReport& report);
-/// "Axis u1.x"; "Results of the unit" of one without a name.
+/// Returns "Axis u1.x", or "Results of the unit" for an axis without a name.
 [[nodiscard]] std::string axis_heading(const DocumentWriter& writer, const std::string& axis);
-/// The result of that key that speaks for the unit: none that the model was fitted to if there is another, of all
-/// records together before one of a single; null if there is none.
+/// Returns the most representative result of a key: a result on an unseen record before an in-sample one, then one of
+/// all records before one of a single record. Returns null if there is none.
 [[nodiscard]] const ResultTable* result_of(const CalibrationReport& report, std::string_view key, std::string_view axis,
                                            Stage stage);
 
-/// A verdict in words and by its sign.
+/// Returns a verdict with text and sign.
 [[nodiscard]] Cell verdict_cell(const DocumentWriter& writer, Verdict verdict);
 
 void add_summary(DocumentWriter& writer);
@@ -91,9 +91,9 @@ void add_deviations(DocumentWriter& writer);
 void add_files(DocumentWriter& writer);
 void add_statements(DocumentWriter& writer);
 
-/// The tables of one axis, group by group.
+/// Adds the tables of one axis, group by group.
 void add_result_tables(DocumentWriter& writer, const std::string& axis);
-/// The figures of one axis.
+/// Adds the figures of one axis.
 void add_figures(DocumentWriter& writer, const std::string& axis);
 
 }  // namespace gyrotherm::report

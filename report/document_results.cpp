@@ -17,7 +17,7 @@ constexpr std::array kStages = {Stage::uncompensated, Stage::as_found, Stage::as
 
 std::size_t index_of(Stage stage) { return static_cast<std::size_t>(stage); }
 
-/// The tables of one record that say the same of each stage.
+/// Tables of one record with the same result at each stage.
 struct OfOneRecord {
   std::string run;
   std::array<const ResultTable*, kStages.size()> of_stage{};
@@ -26,7 +26,7 @@ struct OfOneRecord {
   }
 };
 
-/// What stands side by side: tables of one key and one detail, of all records and stages.
+/// Tables with one key and one detail from all records and stages, shown in adjacent columns.
 struct SideBySide {
   std::vector<OfOneRecord> records;
   [[nodiscard]] const ResultTable& any() const { return records.front().any(); }
@@ -50,7 +50,7 @@ bool same_shape(const ResultTable& a, const ResultTable& b) {
          });
 }
 
-/// Puts a table beside its like; false if there is none, or its place is taken.
+/// Adds a table to the group. Returns false if it does not match, or if the group has one of that record and stage.
 bool put_beside(SideBySide& beside, const ResultTable& table) {
   const ResultTable& other = beside.any();
   if (other.key != table.key || other.detail != table.detail || !same_shape(other, table)) return false;
@@ -75,7 +75,8 @@ std::vector<SideBySide> side_by_side(const CalibrationReport& report, Group grou
   return all;
 }
 
-/// A quantity that says for what a row is: a set point. It is one if it is the same at each stage.
+/// Returns true for a quantity that describes the condition of a row, such as the set point, and is equal at all
+/// stages.
 bool is_condition(const SideBySide& beside, const std::string& quantity) {
   static const std::set<std::string> kConditions = {"set_point", "starts", "within", "temperature", "nominal_share"};
   if (!kConditions.contains(quantity)) return false;
@@ -90,7 +91,7 @@ struct Quantities {
   std::vector<std::string> conditions, results;
 };
 
-/// Where all are conditions the last one is the result.
+/// Separates conditions and results. If all quantities are conditions, the last one is the result.
 Quantities quantities_of(const SideBySide& beside) {
   Quantities found;
   for (const Column& column : beside.any().columns)
@@ -113,7 +114,7 @@ std::string key_with_detail(const DocumentWriter& writer, const ResultTable& tab
   return table.detail.empty() ? key : key + " " + table.detail;
 }
 
-/// Whether one name says the other too: "Stabilised bias" says "Bias". Of letters beyond ASCII the case counts.
+/// Returns true if `name` contains `part`: "Stabilised bias" contains "Bias". Ignores the case of ASCII letters.
 bool says(const std::string& name, const std::string& part) {
   const auto same = [](char a, char b) {
     return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
@@ -121,7 +122,7 @@ bool says(const std::string& name, const std::string& part) {
   return !std::ranges::search(name, part, same).empty();
 }
 
-/// "Temperature sensitivity / (°/(h·K))"; where a key has more quantities than one, "Whole run: Mean / (°/h)".
+/// Returns "Temperature sensitivity / (°/(h·K))", or "Whole run: Mean / (°/h)" for a key with several quantities.
 std::string quantity_name(const DocumentWriter& writer, const SideBySide& beside, const std::string& quantity) {
   const ResultTable& table = beside.any();
   const Column& column = *find_column(table, quantity);
@@ -129,7 +130,7 @@ std::string quantity_name(const DocumentWriter& writer, const SideBySide& beside
   return with_unit(says(key, own) ? key : key + ": " + own, column.unit);
 }
 
-/// A table of results as it grows: its own columns, then one for each stage.
+/// Builds a table of results: columns for quantity, record and conditions, then one per stage.
 class ResultsTable {
  public:
   ResultsTable(const DocumentWriter& writer, const std::vector<const SideBySide*>& of) : writer_(writer) {
@@ -196,7 +197,7 @@ std::string group_name(const DocumentWriter& writer, Group group) {
   return writer.word_of(std::string("group.") + name(group));
 }
 
-/// "Random drift: Noise floor / (°/h)"; what the quantities name themselves the caption does not.
+/// Returns "Random drift: Noise floor / (°/h)". If the rows name the quantities, the caption omits them.
 std::string caption_of(const DocumentWriter& writer, const SideBySide& beside, bool with_quantity) {
   const std::string group = group_name(writer, beside.any().group);
   std::string own = with_quantity ? key_with_detail(writer, beside.any())
@@ -260,7 +261,7 @@ std::vector<Cell> budget_row(const DocumentWriter& writer, const model::BudgetRo
           {.text = format_significant(language, model::contribution_deg_per_h(row), 2)}};
 }
 
-/// A last line of a budget: its name, degrees of freedom, and what it comes to.
+/// Returns a final row of a budget: name, degrees of freedom and value.
 std::vector<Cell> budget_sum(std::string text, std::string freedom, std::string value) {
   std::vector<Cell> row(8);
   row[0].text = std::move(text);
@@ -288,7 +289,7 @@ DocumentTable budget_table(const DocumentWriter& writer, const ReportedBudget& r
   return table;
 }
 
-/// "Mean compensated bias" of "compensated_mean.compensated_bias".
+/// Returns the name of a limited quantity: "compensated_mean.compensated_bias" becomes "Mean compensated bias".
 std::string quantity_of_limit(const DocumentWriter& writer, const std::string& quantity) {
   const auto dot = quantity.find('.');
   const std::string key = writer.word_of(quantity.substr(0, dot));

@@ -88,7 +88,7 @@ void add_report_itself(DocumentWriter& writer) {
   writer.add(std::move(lines).finish());
 }
 
-/// What the bias is counted from; where that differs, a line for each axis and record.
+/// Returns the bias reference; a line per axis and record if they differ.
 std::string zeros_of(const DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   std::string zeros = report.bias_zero.empty() ? "" : writer.word_of(report.bias_zero);
@@ -158,7 +158,7 @@ std::vector<std::string> overdue_ones(const DocumentWriter& writer) {
   return names;
 }
 
-/// "2026-11-11 03:00:12" of "2026-11-11T03:00:12Z": short, for a column that says UTC.
+/// Formats "2026-11-11T03:00:12Z" as "2026-11-11 03:00:12" for a column with UTC in its header.
 std::string instant_in_a_table(std::string utc) {
   if (utc.size() < 20 || utc[10] != 'T' || !utc.ends_with('Z')) return utc.empty() ? "–" : utc;
   utc[10] = ' ';

@@ -12,7 +12,7 @@
 namespace gyrotherm::report {
 namespace {
 
-/// A quantity of a result of one row.
+/// A quantity of a result with a single row.
 struct Figure {
   const ResultTable* table = nullptr;
   ReportedValue value{};
@@ -30,8 +30,8 @@ std::optional<Figure> figure_of(const CalibrationReport& report, const char* key
   return figure_in(result_of(report, key, axis, stage), quantity);
 }
 
-/// The same quantity of the same record at another stage. That of another record would not be held against it: what
-/// two programs ask of a unit differs by more than what a model takes away.
+/// Returns the same quantity of the same record at another stage. Records of other programs are not comparable: their
+/// requirements on the unit differ by more than the effect of a model.
 std::optional<Figure> same_at(const CalibrationReport& report, Stage stage, const Figure& figure,
                               const char* quantity) {
   const ResultTable& own = *figure.table;
@@ -47,12 +47,12 @@ std::optional<Figure> mean_of(const CalibrationReport& report, const std::string
   return figure_of(report, "compensated_mean", kMean, axis, stage);
 }
 
-/// As found, beside what was found of a unit that leaves adjusted.
+/// Returns the mean as found of a unit that was adjusted.
 std::optional<Figure> mean_as_found(const CalibrationReport& report, Stage last, const std::optional<Figure>& mean) {
   return mean && last == Stage::as_left ? same_at(report, Stage::as_found, *mean, kMean) : std::nullopt;
 }
 
-/// What the unit is judged by: the state in which it leaves, of one that was not adjusted as it was found.
+/// Returns the state by which the unit is judged: as left, or as found if it was not adjusted.
 Stage last_stage_of(const CalibrationReport& report, const std::string& axis) {
   for (const Stage stage : {Stage::as_left, Stage::as_found})
     if (mean_of(report, axis, stage) || figure_of(report, "whole_run", "rmse", axis, stage)) return stage;
@@ -124,7 +124,7 @@ void add_key_figures(DocumentWriter& writer, const std::string& axis) {
   if (!keys.figures.empty()) writer.add(std::move(keys));
 }
 
-/// Returns a sentence about the range of the block over which the axis' model was trained; empty without a model.
+/// Returns a sentence about the block temperatures in the training of the axis' model; empty without a model.
 std::string range_of(const DocumentWriter& writer, const std::string& axis) {
   const CalibrationReport& report = writer.report;
   const auto range = [&](Stage stage) {
@@ -136,7 +136,7 @@ std::string range_of(const DocumentWriter& writer, const std::string& axis) {
   if (found == report.trained_ranges.end()) return {};
   const std::string prefix = axis.empty() ? "" : axis + ": ";
   if (!found->block) return writer.say("say.trained_range_unknown", prefix);
-  // Whole degrees inside the range, as `train` prints them.
+  // Integer degrees inside the range, as `train` prints them.
   const auto whole = [&](double celsius) { return format_number(writer.language, celsius, 0); };
   return writer.say("say.trained_range", prefix, whole(std::ceil(found->block->low_c)),
                     whole(std::floor(found->block->high_c)));
@@ -150,7 +150,7 @@ std::string sentence_of_change(const DocumentWriter& writer, const Figure& left,
   return writer.say(change > both ? "say.changed" : "say.unchanged", before);
 }
 
-/// Two or three sentences about one axis.
+/// Returns two or three sentences about one axis.
 std::string meaning_of(const DocumentWriter& writer, const std::string& axis) {
   const CalibrationReport& report = writer.report;
   const Language language = writer.language;
@@ -174,7 +174,7 @@ std::string meaning_of(const DocumentWriter& writer, const std::string& axis) {
                            format_significant(language, raw->value.value / rmse->value.value, 2));
 }
 
-/// The verdict over the results of one stage.
+/// Verdict over the results of one stage.
 struct StageVerdict {
   Verdict worst = Verdict::pass;
   int passed = 0, all = 0;

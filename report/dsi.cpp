@@ -15,7 +15,7 @@ struct Symbol {
   std::string_view symbol, word;
 };
 
-// Longer symbols first, so that "°C" is not taken for "°".
+// Longer symbols come first: "°C" must not be read as "°".
 constexpr std::array kSymbols = {
     Symbol{"°C", "\\degreecelsius"}, Symbol{"hPa", "\\hecto\\pascal"}, Symbol{"kPa", "\\kilo\\pascal"},
     Symbol{"mbar", "\\milli\\bar"},  Symbol{"min", "\\minute"},        Symbol{"ppm", "\\ppm"},
@@ -29,7 +29,7 @@ constexpr std::array kSymbols = {
     Symbol{"V", "\\volt"},           Symbol{"A", "\\ampere"},          Symbol{"W", "\\watt"},
     Symbol{"T", "\\tesla"},          Symbol{"m", "\\metre"},           Symbol{"g", "\\gram"}};
 
-/// A unit to a power.
+/// A unit raised to a power.
 struct Factor {
   std::string word;
   double exponent = 1;
@@ -52,7 +52,7 @@ class UnitParser {
   }
 
  private:
-  /// factor {("/" | "·") factor}: "°/h/K" is (°/h)/K.
+  /// Parses factor {("/" | "·") factor}; "°/h/K" is (°/h)/K.
   std::optional<Factors> quotient() {
     auto found = factor();
     while (found) {
@@ -68,7 +68,7 @@ class UnitParser {
     return found;
   }
 
-  /// "(" quotient ")", "√" factor, or a symbol and its power.
+  /// Parses "(" quotient ")", "√" factor, or a symbol with its power.
   std::optional<Factors> factor() {
     if (takes(rest_, "(")) {
       auto found = quotient();
@@ -94,10 +94,11 @@ std::string to_power(const Factor& factor) {
   return factor.exponent == 1 ? factor.word : fmt::format("{}\\tothe{{{:g}}}", factor.word, factor.exponent);
 }
 
-/// The place of the fourth significant digit of U: the decimals to be written; negative left of the point.
+/// Returns the number of decimals down to the fourth significant digit of U; negative left of the decimal point.
 int decimals_for(double expanded) { return 3 - static_cast<int>(std::floor(std::log10(expanded))); }
 
-constexpr int kMostDsiDecimals = 15;  ///< beyond, a power of ten says it better
+/// Smaller numbers are written with a power of ten.
+constexpr int kMostDsiDecimals = 15;
 
 }  // namespace
 
@@ -137,7 +138,7 @@ std::string dsi_expanded(const ReportedValue& value) {
   const int decimals = decimals_for(expanded);
   if (decimals < 0 || decimals > kMostDsiDecimals) return dsi_number(expanded);
   const double unit = std::pow(10, decimals);
-  // What is a whole number of units but for the last bits of a double is not rounded up to the next.
+  // Rounding errors of a double must not round an integer number of units up to the next one.
   return fmt::format("{:.{}f}", std::ceil(expanded * unit * (1 - 1e-12)) / unit, decimals);
 }
 

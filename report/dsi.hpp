@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Units and numbers as the Digital System of Units writes them (D-SI 2.2, by PTB): "\degree\per\hour".
+/// Units and numbers in the notation of the Digital System of Units (D-SI 2.2, by PTB): "\degree\per\hour".
 #pragma once
 
 #include <optional>
@@ -10,24 +10,25 @@
 
 namespace gyrotherm::report {
 
-/// A unit in D-SI's words: "°/h" → "\degree\per\hour", "(°/h)/(K/min)" → "\degree\minute\hour\tothe{-1}\kelvin
-/// \tothe{-1}". D-SI has one \per in a unit at most, and all after it is below the line; where two units are below the
-/// line, both have negative exponents, so that it is read alike by those who do not know this. Nothing of a unit that
-/// it has no words for.
+/// Converts a unit to D-SI: "°/h" → "\degree\per\hour", "(°/h)/(K/min)" → "\degree\minute\hour\tothe{-1}\kelvin
+/// \tothe{-1}". D-SI permits one \per per unit, and everything after it is in the denominator. A unit with two factors
+/// in its denominator is therefore written with negative exponents, which are unambiguous for every reader. Returns
+/// nothing for an unknown unit.
 [[nodiscard]] std::optional<std::string> dsi_unit(std::string_view unit);
 
-/// How much of a value is known, as D-SI can say it.
+/// The parts of a value that D-SI can express.
 enum class Certainty { nothing, value, with_normal_u, with_students_u };
-/// A k below 1 or a negative U is none.
+/// Returns the known parts of a value. A k below 1 or a negative U counts as unknown.
 [[nodiscard]] Certainty certainty_of(const ReportedValue& value);
 
-/// A finite value; with U rounded to the fourth significant digit of U, two more than U is stated with, else exact.
+/// Returns a finite value. With U it is rounded to the fourth significant digit of U, two more than U is stated with;
+/// without U it is exact.
 [[nodiscard]] std::string dsi_value(const ReportedValue& value);
-/// U, four significant digits, rounded up.
+/// Returns U with four significant digits, rounded up.
 [[nodiscard]] std::string dsi_expanded(const ReportedValue& value);
-/// k, without a power of ten, which D-SI does not allow here.
+/// Returns k without an exponent, which D-SI does not permit here.
 [[nodiscard]] std::string dsi_coverage_factor(const ReportedValue& value);
-/// Any finite number, exact: it is read back to the same double.
+/// Returns a finite number exactly: reading it back gives the same double.
 [[nodiscard]] std::string dsi_number(double number);
 
 }  // namespace gyrotherm::report

@@ -45,7 +45,7 @@ std::vector<plot::Band> floor_band(const ReportedRun& run) {
   return {{"± noise floor", {-floor, floor}}};
 }
 
-/// What is drawn of one model.
+/// The curve of one model.
 struct Drawn {
   const char* name;
   const char* colour;
@@ -90,7 +90,7 @@ plot::Curve correlation_curve(const ReportedCorrelation& correlation, std::size_
   return curve;
 }
 
-/// The decade of tenths in which the threshold lies, up to 1.
+/// Returns the range for the enlarged panel: from the 0.05 step below the threshold up to 1.
 plot::Range enlarged_range(double threshold) { return {std::max(0.0, std::floor(20 * threshold - 0.5) / 20), 1.0}; }
 
 std::vector<double> roots(std::vector<double> squares) {
@@ -225,7 +225,7 @@ plot::Curve curve_of(const data::AllanCurve& points, const char* name, const cha
   return curve;
 }
 
-/// Markers and error bars, without a line between them.
+/// Returns a curve with markers and error bars, without a line.
 plot::Curve measured(const data::AllanCurve& points, const char* name, const char* colour) {
   plot::Curve curve = curve_of(points, name, colour);
   for (const data::AllanPoint& point : points) curve.error.push_back(point.error_deg_per_h);
@@ -234,7 +234,7 @@ plot::Curve measured(const data::AllanCurve& points, const char* name, const cha
   return curve;
 }
 
-/// σ of one term over the span of the points.
+/// Returns σ of one noise term over the averaging times of the points.
 plot::Curve term_line(const data::NoiseCoefficient& noise, const data::AllanCurve& points) {
   plot::Curve line{.name = {}, .colour = plot::colour::kFaintInk, .dashed = true};
   for (const data::AllanPoint& point : points) {
@@ -251,7 +251,7 @@ plot::Curve fit_line(const data::HoldNoise& holds) {
   return line;
 }
 
-/// All but the lines of single terms, which may leave the panel.
+/// Returns the range of the measured curves. Lines of single noise terms may leave the panel.
 plot::Range range_of_points(const std::vector<plot::Curve>& curves) {
   std::vector<double> ends;
   for (const plot::Curve& curve : curves) {

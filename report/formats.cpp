@@ -14,14 +14,14 @@ namespace {
 
 constexpr const char* kMinus = "−";
 constexpr const char* kNarrowSpace = "\u202f";
-constexpr const char* kPlusMinus = "\u00a0±\u00a0";  // between spaces that do not break
+constexpr const char* kPlusMinus = "\u00a0±\u00a0";  // non-breaking spaces
 constexpr const char* kTimesTenTo = "\u00a0×\u00a010";
 constexpr const char* kDash = "–";
 constexpr int kDigitsOfU = 2;
 constexpr int kDigitsOfAValue = 4;
-/// Below this power of ten, or from that on, a number is written with a power of ten.
+/// Numbers below the first power of ten, or from the second on, are written with a power of ten.
 constexpr int kLeastPower = -4, kGreatestPower = 7;
-/// With U more decimals than these are written with a power of ten.
+/// Values with U and more decimals than these are written with a power of ten.
 constexpr int kMostDecimals = 8;
 
 std::string superscript(int n) {
@@ -31,7 +31,7 @@ std::string superscript(int n) {
   return text;
 }
 
-/// Digits in groups of three from the decimal sign outwards, if there are more than four.
+/// Groups digits in threes from the decimal sign outwards, if there are more than four.
 std::string grouped(std::string_view digits, bool from_the_right) {
   if (digits.size() <= 4) return std::string(digits);
   std::string text;
@@ -43,13 +43,13 @@ std::string grouped(std::string_view digits, bool from_the_right) {
   return text;
 }
 
-/// The power of ten of the leading digit, after rounding to so many digits: 0.0996 has −1 of two.
+/// Returns the power of ten of the leading digit after rounding to `digits` digits: −1 for 0.0996 and two digits.
 int power_of(double value, int digits) {
   const std::string text = fmt::format("{:.{}e}", std::abs(value), digits - 1);
   return std::stoi(text.substr(text.find('e') + 1));
 }
 
-/// To the decimals; fewer than none round to tens and hundreds.
+/// Formats with fixed decimals; a negative number of decimals rounds to tens and hundreds.
 std::string fixed(Language language, double value, int decimals) {
   if (decimals < 0) {
     const double unit = std::pow(10.0, -decimals);
@@ -67,10 +67,10 @@ std::string fixed(Language language, double value, int decimals) {
 
 std::string times_power(int power) { return kTimesTenTo + superscript(power); }
 
-/// How a value and its U are written: decimals of what is left once the power of ten is taken out.
+/// Format of a value and its U: decimals after extraction of the power of ten.
 struct Rounding {
   int decimals{};
-  int power{};  ///< 0: none is taken out
+  int power{};  ///< 0: none
 };
 
 Rounding rounding_of(double value, double expanded) {
@@ -83,7 +83,7 @@ Rounding rounding_of(double value, double expanded) {
 
 bool has_expanded(const ReportedValue& value) { return std::isfinite(value.expanded()) && value.expanded() > 0; }
 
-/// How many digits a value needs, of so many at most: 1 of 0.0005, 4 of 0.123456.
+/// Returns the number of digits that a value needs, at most `at_most`: 1 for 0.0005, 4 for 0.123456.
 int digits_needed(double value, int at_most) {
   std::string mantissa = fmt::format("{:.{}e}", std::abs(value), at_most - 1);
   mantissa.resize(mantissa.find('e'));
@@ -92,7 +92,7 @@ int digits_needed(double value, int at_most) {
   return last == std::string::npos ? 1 : static_cast<int>(last) + 1;
 }
 
-/// The numbers of "2026-11-25".
+/// Numbers of a date such as "2026-11-25".
 struct Day {
   int year{}, month{}, day{};
 };
@@ -158,7 +158,8 @@ std::string format_plain(Language language, double value) {
 }
 
 std::string format_probability(Language language, double probability) {
-  constexpr double kLeast = 0.0005;  // below it one decimal of a per cent would be 0
+  // A smaller probability would be printed as 0.0 %.
+  constexpr double kLeast = 0.0005;
   if (!std::isfinite(probability)) return kDash;
   if (probability < kLeast) return "<\u00a0" + fixed(language, 0.1, 1) + "\u00a0%";
   if (probability > 1 - kLeast) return ">\u00a0" + fixed(language, 99.9, 1) + "\u00a0%";

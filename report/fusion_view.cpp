@@ -37,7 +37,7 @@ std::string figure(const plot::Plot& plot, const std::string& caption) {
   return fmt::format("<figure id=\"{}\">\n{}<figcaption>{}</figcaption>\n</figure>\n", plot.id, svg_of(plot), caption);
 }
 
-/// Means of the rate, less the Earth's rotation where that is known.
+/// Returns a figure of the mean rate, minus the Earth rate if it is known.
 std::string rate_figure(const model::FusedRun& run) {
   const bool is_error = !run.summary.earth_deg_per_h.empty();
   model::ClusterMeans means = model::cluster_means(run.time_s, run.rate_deg_per_h, kMean_s);
@@ -59,7 +59,7 @@ std::string rate_figure(const model::FusedRun& run) {
                         is_error ? ", less the Earth’s rotation in the attitude that the record says" : "", kMean_s));
 }
 
-/// The greatest and the mean of the seconds of each cluster.
+/// Returns a figure of the parity statistic: each second, and the mean of each cluster.
 std::string parity_figure(const model::FusedRun& run) {
   if (!std::isfinite(run.summary.limit)) return {};
   const model::ClusterMeans means = model::cluster_means(run.time_s, run.statistic, kMean_s);
@@ -84,7 +84,7 @@ std::string parity_figure(const model::FusedRun& run) {
                             degrees, degrees == 1 ? "" : "s", plot::significant(run.summary.false_alarm_probability)));
 }
 
-/// A line per axis, where it has a part in the rate.
+/// Returns a figure with a line per axis while it contributes to the rate.
 std::string axes_figure(const model::FusedRun& run) {
   plot::Plot plot = over_hours(run.summary, "axes", "Which axes have a part in the rate");
   plot::Panel panel = plot::panel_of({}, "Axis no.", {}, 24.0 * static_cast<double>(run.summary.axes.size()) + 30);
@@ -174,7 +174,7 @@ std::string rest_table(const model::FusionSummary& summary) {
   return html_of(table);
 }
 
-/// What the rest of all holds says of each axis, and of how the fixture stands.
+/// Returns a table of the axes' biases and the attitude of the fixture, estimated at standstill over all holds.
 std::string bias_table(const model::RestStretch& rest) {
   if (rest.turn_deg.empty()) return {};
   HtmlTable table{.caption = "What the Earth’s rotation says of biases and attitude over all holds",

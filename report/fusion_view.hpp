@@ -9,13 +9,13 @@
 
 namespace gyrotherm::report {
 
-/// The fused rate of a record as one self-contained HTML page: its error against the Earth's rotation, or the rate
-/// itself where that is not known; the parity and its limit; what was found and who was left out; what the Earth's
-/// rotation says at rest.
+/// Returns the fused rate of a record as a self-contained HTML page: the error against the Earth rate, or the rate
+/// itself if the Earth rate is unknown; the parity statistic and its limit; alarms and excluded axes; and the Earth
+/// rate measured at rest.
 [[nodiscard]] std::string html_of(const model::FusedRun& run, const std::string& program_version);
 
-/// Writes `folder`/fusion.json, the summary, and `folder`/fusion.html, making the folder if needed; each file appears
-/// whole or not at all. Fails with storage.
+/// Writes the summary `folder`/fusion.json and the page `folder`/fusion.html. Creates the folder if needed. Each file
+/// appears completely or not at all. Fails with storage.
 [[nodiscard]] Result<void> write_fusion(const model::FusedRun& run, const std::string& folder,
                                         const std::string& program_version);
 

@@ -112,14 +112,14 @@ constexpr const char* kSimulatedPages = R"css(
   color: #a8371b; } }
 )css";
 
-/// The look of the page, on screen and in print: CSS without any reference to the outside. With `simulated`, every
-/// printed page says so in its margin and across itself.
+/// Returns the style sheet for screen and print, without external references. If `simulated` is set, every printed page
+/// is marked in its margin and across the text.
 std::string style_sheet(bool simulated) { return std::string(kScreen) + kPrint + (simulated ? kSimulatedPages : ""); }
 
 std::string row_of(const std::vector<std::string>& cells, const char* tag, std::size_t text_columns) {
   std::string row = "<tr>";
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    // A header that says nothing is none.
+    // An empty header cell is not a header.
     row += fmt::format("<{0}{1}>{2}</{0}>", cells[k].empty() ? "td" : tag, k < text_columns ? "" : " class=\"n\"",
                        cells[k]);
   }

@@ -75,7 +75,8 @@ void take_figures(const Report& report, LotAxis& axis) {
 }
 
 std::vector<double> robust_scores(const std::vector<double>& values) {
-  constexpr double kOfNormal = 0.6745;  // the MAD of a normal distribution, in its standard deviations
+  // MAD of a normal distribution, in standard deviations.
+  constexpr double kOfNormal = 0.6745;
   constexpr std::size_t kFewest = 6;
   std::vector<double> scores(values.size(), kNotKnown), known;
   for (const double value : values)
@@ -128,7 +129,7 @@ std::string remark_on(const LotAxis& axis) {
   return remark;
 }
 
-/// Without the header.
+/// Returns the rows of the table without its header.
 std::vector<std::vector<std::string>> rows_of(const Lot& lot, const std::string& only_unit) {
   std::vector<std::vector<std::string>> rows;
   for (const auto& axis : lot.axes)
@@ -186,7 +187,7 @@ std::string events_of(const Lot& lot) {
   return html + "</ul>\n";
 }
 
-/// What has a name in the page of one axis has it once for each on the page of all.
+/// Prefixes all ids and references of an axis' page with the axis, so that they are unique on the page of the unit.
 std::string with_names_of(std::string html, const std::string& axis) {
   for (const std::string before : {" id=\"", "url(#", "href=\"#"}) {
     for (auto at = html.find(before); at != std::string::npos; at = html.find(before, at + before.size()))
@@ -197,7 +198,7 @@ std::string with_names_of(std::string html, const std::string& axis) {
 
 std::string heading(const std::string& text) { return "<h2>" + plot::escaped(text) + "</h2>\n"; }
 
-/// To each unit's report, once.
+/// Returns a link to the report of each unit.
 std::string links_of(const Lot& lot) {
   std::string html = "<p>Reports:";
   std::string last;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a chamber full of gyros came to: every axis of every unit in one table, and which of them stand out.
+/// Summary of a chamber full of gyros: one table with all axes of all units, and the outliers among them.
 #pragma once
 
 #include <optional>
@@ -16,23 +16,29 @@ inline constexpr const char* kLotSchema = "gyrotherm-lot/1";
 
 /// One axis of the lot.
 struct LotAxis {
-  std::string unit, axis;  ///< the axis is empty where the unit has one
+  std::string unit, axis;  ///< axis is empty if unnamed
   std::string serial_number, model;
-  std::string folder;   ///< of its models and its report, relative to the lot's
-  std::string verdict;  ///< "PASS", "FAIL", "no limit", or "failed" where it could not be trained
-  std::string trouble;  ///< why it could not be; else empty
-  /// Of the random run, which no model has seen: before, and what multi-point with temperature leaves; standard
-  /// deviation and root mean square. Not known where it could not be trained.
+  /// Folder of the models and the report, relative to the folder of the lot.
+  std::string folder;
+  /// "PASS", "FAIL", "no limit", or "failed" if training failed.
+  std::string verdict;
+  /// Reason for a training failure, or empty.
+  std::string trouble;
+  /// Standard deviation and root mean square in the random run, which no model has seen: uncompensated, and compensated
+  /// by multi-point with temperature. Unknown if training failed.
   double raw_std_deg_per_h = kNotKnown, compensated_std_deg_per_h = kNotKnown, compensated_rmse_deg_per_h = kNotKnown;
-  double floor_deg_per_h = kNotKnown;     ///< its noise
-  double expanded_deg_per_h = kNotKnown;  ///< U of a mean over 1 h, by the model's budget
-  double missing_s{};                     ///< seconds of both runs in which it was not read
-  /// How far its raw and its compensated standard deviation lie from the lot's middle, in robust standard deviations.
+  double floor_deg_per_h = kNotKnown;     ///< noise floor
+  double expanded_deg_per_h = kNotKnown;  ///< U of a 1 h mean
+  double missing_s{};                     ///< s without a reading, both runs
+  /// Distance of the uncompensated and the compensated standard deviation from the lot's median, in robust standard
+  /// deviations.
   double raw_score = kNotKnown, compensated_score = kNotKnown;
-  bool stands_out{};  ///< one of the scores is beyond kStandsOut, either way
+  /// Outlier: one of the scores exceeds ±kStandsOut.
+  bool stands_out{};
 };
 
-/// Iglewicz and Hoaglin, "How to Detect and Handle Outliers" (ASQC 1993): a modified z-score beyond this.
+/// Modified z-score above which a value is an outlier: Iglewicz and Hoaglin, "How to Detect and Handle Outliers" (ASQC
+/// 1993).
 inline constexpr double kStandsOut = 3.5;
 
 struct Lot {
@@ -42,30 +48,31 @@ struct Lot {
   std::uint64_t seed{};
   bool quick{};
   std::vector<LotAxis> axes;
-  std::vector<std::string> events;  ///< of units that fell silent, were dropped or returned, in words
+  /// Messages about units that fell silent, were dropped or returned.
+  std::vector<std::string> events;
 };
 
-/// Of what an axis' report says.
+/// Copies the verdict and the values of an axis from its report.
 void take_figures(const Report& report, LotAxis& axis);
 
-/// The modified z-score of each value among those that are known: 0.6745 (x − median) / MAD of the logarithms; NaN
-/// where there are fewer than six, or where half of them are the same.
+/// Returns the modified z-score of each value among the known ones: 0.6745 (x − median)/MAD of the logarithms. Returns
+/// NaN for all values if fewer than six are known, or if their MAD is 0.
 [[nodiscard]] std::vector<double> robust_scores(const std::vector<double>& values);
 
-/// Gives each axis its scores among the others.
+/// Computes the scores of all axes.
 void compare(Lot& lot);
 
-/// "PASS", "FAIL" or "no limit" of all; an axis that could not be trained fails.
+/// Returns "PASS", "FAIL" or "no limit" for the lot. An axis with failed training fails.
 [[nodiscard]] std::string verdict_of(const Lot& lot);
 
-/// As lot.json has it, ending in a newline.
+/// Returns lot.json, ending in a newline.
 [[nodiscard]] std::string to_json(const Lot& lot);
-/// The table, as text for a terminal.
+/// Returns the table as text for a terminal.
 [[nodiscard]] std::string describe(const Lot& lot);
-/// The summary as a page: table, figure, and a link to each unit's report.
+/// Returns the summary as a page with a table, a figure and a link to the report of each unit.
 [[nodiscard]] std::string html_of(const Lot& lot);
 
-/// One report of a unit with several axes: the table of them, then all that each axis' own report says.
+/// Returns one report for a unit with several axes: a table of the axes, then the report of each axis.
 [[nodiscard]] std::string html_of_unit(const Lot& lot, const std::string& unit,
                                        const std::vector<std::pair<std::string, Report>>& axes);
 

@@ -24,7 +24,7 @@ constexpr Vocabulary<DecisionRule, 2> kRules{
 constexpr Vocabulary<Stage, 3> kStages{
     {{"uncompensated", Stage::uncompensated}, {"as_found", Stage::as_found}, {"as_left", Stage::as_left}}};
 
-/// A text, or a table of texts by language.
+/// Reads a text, or a table of texts by language.
 Texts texts(const TomlTable& table, const char* key) {
   if (!table.has(key)) return {};
   if (!table.is_table(key)) {
@@ -134,7 +134,7 @@ std::vector<Influence> influences(const TomlTable& table) {
   return all;
 }
 
-/// KEY.QUANTITY of each result that is held against a limit.
+/// Returns KEY.QUANTITY of each result that a limit can apply to.
 std::vector<std::string> results_with_limits() {
   return {"turn_on_repeatability.std_of_bias",
           "warm_up.duration",
@@ -158,7 +158,7 @@ std::vector<std::string> results_with_limits() {
           "compensated_mean.compensated_bias"};
 }
 
-/// Of which the more is the better: a limit, which is a greatest value, would refuse what is good.
+/// Greater shares are better, so that an upper limit would reject good results.
 constexpr std::string_view kShare = "coverage.seen_share";
 
 void check_is_result(const TomlTable& limit, const std::string& quantity) {
@@ -192,7 +192,7 @@ std::optional<OtherReport> replaced(const TomlTable& table) {
   return OtherReport{other.text("number"), other.text("sha256", ""), texts(other, "reason")};
 }
 
-/// As the report writes those of its records.
+/// Returns true for an instant in the format of the record.
 bool is_instant(const std::string& text) {
   constexpr std::size_t kDayLength = 10;
   static const std::regex kTime("T([01][0-9]|2[0-3])(:[0-5][0-9]){2}Z");
@@ -253,7 +253,7 @@ Result<OrderFile> parse_order(std::string_view toml, const std::string& file) {
 
 namespace {
 
-/// What is not empty takes the place of what was there.
+/// Replaces `into` unless `from` is empty.
 void take(std::string& into, const std::string& from) {
   if (!from.empty()) into = from;
 }
@@ -316,8 +316,8 @@ bool has_role(const std::vector<Person>& people, std::string_view role) {
   return std::ranges::find(people, role, &Person::role) != people.end();
 }
 
-/// Notes persons of the order whose role the laboratory does not give. The role authorising is given by the laboratory
-/// alone. It may leave another role to the order; then no person in its own file has that role.
+/// Lists persons of the order without confirmation of their role by the laboratory. Only the laboratory gives the role
+/// authorising. For another role the laboratory may leave the choice to the order by listing no person with that role.
 void note_roles(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
                 const std::optional<OrderFile>& order) {
   const auto listed = laboratory ? laboratory->people : std::vector<Person>();
@@ -330,7 +330,7 @@ void note_roles(CalibrationReport& report, const std::optional<LaboratoryFile>& 
   }
 }
 
-/// Whether the model of each axis, as found and as left, was judged on a record that it was not fitted to.
+/// Returns true if each model as found and as left was judged on a record to which it was not fitted.
 bool is_verified(const CalibrationReport& report) {
   return std::ranges::all_of(report.results, [&](const ResultTable& one) {
     const auto is_unseen = [&](const ResultTable& other) {
@@ -340,7 +340,8 @@ bool is_verified(const CalibrationReport& report) {
   });
 }
 
-/// A unit is calibrated after it came and before its report is issued. Virtual ones have days of their own.
+/// Lists days in the wrong order: a unit is calibrated after receipt and before issue of the report. Simulated reports
+/// are exempt.
 void note_days(CalibrationReport& report) {
   const auto are_in_order = [&](const std::string& first, const std::string& then) {
     return report.simulated || first.empty() || then.empty() || first <= then;
@@ -379,8 +380,8 @@ void note_missing(CalibrationReport& report) {
   append(report.missing, placeholders_in(report));
 }
 
-/// Of two rows of one column, each with an uncertainty of its own: by verdict, then by probability where it is known,
-/// then by magnitude.
+/// Compares two rows of one column by verdict, then by probability if known, then by magnitude. Each row has its own
+/// uncertainty.
 bool is_worse(const Conformity& one, const Conformity& other) {
   const auto key = [](const Conformity& of) {
     return std::tuple(of.verdict, std::isnan(of.probability) ? -2 : -of.probability, std::abs(of.value.value));
@@ -388,7 +389,7 @@ bool is_worse(const Conformity& one, const Conformity& other) {
   return key(one) > key(other);
 }
 
-/// The row that is worst; not_known of a column without values.
+/// Returns the worst row; not_known for a column without values.
 Conformity worst_of(const std::vector<ReportedValue>& values, double limit, DecisionRule rule) {
   std::optional<Conformity> worst;
   for (const ReportedValue& value : values) {

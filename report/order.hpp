@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What people add to a calibration report: laboratory.toml, which is the laboratory's own and the same for each order,
-/// and order.toml, of one order.
+/// Data that people add to a calibration report: laboratory.toml of the laboratory, which applies to every order, and
+/// order.toml of one order.
 #pragma once
 
 #include <optional>
@@ -16,26 +16,29 @@ namespace gyrotherm::report {
 inline constexpr const char* kLaboratorySchema = "gyrotherm-laboratory/1";
 inline constexpr const char* kOrderSchema = "gyrotherm-order/1";
 
-/// The laboratory, and what it says in each of its reports.
+/// The laboratory, and the texts common to all of its reports.
 struct LaboratoryFile {
   Party party{};
   std::optional<Logo> logo{};
   Texts title{}, method{}, traceability{};
   std::vector<Texts> statements{};
-  std::vector<Equipment> equipment{};  ///< beside what the records name
+  /// Equipment that the records do not name.
+  std::vector<Equipment> equipment{};
   std::vector<Person> people{};
 };
 
-/// A unit under test as its customer knows it. What is empty is taken from the record.
+/// A unit under test as its customer describes it. Empty members are taken from the record.
 struct OrderedUnit {
-  std::string name{};   ///< in the rig; empty: the only one
-  std::string place{};  ///< in its file: "order.toml:12:1"
+  /// Name in the rig; empty for the only unit.
+  std::string name{};
+  std::string place{};  ///< position in the file: "order.toml:12:1"
   CalibratedItem item{};
 };
 
-/// One order: of one unit, or of a lot whose units have reports of their own.
+/// One order: for one unit, or for a lot whose units have separate reports.
 struct OrderFile {
-  std::string number{};  ///< of the report; of a lot each unit's name is added
+  /// Number of the report; a lot appends the name of each unit.
+  std::string number{};
   Party customer{};
   std::vector<Person> people{};
   std::vector<OrderedUnit> units{};
@@ -49,42 +52,41 @@ struct OrderFile {
   std::optional<OtherReport> replaces{};
 };
 
-/// Reads laboratory.toml; a logo that it names is read beside it, SVG or PNG, at most 1 MB. Fails with bad_file, every
-/// mistake with its place.
+/// Reads laboratory.toml and the logo that it names, an SVG or PNG of at most 1 MB in the same folder. Fails with
+/// bad_file and lists every error with its position.
 [[nodiscard]] Result<LaboratoryFile> parse_laboratory(std::string_view toml, const std::string& file);
 
-/// Reads order.toml. Fails with bad_file, every mistake with its place.
+/// Reads order.toml. Fails with bad_file and lists every error with its position.
 [[nodiscard]] Result<OrderFile> parse_order(std::string_view toml, const std::string& file);
 
-/// Fails with bad_file if the order names another type or serial number of a unit than `from`, a record or a rig, has:
-/// it may only say what that does not; and if it has a unit without a name where there are several to report on, for
-/// what it says of one would be said of each.
+/// Checks the units of an order against a record or a rig, named `from`. Fails with bad_file if the order has another
+/// model or serial number than `from`, because an order may only add missing data. Fails with bad_file also if a unit
+/// has no name although `from` has several: its data would apply to all of them.
 [[nodiscard]] Result<void> check_units(const OrderFile& order, const std::vector<CalibratedItem>& items,
                                        const std::string& from);
 
-/// Puts what people have written into a report of that unit, and notes what a report must have and they have not
-/// written: "laboratory.toml: name". Without a file all of its keys are missing, and so is each key whose text is an
-/// example's (is_placeholder()) and each person of the order whose role laboratory.toml does not give: it alone gives
-/// the role authorising, and if it names operators or reviewers, the order's are among them. What the report says
-/// already of type and serial number stays.
+/// Adds the texts of the laboratory and the order to the report of a unit, and lists required texts that are missing:
+/// "laboratory.toml: name". A missing file leaves all of its keys missing. Also missing are keys with an example text
+/// (is_placeholder()), and persons of the order whose role laboratory.toml does not confirm: only laboratory.toml gives
+/// the role authorising, and if it lists operators or reviewers, those of the order must be among them. The model and
+/// serial number already in the report have precedence.
 void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
                const std::optional<OrderFile>& order);
 
-/// Checks that `by` is one of the persons of a report with the role authorising. Fails with usage and their names.
+/// Checks that `by` has the role authorising in the report. Fails with usage and lists the persons with that role.
 [[nodiscard]] Result<void> check_may_authorise(const CalibrationReport& report, const std::string& by);
 
-/// Holds the results against the limits of an order, each row for itself: the worst verdict stands for all, of equal
-/// ones the least probable. Those of a model on a record that it was fitted to are not held against any. A limit of
-/// which there is no result is not_known.
+/// Compares the results with the limits of an order, row by row. The worst verdict is that of the result; among equal
+/// verdicts the least probable row counts. In-sample results are not compared. A limit without a result is not_known.
 void hold_against(CalibrationReport& report, const std::vector<ReportedLimit>& limits, DecisionRule rule);
 
-/// Returns true for a text that was copied from an example and not replaced: an unfinished one ("…", "...", "todo",
-/// "tbd", "fixme", "xxx"), an address in the domains reserved for examples (RFC 2606), and the names and sentences of
-/// the examples in docs/calibration-report.md.
+/// Returns true for a text copied from an example and not replaced: an unfinished text ("…", "...", "todo", "tbd",
+/// "fixme", "xxx"), an address in a domain reserved for examples (RFC 2606), or a name or sentence from the examples in
+/// docs/calibration-report.md.
 [[nodiscard]] bool is_placeholder(std::string_view text);
 
-/// Returns the placeholders that a report has, each with the key that it came from:
-/// `laboratory.toml: traceability.en, which is "Temperatures are … through …", a text of an example`.
+/// Returns the placeholders in a report, each with its key: `laboratory.toml: traceability.en, which is "Temperatures
+/// are … through …", a text of an example`.
 [[nodiscard]] std::vector<std::string> placeholders_in(const CalibrationReport& report);
 
 }  // namespace gyrotherm::report

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Another program run as a child process: what signs and verifies is not ours.
+/// Runs programs as child processes. Third-party programs make and verify the signatures.
 #pragma once
 
 #include <chrono>
@@ -12,20 +12,20 @@ namespace gyrotherm::report {
 
 struct ProgramRun {
   int exit_code{};
-  std::string out{};  ///< what it wrote on stdout and on stderr, as it came
+  std::string out{};  ///< stdout and stderr, in order
 };
 
-/// Runs a program of the PATH to its end, in English, with nothing on its stdin; its words are no shell's. Fails with
-/// bad_file naming the Debian package if the program is not installed, with timeout if it does not end in time, and
-/// with refused if a signal ended it.
+/// Runs a program of the PATH to its end, in English and with an empty stdin. No shell interprets `words`. Fails with
+/// bad_file and the name of the Debian package if the program is not installed, with timeout if it does not end in
+/// time, and with refused if a signal ended it.
 [[nodiscard]] Result<ProgramRun> run_program(const std::string& program, const std::vector<std::string>& words,
                                              std::chrono::milliseconds longest = std::chrono::seconds(60));
 
-/// A folder that nobody else can look into, and that goes with its owner: for keys. It is in the memory of the machine
-/// where the system has such a place for the user (XDG_RUNTIME_DIR), else among its temporary files.
+/// A temporary folder for keys that only this user can read. The destructor removes it. It is in memory
+/// (XDG_RUNTIME_DIR) if the system provides that, otherwise among the temporary files.
 class PrivateFolder {
  public:
-  /// Fails with storage.
+  /// Creates the folder. Fails with storage.
   [[nodiscard]] static Result<PrivateFolder> make();
   ~PrivateFolder();
   PrivateFolder(PrivateFolder&& other) noexcept : path_(std::move(other.path_)) { other.path_.clear(); }

@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 2> kUnfinished{"…", "..."};
 constexpr std::array<std::string_view, 4> kMarks{"todo", "tbd", "fixme", "xxx"};
 constexpr std::array<std::string_view, 4> kExampleDomains{"example.org", "example.com", "example.net", ".example"};
 
-/// Returns the text with its letters of ASCII in lower case, without blanks around it.
+/// Returns the text with ASCII letters in lower case and without blanks at its ends.
 std::string lowered(std::string_view text) {
   std::string lower(trimmed(text, " \t\r\n"));
   for (char& c : lower)
@@ -26,7 +26,7 @@ std::string lowered(std::string_view text) {
   return lower;
 }
 
-/// Returns true if the text has this mark as a separate word.
+/// Returns true if the text contains the mark as a separate word.
 bool has_word_of_its_own(std::string_view text, std::string_view word) {
   const auto is_letter = [&](std::size_t at) {
     return at < text.size() && std::isalnum(static_cast<unsigned char>(text[at])) != 0;
@@ -36,7 +36,7 @@ bool has_word_of_its_own(std::string_view text, std::string_view word) {
   return false;
 }
 
-/// Collects the placeholders among the texts that it is given.
+/// Collects the placeholders among the given texts.
 class Placeholders {
  public:
   void look(const std::string& key, const std::string& text) {
@@ -70,7 +70,8 @@ void look_at_laboratory(Placeholders& all, const CalibrationReport& report) {
   for (std::size_t i = 0; i < report.statements.size(); ++i)
     all.look(fmt::format("{}statement[{}]", file, i), report.statements[i]);
   for (const Equipment& one : report.equipment) {
-    if (one.role != "reference") continue;  // others come from records
+    // Other equipment comes from records.
+    if (one.role != "reference") continue;
     all.look(file + "equipment.name", one.name);
     all.look(file + "equipment.serial_number", one.serial_number);
     all.look(file + "equipment.certificate", one.certificate);

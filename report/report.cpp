@@ -142,7 +142,7 @@ void describe(auto& form, Like<ReportedModel> auto& model) {
   form("uncertainty", model.uncertainty);
 }
 
-/// The tuning of a model stands apart from it in the file.
+/// Describes the tuning of a model, which is separate from the model in the file.
 void describe_tuning(auto& form, Like<ReportedModel> auto& model) {
   auto& swarm = model.options.swarm;
   form("seed", swarm.seed);
@@ -223,7 +223,7 @@ void describe(auto& form, Like<ReportedSegment> auto& segment) {
   describe(form, segment.residual);
 }
 
-/// Something of both runs, side by side.
+/// Describes a part of both runs, one after the other.
 void describe_both(auto& form, const char* key, auto& report, auto describe_one) {
   form.object(key, [&](auto& both) {
     both.object("rate", [&](auto& form_of_one) { describe_one(form_of_one, report.rate); });
@@ -310,7 +310,7 @@ void describe(auto& form, Like<Report> auto& report) {
 
 namespace {
 
-/// Every figure that a limit can be set on.
+/// Returns the names of all values to which a limit can apply.
 std::vector<std::string> figures_with_limits() {
   std::vector<std::string> all{"noise_floor_deg_per_h", "rate.noise_floor_deg_per_h", "random.noise_floor_deg_per_h"};
   for (const std::string_view run : {"rate", "random", "rate_leave_cycle_out"})

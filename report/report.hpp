@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The report of an experiment as data: every view of it, the file report.json first, is made of this alone.
+/// The report of an experiment as data. All views, including the file report.json, are made from these data alone.
 ///
-/// Equal inputs give equal bytes: nothing in it varies from run to run of the same experiment, so no wall time, no
-/// thread count and no path of the machine.
+/// Equal inputs give equal bytes: the report contains no wall-clock time, thread count or path of the machine.
 #pragma once
 
 #include <cstdint>
@@ -26,41 +25,47 @@
 namespace gyrotherm::report {
 
 inline constexpr const char* kReportSchema = "gyrotherm-report/1";
-/// Stands for a number that is not known, or that does not apply; null in the file.
+/// A number that is unknown or does not apply; null in the file.
 inline constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 
-/// Who reads a channel, and how its readings were corrected, in words.
+/// A thermometer channel with its instrument and the correction of its readings.
 struct ReportedThermometer {
   std::string channel;
   std::string instrument;
-  std::string calibration;  ///< "offset 0.01 K, certificate 2026-0123, due 2027-03-01", "none"
+  /// "offset 0.01 K, certificate 2026-0123, due 2027-03-01", or "none".
+  std::string calibration;
 };
 
 struct ReportedRig {
   std::string name;
   std::string title;
-  std::string gyro;    ///< in words: "pulse counts, 0.1 arcsec each"
-  std::string sha256;  ///< of the rig file
+  std::string gyro;  ///< "pulse counts, 0.1 arcsec each"
+  /// Hash of the rig file.
+  std::string sha256;
   bool is_virtual{};
-  std::string gyro_model;         ///< the thermal model that a virtual gyro stands on; may be empty
-  std::string gyro_film;          ///< how the air moves around it: "chamber", "still"
-  std::string gyro_model_sha256;  ///< of the model's file
+  /// Thermal model of a virtual gyro; may be empty.
+  std::string gyro_model;
+  std::string gyro_film;  ///< surrounding air: "chamber", "still"
+  /// Hash of the model file.
+  std::string gyro_model_sha256;
   std::vector<ReportedThermometer> thermometers;
 };
 
-/// One limit of the profiles' [accept] tables and the figure held against it.
+/// A limit of the profiles' [accept] tables and the value compared with it.
 struct AcceptedLimit {
-  std::string figure;  ///< its key in the report: "random.multi_point_t.std_deg_per_h"
+  /// Key in the report: "random.multi_point_t.std_deg_per_h".
+  std::string figure;
   double limit{};
   double value{};
   bool passed{};
 };
 
-/// How the bias goes with each gradient, temperature and temperature rate, and what was selected of that.
+/// Correlation of the bias with each gradient, temperature and temperature rate, and the selected gradients.
 struct ReportedCorrelation {
-  std::vector<std::string> names;              ///< thermometers, rows and columns of `gradient`
-  std::vector<std::vector<double>> magnitude;  ///< |r|, symmetric, with a zero diagonal
-  std::vector<std::vector<double>> gradient;   ///< signed r
+  std::vector<std::string> names;              ///< thermometers; order of rows and columns
+  std::vector<std::vector<double>> magnitude;  ///< |r|, symmetric, zero diagonal
+  /// Signed r, with rows and columns as above.
+  std::vector<std::vector<double>> gradient;
   std::vector<double> temperature, rate;
   std::vector<std::string> selected_pairs;
   double threshold{};
@@ -69,14 +74,15 @@ struct ReportedCorrelation {
   std::string statement;
 };
 
-/// What a model leaves of a record's bias.
+/// Residual bias of a record after compensation.
 struct ReportedResidual {
   data::Figures all, ramps, holds, corners;
-  std::optional<model::ErrorToTruth> to_truth;  ///< a virtual rig's
+  std::optional<model::ErrorToTruth> to_truth;  ///< virtual rig only
   model::OutsideTheRange outside;
   double effective_parameters = kNotKnown;
-  double expected_in_sample_std = kNotKnown;  ///< not known also where the record was not trained on
-  std::optional<model::Streamed> streamed;    ///< second by second
+  /// Unknown for a record that was not used in training.
+  double expected_in_sample_std = kNotKnown;
+  std::optional<model::Streamed> streamed;  ///< second by second
 };
 
 struct ReportedCycle {
@@ -84,7 +90,7 @@ struct ReportedCycle {
   double start_s{}, end_s{};
 };
 
-/// What the figures draw: a value per cluster each.
+/// Values drawn by the figures, one per cluster.
 struct ReportedSeries {
   std::vector<double> time_s, set_point_c, raw;
   std::vector<std::pair<std::string, std::vector<double>>> thermometers_c;
@@ -92,21 +98,23 @@ struct ReportedSeries {
   std::vector<ReportedCycle> cycles;
 };
 
-/// Of the holds, and of the whole run before and after compensation.
+/// Noise of the holds, and of the whole run before and after compensation.
 struct ReportedNoise {
-  data::HoldNoise holds, compensated_holds;  ///< the latter of what multi_point_t leaves
+  /// Noise of the holds, uncompensated and compensated by multi_point_t.
+  data::HoldNoise holds, compensated_holds;
   data::AllanCurve raw;
   model::PerModel<data::AllanCurve> compensated;
 };
 
-/// What a model gains: the last two over three-point, not known of it itself.
+/// Gain of a model. The last two values compare it with three-point and are unknown for three-point itself.
 struct ReportedGain {
   double from_original{}, paper_ratio = kNotKnown, residual_reduction = kNotKnown;
 };
 
-/// One record and how each of the three models does on it.
+/// One record and the results of the three models on it.
 struct ReportedRun {
-  bool in_sample{};  ///< a model was trained on it
+  /// The record was used to train a model.
+  bool in_sample{};
   std::string profile, run_id, bias_zero, record_sha256, profile_sha256;
   data::NoiseFloor floor;
   int clusters{}, dropped_rest{}, dropped_gaps{};
@@ -115,7 +123,7 @@ struct ReportedRun {
   model::PerModel<ReportedResidual> residual;
   model::PerModel<ReportedGain> gain;
   ReportedNoise noise;
-  model::Characterisation characterisation;  ///< after: what multi_point_t leaves
+  model::Characterisation characterisation;  ///< "after" is compensated by multi_point_t
   ReportedSeries series;
 };
 
@@ -126,7 +134,7 @@ struct ReportedTraining {
   std::optional<model::BlockRange> block{};
 };
 
-/// One of the three models: what it takes in, how the swarm found its parameters, and the certificate of the result.
+/// One of the three models: its inputs, the tuning of its parameters, and the certificate of the solution.
 struct ReportedModel {
   std::string inputs, method;
   std::vector<std::string> terms;
@@ -140,43 +148,46 @@ struct ReportedModel {
   int support_vectors{};
   double certified_gap{}, kkt_violation{};
   std::string folds;
-  std::optional<model::Uncertainty> uncertainty;  ///< with the budget of a mean over 1 h
+  std::optional<model::Uncertainty> uncertainty;  ///< budget of a 1 h mean
 };
 
-/// What the budget of a mean over 1 h comes to.
+/// Combined uncertainty from the budget of a 1 h mean.
 struct ReportedUncertainty {
   double standard_deg_per_h{}, coverage_factor{}, expanded_deg_per_h{};  ///< u, k, U = k·u
-  double sensitivity_deg_per_h_per_k{};  ///< to its thermometers: root sum of squares, each by its root mean square
+  /// Sensitivity to the thermometers: root sum of squares of their root mean squares.
+  double sensitivity_deg_per_h_per_k{};
 };
 
-/// How a method does on a record that it was not trained on.
+/// Result of a method on a record that was not used in training.
 struct ReportedVerification {
   data::Figures figures;
-  std::optional<model::ErrorToTruth> to_truth;  ///< a virtual rig's
-  std::optional<model::Coverage> coverage;      ///< of the intervals that its own budget gives
+  std::optional<model::ErrorToTruth> to_truth;  ///< virtual rig only
+  std::optional<model::Coverage> coverage;      ///< intervals of the method's budget
 };
 
-/// A record of the same gyro, made later than the two of the experiment: whether a model lasts.
+/// A record of the same gyro made after the two of the experiment. It shows whether a model remains valid.
 struct ReportedLaterRun {
-  std::string name;  ///< "30 days later", or the record's file
+  std::string name;  ///< "30 days later", or the file name
   std::string profile, run_id, record_sha256;
   data::NoiseFloor floor;
   data::Figures raw;
 };
 
-/// A method on the same records as the others.
+/// A method and its results on the same records.
 struct ReportedMethod {
   std::string name;  ///< "linear-multi-point-t"
   std::string inputs, method;
   std::string title;     ///< "PSO-SVM"
-  std::string citation;  ///< of its published form
+  std::string citation;  ///< publication of the method
   data::Figures in_sample, leave_cycle_out;
-  std::optional<data::Figures> nested;  ///< leave-cycle-out with the parameters chosen without the held-out cycle too
+  /// Leave-cycle-out with parameters chosen without the held-out cycle.
+  std::optional<data::Figures> nested;
   ReportedVerification random;
   std::vector<ReportedVerification> later;         ///< in the order of Report.later
-  std::optional<model::BetweenRuns> between_runs;  ///< of the random run and the later ones
+  std::optional<model::BetweenRuns> between_runs;  ///< random run and later ones
   std::optional<ReportedUncertainty> uncertainty;
-  int stored_numbers{};  ///< its size in a navigation computer; 0: not known
+  /// Size of the model for a navigation computer; 0 if unknown.
+  int stored_numbers{};
   double effective_parameters = kNotKnown;
 };
 
@@ -193,53 +204,56 @@ struct Report {
   ReportedRig rig;
   ReportedThermal thermal;
   bool quick{};
-  std::vector<AcceptedLimit> accept;  ///< empty: the profiles set no limit
+  std::vector<AcceptedLimit> accept;  ///< empty: no limit in the profiles
   double cluster_length_s{};
-  ReportedCorrelation correlation;  ///< of the rate run's clusters, over the gradient thermometers
+  /// Clusters of the ramp run over the gradient thermometers.
+  ReportedCorrelation correlation;
   ReportedRun rate, random;
   std::string folds;
   model::PerModel<data::Figures> leave_cycle_out;
   model::PerModel<std::optional<data::Figures>> nested_leave_cycle_out;
   model::PerModel<ReportedModel> models;
   std::vector<ReportedLaterRun> later;
-  std::vector<ReportedMethod> methods;   ///< the three models, and all that are compared with them
-  model::Recommendation recommendation;  ///< by its rule, of `methods`
+  std::vector<ReportedMethod> methods;  ///< the three models and all others
+  model::Recommendation recommendation;
   std::vector<std::string> warnings;
   std::vector<ReportedSegment> segments;
   std::string program_version;
   std::uint64_t seed{};
-  std::uint64_t days_later{};  ///< virtual rig: of both runs
+  /// Virtual rig: days by which the gyro is older in both runs.
+  std::uint64_t days_later{};
 };
 
-/// "PASS", "FAIL" or "no limit".
+/// Returns "PASS", "FAIL" or "no limit".
 [[nodiscard]] std::string verdict_of(const Report& report);
 
-/// "in-sample: the models were fitted to these data" or "not seen by any model", for words beside a figure.
+/// Returns "in-sample: the models were fitted to these data" or "not seen by any model" for texts next to a value.
 [[nodiscard]] const char* standing(const ReportedRun& run);
 
-/// The text of report.json, ending in a newline: each key of the first level on a line of its own, so that two reports
-/// can be compared line by line. Numbers have the fewest digits that give back the same double; NaN is null.
+/// Returns report.json, ending in a newline. Each top-level key is on its own line, so that reports can be compared
+/// line by line. Numbers have the fewest digits that restore the same double; NaN is null.
 [[nodiscard]] std::string to_json(const Report& report);
 
-/// Fails with bad_file on syntax (place: file:line:column), another schema, a missing key, a wrong type or lengths that
-/// do not fit (place: the key's path).
+/// Reads report.json. Fails with bad_file on syntax errors (where: file:line:column), and on another schema, a missing
+/// key, a wrong type or a wrong length (where: path of the key).
 [[nodiscard]] Result<Report> read_report(std::string_view json, const std::string& file);
 
-/// A figure of the report and the greatest value at which it passes.
+/// A value of the report and its greatest permitted amount.
 struct Limit {
   std::string figure;
   double at_most{};
 };
 
-/// Fails with usage, naming the nearest, if the report has no figure of that name that a limit can be set on.
+/// Checks that the report has a value of that name with which a limit can be compared. Fails with usage and suggests
+/// the nearest name.
 [[nodiscard]] Result<void> check_limit(const std::string& figure);
 
-/// The figures that limits name, held against them. The limits have been checked.
+/// Compares the values of a report with limits that check_limit() accepted.
 [[nodiscard]] std::vector<AcceptedLimit> held_against(const Report& report, const std::vector<Limit>& limits);
 
-// How it is made of the records of an experiment and of what was trained on them.
+// Assembly of the report from the records of an experiment and the models trained on them
 
-/// A record of the experiment, and what it is known by.
+/// A record of the experiment with its hashes.
 struct ReportSourceRun {
   const data::RecordedRun& recorded;
   std::string record_sha256;
@@ -257,14 +271,17 @@ struct ReportSource {
   ReportedRig rig;
   ReportedThermal thermal{};
   ReportSourceRun rate, random;
-  std::vector<ReportSourceLater> later;       ///< those that verify_later() was given, in its order
-  const model::Qualification& qualification;  ///< of exactly these records; its three models are SVRs
+  /// Records passed to verify_later(), in the same order.
+  std::vector<ReportSourceLater> later;
+  /// Qualification on exactly these records; its three models are SVRs.
+  const model::Qualification& qualification;
   std::string program_version;
   std::uint64_t seed{};
-  std::uint64_t days_later{};  ///< virtual rig: of both runs
+  /// Virtual rig: days by which the gyro is older in both runs.
+  std::uint64_t days_later{};
 };
 
-/// The report without limits. Asserts that models are SVRs, and that verifications fit their clusters.
+/// Returns the report without limits. Asserts that the models are SVRs and that the verifications fit their clusters.
 [[nodiscard]] Report make_report(const ReportSource& source);
 
 }  // namespace gyrotherm::report

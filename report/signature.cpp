@@ -26,8 +26,8 @@ namespace {
 
 using Strings = std::vector<std::string>;
 
-// One form of the signature, of which only what stands between these is free. An enveloped signature over the empty
-// reference is one over the whole document.
+// Fixed form of the signature; only the parts between these texts vary. An enveloped signature over the empty reference
+// covers the whole document.
 constexpr std::string_view kBeforeDigest =
     "\n  <ds:Signature xmlns:ds=\"http://www.w3.org/2000/09/xmldsig#\"><ds:SignedInfo>"
     "<ds:CanonicalizationMethod Algorithm=\"http://www.w3.org/2001/10/xml-exc-c14n#\"></ds:CanonicalizationMethod>"
@@ -44,11 +44,13 @@ constexpr std::string_view kRootEnd = "\n</dcc:digitalCalibrationCertificate>\n"
 
 constexpr std::size_t kMostCertificates = 8;
 
-/// A signed certificate in its parts.
+/// The parts of a signed certificate.
 struct SignedDcc {
-  std::string text;  ///< what was signed
+  /// The text that was signed.
+  std::string text;
   std::string digest, value;
-  Strings certificates;  ///< base64; the key's own first
+  /// Base64; the certificate of the key comes first.
+  Strings certificates;
 };
 
 std::string signature_of(const SignedDcc& parts) {
@@ -58,7 +60,7 @@ std::string signature_of(const SignedDcc& parts) {
   return text.append(kAfter);
 }
 
-/// The text between two others, the first of each; nothing if one of them is not there.
+/// Returns the text between the first `before` and the next `after`; nothing if one is missing.
 std::optional<std::string> between(std::string_view text, std::string_view before, std::string_view after) {
   const auto begins = text.find(before);
   if (begins == std::string_view::npos) return std::nullopt;
@@ -97,18 +99,19 @@ Result<SignedDcc> parts_of(std::string_view dcc, const std::string& file) {
 
 // Other programs
 
-/// A path that no program takes for an option.
+/// Returns an absolute path, which no program interprets as an option.
 std::string absolute(const std::string& path) {
   std::error_code error;
   return std::filesystem::absolute(path, error).string();
 }
 
-/// Writes what goes with the folder.
+/// Writes a file of the private folder without waiting for the disk.
 Result<void> put(const std::string& path, std::string_view text) {
   return replace_own_file(path, text, Syncing::not_awaited);
 }
 
-/// Runs a step of signing or verifying, which must end well.
+/// Runs a program of the signing or verification and returns its output. Fails with bad_file on another exit code than
+/// 0.
 Result<std::string> step(const std::string& program, const Strings& words, const char* what) {
   const auto run = run_program(program, words);
   if (!run) return failure(run.error());
@@ -120,12 +123,13 @@ Result<std::string> step(const std::string& program, const Strings& words, const
 // The purposes that a certificate permits
 
 constexpr std::array<std::string_view, 2> kSigningUsages{"Digital Signature", "Non Repudiation"};
-/// Names as openssl prints them: it knows emailProtection, later versions documentSigning and Microsoft's too.
+/// Usages as openssl prints them. It knows emailProtection, and later versions also documentSigning and that of
+/// Microsoft.
 constexpr std::array<std::string_view, 6> kDocumentUsages{"E-mail Protection",       "1.3.6.1.5.5.7.3.36",
                                                           "Document Signing",        "1.2.840.113583.1.1.5",
                                                           "1.3.6.1.4.1.311.10.3.12", "Microsoft Document Signing"};
 
-/// Returns the values of an extension, which openssl prints on the line below its name; nothing if it is missing.
+/// Returns the values of an extension from the line below its name; nothing if it is missing.
 std::optional<Strings> extension_values(std::string_view extensions, std::string_view name) {
   const auto begins = extensions.find(name);
   if (begins == std::string_view::npos) return std::nullopt;
@@ -147,10 +151,10 @@ bool has_any(const Strings& usages, const auto& permitted) {
   });
 }
 
-/// Returns why a certificate with these extensions may not sign a report; empty if it may. `extensions` is what openssl
-/// prints of basicConstraints, keyUsage and extendedKeyUsage. A signer is not an authority (RFC 5280, 4.2.1.9), its
-/// key usage names digitalSignature or nonRepudiation (4.2.1.3), and its extended key usage, where it has one, names
-/// documentSigning (RFC 9336), emailProtection, or the signing of documents after Adobe or Microsoft (4.2.1.12).
+/// Returns why a certificate with these extensions must not sign a report; empty if it may. `extensions` is openssl's
+/// output for basicConstraints, keyUsage and extendedKeyUsage. A signer must not be an authority (RFC 5280, 4.2.1.9),
+/// its key usage must contain digitalSignature or nonRepudiation (4.2.1.3), and its extended key usage, if present,
+/// must contain documentSigning (RFC 9336), emailProtection, or document signing after Adobe or Microsoft (4.2.1.12).
 std::string usage_refusal(std::string_view extensions) {
   const auto constraints = extension_values(extensions, "X509v3 Basic Constraints:");
   if (constraints && std::ranges::find(*constraints, "CA:TRUE") != constraints->end())
@@ -168,8 +172,8 @@ std::string usage_refusal(std::string_view extensions) {
   return {};
 }
 
-/// Checks the first certificate of a PEM file by usage_refusal(). Fails with bad_file at `where` if it may not sign a
-/// report, or if openssl is not installed or does not read the certificate.
+/// Checks the first certificate of a PEM file with usage_refusal(). Fails with bad_file at `where` if it must not sign
+/// a report, or if openssl is not installed or cannot read the certificate.
 Result<void> check_usage(const std::string& certificate, const std::string& where) {
   const auto run = run_program(
       "openssl", {"x509", "-in", certificate, "-noout", "-ext", "basicConstraints,keyUsage,extendedKeyUsage"});
@@ -181,8 +185,8 @@ Result<void> check_usage(const std::string& certificate, const std::string& wher
 
 // Trust
 
-/// The moments as of which certificates are judged, in seconds since 1970: of a day its last and its first one, as a
-/// certificate may begin or end on it, and noon; nothing: now.
+/// Returns the instants at which certificates are judged, s since 1970; absent for now. A day gives its last and its
+/// first second, because a certificate may start or end on it, and noon.
 std::vector<std::optional<std::int64_t>> moments_of(const Trust& trust) {
   if (!trust.on_day) return {std::nullopt};
   int year = 0;
@@ -197,8 +201,8 @@ std::vector<std::optional<std::int64_t>> moments_of(const Trust& trust) {
   return {begins + kDay_s - 1, begins, begins + kDay_s / 2};
 }
 
-/// Runs `openssl verify` so that it trusts the certificates of `trust` and not those of the system. Succeeds if the
-/// certificates are valid at any of the moments. What the signer's key may do is judged by check_usage().
+/// Runs `openssl verify` with the certificates of `trust` and without those of the system. Succeeds if the certificates
+/// are valid at any of the instants. check_usage() judges the key usage separately.
 Result<ProgramRun> run_trusting(const Trust& trust, const Strings& files) {
   const Strings all{"verify", "-no-CApath", "-no-CAstore", "-partial_chain", "-CAfile", trust.certificates_file};
   Result<ProgramRun> run = ProgramRun{};
@@ -219,8 +223,8 @@ Result<void> is_usable(const Trust& trust) {
   return {};
 }
 
-/// Checks that "own.pem" in the folder is trusted, by way of those in "chain.pem", and that it may sign the document at
-/// `where`.
+/// Checks that "own.pem" in the folder is trusted, with "chain.pem" as intermediate certificates, and that it may sign
+/// the document at `where`.
 Result<void> is_trusted(const PrivateFolder& folder, const Trust& trust, const std::string& where) {
   const auto run = run_trusting(trust, {"-untrusted", folder / "chain.pem", folder / "own.pem"});
   if (!run) return failure(run.error());
@@ -235,8 +239,8 @@ std::string pem_of(const std::string& base64) {
   return "-----BEGIN CERTIFICATE-----\n" + lines + "-----END CERTIFICATE-----\n";
 }
 
-/// Fails if a certificate is not followed by its issuer's: they are under no signature of ours, so that none may stand
-/// there that has nothing to do with the first.
+/// Fails unless each certificate is followed by its issuer's. The signature does not cover the certificates; this check
+/// refuses unrelated ones.
 Result<void> is_chain(const PrivateFolder& folder, const Strings& certificates, const std::string& file) {
   for (std::size_t i = 1; i < certificates.size(); ++i) {
     for (const auto& [name, one] :
@@ -269,7 +273,7 @@ Result<Signer> signer_of(const std::string& certificate) {
                 .not_after = value_of(lines, "\nnotAfter=")};
 }
 
-/// "key.pem", unlocked, "own.pem" and "chain.pem" in the folder, if the key is that of the certificate.
+/// Writes "key.pem", unlocked, "own.pem" and "chain.pem" into the folder. Fails unless key and certificate match.
 Result<void> unlock(const PrivateFolder& folder, const SigningKey& key) {
   const auto certificates = read_text_file(key.certificate_file);
   if (!certificates) return failure(certificates.error());
@@ -303,7 +307,7 @@ std::string without_blanks(std::string text) {
   return text;
 }
 
-/// Puts the certificates of a signature into the folder as is_trusted() wants them.
+/// Writes the certificates of a signature into the folder in the form required by is_trusted().
 Result<void> put_certificates(const PrivateFolder& folder, const Strings& certificates) {
   std::string chain;
   for (const std::string& one : certificates) chain += pem_of(one);
@@ -313,9 +317,10 @@ Result<void> put_certificates(const PrivateFolder& folder, const Strings& certif
 
 // PDF
 
-/// What pdfsig says of the one signature of a PDF.
+/// Signature of a PDF as reported by pdfsig.
 struct PdfSignature {
-  std::size_t first_end{}, second_begin{}, end{};  ///< bytes: [0, first_end) and [second_begin, end) are signed
+  /// Byte offsets: [0, first_end) and [second_begin, end) are signed.
+  std::size_t first_end{}, second_begin{}, end{};
 };
 
 std::size_t count_of(std::string_view text, std::string_view word) {
@@ -324,7 +329,8 @@ std::size_t count_of(std::string_view text, std::string_view word) {
   return count;
 }
 
-/// Each line that counts must be there once: a signer's name could hold more of them.
+/// Reads the output of pdfsig. Each line used must occur exactly once, because a signer's name could contain a copy of
+/// it.
 Result<PdfSignature> signature_in(const std::string& said, const std::string& path) {
   const auto refused = [&](std::string what) { return failure(FaultKind::bad_file, path, std::move(what)); };
   if (said.find("does not contain any signatures") != std::string::npos) return refused("has no signature");
@@ -340,8 +346,8 @@ Result<PdfSignature> signature_in(const std::string& said, const std::string& pa
   return PdfSignature{std::stoul(match[1]), std::stoul(match[2]), std::stoul(match[3])};
 }
 
-/// How pdfsig is told to sign a PDF: into its empty field, as gyrotherm-pdf leaves one, or into a new field, which
-/// brings a font of half a megabyte along.
+/// Returns the options with which pdfsig signs a PDF: into the empty field left by gyrotherm-pdf, or into a new field,
+/// which adds a font of half a megabyte.
 Result<Strings> way_to_sign(const std::string& path) {
   const auto run = run_program("pdfsig", {"-nocert", absolute(path)});
   if (!run) return failure(run.error());
@@ -365,7 +371,7 @@ std::optional<std::string> bytes_of_hex(std::string_view hex) {
   return bytes;
 }
 
-/// The bytes that are signed, "content", and the signature, "signature.der", into the folder.
+/// Writes the signed bytes, "content", and the signature, "signature.der", into the folder.
 Result<void> take_apart(const PrivateFolder& folder, const std::string& path, const PdfSignature& signature) {
   const auto pdf = read_text_file(path, kLargestTable);
   if (!pdf) return failure(pdf.error());
@@ -380,7 +386,7 @@ Result<void> take_apart(const PrivateFolder& folder, const std::string& path, co
   return put(folder / "content", std::string(bytes.substr(0, first_end)) + std::string(bytes.substr(second_begin)));
 }
 
-/// "own.p12" from the folder's key and certificates, in a store of keys as pdfsig wants one.
+/// Exports the folder's key and certificates as "own.p12" into an NSS key store for pdfsig.
 Result<void> make_store(const PrivateFolder& folder) {
   const std::string store = "sql:" + folder / "store";
   std::error_code error;
@@ -439,7 +445,7 @@ Result<Signer> verify_dcc(std::string_view signed_dcc, const std::string& file, 
   if (!folder) return failure(folder.error());
   if (auto written = put_certificates(*folder, parts->certificates); !written) return failure(written.error());
   if (auto written = put(*folder / "in.xml", signed_dcc); !written) return failure(written.error());
-  // By the key of the first certificate alone, and not by any that the document may bring: it is the one that is named.
+  // Verify with the key of the first certificate only: it is the reported signer. Ignore other keys in the document.
   const auto run = run_program("xmlsec1", {"--verify", "--pubkey-cert-pem", *folder / "own.pem", "--enabled-key-data",
                                            "key-name", "--enabled-reference-uris", "empty", *folder / "in.xml"});
   if (!run) return failure(run.error());

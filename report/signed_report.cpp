@@ -20,7 +20,7 @@ bool is_pdf(const std::string& name) { return name.ends_with(".pdf"); }
 
 std::string path_in(const std::string& folder, const std::string& name) { return folder + "/" + name; }
 
-/// Signs the PDFs among the files rendered.
+/// Signs the PDFs among the rendered files.
 Result<std::vector<NewFile>> signed_pdfs(const std::string& folder, const std::vector<NewFile>& files,
                                          const SigningKey& key, const std::string& number) {
   const auto place = PrivateFolder::make();
@@ -76,7 +76,8 @@ FolderDifferences compare_with(const std::string& folder, const AuthorisedFiles&
   return found;
 }
 
-/// The files of the report, rendered anew, as they were authorised: sorted by name, without the unsigned dcc.xml.
+/// Renders the files of the report again and checks that they are as authorised. Returns them sorted by name, without
+/// the unsigned dcc.xml.
 Result<std::vector<NewFile>> rendered_files(const std::string& folder, const AuthorisedFiles& authorised,
                                             const CalibrationReport& report, const RenderFiles& render) {
   std::vector<std::string> names;
@@ -98,7 +99,7 @@ Result<std::vector<NewFile>> rendered_files(const std::string& folder, const Aut
   return files;
 }
 
-/// Names calibration.json first and authorisation.json last; PDFs by their signed bytes.
+/// Lists calibration.json first and authorisation.json last; PDFs have the hash of their signed bytes.
 DccOptions options_for(const std::vector<NewFile>& files, const std::vector<NewFile>& pdfs,
                        const AuthorisedFiles& authorised) {
   DccOptions options;
@@ -113,7 +114,7 @@ DccOptions options_for(const std::vector<NewFile>& files, const std::vector<NewF
   return options;
 }
 
-/// Looks at one file that the certificate names.
+/// Verifies the files listed in the certificate.
 class FileChecks {
  public:
   FileChecks(std::string folder, const Trust& trust, const Signer& signer)
@@ -151,7 +152,7 @@ std::string named(const Signer& signer) {
                      signer.issuer, signer.not_after);
 }
 
-/// What the signature over a certificate is worth is a check; that it could not be looked at is a fault.
+/// Returns true if the fault is a failed check of the certificate, and false if the verification itself could not run.
 bool is_a_check(const Fault& fault, const std::string& path) { return fault.where.starts_with(path); }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A virtual gyro's finite-element model as the report shows it: the paper's Tables 1 and 2 and its Figure 1. The
-/// program gyrotherm-thermal computes it, since the finite elements are there.
+/// The finite-element model of a virtual gyro for the report: Tables 1 and 2 and Figure 1 of the paper. The program
+/// gyrotherm-thermal, which contains the finite elements, computes it.
 #pragma once
 
 #include <optional>
@@ -18,23 +18,24 @@ inline constexpr const char* kThermalFigureSchema = "gyrotherm-thermal-figure/1"
 
 /// A row of Table 1.
 struct ReportedMaterial {
-  std::string name;  ///< key of the gyro file: "zerodur"
+  std::string name;  ///< key of the gyro file
   double density_kg_per_m3{}, specific_heat_j_per_kg_k{};
   double conductivity_w_per_m_k{};  ///< NaN for air
 };
 
 /// A row of Table 2.
 struct ReportedHeatSource {
-  std::string name;  ///< "gain_area" (both arms), "preamplifier", "ballast" (each)
+  /// "gain_area" (both arms), "preamplifier" or "ballast" (each).
+  std::string name;
   double power_w{}, volume_m3{}, rate_w_per_m3{};
 };
 
-/// Figure 1, and what it was computed of.
+/// Figure 1 and the parameters of its computation.
 struct ReportedThermalImage {
   std::string mesh;  ///< "coarse"
   int elements{}, nodes{};
   double ambient_c{}, film_w_per_m2_k{};
-  double difference_k{};  ///< mean A, B, C minus mean F, G, H
+  double difference_k{};  ///< mean(A,B,C) − mean(F,G,H)
   plot::ThermalImage view;
 };
 
@@ -47,14 +48,14 @@ struct ReportedThermalModel {
   ReportedThermalImage image;
 };
 
-/// The model, or the reason for which there is none.
+/// The model, or the reason why it is missing.
 struct ReportedThermal {
-  std::string missing = "not applicable";  ///< or "not available"; empty with a model
+  std::string missing = "not applicable";  ///< or "not available"; empty with model
   std::string reason = "no finite-element model of this gyro exists";
   std::optional<ReportedThermalModel> model{};
 };
 
-/// Returns what is reported of a virtual gyro whose model cannot be shown.
+/// Returns the entry for a virtual gyro if its model cannot be shown.
 [[nodiscard]] inline ReportedThermal not_available(std::string reason) {
   return {.missing = "not available", .reason = std::move(reason)};
 }
@@ -101,7 +102,7 @@ void describe(auto& form, Like<ReportedThermal> auto& thermal) {
               "expected a model, or a word under \"missing\" and a reason");
 }
 
-/// Reads what `gyrotherm-thermal figure` prints. Fails with bad_file, every mistake with its place.
+/// Reads the output of `gyrotherm-thermal figure`. Fails with bad_file and lists every error with its position.
 [[nodiscard]] Result<ReportedThermalModel> read_thermal_figure(std::string_view json, const std::string& from);
 
 }  // namespace gyrotherm::report

@@ -34,7 +34,7 @@ std::string thermal_name(const std::string& key, const std::string& fallback) {
   return plot::escaped(found == kThermalNames.end() ? fallback : found->second);
 }
 
-/// Returns at most four significant digits, without zeros at the end and without an exponent.
+/// Formats a value with at most four significant digits, without trailing zeros and without an exponent.
 std::string four_digits(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "–"; }
 
 std::string simulated_mark(const Report& report) { return report.rig.is_virtual ? " – <b>SIMULATED</b>" : ""; }
@@ -68,7 +68,7 @@ std::string model_note(const ReportedThermalModel& model) {
       plot::escaped(model.gyro), plot::escaped(model.title), plot::escaped(model.ballast_reading));
 }
 
-/// Returns the three items of the paper with the reason for which each is not shown.
+/// Returns a table of the paper's three items with the reason why each is missing.
 std::string missing_items(const ReportedThermal& thermal) {
   HtmlTable table{.header = {"Item of the paper", "Content", "Shown"}, .text_columns = 3, .style = "small"};
   for (const auto& [item, content] : {std::pair{"Table 1", "Thermal parameters of the gyro’s materials"},

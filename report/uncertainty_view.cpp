@@ -43,11 +43,12 @@ HtmlTable budget_table(const model::Uncertainty& uncertainty) {
   for (const BudgetRow& row : uncertainty.budget.rows) table.rows.push_back(budget_row(row));
   table.rows.push_back({"<b>combined</b>", "", "", "", "", "", "",
                         "<b>" + plot::format_bias(all.standard_deg_per_h) + "</b>",
-                        format_freedom(std::floor(all.degrees_of_freedom))});  // cut, as k is taken for it
+                        // Truncated as for the choice of k.
+                        format_freedom(std::floor(all.degrees_of_freedom))});
   return table;
 }
 
-/// Of one record: RMSE, RMSE to truth and coverage.
+/// Adds the cells of one record: RMSE, RMSE to truth and coverage.
 void add_cells(Cells& cells, const ReportedVerification& found) {
   cells.push_back(plot::format_bias(found.figures.rmse));
   cells.push_back(found.to_truth ? plot::format_bias(found.to_truth->figures.rmse) : "–");

@@ -73,7 +73,7 @@ std::string recommendation_of(const Report& report) {
   return fmt::format("Recommended by rule: <b>{}</b>, {}.", plot::escaped(found.recommended), statement);
 }
 
-/// Names the range of the block in training; empty if no record has it.
+/// Returns a sentence about the block temperatures in training; empty if no record has them.
 std::string range_sentence(const Report& report) {
   std::vector<model::TrainingRecord> records;
   for (const ReportedTraining& record : report.models.multi_point_t.trained_on)
@@ -282,7 +282,7 @@ std::string provenance_section(const Report& report) {
   return html_of(table);
 }
 
-/// "1 h", "1.73 h" or "anywhere".
+/// Returns the averaging time at which the coefficient is read: "1 h", "1.73 h" or "its minimum".
 std::string format_read_off(const data::NoiseCoefficient& noise) {
   const double hours = info(noise.term).read_off_s / kSecondsPerHour;
   if (!std::isfinite(hours)) return "its minimum";
@@ -328,13 +328,13 @@ const char* describe(model::Outside policy) {
   return "";
 }
 
-/// Of a virtual rig; the mean tells nothing where it is removed.
+/// Formats the error to the truth of a virtual rig. A mean that was removed contains no information.
 std::string format_truth(const std::optional<model::ErrorToTruth>& error, double data::Figures::*figure) {
   if (!error) return "–";
   return plot::format_bias(error->figures.*figure) + (error->mean_removed ? " (mean removed)" : "");
 }
 
-/// The rows of one part of the program, a model each.
+/// Adds the rows of one part of the program, one per model.
 void add_part(HtmlTable& table, const char* part, const model::PerModel<ReportedResidual>& of,
               data::Figures ReportedResidual::*figures) {
   const auto add = [&](const char* head, const char* model, const ReportedResidual& residual) {
@@ -509,7 +509,7 @@ constexpr const char* kNoiseMeaning =
     "<p>The bias in the last hour of each hold shows the gyro’s own noise, which no compensation removes. Over longer "
     "times the whole run shows what temperature does, and what is left of it after compensation.</p>\n";
 
-/// The page as it grows: sections are numbered as they come.
+/// Builds the page; sections are numbered in the order of their creation.
 class Page {
  public:
   explicit Page(const std::vector<ReportFigure>& figures) : figures_(figures) {}
@@ -615,7 +615,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The views without report.json itself.
+/// Writes all views except report.json.
 Result<void> write_views(const std::string& report_json_text, const fs::path& folder) {
   const auto report = read_report(report_json_text, (folder / "report.json").string());
   if (!report) return failure(report.error());

@@ -136,11 +136,11 @@ constexpr Word kWords[] = {
   {"distribution.normal", "normal", "normal"},
   {"distribution.rectangular", "rectangular", "rechteckig"},
   {"distribution.triangular", "triangular", "dreieckig"},
-  // What the bias is counted from
+  // Bias references
   {"earth rate removed", "Earth rate removed", "Erddrehrate abgezogen"},
   {"mean of the first hold removed", "Mean of the first hold removed", "Mittelwert der ersten Haltephase abgezogen"},
   {"nothing removed", "Nothing removed", "nichts abgezogen"},
-  // People and places
+  // People and locations
   {"operator", "Carried out by", "Durchgeführt von"},
   {"reviewer", "Reviewed by", "Geprüft von"},
   {"authorising", "Responsible for authorisation", "Verantwortlich für die Freigabe"},
@@ -158,7 +158,7 @@ constexpr Word kWords[] = {
   {"authorised", "Authorised", "Freigegeben"},
   {"superseded", "Superseded", "Ersetzt"},
 
-  // The document's own
+  // Texts of the document
   {"mark.draft", "DRAFT", "ENTWURF"},
   {"mark.simulated", "SIMULATED", "SIMULIERT"},
   {"mark.superseded", "SUPERSEDED", "ERSETZT"},
@@ -475,7 +475,7 @@ constexpr Word kWords[] = {
 static_assert(std::ranges::all_of(kWords, [](const Word& word) { return !word.en.empty() && !word.de.empty(); }),
               "missing text in one of the languages");
 
-/// The table in the order of its keys, for a binary search.
+/// The table sorted by key for a binary search.
 constexpr auto kByKey = [] {
   std::array<Word, std::size(kWords)> sorted{};
   std::ranges::copy(kWords, sorted.begin());

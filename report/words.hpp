@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The words of the calibration report in each of its languages, in one table, and numbers and days as each language
-/// writes them.
+/// The texts of the calibration report in each language, in one table, and the formats of numbers and days in each
+/// language.
 #pragma once
 
 #include <fmt/format.h>
@@ -14,58 +14,59 @@
 namespace gyrotherm::report {
 
 enum class Language { english, german };
-/// "en", "de".
+/// Returns "en" or "de".
 [[nodiscard]] const char* code(Language language);
 
-/// What a key is called; asserts that it is in the table. Keys of a report that are nobody's words are refused by
-/// calibration_from_json already. Keys with a dot are the document's own: "heading.results", "say.only_this_item".
+/// Returns the text of a key; asserts that the table has it. calibration_from_json() refuses reports with
+/// unknown keys. Keys with a dot belong to the document: "heading.results", "say.only_this_item".
 [[nodiscard]] std::string_view word(Language language, std::string_view key);
 
-/// The key of what is said above a table of models: whether one of them is recommended.
+/// Returns the key of the text above a table of models, which depends on whether one of them is recommended.
 [[nodiscard]] std::string_view say_of_models(const std::vector<ComparedModel>& models);
-/// Whether a report may use it: it is in the table, and not one of the document's own.
+/// Returns true for a key that a report may use: the table has it, and it does not belong to the document.
 [[nodiscard]] bool has_word(std::string_view key);
-/// All keys of the table, in its order.
+/// Returns all keys in the order of the table.
 [[nodiscard]] std::vector<std::string_view> word_keys();
 
-/// A sentence of the table with its places {} filled. Asserts that the key is there.
+/// Returns the text of a key with each {} replaced by a value. Asserts that the table has the key.
 template <class... Values>
 [[nodiscard]] std::string sentence(Language language, std::string_view key, const Values&... values) {
   return fmt::vformat(fmt::string_view(word(language, key)), fmt::make_format_args(values...));
 }
 
-/// In that language if it is there, else in the other.
+/// Returns the text in that language if present, otherwise in the other.
 [[nodiscard]] const std::string& in(Language language, const Texts& texts);
 
-/// A value rounded to its uncertainty, two digits of U (GUM 7.2.6), in groups of three: "0.002 000 ± 0.000 061", German
-/// "0,002 000 ± 0,000 061"; four digits stay together, spaces are narrow and do not break, minus is U+2212. Far from 1
-/// it is "(2.000 ± 0.061) × 10⁻⁹". Where U is not known or 0 the value has four significant digits at most, and a whole
-/// number all of them. "–" where the value is not known. k is for the caller to say.
+/// Formats a value rounded to two digits of U (GUM 7.2.6), in groups of three: "0.002 000 ± 0.000 061", German "0,002
+/// 000 ± 0,000 061". Four digits are not split, spaces are narrow and non-breaking, minus is U+2212. A value far from 1
+/// is "(2.000 ± 0.061) × 10⁻⁹". Without U, or with U = 0, the value has at most four significant digits, and an integer
+/// has all of its digits. An unknown value is "–". The result does not contain k.
 [[nodiscard]] std::string format(Language language, const ReportedValue& value);
-/// The two parts of it, of the same decimals; `expanded` is empty where there is none.
+/// Value and U of format() as separate texts with the same number of decimals; `expanded` is empty without U.
 struct FormattedValue {
   std::string value, expanded;
 };
 [[nodiscard]] FormattedValue format_parts(Language language, const ReportedValue& value);
 
-/// Fixed decimals, grouped; "–" of what is not finite.
+/// Formats a number with fixed decimals in groups of three; "–" if it is not finite.
 [[nodiscard]] std::string format_number(Language language, double value, int decimals);
-/// Significant digits, grouped; powers of ten where it is far from 1; "–" of what is not finite.
+/// Formats a number with significant digits in groups of three, with a power of ten far from 1; "–" if it is not
+/// finite.
 [[nodiscard]] std::string format_significant(Language language, double value, int digits);
-/// What is exact, or has no U: four significant digits at most without zeros at the end, whole numbers as they are.
+/// Formats an exact number, or one without U: at most four significant digits without trailing zeros; integers
+/// completely.
 [[nodiscard]] std::string format_plain(Language language, double value);
-/// A probability: "98.2 %", "> 99.9 %", "< 0.1 %"; "–" where it is not known.
+/// Formats a probability: "98.2 %", "> 99.9 %", "< 0.1 %"; "–" if unknown.
 [[nodiscard]] std::string format_probability(Language language, double probability);
 
-/// "25 November 2026", "25. November 2026" of "2026-11-25"; what is no day comes back as it is.
+/// Formats "2026-11-25" as "25 November 2026" or "25. November 2026"; returns any other text unchanged.
 [[nodiscard]] std::string format_day(Language language, std::string_view day);
-/// "25 November 2026, 14:03:07 UTC" of "2026-11-25T14:03:07Z"; what is no instant comes back as it is.
+/// Formats "2026-11-25T14:03:07Z" as "25 November 2026, 14:03:07 UTC"; returns any other text unchanged.
 [[nodiscard]] std::string format_instant(Language language, std::string_view utc);
 
-/// A unit as it is printed: "°/(h·K)" of "°/h/K"; empty of "1".
+/// Formats a unit for print: "°/h/K" becomes "°/(h·K)", and "1" becomes empty.
 [[nodiscard]] std::string format_unit(std::string_view unit);
-/// "Bias / (°/h)", "Temperature / °C", and the name alone of a mere number; no line
-/// breaks behind the stroke.
+/// Returns "Bias / (°/h)" or "Temperature / °C", with no line break after the slash; the name alone if dimensionless.
 [[nodiscard]] std::string with_unit(std::string_view name, std::string_view unit);
 
 }  // namespace gyrotherm::report

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// XML as text, in one fixed form: what is written here and read again by any parser is written again to the same
-/// bytes (read_dcc() holds a file to that).
+/// Writes XML in one canonical form: reading the text with any parser and writing it again gives the same bytes.
+/// read_dcc() relies on this.
 #pragma once
 
 #include <cstddef>
@@ -12,15 +12,15 @@
 
 namespace gyrotherm::report {
 
-/// Text that XML 1.0 may hold (2.2): what is not UTF-8, and controls, are shown as text ("\x1b"); blanks at both ends
-/// are taken off.
+/// Returns a text that XML 1.0 permits (2.2): invalid UTF-8 and control characters become visible escapes ("\x1b"), and
+/// blanks at both ends are removed.
 [[nodiscard]] std::string xml_characters(std::string_view text);
 
-/// & < > escaped; of an attribute also the quote.
+/// Escapes & < >; in an attribute also the quote.
 [[nodiscard]] std::string escaped_text(std::string_view text);
 [[nodiscard]] std::string escaped_attribute(std::string_view text);
 
-/// Whether it is base64 (RFC 4648) as it is written by who writes it in one way: no blanks, padded, unused bits 0.
+/// Returns true for canonical base64 (RFC 4648): no blanks, padded, unused bits 0.
 [[nodiscard]] bool is_base64(std::string_view text);
 
 class XmlText {
@@ -29,12 +29,12 @@ class XmlText {
 
   XmlText() : text_("<?xml version=\"1.0\" encoding=\"UTF-8\"?>") {}
 
-  /// An element with text in it, made safe by xml_characters(). Attributes that are empty are left out.
+  /// Writes an element with a text, made safe by xml_characters(). Empty attributes are omitted.
   void leaf(const char* name, std::string_view text, const Attributes& attributes = {});
-  /// An element with others in it, which `inside` writes.
+  /// Writes an element; `inside` writes its child elements.
   void element(const char* name, const Attributes& attributes, const std::function<void()>& inside);
   void element(const char* name, const std::function<void()>& inside) { element(name, {}, inside); }
-  /// All of it, ending in a newline.
+  /// Returns the whole document, ending in a newline.
   [[nodiscard]] std::string text() && { return std::move(text_) + "\n"; }
 
  private:

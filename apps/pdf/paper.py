@@ -5,8 +5,8 @@
     paper.py pdf PAGE.html OUT.pdf [--signature-field]
     paper.py png FIGURE.svg OUT.png WIDTH
 
-gyrotherm-pdf runs it. Remarks about what was left out are lines on stdout. A failure is one line, with exit code 1.
-Equal input gives equal bytes where the same fonts and the same WeasyPrint are installed."""
+gyrotherm-pdf runs it. Each omission is reported as a line on stdout. A failure is one line, with exit code 1.
+Equal input gives equal bytes if the same fonts and the same WeasyPrint are installed."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ PACKAGES = {"rsvg-convert": "librsvg2-bin", "fc-match": "fontconfig", "fc-list":
 
 
 class PaperError(Exception):
-    """States in one sentence why there is no file."""
+    """An error that prevents the file, in one sentence."""
 
 
 class LogoError(Exception):
-    """States why a logo is left out."""
+    """The reason why a logo is left out."""
 
 
 def run(command: list[str], given: bytes = b"") -> bytes:
-    """Returns what a program writes to stdout."""
+    """Returns the standard output of a program."""
     try:
         done = subprocess.run(command, input=given, capture_output=True, timeout=50, check=True)
     except FileNotFoundError as error:
@@ -54,15 +54,15 @@ def run(command: list[str], given: bytes = b"") -> bytes:
 
 
 def on_white(colour: str, opacity: float) -> str:
-    """Returns the colour "#rrggbb" as it looks through on white paper."""
+    """Returns the opaque colour that equals "#rrggbb" with this opacity on white paper."""
     parts = [int(colour[at : at + 2], 16) for at in (1, 3, 5)]
     return "#" + "".join(f"{round(255 - opacity * (255 - part)):02x}" for part in parts)
 
 
 def condensed(text: re.Match[str]) -> str:
-    """Returns the start of a text element with letters of 0.88 of their width, turned about its anchor as before.
+    """Returns the start of a text element with letters condensed to 0.88 of their width and an unchanged rotation.
 
-    Figures are laid out for a narrower face than DejaVu Sans."""
+    Figures are laid out for a narrower font than DejaVu Sans."""
     x, y, attributes = text.groups()
     turned = re.search(r' transform="rotate\((-?[0-9.]+)[^"]*"', attributes)
     turn = f" rotate({turned[1]})" if turned else ""
@@ -100,7 +100,7 @@ def size_of(svg: str) -> tuple[float, float]:
 
 
 def png_of(svg: str, width_px: int) -> bytes:
-    """Returns a figure as a PNG, as high as its shape asks for."""
+    """Returns a figure as a PNG; its aspect ratio determines the height."""
     width, height = size_of(svg)
     height_px = round(width_px * height / width)
     if height_px < 1 or height_px * width_px > 100_000_000:
@@ -109,21 +109,22 @@ def png_of(svg: str, width_px: int) -> bytes:
 
 
 def drawn(svg: bytes, width_px: int, height_px: int, *, shape: bool = False) -> bytes:
-    """Returns an SVG as a PNG on white; with `shape` no larger than these pixels, in its own shape."""
+    """Returns an SVG as a PNG on white. With `shape`, the size is a maximum and the aspect ratio is kept."""
     size = ["--width", str(width_px), "--height", str(height_px)] + (["--keep-aspect-ratio"] if shape else [])
     return run(["rsvg-convert", *size, "--background-color", "white"], svg)
 
 
-# The laboratory's logo comes from outside and is not trusted.
+# The laboratory's logo is untrusted input.
 
 KNOWN = frozenset("svg g defs title desc metadata rect circle ellipse line polyline polygon path text tspan style "
                   "linearGradient radialGradient stop switch".split())
-LOGO_PX = (1240, 472)  # 52.5 mm × 20 mm at 600 to the inch
+LOGO_PX = (1240, 472)  # 52.5 mm × 20 mm at 600 dpi
 
 
 def is_harmless(value: str) -> bool:
-    """Returns whether a value, or a style sheet, stays inside the file and is quickly drawn. A backslash could hide any
-    word."""
+    """Returns True if a value or style sheet has no external reference and is quick to draw.
+
+    A backslash is refused because it could hide any keyword."""
     tight = value.replace(" ", "").lower().replace("dasharray:none", "")
     if any(word in tight for word in ("\\", "@import", "dasharray")):
         return False
@@ -131,7 +132,7 @@ def is_harmless(value: str) -> bool:
 
 
 class LogoCheck:
-    """Refuses an SVG that refers to something outside itself, or that is small and much work."""
+    """Refuses an SVG with external references, and a small one that is expensive to draw."""
 
     def __init__(self) -> None:
         self.elements = 0
@@ -147,7 +148,7 @@ class LogoCheck:
         self.text.append(text)
 
     def end(self, _: str = "") -> None:
-        """Judges the text of an element as a whole."""
+        """Checks the complete text of an element."""
         if not is_harmless("".join(self.text)):
             raise LogoError("has a style that a logo may not have")
         self.text = []
@@ -160,7 +161,7 @@ class LogoCheck:
             raise LogoError("is no SVG")
         if self.elements > 5000:
             raise LogoError("has more than 5000 elements")
-        if space != SVG:  # what drawing programs keep beside the drawing
+        if space != SVG:  # private data of drawing programs
             return
         if element not in KNOWN:
             raise LogoError(f"has <{element}>, which a logo may not")
@@ -173,7 +174,7 @@ class LogoCheck:
 
 
 def svg_logo(content: bytes) -> bytes:
-    """Returns an SVG as a PNG on white, after a look at what it holds."""
+    """Checks an SVG and returns it as a PNG on white."""
     check = LogoCheck()
     parser = expat.ParserCreate(namespace_separator=" ")
     parser.StartElementHandler, parser.EndElementHandler = check.start, check.end
@@ -189,10 +190,10 @@ def svg_logo(content: bytes) -> bytes:
 
 
 def on_white_png(content: bytes) -> bytes:
-    """Returns a PNG without transparency, no larger than a logo needs."""
+    """Returns a PNG without transparency. Refuses one larger than a logo needs."""
     from PIL import Image, ImageFile
 
-    ImageFile.LOAD_TRUNCATED_IMAGES = False  # WeasyPrint allows them
+    ImageFile.LOAD_TRUNCATED_IMAGES = False  # WeasyPrint sets it to True
     if not content.startswith(b"\x89PNG\r\n\x1a\n"):
         raise LogoError("is no PNG")
     try:
@@ -210,7 +211,7 @@ def on_white_png(content: bytes) -> bytes:
 
 
 def fetch(url: str, remarks: list[str]) -> dict[str, Any]:
-    """Returns the picture in a data URL as an opaque PNG. Fetches nothing else: no network, no file."""
+    """Returns the picture in a data URL as an opaque PNG. Refuses all other URLs: no network, no files."""
     header, _, coded = url.partition(",")
     try:
         if not header.startswith("data:image/"):
@@ -232,7 +233,7 @@ def fetch(url: str, remarks: list[str]) -> dict[str, Any]:
 
 
 def check_fonts(text: str) -> list[str]:
-    """Fails where the font is not installed; returns a remark on characters that no installed font has."""
+    """Fails if the font is not installed. Returns a remark on characters that no installed font has."""
     family, _, charset = run(["fc-match", "-f", "%{family[0]}|%{charset}", FAMILY]).decode().partition("|")
     if family != FAMILY:
         raise PaperError(f"{FAMILY}: the font is not installed (Debian: fonts-dejavu-core)")
@@ -249,8 +250,10 @@ def check_fonts(text: str) -> list[str]:
 
 
 def add_signature_field(pdf: Any, pydyf: Any) -> None:
-    """Adds an empty field, which is not seen, to the last page. Filled, it adds the signature and nothing else, while a
-    signature without a field brings one along, and some programs (pdfsig) a font, too."""
+    """Adds an invisible empty signature field to the last page.
+
+    Signing into it adds only the signature. Without a field, signing adds one, and some programs (pdfsig) also a font.
+    """
     page = pdf.objects[pdf.pages["Kids"][-3]]
     look = pydyf.Stream([], {"Type": "/XObject", "Subtype": "/Form", "BBox": pydyf.Array([0, 0, 0, 0])})
     pdf.add_object(look)
@@ -264,9 +267,9 @@ def add_signature_field(pdf: Any, pydyf: Any) -> None:
 
 
 def add_glyph_sets(pdf: Any, pydyf: Any) -> None:
-    """Adds to each font the list of glyphs that it has, which PDF/A-1 asks for (ISO 19005-1, 6.3.5).
+    """Adds to each font the list of its glyphs, required by PDF/A-1 (ISO 19005-1, 6.3.5).
 
-    WeasyPrint 57.2 writes it for PDF 1.4 alone, and fails where the last glyph's number is a multiple of 8."""
+    WeasyPrint 57.2 writes it for PDF 1.4 only, and fails if the number of the last glyph is a multiple of 8."""
     for font in [one for one in pdf.objects if isinstance(one, dict) and "DescendantFonts" in one]:
         inner = pdf.objects[int(font["DescendantFonts"][0].split()[0])]
         glyphs = [first + k for first, widths in zip(inner["W"][::2], inner["W"][1::2]) for k in range(len(widths))]
@@ -283,7 +286,7 @@ def add_glyph_sets(pdf: Any, pydyf: Any) -> None:
 
 
 def strip_opentype(program: Any) -> None:
-    """Leaves the outlines alone of a font that is OpenType, which PDF 1.4 does not know."""
+    """Reduces an OpenType font to its outlines, because PDF 1.4 does not support OpenType."""
     from fontTools.ttLib import TTFont
 
     (content,) = program.stream
@@ -313,8 +316,9 @@ XMP = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
 
 
 def xmp_of(facts: Any, version: str) -> bytes:
-    """Returns the facts about a document as archives read them. PDFBox's preflight does not find the part of PDF/A in
-    the packet of WeasyPrint 57.2."""
+    """Returns the metadata of a document as XMP.
+
+    PDFBox's preflight does not find the PDF/A part in the packet of WeasyPrint 57.2."""
     dates = "".join(f"<xmp:{name}>{escape(day)}</xmp:{name}>\n"
                     for name, day in (("CreateDate", facts.created), ("ModifyDate", facts.modified)) if day)
     return XMP.format(title=escape(facts.title or ""), author=escape(", ".join(facts.authors)),
@@ -324,7 +328,7 @@ def xmp_of(facts: Any, version: str) -> bytes:
 
 def pdf_of(html: str, *, has_signature_field: bool, remarks: list[str]) -> bytes:
     """Returns the PDF/A-1b of a report's HTML."""
-    os.environ["SOURCE_DATE_EPOCH"] = "0"  # the day in a font; the PDF's own is in the HTML
+    os.environ["SOURCE_DATE_EPOCH"] = "0"  # date inside fonts; the PDF date is in the HTML
     try:
         import pydyf
         import weasyprint
@@ -352,7 +356,7 @@ def pdf_of(html: str, *, has_signature_field: bool, remarks: list[str]) -> bytes
 
 
 def main(arguments: list[str]) -> int:
-    """Runs the command line above."""
+    """Runs the command line described above."""
     remarks: list[str] = []
     try:
         given, out = Path(arguments[1]).read_text(encoding="utf-8"), Path(arguments[2])

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What the documents name is there: documents_test.py PROGRAMS. Links and their anchors, files in code font, figures
-with their source, commands and options of blocks that no test runs; and each block says what it is."""
+"""Checks references in the documents: documents_test.py PROGRAMS.
+
+Links and their anchors, files in code font, figures with their source, and commands and options in blocks that no test
+runs must exist. Each block must name its language."""
 
 import re
 import subprocess
@@ -14,7 +16,7 @@ sys.dont_write_bytecode = True
 from markdown import DOCS, SOURCE, blocks_of, commands_of, prose_of  # noqa: E402
 
 PROGRAMS = Path(sys.argv.pop(1)).resolve()
-PARTS = {"gyrotherm-monitor": {"user", "token"}}  # a program's own commands, which have commands below them
+PARTS = {"gyrotherm-monitor": {"user", "token"}}  # commands with subcommands
 LANGUAGES = {"console", "sh", "text", "toml", "python", "ini", "c", "json", "yaml"}
 FOLDERS = ("*.md", "docs/**/*.md", "bench/*.md", "profiles/**/*.md")
 PAGES = sorted(page for folder in FOLDERS for page in SOURCE.glob(folder))
@@ -26,7 +28,7 @@ _NAMED = re.compile(
     r"`((?:acquisition|analysis|apps|bench|cmake|core|debian|docs|drivers|profiles|python|report|sequencer|simulator"
     r"|tests)/[\w./-]*\w)`"
 )
-_MADE_UP = re.compile(r"acme|NAME|^report/\w+\.json$")  # docs/adding-an-instrument.md invents one; what a run leaves
+_MADE_UP = re.compile(r"acme|NAME|^report/\w+\.json$")  # invented names, and files that a run leaves
 
 
 def anchors_of(page: Path) -> set[str]:
@@ -81,7 +83,7 @@ class Documents(unittest.TestCase):
         self.assertGreater(seen, 150)
 
     def test_each_block_says_what_it_is(self):
-        """A session is followed where it stands, so it stands in a folder whose pages are followed."""
+        """Sessions may only occur on pages that follow.py runs."""
         sessions = 0
         for page in MANUAL:
             for block in blocks_of(page):
@@ -113,7 +115,7 @@ class Documents(unittest.TestCase):
                     words.append(below[1])
                 known = set(_OPTION.findall(help_of(called[1], *words)))
                 self.assertTrue(known, line)
-                own = called[3].split(" -- ")[0]  # what is behind is another command's
+                own = called[3].split(" -- ")[0]  # after "--": another command
                 for option in _OPTION.findall(own):
                     seen += 1
                     self.assertIn(option, known, f"{page.relative_to(SOURCE)}: {line}")

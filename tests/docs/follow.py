@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Follows a page of the manual word by word, in a fresh folder: follow.py PROGRAMS PAGE [nightly]. A page that says
-"<!-- follows other.md -->" goes on where that one ends; one that says "<!-- needs cc -->" is skipped where there is no
-such program."""
+"""Runs the sessions of a page of the manual in a new folder: follow.py PROGRAMS PAGE [nightly].
+
+A page with "<!-- follows other.md -->" continues after the end of that page. A page with "<!-- needs cc -->" is skipped
+if that program is missing."""
 
 import re
 import shutil
@@ -19,12 +20,12 @@ from standstill import Standstill
 
 _PORT = re.compile(r"--port (\d+)")
 SKIPPED = 77
-ATTEMPTS = 3  # at a page, while the machine itself stands still
-_INSTRUMENTS = 4  # that `simulate --port` serves one after the other
+ATTEMPTS = 3  # repeated only if the machine itself stalled
+_INSTRUMENTS = 4  # consecutive ports of `simulate --port`
 
 
 def wait_for_ports(page: Path) -> None:
-    """Another one who follows this page on this machine has them for a minute."""
+    """Waits until the ports of the page are free. Another run of the page on this machine uses them for a minute."""
     for first in {int(port) for port in _PORT.findall(page.read_text(encoding="utf-8"))}:
         for port in range(first, first + _INSTRUMENTS):
             for _ in range(180):

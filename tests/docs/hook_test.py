@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Tests .githooks/commit-msg on good and bad subjects, and in a repository of its own where git is installed."""
+"""Tests .githooks/commit-msg on good and bad subjects, and in a new repository if git is installed."""
 
 import os
 import shutil
@@ -41,7 +41,7 @@ BY_GIT = (
     "amend! added things",
 )
 
-# Subject → a part of the cause.
+# subject: part of the reported cause
 BAD = {
     "budget: add " + "u" * (61 - len("budget: add ")): "61 characters",
     "verify: share the parameter count.": "period",

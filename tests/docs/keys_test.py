@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The page of keys is whole: each key of a shipped profile or rig is on it, and of a file in the documents, and each key
-on it is said somewhere in the documents or in a shipped file."""
+"""Checks that the page of keys is complete.
+
+Each key of a shipped profile or rig, and of a file in the documents, must be on the page. Each key on the page must
+occur in the documents or in a shipped file."""
 
 import re
 import sys
@@ -59,13 +61,13 @@ class Keys(unittest.TestCase):
             for key in keys.keys_of(sources)
         }
         for place, said in (
-            (("virtual.thermometers", "noise_k"), "a mistake"),  # behind it stands the least that it may be
+            (("virtual.thermometers", "noise_k"), "a mistake"),  # followed by its minimum
             (("virtual.thermometers", "gain"), "0"),
             (("virtual.thermal.side_wind", "steady"), "a mistake"),
             (("virtual.thermal.power_growth", "gain_per_k"), "0"),
-            (("virtual.bias", "mirror_deg_per_h_per_k"), "a mistake"),  # a list of so many numbers
-            (("virtual.bias.growth", "gas_flow"), "a mistake"),  # another table may have the same key
-            (("virtual.gyro.dead_band", "sags_below"), "a mistake"),  # asked for after it is read
+            (("virtual.bias", "mirror_deg_per_h_per_k"), "a mistake"),  # list of a fixed length
+            (("virtual.bias.growth", "gas_flow"), "a mistake"),  # key of another table too
+            (("virtual.gyro.dead_band", "sags_below"), "a mistake"),  # checked after reading
             (("analogue_input.channel", "input"), "a mistake"),
             (("gyro", "latitude"), ""),
             (("limits.channel.NAME", "lowest"), ""),

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What the page of keys says of one that is left out is what happens: left_out_test.py PROGRAMS. Each key of each shipped
-rig is left out once, and the rig checked."""
+"""Checks the page of keys for required and optional keys: left_out_test.py PROGRAMS.
+
+Removes each key of each shipped rig once and checks the rig."""
 
 import json
 import subprocess
@@ -18,20 +19,20 @@ import keys  # noqa: E402
 
 PROGRAM = Path(sys.argv.pop(1)).resolve() / "gyrotherm"
 RIGS = SOURCE / "profiles/rigs"
-# What no shipped rig can do without, but another can.
+# Keys required by every shipped rig, but not by every rig.
 OTHERS = {
-    ("thermometer", "line"),  # of a process
-    ("gyro", "line"),  # of a gyro that shares another's
-    ("gyro.axis", "direction"),  # where there is no fixture
-    ("analysis", "gradients"),  # where each gyro names its own
-    ("analogue_input.channel", "gyro"),  # where there is one gyro
-    ("virtual", "body"),  # where it is the usual one
-    ("virtual.network", "conduction"),  # where each node has a way of its own to the chamber
+    ("thermometer", "line"),  # a process has no line
+    ("gyro", "line"),  # shared with another gyro
+    ("gyro.axis", "direction"),  # without a fixture
+    ("analysis", "gradients"),  # gradients per gyro
+    ("analogue_input.channel", "gyro"),  # only one gyro
+    ("virtual", "body"),  # default body
+    ("virtual.network", "conduction"),  # each node is coupled to the chamber
 }
 
 
 def written(value) -> str:
-    """A value of a TOML file on one line; paths, which are relative to the rig, from the root."""
+    """Returns a value as TOML on one line. Paths relative to the rig become absolute."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, dict):
@@ -44,7 +45,7 @@ def written(value) -> str:
 
 
 def tables_of(node: dict, name: str = ""):
-    """Each table with its name, the file itself first."""
+    """Yields each table with its name, first the file itself."""
     yield name, node
     for key, value in node.items():
         for inner in value if isinstance(value, list) else [value]:
@@ -57,7 +58,7 @@ def bare(table: str) -> str:
 
 
 def fault_of(rig: dict, folder: str) -> str:
-    """What the program says of the rig; nothing where it is a good one."""
+    """Returns the messages of the program about a rig; empty if it is valid."""
     file = Path(folder) / "rig.toml"
     file.write_text("".join(f"{key} = {written(value)}\n" for key, value in rig.items()), encoding="utf-8")
     command = [PROGRAM, "check", "--rig", str(file)]

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of the documents share: the blocks and links of a page, and how a page is followed.
+"""Functions shared by the tests of the documents: blocks and links of a page, and execution of its sessions.
 
-A block ```console is a session: a line "$ …" is a command, "> …" goes on with it, and what follows is all that it
-prints. In that "…" stands for anything on a line, and alone for any lines. In a block ```console fails each command
-must fail. A block whose first line is a comment that is the name of a file, like "# day.toml", is that file."""
+A block ```console is a session: a line "$ …" is a command, "> …" continues it, and the following lines are its complete
+output. In the output "…" matches any text in a line; alone on a line it matches any number of lines. In a block
+```console fails each command must fail. A block is a file if its first line is a comment with a file name, such as
+"# day.toml"."""
 
 from __future__ import annotations
 
@@ -66,7 +67,7 @@ def blocks_of(page: Path) -> list[Block]:
 
 
 def prose_of(page: Path) -> list[tuple[int, str]]:
-    """The lines outside blocks, with their numbers."""
+    """Returns the lines outside blocks, with their numbers."""
     lines, inside = [], ""
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
         fence = _FENCE.match(line)
@@ -102,13 +103,13 @@ def is_printed(expected: list[str], printed: str) -> bool:
 
 
 def _what_stays(text: str) -> str:
-    """Without the progress that a terminal overwrites, and what the shell says of its jobs."""
+    """Removes progress lines, which a terminal overwrites, and job messages of the shell."""
     kept = [line.rstrip() for line in text.splitlines() if not _PROGRESS.search(line) and not _JOB.search(line)]
     return "".join(line + "\n" for line in kept if line or text.strip())
 
 
 def follow(page: Path, folder: Path, programs: Path, nightly: bool, seconds: float) -> list[str]:
-    """Does what the page says, in the folder, with the programs first in the path. Returns what went otherwise."""
+    """Runs the sessions of a page in the folder, with `programs` first in the path. Returns the differences."""
     commands: list[Command] = []
     script = ""
     for block in blocks_of(page):
@@ -135,7 +136,7 @@ def follow(page: Path, folder: Path, programs: Path, nightly: bool, seconds: flo
         except subprocess.TimeoutExpired:
             pass
         try:
-            os.killpg(shell.pid, signal.SIGKILL)  # whatever was left in the background
+            os.killpg(shell.pid, signal.SIGKILL)  # background processes
         except ProcessLookupError:
             pass
         shell.wait()

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The manual becomes a site without a warning, and what its pages point at is in it: site_test.py PROGRAMS."""
+"""Builds the manual as a site and checks it for warnings and dead links: site_test.py PROGRAMS."""
 
 import re
 import subprocess

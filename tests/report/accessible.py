@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Looks at the pages that the program writes as somebody does who cannot see or has no mouse: axe-core, in Chromium.
+"""Checks the accessibility of the program's pages with axe-core in Chromium.
 
     accessible.py GYROTHERM
 
-Makes a small experiment of three gyros on the virtual rig, its calibration reports in both languages, and asks axe-core
-of each page, as wide as a phone and as a desk. axe-core is taken from npm. Exit code 1 if it finds anything; 77 if
-Chromium, its driver, Selenium or npm is not there.
+Runs a small experiment with three gyros on the virtual rig, makes its calibration reports in both languages, and checks
+each page at the widths of a phone, a tablet and a desktop. Takes axe-core from npm. The exit code is 1 if it finds a
+violation, and 77 if Chromium, its driver, Selenium or npm is missing.
 """
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def main() -> int:
         folder = pathlib.Path(name)
         try:
             script, driver = axe(folder), browser()
-        except Exception as missing:  # any of the three that is not there, in its own words
+        except Exception as missing:  # Chromium, its driver or npm is missing
             print(f"skipped: {missing}")
             return SKIPPED
         failed = False

@@ -18,8 +18,7 @@ namespace {
 
 constexpr double kScatter_deg_per_h = 0.002;
 
-/// The whole run uncompensated, of white noise about a mean, where the Earth's rate that was taken away is known to so
-/// much.
+/// Results of a whole uncompensated run: white noise about a mean, with a known uncertainty of the removed Earth rate.
 class WholeRun {
  public:
   WholeRun(double mean_deg_per_h, double of_zero_deg_per_h, Eigen::Index clusters = 200) {
@@ -57,7 +56,8 @@ TEST(WholeRun, OfAGreatMeanIsAsUncertainAsItsZero) {
   EXPECT_LT(run.value("std").standard_uncertainty, 0.0003) << "which the zero does not move";
 }
 
-/// Least where the mean is 0, a root mean square is moved by the zero all the same: by how much draws of it tell.
+/// At mean 0 the root mean square has its minimum, but an uncertain bias reference still changes it. Monte Carlo draws
+/// give the expected amount.
 TEST(WholeRun, OfNoMeanKnowsItsZeroToo) {
   for (const double in_scatter : {0.2, 1.0, 2.0, 5.0}) {
     SCOPED_TRACE(in_scatter);
@@ -83,7 +83,7 @@ TEST(WholeRun, OfASingleMeanSaysNothingOfScatter) {
   for (const char* quantity : {"mean", "rmse"}) EXPECT_FALSE(run.value(quantity).expanded() > 0) << quantity;
 }
 
-/// A plane that goes with A alone, trained on that run, a year after A was calibrated.
+/// A linear model in A alone, trained on that run one year after the calibration of A.
 model::Model plane_in_a(const std::string& run_id) {
   constexpr double kSlope_deg_per_h_per_k = 0.004;
   model::Model model;
@@ -110,7 +110,7 @@ model::Model plane_in_a(const std::string& run_id) {
   return model;
 }
 
-/// Of the four years since its calibration a thermometer has drifted twice as far as in the first.
+/// In four years since its calibration a thermometer drifts twice as far as in the first year.
 TEST(CompensatedMean, KnowsThatThermometersHaveDriftedOnSinceTheTraining) {
   SyntheticExperiment experiment;
   data::RecordedRun &trained = experiment.rate, &later = experiment.random;
@@ -138,7 +138,7 @@ TEST(CompensatedMean, KnowsThatThermometersHaveDriftedOnSinceTheTraining) {
   check(later.dataset.run_id, std::hypot(0.05, 0.1));
 }
 
-/// r± = b ± Ω: b is half their sum, whatever the scale factor is, and Ω goes with it.
+/// r± = b ± Ω: b is half of the sum for every scale factor, and Ω is proportional to the scale factor.
 TEST(TwoPositions, KnowTheEarthsRateAsWellAsTheScaleFactor) {
   constexpr double kEarthRate_deg_per_h = 10, kBias_deg_per_h = 0.1;
   data::RecordedRun run = SyntheticExperiment(9).rate;

@@ -61,11 +61,11 @@ TEST(Decision, SaysHowLikelyTheTrueValueIsWithin) {
   EXPECT_NEAR(held_against(with_uncertainty(1, 0.05, kInfinite), 1, DecisionRule::simple).probability, 0.5, 1e-9);
   EXPECT_NEAR(held_against(with_uncertainty(0.95, 0.05, kInfinite), 1, DecisionRule::simple).probability, 0.841344746,
               1e-8);
-  EXPECT_NEAR(held_against(with_uncertainty(0.95, 0.05, 1), 1, DecisionRule::simple).probability, 0.75 - 0.00816,
-              1e-4);  // Cauchy, less what lies below −1
+  // Cauchy distribution without the part below −1.
+  EXPECT_NEAR(held_against(with_uncertainty(0.95, 0.05, 1), 1, DecisionRule::simple).probability, 0.75 - 0.00816, 1e-4);
 }
 
-/// Where U is as great as the limit, what passes may be beyond it to either side.
+/// If U equals the limit, the true value of a passed result may be outside on either side.
 TEST(Decision, ByAGuardBandIsWrongAsOftenAsItSays) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const ReportedValue nothing = with_uncertainty(0, 0.5, kInfinite), great = with_uncertainty(9, 0.5, kInfinite);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The page, the table and the schema of a calibration report.
+/// Page, table and schema of a calibration report.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -31,7 +31,7 @@ std::string page_of(const CalibrationReport& report, Language language = Languag
   return html_of(document_of(report, language));
 }
 
-/// The markup without what stands in its scripts, which are no markup.
+/// Returns the markup without the contents of its scripts.
 std::string without_scripts(std::string html) {
   for (auto from = html.find("<script"); from != std::string::npos; from = html.find("<script", from + 1)) {
     from = html.find('>', from) + 1;
@@ -42,7 +42,7 @@ std::string without_scripts(std::string html) {
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-/// A report in which every text is as bad as people's texts get.
+/// A report with hostile text in every field that people fill in.
 CalibrationReport hostile_report() {
   const std::string hostile = "</style></script><script>alert(1)</script> \"q\" 'x' & 惯性 {} " + std::string(300, 'W');
   CalibrationReport report = sample_calibration();

@@ -17,7 +17,8 @@
 namespace gyrotherm::report {
 namespace {
 
-/// A year later: the bias of each hold is greater by 0.01 °/h, and the unit comes with the model it had left with.
+/// A report one year later: the bias of each hold is greater by 0.01 °/h, and the model as found is the previous one as
+/// left.
 CalibrationReport a_year_later() {
   CalibrationReport now = sample_calibration();
   now.number = "C-2027-0042";
@@ -49,7 +50,7 @@ TEST(Comparison, SaysTheChangeWithItsUncertaintyAndNormalisedError) {
   const ComparedResult* one = find(*comparison, "stabilised_bias", "set_point -40", Stage::uncompensated);
   ASSERT_NE(one, nullptr);
   EXPECT_NEAR(one->change, 0.01, 1e-12);
-  // By hand: u 0.00031 with 35 degrees of freedom, Student's t 2.0301, both times.
+  // Reference calculation: u = 0.00031 with 35 degrees of freedom, Student's t = 2.0301, in both reports.
   const double u = 0.00031 * 2.0301;
   EXPECT_NEAR(one->expanded, std::sqrt(2.0) * u, 1e-7);
   EXPECT_NEAR(one->normalised_error, 0.01 / (std::sqrt(2.0) * u), 1e-3);
@@ -65,7 +66,7 @@ TEST(Comparison, HoldsWhatItLeftWithAgainstWhatItWasFoundWith) {
   EXPECT_NEAR(one->change, 0.0131 - 0.002, 1e-12);
 }
 
-/// The record once more, as the second of its profile; all that was measured in it is greater by `shift`.
+/// Adds a copy of the record as the second one of its profile, with all measured values greater by `shift`.
 void add_second_record(CalibrationReport& report, double shift) {
   const auto first = std::ranges::find(report.files, "record", &UsedFile::role);
   UsedFile second = *first;
@@ -128,7 +129,7 @@ TEST(Comparison, OfAnotherUnitIsRefused) {
   EXPECT_EQ(comparison.error().kind, FaultKind::usage);
 }
 
-/// The Earth's rate is none of the gyro's drift.
+/// The Earth rate is not a drift of the gyro.
 TEST(Comparison, OfDifferentZerosHasNoBias) {
   CalibrationReport before = sample_calibration(), now = a_year_later();
   const auto expect_no_bias = [&] {
@@ -141,7 +142,7 @@ TEST(Comparison, OfDifferentZerosHasNoBias) {
   };
   now.bias_zero = "nothing removed";
   expect_no_bias();
-  before.bias_zero = now.bias_zero = data::kOwnZero;  // each its own
+  before.bias_zero = now.bias_zero = data::kOwnZero;  // different references
   expect_no_bias();
 }
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Rules of good practice that no schema can hold, over Digital Calibration Certificates.
+"""Checks Digital Calibration Certificates against rules of good practice that a schema cannot express.
 
-PTB has such rules as a Schematron of its own; these are said anew from what is published of them. Each argument is a
-file; a line is printed for each rule that is broken, and the exit code is 1 if any is."""
+PTB has such rules as a Schematron; these are written independently from their published description. Each argument is a
+file. Prints a line for each broken rule; the exit code is then 1."""
 import re
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -88,7 +88,7 @@ def is_draft(root):
     return "(draft" in root.findtext(".//" + DCC + "uniqueIdentifier")
 
 
-def standing(root):
+def state(root):
     signers = [one for one in root.iter(DCC + "mainSigner") if one.text == "true"]
     if len(signers) != 1:
         yield "%d main signers" % len(signers)
@@ -105,7 +105,7 @@ def standing(root):
 
 
 def length(element):
-    """Blanks of XML part the items of a list; other ones do not."""
+    """Returns the number of items of a list. Only XML blanks separate items."""
     return len([item for item in re.split("[ \t\r\n]+", element.text or "") if item])
 
 
@@ -172,7 +172,7 @@ def files(root):
         yield "calibration.json is not named"
 
 
-RULES = (languages, references, reference_types, days, countries, standing, lists, numbers, units, conformity, files)
+RULES = (languages, references, reference_types, days, countries, state, lists, numbers, units, conformity, files)
 
 
 def main(paths):

@@ -36,7 +36,7 @@ CalibrationReport real_report() {
   return report;
 }
 
-/// The varied reports and random ones, as files.
+/// Certificates of the varied reports and of random ones, as files.
 class Certificates : public testing::Test {
  protected:
   void SetUp() override {
@@ -177,7 +177,7 @@ TEST(Dcc, LeavesOutAPdfThatReadersOfXmlWouldRefuse) {
   EXPECT_NE(dcc(sample_calibration(), options).find("<dcc:document>"), std::string::npos);
 }
 
-/// What XML says alike is not the same bytes.
+/// Equivalent XML has other bytes.
 TEST(DccReader, RefusesAnotherWayOfSayingTheSame) {
   const std::string xml = dcc(sample_calibration());
   const auto with = [&](const std::string& what, const std::string& instead) {

@@ -20,7 +20,7 @@ namespace {
 
 constexpr Language kLanguages[] = {Language::english, Language::german};
 
-/// Collects all text of a document; figures by their caption.
+/// Collects all text of a document, and of figures the caption.
 struct Text {
   std::string all;
   void take(const std::string& text) { all += text + "\n"; }
@@ -157,7 +157,7 @@ TEST(Document, SaysOfEachAxisAndRecordWhatItsBiasIsCountedFromWhereThatDiffers) 
 
 TEST(Document, SaysInWhichRangeOfTheBlockTheModelWasTrained) {
   CalibrationReport report = sample_calibration();
-  // −17.6 to 58.4 °C: whole degrees inside it are −17 and 58.
+  // −17.6 to 58.4 °C: the integer degrees inside are −17 and 58.
   EXPECT_TRUE(has(text_of(report), "u1.x: Its model was trained with the block at −17 to 58 °C."));
   EXPECT_TRUE(has(text_of(report, Language::german),
                   "u1.x: Das Modell wurde bei Temperaturen des Blocks von −17 bis 58 °C trainiert."));
@@ -210,7 +210,7 @@ TEST(Document, BeginsWithTheMeanOfEachAxis) {
   EXPECT_TRUE(has(keys[0].figures[3].label, "as found"));
 }
 
-/// A model is fitted to the rate run and judged on the random run, whose bias is another one.
+/// A model is fitted to the ramp run and judged on the random run, which has another bias.
 TEST(Document, HoldsTheStagesOfOneRecordAgainstEachOther) {
   CalibrationReport report = sample_calibration();
   report.files.push_back({.role = "record", .name = "random.db", .id = "second", .sha256 = std::string(64, 'd')});
@@ -264,7 +264,7 @@ TEST(Document, ResultsOfSeveralRecordsNameThem) {
   EXPECT_TRUE(has(text_of(document), "chain of hashes was not verified of: random.db"));
 }
 
-/// What each record gives by itself, like the gradient that counts most in it, stands in a table of its own.
+/// Results that only one record has, such as the gradient with the greatest effect in it, have a separate table.
 TEST(Document, ATableOfOneOfSeveralRecordsNamesItToo) {
   CalibrationReport report = sample_calibration();
   report.files.push_back({.role = "record", .name = "random.db", .id = "second", .sha256 = std::string(64, 'd')});

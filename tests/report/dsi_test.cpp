@@ -28,7 +28,7 @@ TEST(Dsi, HasTheUnitsOfTheReport) {
   EXPECT_EQ(dsi_unit("1/h"), std::nullopt);
 }
 
-/// A second \per, or another unit after one, would be below the line to some and above it to others.
+/// Readers disagree on a second \per and on a unit after the first one: numerator or denominator.
 TEST(Dsi, HasOneUnitBelowTheLineAtMost) {
   EXPECT_EQ(dsi_unit("°/h/K"), "\\degree\\hour\\tothe{-1}\\kelvin\\tothe{-1}");
   EXPECT_EQ(dsi_unit("(°/h)/(K/min)"), "\\degree\\minute\\hour\\tothe{-1}\\kelvin\\tothe{-1}");

@@ -68,7 +68,7 @@ TEST(HtmlReport, EveryFigureIsWellFormedAndSmall) {
   }
 }
 
-/// The path of the first curve of a figure: after those that clip.
+/// Returns the path of the first curve of a figure; clip paths come before it.
 std::string first_path(const std::string& svg) {
   const auto begin = svg.find("<path d=\"");
   return svg.substr(begin, svg.find("\" fill", begin) - begin);

@@ -266,7 +266,7 @@ TEST(Order, HasItsDaysInTheirOrder) {
   EXPECT_TRUE(lacks("2026-01-01", "2026-12-31", true).empty()) << "of a virtual rig";
 }
 
-/// A certificate for machines says of each whether it is valid.
+/// The certificate states for each instrument whether its calibration is valid.
 TEST(Laboratory, HasEquipmentThatIsOverdueOnTheDayOfTheRun) {
   std::string text = kLaboratory;
   for (const char* due : {"2026-11-19", "2026-11-20"})

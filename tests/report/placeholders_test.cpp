@@ -10,7 +10,7 @@
 namespace gyrotherm::report {
 namespace {
 
-/// Returns the example in a page that begins with that schema, up to its end.
+/// Returns the example of a page that starts with the schema, up to its end.
 std::string example_of(const std::string& page, const std::string& schema) {
   const auto begins = page.find("schema = \"" + schema + "\"");
   return begins == std::string::npos ? "" : page.substr(begins, page.find("\n```", begins) - begins);

@@ -38,7 +38,7 @@ void run(const std::string& program, const std::vector<std::string>& words) {
   ASSERT_EQ(ran->exit_code, 0) << program << ": " << ran->out;
 }
 
-/// Keys and certificates of an authority and of those whom it knows, made for the tests.
+/// Keys and certificates for the tests: an authority and the signers that it has certified.
 class Keys {
  public:
   Keys() {
@@ -96,7 +96,7 @@ class Keys {
   tests::TestFolder folder_;
 };
 
-/// A PDF of two pages, by hand; with an empty field for a signature on the second, if asked for.
+/// Writes a PDF of two pages, optionally with an empty signature field on the second.
 std::string pdf_of(const std::string& first, const std::string& second, bool has_field = false) {
   const auto stream = [](const std::string& said) {
     const std::string drawn = fmt::format("BT /F 12 Tf 72 720 Td ({}) Tj ET", said);
@@ -131,7 +131,7 @@ std::string pdf_of(const std::string& first, const std::string& second, bool has
 
 std::string bytes_of(const std::string& path) { return read_text_file(path, kLargestTable).value_or(""); }
 
-/// Keys, and a report of a folder that is signed with them.
+/// Fixture with keys, and a folder with a report that is signed with them.
 class Signed : public testing::Test {
  protected:
   static void SetUpTestSuite() { keys_ = std::make_unique<Keys>(); }
@@ -144,7 +144,7 @@ class Signed : public testing::Test {
     authorise();
   }
 
-  /// Writes the authorisation of what is in the folder; these files are what is rendered then.
+  /// Authorises the files in the folder, which from now on are also the rendered ones.
   void authorise() {
     views_.clear();
     for (const auto& path : entries_of(folder_path()))
@@ -169,7 +169,7 @@ class Signed : public testing::Test {
   [[nodiscard]] static bool dcc_holds(const std::string& dcc, const Trust& trust = keys_->trust()) {
     return verify_dcc(dcc, "dcc.xml", trust).has_value();
   }
-  /// What of the folder does not hold.
+  /// Returns the names of the failed checks of the folder.
   [[nodiscard]] std::vector<std::string> failing(const Trust& trust = keys_->trust()) const {
     const auto found = verify_report(folder_path(), trust);
     EXPECT_TRUE(found) << text(found.error());
@@ -181,7 +181,7 @@ class Signed : public testing::Test {
   }
 
   static std::unique_ptr<Keys> keys_;
-  std::vector<NewFile> views_{};  ///< what is rendered of the report
+  std::vector<NewFile> views_{};  ///< files that the renderer returns
 
  private:
   tests::TestFolder folder_;
@@ -189,7 +189,7 @@ class Signed : public testing::Test {
 
 std::unique_ptr<Keys> Signed::keys_;
 
-/// Another byte at a random place; a digit becomes another digit where `digits`.
+/// Changes a byte at a random position. With `digits`, a digit is replaced by another digit.
 std::string with_another_byte(std::string bytes, std::mt19937_64& engine, bool digits, std::size_t from = 0,
                               std::size_t to = std::string::npos) {
   to = std::min(to, bytes.size());
@@ -251,7 +251,7 @@ TEST_F(Signed, PdfHoldsNoOtherByte) {
   sign();
   const std::string pdf = bytes("report.pdf");
   ASSERT_TRUE(verify_pdf(at("report.pdf"), keys_->trust()));
-  // The signature itself cannot be under the signature; that no byte of it changed, dcc.xml says.
+  // The signature itself cannot be signed. dcc.xml protects its bytes.
   const std::size_t begins = pdf.rfind("/Contents <"), ends = pdf.find('>', begins);
   ASSERT_NE(begins, std::string::npos);
   const auto holds = [&](const std::string& other) {
@@ -279,7 +279,7 @@ TEST_F(Signed, PdfHoldsNoOtherPage) {
   std::string fewer = pdf;
   fewer.replace(fewer.find("[3 0 R 4 0 R] /Count 2"), 22, "[3 0 R      ] /Count 1");
   EXPECT_NE(refused(fewer), "");
-  // Appended, as an editor saves: the signature still holds of what was there before.
+  // Appended as an incremental update: the signature over the previous bytes is still valid.
   const std::size_t at_table =
       pdf.rfind("startxref\n") == std::string::npos ? pdf.rfind("startxref") : pdf.rfind("startxref");
   const std::string previous = pdf.substr(at_table + 9, pdf.find("%%EOF", at_table) - at_table - 9);
@@ -316,7 +316,7 @@ TEST_F(Signed, FileThatIsGoneIsSaidToBe) {
   EXPECT_EQ(failing(), (std::vector<std::string>{"calibration.json", "report.html"}));
 }
 
-/// A report that gyrotherm 0.1.0 signed names no authorisation.json.
+/// A report signed by gyrotherm 0.1.0 does not list authorisation.json.
 TEST_F(Signed, VerifiesReportOfFirstVersion) {
   const auto dcc = dcc_of(sample_calibration(), {.files = {{"calibration.json", sha256(bytes("calibration.json"))},
                                                            {"report.html", sha256(bytes("report.html"))}}});
@@ -381,7 +381,7 @@ TEST_F(Signed, RefusesFolderThatIsNotAsItWasAuthorised) {
   EXPECT_NE(refusal().find("authorise the report again"), std::string::npos);
 }
 
-/// Digests alone would be believed of whoever changes a view and its digest together.
+/// Digests alone would not detect a change of both a view and its digest.
 TEST_F(Signed, RefusesViewThatIsNotRenderedFromItsSource) {
   const auto rendered = views_;
   for (const char* name : {"report.html", "report.pdf"}) {
@@ -402,7 +402,7 @@ TEST_F(Signed, RefusesViewThatIsNotRenderedFromItsSource) {
   EXPECT_EQ(refused.error().where, at("more.csv"));
 }
 
-/// Each is of the trusted authority.
+/// All certificates are issued by the trusted authority.
 TEST_F(Signed, RefusesCertificateOfAnotherPurpose) {
   const std::string end_entity = "basicConstraints=critical,CA:FALSE\n";
   const std::string signs = end_entity + "keyUsage=critical,digitalSignature\nextendedKeyUsage=";
@@ -439,13 +439,13 @@ TEST_F(Signed, RefusesCertificateOfAnotherPurpose) {
   }
 }
 
-/// As gyrotherm 0.1.0 signed with any certificate of the authority.
+/// gyrotherm 0.1.0 signed with any certificate of the authority.
 TEST_F(Signed, VerifyRefusesCertificateOfAnotherPurpose) {
   sign();
   ASSERT_TRUE(dcc_holds(bytes("dcc.xml")));
   keys_->issue_with("server", "keyUsage=critical,digitalSignature\nextendedKeyUsage=critical,serverAuth\n");
   run("openssl", {"x509", "-in", *keys_ / "lab.pem", "-noout", "-pubkey", "-out", at("public.pem")});
-  // The same key and name in a certificate of another purpose: the signature itself holds.
+  // Same key and name in a certificate with another purpose: the signature itself is valid.
   run("openssl", {"x509", "-new", "-force_pubkey", at("public.pem"), "-subj", "/C=DE/O=Inertial Laboratory/CN=lab",
                   "-CA", *keys_ / "ca.pem", "-CAkey", *keys_ / "ca.key", "-days", "30", "-extfile",
                   *keys_ / "extensions", "-out", at("other.pem")});
@@ -490,7 +490,7 @@ TEST_F(Signed, ByAStrangerIsNotTrusted) {
   EXPECT_FALSE(dcc_holds(bytes("dcc.xml"), keys_->trust("colleague")));
 }
 
-/// Both are trusted, but whose name it bears is not who signed.
+/// Both signers are trusted, but the named one is not the one who signed.
 TEST_F(Signed, UnderTheNameOfAnotherDoesNotHold) {
   sign();
   const std::string dcc = bytes("dcc.xml");
@@ -546,7 +546,7 @@ TEST_F(Signed, OnADayOnWhichTheCertificateWasValid) {
   EXPECT_EQ(found.error().kind, FaultKind::usage);
 }
 
-/// At whatever time of the day a certificate begins or ends.
+/// The test holds for every time of day at which a certificate starts or ends.
 TEST_F(Signed, OnTheDaysOnWhichTheCertificateBeginsAndEnds) {
   const SigningKey brief = keys_->key("brief");
   ASSERT_TRUE(signed_with(brief));
@@ -621,7 +621,7 @@ TEST_F(Signed, WithAKeyThatIsNotRsaIsRefused) {
   EXPECT_EQ(text(refused.error()), key + ": is a key of another kind, expected RSA");
 }
 
-/// As on a disk that is full when the last file is to be written.
+/// The disk becomes full while the last file is written.
 TEST_F(Signed, InPartIsNot) {
   const std::string before = bytes("report.pdf");
   const auto refused =

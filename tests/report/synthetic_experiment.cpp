@@ -14,7 +14,7 @@ namespace {
 const std::vector<std::string> kNames = {"A", "B", "C", "D", "E", "F", "G", "H"};
 constexpr double kLength_s = 100;
 
-/// The minimal standard generator, turned into a normal number: the same on every machine.
+/// The minimal standard generator with a normal distribution: equal numbers on every machine.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed) : state_(seed) {}
@@ -55,7 +55,7 @@ std::vector<Leg> random_legs(int stretch) {
   return legs;
 }
 
-/// The chamber's program as clusters: set point, segment and cycle.
+/// Lays out the chamber program as clusters with set point, segment and cycle.
 void lay_out(data::RecordedRun& run, const std::vector<Leg>& legs) {
   std::vector<double> set_point;
   std::vector<int> segment, cycle;
@@ -84,8 +84,8 @@ void lay_out(data::RecordedRun& run, const std::vector<Leg>& legs) {
   run.clusters.cycle = Eigen::Map<Eigen::VectorXi>(cycle.data(), n);
 }
 
-/// Each thermometer follows the set point with its own lag and stands a little above it; the bias follows the
-/// differences.
+/// Computes temperatures and bias: each thermometer follows the set point with its own lag and a constant offset, and
+/// the bias follows the differences.
 void heat(data::RecordedRun& run, Noise& noise) {
   constexpr std::array kLag_s = {2700.0, 2300.0, 2450.0, 1700.0, 1500.0, 1250.0, 1100.0, 1650.0};
   constexpr std::array kAbove_c = {3.3, 3.1, 3.3, 1.9, 2.3, 1.5, 1.5, 2.2};
@@ -130,7 +130,7 @@ model::SegmentFigures segment_figures(const data::RecordedRun& run, int index, c
           data::figures_of(residual(rows))};
 }
 
-/// A residual of the wanted size: noise, and a part of the ramps that a model may have left.
+/// Returns a verification with a residual of the requested size: noise, and a remainder of the ramps.
 model::Verification verification(const data::RecordedRun& run, double left_over, bool trained_on_this, Noise& noise) {
   model::Verification v;
   v.run_id = run.dataset.run_id;
@@ -159,7 +159,7 @@ model::Verification verification(const data::RecordedRun& run, double left_over,
   return v;
 }
 
-/// White noise of the gyro in holds of an hour, one sample a second.
+/// Returns white noise of the gyro in holds of one hour, one sample per second.
 data::HoldNoise hold_noise(Noise& noise) {
   data::Dataset holds;
   constexpr Eigen::Index kHour = 3600, kHolds = 4;
@@ -219,7 +219,7 @@ model::Model make_model(const std::string& inputs, std::vector<data::Term> terms
 
 data::Term gradient(const char* first, const char* second) { return data::gradient_term(first, second); }
 
-/// Least squares in place of a support vector machine.
+/// Returns a least-squares model instead of a support vector machine.
 model::TrainedModel linear_model(const model::Model& like) {
   model::TrainedModel trained;
   trained.model.inputs = like.inputs;
@@ -235,7 +235,7 @@ model::TrainedModel linear_model(const model::Model& like) {
   return trained;
 }
 
-/// One known and one assumed source.
+/// Returns an uncertainty with one known and one assumed source.
 model::Uncertainty some_uncertainty() {
   return {.budget = {.averaging_s = 3600,
                      .rows = {{.source = model::Source::angle_random_walk,

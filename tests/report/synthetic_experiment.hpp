@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A small made-up experiment for the tests of the report: shaped like the real one, made by hand, the same every time.
+/// A small synthetic experiment for the tests of the report: the same shape as a real one, deterministic.
 #pragma once
 
 #include "report/report.hpp"
@@ -8,10 +8,10 @@ namespace gyrotherm::report {
 
 class SyntheticExperiment {
  public:
-  /// `stretch` lengthens every hold: 1 gives about 200 clusters in the rate run.
+  /// Multiplies the duration of every hold by `stretch`; 1 gives about 200 clusters in the ramp run.
   explicit SyntheticExperiment(int stretch = 1, bool simulated = true);
 
-  /// With one limit, which is met.
+  /// Returns the report with one limit, which is met.
   [[nodiscard]] Report report() const;
 
   data::RecordedRun rate, random, later;

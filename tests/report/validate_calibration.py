@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Validates a calibration.json against the JSON Schema, and that the schema refuses what is wrong.
+"""Validates a calibration.json against the JSON Schema, and checks that the schema refuses wrong files.
 
 Exit code 77: python3-jsonschema is not installed.
 """

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Calibration reports as unlike each other as they can be.
+/// Calibration reports that differ from each other as much as possible.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct VariedReport {
 
 [[nodiscard]] std::vector<VariedReport> varied_calibrations();
 
-/// A report of random size, of which much is not known, with texts of any characters.
+/// Returns a report of random size with many unknown values and arbitrary characters in its texts.
 [[nodiscard]] CalibrationReport random_calibration(std::uint64_t seed);
 
 }  // namespace gyrotherm::report

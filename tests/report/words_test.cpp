@@ -24,7 +24,7 @@ ReportedValue with_expanded(double value, double expanded) {
   return {.value = value, .standard_uncertainty = expanded / 2, .coverage_factor = 2};
 }
 
-/// Plain spaces for those that do not break, so that expectations can be read.
+/// Replaces non-breaking spaces by plain ones, so that expected texts are readable.
 std::string plain(std::string text) {
   for (const std::string space : {"\u202f", "\u00a0"})
     for (auto at = text.find(space); at != std::string::npos; at = text.find(space))
@@ -87,10 +87,10 @@ TEST(Words, CoverKeysComposedOfAnEnumerator) {
     EXPECT_TRUE(covers(std::string("distribution.") + model::name(static_cast<model::ErrorDistribution>(k)))) << k;
 }
 
-/// The keys of the document, such as "heading.results", with the prefixes that sources write in full.
+/// The keys of the document, such as "heading.results", with all prefixes used in sources.
 const std::regex kDocumentKey("(budget|caption|column|heading|label|mark|model|page|say|title)\\.[a-z_]*[a-z]");
 
-/// Returns the keys of the document that the sources of reports name as literals.
+/// Returns the keys of the document that occur as literals in the sources of reports.
 std::set<std::string> keys_in_sources() {
   std::set<std::string> keys{std::string(say_of_models({})), std::string(say_of_models({{.recommended = true}}))};
   const std::regex literal("\"([a-z]+\\.[a-z_]+)\"");

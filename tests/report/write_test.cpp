@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own for each test, gone afterwards.
+/// Fixture with a separate folder per test that is removed afterwards.
 class WriteReport : public testing::Test {
  protected:
   WriteReport() : folder_(fs::temp_directory_path() / ("gyrotherm-report-" + test_name())) { fs::remove_all(folder_); }

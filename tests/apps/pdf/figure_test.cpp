@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Figures of report/plot as pixels.
+/// Figures of report/plot, rendered to pixels.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -13,7 +13,7 @@
 namespace gyrotherm::pdf {
 namespace {
 
-/// Runs gyrotherm-pdf on an SVG. Returns the PNG, which is empty if there is none.
+/// Runs gyrotherm-pdf on an SVG. Returns the PNG; empty if there is none.
 std::string png_of_svg(const std::string& svg, const std::string& width = "400") {
   const tests::TestFolder folder;
   std::ofstream(folder / "figure.svg") << svg;
@@ -23,7 +23,7 @@ std::string png_of_svg(const std::string& svg, const std::string& width = "400")
   return content_of(folder / "figure.png");
 }
 
-/// The PNG of a figure that `draw` draws.
+/// Returns the PNG of the figure that `draw` makes.
 template <class Draw>
 std::string drawn(Draw draw) {
   plot::SvgWriter svg(200, 100, "figure");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The laboratory's picture: what is drawn, and what is left out with a word of why.
+/// The laboratory's logo: accepted pictures, and refused ones with the reason.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -13,7 +13,7 @@ namespace {
 using report::Document;
 using report::Logo;
 
-/// What is said of a report with this logo.
+/// Returns the output for a report with this logo.
 std::string said_of(const std::string& media_type, const std::string& bytes, const std::string& base64 = {}) {
   Document document = small_document();
   document.logo = Logo{.media_type = media_type, .base64 = base64.empty() ? plot::base64(bytes) : base64};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Small documents as PDF, by paper.py alone.
+/// Small documents as PDF, made by paper.py alone.
 #pragma once
 
 #include <fstream>
@@ -22,7 +22,7 @@ inline report::Document small_document() {
   return document;
 }
 
-/// The PDF of HTML, and what paper.py printed.
+/// The PDF of an HTML page, and the output of paper.py.
 class Paper {
  public:
   explicit Paper(const std::string& html, const std::string& option = "--plain") {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Pages that WeasyPrint makes of the HTML of a report: where they break, what the file states, what it never has.
+/// Pages made by WeasyPrint from the HTML of a report: page breaks, metadata, and forbidden contents.
 #include "tests/apps/pdf/paper.hpp"
 
 #include <gtest/gtest.h>
@@ -27,14 +27,14 @@ using report::Paragraph;
 
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-/// The texts of the pages.
+/// Returns the text of each page.
 std::vector<std::string> pages_of(const Paper& paper) {
   std::vector<std::string> pages;
   for (int page = 1; page <= paper.pages(); ++page) pages.push_back(paper.text(page));
   return pages;
 }
 
-/// The page, from 0, that has a text; as many as there are if none has it.
+/// Returns the index of the first page with a text, or the number of pages if none has it.
 std::size_t page_with(const std::vector<std::string>& pages, const std::string& text) {
   return static_cast<std::size_t>(std::ranges::find_if(pages, [&](const auto& page) { return has(page, text); }) -
                                   pages.begin());
@@ -131,7 +131,7 @@ TEST(PaperFile, WithoutADayItStatesNone) {
   EXPECT_FALSE(has(shell("pdfinfo -meta " + paper.pdf()).out, "CreateDate"));
 }
 
-/// What ISO 19005-1 asks for and forbids, as far as bytes show it: what a laboratory brings along must not change it.
+/// Requirements of ISO 19005-1 that are visible in the bytes. Files of a laboratory must not break them.
 TEST(PaperFile, StaysAnArchiveFileWhateverItHas) {
   Document document = small_document();
   document.mark = "DRAFT";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// gyrotherm-pdf as a laboratory uses it, and what other programs read in the file it makes.
+/// gyrotherm-pdf as used by a laboratory, and its files as read by other programs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ using report::sample_calibration;
 
 const std::string kProgram = "env -u DISPLAY -u SOURCE_DATE_EPOCH " GYROTHERM_PDF " ";
 
-/// The sample's report, set once in each language.
+/// The PDFs of a report in both languages.
 class Made {
  public:
   explicit Made(const CalibrationReport& report) : report_(report) {
@@ -64,7 +64,7 @@ const Made& sample() {
   return made;
 }
 
-/// The words of a text. Whatever blank stands between them, narrow and unbreakable ones too, parts them.
+/// Splits a text at blanks, including narrow and non-breaking ones.
 std::vector<std::string> words_of(std::string text) {
   for (const std::string blank : {"\u202f", "\u00a0", "\u2009"})
     for (auto at = text.find(blank); at != std::string::npos; at = text.find(blank, at))
@@ -81,10 +81,10 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
-/// As pdftotext finds it.
+/// Returns the text found by pdftotext.
 std::string text_in(const std::string& pdf) { return joined(words_of(shell("pdftotext -layout " + pdf + " -").out)); }
 
-/// Its words, each by itself.
+/// Returns the words found by pdftotext.
 std::set<std::string> words_in(const std::string& pdf) {
   std::istringstream boxes(shell("pdftotext -bbox " + pdf + " -").out);
   std::set<std::string> words;
@@ -101,7 +101,7 @@ std::set<std::string> words_in(const std::string& pdf) {
   return words;
 }
 
-/// Every text of a document.
+/// Returns every text of a document.
 std::vector<std::string> texts_of(const Document& document) {
   std::vector<std::string> texts{document.title, document.number, document.laboratory, document.end};
   for (const Block& block : document.blocks) {
@@ -195,7 +195,7 @@ TEST(Pdf, ItSaysWhatItIsAndWhenItWasIssued) {
     EXPECT_NE(info.find(fact), std::string::npos) << fact << "\n" << info;
 }
 
-/// With the numbers that the headings have.
+/// Bookmarks have the numbers of the headings.
 TEST(Pdf, HeadingsAreItsTableOfContents) {
   const auto xml = shell("cd /tmp && pdftohtml -xml -stdout -i " + sample().pdf("en")).out;
   const auto outline = xml.substr(std::min(xml.size(), xml.find("<outline>")));
@@ -245,7 +245,7 @@ TEST(Pdf, ASignatureIsAppendedAndLeavesEveryByte) {
   EXPECT_LT(content_of(signed_pdf).size(), content_of(made).size() + 20'000) << "no font came with it";
 }
 
-/// Names of any length and script, tables of hundreds of rows, a draft without a number.
+/// A report with extremely long names, tables of hundreds of rows, and no number.
 CalibrationReport hard_report() {
   auto report = sample_calibration();
   report.state = ReportState::draft;
@@ -262,7 +262,7 @@ CalibrationReport hard_report() {
   return report;
 }
 
-/// What lies outside of the sheet, or over its header or its footer, by pdftotext's boxes.
+/// Returns the words outside the sheet, or over its header or footer, from the boxes of pdftotext.
 std::vector<std::string> words_outside(const std::string& pdf) {
   std::istringstream boxes(shell("pdftotext -bbox " + pdf + " -").out);
   std::vector<std::string> outside;
@@ -272,7 +272,7 @@ std::vector<std::string> words_outside(const std::string& pdf) {
       return at == std::string::npos ? -1.0 : std::stod(line.substr(at + name.size() + 2));
     };
     if (line.find("<word") == std::string::npos) continue;
-    const bool is_turned = number("yMax") - number("yMin") > 40;  // the mark
+    const bool is_turned = number("yMax") - number("yMin") > 40;  // the mark across the page
     if (is_turned) continue;
     if (number("xMin") < 50 || number("xMax") > 595 - 50 || number("yMax") > 842 - 24) outside.push_back(line);
   }

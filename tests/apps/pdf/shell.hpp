@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Programs run by these tests.
+/// Runs programs and reads their files, for the tests of gyrotherm-pdf.
 #pragma once
 
 #include <sys/wait.h>
@@ -18,7 +18,7 @@ struct Ran {
   std::string out;  ///< stdout and stderr
 };
 
-/// Runs a command line in a shell, and waits for its end.
+/// Runs a command line in a shell and waits for its end.
 inline Ran shell(const std::string& command) {
   Ran ran;
   FILE* pipe = ::popen(("{ " + command + "; } 2>&1").c_str(), "r");

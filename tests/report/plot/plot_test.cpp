@@ -67,7 +67,7 @@ TEST(Plot, APointAloneBetweenTwoBreaksIsADot) {
   EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "h1.2"), 3) << path;
 }
 
-/// A curve whose name is out of the picture is nobody's.
+/// A curve must not lose its name outside the picture.
 TEST(Plot, HasEachNameOfALongLegendInThePicture) {
   Plot plot = long_plot(5);
   const auto height_of = [&] {

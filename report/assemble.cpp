@@ -18,13 +18,13 @@ std::vector<double> listed(const Vector& values) {
   return {values.begin(), values.end()};
 }
 
-std::vector<std::vector<double>> rows_of(const Eigen::MatrixXd& matrix) {
+std::vector<std::vector<double>> matrix_rows(const Eigen::MatrixXd& matrix) {
   std::vector<std::vector<double>> rows;
   for (Eigen::Index k = 0; k < matrix.rows(); ++k) rows.push_back(listed(matrix.row(k)));
   return rows;
 }
 
-std::vector<std::string> texts_of(const std::vector<data::Term>& terms) {
+std::vector<std::string> term_texts(const std::vector<data::Term>& terms) {
   std::vector<std::string> texts;
   for (const data::Term& term : terms) texts.push_back(to_string(term));
   return texts;
@@ -39,21 +39,21 @@ auto per_model(const model::PerModel<model::TrainedModel>& models, Make make) {
                                                              make(models.multi_point_t)};
 }
 
-ReportedCorrelation correlation_of(const data::RecordedRun& rate, const model::Selection& selection) {
+ReportedCorrelation make_correlation(const data::RecordedRun& rate, const model::Selection& selection) {
   const data::Correlation correlation = correlate(rate.clusters, rate.dataset.gradients);
   return {.names = correlation.names,
-          .magnitude = rows_of(correlation.gradient.cwiseAbs()),
-          .gradient = rows_of(correlation.gradient),
+          .magnitude = matrix_rows(correlation.gradient.cwiseAbs()),
+          .gradient = matrix_rows(correlation.gradient),
           .temperature = listed(correlation.temperature),
           .rate = listed(correlation.rate),
-          .selected_pairs = texts_of(selection.terms),
+          .selected_pairs = term_texts(selection.terms),
           .threshold = selection.threshold,
           .rank = selection.rank,
           .fallback = selection.fallback,
           .statement = selection.statement};
 }
 
-ReportedResidual residual_of(const model::Verification& verification) {
+ReportedResidual make_residual(const model::Verification& verification) {
   return {.all = verification.compensated,
           .ramps = verification.ramps,
           .holds = verification.holds,
@@ -66,7 +66,7 @@ ReportedResidual residual_of(const model::Verification& verification) {
 }
 
 /// Joins neighbouring clusters of the same cycle.
-std::vector<ReportedCycle> cycles_of(const data::RecordedRun& run) {
+std::vector<ReportedCycle> find_cycles(const data::RecordedRun& run) {
   const data::Clusters& clusters = run.clusters;
   std::vector<ReportedCycle> cycles;
   int current = -1;
@@ -83,7 +83,7 @@ std::vector<ReportedCycle> cycles_of(const data::RecordedRun& run) {
 
 using On = model::Verification model::TrainedModel::*;
 
-ReportedSeries series_of(const data::RecordedRun& run, const model::PerModel<model::TrainedModel>& models, On on) {
+ReportedSeries make_series(const data::RecordedRun& run, const model::PerModel<model::TrainedModel>& models, On on) {
   const data::Clusters& clusters = run.clusters;
   ReportedSeries series{
       .time_s = listed(clusters.start_s),
@@ -91,7 +91,7 @@ ReportedSeries series_of(const data::RecordedRun& run, const model::PerModel<mod
       .raw = listed(clusters.bias_deg_per_h),
       .thermometers_c = {},
       .residual = per_model(models, [&](const auto& m) { return listed((m.*on).residual_deg_per_h); }),
-      .cycles = cycles_of(run)};
+      .cycles = find_cycles(run)};
   for (std::size_t k = 0; k < clusters.thermometers.size(); ++k)
     if (data::is_temperature(clusters.thermometers[k]))
       series.thermometers_c.emplace_back(clusters.thermometers[k],
@@ -99,17 +99,18 @@ ReportedSeries series_of(const data::RecordedRun& run, const model::PerModel<mod
   return series;
 }
 
-ReportedNoise noise_of(const data::RecordedRun& run, const model::PerModel<model::TrainedModel>& models, On on) {
-  const auto left_by = [&](const model::TrainedModel& model) -> const Eigen::VectorXd& {
+ReportedNoise make_noise(const data::RecordedRun& run, const model::PerModel<model::TrainedModel>& models, On on) {
+  const auto residual_after = [&](const model::TrainedModel& model) -> const Eigen::VectorXd& {
     return (model.*on).residual_deg_per_h;
   };
-  return {.holds = noise_of_holds(run.dataset),
-          .compensated_holds = noise_of_compensated_holds(run.dataset, run.clusters, left_by(models.multi_point_t)),
-          .raw = allan_curve_of(run.clusters.bias_deg_per_h, run.clusters),
-          .compensated = per_model(models, [&](const auto& m) { return allan_curve_of(left_by(m), run.clusters); })};
+  return {
+      .holds = noise_of_holds(run.dataset),
+      .compensated_holds = noise_of_compensated_holds(run.dataset, run.clusters, residual_after(models.multi_point_t)),
+      .raw = allan_curve_of(run.clusters.bias_deg_per_h, run.clusters),
+      .compensated = per_model(models, [&](const auto& m) { return allan_curve_of(residual_after(m), run.clusters); })};
 }
 
-model::PerModel<ReportedGain> gains(const model::PerModel<model::TrainedModel>& models, On on) {
+model::PerModel<ReportedGain> compute_gains(const model::PerModel<model::TrainedModel>& models, On on) {
   const double raw = (models.multi_point.*on).raw.std, three = (models.three_point.*on).compensated.std;
   const auto over_three = [&](const model::TrainedModel& model) -> ReportedGain {
     const data::Improvement gain = data::improvement(raw, three, (model.*on).compensated.std);
@@ -119,7 +120,7 @@ model::PerModel<ReportedGain> gains(const model::PerModel<model::TrainedModel>& 
   return {{.from_original = of_three}, over_three(models.multi_point), over_three(models.multi_point_t)};
 }
 
-ReportedRun run_of(const ReportSourceRun& source, const model::PerModel<model::TrainedModel>& models, On on) {
+ReportedRun make_run(const ReportSourceRun& source, const model::PerModel<model::TrainedModel>& models, On on) {
   const data::RecordedRun& run = source.recorded;
   const model::Verification& verification = models.multi_point.*on;
   bool in_sample = false;
@@ -141,19 +142,19 @@ ReportedRun run_of(const ReportSourceRun& source, const model::PerModel<model::T
       .dropped_gaps = run.clusters.dropped_gaps,
       .gaps_s = run.dataset.gaps_s,
       .raw = verification.raw,
-      .residual = per_model(models, [&](const model::TrainedModel& model) { return residual_of(model.*on); }),
-      .gain = gains(models, on),
-      .noise = noise_of(run, models, on),
+      .residual = per_model(models, [&](const model::TrainedModel& model) { return make_residual(model.*on); }),
+      .gain = compute_gains(models, on),
+      .noise = make_noise(run, models, on),
       .characterisation = model::characterise(run.dataset, run.clusters, (models.multi_point_t.*on).residual_deg_per_h),
-      .series = series_of(run, models, on)};
+      .series = make_series(run, models, on)};
 }
 
-ReportedModel model_of(const model::TrainedModel& trained) {
+ReportedModel make_reported_model(const model::TrainedModel& trained) {
   const model::Model& model = trained.model;
   const auto& svr = std::get<methods::SvrModel>(model.function);
   ReportedModel reported{.inputs = model.inputs,
                          .method = model.method,
-                         .terms = texts_of(model.terms),
+                         .terms = term_texts(model.terms),
                          .rank = rank_of(model.terms),
                          .stored_numbers = stored_numbers(model),
                          .effective_parameters = known_or_nan(model.effective_parameters),
@@ -174,7 +175,7 @@ ReportedModel model_of(const model::TrainedModel& trained) {
   return reported;
 }
 
-std::optional<ReportedUncertainty> uncertainty_of(const model::Model& model) {
+std::optional<ReportedUncertainty> combine_uncertainty(const model::Model& model) {
   if (!model.uncertainty) return std::nullopt;
   const model::CombinedUncertainty all = combined(model.uncertainty->budget.rows);
   double squares = 0;
@@ -182,18 +183,18 @@ std::optional<ReportedUncertainty> uncertainty_of(const model::Model& model) {
   return ReportedUncertainty{all.standard_deg_per_h, all.coverage_factor, all.expanded_deg_per_h, std::sqrt(squares)};
 }
 
-ReportedVerification verification_of(const model::Verification& verification) {
+ReportedVerification make_verification(const model::Verification& verification) {
   return {verification.compensated, verification.to_truth, verification.coverage};
 }
 
 /// Returns the variation between the runs unknown to the model.
-std::optional<model::BetweenRuns> between_runs_of(const model::TrainedModel& trained) {
+std::optional<model::BetweenRuns> compare_runs(const model::TrainedModel& trained) {
   std::vector<model::Verification> unseen = trained.later;
   unseen.push_back(trained.random);
   return between_runs(unseen);
 }
 
-ReportedMethod method_of(std::string name, const model::TrainedModel& trained) {
+ReportedMethod make_method(std::string name, const model::TrainedModel& trained) {
   const model::Model& model = trained.model;
   ReportedMethod row{.name = std::move(name),
                      .inputs = model.inputs,
@@ -203,13 +204,13 @@ ReportedMethod method_of(std::string name, const model::TrainedModel& trained) {
                      .in_sample = trained.rate.compensated,
                      .leave_cycle_out = model.leave_cycle_out,
                      .nested = model.nested_leave_cycle_out,
-                     .random = verification_of(trained.random),
+                     .random = make_verification(trained.random),
                      .later = {},
-                     .between_runs = between_runs_of(trained),
-                     .uncertainty = uncertainty_of(model),
+                     .between_runs = compare_runs(trained),
+                     .uncertainty = combine_uncertainty(model),
                      .stored_numbers = stored_numbers(model),
                      .effective_parameters = known_or_nan(model.effective_parameters)};
-  std::ranges::transform(trained.later, std::back_inserter(row.later), verification_of);
+  std::ranges::transform(trained.later, std::back_inserter(row.later), make_verification);
   if (const auto method = methods::find_method(model.method)) {
     row.title = (*method)->title;
     row.citation = (*method)->citation;
@@ -217,16 +218,16 @@ ReportedMethod method_of(std::string name, const model::TrainedModel& trained) {
   return row;
 }
 
-std::vector<ReportedMethod> methods_of(const model::Qualification& qualification) {
+std::vector<ReportedMethod> make_methods(const model::Qualification& qualification) {
   std::vector<ReportedMethod> rows;
   for_each_trained(qualification, [&](const std::string& name, const model::TrainedModel& trained) {
-    rows.push_back(method_of(name, trained));
+    rows.push_back(make_method(name, trained));
   });
   return rows;
 }
 
 /// Collects the later runs. Raw bias and noise floor are the same for every model.
-std::vector<ReportedLaterRun> later_of(const ReportSource& source) {
+std::vector<ReportedLaterRun> collect_later_runs(const ReportSource& source) {
   std::vector<ReportedLaterRun> all;
   const std::vector<model::Verification>& verified = source.qualification.models.multi_point.later;
   assert(verified.size() == source.later.size());
@@ -249,7 +250,7 @@ void add_segments(std::vector<ReportedSegment>& all, const char* run,
 }
 
 /// Returns each warning once, in the order of first occurrence.
-std::vector<std::string> warnings_of(const ReportSource& source) {
+std::vector<std::string> collect_warnings(const ReportSource& source) {
   std::vector<std::string> all;
   const auto add = [&](const std::string& about, const std::vector<std::string>& texts) {
     for (const std::string& text : texts) {
@@ -282,17 +283,17 @@ Report make_report(const ReportSource& source) {
       .quick = multi_point.quick,
       .accept = {},
       .cluster_length_s = rate.clusters.length_s,
-      .correlation = correlation_of(rate, multi_point.selection),
-      .rate = run_of(source.rate, models, &model::TrainedModel::rate),
-      .random = run_of(source.random, models, &model::TrainedModel::random),
+      .correlation = make_correlation(rate, multi_point.selection),
+      .rate = make_run(source.rate, models, &model::TrainedModel::rate),
+      .random = make_run(source.random, models, &model::TrainedModel::random),
       .folds = multi_point.folds,
       .leave_cycle_out = per_model(models, [](const auto& m) { return m.model.leave_cycle_out; }),
       .nested_leave_cycle_out = per_model(models, [](const auto& m) { return m.model.nested_leave_cycle_out; }),
-      .models = per_model(models, model_of),
-      .later = later_of(source),
-      .methods = methods_of(source.qualification),
+      .models = per_model(models, make_reported_model),
+      .later = collect_later_runs(source),
+      .methods = make_methods(source.qualification),
       .recommendation = source.qualification.recommendation,
-      .warnings = warnings_of(source),
+      .warnings = collect_warnings(source),
       .segments = {},
       .program_version = source.program_version,
       .seed = source.seed,

@@ -57,15 +57,15 @@ const char* name(ReportState state) {
 }
 
 /// Requires a key of words.hpp; some members may be empty.
-void expect_word(auto& form, const char* at, std::string_view key, bool may_be_empty = false) {
-  form.expect(at, (may_be_empty && key.empty()) || has_word(key),
+void expect_known_key(auto& form, const char* at, std::string_view key, bool may_be_empty = false) {
+  form.expect(at, (may_be_empty && key.empty()) || has_text(key),
               "unknown, expected a key that the report has words for");
 }
 
 /// Returns true for KEY.QUANTITY of a result.
-bool names_a_result(std::string_view quantity) {
+bool is_result_quantity(std::string_view quantity) {
   const auto dot = quantity.find('.');
-  return has_word(quantity.substr(0, dot)) && (dot == std::string_view::npos || has_word(quantity.substr(dot + 1)));
+  return has_text(quantity.substr(0, dot)) && (dot == std::string_view::npos || has_text(quantity.substr(dot + 1)));
 }
 
 void describe(auto& form, Like<Texts> auto& texts) {
@@ -93,7 +93,7 @@ void describe(auto& form, Like<Logo> auto& logo) {
 void describe(auto& form, Like<Person> auto& person) {
   form("name", person.name);
   form("role", person.role);
-  expect_word(form, "role", person.role);
+  expect_known_key(form, "role", person.role);
   form("email", person.email);
 }
 
@@ -110,7 +110,7 @@ void describe(auto& form, Like<CalibratedItem> auto& item) {
 
 void describe(auto& form, Like<Equipment> auto& equipment) {
   form("role", equipment.role);
-  expect_word(form, "role", equipment.role);
+  expect_known_key(form, "role", equipment.role);
   form("channel", equipment.channel);
   form("name", equipment.name);
   form("serial_number", equipment.serial_number);
@@ -124,7 +124,7 @@ void describe(auto& form, Like<Equipment> auto& equipment) {
 
 void describe(auto& form, Like<Influence> auto& influence) {
   form("key", influence.key);
-  expect_word(form, "key", influence.key, true);
+  expect_known_key(form, "key", influence.key, true);
   form("name", influence.name);
   form("unit", influence.unit);
   form("low", influence.low);
@@ -135,14 +135,14 @@ void describe(auto& form, Like<Deviation> auto& deviation) {
   form("utc", deviation.utc);
   form("run", deviation.run);
   form("kind", deviation.kind);
-  expect_word(form, "kind", deviation.kind);
+  expect_known_key(form, "kind", deviation.kind);
   form("text", deviation.text);
   form("seconds", deviation.seconds);
 }
 
 void describe(auto& form, Like<UsedFile> auto& file) {
   form("role", file.role);
-  expect_word(form, "role", file.role);
+  expect_known_key(form, "role", file.role);
   form("name", file.name);
   form("id", file.id);
   form("sha256", file.sha256);
@@ -163,7 +163,7 @@ void describe(auto& form, Like<ReportedValue> auto& value) {
 
 void describe(auto& form, Like<Column> auto& column) {
   form("quantity", column.quantity);
-  expect_word(form, "quantity", column.quantity);
+  expect_known_key(form, "quantity", column.quantity);
   form("unit", column.unit);
   form("values", column.values);
 }
@@ -172,7 +172,7 @@ void describe(auto& form, Like<ResultTable> auto& table) {
   form("group", one_of(table.group, {Group::turn_on, Group::warm_up, Group::bias, Group::sensitivity, Group::hysteresis,
                                      Group::random_drift, Group::compensation}));
   form("key", table.key);
-  expect_word(form, "key", table.key);
+  expect_known_key(form, "key", table.key);
   form("axis", table.axis);
   form("stage", one_of(table.stage, {Stage::uncompensated, Stage::as_found, Stage::as_left}));
   form("run", table.run);
@@ -196,7 +196,7 @@ void describe(auto& form, Like<ReportedBudget> auto& budget) {
 
 void describe(auto& form, Like<Conformity> auto& conformity) {
   form("quantity", conformity.quantity);
-  form.expect("quantity", names_a_result(conformity.quantity),
+  form.expect("quantity", is_result_quantity(conformity.quantity),
               "unknown, expected KEY.QUANTITY of a result that the report has words for");
   form("axis", conformity.axis);
   form("stage", one_of(conformity.stage, {Stage::uncompensated, Stage::as_found, Stage::as_left}));
@@ -224,7 +224,7 @@ void describe(auto& form, Like<ComparedModel> auto& model) {
 
 void describe(auto& form, Like<FigureLine> auto& line) {
   form("key", line.key);
-  expect_word(form, "key", line.key);
+  expect_known_key(form, "key", line.key);
   form("detail", line.detail);
   form("stage", one_of(line.stage, {Stage::uncompensated, Stage::as_found, Stage::as_left}));
   form("x", line.x);
@@ -237,14 +237,14 @@ void describe(auto& form, Like<FigureLine> auto& line) {
 
 void describe(auto& form, Like<FigureData> auto& figure) {
   form("key", figure.key);
-  expect_word(form, "key", figure.key);
+  expect_known_key(form, "key", figure.key);
   form("axis", figure.axis);
   form("run", figure.run);
   form("x", figure.x_key);
-  expect_word(form, "x", figure.x_key);
+  expect_known_key(form, "x", figure.x_key);
   form("x_unit", figure.x_unit);
   form("y", figure.y_key);
-  expect_word(form, "y", figure.y_key);
+  expect_known_key(form, "y", figure.y_key);
   form("y_unit", figure.y_unit);
   form("logarithmic", figure.logarithmic);
   form("lines", figure.lines);
@@ -265,7 +265,7 @@ void describe(auto& form, Like<BiasZero> auto& of) {
   form("axis", of.axis);
   form("run", of.run);
   form("zero", of.zero);
-  expect_word(form, "zero", of.zero);
+  expect_known_key(form, "zero", of.zero);
 }
 
 void describe(auto& form, Like<TrainedRange> auto& range) {
@@ -293,7 +293,7 @@ void describe(auto& form, Like<CalibrationReport> auto& report) {
   form("ended", report.ended);
   form("issued", report.issued);
   form("place_kind", report.place_kind);
-  expect_word(form, "place_kind", report.place_kind, true);
+  expect_known_key(form, "place_kind", report.place_kind, true);
   form("place", report.place);
   form("method", report.method);
   form("traceability", report.traceability);
@@ -303,7 +303,7 @@ void describe(auto& form, Like<CalibrationReport> auto& report) {
   form("equipment", report.equipment);
   form("deviations", report.deviations);
   form("bias_zero", report.bias_zero);
-  expect_word(form, "bias_zero", report.bias_zero, true);
+  expect_known_key(form, "bias_zero", report.bias_zero, true);
   form.if_there("bias_zeros", !report.bias_zeros.empty(), report.bias_zeros);
   form("cluster_length_s", positive(report.cluster_length_s));
   form.if_there("trained_ranges", !report.trained_ranges.empty(), report.trained_ranges);
@@ -338,7 +338,7 @@ double probability_within(const ReportedValue& value, double limit) {
          data::students_t_probability((-limit - value.value) / u, freedom);
 }
 
-Verdict by_guard_band(double magnitude, double expanded, double limit) {
+Verdict apply_guard_band(double magnitude, double expanded, double limit) {
   if (!std::isfinite(expanded)) return Verdict::not_known;
   if (magnitude <= limit - expanded) return Verdict::pass;
   if (magnitude <= limit) return Verdict::conditional_pass;
@@ -352,7 +352,7 @@ Conformity held_against(const ReportedValue& value, double limit, DecisionRule r
   if (!std::isfinite(value.value)) return found;
   found.probability = probability_within(value, limit);
   const double magnitude = std::abs(value.value);
-  found.verdict = rule == DecisionRule::guard_band ? by_guard_band(magnitude, value.expanded(), limit)
+  found.verdict = rule == DecisionRule::guard_band ? apply_guard_band(magnitude, value.expanded(), limit)
                   : magnitude <= limit             ? Verdict::pass
                                                    : Verdict::fail;
   return found;
@@ -364,7 +364,7 @@ std::optional<Verdict> verdict_of(const CalibrationReport& report) {
   return worst;
 }
 
-std::vector<const ResultTable*> results_of(const CalibrationReport& report, Group group) {
+std::vector<const ResultTable*> results_in_group(const CalibrationReport& report, Group group) {
   std::vector<const ResultTable*> found;
   for (const ResultTable& table : report.results)
     if (table.group == group) found.push_back(&table);

@@ -325,7 +325,7 @@ struct CalibrationReport {
 [[nodiscard]] std::optional<Verdict> verdict_of(const CalibrationReport& report);
 
 /// Returns the results of a group in their order.
-[[nodiscard]] std::vector<const ResultTable*> results_of(const CalibrationReport& report, Group group);
+[[nodiscard]] std::vector<const ResultTable*> results_in_group(const CalibrationReport& report, Group group);
 
 /// Returns the column for a quantity; null if the table has none.
 [[nodiscard]] const Column* find_column(const ResultTable& table, std::string_view quantity);

@@ -24,36 +24,36 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 ReportedValue exact(double value) { return {.value = value}; }
 
 /// Combines a type A uncertainty with degrees of freedom and a type B one with infinitely many.
-ReportedValue measured(double value, double u, double degrees_of_freedom, double u_known = 0) {
-  const double combined = std::hypot(u, u_known);
+ReportedValue make_value(double value, double u, double degrees_of_freedom, double u_type_b = 0) {
+  const double combined = std::hypot(u, u_type_b);
   if (!std::isfinite(value) || !(combined > 0)) return exact(value);
   const double freedom = u > 0 ? std::max(1.0, degrees_of_freedom) * std::pow(combined / u, 4) : kInfinite;
   return with_uncertainty(value, combined, freedom);
 }
 
-ReportedValue measured(const model::Measured& figure, double u_known = 0) {
-  return measured(figure.value, figure.u, figure.degrees_of_freedom, u_known);
+ReportedValue make_value(const model::Measured& figure, double u_type_b = 0) {
+  return make_value(figure.value, figure.u, figure.degrees_of_freedom, u_type_b);
 }
 
 /// Returns the combined standard uncertainty √Σ(c u)² of a budget's rows.
-double together(const std::vector<model::BudgetRow>& rows) { return combined(rows).standard_deg_per_h; }
+double combined_standard(const std::vector<model::BudgetRow>& rows) { return combined(rows).standard_deg_per_h; }
 
 Column column(std::string quantity, std::string unit, std::vector<ReportedValue> values = {}) {
   return {.quantity = std::move(quantity), .unit = std::move(unit), .values = std::move(values)};
 }
 
 /// Target of the results of one record at one stage, and the uncertainty of its bias reference.
-struct Speaking {
+struct ResultTarget {
   CalibrationReport& report;
   std::string axis, run;
   Stage stage{};
   bool in_sample{};
   /// Type B uncertainty of each quantity that depends on the bias reference, °/h.
-  double of_zero{};
+  double u_reference{};
 };
 
 /// Adds a table unless it has no rows.
-void add(const Speaking& of, Group group, std::string key, std::vector<Column> columns, std::string detail = {}) {
+void add(const ResultTarget& of, Group group, std::string key, std::vector<Column> columns, std::string detail = {}) {
   if (columns.front().values.empty()) return;
   of.report.results.push_back({.group = group,
                                .key = std::move(key),
@@ -66,17 +66,17 @@ void add(const Speaking& of, Group group, std::string key, std::vector<Column> c
 }
 
 /// Selects the value before or after compensation, depending on the stage.
-const model::Measured& at_stage(const Speaking& of, const model::BeforeAfter& figures) {
+const model::Measured& select_stage(const ResultTarget& of, const model::BeforeAfter& figures) {
   return of.stage == Stage::uncompensated ? figures.before : figures.after;
 }
 
-void add_warm_ups(const Speaking& of, const std::vector<model::WarmUp>& warm_ups) {
+void add_warm_ups(const ResultTarget& of, const std::vector<model::WarmUp>& warm_ups) {
   Column set_point = column("set_point", "°C"), within = column("within", "°/h"), duration = column("duration", "s");
   for (const model::WarmUp& one : warm_ups) {
-    const double seconds = at_stage(of, one.seconds).value;
+    const double seconds = select_stage(of, one.seconds).value;
     if (!std::isfinite(seconds)) continue;
     set_point.values.push_back(exact(one.set_point_c));
-    within.values.push_back(exact(at_stage(of, one.within).value));
+    within.values.push_back(exact(select_stage(of, one.within).value));
     duration.values.push_back(exact(seconds));
   }
   add(of, Group::warm_up, "warm_up", {std::move(set_point), std::move(within), std::move(duration)});
@@ -87,69 +87,73 @@ void add_warm_ups(const Speaking& of, const std::vector<model::WarmUp>& warm_ups
 double temperature_uncertainty_k(const data::Dataset& dataset) {
   double sum = 0;
   for (const std::string& name : dataset.gradients)
-    sum += together(model::budget_of_thermometer(dataset, {.thermometer = name, .mean = 1, .rms = 1, .greatest = 1}));
+    sum += combined_standard(
+        model::budget_of_thermometer(dataset, {.thermometer = name, .mean = 1, .rms = 1, .greatest = 1}));
   return dataset.gradients.empty() ? 0 : sum / static_cast<double>(dataset.gradients.size());
 }
 
-void add_stabilised(const Speaking& of, const std::vector<model::StabilisedBias>& holds, double temperature_u_k) {
+void add_stabilised(const ResultTarget& of, const std::vector<model::StabilisedBias>& holds, double temperature_u_k) {
   Column set_point = column("set_point", "°C"), temperature = column("temperature", "°C"), bias = column("bias", "°/h");
   for (const model::StabilisedBias& hold : holds) {
-    const model::Measured& found = at_stage(of, hold.bias);
+    const model::Measured& found = select_stage(of, hold.bias);
     if (hold.turned || !std::isfinite(found.value)) continue;
     set_point.values.push_back(exact(hold.set_point_c));
-    temperature.values.push_back(measured(hold.temperature_c, 0, kInfinite, temperature_u_k));
-    bias.values.push_back(measured(found, of.of_zero));
+    temperature.values.push_back(make_value(hold.temperature_c, 0, kInfinite, temperature_u_k));
+    bias.values.push_back(make_value(found, of.u_reference));
   }
   add(of, Group::bias, "stabilised_bias", {std::move(set_point), std::move(temperature), std::move(bias)});
 }
 
 /// Adds bias and Earth rate from two positions. The Earth rate has the uncertainty of the scale factor; the bias, the
 /// mean of both positions, is free of it.
-void add_two_positions(const Speaking& of, const std::vector<model::TwoPosition>& found, const data::Dataset& dataset) {
+void add_two_positions(const ResultTarget& of, const std::vector<model::TwoPosition>& found,
+                       const data::Dataset& dataset) {
   Column set_point = column("set_point", "°C"), bias = column("bias", "°/h"), rate = column("earth_rate", "°/h");
   for (const model::TwoPosition& one : found) {
     set_point.values.push_back(exact(one.set_point_c));
-    bias.values.push_back(measured(at_stage(of, one.bias)));
-    const model::Measured& earth_rate = at_stage(of, one.earth_rate);
-    rate.values.push_back(measured(earth_rate, together({model::budget_of_scale_factor(dataset, earth_rate.value)})));
+    bias.values.push_back(make_value(select_stage(of, one.bias)));
+    const model::Measured& earth_rate = select_stage(of, one.earth_rate);
+    rate.values.push_back(
+        make_value(earth_rate, combined_standard({model::budget_of_scale_factor(dataset, earth_rate.value)})));
   }
   add(of, Group::bias, "two_position", {std::move(set_point), std::move(bias), std::move(rate)});
 }
 
-void add_retraces(const Speaking& of, const std::vector<model::Retrace>& retraces) {
+void add_retraces(const ResultTarget& of, const std::vector<model::Retrace>& retraces) {
   Column set_point = column("set_point", "°C"), change = column("change", "°/h");
   for (const model::Retrace& one : retraces) {
     set_point.values.push_back(exact(one.set_point_c));
-    change.values.push_back(measured(at_stage(of, one.change)));
+    change.values.push_back(make_value(select_stage(of, one.change)));
   }
   add(of, Group::bias, "retrace", {std::move(set_point), std::move(change)});
 }
 
 /// Adds a result that consists of a single value.
-void add_figure(const Speaking& of, Group group, const char* key, const char* unit, const ReportedValue& value,
-                std::string detail = {}) {
+void add_single_value(const ResultTarget& of, Group group, const char* key, const char* unit,
+                      const ReportedValue& value, std::string detail = {}) {
   if (std::isfinite(value.value)) add(of, group, key, {column(key, unit, {value})}, std::move(detail));
 }
 
-void add_sensitivities(const Speaking& of, const model::Characterisation& found) {
-  add_figure(of, Group::sensitivity, "temperature_sensitivity", "°/h/K", measured(at_stage(of, found.temperature)));
-  add_figure(of, Group::sensitivity, "ramp_sensitivity", "°/h/(K/min)", measured(at_stage(of, found.ramp)));
-  add_figure(of, Group::sensitivity, "gradient_sensitivity", "°/h/K", measured(at_stage(of, found.of_gradient)),
-             found.gradient);
+void add_sensitivities(const ResultTarget& of, const model::Characterisation& found) {
+  add_single_value(of, Group::sensitivity, "temperature_sensitivity", "°/h/K",
+                   make_value(select_stage(of, found.temperature)));
+  add_single_value(of, Group::sensitivity, "ramp_sensitivity", "°/h/(K/min)", make_value(select_stage(of, found.ramp)));
+  add_single_value(of, Group::sensitivity, "gradient_sensitivity", "°/h/K",
+                   make_value(select_stage(of, found.of_gradient)), found.gradient);
 }
 
-void add_hysteresis(const Speaking& of, const std::vector<model::HysteresisPoint>& points) {
+void add_hysteresis(const ResultTarget& of, const std::vector<model::HysteresisPoint>& points) {
   Column temperature = column("temperature", "°C"), width = column("width", "°/h");
   for (const model::HysteresisPoint& point : points) {
-    const model::Measured& found = at_stage(of, point.width);
+    const model::Measured& found = select_stage(of, point.width);
     if (!std::isfinite(found.value)) continue;
     temperature.values.push_back(exact(point.temperature_c));
-    width.values.push_back(measured(found));
+    width.values.push_back(make_value(found));
   }
   add(of, Group::hysteresis, "hysteresis", {std::move(temperature), std::move(width)});
 }
 
-void add_noise(const Speaking& of, const data::HoldNoise& noise) {
+void add_noise(const ResultTarget& of, const data::HoldNoise& noise) {
   constexpr std::array<std::pair<const char*, const char*>, data::kNoiseTerms> kTerms{{{"quantisation", "″"},
                                                                                        {"angle_random_walk", "°/√h"},
                                                                                        {"bias_instability", "°/h"},
@@ -159,9 +163,9 @@ void add_noise(const Speaking& of, const data::HoldNoise& noise) {
   for (const data::NoiseCoefficient& coefficient : noise.fit.coefficients) {
     const auto& [key, unit] = kTerms[static_cast<std::size_t>(coefficient.term)];
     if (coefficient.seen)
-      add_figure(of, Group::random_drift, key, unit,
-                 measured(coefficient.value, coefficient.error,
-                          model::degrees_of_freedom_of(coefficient.value, coefficient.error)));
+      add_single_value(of, Group::random_drift, key, unit,
+                       make_value(coefficient.value, coefficient.error,
+                                  model::degrees_of_freedom_of(coefficient.value, coefficient.error)));
   }
 }
 
@@ -170,8 +174,8 @@ void add_noise(const Speaking& of, const data::HoldNoise& noise) {
 /// that is 0 at m = 0, where r has its minimum; there the mean square of the second order is ¾u⁴/r². For u > r no order
 /// of the series is sufficient. The function therefore returns the root mean square of the change over a normal δ, by
 /// three-point Gauss-Hermite quadrature: −√3·u, 0 and √3·u with weights 1/6, 2/3 and 1/6. The result never exceeds u.
-double rmse_by_zero(const data::Figures& figures, double of_zero) {
-  const double farthest = std::numbers::sqrt3 * of_zero;
+double rmse_reference_uncertainty(const data::Figures& figures, double u_reference) {
+  const double farthest = std::numbers::sqrt3 * u_reference;
   const auto change = [&](double shift) {
     const double square = std::pow(figures.rmse, 2) + shift * (2 * figures.mean + shift);
     return std::sqrt(std::max(0.0, square)) - figures.rmse;
@@ -182,7 +186,7 @@ double rmse_by_zero(const data::Figures& figures, double of_zero) {
 
 /// Returns a root mean square with the uncertainty of standard deviation, mean, and bias reference. The errors of
 /// standard deviation and mean are independent.
-ReportedValue rmse_of(const data::Figures& figures, double of_zero) {
+ReportedValue make_rmse(const data::Figures& figures, double u_reference) {
   if (!(figures.rmse > 0)) return exact(figures.rmse);
   const double of_std = figures.std / figures.rmse, of_mean = figures.mean / figures.rmse;
   const model::CombinedUncertainty all =
@@ -192,24 +196,24 @@ ReportedValue rmse_of(const data::Figures& figures, double of_zero) {
                        {.standard_uncertainty = mean_error(figures),
                         .sensitivity = of_mean,
                         .degrees_of_freedom = std::max(1.0, figures.effective.of_mean - 1)},
-                       {.standard_uncertainty = rmse_by_zero(figures, of_zero)}});
+                       {.standard_uncertainty = rmse_reference_uncertainty(figures, u_reference)}});
   if (!(all.standard_deg_per_h > 0)) return exact(figures.rmse);
   return with_uncertainty(figures.rmse, all.standard_deg_per_h, all.degrees_of_freedom);
 }
 
-void add_whole_run(const Speaking& of, const data::Figures& figures) {
+void add_whole_run(const ResultTarget& of, const data::Figures& figures) {
   if (figures.count == 0) return;
   const auto& [of_std, of_mean] = figures.effective;
   std::vector<Column> columns{
-      column("mean", "°/h", {measured(figures.mean, mean_error(figures), of_mean - 1, of.of_zero)})};
+      column("mean", "°/h", {make_value(figures.mean, mean_error(figures), of_mean - 1, of.u_reference)})};
   if (figures.count > 1)
-    columns.push_back(column("std", "°/h", {measured(figures.std, std_error(figures), of_std - 1)}));
-  columns.push_back(column("rmse", "°/h", {rmse_of(figures, of.of_zero)}));
+    columns.push_back(column("std", "°/h", {make_value(figures.std, std_error(figures), of_std - 1)}));
+  columns.push_back(column("rmse", "°/h", {make_rmse(figures, of.u_reference)}));
   columns.push_back(column("largest", "°/h", {exact(figures.max_abs)}));
   add(of, Group::compensation, "whole_run", std::move(columns));
 }
 
-void add_behaviour(const Speaking& of, const model::Characterisation& found, const data::Dataset& dataset) {
+void add_behaviour(const ResultTarget& of, const model::Characterisation& found, const data::Dataset& dataset) {
   add_warm_ups(of, found.warm_ups);
   add_stabilised(of, found.stabilised, temperature_uncertainty_k(dataset));
   add_two_positions(of, found.two_position, dataset);
@@ -220,7 +224,7 @@ void add_behaviour(const Speaking& of, const model::Characterisation& found, con
 
 /// Adds the value to which the unit is calibrated: the mean of its compensated bias with the uncertainty of the model's
 /// budget in that run. The training record has no thermometer drift since training.
-void add_compensated_mean(const Speaking& of, const data::Figures& figures, const model::Model& model,
+void add_compensated_mean(const ResultTarget& of, const data::Figures& figures, const model::Model& model,
                           const data::Dataset& dataset) {
   ReportedValue value = exact(figures.mean);
   if (model.uncertainty) {
@@ -235,16 +239,16 @@ void add_compensated_mean(const Speaking& of, const data::Figures& figures, cons
   add(of, Group::compensation, "compensated_mean", {column("compensated_bias", "°/h", {value})});
 }
 
-void add_coverage(const Speaking& of, const std::optional<model::Coverage>& coverage) {
+void add_coverage(const ResultTarget& of, const std::optional<model::Coverage>& coverage) {
   if (!coverage) return;
   const double share = coverage->seen;
   const double error = coverage->effective > 1 ? std::sqrt(share * (1 - share) / coverage->effective) : 0;
   add(of, Group::compensation, "coverage",
       {column("nominal_share", "1", {exact(coverage->nominal)}),
-       column("seen_share", "1", {measured(share, error, coverage->effective - 1)})});
+       column("seen_share", "1", {make_value(share, error, coverage->effective - 1)})});
 }
 
-std::vector<double> in_hours(const Eigen::VectorXd& seconds) {
+std::vector<double> to_hours(const Eigen::VectorXd& seconds) {
   std::vector<double> hours;
   for (const double second : seconds) hours.push_back(second / kSecondsPerHour);
   return hours;
@@ -263,37 +267,37 @@ FigureLine allan_line(Stage stage, const data::AllanCurve& curve) {
 }
 
 /// One axis of one record, with the result of each model.
-struct Judged {
+struct VerifiedRun {
   const data::RecordedRun& run;
   data::Figures raw{};
   data::HoldNoise noise{};
-  struct OfModel {
+  struct ModelResult {
     Stage stage{};
     const model::Model* model{};
     model::Verification verification{};
     data::HoldNoise noise{};
   };
-  std::vector<OfModel> models{};
+  std::vector<ModelResult> models{};
 };
 
-Result<Judged> judge(const CalibratedAxis& axis, const data::RecordedRun& run) {
-  Judged judged{
+Result<VerifiedRun> verify_run(const CalibratedAxis& axis, const data::RecordedRun& run) {
+  VerifiedRun verified{
       .run = run, .raw = figures_of(run.clusters.bias_deg_per_h, run.clusters), .noise = noise_of_holds(run.dataset)};
   for (const auto& [stage, model] : {std::pair{Stage::as_found, &axis.found}, {Stage::as_left, &axis.left}}) {
     if (!*model) continue;
     auto verification = verify(**model, run.dataset, run.clusters);
     if (!verification) return failure(verification.error());
     auto noise = noise_of_compensated_holds(run.dataset, run.clusters, verification->residual_deg_per_h);
-    judged.models.push_back({stage, &**model, std::move(*verification), std::move(noise)});
+    verified.models.push_back({stage, &**model, std::move(*verification), std::move(noise)});
   }
-  return judged;
+  return verified;
 }
 
-void add_courses(CalibrationReport& report, const std::string& axis, const Judged& judged) {
-  const auto& [dataset, clusters] = judged.run;
+void add_courses(CalibrationReport& report, const std::string& axis, const VerifiedRun& verified) {
+  const auto& [dataset, clusters] = verified.run;
   const auto course = [&clusters](FigureLine line, const Eigen::Ref<const Eigen::VectorXd>& values) {
     auto [x, y] =
-        plot::broken_at_gaps(in_hours(clusters.start_s), numbers(values), clusters.length_s / kSecondsPerHour);
+        plot::broken_at_gaps(to_hours(clusters.start_s), numbers(values), clusters.length_s / kSecondsPerHour);
     line.x = std::move(x);
     line.y = std::move(y);
     return line;
@@ -316,41 +320,42 @@ void add_courses(CalibrationReport& report, const std::string& axis, const Judge
   bias.y_key = "bias";
   bias.y_unit = "°/h";
   bias.lines = {course({.key = "bias"}, clusters.bias_deg_per_h)};
-  for (const Judged::OfModel& of : judged.models)
+  for (const VerifiedRun::ModelResult& of : verified.models)
     bias.lines.push_back(course({.key = "bias", .stage = of.stage}, of.verification.residual_deg_per_h));
   report.figures.push_back(std::move(temperatures));
   report.figures.push_back(std::move(bias));
 }
 
-void add_allan_figure(CalibrationReport& report, const std::string& axis, const Judged& judged) {
-  if (judged.noise.curve.empty()) return;
+void add_allan_figure(CalibrationReport& report, const std::string& axis, const VerifiedRun& verified) {
+  if (verified.noise.curve.empty()) return;
   FigureData figure{.key = "allan_deviation",
                     .axis = axis,
-                    .run = judged.run.dataset.run_id,
+                    .run = verified.run.dataset.run_id,
                     .x_key = "averaging_time",
                     .x_unit = "s",
                     .y_key = "allan_deviation",
                     .y_unit = "°/h",
                     .logarithmic = true,
-                    .lines = {allan_line(Stage::uncompensated, judged.noise.curve)}};
-  for (const Judged::OfModel& of : judged.models) figure.lines.push_back(allan_line(of.stage, of.noise.curve));
+                    .lines = {allan_line(Stage::uncompensated, verified.noise.curve)}};
+  for (const VerifiedRun::ModelResult& of : verified.models)
+    figure.lines.push_back(allan_line(of.stage, of.noise.curve));
   report.figures.push_back(std::move(figure));
 }
 
 /// Adds the results of one record. Returns the characteristics of the unit in it at each stage, in the order of stages.
 std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, const std::string& axis,
-                                                 const Judged& judged) {
-  const auto& [dataset, clusters] = judged.run;
-  const double of_zero = dataset.zero_is_its_own ? 0 : together(model::budget_of_earth_rate(dataset));
-  Speaking of{report, axis, dataset.run_id, Stage::uncompensated, false, of_zero};
+                                                 const VerifiedRun& verified) {
+  const auto& [dataset, clusters] = verified.run;
+  const double u_reference = dataset.zero_is_its_own ? 0 : combined_standard(model::budget_of_earth_rate(dataset));
+  ResultTarget of{report, axis, dataset.run_id, Stage::uncompensated, false, u_reference};
   const Eigen::VectorXd nothing =
       Eigen::VectorXd::Constant(clusters.start_s.size(), std::numeric_limits<double>::quiet_NaN());
   std::map<Stage, model::Characterisation> found{
       {Stage::uncompensated, model::characterise(dataset, clusters, nothing)}};
   add_behaviour(of, found[Stage::uncompensated], dataset);
-  add_noise(of, judged.noise);
-  add_whole_run(of, judged.raw);
-  for (const Judged::OfModel& one : judged.models) {
+  add_noise(of, verified.noise);
+  add_whole_run(of, verified.raw);
+  for (const VerifiedRun::ModelResult& one : verified.models) {
     of.stage = one.stage;
     of.in_sample = one.verification.trained_on_this;
     found[one.stage] = model::characterise(dataset, clusters, one.verification.residual_deg_per_h);
@@ -360,8 +365,8 @@ std::map<Stage, model::Characterisation> add_run(CalibrationReport& report, cons
     add_compensated_mean(of, one.verification.compensated, *one.model, dataset);
     add_coverage(of, one.verification.coverage);
   }
-  add_courses(report, axis, judged);
-  add_allan_figure(report, axis, judged);
+  add_courses(report, axis, verified);
+  add_allan_figure(report, axis, verified);
   return found;
 }
 
@@ -373,8 +378,9 @@ struct AllRecords {
 };
 
 /// Appends the characteristics of one record to those of the previous records.
-void gather(std::map<Stage, AllRecords>& all, std::map<Stage, model::Characterisation> found, const Judged& judged) {
-  for (const Judged::OfModel& one : judged.models)
+void append_stages(std::map<Stage, AllRecords>& all, std::map<Stage, model::Characterisation> found,
+                   const VerifiedRun& verified) {
+  for (const VerifiedRun::ModelResult& one : verified.models)
     if (one.verification.trained_on_this && !found[one.stage].warm_ups.empty()) all[one.stage].in_sample = true;
   for (auto& [stage, characterised] : found) all[stage].characterised.push_back(std::move(characterised));
 }
@@ -388,7 +394,7 @@ void add_turn_on(CalibrationReport& report, const std::string& axis, const std::
       const double value = stage == Stage::uncompensated ? one.std_before_deg_per_h : one.std_after_deg_per_h;
       set_point.values.push_back(exact(one.set_point_c));
       starts.values.push_back(exact(one.starts));
-      std.values.push_back(measured(value, value / std::sqrt(2 * freedom), freedom));
+      std.values.push_back(make_value(value, value / std::sqrt(2 * freedom), freedom));
     }
     add({report, axis, {}, stage, records.in_sample, 0}, Group::turn_on, "turn_on_repeatability",
         {std::move(set_point), std::move(starts), std::move(std)});
@@ -401,9 +407,9 @@ Result<void> add_results(CalibrationReport& report, const CalibratedAxis& axis) 
   std::map<Stage, AllRecords> all;
   const std::size_t first = report.results.size();
   for (const data::RecordedRun& run : axis.runs) {
-    const auto judged = judge(axis, run);
-    if (!judged) return failure(judged.error());
-    gather(all, add_run(report, axis.label, *judged), *judged);
+    const auto verified = verify_run(axis, run);
+    if (!verified) return failure(verified.error());
+    append_stages(all, add_run(report, axis.label, *verified), *verified);
   }
   add_turn_on(report, axis.label, all);
   const auto own = report.results.begin() + static_cast<std::ptrdiff_t>(first);

@@ -51,27 +51,27 @@ namespace {
 
 constexpr double kDaysInAYear = 365.25;
 // Temperature of a hold: it is a condition set by the chamber and not a result of the unit.
-constexpr std::string_view kCondition = "temperature";
+constexpr std::string_view kConditionQuantity = "temperature";
 
 /// Returns the profile of a run; empty if unknown.
-std::string profile_of(const CalibrationReport& report, const std::string& run) {
+std::string find_profile(const CalibrationReport& report, const std::string& run) {
   const auto file = std::ranges::find(report.files, run, &UsedFile::id);
   return run.empty() || file == report.files.end() ? std::string() : file->profile;
 }
 
 /// Counts the comparable tables of the same result before this one: same key, axis, stage, detail and profile.
-std::ptrdiff_t number_of(const CalibrationReport& report, const ResultTable& table) {
-  const std::string profile = profile_of(report, table.run);
+std::ptrdiff_t count_previous(const CalibrationReport& report, const ResultTable& table) {
+  const std::string profile = find_profile(report, table.run);
   return std::count_if(report.results.data(), &table, [&](const ResultTable& one) {
     return one.key == table.key && one.axis == table.axis && one.stage == table.stage && !one.in_sample &&
-           one.detail == table.detail && profile_of(report, one.run) == profile;
+           one.detail == table.detail && find_profile(report, one.run) == profile;
   });
 }
 
 /// Returns the profile of a table's run, numbered after the first record: "random, 2".
-std::string numbered_profile_of(const CalibrationReport& report, const ResultTable& table) {
-  const std::string profile = profile_of(report, table.run);
-  const auto number = number_of(report, table);
+std::string numbered_profile(const CalibrationReport& report, const ResultTable& table) {
+  const std::string profile = find_profile(report, table.run);
+  const auto number = count_previous(report, table);
   return number > 0 && !profile.empty() ? fmt::format("{}, {}", profile, number + 1) : profile;
 }
 
@@ -88,7 +88,7 @@ bool has_same_models(const CalibrationReport& before, const CalibrationReport& n
 }
 
 /// Returns the condition of a row, "set_point 20" or "temperature 10"; empty if the table has no such column.
-std::string condition_of(const ResultTable& table, std::size_t row) {
+std::string row_condition(const ResultTable& table, std::size_t row) {
   for (const char* quantity : {"set_point", "temperature"}) {
     const Column* column = find_column(table, quantity);
     const bool is_nominal = column != nullptr && !std::isfinite(column->values[row].standard_uncertainty);
@@ -103,11 +103,11 @@ struct Row {
 };
 
 /// Returns the rows of a column. Rows with the same condition are numbered after the first.
-std::vector<Row> rows_of(const ResultTable& table, const Column& column) {
+std::vector<Row> column_rows(const ResultTable& table, const Column& column) {
   std::vector<Row> rows;
   std::map<std::string, int> seen;
   for (std::size_t row = 0; row < column.values.size(); ++row) {
-    std::string condition = condition_of(table, row);
+    std::string condition = row_condition(table, row);
     const int number = ++seen[condition];
     if (number > 1) condition += fmt::format(", {}", number);
     rows.push_back({std::move(condition), column.values[row]});
@@ -115,7 +115,7 @@ std::vector<Row> rows_of(const ResultTable& table, const Column& column) {
   return rows;
 }
 
-ComparedResult compared(const ReportedValue& before, const ReportedValue& now, double days) {
+ComparedResult compare_values(const ReportedValue& before, const ReportedValue& now, double days) {
   ComparedResult result{.before = before, .now = now, .change = now.value - before.value};
   result.expanded = std::hypot(before.expanded(), now.expanded());
   if (result.expanded > 0) result.normalised_error = result.change / result.expanded;
@@ -124,61 +124,61 @@ ComparedResult compared(const ReportedValue& before, const ReportedValue& now, d
 }
 
 /// Returns the bias reference of a table.
-std::string zero_of(const CalibrationReport& report, const ResultTable& table) {
+std::string find_bias_reference(const CalibrationReport& report, const ResultTable& table) {
   const auto own = std::ranges::find_if(
       report.bias_zeros, [&](const BiasZero& one) { return one.axis == table.axis && one.run == table.run; });
   return own == report.bias_zeros.end() ? report.bias_zero : own->zero;
 }
 
-bool is_counted_from_a_zero(const std::string& quantity) {
-  return std::ranges::find(kCountedFromAZero, quantity) != kCountedFromAZero.end();
+bool depends_on_bias_reference(const std::string& quantity) {
+  return std::ranges::find(kReferenceDependent, quantity) != kReferenceDependent.end();
 }
 
 /// Returns the table of the other report with the same result; null if there is none.
-const ResultTable* partner_of(const ResultTable& table, const CalibrationReport& of, const CalibrationReport& in,
-                              Stage stage) {
+const ResultTable* find_matching_table(const ResultTable& table, const CalibrationReport& of,
+                                       const CalibrationReport& in, Stage stage) {
   for (const ResultTable& other : in.results)
     if (other.key == table.key && other.axis == table.axis && other.stage == stage && !other.in_sample &&
-        other.detail == table.detail && profile_of(in, other.run) == profile_of(of, table.run) &&
-        number_of(in, other) == number_of(of, table))
+        other.detail == table.detail && find_profile(in, other.run) == find_profile(of, table.run) &&
+        count_previous(in, other) == count_previous(of, table))
       return &other;
   return nullptr;
 }
 
-class Comparing {
+class ReportComparer {
  public:
-  Comparing(const CalibrationReport& before, const CalibrationReport& now, Comparison& comparison)
+  ReportComparer(const CalibrationReport& before, const CalibrationReport& now, Comparison& comparison)
       : before_(before), now_(now), comparison_(comparison) {}
 
   void compare(Stage before_at, Stage now_at) {
     for (const ResultTable& table : before_.results) {
       if (table.stage != before_at || table.in_sample) continue;
-      const ResultTable* other = partner_of(table, before_, now_, now_at);
+      const ResultTable* other = find_matching_table(table, before_, now_, now_at);
       if (other == nullptr) continue;
       // Two records with their own mean as bias reference are not comparable.
-      const std::string zero = zero_of(before_, table);
-      const bool have_one_zero = zero == zero_of(now_, *other) && zero != data::kOwnZero;
+      const std::string zero = find_bias_reference(before_, table);
+      const bool have_one_reference = zero == find_bias_reference(now_, *other) && zero != data::kOwnZero;
       for (const Column& column : table.columns) {
-        if (!have_one_zero && is_counted_from_a_zero(column.quantity)) continue;
-        const Column* theirs = column.quantity == kCondition ? nullptr : find_column(*other, column.quantity);
-        if (theirs != nullptr) compare(table, column, *other, *theirs);
+        if (!have_one_reference && depends_on_bias_reference(column.quantity)) continue;
+        const Column* matching = column.quantity == kConditionQuantity ? nullptr : find_column(*other, column.quantity);
+        if (matching != nullptr) compare(table, column, *other, *matching);
       }
     }
   }
 
  private:
-  void compare(const ResultTable& table, const Column& column, const ResultTable& other, const Column& theirs) {
-    const std::vector<Row> rows = rows_of(other, theirs);
-    for (const Row& row : rows_of(table, column)) {
+  void compare(const ResultTable& table, const Column& column, const ResultTable& other, const Column& matching) {
+    const std::vector<Row> rows = column_rows(other, matching);
+    for (const Row& row : column_rows(table, column)) {
       const auto same = std::ranges::find(rows, row.condition, &Row::condition);
       const bool is_measured = std::isfinite(row.value.standard_uncertainty);
       if (same == rows.end() || !is_measured || !std::isfinite(same->value.standard_uncertainty)) continue;
-      ComparedResult result = compared(row.value, same->value, comparison_.days_between);
+      ComparedResult result = compare_values(row.value, same->value, comparison_.days_between);
       result.key = table.key;
       result.quantity = column.quantity;
       result.unit = column.unit;
       result.axis = table.axis;
-      result.profile = numbered_profile_of(before_, table);
+      result.profile = numbered_profile(before_, table);
       result.before_at = table.stage;
       result.now_at = other.stage;
       result.condition = row.condition;
@@ -211,7 +211,7 @@ Result<Comparison> compare(const CalibrationReport& before, const CalibrationRep
                         .days_between = days_between(before.begun, now.begun),
                         .simulated = before.simulated || now.simulated,
                         .same_model = has_same_models(before, now)};
-  Comparing comparing(before, now, comparison);
+  ReportComparer comparing(before, now, comparison);
   comparing.compare(Stage::uncompensated, Stage::uncompensated);
   comparing.compare(Stage::as_left, Stage::as_found);
   if (comparison.results.empty())
@@ -226,12 +226,12 @@ std::string to_json(const Comparison& comparison) {
   return text_of(json, 1) + "\n";
 }
 
-ReportedValue change_of(const ComparedResult& result) {
+ReportedValue change_with_uncertainty(const ComparedResult& result) {
   constexpr double kCoverage = 2;  // only the product is shown
   return {.value = result.change, .standard_uncertainty = result.expanded / kCoverage, .coverage_factor = kCoverage};
 }
 
-std::vector<const ComparedResult*> by_weight(const Comparison& comparison) {
+std::vector<const ComparedResult*> by_normalised_error(const Comparison& comparison) {
   std::vector<const ComparedResult*> all;
   for (const ComparedResult& result : comparison.results) all.push_back(&result);
   std::ranges::stable_sort(all, [](const ComparedResult* a, const ComparedResult* b) {
@@ -240,13 +240,13 @@ std::vector<const ComparedResult*> by_weight(const Comparison& comparison) {
   return all;
 }
 
-std::size_t count_beyond(const Comparison& comparison) {
+std::size_t count_disagreeing(const Comparison& comparison) {
   return static_cast<std::size_t>(std::ranges::count_if(
       comparison.results, [](const ComparedResult& one) { return std::abs(one.normalised_error) > 1; }));
 }
 
 std::string describe(const Comparison& comparison) {
-  const auto all = by_weight(comparison);
+  const auto all = by_normalised_error(comparison);
   std::string text =
       fmt::format("{}{} {}: {} against {}{}\n", comparison.simulated ? "SIMULATED " : "", comparison.model,
                   comparison.serial_number, comparison.now_number, comparison.before_number,
@@ -261,7 +261,7 @@ std::string describe(const Comparison& comparison) {
                         one->quantity, one->condition.empty() ? "" : " at ", one->condition, one->unit,
                         name(one->before_at), name(one->now_at), one->profile.empty() ? "" : ", ", one->profile);
   return text + fmt::format("{} of {} results differ by more than both are uncertain (|E_n| > 1)\n",
-                            count_beyond(comparison), all.size());
+                            count_disagreeing(comparison), all.size());
 }
 
 }  // namespace gyrotherm::report

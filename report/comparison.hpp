@@ -17,8 +17,8 @@ namespace gyrotherm::report {
 inline constexpr const char* kComparisonSchema = "gyrotherm-comparison/1";
 
 /// Quantities that depend on the bias reference. The store of a site has the same list (apps/site/migrations).
-inline constexpr std::array<std::string_view, 5> kCountedFromAZero{"bias", "mean", "rmse", "largest",
-                                                                   "compensated_bias"};
+inline constexpr std::array<std::string_view, 5> kReferenceDependent{"bias", "mean", "rmse", "largest",
+                                                                     "compensated_bias"};
 
 /// One quantity contained in both reports.
 struct ComparedResult {
@@ -60,11 +60,11 @@ struct Comparison {
 [[nodiscard]] Result<Comparison> compare(const CalibrationReport& before, const CalibrationReport& now);
 
 /// Returns the change with its U.
-[[nodiscard]] ReportedValue change_of(const ComparedResult& result);
+[[nodiscard]] ReportedValue change_with_uncertainty(const ComparedResult& result);
 /// Returns the results sorted by |E_n|, greatest first.
-[[nodiscard]] std::vector<const ComparedResult*> by_weight(const Comparison& comparison);
+[[nodiscard]] std::vector<const ComparedResult*> by_normalised_error(const Comparison& comparison);
 /// Counts the results with |E_n| > 1.
-[[nodiscard]] std::size_t count_beyond(const Comparison& comparison);
+[[nodiscard]] std::size_t count_disagreeing(const Comparison& comparison);
 
 /// Returns comparison.json, ending in a newline.
 [[nodiscard]] std::string to_json(const Comparison& comparison);

@@ -14,76 +14,77 @@ namespace {
 class ComparisonWriter : public BlockWriter {
  public:
   ComparisonWriter(const Comparison& comparison, Language in_language)
-      : BlockWriter(in_language), comparison_(comparison), by_weight_(by_weight(comparison)) {}
+      : BlockWriter(in_language), comparison_(comparison), by_weight_(by_normalised_error(comparison)) {}
 
   [[nodiscard]] Document document() && {
     heading("heading.summary");
-    if (comparison_.simulated) paragraph(word_of("say.simulated"), Paragraph::Style::caution);
-    if (!comparison_.same_model) paragraph(word_of("say.other_model"), Paragraph::Style::caution);
-    add(what_is_compared());
+    if (comparison_.simulated) paragraph(translated("say.simulated"), Paragraph::Style::caution);
+    if (!comparison_.same_model) paragraph(translated("say.other_model"), Paragraph::Style::caution);
+    add(compared_reports());
     add(key_figures());
-    paragraph(beyond() == 0 ? word_of("say.agrees") : say("say.has_changed", beyond(), by_weight_.size()));
+    paragraph(disagreeing() == 0 ? translated("say.agrees")
+                                 : sentence("say.has_changed", disagreeing(), by_weight_.size()));
     heading("heading.changes");
     table(changes());
-    paragraph(word_of("say.normalised_error"), Paragraph::Style::note);
+    paragraph(translated("say.normalised_error"), Paragraph::Style::note);
     number_captions();
     const std::string numbers =
-        say("title.against", number_or_dash(comparison_.now_number), number_or_dash(comparison_.before_number));
+        sentence("title.against", number_or_dash(comparison_.now_number), number_or_dash(comparison_.before_number));
     return {.language = language,
-            .title = word_of("title.comparison"),
+            .title = translated("title.comparison"),
             .number = numbers,
             .laboratory = comparison_.laboratory,
             .logo = {},
-            .mark = comparison_.simulated ? word_of("mark.simulated") : "",
-            .end = say("title.end_of_comparison", numbers),
-            .page_of = word_of("title.page_of"),
+            .mark = comparison_.simulated ? translated("mark.simulated") : "",
+            .end = sentence("title.end_of_comparison", numbers),
+            .page_of = translated("title.page_of"),
             .blocks = std::move(blocks)};
   }
 
  private:
   [[nodiscard]] static std::string number_or_dash(const std::string& number) { return number.empty() ? "–" : number; }
 
-  [[nodiscard]] Definitions what_is_compared() const {
+  [[nodiscard]] Definitions compared_reports() const {
     const auto report = [&](const std::string& number, const std::string& sha256) {
       return fmt::format("{}\nSHA-256 {}", number_or_dash(number), sha256);
     };
     Definitions lines{
-        {{word_of("label.item"), say("label.serial_short", comparison_.model, comparison_.serial_number)},
-         {word_of("label.compared_now"), report(comparison_.now_number, comparison_.now_sha256)},
-         {word_of("label.compared_before"), report(comparison_.before_number, comparison_.before_sha256)}}};
+        {{translated("label.item"), sentence("label.serial_short", comparison_.model, comparison_.serial_number)},
+         {translated("label.compared_now"), report(comparison_.now_number, comparison_.now_sha256)},
+         {translated("label.compared_before"), report(comparison_.before_number, comparison_.before_sha256)}}};
     if (std::isfinite(comparison_.days_between))
-      lines.lines.emplace_back(word_of("label.days_between"), format_number(language, comparison_.days_between, 0));
+      lines.lines.emplace_back(translated("label.days_between"), format_number(language, comparison_.days_between, 0));
     return lines;
   }
 
-  [[nodiscard]] std::size_t beyond() const { return count_beyond(comparison_); }
+  [[nodiscard]] std::size_t disagreeing() const { return count_disagreeing(comparison_); }
 
   [[nodiscard]] KeyFigures key_figures() const {
     KeyFigures keys{.title = "", .figures = {}};
     const double greatest = by_weight_.front()->normalised_error;
     keys.figures.push_back(
-        {.value = format_number(language, greatest, 2), .unit = "", .label = word_of("key.greatest_e_n")});
-    keys.figures.push_back({.value = say("title.of", beyond(), by_weight_.size()),
+        {.value = format_number(language, greatest, 2), .unit = "", .label = translated("key.greatest_e_n")});
+    keys.figures.push_back({.value = sentence("title.of", disagreeing(), by_weight_.size()),
                             .unit = "",
-                            .label = word_of("key.changed"),
-                            .best = beyond() == 0});
+                            .label = translated("key.changed"),
+                            .best = disagreeing() == 0});
     return keys;
   }
 
   [[nodiscard]] std::string stages(const ComparedResult& one) const {
-    if (one.before_at == one.now_at) return word_of(name(one.now_at));
-    return word_of(name(one.before_at)) + " → " + word_of(name(one.now_at));
+    if (one.before_at == one.now_at) return translated(name(one.now_at));
+    return translated(name(one.before_at)) + " → " + translated(name(one.now_at));
   }
 
   /// Returns the name "Stabilised bias: Bias / (°/h)" with the note "u1.x, as left → as found, set point −40, random".
-  [[nodiscard]] Cell what(const ComparedResult& one) const {
-    std::string text = word_of(one.key);
-    if (one.quantity != one.key) text += ": " + word_of(one.quantity);
+  [[nodiscard]] Cell result_name(const ComparedResult& one) const {
+    std::string text = translated(one.key);
+    if (one.quantity != one.key) text += ": " + translated(one.quantity);
     Cell cell{.text = with_unit(text, one.unit), .note = one.axis};
     const auto add = [&](const std::string& more) { cell.note += (cell.note.empty() ? "" : ", ") + more; };
     add(stages(one));
     if (const auto blank = one.condition.find(' '); blank != std::string::npos)
-      add(word_of(one.condition.substr(0, blank)) + " " + one.condition.substr(blank + 1));
+      add(translated(one.condition.substr(0, blank)) + " " + one.condition.substr(blank + 1));
     if (!one.profile.empty()) add(one.profile);
     return cell;
   }
@@ -96,15 +97,15 @@ class ComparisonWriter : public BlockWriter {
   }
 
   [[nodiscard]] DocumentTable changes() const {
-    DocumentTable table{.caption = word_of("caption.changes"),
-                        .header = {word_of("column.quantity"), word_of("column.e_n"), word_of("column.before"),
-                                   word_of("column.now"), word_of("column.change")}};
+    DocumentTable table{.caption = translated("caption.changes"),
+                        .header = {translated("column.quantity"), translated("column.e_n"), translated("column.before"),
+                                   translated("column.now"), translated("column.change")}};
     for (const ComparedResult* one : by_weight_)
-      table.rows.push_back({what(*one),
+      table.rows.push_back({result_name(*one),
                             normalised_error(*one),
                             {.text = format(language, one->before)},
                             {.text = format(language, one->now)},
-                            {.text = format(language, change_of(*one))}});
+                            {.text = format(language, change_with_uncertainty(*one))}});
     return table;
   }
 

@@ -20,28 +20,28 @@ bool is_country(std::string_view code) {
 }
 
 /// Returns the missing data that the schema requires and a report must have unless it is a draft.
-std::vector<std::string> lacking(const CalibrationReport& report) {
+std::vector<std::string> missing_data(const CalibrationReport& report) {
   std::vector<std::string> names;
-  const auto ask = [&](bool there, const char* name) {
-    if (!there) names.emplace_back(name);
+  const auto require_data = [&](bool is_present, const char* name) {
+    if (!is_present) names.emplace_back(name);
   };
-  ask(!xml_characters(report.number).empty(), "number");
-  ask(!xml_characters(report.laboratory.name).empty(), "laboratory.name");
-  ask(is_country(report.laboratory.country), "laboratory.country");
-  ask(!xml_characters(report.customer.name).empty(), "customer.name");
-  ask(calendar_day(report.begun).has_value(), "begun");
-  ask(calendar_day(report.ended).has_value(), "ended");
-  ask(calendar_day(report.issued).has_value(), "issued");
-  ask(!report.results.empty(), "results");
+  require_data(!xml_characters(report.number).empty(), "number");
+  require_data(!xml_characters(report.laboratory.name).empty(), "laboratory.name");
+  require_data(is_country(report.laboratory.country), "laboratory.country");
+  require_data(!xml_characters(report.customer.name).empty(), "customer.name");
+  require_data(calendar_day(report.begun).has_value(), "begun");
+  require_data(calendar_day(report.ended).has_value(), "ended");
+  require_data(calendar_day(report.issued).has_value(), "issued");
+  require_data(!report.results.empty(), "results");
   return names;
 }
 
 /// Returns the number, marked for a draft or simulation so that it cannot be mistaken for a calibration.
-std::string identifier_of(const CalibrationReport& report) {
+std::string make_identifier(const CalibrationReport& report) {
   std::string marks;
   if (is_draft(report)) marks = "draft";
   if (report.simulated) marks += marks.empty() ? "simulated" : ", simulated";
-  return marks.empty() ? given(report.number) : fmt::format("{} ({})", given(report.number), marks);
+  return marks.empty() ? or_not_given(report.number) : fmt::format("{} ({})", or_not_given(report.number), marks);
 }
 
 std::string day_or_placeholder(const std::string& text) { return calendar_day(text).value_or("0001-01-01"); }
@@ -51,7 +51,7 @@ class Certificate {
   Certificate(const CalibrationReport& report, const DccOptions& options)
       : report_(report), options_(options), dcc_(report), xml_(dcc_.xml()) {}
 
-  std::string whole() && {
+  std::string write() && {
     xml_.element("dcc:digitalCalibrationCertificate",
                  {{"xmlns:dcc", "https://ptb.de/dcc"},
                   {"xmlns:si", "https://ptb.de/si"},
@@ -83,7 +83,7 @@ class Certificate {
     xml_.element("dcc:dccSoftware", [&] {
       xml_.element("dcc:software", [&] {
         dcc_.proper_name("dcc:name", "gyrotherm");
-        xml_.leaf("dcc:release", given(report_.program_version));
+        xml_.leaf("dcc:release", or_not_given(report_.program_version));
         xml_.leaf("dcc:type", "application");
       });
     });
@@ -111,7 +111,7 @@ class Certificate {
     xml_.leaf("dcc:countryCodeISO3166_1", known ? report_.laboratory.country : "ZZ");
     for (const char* language : {"en", "de"}) xml_.leaf("dcc:usedLangCodeISO639_1", language);
     xml_.leaf("dcc:mandatoryLangCodeISO639_1", code(dcc_.mandatory()));
-    xml_.leaf("dcc:uniqueIdentifier", identifier_of(report_));
+    xml_.leaf("dcc:uniqueIdentifier", make_identifier(report_));
     xml_.element("dcc:identifications", [&] { files(); });
     if (const auto day = calendar_day(report_.received)) xml_.leaf("dcc:receiptDate", *day);
     const bool both = calendar_day(report_.begun) && calendar_day(report_.ended);
@@ -128,11 +128,11 @@ class Certificate {
     const auto digest = [&](const std::string& name, const std::string& digest_of_file) {
       xml_.element("dcc:identification", {{"refType", kFileDigestType}}, [&] {
         xml_.leaf("dcc:issuer", "calibrationLaboratory");
-        xml_.leaf("dcc:value", given(digest_of_file));
+        xml_.leaf("dcc:value", or_not_given(digest_of_file));
         xml_.element("dcc:name", [&] {
-          xml_.leaf("dcc:content", given(name));  // no language: the name itself
-          xml_.leaf("dcc:content", "SHA-256 of the file " + given(name), {{"lang", "en"}});
-          xml_.leaf("dcc:content", "SHA-256 der Datei " + given(name), {{"lang", "de"}});
+          xml_.leaf("dcc:content", or_not_given(name));  // no language: the name itself
+          xml_.leaf("dcc:content", "SHA-256 of the file " + or_not_given(name), {{"lang", "en"}});
+          xml_.leaf("dcc:content", "SHA-256 der Datei " + or_not_given(name), {{"lang", "de"}});
         });
       });
     };
@@ -144,15 +144,15 @@ class Certificate {
   void replaced(const OtherReport& other) {
     xml_.element("dcc:reportAmendedSubstituted", [&] {
       xml_.leaf("dcc:typeOfChange", "substituted");
-      xml_.leaf("dcc:replacedUniqueIdentifier", given(other.number));
+      xml_.leaf("dcc:replacedUniqueIdentifier", or_not_given(other.number));
     });
     if (other.sha256.empty()) return;
     xml_.element("dcc:previousReport", [&] {
       dcc_.text("dcc:referral", {"calibration.json of the report that this one replaces",
                                  "calibration.json des Berichts, den dieser ersetzt"});
-      xml_.leaf("dcc:referralID", given(other.number));
+      xml_.leaf("dcc:referralID", or_not_given(other.number));
       xml_.leaf("dcc:procedure", "SHA-256");
-      xml_.leaf("dcc:value", given(other.sha256));
+      xml_.leaf("dcc:value", or_not_given(other.sha256));
       if (!other.reason.empty()) dcc_.text("dcc:description", other.reason);
     });
   }
@@ -162,7 +162,8 @@ class Certificate {
     xml_.element("dcc:item", {{"id", "item"}}, [&] {
       item.description.empty() ? dcc_.proper_name("dcc:name", item.name.empty() ? item.model : item.name)
                                : dcc_.text("dcc:name", item.description);
-      if (!item.condition.empty()) dcc_.text("dcc:description", joined(words("label.condition"), ": ", item.condition));
+      if (!item.condition.empty())
+        dcc_.text("dcc:description", joined(texts_for("label.condition"), ": ", item.condition));
       if (!item.manufacturer.empty())
         xml_.element("dcc:manufacturer", [&] { dcc_.proper_name("dcc:name", item.manufacturer); });
       if (!xml_characters(item.model).empty()) xml_.leaf("dcc:model", item.model);
@@ -173,19 +174,19 @@ class Certificate {
   }
 
   void identifications(const CalibratedItem& item) {
-    dcc_.identification("manufacturer", item.serial_number, words("label.serial_number"),
+    dcc_.identification("manufacturer", item.serial_number, texts_for("label.serial_number"),
                         {{"refType", "basic_serialNumber"}});
     if (!item.customers_number.empty())
-      dcc_.identification("customer", item.customers_number, words("label.customers_number"));
-    if (!item.name.empty()) dcc_.identification("other", item.name, words("label.name_in_rig"));
+      dcc_.identification("customer", item.customers_number, texts_for("label.customers_number"));
+    if (!item.name.empty()) dcc_.identification("other", item.name, texts_for("label.name_in_rig"));
   }
 
   void axes(const CalibratedItem& item) {
     for (std::size_t i = 0; i < item.axes.size(); ++i)
       xml_.element("dcc:item", {{"id", fmt::format("axis-{}", i + 1)}}, [&] {
-        dcc_.text("dcc:name", words("heading.axis", given(item.axes[i])));
+        dcc_.text("dcc:name", texts_for("heading.axis", or_not_given(item.axes[i])));
         xml_.element("dcc:identifications",
-                     [&] { dcc_.identification("other", item.axes[i], words("label.name_in_rig")); });
+                     [&] { dcc_.identification("other", item.axes[i], texts_for("label.name_in_rig")); });
       });
   }
 
@@ -197,7 +198,7 @@ class Certificate {
     leaf_if_any("dcc:eMail", party.email);
     leaf_if_any("dcc:phone", party.phone);
     xml_.element("dcc:location", [&] {
-      xml_.leaf("dcc:city", given(party.city));
+      xml_.leaf("dcc:city", or_not_given(party.city));
       if (is_country(party.country)) xml_.leaf("dcc:countryCode", party.country);
       leaf_if_any("dcc:postCode", party.postal_code);
       for (const std::string& line : party.address) leaf_if_any("dcc:street", line);
@@ -205,7 +206,7 @@ class Certificate {
     if (!logo || !is_base64(logo->base64)) return;
     xml_.element("dcc:descriptionData", [&] {
       xml_.leaf("dcc:fileName", logo->media_type == "image/png" ? "logo.png" : "logo.svg");
-      xml_.leaf("dcc:mimeType", given(logo->media_type));
+      xml_.leaf("dcc:mimeType", or_not_given(logo->media_type));
       xml_.leaf("dcc:dataBase64", logo->base64);
     });
   }
@@ -218,15 +219,15 @@ class Certificate {
         if (!xml_characters(email).empty()) xml_.leaf("dcc:eMail", email);
       });
       if (!description.empty()) dcc_.text("dcc:description", description);
-      xml_.leaf("dcc:role", given(role));
+      xml_.leaf("dcc:role", or_not_given(role));
       xml_.leaf("dcc:mainSigner", signs ? "true" : "false");
     });
   }
 
   [[nodiscard]] Texts authorised() const {
     const Authorisation& by = *report_.authorised;
-    return joined(words("label.authorised"), ": ",
-                  in_no_language(fmt::format("{}, {}", given(by.name), given(by.utc))));
+    return joined(texts_for("label.authorised"), ": ",
+                  same_text(fmt::format("{}, {}", or_not_given(by.name), or_not_given(by.utc))));
   }
 
   /// Writes the persons, first the authorising one or a note that the report is not authorised.
@@ -236,11 +237,11 @@ class Certificate {
     std::string email;
     for (const Person& one : report_.people)
       if (one.name == signer && !one.email.empty()) email = one.email;
-    person(draft ? words("say.not_authorised") : in_no_language(given(signer)), email, "authorising",
+    person(draft ? texts_for("say.not_authorised") : same_text(or_not_given(signer)), email, "authorising",
            draft ? Texts{} : authorised(), true);
     for (const Person& one : report_.people)
       if (draft || one.name != signer || one.role != "authorising")
-        person(in_no_language(given(one.name)), one.email, one.role, {}, false);
+        person(same_text(or_not_given(one.name)), one.email, one.role, {}, false);
   }
 
   void statement(const Texts& name, const char* ref_type, const Texts& declaration,
@@ -253,9 +254,10 @@ class Certificate {
   }
 
   void statements() {
-    standing();
-    statement({"Results relate only to the item", "Geltungsbereich der Ergebnisse"}, "gyrotherm_scope",
-              joined(joined(words("say.only_this_item"), " ", words("say.standing")), " ", words("say.in_full")));
+    state_statement();
+    statement(
+        {"Results relate only to the item", "Geltungsbereich der Ergebnisse"}, "gyrotherm_scope",
+        joined(joined(texts_for("say.only_this_item"), " ", texts_for("say.standing")), " ", texts_for("say.in_full")));
     traceability();
     xml_.element("dcc:statement", {{"refType", "gyrotherm_norm"}}, [&] {
       dcc_.text("dcc:name", {"What a report has", "Inhalt des Berichts"});
@@ -267,28 +269,29 @@ class Certificate {
     });
     conformity();
     if (report_.replaces) revision();
-    if (!report_.place.empty()) statement(words("label.place"), "gyrotherm_place", report_.place);
+    if (!report_.place.empty()) statement(texts_for("label.place"), "gyrotherm_place", report_.place);
     if (!report_.remarks.empty()) statement({"Remarks", "Bemerkungen"}, "gyrotherm_remarks", report_.remarks);
     for (const Texts& further : report_.statements)
       if (!further.empty()) statement({"Statement", "Erklärung"}, "gyrotherm_statement", further);
   }
 
   void not_valid(const char* mark, const Texts& declaration) {
-    statement(words(mark), "gyrotherm_state", declaration, [&] { xml_.leaf("dcc:valid", "false"); });
+    statement(texts_for(mark), "gyrotherm_state", declaration, [&] { xml_.leaf("dcc:valid", "false"); });
   }
 
   /// Writes the state of the report: valid, draft, simulated or superseded.
-  void standing() {
+  void state_statement() {
     if (is_draft(report_))
       not_valid("mark.draft", report_.missing.empty()
-                                  ? words("say.draft")
-                                  : words("say.missing", fmt::format("{}", fmt::join(report_.missing, ", "))));
-    if (report_.simulated) not_valid("mark.simulated", words("say.simulated"));
+                                  ? texts_for("say.draft")
+                                  : texts_for("say.missing", fmt::format("{}", fmt::join(report_.missing, ", "))));
+    if (report_.simulated) not_valid("mark.simulated", texts_for("say.simulated"));
     if (report_.state == ReportState::superseded)
-      not_valid("mark.superseded", report_.replaced_by ? words("say.superseded", given(report_.replaced_by->number))
-                                                       : words("say.superseded_plainly"));
+      not_valid("mark.superseded", report_.replaced_by
+                                       ? texts_for("say.superseded", or_not_given(report_.replaced_by->number))
+                                       : texts_for("say.superseded_plainly"));
     if (is_draft(report_) || report_.simulated || report_.state == ReportState::superseded) return;
-    statement(report_.title.empty() ? words("title.report") : report_.title, "gyrotherm_state", authorised(),
+    statement(report_.title.empty() ? texts_for("title.report") : report_.title, "gyrotherm_state", authorised(),
               [&] { xml_.leaf("dcc:valid", "true"); });
   }
 
@@ -298,21 +301,21 @@ class Certificate {
     xml_.element("dcc:statement", {{"refType", "basic_metrologicallyTraceableToSI"}}, [&] {
       dcc_.text("dcc:name", {"Metrological traceability", "Metrologische Rückführung"});
       xml_.leaf("dcc:traceable", stated ? "true" : "false");
-      dcc_.text("dcc:declaration", report_.traceability.empty() ? words("label.not_given") : report_.traceability);
+      dcc_.text("dcc:declaration", report_.traceability.empty() ? texts_for("label.not_given") : report_.traceability);
     });
   }
 
   void conformity() {
     const auto verdict = verdict_of(report_);
-    const Texts rule = words(report_.rule == DecisionRule::simple ? "say.rule_simple" : "say.rule_guard_band");
-    statement(words("heading.conformity"), "basic_conformity",
-              verdict ? joined(words(name(*verdict)), ". ", rule) : words("say.no_limits"), [&] {
+    const Texts rule = texts_for(report_.rule == DecisionRule::simple ? "say.rule_simple" : "say.rule_guard_band");
+    statement(texts_for("heading.conformity"), "basic_conformity",
+              verdict ? joined(texts_for(name(*verdict)), ". ", rule) : texts_for("say.no_limits"), [&] {
                 if (verdict && *dcc_verdict(*verdict) != '\0') xml_.leaf("dcc:conformity", dcc_verdict(*verdict));
               });
   }
 
   void revision() {
-    const Texts replaced = joined(words("label.replaces"), ": ", in_no_language(given(report_.replaces->number)));
+    const Texts replaced = joined(texts_for("label.replaces"), ": ", same_text(or_not_given(report_.replaces->number)));
     statement({"Revision", "Änderung"}, "basic_revision",
               report_.replaces->reason.empty() ? replaced : joined(replaced, ". ", report_.replaces->reason));
   }
@@ -320,7 +323,7 @@ class Certificate {
   void document(const ReadableReport& pdf) {
     xml_.element("dcc:document", [&] {
       dcc_.text("dcc:name", {"The report for people", "Der Bericht für Menschen"});
-      xml_.leaf("dcc:fileName", given(pdf.name));
+      xml_.leaf("dcc:fileName", or_not_given(pdf.name));
       xml_.leaf("dcc:mimeType", "application/pdf");
       xml_.leaf("dcc:dataBase64", plot::base64(pdf.bytes));
     });
@@ -335,11 +338,11 @@ class Certificate {
 }  // namespace
 
 Result<std::string> dcc_of(const CalibrationReport& report, const DccOptions& options) {
-  const auto names = lacking(report);
+  const auto names = missing_data(report);
   if (!is_draft(report) && !names.empty())
     return failure(FaultKind::bad_file, kCalibrationFile,
                    fmt::format("a report that is no draft must have {}", fmt::join(names, ", ")));
-  return Certificate(report, options).whole();
+  return Certificate(report, options).write();
 }
 
 }  // namespace gyrotherm::report

@@ -23,14 +23,14 @@ struct DccColumn {
 };
 
 /// A column of texts.
-struct DccWords {
+struct DccTexts {
   Texts name;
   std::string ref_type;
   std::vector<std::string> values;
 };
 
 struct DccTable {
-  std::vector<DccWords> words;
+  std::vector<DccTexts> words;
   std::vector<DccColumn> columns;
   /// Single values that follow the table.
   std::vector<DccColumn> singles{};
@@ -40,13 +40,13 @@ struct DccTable {
 };
 
 /// Returns the known parts of each column in a row.
-std::vector<Certainty> pattern_of(const DccTable& table, std::size_t row) {
+std::vector<Certainty> classify_row(const DccTable& table, std::size_t row) {
   std::vector<Certainty> pattern;
-  for (const DccColumn& column : table.columns) pattern.push_back(certainty_of(column.values[row]));
+  for (const DccColumn& column : table.columns) pattern.push_back(classify_certainty(column.values[row]));
   return pattern;
 }
 
-struct RowsAlike {
+struct EqualRows {
   std::vector<Certainty> pattern;
   std::vector<std::size_t> rows;
 };
@@ -54,11 +54,11 @@ struct RowsAlike {
 /// Groups the rows with equal known parts, in the order of their first row. In a D-SI list all columns have the same
 /// number of values, and a value must be a number. Unknown values are therefore not written, and rows with and without
 /// them form separate lists.
-std::vector<RowsAlike> rows_alike(const DccTable& table) {
-  std::vector<RowsAlike> groups;
+std::vector<EqualRows> group_rows(const DccTable& table) {
+  std::vector<EqualRows> groups;
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const auto pattern = pattern_of(table, row);
-    auto group = std::ranges::find(groups, pattern, &RowsAlike::pattern);
+    const auto pattern = classify_row(table, row);
+    auto group = std::ranges::find(groups, pattern, &EqualRows::pattern);
     if (group == groups.end()) group = groups.insert(groups.end(), {pattern, {}});
     group->rows.push_back(row);
   }
@@ -72,21 +72,21 @@ std::vector<T> at(const std::vector<T>& values, const std::vector<std::size_t>& 
   return picked;
 }
 
-std::string run_of(const std::string& run) { return run.empty() ? "" : "record " + run; }
+std::string record_text(const std::string& run) { return run.empty() ? "" : "record " + run; }
 
 /// Returns the refType of a key. Blanks become underscores because they separate the items of a list.
-std::string own_type(std::string_view key) {
+std::string gyrotherm_type(std::string_view key) {
   std::string type = "gyrotherm_";
   for (const char c : key) type += c == ' ' || c == '\n' || c == '\t' ? '_' : c;
   return type;
 }
 
-std::string type_of_quantity(const std::string& quantity) {
-  if (quantity == "set_point") return "basic_nominalValue " + own_type(quantity);
-  return "basic_measuredValue " + own_type(quantity);
+std::string quantity_type(const std::string& quantity) {
+  if (quantity == "set_point") return "basic_nominalValue " + gyrotherm_type(quantity);
+  return "basic_measuredValue " + gyrotherm_type(quantity);
 }
 
-std::string type_of_stage(Stage stage) {
+std::string stage_type(Stage stage) {
   switch (stage) {
     case Stage::uncompensated: return "gyrotherm_uncompensated";
     case Stage::as_found: return "basic_beforeAdjustment gyrotherm_as_found";
@@ -106,7 +106,7 @@ class MeasurementResults {
       if (!report_.equipment.empty()) xml_.element("dcc:measuringEquipments", [&] { equipment(); });
       if (!report_.influences.empty()) xml_.element("dcc:influenceConditions", [&] { influences(); });
       if (!report_.files.empty()) xml_.element("dcc:measurementMetaData", [&] { files(); });
-      for (const std::string& axis : axes()) result_of_axis(axis);
+      for (const std::string& axis : axes()) axis_result(axis);
     });
   }
 
@@ -121,16 +121,18 @@ class MeasurementResults {
       if (!report_.method.empty()) dcc_.text("dcc:description", report_.method);
       xml_.leaf("dcc:norm", "IEEE Std 952-2020, 6.6");
       xml_.element("dcc:usedMethodQuantities", [&] {
-        dcc_.quantity(words("label.cluster_length"), "gyrotherm_clusterLength", "s",
+        dcc_.quantity(texts_for("label.cluster_length"), "gyrotherm_clusterLength", "s",
                       {{.value = report_.cluster_length_s}}, "dcc:usedMethodQuantity");
       });
     });
-    method("gyrotherm_biasZero", words("label.bias_zero"), joined(bias_zero(), ". ", words("say.bias")), {});
-    method("gyrotherm_stages", words("column.stage"), words("say.stages"), {});
-    method("basic_methodMeasurementUncertainty", words("heading.uncertainty"), words("say.coverage"), "JCGM 100:2008");
-    method("gyrotherm_decisionRule", words("label.rule"),
-           words(report_.rule == DecisionRule::simple ? "say.rule_simple" : "say.rule_guard_band"), "ILAC-G8:09/2019");
-    for (const Deviation& deviation : report_.deviations) departure(deviation);
+    method("gyrotherm_biasZero", texts_for("label.bias_zero"), joined(bias_zero(), ". ", texts_for("say.bias")), {});
+    method("gyrotherm_stages", texts_for("column.stage"), texts_for("say.stages"), {});
+    method("basic_methodMeasurementUncertainty", texts_for("heading.uncertainty"), texts_for("say.coverage"),
+           "JCGM 100:2008");
+    method("gyrotherm_decisionRule", texts_for("label.rule"),
+           texts_for(report_.rule == DecisionRule::simple ? "say.rule_simple" : "say.rule_guard_band"),
+           "ILAC-G8:09/2019");
+    for (const Deviation& deviation : report_.deviations) deviation_method(deviation);
   }
 
   void method(const char* ref_type, const Texts& name, const Texts& description, const std::string& norm) {
@@ -142,70 +144,70 @@ class MeasurementResults {
   }
 
   /// Writes a deviation from the method (ISO/IEC 17025:2017, 7.8.2.1 n).
-  void departure(const Deviation& deviation) {
-    xml_.element("dcc:usedMethod", {{"refType", "gyrotherm_deviation " + own_type(deviation.kind)}}, [&] {
-      dcc_.text("dcc:name", words_if_any(deviation.kind));
-      std::vector<std::string> parts{deviation.utc, run_of(deviation.run), deviation.text};
+  void deviation_method(const Deviation& deviation) {
+    xml_.element("dcc:usedMethod", {{"refType", "gyrotherm_deviation " + gyrotherm_type(deviation.kind)}}, [&] {
+      dcc_.text("dcc:name", texts_or_key(deviation.kind));
+      std::vector<std::string> parts{deviation.utc, record_text(deviation.run), deviation.text};
       std::erase(parts, "");
-      if (!parts.empty()) dcc_.text("dcc:description", in_no_language(fmt::format("{}", fmt::join(parts, ": "))));
+      if (!parts.empty()) dcc_.text("dcc:description", same_text(fmt::format("{}", fmt::join(parts, ": "))));
       if (!std::isfinite(deviation.seconds)) return;
       xml_.element("dcc:usedMethodQuantities", [&] {
-        dcc_.quantity(words("duration"), "gyrotherm_duration", "s", {{.value = deviation.seconds}},
+        dcc_.quantity(texts_for("duration"), "gyrotherm_duration", "s", {{.value = deviation.seconds}},
                       "dcc:usedMethodQuantity");
       });
     });
   }
 
   Texts bias_zero() const {
-    if (!report_.bias_zero.empty()) return words_if_any(report_.bias_zero);
+    if (!report_.bias_zero.empty()) return texts_or_key(report_.bias_zero);
     Texts zeros;
     for (const BiasZero& one : report_.bias_zeros) {
-      const Texts zero = joined(in_no_language(fmt::format("{}, {}", one.axis, one.run)), ": ", words_if_any(one.zero));
+      const Texts zero = joined(same_text(fmt::format("{}, {}", one.axis, one.run)), ": ", texts_or_key(one.zero));
       zeros = zeros.empty() ? zero : joined(zeros, "; ", zero);
     }
-    return zeros.empty() ? words("label.not_given") : zeros;
+    return zeros.empty() ? texts_for("label.not_given") : zeros;
   }
 
   void software() {
     xml_.element("dcc:software", [&] {
       dcc_.proper_name("dcc:name", "gyrotherm");
-      xml_.leaf("dcc:release", given(report_.program_version));
+      xml_.leaf("dcc:release", or_not_given(report_.program_version));
       xml_.leaf("dcc:type", "application");
-      dcc_.text("dcc:description", words("say.source_file", given(report_.program_version)));
+      dcc_.text("dcc:description", texts_for("say.source_file", or_not_given(report_.program_version)));
     });
   }
 
   void equipment() {
     for (const Equipment& one : report_.equipment)
-      xml_.element("dcc:measuringEquipment", {{"refType", type_of_equipment(one)}}, [&] {
+      xml_.element("dcc:measuringEquipment", {{"refType", equipment_type(one)}}, [&] {
         dcc_.proper_name("dcc:name", one.name);
-        dcc_.text("dcc:description", standing_of(one));
+        dcc_.text("dcc:description", equipment_state(one));
         if (!one.certificate.empty()) xml_.element("dcc:certificate", [&] { certificate(one); });
         if (!one.serial_number.empty() || !one.channel.empty())
           xml_.element("dcc:identifications", [&] { identifications(one); });
         if (std::isfinite(one.standard_uncertainty_k) || std::isfinite(one.drift_k_in_a_year))
-          xml_.element("dcc:measuringEquipmentQuantities", [&] { how_well_known(one); });
+          xml_.element("dcc:measuringEquipmentQuantities", [&] { equipment_uncertainty(one); });
       });
   }
 
-  static std::string type_of_equipment(const Equipment& one) {
+  static std::string equipment_type(const Equipment& one) {
     const bool is_standard = one.role == "thermometer" || one.role == "reference";
-    return (is_standard ? "basic_measurementStandard " : "") + own_type(one.role);
+    return (is_standard ? "basic_measurementStandard " : "") + gyrotherm_type(one.role);
   }
 
-  static Texts standing_of(const Equipment& one) {
-    Texts text = words_if_any(one.role);
+  static Texts equipment_state(const Equipment& one) {
+    Texts text = texts_or_key(one.role);
     if (!one.calibrated.empty())
-      text = joined(text, "; ", joined(words("column.calibrated"), " ", in_no_language(one.calibrated)));
-    if (!one.due.empty()) text = joined(text, "; ", joined(words("column.due"), " ", in_no_language(one.due)));
-    return one.overdue ? joined(text, "; ", words("label.overdue")) : text;
+      text = joined(text, "; ", joined(texts_for("column.calibrated"), " ", same_text(one.calibrated)));
+    if (!one.due.empty()) text = joined(text, "; ", joined(texts_for("column.due"), " ", same_text(one.due)));
+    return one.overdue ? joined(text, "; ", texts_for("label.overdue")) : text;
   }
 
   /// Writes a reference to the instrument's certificate. The schema requires a hash, which a paper certificate does not
   /// have.
   void certificate(const Equipment& one) {
-    dcc_.text("dcc:referral", words("column.certificate"));
-    xml_.leaf("dcc:referralID", given(one.certificate));
+    dcc_.text("dcc:referral", texts_for("column.certificate"));
+    xml_.leaf("dcc:referralID", or_not_given(one.certificate));
     xml_.leaf("dcc:procedure", "not given");
     xml_.leaf("dcc:value", "not given");
     xml_.leaf("dcc:inValidityRange", one.overdue ? "false" : "true");
@@ -213,12 +215,12 @@ class MeasurementResults {
 
   void identifications(const Equipment& one) {
     if (!one.serial_number.empty())
-      dcc_.identification("manufacturer", one.serial_number, words("label.serial_number"),
+      dcc_.identification("manufacturer", one.serial_number, texts_for("label.serial_number"),
                           {{"refType", "basic_serialNumber"}});
-    if (!one.channel.empty()) dcc_.identification("other", one.channel, words("column.channel"));
+    if (!one.channel.empty()) dcc_.identification("other", one.channel, texts_for("column.channel"));
   }
 
-  void how_well_known(const Equipment& one) {
+  void equipment_uncertainty(const Equipment& one) {
     const auto kelvins = [&](const Texts& name, const char* ref_type, double value) {
       if (std::isfinite(value))
         dcc_.quantity(name, ref_type, "K", {{.value = value}}, "dcc:measuringEquipmentQuantity");
@@ -232,22 +234,22 @@ class MeasurementResults {
 
   void influences() {
     for (const Influence& influence : report_.influences) {
-      const std::string type = type_of_influence(influence.key);
+      const std::string type = influence_type(influence.key);
       xml_.element("dcc:influenceCondition", {{"refType", type}}, [&] {
         dcc_.text("dcc:name",
-                  influence.key.empty() && !influence.name.empty() ? influence.name : words_if_any(influence.key));
+                  influence.key.empty() && !influence.name.empty() ? influence.name : texts_or_key(influence.key));
         xml_.element("dcc:data", [&] {
-          bound(words("column.low"), type + "Min", influence.unit, influence.low);
-          bound(words("column.high"), type + "Max", influence.unit, influence.high);
+          bound(texts_for("column.low"), type + "Min", influence.unit, influence.low);
+          bound(texts_for("column.high"), type + "Max", influence.unit, influence.high);
         });
       });
     }
   }
 
-  static std::string type_of_influence(const std::string& key) {
+  static std::string influence_type(const std::string& key) {
     if (key.ends_with("_temperature")) return "basic_temperature";
     if (key == "relative_humidity") return "basic_humidityRelative";
-    return key.empty() ? "gyrotherm_influence" : own_type(key);
+    return key.empty() ? "gyrotherm_influence" : gyrotherm_type(key);
   }
 
   void bound(const Texts& name, const std::string& ref_type, const std::string& unit, double value) {
@@ -257,13 +259,13 @@ class MeasurementResults {
 
   void files() {
     for (const UsedFile& file : report_.files)
-      xml_.element("dcc:metaData", {{"refType", "gyrotherm_file " + own_type(file.role)}}, [&] {
-        dcc_.text("dcc:name", words_if_any(file.role));
-        std::vector<std::string> parts{given(file.name), run_of(file.id), file.started_utc};
+      xml_.element("dcc:metaData", {{"refType", "gyrotherm_file " + gyrotherm_type(file.role)}}, [&] {
+        dcc_.text("dcc:name", texts_or_key(file.role));
+        std::vector<std::string> parts{or_not_given(file.name), record_text(file.id), file.started_utc};
         if (!file.program_version.empty()) parts.push_back("gyrotherm " + file.program_version);
         if (file.role == "record") parts.emplace_back(file.chain_verified ? "chain verified" : "chain not verified");
         std::erase(parts, "");
-        dcc_.text("dcc:description", in_no_language(fmt::format("{}", fmt::join(parts, "; "))));
+        dcc_.text("dcc:description", same_text(fmt::format("{}", fmt::join(parts, "; "))));
         if (!file.sha256.empty()) xml_.leaf("dcc:reference", "SHA-256 " + file.sha256);
       });
   }
@@ -284,21 +286,22 @@ class MeasurementResults {
     return all;
   }
 
-  void result_of_axis(const std::string& axis) {
+  void axis_result(const std::string& axis) {
     const auto place = std::ranges::find(report_.item.axes, axis) - report_.item.axes.begin();
     const bool is_item = place < std::ssize(report_.item.axes) && !axis.empty();
     xml_.element("dcc:measurementResult", {{"refId", is_item ? fmt::format("axis-{}", place + 1) : "item"}}, [&] {
-      dcc_.text("dcc:name", axis.empty() ? words("heading.results_of") : words("heading.axis", given(axis)));
-      xml_.element("dcc:results", [&] { results_of_axis(axis); });
+      dcc_.text("dcc:name",
+                axis.empty() ? texts_for("heading.results_of") : texts_for("heading.axis", or_not_given(axis)));
+      xml_.element("dcc:results", [&] { axis_results(axis); });
       if (std::ranges::find(report_.conformity, axis, &Conformity::axis) != report_.conformity.end())
         xml_.element("dcc:measurementMetaData", [&] {
           for (const Conformity& one : report_.conformity)
-            if (one.axis == axis) write_conformity(dcc_, one, id_of_result(one));
+            if (one.axis == axis) write_conformity(dcc_, one, find_result_id(one));
         });
     });
   }
 
-  void results_of_axis(const std::string& axis) {
+  void axis_results(const std::string& axis) {
     bool any = false;
     const auto result = [&](const std::string& id, const std::string& ref_type, const Texts& name,
                             const Texts& description, const DccTable& content) {
@@ -311,63 +314,62 @@ class MeasurementResults {
     };
     for (std::size_t i = 0; i < report_.results.size(); ++i)
       if (const ResultTable& one = report_.results[i]; one.axis == axis)
-        result(fmt::format("result-{}", i + 1), own_type(one.key) + " " + type_of_stage(one.stage), name_of(one),
-               description_of(one), table_of(one));
+        result(fmt::format("result-{}", i + 1), gyrotherm_type(one.key) + " " + stage_type(one.stage), result_name(one),
+               describe_result(one), make_table(one));
     for (const ReportedBudget& budget : report_.budgets)
       if (budget.axis == axis)
-        result("", "gyrotherm_uncertaintyBudget " + type_of_stage(budget.stage),
-               joined({"Uncertainty budget", "Unsicherheitsbudget"}, ", ", words(name(budget.stage))),
-               description_of(budget), table_of(budget));
-    if (const DccTable models = compared_on(axis); models.rows() > 0)
+        result("", "gyrotherm_uncertaintyBudget " + stage_type(budget.stage),
+               joined({"Uncertainty budget", "Unsicherheitsbudget"}, ", ", texts_for(name(budget.stage))),
+               describe_result(budget), make_table(budget));
+    if (const DccTable models = compared_models(axis); models.rows() > 0)
       result("", "gyrotherm_comparedModels", Texts{"Models on the same record", "Modelle auf derselben Aufzeichnung"},
-             words(say_of_models(report_.compared)), models);
+             texts_for(models_text_key(report_.compared)), models);
     if (!any) no_results();
   }
 
   void no_results() {
     xml_.element("dcc:result", [&] {
-      dcc_.text("dcc:name", words("heading.results"));
-      xml_.element("dcc:data", [&] { dcc_.text("dcc:text", words("say.no_results")); });
+      dcc_.text("dcc:name", texts_for("heading.results"));
+      xml_.element("dcc:data", [&] { dcc_.text("dcc:text", texts_for("say.no_results")); });
     });
   }
 
-  static Texts name_of(const ResultTable& one) {
-    const Texts key = words_if_any(one.key);
-    return joined(one.detail.empty() ? key : joined(key, " ", in_no_language(one.detail)), ", ",
-                  words(name(one.stage)));
+  static Texts result_name(const ResultTable& one) {
+    const Texts key = texts_or_key(one.key);
+    return joined(one.detail.empty() ? key : joined(key, " ", same_text(one.detail)), ", ", texts_for(name(one.stage)));
   }
 
-  static Texts description_of(const ResultTable& one) {
-    const Texts run = in_no_language(run_of(one.run));
+  static Texts describe_result(const ResultTable& one) {
+    const Texts run = same_text(record_text(one.run));
     if (!one.in_sample) return run;
     return joined(run, run.empty() ? "" : "; ",
                   {"the model was fitted to this record: it is no verification",
                    "das Modell wurde an diese Aufzeichnung angepasst: kein Nachweis seiner Güte"});
   }
 
-  static Texts description_of(const ReportedBudget& budget) {
-    const Texts run = in_no_language(run_of(budget.run));
-    return joined(run, run.empty() ? "" : "; ", words("say.budget"));
+  static Texts describe_result(const ReportedBudget& budget) {
+    const Texts run = same_text(record_text(budget.run));
+    return joined(run, run.empty() ? "" : "; ", texts_for("say.budget"));
   }
 
-  static DccTable table_of(const ResultTable& one) {
+  static DccTable make_table(const ResultTable& one) {
     DccTable table;
     for (const Column& column : one.columns)
       table.columns.push_back(
-          {words_if_any(column.quantity), type_of_quantity(column.quantity), column.unit, column.values});
+          {texts_or_key(column.quantity), quantity_type(column.quantity), column.unit, column.values});
     return table;
   }
 
-  static DccTable table_of(const ReportedBudget& budget) {
+  static DccTable make_table(const ReportedBudget& budget) {
     const auto whole = model::combined(budget.budget.rows);
-    DccWords source{words("column.source"), "gyrotherm_source", {}}, of{words("column.channel"), "gyrotherm_of", {}},
-        type{words("column.type"), "gyrotherm_evaluation", {}},
-        distribution{words("column.distribution"), "gyrotherm_distribution", {}},
-        basis{words("label.assumed"), "gyrotherm_assumed", {}},
-        freedom{words("column.nu_i"), "gyrotherm_degreesOfFreedom", {}};
-    DccColumn uncertainty{words("column.u_i"), "gyrotherm_standardUncertainty", "1", {}},
-        sensitivity{words("column.c_i"), "gyrotherm_sensitivity", "1", {}},
-        contribution{words("column.u_i_y"), "gyrotherm_contribution", "°/h", {}};
+    DccTexts source{texts_for("column.source"), "gyrotherm_source", {}},
+        of{texts_for("column.channel"), "gyrotherm_of", {}}, type{texts_for("column.type"), "gyrotherm_evaluation", {}},
+        distribution{texts_for("column.distribution"), "gyrotherm_distribution", {}},
+        basis{texts_for("label.assumed"), "gyrotherm_assumed", {}},
+        freedom{texts_for("column.nu_i"), "gyrotherm_degreesOfFreedom", {}};
+    DccColumn uncertainty{texts_for("column.u_i"), "gyrotherm_standardUncertainty", "1", {}},
+        sensitivity{texts_for("column.c_i"), "gyrotherm_sensitivity", "1", {}},
+        contribution{texts_for("column.u_i_y"), "gyrotherm_contribution", "°/h", {}};
     for (const model::BudgetRow& row : budget.budget.rows) {
       source.values.emplace_back(name(row.source));
       of.values.push_back(row.of.empty() ? "-" : row.of);
@@ -389,7 +391,7 @@ class MeasurementResults {
               "gyrotherm_averagingTime",
               "s",
               {{.value = budget.budget.averaging_s}}},
-             {words("budget.combined"),
+             {texts_for("budget.combined"),
               "gyrotherm_combinedStandardUncertainty",
               "°/h",
               {{.value = whole.standard_deg_per_h}}},
@@ -403,12 +405,12 @@ class MeasurementResults {
               {{.value = whole.coverage_factor}}}}};
   }
 
-  DccTable compared_on(const std::string& axis) const {
-    DccWords inputs{words("column.inputs"), "gyrotherm_inputs", {}},
-        method{words("column.method"), "gyrotherm_modelMethod", {}},
-        standing{words("column.model_role"), "gyrotherm_standing", {}};
-    DccColumn rmse{words("rmse"), "gyrotherm_rmse", "°/h", {}}, std{words("std"), "gyrotherm_std", "°/h", {}},
-        expanded{in_no_language("U"), "gyrotherm_expandedUncertainty", "°/h", {}};
+  DccTable compared_models(const std::string& axis) const {
+    DccTexts inputs{texts_for("column.inputs"), "gyrotherm_inputs", {}},
+        method{texts_for("column.method"), "gyrotherm_modelMethod", {}},
+        roles_text{texts_for("column.model_role"), "gyrotherm_standing", {}};
+    DccColumn rmse{texts_for("rmse"), "gyrotherm_rmse", "°/h", {}}, std{texts_for("std"), "gyrotherm_std", "°/h", {}},
+        expanded{same_text("U"), "gyrotherm_expandedUncertainty", "°/h", {}};
     for (const ComparedModel& model : report_.compared) {
       if (model.axis != axis) continue;
       std::vector<const char*> roles;
@@ -417,38 +419,38 @@ class MeasurementResults {
       if (model.simple) roles.push_back("simple");
       inputs.values.push_back(model.inputs);
       method.values.push_back(model.method);
-      standing.values.push_back(roles.empty() ? "-" : fmt::format("{}", fmt::join(roles, ",")));
+      roles_text.values.push_back(roles.empty() ? "-" : fmt::format("{}", fmt::join(roles, ",")));
       rmse.values.push_back({.value = model.rmse_deg_per_h});
       std.values.push_back({.value = model.std_deg_per_h});
       expanded.values.push_back({.value = model.expanded_deg_per_h});
     }
-    return {.words = {inputs, method, standing}, .columns = {rmse, std, expanded}};
+    return {.words = {inputs, method, roles_text}, .columns = {rmse, std, expanded}};
   }
 
   // Tables
 
   void table(const DccTable& table) {
     bool any = false;
-    for (const RowsAlike& group : rows_alike(table)) {
+    for (const EqualRows& group : group_rows(table)) {
       const bool known = !std::ranges::all_of(group.pattern, [](Certainty one) { return one == Certainty::nothing; });
       if (!known && table.words.empty()) continue;
       any = true;
       xml_.element("dcc:list", {{"refType", "basic_measurementTable"}}, [&] { list(table, group); });
     }
     for (const DccColumn& one : table.singles)
-      if (certainty_of(one.values.front()) != Certainty::nothing)
+      if (classify_certainty(one.values.front()) != Certainty::nothing)
         dcc_.quantity(one.name, one.ref_type, one.unit, one.values);
-    if (!any) dcc_.text("dcc:text", words("label.not_known"));
+    if (!any) dcc_.text("dcc:text", texts_for("label.not_known"));
   }
 
-  void list(const DccTable& table, const RowsAlike& group) {
+  void list(const DccTable& table, const EqualRows& group) {
     Texts unknown;
     for (std::size_t i = 0; i < table.columns.size(); ++i)
       if (group.pattern[i] == Certainty::nothing)
         unknown = unknown.empty() ? table.columns[i].name : joined(unknown, ", ", table.columns[i].name);
-    if (!unknown.empty()) dcc_.text("dcc:description", joined(words("label.not_known"), ": ", unknown));
-    for (const DccWords& column : table.words)
-      dcc_.quantity_of_words(column.name, column.ref_type, at(column.values, group.rows));
+    if (!unknown.empty()) dcc_.text("dcc:description", joined(texts_for("label.not_known"), ": ", unknown));
+    for (const DccTexts& column : table.words)
+      dcc_.quantity_of_texts(column.name, column.ref_type, at(column.values, group.rows));
     for (std::size_t i = 0; i < table.columns.size(); ++i)
       if (const DccColumn& column = table.columns[i]; group.pattern[i] != Certainty::nothing)
         column.units.empty()
@@ -456,7 +458,7 @@ class MeasurementResults {
             : dcc_.quantity(column.name, column.ref_type, at(column.units, group.rows), at(column.values, group.rows));
   }
 
-  std::string id_of_result(const Conformity& one) const {
+  std::string find_result_id(const Conformity& one) const {
     for (std::size_t i = 0; i < report_.results.size(); ++i) {
       const ResultTable& table = report_.results[i];
       const std::string_view quantity = one.quantity;
@@ -474,13 +476,13 @@ class MeasurementResults {
 };
 
 /// Returns the name of a limit: "compensated_mean.compensated_bias" becomes "Mean compensated bias, …".
-Texts name_of_limit(const Conformity& one) {
+Texts limit_name(const Conformity& one) {
   const auto dot = one.quantity.find('.');
   const std::string key = one.quantity.substr(0, dot);
   const std::string quantity = dot == std::string::npos ? "" : one.quantity.substr(dot + 1);
-  const Texts name_of_key = words_if_any(key);
-  return joined(quantity.empty() ? name_of_key : joined(name_of_key, ": ", words_if_any(quantity)), ", ",
-                words(name(one.stage)));
+  const Texts name_of_key = texts_or_key(key);
+  return joined(quantity.empty() ? name_of_key : joined(name_of_key, ": ", texts_or_key(quantity)), ", ",
+                texts_for(name(one.stage)));
 }
 
 }  // namespace
@@ -499,19 +501,19 @@ const char* dcc_verdict(Verdict verdict) {
 void write_conformity(DccText& dcc, const Conformity& conformity, const std::string& result_id) {
   XmlText& xml = dcc.xml();
   xml.element("dcc:metaData", {{"refId", result_id}, {"refType", "basic_conformity"}}, [&] {
-    dcc.text("dcc:name", name_of_limit(conformity));
+    dcc.text("dcc:name", limit_name(conformity));
     dcc.text("dcc:declaration",
-             joined(words(name(conformity.verdict)), ". ",
-                    words(conformity.rule == DecisionRule::simple ? "say.rule_simple" : "say.rule_guard_band")));
+             joined(texts_for(name(conformity.verdict)), ". ",
+                    texts_for(conformity.rule == DecisionRule::simple ? "say.rule_simple" : "say.rule_guard_band")));
     if (*dcc_verdict(conformity.verdict) != '\0') xml.leaf("dcc:conformity", dcc_verdict(conformity.verdict));
     xml.element("dcc:data", [&] {
-      if (certainty_of(conformity.value) != Certainty::nothing)
-        dcc.quantity(words("column.value"), "basic_measuredValue", conformity.unit, {conformity.value});
-      const Texts limit = words("column.limit");
+      if (classify_certainty(conformity.value) != Certainty::nothing)
+        dcc.quantity(texts_for("column.value"), "basic_measuredValue", conformity.unit, {conformity.value});
+      const Texts limit = texts_for("column.limit");
       dcc.quantity(limit, "basic_acceptanceLimitUpper", conformity.unit, {{.value = conformity.limit}});
       dcc.quantity(limit, "basic_acceptanceLimitLower", conformity.unit, {{.value = -conformity.limit}});
       if (std::isfinite(conformity.probability))
-        dcc.quantity(words("column.probability"), "gyrotherm_probabilityWithin", "1",
+        dcc.quantity(texts_for("column.probability"), "gyrotherm_probabilityWithin", "1",
                      {{.value = conformity.probability}});
     });
   });

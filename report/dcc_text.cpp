@@ -14,14 +14,14 @@
 namespace gyrotherm::report {
 namespace {
 
-std::string with(std::string_view text, std::string_view of) {
+std::string with_value(std::string_view text, std::string_view of) {
   std::string result(text);
   if (const auto at = result.find("{}"); at != std::string::npos) result.replace(at, 2, of);
   return result;
 }
 
 /// Returns the texts of people in this report, without empty ones.
-std::vector<const Texts*> texts_of(const CalibrationReport& report) {
+std::vector<const Texts*> collect_texts(const CalibrationReport& report) {
   std::vector<const Texts*> all{&report.title,  &report.item.description, &report.item.condition, &report.place,
                                 &report.method, &report.traceability,     &report.remarks};
   for (const Texts& statement : report.statements) all.push_back(&statement);
@@ -32,48 +32,48 @@ std::vector<const Texts*> texts_of(const CalibrationReport& report) {
   return all;
 }
 
-std::string list_of(const std::vector<ReportedValue>& values, std::string (*text)(const ReportedValue&)) {
+std::string join_values(const std::vector<ReportedValue>& values, std::string (*text)(const ReportedValue&)) {
   std::string list;
   for (const ReportedValue& value : values) list += (list.empty() ? "" : " ") + text(value);
   return list;
 }
 
-std::string list_of_same(std::string_view word, std::size_t count) {
+std::string repeat_item(std::string_view word, std::size_t count) {
   std::string list(word);
   for (std::size_t i = 1; i < count; ++i) list.append(" ").append(word);
   return list;
 }
 
-const char* distribution_of(Certainty certainty) { return certainty == Certainty::with_normal_u ? "normal" : "t"; }
+const char* distribution_name(Certainty certainty) { return certainty == Certainty::with_normal_u ? "normal" : "t"; }
 
 }  // namespace
 
-Texts words(std::string_view key) {
-  return {std::string(word(Language::english, key)), std::string(word(Language::german, key))};
+Texts texts_for(std::string_view key) {
+  return {std::string(translate(Language::english, key)), std::string(translate(Language::german, key))};
 }
 
-Texts words(std::string_view key, std::string_view of) {
-  return {with(word(Language::english, key), of), with(word(Language::german, key), of)};
+Texts texts_for(std::string_view key, std::string_view of) {
+  return {with_value(translate(Language::english, key), of), with_value(translate(Language::german, key), of)};
 }
 
-Texts words_if_any(std::string_view key) {
-  return has_word(key) ? words(key) : Texts{std::string(key), std::string(key)};
+Texts texts_or_key(std::string_view key) {
+  return has_text(key) ? texts_for(key) : Texts{std::string(key), std::string(key)};
 }
 
-Texts in_no_language(std::string_view text) { return {std::string(text), std::string(text)}; }
+Texts same_text(std::string_view text) { return {std::string(text), std::string(text)}; }
 
 Texts joined(const Texts& first, std::string_view between, const Texts& second) {
   return {fmt::format("{}{}{}", first.en, between, second.en), fmt::format("{}{}{}", first.de, between, second.de)};
 }
 
 Language mandatory_language(const CalibrationReport& report) {
-  const auto all = texts_of(report);
+  const auto all = collect_texts(report);
   const bool english = std::ranges::none_of(all, [](const Texts* texts) { return texts->en.empty(); });
   const bool german = std::ranges::none_of(all, [](const Texts* texts) { return texts->de.empty(); });
   return german && !english ? Language::german : Language::english;
 }
 
-std::string given(std::string_view text) {
+std::string or_not_given(std::string_view text) {
   const std::string safe = xml_characters(text);
   return safe.empty() ? "not given" : safe;
 }
@@ -95,24 +95,26 @@ std::optional<std::string> calendar_day(std::string_view text) {
 void DccText::text(const char* name, const Texts& texts, const XmlText::Attributes& attributes) {
   const std::string english = xml_characters(texts.en), german = xml_characters(texts.de);
   xml_.element(name, attributes, [&] {
-    const bool stands_for_english = english.empty() && mandatory_ == Language::english;
-    const bool stands_for_german = german.empty() && mandatory_ == Language::german;
-    if (!english.empty() || stands_for_english)
-      xml_.leaf("dcc:content", stands_for_english ? "(in German only) " + given(german) : english, {{"lang", "en"}});
-    if (!german.empty() || stands_for_german)
-      xml_.leaf("dcc:content", stands_for_german ? "(nur auf Englisch) " + given(english) : german, {{"lang", "de"}});
+    const bool replaces_english = english.empty() && mandatory_ == Language::english;
+    const bool replaces_german = german.empty() && mandatory_ == Language::german;
+    if (!english.empty() || replaces_english)
+      xml_.leaf("dcc:content", replaces_english ? "(in German only) " + or_not_given(german) : english,
+                {{"lang", "en"}});
+    if (!german.empty() || replaces_german)
+      xml_.leaf("dcc:content", replaces_german ? "(nur auf Englisch) " + or_not_given(english) : german,
+                {{"lang", "de"}});
   });
 }
 
 void DccText::proper_name(const char* name, std::string_view proper) {
-  xml_.element(name, [&] { xml_.leaf("dcc:content", given(proper)); });
+  xml_.element(name, [&] { xml_.leaf("dcc:content", or_not_given(proper)); });
 }
 
 void DccText::identification(const char* issuer, std::string_view value, const Texts& name,
                              const XmlText::Attributes& attributes) {
   xml_.element("dcc:identification", attributes, [&] {
     xml_.leaf("dcc:issuer", issuer);
-    xml_.leaf("dcc:value", given(value));
+    xml_.leaf("dcc:value", or_not_given(value));
     if (!name.empty()) text("dcc:name", name);
   });
 }
@@ -121,14 +123,14 @@ void DccText::single(const std::string& unit, const ReportedValue& value) {
   xml_.element("si:real", [&] {
     xml_.leaf("si:value", dsi_value(value));
     xml_.leaf("si:unit", unit);
-    const Certainty certainty = certainty_of(value);
+    const Certainty certainty = classify_certainty(value);
     if (certainty <= Certainty::value) return;
     xml_.element("si:measurementUncertaintyUnivariate", [&] {
       xml_.element("si:expandedMU", [&] {
         xml_.leaf("si:valueExpandedMU", dsi_expanded(value));
         xml_.leaf("si:coverageFactor", dsi_coverage_factor(value));
         xml_.leaf("si:coverageProbability", dsi_number(model::kCoverage));
-        xml_.leaf("si:distribution", distribution_of(certainty));
+        xml_.leaf("si:distribution", distribution_name(certainty));
       });
     });
   });
@@ -136,17 +138,17 @@ void DccText::single(const std::string& unit, const ReportedValue& value) {
 
 void DccText::list(const std::string& unit, const std::vector<ReportedValue>& values) {
   xml_.element("si:realListXMLList", [&] {
-    xml_.leaf("si:valueXMLList", list_of(values, dsi_value));
+    xml_.leaf("si:valueXMLList", join_values(values, dsi_value));
     xml_.leaf("si:unitXMLList", unit);
-    const Certainty certainty = certainty_of(values.front());
+    const Certainty certainty = classify_certainty(values.front());
     if (certainty <= Certainty::value) return;
     const std::size_t count = values.size();
     xml_.element("si:measurementUncertaintyUnivariateXMLList", [&] {
       xml_.element("si:expandedMUXMLList", [&] {
-        xml_.leaf("si:valueExpandedMUXMLList", list_of(values, dsi_expanded));
-        xml_.leaf("si:coverageFactorXMLList", list_of(values, dsi_coverage_factor));
-        xml_.leaf("si:coverageProbabilityXMLList", list_of_same(dsi_number(model::kCoverage), count));
-        xml_.leaf("si:distributionXMLList", list_of_same(distribution_of(certainty), count));
+        xml_.leaf("si:valueExpandedMUXMLList", join_values(values, dsi_expanded));
+        xml_.leaf("si:coverageFactorXMLList", join_values(values, dsi_coverage_factor));
+        xml_.leaf("si:coverageProbabilityXMLList", repeat_item(dsi_number(model::kCoverage), count));
+        xml_.leaf("si:distributionXMLList", repeat_item(distribution_name(certainty), count));
       });
     });
   });
@@ -170,7 +172,7 @@ void DccText::quantity(const Texts& name, const std::string& ref_type, std::stri
     text("dcc:name", name);
     values.size() == 1 ? single(*dsi, values.front()) : list(*dsi, values);
   });
-  if (certainty_of(values.front()) == Certainty::with_students_u) degrees_of_freedom(values, element);
+  if (classify_certainty(values.front()) == Certainty::with_students_u) degrees_of_freedom(values, element);
 }
 
 void DccText::quantity(const Texts& name, const std::string& ref_type, const std::vector<std::string>& units,
@@ -183,11 +185,11 @@ void DccText::quantity(const Texts& name, const std::string& ref_type, const std
   });
 }
 
-void DccText::quantity_of_words(const Texts& name, const std::string& ref_type,
+void DccText::quantity_of_texts(const Texts& name, const std::string& ref_type,
                                 const std::vector<std::string>& values) {
   std::string list;
   for (const std::string& value : values) {
-    std::string item = given(value);
+    std::string item = or_not_given(value);
     const auto is_blank = [](char c) { return c == ' ' || c == '\n' || c == '\t'; };
     std::ranges::replace_if(item, is_blank, '_');
     list += (list.empty() ? "" : " ") + item;
@@ -200,7 +202,7 @@ void DccText::quantity_of_words(const Texts& name, const std::string& ref_type,
 
 void DccText::quantity_as_text(const Texts& name, const std::string& ref_type, std::string_view unit, double value,
                                const char* element) {
-  const Texts not_known = words("label.not_known");
+  const Texts not_known = texts_for("label.not_known");
   xml_.element(element, {{"refType", ref_type}}, [&] {
     text("dcc:name", name);
     const std::string number = fmt::format("{} {}", dsi_number(value), unit);

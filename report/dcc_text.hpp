@@ -15,13 +15,13 @@
 namespace gyrotherm::report {
 
 /// Returns the text of a key in both languages; `of` replaces {}.
-[[nodiscard]] Texts words(std::string_view key);
-[[nodiscard]] Texts words(std::string_view key, std::string_view of);
+[[nodiscard]] Texts texts_for(std::string_view key);
+[[nodiscard]] Texts texts_for(std::string_view key, std::string_view of);
 /// Returns the text of a key from a report, or the key itself if the table does not have it. A report of a newer
 /// version may have unknown keys.
-[[nodiscard]] Texts words_if_any(std::string_view key);
+[[nodiscard]] Texts texts_or_key(std::string_view key);
 /// Returns a text that is the same in both languages.
-[[nodiscard]] Texts in_no_language(std::string_view text);
+[[nodiscard]] Texts same_text(std::string_view text);
 /// Joins two texts in each language.
 [[nodiscard]] Texts joined(const Texts& first, std::string_view between, const Texts& second);
 
@@ -29,7 +29,7 @@ namespace gyrotherm::report {
 [[nodiscard]] Language mandatory_language(const CalibrationReport& report);
 
 /// Returns the text, or "not given" if it is empty.
-[[nodiscard]] std::string given(std::string_view text);
+[[nodiscard]] std::string or_not_given(std::string_view text);
 
 /// Returns "2026-11-25" unchanged if it is a day, otherwise nothing.
 [[nodiscard]] std::optional<std::string> calendar_day(std::string_view text);
@@ -57,7 +57,7 @@ class DccText {
   void quantity(const Texts& name, const std::string& ref_type, const std::vector<std::string>& units,
                 const std::vector<ReportedValue>& values);
   /// Writes a list of texts. Blanks become underscores, because blanks separate the items of an XML list.
-  void quantity_of_words(const Texts& name, const std::string& ref_type, const std::vector<std::string>& values);
+  void quantity_of_texts(const Texts& name, const std::string& ref_type, const std::vector<std::string>& values);
   /// Writes a value as text: one with a unit unknown to D-SI, or an unknown value.
   void quantity_as_text(const Texts& name, const std::string& ref_type, std::string_view unit, double value,
                         const char* element = "dcc:quantity");

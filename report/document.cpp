@@ -14,7 +14,7 @@
 namespace gyrotherm::report {
 
 void BlockWriter::heading(std::string_view key) {
-  add(Heading{.text = word_of(key), .id = std::string(key.substr(key.find('.') + 1))});
+  add(Heading{.text = translated(key), .id = std::string(key.substr(key.find('.') + 1))});
 }
 
 void BlockWriter::subheading(std::string text, std::string id) {
@@ -35,18 +35,18 @@ void BlockWriter::number_captions() {
   int tables = 0, figures = 0;
   for (Block& block : blocks) {
     if (auto* table = std::get_if<DocumentTable>(&block))
-      table->caption = fmt::format("{} {}: {}", word_of("title.table"), ++tables, table->caption);
+      table->caption = fmt::format("{} {}: {}", translated("title.table"), ++tables, table->caption);
     if (auto* figure = std::get_if<DocumentFigure>(&block))
-      figure->caption = fmt::format("{} {}: {}", word_of("title.figure"), ++figures, figure->caption);
+      figure->caption = fmt::format("{} {}: {}", translated("title.figure"), ++figures, figure->caption);
   }
 }
 
 void DefinitionsWriter::line(std::string_view label_key, std::string value) {
-  if (!value.empty()) made_.lines.emplace_back(writer_.word_of(label_key), std::move(value));
+  if (!value.empty()) made_.lines.emplace_back(writer_.translated(label_key), std::move(value));
 }
 
-void DefinitionsWriter::line_of_duty(std::string_view label_key, std::string value) {
-  line(label_key, value.empty() ? writer_.word_of("label.not_given") : std::move(value));
+void DefinitionsWriter::required_line(std::string_view label_key, std::string value) {
+  line(label_key, value.empty() ? writer_.translated("label.not_given") : std::move(value));
 }
 
 std::string coverage_note(Language language, const ReportedValue& value) {
@@ -59,7 +59,7 @@ std::string coverage_note(Language language, const ReportedValue& value) {
   return note;
 }
 
-std::string quantity_in_a_sentence(Language language, const ReportedValue& value, std::string_view unit) {
+std::string quantity_text(Language language, const ReportedValue& value, std::string_view unit) {
   std::string text = format(language, value);
   const bool has_u = std::isfinite(value.expanded()) && value.expanded() > 0;
   if (has_u && !text.starts_with('(')) text = "(" + text + ")";
@@ -79,7 +79,7 @@ std::string record_label(const CalibrationReport& report, const std::string& run
   return found > 0 ? fmt::format("R{}", found) : run.substr(0, 8);
 }
 
-std::vector<std::string> axes_of(const CalibrationReport& report) {
+std::vector<std::string> all_axes(const CalibrationReport& report) {
   std::vector<std::string> axes = report.item.axes;
   const auto take = [&](const std::string& axis) {
     if (std::ranges::find(axes, axis) == axes.end()) axes.push_back(axis);
@@ -90,11 +90,11 @@ std::vector<std::string> axes_of(const CalibrationReport& report) {
 }
 
 std::string axis_heading(const DocumentWriter& writer, const std::string& axis) {
-  return axis.empty() ? writer.word_of("heading.results_of") : writer.say("heading.axis", axis);
+  return axis.empty() ? writer.translated("heading.results_of") : writer.sentence("heading.axis", axis);
 }
 
-const ResultTable* result_of(const CalibrationReport& report, std::string_view key, std::string_view axis,
-                             Stage stage) {
+const ResultTable* find_representative_result(const CalibrationReport& report, std::string_view key,
+                                              std::string_view axis, Stage stage) {
   const ResultTable* best = nullptr;
   const auto rank = [](const ResultTable& table) { return (table.in_sample ? 0 : 2) + (table.run.empty() ? 1 : 0); };
   for (const ResultTable& table : report.results) {
@@ -106,15 +106,15 @@ const ResultTable* result_of(const CalibrationReport& report, std::string_view k
 
 namespace {
 
-std::string title_of(const DocumentWriter& writer) {
+std::string document_title(const DocumentWriter& writer) {
   const std::string own = in(writer.language, writer.report.title);
-  const std::string title = own.empty() ? writer.word_of("title.report") : own;
-  return writer.report.state == ReportState::draft ? writer.say("title.draft", title) : title;
+  const std::string title = own.empty() ? writer.translated("title.report") : own;
+  return writer.report.state == ReportState::draft ? writer.sentence("title.draft", title) : title;
 }
 
-std::string mark_of(const DocumentWriter& writer) {
+std::string document_mark(const DocumentWriter& writer) {
   std::string mark;
-  const auto join = [&](std::string_view key) { mark += (mark.empty() ? "" : " · ") + writer.word_of(key); };
+  const auto join = [&](std::string_view key) { mark += (mark.empty() ? "" : " · ") + writer.translated(key); };
   if (writer.report.state == ReportState::draft) join("mark.draft");
   if (writer.report.simulated) join("mark.simulated");
   if (writer.report.state == ReportState::superseded) join("mark.superseded");
@@ -136,15 +136,16 @@ Document document_of(const CalibrationReport& report, Language language) {
   add_files(writer);
   add_statements(writer);
   writer.number_captions();
-  return {.language = language,
-          .title = title_of(writer),
-          .number = report.number.empty() ? "–" : report.number,
-          .laboratory = report.laboratory.name,
-          .logo = report.logo,
-          .mark = mark_of(writer),
-          .end = report.number.empty() ? writer.word_of("title.end") : writer.say("title.end_of", report.number),
-          .page_of = writer.word_of("title.page_of"),
-          .blocks = std::move(writer.blocks)};
+  return {
+      .language = language,
+      .title = document_title(writer),
+      .number = report.number.empty() ? "–" : report.number,
+      .laboratory = report.laboratory.name,
+      .logo = report.logo,
+      .mark = document_mark(writer),
+      .end = report.number.empty() ? writer.translated("title.end") : writer.sentence("title.end_of", report.number),
+      .page_of = writer.translated("title.page_of"),
+      .blocks = std::move(writer.blocks)};
 }
 
 }  // namespace gyrotherm::report

@@ -17,7 +17,7 @@ constexpr std::size_t kLongestName = 28;
 /// Maximum number of points of a line that reverses in x, such as the bias over temperature.
 constexpr std::size_t kMostLoopPoints = 1500;
 
-bool differ(const FigureData& figure, auto FigureLine::*member) {
+bool has_different(const FigureData& figure, auto FigureLine::*member) {
   return std::ranges::any_of(figure.lines,
                              [&](const FigureLine& line) { return line.*member != figure.lines.front().*member; });
 }
@@ -42,13 +42,13 @@ plot::Points thinned_loop(const std::vector<double>& x, const std::vector<double
 }
 
 /// Returns the number of temperature lines before this one.
-std::size_t number_of_temperature(const FigureData& figure, std::size_t index) {
+std::size_t count_previous_temperatures(const FigureData& figure, std::size_t index) {
   const auto before = figure.lines.begin() + static_cast<std::ptrdiff_t>(index);
   return static_cast<std::size_t>(
       std::count_if(figure.lines.begin(), before, [](const FigureLine& line) { return line.key == "temperature"; }));
 }
 
-plot::Marker marker_of(const FigureLine& line) {
+plot::Marker stage_marker(const FigureLine& line) {
   switch (line.stage) {
     case Stage::uncompensated: return plot::Marker::circle;
     case Stage::as_found: return plot::Marker::square;
@@ -57,13 +57,13 @@ plot::Marker marker_of(const FigureLine& line) {
   return plot::Marker::circle;
 }
 
-plot::Curve curve_of(const FigureData& figure, std::size_t index, std::string name) {
+plot::Curve make_curve(const FigureData& figure, std::size_t index, std::string name) {
   const FigureLine& line = figure.lines[index];
   plot::Curve curve{.name = std::move(name), .colour = line_colour(figure, index), .x = line.x, .y = line.y};
   curve.width_px = line.stage == Stage::as_left ? 1.6 : 1.2;
   curve.dashed = line_is_dashed(figure, index);
   curve.error = line.error;
-  if (figure.logarithmic) curve.marker = marker_of(line);
+  if (figure.logarithmic) curve.marker = stage_marker(line);
   if (!std::ranges::is_sorted(line.x)) {
     plot::Points kept = thinned_loop(line.x, line.y);
     curve.x = std::move(kept.x);
@@ -75,15 +75,15 @@ plot::Curve curve_of(const FigureData& figure, std::size_t index, std::string na
 
 plot::AxisStyle axis_style(const DocumentWriter& writer, const std::string& key, const std::string& unit,
                            bool logarithmic) {
-  return {.title = with_unit(writer.word_of(key), unit), .logarithmic = logarithmic};
+  return {.title = with_unit(writer.translated(key), unit), .logarithmic = logarithmic};
 }
 
-std::string caption_of(const DocumentWriter& writer, const FigureData& figure) {
-  std::string caption = writer.word_of(figure.key);
+std::string figure_caption(const DocumentWriter& writer, const FigureData& figure) {
+  std::string caption = writer.translated(figure.key);
   if (!figure.axis.empty()) caption += ", " + figure.axis;
   if (const std::string record = record_label(writer.report, figure.run); !record.empty()) caption += ", " + record;
   const bool has_errors = std::ranges::any_of(figure.lines, [](const FigureLine& line) { return !line.error.empty(); });
-  return has_errors ? caption + ". " + writer.word_of("say.error_bars") : caption;
+  return has_errors ? caption + ". " + writer.translated("say.error_bars") : caption;
 }
 
 std::string svg_of(const DocumentWriter& writer, const FigureData& figure, const std::string& id,
@@ -93,11 +93,11 @@ std::string svg_of(const DocumentWriter& writer, const FigureData& figure, const
                   .x = axis_style(writer, figure.x_key, figure.x_unit, figure.logarithmic),
                   .simulated = writer.report.simulated,
                   .language = {.decimal_comma = writer.language == Language::german,
-                               .simulated = writer.word_of("mark.simulated")}};
+                               .simulated = writer.translated("mark.simulated")}};
   plot::Panel panel;
   panel.left = axis_style(writer, figure.y_key, figure.y_unit, figure.logarithmic);
   for (std::size_t k = 0; k < figure.lines.size(); ++k)
-    panel.curves.push_back(curve_of(figure, k, shortened(line_name(writer.language, figure, k))));
+    panel.curves.push_back(make_curve(figure, k, shortened(line_name(writer.language, figure, k))));
   plot.panels.push_back(std::move(panel));
   return plot::svg_of(plot);
 }
@@ -107,7 +107,7 @@ std::string svg_of(const DocumentWriter& writer, const FigureData& figure, const
 std::string line_colour(const FigureData& figure, std::size_t index) {
   const FigureLine& line = figure.lines[index];
   if (line.key == "set_point") return plot::colour::kSetPoint;
-  if (line.key == "temperature") return plot::palette(number_of_temperature(figure, index));
+  if (line.key == "temperature") return plot::palette(count_previous_temperatures(figure, index));
   switch (line.stage) {
     case Stage::uncompensated: return line.key == "fit" ? plot::colour::kInk : plot::colour::kFaintInk;
     case Stage::as_found: return plot::colour::kThreePoint;
@@ -118,7 +118,7 @@ std::string line_colour(const FigureData& figure, std::size_t index) {
 
 bool line_is_dashed(const FigureData& figure, std::size_t index) {
   const FigureLine& line = figure.lines[index];
-  if (line.key == "temperature") return number_of_temperature(figure, index) >= plot::kPaletteSize;
+  if (line.key == "temperature") return count_previous_temperatures(figure, index) >= plot::kPaletteSize;
   return line.key == "set_point" || line.key == "fit" || line.stage == Stage::as_found;
 }
 
@@ -127,12 +127,12 @@ std::string line_name(Language language, const FigureData& figure, std::size_t i
   std::string name;
   const auto join = [&](std::string_view part) { name += (name.empty() ? "" : " ") + std::string(part); };
   const bool crowded = figure.lines.size() > kFewLines && !line.detail.empty();
-  const bool has_stages = differ(figure, &FigureLine::stage);
-  const bool has_keys = differ(figure, &FigureLine::key);
-  if (!crowded && (has_keys || (!has_stages && line.detail.empty()))) join(word(language, line.key));
+  const bool has_stages = has_different(figure, &FigureLine::stage);
+  const bool has_keys = has_different(figure, &FigureLine::key);
+  if (!crowded && (has_keys || (!has_stages && line.detail.empty()))) join(translate(language, line.key));
   if (!line.detail.empty()) join(line.detail);
   if (!has_stages) return name;
-  const std::string_view stage = word(language, report::name(line.stage));
+  const std::string_view stage = translate(language, report::name(line.stage));
   if (name.empty()) return std::string(stage);
   return line.key == "set_point" || line.key == "temperature" ? name : name + ", " + std::string(stage);
 }
@@ -143,7 +143,7 @@ void add_figures(DocumentWriter& writer, const std::string& axis) {
     const FigureData& figure = all[k];
     if (figure.axis != axis || figure.lines.empty()) continue;
     const std::string id = fmt::format("figure-{}", k + 1);
-    const std::string caption = caption_of(writer, figure);
+    const std::string caption = figure_caption(writer, figure);
     writer.add(DocumentFigure{id, caption, svg_of(writer, figure, id, caption), figure});
   }
 }

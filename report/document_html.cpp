@@ -145,7 +145,7 @@ std::string sheet_style(const Document& document) {
   return style + "}\n";
 }
 
-const char* sign_of(Cell::Mark mark) {
+const char* mark_sign(Cell::Mark mark) {
   switch (mark) {
     case Cell::Mark::none: return "";
     case Cell::Mark::pass: return "✓";
@@ -155,7 +155,7 @@ const char* sign_of(Cell::Mark mark) {
   return "";
 }
 
-const char* class_of(Cell::Mark mark) {
+const char* mark_class(Cell::Mark mark) {
   switch (mark) {
     case Cell::Mark::none: return "";
     case Cell::Mark::pass: return "pass";
@@ -169,7 +169,7 @@ std::string cell_html(const Cell& cell) {
   std::string html = escaped(cell.text);
   if (cell.mark != Cell::Mark::none)
     html = fmt::format("<span class=\"{}\"><span class=\"sign\" aria-hidden=\"true\">{}</span>{}</span>",
-                       class_of(cell.mark), sign_of(cell.mark), html);
+                       mark_class(cell.mark), mark_sign(cell.mark), html);
   if (!cell.note.empty()) html += "<span class=\"cell-note\">" + escaped(cell.note) + "</span>";
   return html;
 }
@@ -296,7 +296,7 @@ class BodyWriter {
         fmt::format("<div class=\"static\" role=\"group\" tabindex=\"0\" aria-label=\"{}\">{}</div>\n<figcaption>{}",
                     escaped(figure.caption), figure.svg, caption_html(figure.caption));
     if (enlargeable)
-      html_ += " <span class=\"zoom-note\">" + escaped(word(document_.language, "page.zoom")) + "</span>";
+      html_ += " <span class=\"zoom-note\">" + escaped(translate(document_.language, "page.zoom")) + "</span>";
     html_ += "</figcaption>\n</figure>\n";
   }
 
@@ -308,7 +308,7 @@ class BodyWriter {
     if (first_end_ == 0) first_end_ = html_.size();
   }
   [[nodiscard]] std::string contents_html() const {
-    const std::string title = escaped(word(document_.language, "title.contents"));
+    const std::string title = escaped(translate(document_.language, "title.contents"));
     return fmt::format(
         "<nav class=\"contents\" aria-label=\"{0}\">\n<p class=\"contents-title\">{0}</p>\n<ol>\n{1}</ol>\n</nav>\n",
         title, contents_);
@@ -356,7 +356,7 @@ std::string html_of(const Document& document) {
   html += sheet_style(document);
   if (body.has_charts()) html += dygraphs_style();
   html += "</style>\n</head>\n<body>\n<a class=\"skip\" href=\"#report-body\">" +
-          escaped(word(document.language, "page.skip")) + "</a>\n" + marks_html(document) +
+          escaped(translate(document.language, "page.skip")) + "</a>\n" + marks_html(document) +
           "<main id=\"report-body\" class=\"sheet\">\n" + letterhead_html(document) + body.html() +
           "<p class=\"end\">" + escaped(document.end) + "</p>\n</main>\n";
   if (body.has_charts()) html += "<script>" + chart_script() + "</script>\n";

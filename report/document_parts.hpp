@@ -28,10 +28,10 @@ class BlockWriter {
     blocks.emplace_back(std::in_place_type<Part>, std::move(part));
   }
 
-  [[nodiscard]] std::string word_of(std::string_view key) const { return std::string(word(language, key)); }
+  [[nodiscard]] std::string translated(std::string_view key) const { return std::string(translate(language, key)); }
   template <class... Values>
-  [[nodiscard]] std::string say(std::string_view key, const Values&... values) const {
-    return sentence(language, key, values...);
+  [[nodiscard]] std::string sentence(std::string_view key, const Values&... values) const {
+    return report::sentence(language, key, values...);
   }
 
   /// Numbers all captions from 1: "Table 3: …" and "Figure 2: …". Call it after the last block.
@@ -54,7 +54,7 @@ class DefinitionsWriter {
  public:
   explicit DefinitionsWriter(const DocumentWriter& writer) : writer_(writer) {}
   void line(std::string_view label_key, std::string value);
-  void line_of_duty(std::string_view label_key, std::string value);
+  void required_line(std::string_view label_key, std::string value);
   [[nodiscard]] Definitions finish() && { return std::move(made_); }
 
  private:
@@ -65,17 +65,17 @@ class DefinitionsWriter {
 /// Returns "k = 2.03, ν = 35"; empty without U.
 [[nodiscard]] std::string coverage_note(Language language, const ReportedValue& value);
 /// Returns "(0.002 000 ± 0.000 061) °/h (k = 2.02)".
-[[nodiscard]] std::string quantity_in_a_sentence(Language language, const ReportedValue& value, std::string_view unit);
+[[nodiscard]] std::string quantity_text(Language language, const ReportedValue& value, std::string_view unit);
 /// Returns the short name of a record, "R1" or "R2"; empty without a run, or if the report has only one record.
 [[nodiscard]] std::string record_label(const CalibrationReport& report, const std::string& run);
 /// Returns the axes of the item and further axes of results and figures.
-[[nodiscard]] std::vector<std::string> axes_of(const CalibrationReport& report);
+[[nodiscard]] std::vector<std::string> all_axes(const CalibrationReport& report);
 /// Returns "Axis u1.x", or "Results of the unit" for an axis without a name.
 [[nodiscard]] std::string axis_heading(const DocumentWriter& writer, const std::string& axis);
 /// Returns the most representative result of a key: a result on an unseen record before an in-sample one, then one of
 /// all records before one of a single record. Returns null if there is none.
-[[nodiscard]] const ResultTable* result_of(const CalibrationReport& report, std::string_view key, std::string_view axis,
-                                           Stage stage);
+[[nodiscard]] const ResultTable* find_representative_result(const CalibrationReport& report, std::string_view key,
+                                                            std::string_view axis, Stage stage);
 
 /// Returns a verdict with text and sign.
 [[nodiscard]] Cell verdict_cell(const DocumentWriter& writer, Verdict verdict);

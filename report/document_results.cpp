@@ -15,24 +15,24 @@ namespace {
 
 constexpr std::array kStages = {Stage::uncompensated, Stage::as_found, Stage::as_left};
 
-std::size_t index_of(Stage stage) { return static_cast<std::size_t>(stage); }
+std::size_t stage_index(Stage stage) { return static_cast<std::size_t>(stage); }
 
 /// Tables of one record with the same result at each stage.
-struct OfOneRecord {
+struct RecordTables {
   std::string run;
-  std::array<const ResultTable*, kStages.size()> of_stage{};
+  std::array<const ResultTable*, kStages.size()> by_stage{};
   [[nodiscard]] const ResultTable& any() const {
-    return **std::ranges::find_if(of_stage, [](auto* t) { return t; });
+    return **std::ranges::find_if(by_stage, [](auto* t) { return t; });
   }
 };
 
 /// Tables with one key and one detail from all records and stages, shown in adjacent columns.
-struct SideBySide {
-  std::vector<OfOneRecord> records;
+struct TableGroup {
+  std::vector<RecordTables> records;
   [[nodiscard]] const ResultTable& any() const { return records.front().any(); }
 };
 
-std::size_t rows_of(const ResultTable& table) {
+std::size_t row_count(const ResultTable& table) {
   return table.columns.empty() ? 0 : table.columns.front().values.size();
 }
 
@@ -45,31 +45,31 @@ bool same_values(const Column& a, const Column& b) {
 }
 
 bool same_shape(const ResultTable& a, const ResultTable& b) {
-  return rows_of(a) == rows_of(b) && std::ranges::equal(a.columns, b.columns, [](const Column& x, const Column& y) {
+  return row_count(a) == row_count(b) && std::ranges::equal(a.columns, b.columns, [](const Column& x, const Column& y) {
            return x.quantity == y.quantity && x.unit == y.unit;
          });
 }
 
 /// Adds a table to the group. Returns false if it does not match, or if the group has one of that record and stage.
-bool put_beside(SideBySide& beside, const ResultTable& table) {
-  const ResultTable& other = beside.any();
+bool add_to_group(TableGroup& tables, const ResultTable& table) {
+  const ResultTable& other = tables.any();
   if (other.key != table.key || other.detail != table.detail || !same_shape(other, table)) return false;
-  auto record = std::ranges::find(beside.records, table.run, &OfOneRecord::run);
-  if (record == beside.records.end())
-    record = beside.records.insert(beside.records.end(), OfOneRecord{.run = table.run});
-  const ResultTable*& place = record->of_stage.at(index_of(table.stage));
+  auto record = std::ranges::find(tables.records, table.run, &RecordTables::run);
+  if (record == tables.records.end())
+    record = tables.records.insert(tables.records.end(), RecordTables{.run = table.run});
+  const ResultTable*& place = record->by_stage.at(stage_index(table.stage));
   if (place != nullptr) return false;
   place = &table;
   return true;
 }
 
-std::vector<SideBySide> side_by_side(const CalibrationReport& report, Group group, const std::string& axis) {
-  std::vector<SideBySide> all;
-  for (const ResultTable* table : results_of(report, group)) {
+std::vector<TableGroup> group_tables(const CalibrationReport& report, Group group, const std::string& axis) {
+  std::vector<TableGroup> all;
+  for (const ResultTable* table : results_in_group(report, group)) {
     if (table->axis != axis) continue;
-    if (std::ranges::any_of(all, [&](SideBySide& one) { return put_beside(one, *table); })) continue;
-    OfOneRecord record{.run = table->run};
-    record.of_stage.at(index_of(table->stage)) = table;
+    if (std::ranges::any_of(all, [&](TableGroup& one) { return add_to_group(one, *table); })) continue;
+    RecordTables record{.run = table->run};
+    record.by_stage.at(stage_index(table->stage)) = table;
     all.push_back({{record}});
   }
   return all;
@@ -77,11 +77,11 @@ std::vector<SideBySide> side_by_side(const CalibrationReport& report, Group grou
 
 /// Returns true for a quantity that describes the condition of a row, such as the set point, and is equal at all
 /// stages.
-bool is_condition(const SideBySide& beside, const std::string& quantity) {
+bool is_condition(const TableGroup& tables, const std::string& quantity) {
   static const std::set<std::string> kConditions = {"set_point", "starts", "within", "temperature", "nominal_share"};
   if (!kConditions.contains(quantity)) return false;
-  for (const OfOneRecord& record : beside.records)
-    for (const ResultTable* table : record.of_stage)
+  for (const RecordTables& record : tables.records)
+    for (const ResultTable* table : record.by_stage)
       if (table != nullptr && !same_values(*find_column(*table, quantity), *find_column(record.any(), quantity)))
         return false;
   return true;
@@ -92,10 +92,10 @@ struct Quantities {
 };
 
 /// Separates conditions and results. If all quantities are conditions, the last one is the result.
-Quantities quantities_of(const SideBySide& beside) {
+Quantities separate_quantities(const TableGroup& tables) {
   Quantities found;
-  for (const Column& column : beside.any().columns)
-    (is_condition(beside, column.quantity) ? found.conditions : found.results).push_back(column.quantity);
+  for (const Column& column : tables.any().columns)
+    (is_condition(tables, column.quantity) ? found.conditions : found.results).push_back(column.quantity);
   if (found.results.empty() && !found.conditions.empty()) {
     found.results.push_back(found.conditions.back());
     found.conditions.pop_back();
@@ -105,17 +105,17 @@ Quantities quantities_of(const SideBySide& beside) {
 
 Cell value_cell(const DocumentWriter& writer, const ReportedValue& value, bool in_sample) {
   Cell cell{.text = format(writer.language, value), .note = coverage_note(writer.language, value)};
-  if (in_sample) cell.note += (cell.note.empty() ? "" : "; ") + writer.word_of("label.in_sample");
+  if (in_sample) cell.note += (cell.note.empty() ? "" : "; ") + writer.translated("label.in_sample");
   return cell;
 }
 
 std::string key_with_detail(const DocumentWriter& writer, const ResultTable& table) {
-  const std::string key = writer.word_of(table.key);
+  const std::string key = writer.translated(table.key);
   return table.detail.empty() ? key : key + " " + table.detail;
 }
 
 /// Returns true if `name` contains `part`: "Stabilised bias" contains "Bias". Ignores the case of ASCII letters.
-bool says(const std::string& name, const std::string& part) {
+bool contains_name(const std::string& name, const std::string& part) {
   const auto same = [](char a, char b) {
     return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
   };
@@ -123,24 +123,24 @@ bool says(const std::string& name, const std::string& part) {
 }
 
 /// Returns "Temperature sensitivity / (°/(h·K))", or "Whole run: Mean / (°/h)" for a key with several quantities.
-std::string quantity_name(const DocumentWriter& writer, const SideBySide& beside, const std::string& quantity) {
-  const ResultTable& table = beside.any();
+std::string quantity_name(const DocumentWriter& writer, const TableGroup& tables, const std::string& quantity) {
+  const ResultTable& table = tables.any();
   const Column& column = *find_column(table, quantity);
-  const std::string key = key_with_detail(writer, table), own = writer.word_of(quantity);
-  return with_unit(says(key, own) ? key : key + ": " + own, column.unit);
+  const std::string key = key_with_detail(writer, table), own = writer.translated(quantity);
+  return with_unit(contains_name(key, own) ? key : key + ": " + own, column.unit);
 }
 
 /// Builds a table of results: columns for quantity, record and conditions, then one per stage.
 class ResultsTable {
  public:
-  ResultsTable(const DocumentWriter& writer, const std::vector<const SideBySide*>& of) : writer_(writer) {
-    for (const SideBySide* beside : of)
-      for (const OfOneRecord& record : beside->records) take(record);
+  ResultsTable(const DocumentWriter& writer, const std::vector<const TableGroup*>& of) : writer_(writer) {
+    for (const TableGroup* tables : of)
+      for (const RecordTables& record : tables->records) take(record);
     with_record_ =
         std::ranges::any_of(runs_, [&](const std::string& run) { return !record_label(writer.report, run).empty(); });
-    with_quantity_ = of.size() > 1 || quantities_of(*of.front()).results.size() > 1;
+    with_quantity_ = of.size() > 1 || separate_quantities(*of.front()).results.size() > 1;
     start(*of.front());
-    for (const SideBySide* beside : of) add(*beside);
+    for (const TableGroup* tables : of) add(*tables);
   }
 
   [[nodiscard]] DocumentTable finish(std::string caption) && {
@@ -150,35 +150,35 @@ class ResultsTable {
   [[nodiscard]] bool with_quantity() const { return with_quantity_; }
 
  private:
-  void take(const OfOneRecord& record) {
+  void take(const RecordTables& record) {
     runs_.insert(record.run);
     for (const Stage stage : kStages)
-      if (record.of_stage.at(index_of(stage)) != nullptr) stages_.insert(stage);
+      if (record.by_stage.at(stage_index(stage)) != nullptr) stages_.insert(stage);
   }
-  void start(const SideBySide& first) {
-    if (with_quantity_) table_.header.push_back(writer_.word_of("column.quantity"));
-    if (with_record_) table_.header.push_back(writer_.word_of("column.record"));
+  void start(const TableGroup& first) {
+    if (with_quantity_) table_.header.push_back(writer_.translated("column.quantity"));
+    if (with_record_) table_.header.push_back(writer_.translated("column.record"));
     table_.text_columns = table_.header.size();
-    for (const std::string& condition : quantities_of(first).conditions)
-      table_.header.push_back(with_unit(writer_.word_of(condition), find_column(first.any(), condition)->unit));
-    for (const Stage stage : stages_) table_.header.push_back(writer_.word_of(name(stage)));
+    for (const std::string& condition : separate_quantities(first).conditions)
+      table_.header.push_back(with_unit(writer_.translated(condition), find_column(first.any(), condition)->unit));
+    for (const Stage stage : stages_) table_.header.push_back(writer_.translated(name(stage)));
   }
-  void add(const SideBySide& beside) {
-    const Quantities quantities = quantities_of(beside);
+  void add(const TableGroup& tables) {
+    const Quantities quantities = separate_quantities(tables);
     for (const std::string& quantity : quantities.results)
-      for (const OfOneRecord& record : beside.records)
-        for (std::size_t row = 0; row < rows_of(record.any()); ++row)
-          add_row(beside, record, quantities.conditions, quantity, row);
+      for (const RecordTables& record : tables.records)
+        for (std::size_t row = 0; row < row_count(record.any()); ++row)
+          add_row(tables, record, quantities.conditions, quantity, row);
   }
-  void add_row(const SideBySide& beside, const OfOneRecord& record, const std::vector<std::string>& conditions,
+  void add_row(const TableGroup& tables, const RecordTables& record, const std::vector<std::string>& conditions,
                const std::string& quantity, std::size_t row) {
     std::vector<Cell> cells;
-    if (with_quantity_) cells.push_back({.text = quantity_name(writer_, beside, quantity)});
+    if (with_quantity_) cells.push_back({.text = quantity_name(writer_, tables, quantity)});
     if (with_record_) cells.push_back({.text = record_label(writer_.report, record.run)});
     for (const std::string& condition : conditions)
       cells.push_back(value_cell(writer_, find_column(record.any(), condition)->values[row], false));
     for (const Stage stage : stages_) {
-      const ResultTable* table = record.of_stage.at(index_of(stage));
+      const ResultTable* table = record.by_stage.at(stage_index(stage));
       cells.push_back(table == nullptr
                           ? Cell{.text = "–"}
                           : value_cell(writer_, find_column(*table, quantity)->values[row], table->in_sample));
@@ -194,68 +194,68 @@ class ResultsTable {
 };
 
 std::string group_name(const DocumentWriter& writer, Group group) {
-  return writer.word_of(std::string("group.") + name(group));
+  return writer.translated(std::string("group.") + name(group));
 }
 
 /// Returns "Random drift: Noise floor / (°/h)". If the rows name the quantities, the caption omits them.
-std::string caption_of(const DocumentWriter& writer, const SideBySide& beside, bool with_quantity) {
-  const std::string group = group_name(writer, beside.any().group);
-  std::string own = with_quantity ? key_with_detail(writer, beside.any())
-                                  : quantity_name(writer, beside, quantities_of(beside).results.front());
-  return says(own, group) ? own : group + ": " + own;
+std::string results_caption(const DocumentWriter& writer, const TableGroup& tables, bool with_quantity) {
+  const std::string group = group_name(writer, tables.any().group);
+  std::string own = with_quantity ? key_with_detail(writer, tables.any())
+                                  : quantity_name(writer, tables, separate_quantities(tables).results.front());
+  return contains_name(own, group) ? own : group + ": " + own;
 }
 
 void add_group(DocumentWriter& writer, Group group, const std::string& axis) {
-  const std::vector<SideBySide> all = side_by_side(writer.report, group, axis);
-  std::vector<const SideBySide*> without_conditions;
-  for (const SideBySide& one : all) {
+  const std::vector<TableGroup> all = group_tables(writer.report, group, axis);
+  std::vector<const TableGroup*> without_conditions;
+  for (const TableGroup& one : all) {
     if (one.any().columns.empty()) continue;
-    if (quantities_of(one).conditions.empty()) {
+    if (separate_quantities(one).conditions.empty()) {
       without_conditions.push_back(&one);
       continue;
     }
     ResultsTable table(writer, {&one});
-    std::string caption = caption_of(writer, one, table.with_quantity());
+    std::string caption = results_caption(writer, one, table.with_quantity());
     writer.table(std::move(table).finish(std::move(caption)));
   }
   if (without_conditions.empty()) return;
   ResultsTable table(writer, without_conditions);
   std::string caption =
-      table.with_quantity() ? group_name(writer, group) : caption_of(writer, *without_conditions.front(), false);
+      table.with_quantity() ? group_name(writer, group) : results_caption(writer, *without_conditions.front(), false);
   writer.table(std::move(table).finish(std::move(caption)));
 }
 
 std::string axis_and_stage(const DocumentWriter& writer, const std::string& axis, Stage stage) {
-  const std::string of_stage = writer.word_of(name(stage));
-  return axis.empty() ? of_stage : axis + ", " + of_stage;
+  const std::string by_stage = writer.translated(name(stage));
+  return axis.empty() ? by_stage : axis + ", " + by_stage;
 }
 
 std::string with_unit_behind(std::string number, std::string_view unit) {
   return number + "\u00a0" + format_unit(unit);
 }
 
-std::string freedom_of(Language language, double degrees_of_freedom) {
+std::string freedom_text(Language language, double degrees_of_freedom) {
   return std::isfinite(degrees_of_freedom) ? format_number(language, std::floor(degrees_of_freedom), 0) : "∞";
 }
 
 std::vector<Cell> budget_row(const DocumentWriter& writer, const model::BudgetRow& row) {
   const Language language = writer.language;
   const std::string unit = model::unit_of(row);
-  std::string source = writer.word_of(std::string("source.") + model::name(row.source));
+  std::string source = writer.translated(std::string("source.") + model::name(row.source));
   if (!row.of.empty()) source += " " + row.of;
   std::string note;
-  const auto say = [&](bool holds, const char* key) {
-    if (holds) note += (note.empty() ? "" : ", ") + writer.word_of(key);
+  const auto add_note = [&](bool holds, const char* key) {
+    if (holds) note += (note.empty() ? "" : ", ") + writer.translated(key);
   };
-  say(row.assumed, "label.assumed");
-  say(row.chosen_on_these_folds, "label.chosen_on_these_folds");
-  say(row.only_start_held_out, "label.only_start_held_out");
+  add_note(row.assumed, "label.assumed");
+  add_note(row.chosen_on_these_folds, "label.chosen_on_these_folds");
+  add_note(row.only_start_held_out, "label.only_start_held_out");
   return {{.text = std::move(source), .note = std::move(note)},
           {.text = model::name(row.evaluation)},
-          {.text = writer.word_of(std::string("distribution.") + model::name(row.distribution))},
+          {.text = writer.translated(std::string("distribution.") + model::name(row.distribution))},
           {.text = with_unit_behind("0", unit)},
           {.text = with_unit_behind(format_significant(language, row.standard_uncertainty, 2), unit)},
-          {.text = freedom_of(language, row.degrees_of_freedom)},
+          {.text = freedom_text(language, row.degrees_of_freedom)},
           {.text = unit == "°/h" ? format_plain(language, row.sensitivity)
                                  : with_unit_behind(format_significant(language, row.sensitivity, 2), "°/h/" + unit)},
           {.text = format_significant(language, model::contribution_deg_per_h(row), 2)}};
@@ -274,35 +274,38 @@ DocumentTable budget_table(const DocumentWriter& writer, const ReportedBudget& r
   const Language language = writer.language;
   std::string of = axis_and_stage(writer, reported.axis, reported.stage);
   if (const std::string record = record_label(writer.report, reported.run); !record.empty()) of += ", " + record;
-  DocumentTable table{.caption = writer.say("caption.budget", format_plain(language, reported.budget.averaging_s), of),
-                      .header = {},
-                      .text_columns = 3};
+  DocumentTable table{
+      .caption = writer.sentence("caption.budget", format_plain(language, reported.budget.averaging_s), of),
+      .header = {},
+      .text_columns = 3};
   for (const char* key : {"column.source", "column.type", "column.distribution", "column.estimate", "column.u_i",
                           "column.nu_i", "column.c_i", "column.u_i_y"})
-    table.header.push_back(writer.word_of(key));
+    table.header.push_back(writer.translated(key));
   for (const model::BudgetRow& row : reported.budget.rows) table.rows.push_back(budget_row(writer, row));
   const model::CombinedUncertainty combined = model::combined(reported.budget.rows);
-  table.rows.push_back(budget_sum(writer.word_of("budget.combined"), freedom_of(language, combined.degrees_of_freedom),
+  table.rows.push_back(budget_sum(writer.translated("budget.combined"),
+                                  freedom_text(language, combined.degrees_of_freedom),
                                   format_significant(language, combined.standard_deg_per_h, 2)));
-  table.rows.push_back(budget_sum(writer.say("budget.expanded", format_number(language, combined.coverage_factor, 2)),
-                                  "", format_significant(language, combined.expanded_deg_per_h, 2)));
+  table.rows.push_back(
+      budget_sum(writer.sentence("budget.expanded", format_number(language, combined.coverage_factor, 2)), "",
+                 format_significant(language, combined.expanded_deg_per_h, 2)));
   return table;
 }
 
 /// Returns the name of a limited quantity: "compensated_mean.compensated_bias" becomes "Mean compensated bias".
-std::string quantity_of_limit(const DocumentWriter& writer, const std::string& quantity) {
+std::string limited_quantity(const DocumentWriter& writer, const std::string& quantity) {
   const auto dot = quantity.find('.');
-  const std::string key = writer.word_of(quantity.substr(0, dot));
+  const std::string key = writer.translated(quantity.substr(0, dot));
   if (dot == std::string::npos) return key;
-  const std::string own = writer.word_of(quantity.substr(dot + 1));
-  return says(key, own) ? key : key + ": " + own;
+  const std::string own = writer.translated(quantity.substr(dot + 1));
+  return contains_name(key, own) ? key : key + ": " + own;
 }
 
 std::vector<Cell> conformity_row(const DocumentWriter& writer, const Conformity& one) {
   const std::string record = record_label(writer.report, one.run);
-  return {{.text = with_unit(quantity_of_limit(writer, one.quantity), one.unit)},
+  return {{.text = with_unit(limited_quantity(writer, one.quantity), one.unit)},
           {.text = one.axis.empty() ? "–" : one.axis, .note = record},
-          {.text = writer.word_of(name(one.stage))},
+          {.text = writer.translated(name(one.stage))},
           verdict_cell(writer, one.verdict),
           value_cell(writer, one.value, false),
           {.text = format_plain(writer.language, one.limit)},
@@ -314,7 +317,7 @@ std::vector<Cell> conformity_row(const DocumentWriter& writer, const Conformity&
 Cell verdict_cell(const DocumentWriter& writer, Verdict verdict) {
   using Mark = Cell::Mark;
   const Mark mark = verdict == Verdict::pass ? Mark::pass : verdict == Verdict::fail ? Mark::fail : Mark::caution;
-  return {.mark = mark, .text = writer.word_of(name(verdict))};
+  return {.mark = mark, .text = writer.translated(name(verdict))};
 }
 
 void add_result_tables(DocumentWriter& writer, const std::string& axis) {
@@ -326,15 +329,15 @@ void add_result_tables(DocumentWriter& writer, const std::string& axis) {
 void add_results(DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   writer.heading("heading.results");
-  if (report.results.empty()) writer.paragraph(writer.word_of("say.no_results"));
+  if (report.results.empty()) writer.paragraph(writer.translated("say.no_results"));
   if (!report.results.empty()) {
-    writer.paragraph(writer.word_of("say.stages"));
-    writer.paragraph(writer.word_of("say.coverage") + " " + writer.word_of("say.no_u"));
+    writer.paragraph(writer.translated("say.stages"));
+    writer.paragraph(writer.translated("say.coverage") + " " + writer.translated("say.no_u"));
   }
   if (std::ranges::any_of(report.results, &ResultTable::in_sample))
-    writer.paragraph(writer.word_of("say.in_sample"), Paragraph::Style::caution);
-  if (!report.figures.empty()) writer.paragraph(writer.word_of("say.figures"), Paragraph::Style::note);
-  const std::vector<std::string> axes = axes_of(report);
+    writer.paragraph(writer.translated("say.in_sample"), Paragraph::Style::caution);
+  if (!report.figures.empty()) writer.paragraph(writer.translated("say.figures"), Paragraph::Style::note);
+  const std::vector<std::string> axes = all_axes(report);
   for (std::size_t k = 0; k < axes.size(); ++k) {
     writer.subheading(axis_heading(writer, axes[k]), fmt::format("results-{}", k + 1));
     add_result_tables(writer, axes[k]);
@@ -345,10 +348,10 @@ void add_results(DocumentWriter& writer) {
 void add_uncertainty(DocumentWriter& writer) {
   writer.heading("heading.uncertainty");
   if (writer.report.budgets.empty()) {
-    writer.paragraph(writer.word_of("say.no_budget"));
+    writer.paragraph(writer.translated("say.no_budget"));
     return;
   }
-  writer.paragraph(writer.word_of("say.budget"));
+  writer.paragraph(writer.translated("say.budget"));
   for (const ReportedBudget& budget : writer.report.budgets) writer.table(budget_table(writer, budget));
 }
 
@@ -356,15 +359,15 @@ void add_conformity(DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   writer.heading("heading.conformity");
   if (report.conformity.empty()) {
-    writer.paragraph(writer.word_of("say.no_limits"));
+    writer.paragraph(writer.translated("say.no_limits"));
     return;
   }
-  writer.paragraph(writer.word_of(std::string("say.rule_") + name(report.rule)));
-  writer.paragraph(writer.word_of("say.probability"));
-  DocumentTable table{.caption = writer.word_of("caption.conformity"), .header = {}, .text_columns = 4};
+  writer.paragraph(writer.translated(std::string("say.rule_") + name(report.rule)));
+  writer.paragraph(writer.translated("say.probability"));
+  DocumentTable table{.caption = writer.translated("caption.conformity"), .header = {}, .text_columns = 4};
   for (const char* key : {"column.quantity", "column.axis", "column.stage", "column.verdict", "column.value",
                           "column.limit", "column.probability"})
-    table.header.push_back(writer.word_of(key));
+    table.header.push_back(writer.translated(key));
   for (const Conformity& one : report.conformity) table.rows.push_back(conformity_row(writer, one));
   writer.table(std::move(table));
 }

@@ -11,7 +11,7 @@
 namespace gyrotherm::report {
 namespace {
 
-std::string address_of(const Party& party) {
+std::string address_text(const Party& party) {
   std::vector<std::string> lines = party.address;
   std::string city = party.postal_code;
   if (!party.city.empty()) city += (city.empty() ? "" : " ") + party.city;
@@ -23,10 +23,10 @@ std::string address_of(const Party& party) {
 }
 
 void add_party(DocumentWriter& writer, const char* heading_key, const char* id, const Party& party) {
-  writer.subheading(writer.word_of(heading_key), id);
+  writer.subheading(writer.translated(heading_key), id);
   DefinitionsWriter lines(writer);
-  lines.line_of_duty("label.name", party.name);
-  lines.line_of_duty("label.address", address_of(party));
+  lines.required_line("label.name", party.name);
+  lines.required_line("label.address", address_text(party));
   lines.line("label.email", party.email);
   lines.line("label.phone", party.phone);
   writer.add(std::move(lines).finish());
@@ -36,24 +36,24 @@ std::string listed(const std::vector<std::string>& texts) { return fmt::format("
 
 void add_item(DocumentWriter& writer) {
   const CalibratedItem& item = writer.report.item;
-  writer.subheading(writer.word_of("heading.item"), "item");
+  writer.subheading(writer.translated("heading.item"), "item");
   DefinitionsWriter lines(writer);
-  lines.line_of_duty("label.item", in(writer.language, item.description));
-  lines.line_of_duty("label.manufacturer", item.manufacturer);
-  lines.line_of_duty("label.model", item.model);
-  lines.line_of_duty("label.serial_number", item.serial_number);
+  lines.required_line("label.item", in(writer.language, item.description));
+  lines.required_line("label.manufacturer", item.manufacturer);
+  lines.required_line("label.model", item.model);
+  lines.required_line("label.serial_number", item.serial_number);
   lines.line("label.customers_number", item.customers_number);
   lines.line("label.name_in_rig", item.name);
   std::vector<std::string> named = item.axes;
   std::erase(named, "");
   lines.line("label.axes", listed(named));
-  lines.line_of_duty("label.condition", in(writer.language, item.condition));
+  lines.required_line("label.condition", in(writer.language, item.condition));
   writer.add(std::move(lines).finish());
 }
 
-std::string place_of(const DocumentWriter& writer) {
+std::string location_text(const DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
-  std::string place = report.place_kind.empty() ? "" : writer.word_of(report.place_kind);
+  std::string place = report.place_kind.empty() ? "" : writer.translated(report.place_kind);
   if (const std::string& own = in(writer.language, report.place); !own.empty())
     place += (place.empty() ? "" : ": ") + own;
   return place;
@@ -71,42 +71,42 @@ void add_other_report(DefinitionsWriter& lines, const DocumentWriter& writer, co
 void add_report_itself(DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   const Language language = writer.language;
-  writer.subheading(writer.word_of("heading.report"), "report");
+  writer.subheading(writer.translated("heading.report"), "report");
   DefinitionsWriter lines(writer);
-  lines.line_of_duty("label.number", report.number);
-  lines.line("label.state", writer.word_of(name(report.state)));
+  lines.required_line("label.number", report.number);
+  lines.line("label.state", writer.translated(name(report.state)));
   lines.line("label.received", format_day(language, report.received));
-  lines.line_of_duty("label.performed", report.begun.empty() ? ""
-                                        : report.begun == report.ended || report.ended.empty()
-                                            ? format_day(language, report.begun)
-                                            : writer.say("label.from_to", format_day(language, report.begun),
-                                                         format_day(language, report.ended)));
-  lines.line_of_duty("label.issued", format_day(language, report.issued));
-  lines.line_of_duty("label.place", place_of(writer));
+  lines.required_line("label.performed", report.begun.empty() ? ""
+                                         : report.begun == report.ended || report.ended.empty()
+                                             ? format_day(language, report.begun)
+                                             : writer.sentence("label.from_to", format_day(language, report.begun),
+                                                               format_day(language, report.ended)));
+  lines.required_line("label.issued", format_day(language, report.issued));
+  lines.required_line("label.place", location_text(writer));
   add_other_report(lines, writer, "label.replaces", report.replaces);
   add_other_report(lines, writer, "label.replaced_by", report.replaced_by);
   writer.add(std::move(lines).finish());
 }
 
 /// Returns the bias reference; a line per axis and record if they differ.
-std::string zeros_of(const DocumentWriter& writer) {
+std::string bias_reference_text(const DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
-  std::string zeros = report.bias_zero.empty() ? "" : writer.word_of(report.bias_zero);
+  std::string zeros = report.bias_zero.empty() ? "" : writer.translated(report.bias_zero);
   for (const BiasZero& one : report.bias_zeros) {
     const std::string record = record_label(report, one.run);
     zeros += fmt::format("{}{}{}{}: {}", zeros.empty() ? "" : "\n", one.axis, record.empty() ? "" : ", ", record,
-                         writer.word_of(one.zero));
+                         writer.translated(one.zero));
   }
   return zeros;
 }
 
 DocumentTable influences_table(const DocumentWriter& writer) {
-  DocumentTable table{
-      .caption = writer.word_of("caption.influences"),
-      .header = {writer.word_of("column.influence"), writer.word_of("column.low"), writer.word_of("column.high")}};
+  DocumentTable table{.caption = writer.translated("caption.influences"),
+                      .header = {writer.translated("column.influence"), writer.translated("column.low"),
+                                 writer.translated("column.high")}};
   for (const Influence& influence : writer.report.influences) {
     const std::string name =
-        influence.key.empty() ? in(writer.language, influence.name) : writer.word_of(influence.key);
+        influence.key.empty() ? in(writer.language, influence.name) : writer.translated(influence.key);
     table.rows.push_back({{.text = with_unit(name, influence.unit)},
                           {.text = format_plain(writer.language, influence.low)},
                           {.text = format_plain(writer.language, influence.high)}});
@@ -114,7 +114,7 @@ DocumentTable influences_table(const DocumentWriter& writer) {
   return table;
 }
 
-std::string uncertainty_of(const DocumentWriter& writer, double kelvins) {
+std::string uncertainty_text(const DocumentWriter& writer, double kelvins) {
   return std::isfinite(kelvins) ? format_significant(writer.language, kelvins, 2) : "–";
 }
 
@@ -122,53 +122,53 @@ std::vector<Cell> equipment_row(const DocumentWriter& writer, const Equipment& o
   const auto dash = [](std::string text) { return text.empty() ? std::string("–") : text; };
   const Cell instrument{
       .text = dash(one.name),
-      .note = one.serial_number.empty() ? "" : writer.word_of("column.serial_number") + " " + one.serial_number};
+      .note = one.serial_number.empty() ? "" : writer.translated("column.serial_number") + " " + one.serial_number};
   const Cell certificate{.text = dash(one.certificate),
                          .note = one.calibrated.empty() ? ""
-                                                        : writer.word_of("column.calibrated") + " " +
+                                                        : writer.translated("column.calibrated") + " " +
                                                               format_day(writer.language, one.calibrated)};
   const Cell due{.mark = one.overdue ? Cell::Mark::caution : Cell::Mark::none,
                  .text = dash(format_day(writer.language, one.due)),
-                 .note = one.overdue ? writer.word_of("label.overdue") : ""};
-  const std::string role = writer.word_of(one.role) + (one.channel.empty() ? "" : " " + one.channel);
+                 .note = one.overdue ? writer.translated("label.overdue") : ""};
+  const std::string role = writer.translated(one.role) + (one.channel.empty() ? "" : " " + one.channel);
   return {{.text = role},
           instrument,
           certificate,
           due,
-          {.text = uncertainty_of(writer, one.standard_uncertainty_k)},
-          {.text = uncertainty_of(writer, one.drift_k_in_a_year)}};
+          {.text = uncertainty_text(writer, one.standard_uncertainty_k)},
+          {.text = uncertainty_text(writer, one.drift_k_in_a_year)}};
 }
 
 DocumentTable equipment_table(const DocumentWriter& writer) {
-  DocumentTable table{.caption = writer.word_of("caption.equipment"),
-                      .header = {writer.word_of("column.role"), writer.word_of("column.instrument"),
-                                 writer.word_of("column.certificate"), writer.word_of("column.due"),
-                                 writer.word_of("column.equipment_u"), writer.word_of("column.equipment_drift")},
+  DocumentTable table{.caption = writer.translated("caption.equipment"),
+                      .header = {writer.translated("column.role"), writer.translated("column.instrument"),
+                                 writer.translated("column.certificate"), writer.translated("column.due"),
+                                 writer.translated("column.equipment_u"), writer.translated("column.equipment_drift")},
                       .text_columns = 4};
   for (const Equipment& one : writer.report.equipment) table.rows.push_back(equipment_row(writer, one));
   return table;
 }
 
-std::vector<std::string> overdue_ones(const DocumentWriter& writer) {
+std::vector<std::string> overdue_names(const DocumentWriter& writer) {
   std::vector<std::string> names;
   for (const Equipment& one : writer.report.equipment)
     if (one.overdue)
-      names.push_back(one.name.empty() ? writer.word_of(one.role)
-                                       : fmt::format("{} {}", writer.word_of(one.role), one.name));
+      names.push_back(one.name.empty() ? writer.translated(one.role)
+                                       : fmt::format("{} {}", writer.translated(one.role), one.name));
   return names;
 }
 
 /// Formats "2026-11-11T03:00:12Z" as "2026-11-11 03:00:12" for a column with UTC in its header.
-std::string instant_in_a_table(std::string utc) {
+std::string table_instant(std::string utc) {
   if (utc.size() < 20 || utc[10] != 'T' || !utc.ends_with('Z')) return utc.empty() ? "–" : utc;
   utc[10] = ' ';
   return utc.substr(0, 19);
 }
 
 std::vector<Cell> deviation_row(const DocumentWriter& writer, const Deviation& one, bool with_record) {
-  std::vector<Cell> row{{.text = instant_in_a_table(one.utc)}};
+  std::vector<Cell> row{{.text = table_instant(one.utc)}};
   if (with_record) row.push_back({.text = record_label(writer.report, one.run)});
-  row.push_back({.text = writer.word_of(one.kind)});
+  row.push_back({.text = writer.translated(one.kind)});
   row.push_back({.text = one.text});
   row.push_back({.text = format_plain(writer.language, one.seconds)});
   return row;
@@ -177,22 +177,22 @@ std::vector<Cell> deviation_row(const DocumentWriter& writer, const Deviation& o
 Cell chain_cell(const DocumentWriter& writer, const UsedFile& file) {
   if (file.role != "record") return {.text = "–"};
   return {.mark = file.chain_verified ? Cell::Mark::pass : Cell::Mark::fail,
-          .text = writer.word_of(file.chain_verified ? "title.yes" : "title.no")};
+          .text = writer.translated(file.chain_verified ? "title.yes" : "title.no")};
 }
 
 DocumentTable files_table(const DocumentWriter& writer) {
-  DocumentTable table{
-      .caption = writer.word_of("caption.files"),
-      .header = {writer.word_of("column.file"), writer.word_of("column.hash"), writer.word_of("column.started"),
-                 writer.word_of("column.program"), writer.word_of("column.chain")},
-      .text_columns = 5};
+  DocumentTable table{.caption = writer.translated("caption.files"),
+                      .header = {writer.translated("column.file"), writer.translated("column.hash"),
+                                 writer.translated("column.started"), writer.translated("column.program"),
+                                 writer.translated("column.chain")},
+                      .text_columns = 5};
   for (const UsedFile& file : writer.report.files) {
     const std::string label = record_label(writer.report, file.id);
-    std::string role = writer.word_of(file.role) + (label.empty() ? "" : " " + label);
-    if (!file.id.empty()) role += ", " + writer.word_of("column.run") + " " + file.id;
+    std::string role = writer.translated(file.role) + (label.empty() ? "" : " " + label);
+    if (!file.id.empty()) role += ", " + writer.translated("column.run") + " " + file.id;
     table.rows.push_back({{.text = file.name, .note = std::move(role)},
                           {.text = file.sha256},
-                          {.text = instant_in_a_table(file.started_utc)},
+                          {.text = table_instant(file.started_utc)},
                           {.text = file.program_version.empty() ? "–" : "gyrotherm " + file.program_version},
                           chain_cell(writer, file)});
   }
@@ -204,10 +204,10 @@ void add_people(DocumentWriter& writer) {
   DefinitionsWriter lines(writer);
   for (const Person& person : report.people)
     lines.line(person.role, person.email.empty() ? person.name : fmt::format("{}, {}", person.name, person.email));
-  lines.line_of_duty("label.authorised", report.authorised
-                                             ? writer.say("label.authorised_by", report.authorised->name,
-                                                          format_instant(writer.language, report.authorised->utc))
-                                             : writer.word_of("say.not_authorised"));
+  lines.required_line("label.authorised", report.authorised
+                                              ? writer.sentence("label.authorised_by", report.authorised->name,
+                                                                format_instant(writer.language, report.authorised->utc))
+                                              : writer.translated("say.not_authorised"));
   writer.add(std::move(lines).finish());
 }
 
@@ -225,9 +225,9 @@ void add_method(DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   writer.heading("heading.method");
   writer.paragraph(in(writer.language, report.method));
-  writer.paragraph(writer.word_of("say.bias"));
+  writer.paragraph(writer.translated("say.bias"));
   DefinitionsWriter lines(writer);
-  lines.line("label.bias_zero", zeros_of(writer));
+  lines.line("label.bias_zero", bias_reference_text(writer));
   if (report.cluster_length_s > 0)
     lines.line("label.cluster_length", format_plain(writer.language, report.cluster_length_s) + "\u00a0s");
   writer.add(std::move(lines).finish());
@@ -237,23 +237,24 @@ void add_method(DocumentWriter& writer) {
 void add_equipment(DocumentWriter& writer) {
   writer.heading("heading.equipment");
   writer.paragraph(in(writer.language, writer.report.traceability));
-  if (writer.report.equipment.empty()) writer.paragraph(writer.word_of("say.no_equipment"));
-  if (const auto names = overdue_ones(writer); !names.empty())
-    writer.paragraph(writer.say("say.overdue", listed(names)), Paragraph::Style::caution);
+  if (writer.report.equipment.empty()) writer.paragraph(writer.translated("say.no_equipment"));
+  if (const auto names = overdue_names(writer); !names.empty())
+    writer.paragraph(writer.sentence("say.overdue", listed(names)), Paragraph::Style::caution);
   writer.table(equipment_table(writer));
 }
 
 void add_deviations(DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   writer.heading("heading.deviations");
-  if (report.deviations.empty()) writer.paragraph(writer.word_of("say.no_deviations"));
+  if (report.deviations.empty()) writer.paragraph(writer.translated("say.no_deviations"));
   const bool with_record = std::ranges::any_of(
       report.deviations, [&](const Deviation& one) { return !record_label(report, one.run).empty(); });
-  DocumentTable table{.caption = writer.word_of("caption.deviations"),
-                      .header = {writer.word_of("column.when")},
+  DocumentTable table{.caption = writer.translated("caption.deviations"),
+                      .header = {writer.translated("column.when")},
                       .text_columns = with_record ? 4u : 3u};
-  if (with_record) table.header.push_back(writer.word_of("column.record"));
-  for (const char* key : {"column.kind", "column.text", "column.seconds"}) table.header.push_back(writer.word_of(key));
+  if (with_record) table.header.push_back(writer.translated("column.record"));
+  for (const char* key : {"column.kind", "column.text", "column.seconds"})
+    table.header.push_back(writer.translated(key));
   for (const Deviation& one : report.deviations) table.rows.push_back(deviation_row(writer, one, with_record));
   writer.table(std::move(table));
 }
@@ -268,21 +269,21 @@ void add_files(DocumentWriter& writer) {
     if (file.role == "record" && !file.chain_verified) broken.push_back(file.name);
   }
   if (!broken.empty())
-    writer.paragraph(writer.say("say.chain_broken", listed(broken)), Paragraph::Style::caution);
+    writer.paragraph(writer.sentence("say.chain_broken", listed(broken)), Paragraph::Style::caution);
   else if (has_record)
-    writer.paragraph(writer.word_of("say.chain_verified"));
-  if (report.files.empty()) writer.paragraph(writer.word_of("say.no_files"));
+    writer.paragraph(writer.translated("say.chain_verified"));
+  if (report.files.empty()) writer.paragraph(writer.translated("say.no_files"));
   writer.table(files_table(writer));
-  writer.paragraph(writer.say("say.source_file", report.program_version), Paragraph::Style::note);
+  writer.paragraph(writer.sentence("say.source_file", report.program_version), Paragraph::Style::note);
 }
 
 void add_statements(DocumentWriter& writer) {
   const CalibrationReport& report = writer.report;
   writer.heading("heading.statements");
   writer.paragraph(in(writer.language, report.remarks));
-  writer.paragraph(writer.word_of("say.only_this_item") + " " + writer.word_of("say.standing"));
-  writer.paragraph(writer.word_of("say.in_full"));
-  writer.paragraph(writer.word_of("say.by_customer"));
+  writer.paragraph(writer.translated("say.only_this_item") + " " + writer.translated("say.standing"));
+  writer.paragraph(writer.translated("say.in_full"));
+  writer.paragraph(writer.translated("say.by_customer"));
   for (const Texts& statement : report.statements) writer.paragraph(in(writer.language, statement));
   add_people(writer);
 }

@@ -12,7 +12,7 @@ namespace gyrotherm::report {
 namespace {
 
 struct Symbol {
-  std::string_view symbol, word;
+  std::string_view symbol, dsi;
 };
 
 // Longer symbols come first: "°C" must not be read as "°".
@@ -31,12 +31,12 @@ constexpr std::array kSymbols = {
 
 /// A unit raised to a power.
 struct Factor {
-  std::string word;
+  std::string dsi;
   double exponent = 1;
 };
 using Factors = std::vector<Factor>;
 
-bool takes(std::string_view& text, std::string_view beginning) {
+bool consume(std::string_view& text, std::string_view beginning) {
   if (!text.starts_with(beginning)) return false;
   text.remove_prefix(beginning.size());
   return true;
@@ -44,11 +44,11 @@ bool takes(std::string_view& text, std::string_view beginning) {
 
 class UnitParser {
  public:
-  explicit UnitParser(std::string_view text) : rest_(text) {}
+  explicit UnitParser(std::string_view text) : remaining_(text) {}
 
-  std::optional<Factors> whole() {
+  std::optional<Factors> parse() {
     auto found = quotient();
-    return rest_.empty() ? found : std::nullopt;
+    return remaining_.empty() ? found : std::nullopt;
   }
 
  private:
@@ -56,8 +56,8 @@ class UnitParser {
   std::optional<Factors> quotient() {
     auto found = factor();
     while (found) {
-      const bool divides = takes(rest_, "/");
-      if (!divides && !takes(rest_, "·")) break;
+      const bool divides = consume(remaining_, "/");
+      if (!divides && !consume(remaining_, "·")) break;
       auto next = factor();
       if (!next) return std::nullopt;
       for (Factor& one : *next) {
@@ -70,28 +70,28 @@ class UnitParser {
 
   /// Parses "(" quotient ")", "√" factor, or a symbol with its power.
   std::optional<Factors> factor() {
-    if (takes(rest_, "(")) {
+    if (consume(remaining_, "(")) {
       auto found = quotient();
-      return takes(rest_, ")") ? found : std::nullopt;
+      return consume(remaining_, ")") ? found : std::nullopt;
     }
-    if (takes(rest_, "√")) {
+    if (consume(remaining_, "√")) {
       auto found = factor();
       if (found)
         for (Factor& one : *found) one.exponent /= 2;
       return found;
     }
-    for (const auto& [symbol, word] : kSymbols)
-      if (takes(rest_, symbol)) return Factors{{std::string(word), power()}};
+    for (const auto& [symbol, dsi] : kSymbols)
+      if (consume(remaining_, symbol)) return Factors{{std::string(dsi), power()}};
     return std::nullopt;
   }
 
-  double power() { return takes(rest_, "²") ? 2 : takes(rest_, "³") ? 3 : 1; }
+  double power() { return consume(remaining_, "²") ? 2 : consume(remaining_, "³") ? 3 : 1; }
 
-  std::string_view rest_;
+  std::string_view remaining_;
 };
 
-std::string to_power(const Factor& factor) {
-  return factor.exponent == 1 ? factor.word : fmt::format("{}\\tothe{{{:g}}}", factor.word, factor.exponent);
+std::string factor_text(const Factor& factor) {
+  return factor.exponent == 1 ? factor.dsi : fmt::format("{}\\tothe{{{:g}}}", factor.dsi, factor.exponent);
 }
 
 /// Returns the number of decimals down to the fourth significant digit of U; negative left of the decimal point.
@@ -104,19 +104,19 @@ constexpr int kMostDsiDecimals = 15;
 
 std::optional<std::string> dsi_unit(std::string_view unit) {
   if (unit == "1") return "\\one";
-  const auto factors = UnitParser(unit).whole();
+  const auto factors = UnitParser(unit).parse();
   if (!factors) return std::nullopt;
   std::vector<Factor> above, below;
   for (const Factor& factor : *factors) (factor.exponent > 0 ? above : below).push_back(factor);
   std::string text;
-  for (const Factor& factor : above) text += to_power(factor);
+  for (const Factor& factor : above) text += factor_text(factor);
   if (below.size() == 1 && !above.empty())
-    return text + "\\per" + to_power({below.front().word, -below.front().exponent});
-  for (const Factor& factor : below) text += to_power(factor);
+    return text + "\\per" + factor_text({below.front().dsi, -below.front().exponent});
+  for (const Factor& factor : below) text += factor_text(factor);
   return text;
 }
 
-Certainty certainty_of(const ReportedValue& value) {
+Certainty classify_certainty(const ReportedValue& value) {
   if (!std::isfinite(value.value)) return Certainty::nothing;
   const double expanded = value.expanded();
   if (!std::isfinite(expanded) || expanded < 0 || !(value.coverage_factor >= 1)) return Certainty::value;
@@ -126,7 +126,7 @@ Certainty certainty_of(const ReportedValue& value) {
 std::string dsi_number(double number) { return fmt::format("{}", number); }
 
 std::string dsi_value(const ReportedValue& value) {
-  if (certainty_of(value) <= Certainty::value || value.expanded() == 0) return dsi_number(value.value);
+  if (classify_certainty(value) <= Certainty::value || value.expanded() == 0) return dsi_number(value.value);
   const int decimals = decimals_for(value.expanded());
   if (decimals > kMostDsiDecimals || std::abs(value.value) >= 1e15) return dsi_number(value.value);
   return fmt::format("{:.{}f}", value.value, std::max(0, decimals));

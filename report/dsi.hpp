@@ -19,7 +19,7 @@ namespace gyrotherm::report {
 /// The parts of a value that D-SI can express.
 enum class Certainty { nothing, value, with_normal_u, with_students_u };
 /// Returns the known parts of a value. A k below 1 or a negative U counts as unknown.
-[[nodiscard]] Certainty certainty_of(const ReportedValue& value);
+[[nodiscard]] Certainty classify_certainty(const ReportedValue& value);
 
 /// Returns a finite value. With U it is rounded to the fourth significant digit of U, two more than U is stated with;
 /// without U it is exact.

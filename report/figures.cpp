@@ -46,33 +46,33 @@ std::vector<plot::Band> floor_band(const ReportedRun& run) {
 }
 
 /// The curve of one model.
-struct Drawn {
+struct ModelCurve {
   const char* name;
   const char* colour;
   const std::vector<double>& residual;
 };
 
-plot::Panel error_panel(const Report& report, const ReportedRun& run, const std::string& title, const Drawn& drawn,
+plot::Panel error_panel(const Report& report, const ReportedRun& run, const std::string& title, const ModelCurve& drawn,
                         std::optional<plot::Range> range, double height_px) {
-  plot::Panel made =
-      plot::panel_of(title, kErrorTitle, {over_time(report, run, drawn.residual, drawn.name, drawn.colour)}, height_px);
+  plot::Panel made = plot::make_panel(title, kErrorTitle,
+                                      {over_time(report, run, drawn.residual, drawn.name, drawn.colour)}, height_px);
   made.left.range = range;
   made.bands = floor_band(run);
   return made;
 }
 
-ReportFigure before_and_after(const Report& report, const Drawn& drawn, const std::string& id,
+ReportFigure before_and_after(const Report& report, const ModelCurve& drawn, const std::string& id,
                               const std::string& heading) {
   const ReportedRun& run = report.rate;
   plot::Plot plot = time_plot(report, run, id, fmt::format("Bias before and after {} compensation", drawn.name));
-  plot::Panel both = plot::panel_of("(a) Before and after", kBiasTitle,
-                                    {over_time(report, run, run.series.raw, "before", plot::colour::kRaw),
-                                     over_time(report, run, drawn.residual, drawn.name, drawn.colour)},
-                                    210);
+  plot::Panel both = plot::make_panel("(a) Before and after", kBiasTitle,
+                                      {over_time(report, run, run.series.raw, "before", plot::colour::kRaw),
+                                       over_time(report, run, drawn.residual, drawn.name, drawn.colour)},
+                                      210);
   plot.panels = {both, error_panel(report, run, "(b) Error, enlarged", drawn, {}, 170)};
   const std::string caption =
       fmt::format("Bias in the {} run before and after {} compensation, and the enlarged error curve; {}.", run.profile,
-                  drawn.name, standing(run));
+                  drawn.name, in_sample_text(run));
   return {id, heading, caption, svg_of(plot)};
 }
 
@@ -114,7 +114,7 @@ ReportFigure temperature_figure(const Report& report, const ReportedRun& run, co
   plot::Curve set_point = over_time(report, run, run.series.set_point_c, "set point", plot::colour::kSetPoint);
   set_point.dashed = true;
   const std::string block_name = "block (" + first_name + ")";
-  plot::Panel only = plot::panel_of(
+  plot::Panel only = plot::make_panel(
       "", "Temperature, °C",
       {bias, set_point, over_time(report, run, first, block_name.c_str(), plot::colour::kTemperature)}, 270);
   only.left.colour = plot::colour::kTemperature;
@@ -144,7 +144,8 @@ ReportFigure correlation_array(const Report& report) {
 ReportFigure correlation_curves(const Report& report) {
   const ReportedCorrelation& correlation = report.correlation;
   const plot::Rule threshold{"threshold " + plot::decimal(correlation.threshold, 2), correlation.threshold};
-  plot::Panel whole = plot::panel_of("(a)", "|r|", {}, 200), enlarged = plot::panel_of("(b) Enlarged", "|r|", {}, 170);
+  plot::Panel whole = plot::make_panel("(a)", "|r|", {}, 200),
+              enlarged = plot::make_panel("(b) Enlarged", "|r|", {}, 170);
   for (std::size_t row = 0; row < correlation.names.size(); ++row) {
     whole.curves.push_back(correlation_curve(correlation, row));
     enlarged.curves.push_back(whole.curves.back());
@@ -177,18 +178,18 @@ std::vector<ReportFigure> rate_figures(const Report& report) {
 ReportFigure random_figure(const Report& report) {
   const ReportedRun& run = report.random;
   const auto& residual = run.series.residual;
-  const Drawn three{"three-point", plot::colour::kThreePoint, residual.three_point};
-  const Drawn multi{"multi-point", plot::colour::kMultiPoint, residual.multi_point};
-  const Drawn multi_t{"multi-point with temperature", plot::colour::kMultiPointT, residual.multi_point_t};
+  const ModelCurve three{"three-point", plot::colour::kThreePoint, residual.three_point};
+  const ModelCurve multi{"multi-point", plot::colour::kMultiPoint, residual.multi_point};
+  const ModelCurve multi_t{"multi-point with temperature", plot::colour::kMultiPointT, residual.multi_point_t};
   plot::Range range = plot::joined(plot::joined(plot::range_of(three.residual), plot::range_of(multi.residual)),
                                    plot::range_of(multi_t.residual));
   range = rounded_out(range, 3);
   plot::Plot plot = time_plot(report, run, "figure-8", "Bias of the random run before and after compensation");
-  plot.panels = {plot::panel_of("(a) Before and after", kBiasTitle,
-                                {over_time(report, run, run.series.raw, "before", plot::colour::kRaw),
-                                 over_time(report, run, multi.residual, multi.name, multi.colour),
-                                 over_time(report, run, multi_t.residual, multi_t.name, multi_t.colour)},
-                                210),
+  plot.panels = {plot::make_panel("(a) Before and after", kBiasTitle,
+                                  {over_time(report, run, run.series.raw, "before", plot::colour::kRaw),
+                                   over_time(report, run, multi.residual, multi.name, multi.colour),
+                                   over_time(report, run, multi_t.residual, multi_t.name, multi_t.colour)},
+                                  210),
                  error_panel(report, run, "(b) Error, enlarged", three, range, 120),
                  error_panel(report, run, "(c)", multi, range, 120),
                  error_panel(report, run, "(d)", multi_t, range, 120)};
@@ -196,7 +197,7 @@ ReportFigure random_figure(const Report& report) {
       plot.id, "Figure 8",
       fmt::format(
           "The {}, {}. (a) Bias before and after compensation; (b) to (d) the error of each model, all to one scale.",
-          run.profile, standing(run)),
+          run.profile, in_sample_text(run)),
       svg_of(plot)};
 }
 
@@ -206,17 +207,17 @@ ReportFigure tuning_figure(const Report& report) {
                   .title = "Best fitness of the swarm over its iterations",
                   .x = {.title = "Iteration (0: the initial swarm)"},
                   .simulated = report.rig.is_virtual};
-  plot.panels = {
-      plot::panel_of("", "RMSE on held-out cycles, °/h",
-                     {history_curve(models.three_point, "three-point", plot::colour::kThreePoint),
-                      history_curve(models.multi_point, "multi-point", plot::colour::kMultiPoint),
-                      history_curve(models.multi_point_t, "multi-point with temperature", plot::colour::kMultiPointT)},
-                     210)};
+  plot.panels = {plot::make_panel(
+      "", "RMSE on held-out cycles, °/h",
+      {history_curve(models.three_point, "three-point", plot::colour::kThreePoint),
+       history_curve(models.multi_point, "multi-point", plot::colour::kMultiPoint),
+       history_curve(models.multi_point_t, "multi-point with temperature", plot::colour::kMultiPointT)},
+      210)};
   return {plot.id, "Tuning",
           "Best fitness found by each swarm, as the root of its mean squared error on held-out cycles.", svg_of(plot)};
 }
 
-plot::Curve curve_of(const data::AllanCurve& points, const char* name, const char* colour) {
+plot::Curve allan_curve(const data::AllanCurve& points, const char* name, const char* colour) {
   plot::Curve curve{.name = name, .colour = colour};
   for (const data::AllanPoint& point : points) {
     curve.x.push_back(point.tau_s);
@@ -226,8 +227,8 @@ plot::Curve curve_of(const data::AllanCurve& points, const char* name, const cha
 }
 
 /// Returns a curve with markers and error bars, without a line.
-plot::Curve measured(const data::AllanCurve& points, const char* name, const char* colour) {
-  plot::Curve curve = curve_of(points, name, colour);
+plot::Curve measured_curve(const data::AllanCurve& points, const char* name, const char* colour) {
+  plot::Curve curve = allan_curve(points, name, colour);
   for (const data::AllanPoint& point : points) curve.error.push_back(point.error_deg_per_h);
   curve.marker = plot::Marker::circle;
   curve.line = false;
@@ -245,14 +246,14 @@ plot::Curve term_line(const data::NoiseCoefficient& noise, const data::AllanCurv
 }
 
 plot::Curve fit_line(const data::HoldNoise& holds) {
-  plot::Curve line = curve_of(holds.curve, "fit", plot::colour::kInk);
+  plot::Curve line = allan_curve(holds.curve, "fit", plot::colour::kInk);
   line.y = fitted_deg_per_h(holds);
   line.width_px = 1.4;
   return line;
 }
 
 /// Returns the range of the measured curves. Lines of single noise terms may leave the panel.
-plot::Range range_of_points(const std::vector<plot::Curve>& curves) {
+plot::Range measured_range(const std::vector<plot::Curve>& curves) {
   std::vector<double> ends;
   for (const plot::Curve& curve : curves) {
     for (std::size_t k = 0; k < curve.y.size(); ++k) {
@@ -263,23 +264,23 @@ plot::Range range_of_points(const std::vector<plot::Curve>& curves) {
   return plot::logarithmically_rounded_out(plot::positive_range_of(ends));
 }
 
-plot::Panel panel_of(const ReportedRun& run, const std::string& title) {
+plot::Panel allan_panel(const ReportedRun& run, const std::string& title) {
   plot::Panel panel;
   panel.title = title;
   panel.left = {.title = "Allan deviation, °/h", .logarithmic = true};
   panel.height_px = 210;
   const data::HoldNoise& holds = run.noise.compensated_holds;
-  plot::Curve raw = curve_of(run.noise.raw, "run, raw", plot::colour::kRaw);
+  plot::Curve raw = allan_curve(run.noise.raw, "run, raw", plot::colour::kRaw);
   raw.marker = plot::Marker::square;
   raw.hollow = true;
   plot::Curve compensated =
-      curve_of(run.noise.compensated.multi_point_t, "run, compensated", plot::colour::kMultiPointT);
+      allan_curve(run.noise.compensated.multi_point_t, "run, compensated", plot::colour::kMultiPointT);
   compensated.marker = plot::Marker::diamond;
-  plot::Curve raw_holds = measured(run.noise.holds.curve, "holds, raw", plot::colour::kThreePoint);
+  plot::Curve raw_holds = measured_curve(run.noise.holds.curve, "holds, raw", plot::colour::kThreePoint);
   raw_holds.hollow = true;
   panel.curves = {std::move(raw), std::move(compensated), std::move(raw_holds), fit_line(holds),
-                  measured(holds.curve, "holds, compensated", plot::colour::kTemperature)};
-  panel.left.range = range_of_points(panel.curves);
+                  measured_curve(holds.curve, "holds, compensated", plot::colour::kTemperature)};
+  panel.left.range = measured_range(panel.curves);
   bool named = false;
   for (const data::NoiseCoefficient& noise : holds.fit.coefficients) {
     if (!noise.seen) continue;
@@ -294,7 +295,7 @@ ReportFigure allan_figure(const Report& report) {
   const plot::Plot plot{.id = "allan",
                         .title = "Allan deviation of the holds and of the whole runs",
                         .x = {.title = "Averaging time τ, s", .logarithmic = true},
-                        .panels = {panel_of(report.rate, "(a) rate"), panel_of(report.random, "(b) random")},
+                        .panels = {allan_panel(report.rate, "(a) rate"), allan_panel(report.random, "(b) random")},
                         .simulated = report.rig.is_virtual};
   return {
       plot.id, "Allan deviation",

@@ -44,7 +44,7 @@ std::string grouped(std::string_view digits, bool from_the_right) {
 }
 
 /// Returns the power of ten of the leading digit after rounding to `digits` digits: −1 for 0.0996 and two digits.
-int power_of(double value, int digits) {
+int decimal_exponent(double value, int digits) {
   const std::string text = fmt::format("{:.{}e}", std::abs(value), digits - 1);
   return std::stoi(text.substr(text.find('e') + 1));
 }
@@ -73,10 +73,10 @@ struct Rounding {
   int power{};  ///< 0: none
 };
 
-Rounding rounding_of(double value, double expanded) {
-  const int decimals = kDigitsOfU - 1 - power_of(expanded, kDigitsOfU);
+Rounding choose_rounding(double value, double expanded) {
+  const int decimals = kDigitsOfU - 1 - decimal_exponent(expanded, kDigitsOfU);
   const double greatest = std::max(std::abs(value), expanded);
-  const int power = power_of(greatest, kDigitsOfAValue);
+  const int power = decimal_exponent(greatest, kDigitsOfAValue);
   if (decimals <= kMostDecimals && power < kGreatestPower) return {decimals, 0};
   return {decimals + power, power};
 }
@@ -97,7 +97,7 @@ struct Day {
   int year{}, month{}, day{};
 };
 
-std::optional<Day> day_of(std::string_view text) {
+std::optional<Day> parse_date(std::string_view text) {
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   if (text.size() != 10 || text[4] != '-' || text[7] != '-') return {};
   for (const std::size_t at : {0, 1, 2, 3, 5, 6, 8, 9})
@@ -121,7 +121,7 @@ constexpr std::array<std::array<const char*, 12>, 2> kMonths = {
 FormattedValue format_parts(Language language, const ReportedValue& value) {
   if (!std::isfinite(value.value)) return {kDash, ""};
   if (!has_expanded(value)) return {format_plain(language, value.value), ""};
-  const Rounding rounding = rounding_of(value.value, value.expanded());
+  const Rounding rounding = choose_rounding(value.value, value.expanded());
   const auto part = [&](double number) {
     if (rounding.power == 0) return fixed(language, number, rounding.decimals);
     return fixed(language, number / std::pow(10.0, rounding.power), rounding.decimals) + times_power(rounding.power);
@@ -131,7 +131,7 @@ FormattedValue format_parts(Language language, const ReportedValue& value) {
 
 std::string format(Language language, const ReportedValue& value) {
   if (!std::isfinite(value.value) || !has_expanded(value)) return format_parts(language, value).value;
-  const Rounding rounding = rounding_of(value.value, value.expanded());
+  const Rounding rounding = choose_rounding(value.value, value.expanded());
   const double scale = std::pow(10.0, rounding.power);
   const std::string both = fixed(language, value.value / scale, rounding.decimals) + kPlusMinus +
                            fixed(language, value.expanded() / scale, rounding.decimals);
@@ -146,7 +146,7 @@ std::string format_significant(Language language, double value, int digits) {
   assert(digits > 0);
   if (!std::isfinite(value)) return kDash;
   if (value == 0) return "0";
-  const int power = power_of(value, digits);
+  const int power = decimal_exponent(value, digits);
   if (power >= kLeastPower && power < kGreatestPower) return fixed(language, value, digits - 1 - power);
   return fixed(language, value / std::pow(10.0, power), digits - 1) + times_power(power);
 }
@@ -167,14 +167,15 @@ std::string format_probability(Language language, double probability) {
 }
 
 std::string format_day(Language language, std::string_view day) {
-  const auto found = day_of(day);
+  const auto found = parse_date(day);
   if (!found) return std::string(day);
   const auto* month = kMonths.at(language == Language::german ? 1 : 0).at(static_cast<std::size_t>(found->month) - 1);
   return fmt::format("{}{} {} {}", found->day, language == Language::german ? "." : "", month, found->year);
 }
 
 std::string format_instant(Language language, std::string_view utc) {
-  if (utc.size() < 20 || utc[10] != 'T' || !utc.ends_with('Z') || !day_of(utc.substr(0, 10))) return std::string(utc);
+  if (utc.size() < 20 || utc[10] != 'T' || !utc.ends_with('Z') || !parse_date(utc.substr(0, 10)))
+    return std::string(utc);
   return format_day(language, utc.substr(0, 10)) + ", " + std::string(utc.substr(11, 8)) + " UTC";
 }
 

@@ -26,7 +26,7 @@ constexpr std::array kComponents = {"x", "y", "z"};
 
 std::vector<double> listed(const Eigen::VectorXd& column) { return {column.begin(), column.end()}; }
 
-std::vector<double> hours_of(const Eigen::VectorXd& seconds) { return listed(seconds / kSecondsPerHour); }
+std::vector<double> hours_from(const Eigen::VectorXd& seconds) { return listed(seconds / kSecondsPerHour); }
 
 plot::Plot over_hours(const model::FusionSummary& summary, const char* id, const char* title) {
   return {
@@ -45,13 +45,13 @@ std::string rate_figure(const model::FusedRun& run) {
   for (std::size_t k = 0; k < kComponents.size(); ++k) {
     Eigen::VectorXd values = means.mean.col(static_cast<Eigen::Index>(k));
     if (is_error) values.array() -= run.summary.earth_deg_per_h[k];
-    plot::Panel panel = plot::panel_of(fmt::format("({}) {}", static_cast<char>('a' + k), kComponents[k]),
-                                       is_error ? "Error, °/h" : "Rate, °/h",
-                                       {{.name = is_error ? "fused rate less the Earth’s" : "fused rate",
-                                         .colour = plot::colour::kMultiPointT,
-                                         .x = hours_of(means.end_s),
-                                         .y = listed(values)}},
-                                       130);
+    plot::Panel panel = plot::make_panel(fmt::format("({}) {}", static_cast<char>('a' + k), kComponents[k]),
+                                         is_error ? "Error, °/h" : "Rate, °/h",
+                                         {{.name = is_error ? "fused rate less the Earth’s" : "fused rate",
+                                           .colour = plot::colour::kMultiPointT,
+                                           .x = hours_from(means.end_s),
+                                           .y = listed(values)}},
+                                         130);
     plot.panels.push_back(std::move(panel));
   }
   return figure(
@@ -65,14 +65,16 @@ std::string parity_figure(const model::FusedRun& run) {
   const model::ClusterMeans means = model::cluster_means(run.time_s, run.statistic, kMean_s);
   plot::Plot plot = over_hours(run.summary, "parity", "The parity of the axes over time");
   const auto degrees = run.summary.axes.size() - 3;
-  plot::Panel panel = plot::panel_of(
-      {}, "pᵀp",
-      {{.name = "of each second", .colour = plot::colour::kRaw, .x = hours_of(run.time_s), .y = listed(run.statistic)},
-       {.name = fmt::format("mean over {:.0f} s", kMean_s),
-        .colour = plot::colour::kMultiPoint,
-        .x = hours_of(means.end_s),
-        .y = listed(means.mean.col(0))}},
-      200);
+  plot::Panel panel = plot::make_panel({}, "pᵀp",
+                                       {{.name = "of each second",
+                                         .colour = plot::colour::kRaw,
+                                         .x = hours_from(run.time_s),
+                                         .y = listed(run.statistic)},
+                                        {.name = fmt::format("mean over {:.0f} s", kMean_s),
+                                         .colour = plot::colour::kMultiPoint,
+                                         .x = hours_from(means.end_s),
+                                         .y = listed(means.mean.col(0))}},
+                                       200);
   panel.rules = {{"limit", run.summary.limit}};
   const double greatest = run.statistic.array().isFinite().select(run.statistic, 0).maxCoeff();
   panel.left.range = plot::Range{0, 1.1 * std::max(run.summary.limit, greatest)};
@@ -87,11 +89,11 @@ std::string parity_figure(const model::FusedRun& run) {
 /// Returns a figure with a line per axis while it contributes to the rate.
 std::string axes_figure(const model::FusedRun& run) {
   plot::Plot plot = over_hours(run.summary, "axes", "Which axes have a part in the rate");
-  plot::Panel panel = plot::panel_of({}, "Axis no.", {}, 24.0 * static_cast<double>(run.summary.axes.size()) + 30);
+  plot::Panel panel = plot::make_panel({}, "Axis no.", {}, 24.0 * static_cast<double>(run.summary.axes.size()) + 30);
   panel.left.range = plot::Range{0, static_cast<double>(run.summary.axes.size()) + 1};
   for (std::size_t a = 0; a < run.summary.axes.size(); ++a) {
     plot::Curve curve{
-        .name = run.summary.axes[a].name, .colour = plot::palette(a), .x = hours_of(run.time_s), .width_px = 5};
+        .name = run.summary.axes[a].name, .colour = plot::palette(a), .x = hours_from(run.time_s), .width_px = 5};
     for (const model::AxisSet used : run.used)
       curve.y.push_back((used >> a & 1) != 0 ? static_cast<double>(a + 1) : std::numeric_limits<double>::quiet_NaN());
     panel.curves.push_back(std::move(curve));
@@ -120,7 +122,7 @@ std::string alarms_table(const model::FusionSummary& summary) {
   return html_of(table) + (more > 0 ? fmt::format("<p class=\"note\">{} more stand in fusion.json.</p>\n", more) : "");
 }
 
-std::string warnings_of(const model::FusionSummary& summary) {
+std::string warnings_html(const model::FusionSummary& summary) {
   if (summary.warnings.empty()) return {};
   std::string html = "<ul class=\"warnings\">\n";
   for (const std::string& warning : summary.warnings) html += "<li>" + plot::escaped(warning) + "</li>\n";
@@ -149,7 +151,7 @@ std::string with_expanded(const std::vector<double>& values, const std::vector<d
   return fmt::format("{}&nbsp;±&nbsp;{}", plot::decimal(values[k], 4), plot::decimal(expanded[k], 4));
 }
 
-std::string heading_of(const model::RestStretch& rest) {
+std::string heading_text(const model::RestStretch& rest) {
   if (!rest.heading_deg) return "–";
   return fmt::format("{}°&nbsp;±&nbsp;{}°", plot::decimal(*rest.heading_deg, 3),
                      plot::decimal(*rest.heading_expanded_deg, 3));
@@ -165,7 +167,7 @@ std::string rest_table(const model::FusionSummary& summary) {
     table.rows.push_back({label, with_expanded(rest.rate.deg_per_h, rest.rate.expanded_deg_per_h, 0),
                           with_expanded(rest.rate.deg_per_h, rest.rate.expanded_deg_per_h, 1),
                           with_expanded(rest.rate.deg_per_h, rest.rate.expanded_deg_per_h, 2),
-                          plot::format_bias(std::sqrt(squares)), heading_of(rest),
+                          plot::format_bias(std::sqrt(squares)), heading_text(rest),
                           fmt::format("{} ({})", plot::decimal(rest.statistic, 1), plot::decimal(rest.limit, 1))});
   };
   if (summary.rest) add(*summary.rest, "<b>all holds</b>");
@@ -223,7 +225,7 @@ std::string html_of(const model::FusedRun& run, const std::string& program_versi
   const auto section = [&](const char* title) {
     body += fmt::format("<h2><span class=\"number\">{}</span>{}</h2>\n", ++sections, title);
   };
-  if (const auto warnings = warnings_of(summary); !warnings.empty()) {
+  if (const auto warnings = warnings_html(summary); !warnings.empty()) {
     section("Warnings");
     body += warnings;
   }

@@ -116,7 +116,7 @@ constexpr const char* kSimulatedPages = R"css(
 /// is marked in its margin and across the text.
 std::string style_sheet(bool simulated) { return std::string(kScreen) + kPrint + (simulated ? kSimulatedPages : ""); }
 
-std::string row_of(const std::vector<std::string>& cells, const char* tag, std::size_t text_columns) {
+std::string row_html(const std::vector<std::string>& cells, const char* tag, std::size_t text_columns) {
   std::string row = "<tr>";
   for (std::size_t k = 0; k < cells.size(); ++k) {
     // An empty header cell is not a header.
@@ -144,10 +144,10 @@ std::string html_of(const HtmlPage& page) {
 std::string html_of(const HtmlTable& table) {
   std::string html = table.style.empty() ? "<table>\n" : fmt::format("<table class=\"{}\">\n", table.style);
   if (!table.caption.empty()) html += fmt::format("<caption>{}</caption>\n", table.caption);
-  html += "<thead>" + row_of(table.header, "th", table.text_columns) + "</thead>\n<tbody>\n";
+  html += "<thead>" + row_html(table.header, "th", table.text_columns) + "</thead>\n<tbody>\n";
   for (const auto& row : table.rows) {
     assert(row.size() == table.header.size());
-    html += row_of(row, "td", table.text_columns);
+    html += row_html(row, "td", table.text_columns);
   }
   return html + "</tbody>\n</table>\n";
 }

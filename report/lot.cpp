@@ -16,14 +16,14 @@ namespace gyrotherm::report {
 
 namespace {
 
-std::string label_of(const LotAxis& axis) { return axis.axis.empty() ? axis.unit : axis.unit + "." + axis.axis; }
+std::string axis_label(const LotAxis& axis) { return axis.axis.empty() ? axis.unit : axis.unit + "." + axis.axis; }
 
 double median_of_sorted(const std::vector<double>& sorted) {
   const auto half = sorted.size() / 2;
   return sorted.size() % 2 == 1 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
 }
 
-double median_of(std::vector<double> values) {
+double median(std::vector<double> values) {
   std::ranges::sort(values);
   return median_of_sorted(values);
 }
@@ -46,7 +46,7 @@ void describe(auto& form, Like<LotAxis> auto& axis) {
   form("missing_s", axis.missing_s);
   form("raw_score", axis.raw_score);
   form("compensated_score", axis.compensated_score);
-  form("stands_out", axis.stands_out);
+  form("stands_out", axis.is_outlier);
 }
 
 void describe(auto& form, Like<Lot> auto& lot) {
@@ -82,9 +82,9 @@ std::vector<double> robust_scores(const std::vector<double>& values) {
   for (const double value : values)
     if (value > 0) known.push_back(std::log(value));
   if (known.size() < kFewest) return scores;
-  const double middle = median_of(known);
+  const double middle = median(known);
   for (double& one : known) one = std::abs(one - middle);
-  const double deviation = median_of(known);
+  const double deviation = median(known);
   if (deviation == 0) return scores;
   for (std::size_t i = 0; i < values.size(); ++i)
     if (values[i] > 0) scores[i] = kOfNormal * (std::log(values[i]) - middle) / deviation;
@@ -102,7 +102,7 @@ void compare(Lot& lot) {
     auto& axis = lot.axes[i];
     axis.raw_score = raw[i];
     axis.compensated_score = compensated[i];
-    axis.stands_out = std::abs(raw[i]) > kStandsOut || std::abs(compensated[i]) > kStandsOut;
+    axis.is_outlier = std::abs(raw[i]) > kOutlierScore || std::abs(compensated[i]) > kOutlierScore;
   }
 }
 
@@ -124,23 +124,24 @@ std::string score(double value) { return std::isnan(value) ? "–" : fmt::format
 std::string remark_on(const LotAxis& axis) {
   std::string remark = axis.trouble;
   const auto add = [&](const std::string& more) { remark += (remark.empty() ? "" : "; ") + more; };
-  if (axis.stands_out) add("stands out");
+  if (axis.is_outlier) add("stands out");
   if (axis.missing_s > 0) add(fmt::format("not read for {:.0f} s", axis.missing_s));
   return remark;
 }
 
 /// Returns the rows of the table without its header.
-std::vector<std::vector<std::string>> rows_of(const Lot& lot, const std::string& only_unit) {
+std::vector<std::vector<std::string>> lot_rows(const Lot& lot, const std::string& only_unit) {
   std::vector<std::vector<std::string>> rows;
   for (const auto& axis : lot.axes)
     if (only_unit.empty() || axis.unit == only_unit)
-      rows.push_back({label_of(axis), axis.serial_number, axis.verdict, remark_on(axis), number(axis.raw_std_deg_per_h),
-                      number(axis.compensated_std_deg_per_h), number(axis.floor_deg_per_h),
-                      number(axis.expanded_deg_per_h), score(axis.raw_score), score(axis.compensated_score)});
+      rows.push_back({axis_label(axis), axis.serial_number, axis.verdict, remark_on(axis),
+                      number(axis.raw_std_deg_per_h), number(axis.compensated_std_deg_per_h),
+                      number(axis.floor_deg_per_h), number(axis.expanded_deg_per_h), score(axis.raw_score),
+                      score(axis.compensated_score)});
   return rows;
 }
 
-HtmlTable table_of(const Lot& lot, const std::string& only_unit = {}) {
+HtmlTable lot_table(const Lot& lot, const std::string& only_unit = {}) {
   HtmlTable table{.caption =
                       "Random program, which no model has seen, °/h: standard deviation of the bias before and "
                       "after compensation by multi-point with temperature; noise floor; U (k as in the budget) "
@@ -149,14 +150,14 @@ HtmlTable table_of(const Lot& lot, const std::string& only_unit = {}) {
                              "score comp."},
                   .text_columns = 4,
                   .style = "small"};
-  for (auto& row : rows_of(lot, only_unit)) {
+  for (auto& row : lot_rows(lot, only_unit)) {
     for (auto& cell : row) cell = plot::escaped(cell);
     table.rows.push_back(std::move(row));
   }
   return table;
 }
 
-plot::Curve points(const Lot& lot, const char* name, const char* colour, double LotAxis::*figure, bool hollow) {
+plot::Curve value_curve(const Lot& lot, const char* name, const char* colour, double LotAxis::*figure, bool hollow) {
   plot::Curve curve{.name = name, .colour = colour, .marker = plot::Marker::circle, .hollow = hollow, .line = false};
   for (std::size_t i = 0; i < lot.axes.size(); ++i) {
     curve.x.push_back(static_cast<double>(i));
@@ -165,15 +166,16 @@ plot::Curve points(const Lot& lot, const char* name, const char* colour, double 
   return curve;
 }
 
-std::string figure_of(const Lot& lot) {
+std::string lot_figure(const Lot& lot) {
   plot::Plot plot{
       .id = "lot", .title = "Bias of every axis before and after compensation", .x = {}, .simulated = lot.simulated};
-  for (const auto& axis : lot.axes) plot.x.categories.push_back(label_of(axis));
+  for (const auto& axis : lot.axes) plot.x.categories.push_back(axis_label(axis));
   plot::Panel panel;
   panel.left = {.title = "°/h", .logarithmic = true};
-  panel.curves = {points(lot, "raw", plot::colour::kRaw, &LotAxis::raw_std_deg_per_h, false),
-                  points(lot, "compensated", plot::colour::kMultiPointT, &LotAxis::compensated_std_deg_per_h, false),
-                  points(lot, "noise floor", plot::colour::kBias, &LotAxis::floor_deg_per_h, true)};
+  panel.curves = {
+      value_curve(lot, "raw", plot::colour::kRaw, &LotAxis::raw_std_deg_per_h, false),
+      value_curve(lot, "compensated", plot::colour::kMultiPointT, &LotAxis::compensated_std_deg_per_h, false),
+      value_curve(lot, "noise floor", plot::colour::kBias, &LotAxis::floor_deg_per_h, true)};
   plot.panels.push_back(std::move(panel));
   return fmt::format(
       "<figure>\n{}<figcaption><b>Figure</b> Standard deviation of the bias on the random program, which "
@@ -181,14 +183,14 @@ std::string figure_of(const Lot& lot) {
       svg_of(plot));
 }
 
-std::string events_of(const Lot& lot) {
+std::string events_html(const Lot& lot) {
   std::string html = "<ul class=\"warnings\">\n";
   for (const auto& event : lot.events) html += "<li>" + plot::escaped(event) + "</li>\n";
   return html + "</ul>\n";
 }
 
 /// Prefixes all ids and references of an axis' page with the axis, so that they are unique on the page of the unit.
-std::string with_names_of(std::string html, const std::string& axis) {
+std::string with_unique_ids(std::string html, const std::string& axis) {
   for (const std::string before : {" id=\"", "url(#", "href=\"#"}) {
     for (auto at = html.find(before); at != std::string::npos; at = html.find(before, at + before.size()))
       html.insert(at + before.size(), axis + "-");
@@ -199,7 +201,7 @@ std::string with_names_of(std::string html, const std::string& axis) {
 std::string heading(const std::string& text) { return "<h2>" + plot::escaped(text) + "</h2>\n"; }
 
 /// Returns a link to the report of each unit.
-std::string links_of(const Lot& lot) {
+std::string report_links(const Lot& lot) {
   std::string html = "<p>Reports:";
   std::string last;
   for (const auto& axis : lot.axes) {
@@ -219,7 +221,7 @@ std::string describe(const Lot& lot) {
                        row[5], row[6], row[7], row[8], row[9], row[3]);
   };
   text += line({"axis", "serial", "verdict", "", "raw", "compensated", "floor", "U", "score", "score"});
-  for (const auto& row : rows_of(lot, "")) text += line(row);
+  for (const auto& row : lot_rows(lot, "")) text += line(row);
   for (const auto& event : lot.events) text += "  " + event + "\n";
   return text;
 }
@@ -227,11 +229,11 @@ std::string describe(const Lot& lot) {
 std::string html_of(const Lot& lot) {
   auto body = fmt::format("<p>{} axes of one rig, in one chamber, on the same two programs.{}</p>\n", lot.axes.size(),
                           lot.quick ? " Models were tuned with a small swarm, for a try." : "");
-  body += links_of(lot) + html_of(table_of(lot)) + figure_of(lot);
+  body += report_links(lot) + html_of(lot_table(lot)) + lot_figure(lot);
   body +=
       "<p>An axis stands out whose score is beyond ±3.5 (Iglewicz and Hoaglin 1993): the distance of the logarithm "
       "of its deviation from the lot’s median, over the median of all such distances.</p>\n";
-  if (!lot.events.empty()) body += heading("Units that fell silent or were dropped") + events_of(lot);
+  if (!lot.events.empty()) body += heading("Units that fell silent or were dropped") + events_html(lot);
   return html_of(HtmlPage{.title = "Lot summary – " + lot.rig_title,
                           .kind = "Lot summary",
                           .heading = "Temperature compensation of a lot of gyros",
@@ -243,10 +245,10 @@ std::string html_of(const Lot& lot) {
 
 std::string html_of_unit(const Lot& lot, const std::string& unit,
                          const std::vector<std::pair<std::string, Report>>& axes) {
-  auto body = html_of(table_of(lot, unit));
+  auto body = html_of(lot_table(lot, unit));
   for (const auto& [axis, report] : axes)
     body += fmt::format("<h1 id=\"axis-{0}\">Axis {0}</h1>\n", plot::escaped(axis)) +
-            with_names_of(body_of(report, all_figures(report)), axis);
+            with_unique_ids(body_html(report, all_figures(report)), axis);
   const auto found = std::ranges::find(lot.axes, unit, &LotAxis::unit);
   const auto serial = found == lot.axes.end() || found->serial_number.empty() ? "" : ", " + found->serial_number;
   return html_of(HtmlPage{

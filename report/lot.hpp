@@ -33,13 +33,13 @@ struct LotAxis {
   /// Distance of the uncompensated and the compensated standard deviation from the lot's median, in robust standard
   /// deviations.
   double raw_score = kNotKnown, compensated_score = kNotKnown;
-  /// Outlier: one of the scores exceeds ±kStandsOut.
-  bool stands_out{};
+  /// Outlier: one of the scores exceeds ±kOutlierScore.
+  bool is_outlier{};
 };
 
 /// Modified z-score above which a value is an outlier: Iglewicz and Hoaglin, "How to Detect and Handle Outliers" (ASQC
 /// 1993).
-inline constexpr double kStandsOut = 3.5;
+inline constexpr double kOutlierScore = 3.5;
 
 struct Lot {
   std::string rig_name, rig_title;

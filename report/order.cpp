@@ -280,7 +280,7 @@ void add_laboratory(CalibrationReport& report, const LaboratoryFile& laboratory)
   append(report.people, laboratory.people);
 }
 
-const OrderedUnit* unit_of(const OrderFile& order, const std::string& name) {
+const OrderedUnit* find_ordered_unit(const OrderFile& order, const std::string& name) {
   const auto named = std::ranges::find(order.units, name, &OrderedUnit::name);
   if (named != order.units.end()) return &*named;
   return order.units.size() == 1 && order.units.front().name.empty() ? &order.units.front() : nullptr;
@@ -309,7 +309,7 @@ void add_order(CalibrationReport& report, const OrderFile& order) {
   append(report.influences, order.influences);
   append(report.deviations, order.deviations);
   report.replaces = order.replaces;
-  if (const OrderedUnit* unit = unit_of(order, report.item.name)) add_unit(report.item, unit->item);
+  if (const OrderedUnit* unit = find_ordered_unit(order, report.item.name)) add_unit(report.item, unit->item);
 }
 
 bool has_role(const std::vector<Person>& people, std::string_view role) {
@@ -318,8 +318,8 @@ bool has_role(const std::vector<Person>& people, std::string_view role) {
 
 /// Lists persons of the order without confirmation of their role by the laboratory. Only the laboratory gives the role
 /// authorising. For another role the laboratory may leave the choice to the order by listing no person with that role.
-void note_roles(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
-                const std::optional<OrderFile>& order) {
+void list_unconfirmed_roles(CalibrationReport& report, const std::optional<LaboratoryFile>& laboratory,
+                            const std::optional<OrderFile>& order) {
   const auto listed = laboratory ? laboratory->people : std::vector<Person>();
   for (const Person& person : order ? order->people : std::vector<Person>()) {
     if (person.role != "authorising" && !has_role(listed, person.role)) continue;
@@ -342,7 +342,7 @@ bool is_verified(const CalibrationReport& report) {
 
 /// Lists days in the wrong order: a unit is calibrated after receipt and before issue of the report. Simulated reports
 /// are exempt.
-void note_days(CalibrationReport& report) {
+void list_wrong_days(CalibrationReport& report) {
   const auto are_in_order = [&](const std::string& first, const std::string& then) {
     return report.simulated || first.empty() || then.empty() || first <= then;
   };
@@ -354,29 +354,30 @@ void note_days(CalibrationReport& report) {
         fmt::format("order.toml: issued, on or after {} (UTC) when the calibration ended", report.ended));
 }
 
-void note_missing(CalibrationReport& report) {
-  const auto need = [&](bool is_there, const char* file, const char* key) {
+void list_missing(CalibrationReport& report) {
+  const auto require_key = [&](bool is_there, const char* file, const char* key) {
     if (!is_there) report.missing.push_back(fmt::format("{}: {}", file, key));
   };
   constexpr const char *kLaboratory = "laboratory.toml", *kOrder = "order.toml";
-  need(!report.laboratory.name.empty(), kLaboratory, "name");
-  need(!report.laboratory.city.empty(), kLaboratory, "city");
-  need(!report.laboratory.country.empty(), kLaboratory, "country");
-  need(!report.traceability.empty(), kLaboratory, "traceability");
-  need(!report.method.empty(), kOrder, "method");
-  need(!report.number.empty(), kOrder, "number");
-  need(!report.customer.name.empty(), kOrder, "customer.name");
-  need(!report.customer.city.empty(), kOrder, "customer.city");
-  need(!report.received.empty(), kOrder, "received");
-  need(!report.issued.empty(), kOrder, "issued");
-  note_days(report);
-  need(!report.item.model.empty(), kOrder, "unit.model");
-  need(!report.item.serial_number.empty(), kOrder, "unit.serial_number");
-  need(!report.item.condition.empty(), kOrder, "unit.condition");
-  need(!report.begun.empty(), "records", "days; a foreign one has them where its map says since when its times count");
-  need(is_verified(report), "records", "one that the model has not seen");
-  need(has_role(report.people, "operator"), kOrder, "person with role \"operator\"");
-  need(has_role(report.people, "authorising"), kLaboratory, "person with role \"authorising\"");
+  require_key(!report.laboratory.name.empty(), kLaboratory, "name");
+  require_key(!report.laboratory.city.empty(), kLaboratory, "city");
+  require_key(!report.laboratory.country.empty(), kLaboratory, "country");
+  require_key(!report.traceability.empty(), kLaboratory, "traceability");
+  require_key(!report.method.empty(), kOrder, "method");
+  require_key(!report.number.empty(), kOrder, "number");
+  require_key(!report.customer.name.empty(), kOrder, "customer.name");
+  require_key(!report.customer.city.empty(), kOrder, "customer.city");
+  require_key(!report.received.empty(), kOrder, "received");
+  require_key(!report.issued.empty(), kOrder, "issued");
+  list_wrong_days(report);
+  require_key(!report.item.model.empty(), kOrder, "unit.model");
+  require_key(!report.item.serial_number.empty(), kOrder, "unit.serial_number");
+  require_key(!report.item.condition.empty(), kOrder, "unit.condition");
+  require_key(!report.begun.empty(), "records",
+              "days; a foreign one has them where its map says since when its times count");
+  require_key(is_verified(report), "records", "one that the model has not seen");
+  require_key(has_role(report.people, "operator"), kOrder, "person with role \"operator\"");
+  require_key(has_role(report.people, "authorising"), kLaboratory, "person with role \"authorising\"");
   append(report.missing, placeholders_in(report));
 }
 
@@ -390,7 +391,7 @@ bool is_worse(const Conformity& one, const Conformity& other) {
 }
 
 /// Returns the worst row; not_known for a column without values.
-Conformity worst_of(const std::vector<ReportedValue>& values, double limit, DecisionRule rule) {
+Conformity find_worst(const std::vector<ReportedValue>& values, double limit, DecisionRule rule) {
   std::optional<Conformity> worst;
   for (const ReportedValue& value : values) {
     if (!std::isfinite(value.value)) continue;
@@ -409,8 +410,8 @@ void add_order(CalibrationReport& report, const std::optional<LaboratoryFile>& l
     add_order(report, *order);
     hold_against(report, order->limits, order->rule);
   }
-  note_missing(report);
-  note_roles(report, laboratory, order);
+  list_missing(report);
+  list_unconfirmed_roles(report, laboratory, order);
 }
 
 Result<void> check_may_authorise(const CalibrationReport& report, const std::string& by) {
@@ -449,7 +450,7 @@ Result<void> check_units(const OrderFile& order, const std::vector<CalibratedIte
         fmt::format("the unit has no name, but {} has several, expected one of {}", from, fmt::join(names, ", ")));
   }
   for (const CalibratedItem& item : items)
-    if (const OrderedUnit* unit = unit_of(order, item.name))
+    if (const OrderedUnit* unit = find_ordered_unit(order, item.name))
       if (auto same = check_unit(*unit, item, from); !same) return same;
   return {};
 }
@@ -464,7 +465,7 @@ void hold_against(CalibrationReport& report, const std::vector<ReportedLimit>& l
       const Column* column = find_column(table, quantity);
       if (table.key != key || column == nullptr || table.in_sample) continue;
       if (limit.stage && *limit.stage != table.stage) continue;
-      Conformity one = worst_of(column->values, limit.at_most, rule);
+      Conformity one = find_worst(column->values, limit.at_most, rule);
       one.quantity = limit.quantity;
       one.axis = table.axis;
       one.stage = table.stage;

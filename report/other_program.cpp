@@ -21,7 +21,7 @@ constexpr std::array<std::pair<std::string_view, const char*>, 5> kPackages{{{"x
                                                                              {"pk12util", "libnss3-tools"},
                                                                              {"openssl", "openssl"}}};
 
-std::string package_of(const std::string& program) {
+std::string package_for(const std::string& program) {
   for (const auto& [name, package] : kPackages)
     if (name == program) return package;
   return program;
@@ -31,12 +31,12 @@ tl::unexpected<Fault> not_started(const std::string& program) {
   return failure(FaultKind::bad_file, program,
                  fmt::format("is not installed, or cannot be run; Debian has it in the package {}: "
                              "sudo apt install {}",
-                             package_of(program), package_of(program)));
+                             package_for(program), package_for(program)));
 }
 
 }  // namespace
 
-Result<ProgramRun> run_program(const std::string& program, const std::vector<std::string>& words,
+Result<ProgramRun> run_program(const std::string& program, const std::vector<std::string>& arguments,
                                std::chrono::milliseconds longest) {
   QProcess process;
   QProcessEnvironment environment = QProcessEnvironment::systemEnvironment();
@@ -44,9 +44,9 @@ Result<ProgramRun> run_program(const std::string& program, const std::vector<std
   process.setProcessEnvironment(environment);
   process.setProcessChannelMode(QProcess::MergedChannels);
   process.setStandardInputFile(QProcess::nullDevice());
-  QStringList arguments;
-  for (const std::string& word : words) arguments << QString::fromStdString(word);
-  process.start(QString::fromStdString(program), arguments, QIODevice::ReadOnly);
+  QStringList qt_arguments;
+  for (const std::string& argument : arguments) qt_arguments << QString::fromStdString(argument);
+  process.start(QString::fromStdString(program), qt_arguments, QIODevice::ReadOnly);
   const int milliseconds = static_cast<int>(longest.count());
   if (!process.waitForStarted(milliseconds)) return not_started(program);
   if (!process.waitForFinished(milliseconds)) {

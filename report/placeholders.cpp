@@ -27,7 +27,7 @@ std::string lowered(std::string_view text) {
 }
 
 /// Returns true if the text contains the mark as a separate word.
-bool has_word_of_its_own(std::string_view text, std::string_view word) {
+bool has_separate_word(std::string_view text, std::string_view word) {
   const auto is_letter = [&](std::size_t at) {
     return at < text.size() && std::isalnum(static_cast<unsigned char>(text[at])) != 0;
   };
@@ -39,22 +39,22 @@ bool has_word_of_its_own(std::string_view text, std::string_view word) {
 /// Collects the placeholders among the given texts.
 class Placeholders {
  public:
-  void look(const std::string& key, const std::string& text) {
+  void check(const std::string& key, const std::string& text) {
     if (is_placeholder(text))
       found_.push_back(fmt::format("{}, which is \"{}\", a text of an example", key, plain(text)));
   }
-  void look(const std::string& key, const Texts& texts) {
-    if (texts.en == texts.de) return look(key, texts.en);
-    look(key + ".en", texts.en);
-    look(key + ".de", texts.de);
+  void check(const std::string& key, const Texts& texts) {
+    if (texts.en == texts.de) return check(key, texts.en);
+    check(key + ".en", texts.en);
+    check(key + ".de", texts.de);
   }
-  void look(const std::string& prefix, const Party& party) {
-    look(prefix + "name", party.name);
-    for (const std::string& line : party.address) look(prefix + "address", line);
-    look(prefix + "postal_code", party.postal_code);
-    look(prefix + "city", party.city);
-    look(prefix + "email", party.email);
-    look(prefix + "phone", party.phone);
+  void check(const std::string& prefix, const Party& party) {
+    check(prefix + "name", party.name);
+    for (const std::string& line : party.address) check(prefix + "address", line);
+    check(prefix + "postal_code", party.postal_code);
+    check(prefix + "city", party.city);
+    check(prefix + "email", party.email);
+    check(prefix + "phone", party.phone);
   }
   [[nodiscard]] std::vector<std::string> found() && { return std::move(found_); }
 
@@ -62,42 +62,42 @@ class Placeholders {
   std::vector<std::string> found_;
 };
 
-void look_at_laboratory(Placeholders& all, const CalibrationReport& report) {
+void check_laboratory(Placeholders& all, const CalibrationReport& report) {
   const std::string file = "laboratory.toml: ";
-  all.look(file, report.laboratory);
-  all.look(file + "title", report.title);
-  all.look(file + "traceability", report.traceability);
+  all.check(file, report.laboratory);
+  all.check(file + "title", report.title);
+  all.check(file + "traceability", report.traceability);
   for (std::size_t i = 0; i < report.statements.size(); ++i)
-    all.look(fmt::format("{}statement[{}]", file, i), report.statements[i]);
+    all.check(fmt::format("{}statement[{}]", file, i), report.statements[i]);
   for (const Equipment& one : report.equipment) {
     // Other equipment comes from records.
     if (one.role != "reference") continue;
-    all.look(file + "equipment.name", one.name);
-    all.look(file + "equipment.serial_number", one.serial_number);
-    all.look(file + "equipment.certificate", one.certificate);
+    all.check(file + "equipment.name", one.name);
+    all.check(file + "equipment.serial_number", one.serial_number);
+    all.check(file + "equipment.certificate", one.certificate);
   }
   for (std::size_t i = 0; i < report.people.size(); ++i) {
     const std::string person = fmt::format("laboratory.toml or order.toml: person[{}].", i);
-    all.look(person + "name", report.people[i].name);
-    all.look(person + "email", report.people[i].email);
+    all.check(person + "name", report.people[i].name);
+    all.check(person + "email", report.people[i].email);
   }
 }
 
-void look_at_order(Placeholders& all, const CalibrationReport& report) {
+void check_order(Placeholders& all, const CalibrationReport& report) {
   const std::string file = "order.toml: ", unit = file + "unit.";
-  all.look(file + "number", report.number);
-  all.look(file + "customer.", report.customer);
-  all.look(unit + "description", report.item.description);
-  all.look(unit + "manufacturer", report.item.manufacturer);
-  all.look(unit + "model", report.item.model);
-  all.look(unit + "serial_number", report.item.serial_number);
-  all.look(unit + "customers_number", report.item.customers_number);
-  all.look(unit + "condition", report.item.condition);
-  all.look(file + "place", report.place);
-  all.look(file + "method", report.method);
-  all.look(file + "remarks", report.remarks);
-  for (const Influence& one : report.influences) all.look(file + "influence.name", one.name);
-  if (report.replaces) all.look(file + "replaces.reason", report.replaces->reason);
+  all.check(file + "number", report.number);
+  all.check(file + "customer.", report.customer);
+  all.check(unit + "description", report.item.description);
+  all.check(unit + "manufacturer", report.item.manufacturer);
+  all.check(unit + "model", report.item.model);
+  all.check(unit + "serial_number", report.item.serial_number);
+  all.check(unit + "customers_number", report.item.customers_number);
+  all.check(unit + "condition", report.item.condition);
+  all.check(file + "place", report.place);
+  all.check(file + "method", report.method);
+  all.check(file + "remarks", report.remarks);
+  for (const Influence& one : report.influences) all.check(file + "influence.name", one.name);
+  if (report.replaces) all.check(file + "replaces.reason", report.replaces->reason);
 }
 
 }  // namespace
@@ -106,14 +106,14 @@ bool is_placeholder(std::string_view text) {
   const std::string lower = lowered(text);
   const auto has = [&](std::string_view part) { return lower.find(part) != std::string::npos; };
   return std::ranges::find(kExamples, lower) != kExamples.end() || std::ranges::any_of(kUnfinished, has) ||
-         std::ranges::any_of(kMarks, [&](std::string_view mark) { return has_word_of_its_own(lower, mark); }) ||
+         std::ranges::any_of(kMarks, [&](std::string_view mark) { return has_separate_word(lower, mark); }) ||
          std::ranges::any_of(kExampleDomains, [&](std::string_view domain) { return lower.ends_with(domain); });
 }
 
 std::vector<std::string> placeholders_in(const CalibrationReport& report) {
   Placeholders all;
-  look_at_laboratory(all, report);
-  look_at_order(all, report);
+  check_laboratory(all, report);
+  check_order(all, report);
   return std::move(all).found();
 }
 

@@ -328,7 +328,7 @@ std::string verdict_of(const Report& report) {
   return std::ranges::all_of(report.accept, &AcceptedLimit::passed) ? "PASS" : "FAIL";
 }
 
-const char* standing(const ReportedRun& run) {
+const char* in_sample_text(const ReportedRun& run) {
   return run.in_sample ? "in-sample: the models were fitted to these data" : "not seen by any model";
 }
 

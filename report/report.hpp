@@ -228,7 +228,7 @@ struct Report {
 [[nodiscard]] std::string verdict_of(const Report& report);
 
 /// Returns "in-sample: the models were fitted to these data" or "not seen by any model" for texts next to a value.
-[[nodiscard]] const char* standing(const ReportedRun& run);
+[[nodiscard]] const char* in_sample_text(const ReportedRun& run);
 
 /// Returns report.json, ending in a newline. Each top-level key is on its own line, so that reports can be compared
 /// line by line. Numbers have the fewest digits that restore the same double; NaN is null.

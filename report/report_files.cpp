@@ -93,8 +93,8 @@ std::string text(const FolderDifferences& differences) {
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 
-std::vector<std::string> foreign_entries(const std::string& folder, const std::vector<std::string>& names,
-                                         const std::vector<UsedFile>& used) {
+std::vector<std::string> other_entries(const std::string& folder, const std::vector<std::string>& names,
+                                       const std::vector<UsedFile>& used) {
   std::set<std::string> known(names.begin(), names.end());
   for (const UsedFile& file : used) {
     known.insert(file.name);
@@ -121,7 +121,7 @@ FolderDifferences compare_with(const std::string& folder, const std::vector<Issu
     }
   }
   for (auto* list : {&found.changed, &found.missing}) std::ranges::sort(*list);
-  found.foreign = foreign_entries(folder, names, used);
+  found.foreign = other_entries(folder, names, used);
   return found;
 }
 

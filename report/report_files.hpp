@@ -59,7 +59,7 @@ struct FolderDifferences {
                                              const std::vector<std::string>& beside = {});
 
 /// Returns the entries of a folder that are neither in `names` nor used by the report, sorted.
-[[nodiscard]] std::vector<std::string> foreign_entries(const std::string& folder, const std::vector<std::string>& names,
-                                                       const std::vector<UsedFile>& used);
+[[nodiscard]] std::vector<std::string> other_entries(const std::string& folder, const std::vector<std::string>& names,
+                                                     const std::vector<UsedFile>& used);
 
 }  // namespace gyrotherm::report

@@ -53,7 +53,7 @@ struct SignedDcc {
   Strings certificates;
 };
 
-std::string signature_of(const SignedDcc& parts) {
+std::string signature_xml(const SignedDcc& parts) {
   std::string text(kBeforeDigest);
   text.append(parts.digest).append(kBeforeValue).append(parts.value).append(kBeforeCertificates);
   for (const std::string& one : parts.certificates) text.append(kCertificate).append(one).append(kCertificateEnd);
@@ -78,7 +78,7 @@ Strings all_between(std::string_view text, std::string_view before, std::string_
   return found;
 }
 
-Result<SignedDcc> parts_of(std::string_view dcc, const std::string& file) {
+Result<SignedDcc> split_certificate(std::string_view dcc, const std::string& file) {
   const auto refused = [&](const char* what) { return failure(FaultKind::bad_file, file, what); };
   const auto begins = dcc.find(kBeforeDigest.substr(0, kBeforeDigest.find('>')));
   if (begins == std::string_view::npos) return refused("has no signature of the form that gyrotherm makes");
@@ -92,7 +92,7 @@ Result<SignedDcc> parts_of(std::string_view dcc, const std::string& file) {
   const bool base64 = is_base64(parts.digest) && is_base64(parts.value) &&
                       std::ranges::all_of(parts.certificates, [](const auto& one) { return is_base64(one); });
   const bool has_certificates = !parts.certificates.empty() && parts.certificates.size() <= kMostCertificates;
-  if (!base64 || !has_certificates || signature != signature_of(parts))
+  if (!base64 || !has_certificates || signature != signature_xml(parts))
     return refused("its signature is not of the form that gyrotherm makes");
   return parts;
 }
@@ -106,18 +106,18 @@ std::string absolute(const std::string& path) {
 }
 
 /// Writes a file of the private folder without waiting for the disk.
-Result<void> put(const std::string& path, std::string_view text) {
+Result<void> write_private(const std::string& path, std::string_view text) {
   return replace_own_file(path, text, Syncing::not_awaited);
 }
 
 /// Runs a program of the signing or verification and returns its output. Fails with bad_file on another exit code than
 /// 0.
-Result<std::string> step(const std::string& program, const Strings& words, const char* what) {
-  const auto run = run_program(program, words);
+Result<std::string> run_step(const std::string& program, const Strings& arguments, const char* what) {
+  const auto run = run_program(program, arguments);
   if (!run) return failure(run.error());
   if (run->exit_code == 0) return run->out;
-  const std::string said = plain(trimmed(run->out, " \t\r\n"));
-  return failure(FaultKind::bad_file, program, fmt::format("{}: {}", what, said.substr(0, 600)));
+  const std::string output = plain(trimmed(run->out, " \t\r\n"));
+  return failure(FaultKind::bad_file, program, fmt::format("{}: {}", what, output.substr(0, 600)));
 }
 
 // The purposes that a certificate permits
@@ -187,7 +187,7 @@ Result<void> check_usage(const std::string& certificate, const std::string& wher
 
 /// Returns the instants at which certificates are judged, s since 1970; absent for now. A day gives its last and its
 /// first second, because a certificate may start or end on it, and noon.
-std::vector<std::optional<std::int64_t>> moments_of(const Trust& trust) {
+std::vector<std::optional<std::int64_t>> judgement_times(const Trust& trust) {
   if (!trust.on_day) return {std::nullopt};
   int year = 0;
   unsigned month = 0, day = 0;
@@ -206,17 +206,17 @@ std::vector<std::optional<std::int64_t>> moments_of(const Trust& trust) {
 Result<ProgramRun> run_trusting(const Trust& trust, const Strings& files) {
   const Strings all{"verify", "-no-CApath", "-no-CAstore", "-partial_chain", "-CAfile", trust.certificates_file};
   Result<ProgramRun> run = ProgramRun{};
-  for (const auto& moment : moments_of(trust)) {
-    Strings words = all;
-    if (moment) words.insert(words.end(), {"-attime", std::to_string(*moment)});
-    words.insert(words.end(), files.begin(), files.end());
-    run = run_program("openssl", words);
+  for (const auto& moment : judgement_times(trust)) {
+    Strings arguments = all;
+    if (moment) arguments.insert(arguments.end(), {"-attime", std::to_string(*moment)});
+    arguments.insert(arguments.end(), files.begin(), files.end());
+    run = run_program("openssl", arguments);
     if (!run || run->exit_code == 0) break;
   }
   return run;
 }
 
-Result<void> is_usable(const Trust& trust) {
+Result<void> check_trust_file(const Trust& trust) {
   if (auto there = read_text_file(trust.certificates_file); !there) return failure(there.error());
   if (trust.on_day && !calendar_day(*trust.on_day))
     return failure(FaultKind::usage, *trust.on_day, "is no day, expected one like 2026-11-25");
@@ -225,7 +225,7 @@ Result<void> is_usable(const Trust& trust) {
 
 /// Checks that "own.pem" in the folder is trusted, with "chain.pem" as intermediate certificates, and that it may sign
 /// the document at `where`.
-Result<void> is_trusted(const PrivateFolder& folder, const Trust& trust, const std::string& where) {
+Result<void> check_trust(const PrivateFolder& folder, const Trust& trust, const std::string& where) {
   const auto run = run_trusting(trust, {"-untrusted", folder / "chain.pem", folder / "own.pem"});
   if (!run) return failure(run.error());
   if (run->exit_code == 0) return check_usage(folder / "own.pem", where);
@@ -233,7 +233,7 @@ Result<void> is_trusted(const PrivateFolder& folder, const Trust& trust, const s
   return failure(FaultKind::bad_file, where, "the signer is not trusted: " + plain(why));
 }
 
-std::string pem_of(const std::string& base64) {
+std::string to_pem(const std::string& base64) {
   std::string lines;
   for (std::size_t at = 0; at < base64.size(); at += 64) lines += base64.substr(at, 64) + "\n";
   return "-----BEGIN CERTIFICATE-----\n" + lines + "-----END CERTIFICATE-----\n";
@@ -241,11 +241,11 @@ std::string pem_of(const std::string& base64) {
 
 /// Fails unless each certificate is followed by its issuer's. The signature does not cover the certificates; this check
 /// refuses unrelated ones.
-Result<void> is_chain(const PrivateFolder& folder, const Strings& certificates, const std::string& file) {
+Result<void> check_chain(const PrivateFolder& folder, const Strings& certificates, const std::string& file) {
   for (std::size_t i = 1; i < certificates.size(); ++i) {
     for (const auto& [name, one] :
          {std::pair("below.pem", certificates[i - 1]), std::pair("above.pem", certificates[i])})
-      if (auto written = put(folder / name, pem_of(one)); !written) return written;
+      if (auto written = write_private(folder / name, to_pem(one)); !written) return written;
     const auto run = run_program("openssl", {"verify", "-no-CApath", "-no-CAstore", "-partial_chain", "-no_check_time",
                                              "-CAfile", folder / "above.pem", folder / "below.pem"});
     if (!run) return failure(run.error());
@@ -255,40 +255,41 @@ Result<void> is_chain(const PrivateFolder& folder, const Strings& certificates, 
   return {};
 }
 
-std::string value_of(std::string_view text, std::string_view key) { return between(text, key, "\n").value_or(""); }
+std::string line_value(std::string_view text, std::string_view key) { return between(text, key, "\n").value_or(""); }
 
-Result<Signer> signer_of(const std::string& certificate) {
-  const auto said = step("openssl",
-                         {"x509", "-in", certificate, "-noout", "-subject", "-issuer", "-serial", "-fingerprint",
-                          "-sha256", "-enddate", "-nameopt", "RFC2253,-esc_msb,utf8"},
-                         "does not read the signer's certificate");
-  if (!said) return failure(said.error());
-  const std::string lines = "\n" + *said;
-  std::string fingerprint = value_of(lines, "\nsha256 Fingerprint=");
+Result<Signer> read_signer(const std::string& certificate) {
+  const auto output = run_step("openssl",
+                               {"x509", "-in", certificate, "-noout", "-subject", "-issuer", "-serial", "-fingerprint",
+                                "-sha256", "-enddate", "-nameopt", "RFC2253,-esc_msb,utf8"},
+                               "does not read the signer's certificate");
+  if (!output) return failure(output.error());
+  const std::string lines = "\n" + *output;
+  std::string fingerprint = line_value(lines, "\nsha256 Fingerprint=");
   std::erase(fingerprint, ':');
-  return Signer{.subject = plain(value_of(lines, "\nsubject=")),
-                .issuer = plain(value_of(lines, "\nissuer=")),
-                .serial_number = value_of(lines, "\nserial="),
+  return Signer{.subject = plain(line_value(lines, "\nsubject=")),
+                .issuer = plain(line_value(lines, "\nissuer=")),
+                .serial_number = line_value(lines, "\nserial="),
                 .fingerprint = fingerprint,
-                .not_after = value_of(lines, "\nnotAfter=")};
+                .not_after = line_value(lines, "\nnotAfter=")};
 }
 
 /// Writes "key.pem", unlocked, "own.pem" and "chain.pem" into the folder. Fails unless key and certificate match.
 Result<void> unlock(const PrivateFolder& folder, const SigningKey& key) {
   const auto certificates = read_text_file(key.certificate_file);
   if (!certificates) return failure(certificates.error());
-  if (auto written = put(folder / "chain.pem", *certificates); !written) return written;
+  if (auto written = write_private(folder / "chain.pem", *certificates); !written) return written;
   if (auto usable = check_usage(folder / "chain.pem", key.certificate_file); !usable) return usable;
-  Strings words{"pkey", "-in", key.key_file, "-out", folder / "key.pem"};
-  if (!key.password_file.empty()) words.insert(words.end(), {"-passin", "file:" + key.password_file});
+  Strings arguments{"pkey", "-in", key.key_file, "-out", folder / "key.pem"};
+  if (!key.password_file.empty()) arguments.insert(arguments.end(), {"-passin", "file:" + key.password_file});
   if (auto there = read_text_file(key.key_file); !there) return failure(there.error());
-  if (auto unlocked = step("openssl", words, "does not open the key"); !unlocked) return failure(unlocked.error());
+  if (auto unlocked = run_step("openssl", arguments, "does not open the key"); !unlocked)
+    return failure(unlocked.error());
   const auto rsa = run_program("openssl", {"rsa", "-in", folder / "key.pem", "-noout"});
   if (!rsa) return failure(rsa.error());
   if (rsa->exit_code != 0) return failure(FaultKind::bad_file, key.key_file, "is a key of another kind, expected RSA");
-  const auto of_key = step("openssl", {"pkey", "-in", folder / "key.pem", "-pubout"}, "does not read the key");
+  const auto of_key = run_step("openssl", {"pkey", "-in", folder / "key.pem", "-pubout"}, "does not read the key");
   const auto of_certificate =
-      step("openssl", {"x509", "-in", folder / "chain.pem", "-noout", "-pubkey"}, "does not read the certificate");
+      run_step("openssl", {"x509", "-in", folder / "chain.pem", "-noout", "-pubkey"}, "does not read the certificate");
   if (!of_key) return failure(of_key.error());
   if (!of_certificate) return failure(of_certificate.error());
   if (*of_key != *of_certificate)
@@ -296,7 +297,7 @@ Result<void> unlock(const PrivateFolder& folder, const SigningKey& key) {
   return {};
 }
 
-Strings certificates_in(const std::string& pem) {
+Strings read_certificates(const std::string& pem) {
   Strings all = all_between(pem, "-----BEGIN CERTIFICATE-----", "-----END CERTIFICATE-----");
   for (std::string& one : all) std::erase_if(one, [](char c) { return c == '\n' || c == '\r' || c == ' '; });
   return all;
@@ -307,12 +308,12 @@ std::string without_blanks(std::string text) {
   return text;
 }
 
-/// Writes the certificates of a signature into the folder in the form required by is_trusted().
+/// Writes the certificates of a signature into the folder in the form required by check_trust().
 Result<void> put_certificates(const PrivateFolder& folder, const Strings& certificates) {
   std::string chain;
-  for (const std::string& one : certificates) chain += pem_of(one);
-  if (auto written = put(folder / "chain.pem", chain); !written) return written;
-  return put(folder / "own.pem", pem_of(certificates.front()));
+  for (const std::string& one : certificates) chain += to_pem(one);
+  if (auto written = write_private(folder / "chain.pem", chain); !written) return written;
+  return write_private(folder / "own.pem", to_pem(certificates.front()));
 }
 
 // PDF
@@ -323,7 +324,7 @@ struct PdfSignature {
   std::size_t first_end{}, second_begin{}, end{};
 };
 
-std::size_t count_of(std::string_view text, std::string_view word) {
+std::size_t count_occurrences(std::string_view text, std::string_view word) {
   std::size_t count = 0;
   for (auto at = text.find(word); at != std::string_view::npos; at = text.find(word, at + word.size())) ++count;
   return count;
@@ -331,35 +332,35 @@ std::size_t count_of(std::string_view text, std::string_view word) {
 
 /// Reads the output of pdfsig. Each line used must occur exactly once, because a signer's name could contain a copy of
 /// it.
-Result<PdfSignature> signature_in(const std::string& said, const std::string& path) {
+Result<PdfSignature> read_signature(const std::string& output, const std::string& path) {
   const auto refused = [&](std::string what) { return failure(FaultKind::bad_file, path, std::move(what)); };
-  if (said.find("does not contain any signatures") != std::string::npos) return refused("has no signature");
+  if (output.find("does not contain any signatures") != std::string::npos) return refused("has no signature");
   for (const char* line : {"Signature #", "- Signed Ranges: ", "- Signature Validation: ", "otal document signed"})
-    if (count_of(said, line) != 1) return refused("is not signed exactly once");
-  const std::string validation = value_of(said, "- Signature Validation: ");
+    if (count_occurrences(output, line) != 1) return refused("is not signed exactly once");
+  const std::string validation = line_value(output, "- Signature Validation: ");
   if (validation != "Signature is Valid.") return refused("its signature does not hold: " + plain(validation));
-  if (said.find("- Total document signed\n") == std::string::npos)
+  if (output.find("- Total document signed\n") == std::string::npos)
     return refused("its signature is not over all of it");
   static const std::regex ranges(R"(- Signed Ranges: \[0 - (\d{1,12})\], \[(\d{1,12}) - (\d{1,12})\]\n)");
   std::smatch match;
-  if (!std::regex_search(said, match, ranges)) return refused("its signature is not over all of it");
+  if (!std::regex_search(output, match, ranges)) return refused("its signature is not over all of it");
   return PdfSignature{std::stoul(match[1]), std::stoul(match[2]), std::stoul(match[3])};
 }
 
 /// Returns the options with which pdfsig signs a PDF: into the empty field left by gyrotherm-pdf, or into a new field,
 /// which adds a font of half a megabyte.
-Result<Strings> way_to_sign(const std::string& path) {
+Result<Strings> signing_options(const std::string& path) {
   const auto run = run_program("pdfsig", {"-nocert", absolute(path)});
   if (!run) return failure(run.error());
   if (run->out.find("does not contain any signatures") != std::string::npos) return Strings{"-add-signature"};
-  const std::string field = value_of(run->out, "- Signature Field Name: ");
+  const std::string field = line_value(run->out, "- Signature Field Name: ");
   const bool plain_name = !field.empty() && std::ranges::all_of(field, [](unsigned char c) { return std::isalnum(c); });
   const bool is_empty = run->out.find("The signature form field is not signed.") != std::string::npos;
-  if (plain_name && is_empty && count_of(run->out, "Signature #") == 1) return Strings{"-sign", field};
+  if (plain_name && is_empty && count_occurrences(run->out, "Signature #") == 1) return Strings{"-sign", field};
   return failure(FaultKind::bad_file, path, "is signed already, or is no PDF");
 }
 
-std::optional<std::string> bytes_of_hex(std::string_view hex) {
+std::optional<std::string> decode_hex(std::string_view hex) {
   std::string bytes;
   if (hex.size() % 2 != 0) return std::nullopt;
   for (std::size_t i = 0; i < hex.size(); i += 2) {
@@ -372,7 +373,7 @@ std::optional<std::string> bytes_of_hex(std::string_view hex) {
 }
 
 /// Writes the signed bytes, "content", and the signature, "signature.der", into the folder.
-Result<void> take_apart(const PrivateFolder& folder, const std::string& path, const PdfSignature& signature) {
+Result<void> extract_signature(const PrivateFolder& folder, const std::string& path, const PdfSignature& signature) {
   const auto pdf = read_text_file(path, kLargestTable);
   if (!pdf) return failure(pdf.error());
   const std::string_view bytes = *pdf;
@@ -380,10 +381,11 @@ Result<void> take_apart(const PrivateFolder& folder, const std::string& path, co
   const auto refused = [&] { return failure(FaultKind::bad_file, path, "its signature is not over all of it"); };
   if (end != bytes.size() || first_end + 2 > second_begin || second_begin > end) return refused();
   if (bytes[first_end] != '<' || bytes[second_begin - 1] != '>') return refused();
-  const auto der = bytes_of_hex(bytes.substr(first_end + 1, second_begin - first_end - 2));
+  const auto der = decode_hex(bytes.substr(first_end + 1, second_begin - first_end - 2));
   if (!der) return refused();
-  if (auto written = put(folder / "signature.der", *der); !written) return written;
-  return put(folder / "content", std::string(bytes.substr(0, first_end)) + std::string(bytes.substr(second_begin)));
+  if (auto written = write_private(folder / "signature.der", *der); !written) return written;
+  return write_private(folder / "content",
+                       std::string(bytes.substr(0, first_end)) + std::string(bytes.substr(second_begin)));
 }
 
 /// Exports the folder's key and certificates as "own.p12" into an NSS key store for pdfsig.
@@ -397,8 +399,8 @@ Result<void> make_store(const PrivateFolder& folder) {
         "-passout", "pass:", "-out", folder / "own.p12"}},
       {"certutil", {"-N", "--empty-password", "-d", store}},
       {"pk12util", {"-i", folder / "own.p12", "-d", store, "-W", ""}}};
-  for (const auto& [program, words] : steps)
-    if (auto done = step(program, words, "does not take the key"); !done) return failure(done.error());
+  for (const auto& [program, arguments] : steps)
+    if (auto done = run_step(program, arguments, "does not take the key"); !done) return failure(done.error());
   return {};
 }
 
@@ -411,63 +413,63 @@ Result<std::string> sign_dcc(std::string_view dcc, const SigningKey& key) {
   if (auto unlocked = unlock(*folder, key); !unlocked) return failure(unlocked.error());
   const auto chain = read_text_file(*folder / "chain.pem");
   if (!chain) return failure(chain.error());
-  SignedDcc parts{.text = std::string(dcc), .digest = "", .value = "", .certificates = certificates_in(*chain)};
+  SignedDcc parts{.text = std::string(dcc), .digest = "", .value = "", .certificates = read_certificates(*chain)};
   const std::string before(dcc.substr(0, dcc.size() - kRootEnd.size()));
-  if (auto written = put(*folder / "in.xml", before + signature_of(parts) + std::string(kRootEnd)); !written)
+  if (auto written = write_private(*folder / "in.xml", before + signature_xml(parts) + std::string(kRootEnd)); !written)
     return failure(written.error());
-  const auto made = step("xmlsec1",
-                         {"--sign", "--privkey-pem", *folder / "key.pem", "--enabled-key-data", "key-name", "--output",
-                          *folder / "out.xml", *folder / "in.xml"},
-                         "does not sign");
+  const auto made = run_step("xmlsec1",
+                             {"--sign", "--privkey-pem", *folder / "key.pem", "--enabled-key-data", "key-name",
+                              "--output", *folder / "out.xml", *folder / "in.xml"},
+                             "does not sign");
   if (!made) return failure(made.error());
   const auto out = read_text_file(*folder / "out.xml", kLargestTable);
   if (!out) return failure(out.error());
   parts.digest = without_blanks(between(*out, "<ds:DigestValue>", "</ds:DigestValue>").value_or(""));
   parts.value = without_blanks(between(*out, "<ds:SignatureValue>", "</ds:SignatureValue>").value_or(""));
-  std::string signed_dcc = before + signature_of(parts) + std::string(kRootEnd);
+  std::string signed_dcc = before + signature_xml(parts) + std::string(kRootEnd);
   const Trust own{.certificates_file = key.certificate_file};
   if (auto holds = verify_dcc(signed_dcc, kDccFile, own); !holds) return failure(holds.error());
   return signed_dcc;
 }
 
 Result<std::string> without_signature(std::string_view signed_dcc, const std::string& file) {
-  auto parts = parts_of(signed_dcc, file);
+  auto parts = split_certificate(signed_dcc, file);
   if (!parts) return failure(parts.error());
   return std::move(parts->text);
 }
 
 Result<Signer> verify_dcc(std::string_view signed_dcc, const std::string& file, const Trust& trust) {
-  if (auto usable = is_usable(trust); !usable) return failure(usable.error());
-  const auto parts = parts_of(signed_dcc, file);
+  if (auto usable = check_trust_file(trust); !usable) return failure(usable.error());
+  const auto parts = split_certificate(signed_dcc, file);
   if (!parts) return failure(parts.error());
   if (auto read = read_dcc(parts->text, file); !read) return failure(read.error());
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
   if (auto written = put_certificates(*folder, parts->certificates); !written) return failure(written.error());
-  if (auto written = put(*folder / "in.xml", signed_dcc); !written) return failure(written.error());
+  if (auto written = write_private(*folder / "in.xml", signed_dcc); !written) return failure(written.error());
   // Verify with the key of the first certificate only: it is the reported signer. Ignore other keys in the document.
   const auto run = run_program("xmlsec1", {"--verify", "--pubkey-cert-pem", *folder / "own.pem", "--enabled-key-data",
                                            "key-name", "--enabled-reference-uris", "empty", *folder / "in.xml"});
   if (!run) return failure(run.error());
   if (run->exit_code != 0)
     return failure(FaultKind::bad_file, file, "its signature does not hold: it was changed after it was signed");
-  if (auto chain = is_chain(*folder, parts->certificates, file); !chain) return failure(chain.error());
-  if (auto trusted = is_trusted(*folder, trust, file); !trusted) return failure(trusted.error());
-  return signer_of(*folder / "own.pem");
+  if (auto chain = check_chain(*folder, parts->certificates, file); !chain) return failure(chain.error());
+  if (auto trusted = check_trust(*folder, trust, file); !trusted) return failure(trusted.error());
+  return read_signer(*folder / "own.pem");
 }
 
 Result<void> sign_pdf(const std::string& path, const std::string& signed_path, const SigningKey& key,
                       const std::string& reason) {
-  const auto way = way_to_sign(path);
+  const auto way = signing_options(path);
   if (!way) return failure(way.error());
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
   if (auto unlocked = unlock(*folder, key); !unlocked) return unlocked;
   if (auto made = make_store(*folder); !made) return made;
-  Strings words{"-nssdir", "sql:" + *folder / "store", "-nick", "gyrotherm", "-reason", reason};
-  words.insert(words.end(), way->begin(), way->end());
-  words.insert(words.end(), {absolute(path), absolute(signed_path)});
-  const auto done = step("pdfsig", words, "does not sign");
+  Strings arguments{"-nssdir", "sql:" + *folder / "store", "-nick", "gyrotherm", "-reason", reason};
+  arguments.insert(arguments.end(), way->begin(), way->end());
+  arguments.insert(arguments.end(), {absolute(path), absolute(signed_path)});
+  const auto done = run_step("pdfsig", arguments, "does not sign");
   if (!done) return failure(done.error());
   if (auto holds = verify_pdf(signed_path, {.certificates_file = key.certificate_file}); !holds)
     return failure(holds.error());
@@ -475,22 +477,22 @@ Result<void> sign_pdf(const std::string& path, const std::string& signed_path, c
 }
 
 Result<Signer> verify_pdf(const std::string& path, const Trust& trust) {
-  if (auto usable = is_usable(trust); !usable) return failure(usable.error());
-  const auto said = run_program("pdfsig", {"-nocert", absolute(path)});
-  if (!said) return failure(said.error());
-  const auto signature = signature_in(said->out, path);
+  if (auto usable = check_trust_file(trust); !usable) return failure(usable.error());
+  const auto output = run_program("pdfsig", {"-nocert", absolute(path)});
+  if (!output) return failure(output.error());
+  const auto signature = read_signature(output->out, path);
   if (!signature) return failure(signature.error());
   const auto folder = PrivateFolder::make();
   if (!folder) return failure(folder.error());
-  if (auto apart = take_apart(*folder, path, *signature); !apart) return failure(apart.error());
+  if (auto apart = extract_signature(*folder, path, *signature); !apart) return failure(apart.error());
   const auto run =
       run_program("openssl", {"cms", "-verify", "-noverify", "-binary", "-inform", "DER", "-in",
                               *folder / "signature.der", "-content", *folder / "content", "-out", "/dev/null",
                               "-signer", *folder / "own.pem", "-certsout", *folder / "chain.pem"});
   if (!run) return failure(run.error());
   if (run->exit_code != 0) return failure(FaultKind::bad_file, path, "its signature does not hold");
-  if (auto trusted = is_trusted(*folder, trust, path); !trusted) return failure(trusted.error());
-  return signer_of(*folder / "own.pem");
+  if (auto trusted = check_trust(*folder, trust, path); !trusted) return failure(trusted.error());
+  return read_signer(*folder / "own.pem");
 }
 
 }  // namespace gyrotherm::report

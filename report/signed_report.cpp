@@ -147,13 +147,13 @@ class FileChecks {
   const Signer& signer_;
 };
 
-std::string named(const Signer& signer) {
+std::string signer_text(const Signer& signer) {
   return fmt::format("signed by {}, certificate {} of {}, valid until {}", signer.subject, signer.serial_number,
                      signer.issuer, signer.not_after);
 }
 
 /// Returns true if the fault is a failed check of the certificate, and false if the verification itself could not run.
-bool is_a_check(const Fault& fault, const std::string& path) { return fault.where.starts_with(path); }
+bool is_check_result(const Fault& fault, const std::string& path) { return fault.where.starts_with(path); }
 
 }  // namespace
 
@@ -213,12 +213,12 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
   if (!bytes) return failure(bytes.error());
   const auto signer = verify_dcc(*bytes, path, trust);
   if (!signer) {
-    if (!is_a_check(signer.error(), path)) return failure(signer.error());
+    if (!is_check_result(signer.error(), path)) return failure(signer.error());
     found.checks.push_back({kDccFile, fails, signer.error().what});
     return found;
   }
   found.signer = *signer;
-  found.checks.push_back({kDccFile, holds, named(*signer)});
+  found.checks.push_back({kDccFile, holds, signer_text(*signer)});
   const auto text = without_signature(*bytes, path);
   if (!text) return failure(text.error());
   const auto read = read_dcc(*text, path);
@@ -238,7 +238,7 @@ Result<VerifiedReport> verify_report(const std::string& folder, const Trust& tru
   std::vector<std::string> names{kDccFile};
   for (const IssuedFile& file : read->files) names.push_back(file.name);
   const auto used = found.report ? found.report->files : std::vector<UsedFile>();
-  for (const std::string& name : foreign_entries(folder, names, used))
+  for (const std::string& name : other_entries(folder, names, used))
     found.checks.push_back({plain(name), foreign, "is not part of the report that was signed"});
   return found;
 }

@@ -53,7 +53,7 @@ std::string key_figures(const ReportedRun& run) {
          key_figure("multi-point with temperature", residual.multi_point_t.all.std, "best") +
          key_figure("noise floor of the record", run.floor.deg_per_h) + "</div>\n" +
          fmt::format("<p class=\"note\">Standard deviations of the {} run, {}.</p>\n", plot::escaped(run.profile),
-                     standing(run));
+                     in_sample_text(run));
 }
 
 std::string floor_sentence(const ReportedRun& run) {
@@ -66,7 +66,7 @@ std::string floor_sentence(const ReportedRun& run) {
       plot::format_bias(run.floor.deg_per_h));
 }
 
-std::string recommendation_of(const Report& report) {
+std::string recommendation_text(const Report& report) {
   const model::Recommendation& found = report.recommendation;
   const std::string statement = plot::escaped(found.statement);
   if (found.recommended.empty()) return fmt::format("Recommended by rule: {}.", statement);
@@ -133,7 +133,7 @@ std::string format_bounds(const char* symbol, std::pair<double, double> log2_bou
                      end(log2_bounds.second));
 }
 
-std::string zero_of(const Report& report) {
+std::string bias_reference_text(const Report& report) {
   const std::string &rate = report.rate.bias_zero, &random = report.random.bias_zero;
   return plot::escaped(rate == random ? rate : fmt::format("training: {}; verification: {}", rate, random));
 }
@@ -143,7 +143,8 @@ std::string identity_section(const Report& report) {
          definition("Rig", plot::escaped(report.rig.title) + " <code>" + plot::escaped(report.rig.name) + "</code>" +
                                (report.rig.is_virtual ? " – virtual instruments" : "")) +
          definition("Gyro", plot::escaped(report.rig.gyro)) + definition("Training", run_row(report.rate)) +
-         definition("Verification", run_row(report.random)) + definition("Zero of the bias", zero_of(report)) +
+         definition("Verification", run_row(report.random)) +
+         definition("Zero of the bias", bias_reference_text(report)) +
          definition("Program", "gyrotherm " + plot::escaped(report.program_version) + ", seed " +
                                    std::to_string(report.seed) +
                                    (report.days_later > 0 ? fmt::format(", {} days later", report.days_later) : "")) +
@@ -152,7 +153,7 @@ std::string identity_section(const Report& report) {
 
 std::string summary_section(const Report& report) {
   std::string html =
-      key_figures(report.random) + paragraph(describe_summary(report)) + paragraph(recommendation_of(report));
+      key_figures(report.random) + paragraph(describe_summary(report)) + paragraph(recommendation_text(report));
   if (const std::string range = range_sentence(report); !range.empty()) html += paragraph("<b>" + range + "</b>");
   if (report.quick) {
     html += "<p class=\"caution\">Tuned with a small swarm (quick): for a try, not for a calibration.</p>\n";
@@ -181,14 +182,14 @@ std::string selection_section(const Report& report) {
          html_of(table);
 }
 
-std::string records_of(const ReportedModel& model) {
+std::string training_records(const ReportedModel& model) {
   std::string all;
   for (const ReportedTraining& record : model.trained_on)
     all += fmt::format("{}{} (run {})", all.empty() ? "" : ", ", record.profile, record.run_id.substr(0, 8));
   return all;
 }
 
-int clusters_of(const ReportedModel& model) {
+int training_clusters(const ReportedModel& model) {
   int clusters = 0;
   for (const ReportedTraining& record : model.trained_on) clusters += record.clusters;
   return clusters;
@@ -200,8 +201,8 @@ std::string models_section(const Report& report) {
       .caption = "The models, their tuning and their certificates", .header = model_header(""), .style = "even"};
   table.rows = {
       row("Inputs", [](const ReportedModel& m) { return fmt::format("{} (rank {})", m.terms.size(), m.rank); }),
-      row("Trained on", [](const ReportedModel& m) { return plot::escaped(records_of(m)); }),
-      row("Training means", [](const ReportedModel& m) { return std::to_string(clusters_of(m)); }),
+      row("Trained on", [](const ReportedModel& m) { return plot::escaped(training_records(m)); }),
+      row("Training means", [](const ReportedModel& m) { return std::to_string(training_clusters(m)); }),
       row("Effective parameters", [](const ReportedModel& m) { return plot::decimal(m.effective_parameters, 0); }),
       row("Numbers stored", [](const ReportedModel& m) { return std::to_string(m.stored_numbers); }),
       row("C", [](const ReportedModel& m) { return plot::significant(m.parameters.C); }),
@@ -397,7 +398,7 @@ std::string result_table(const ReportedRun& run, const std::string& heading) {
   const auto raw = plot::format_bias(run.raw.std),
              floor = plot::with_error(run.floor.deg_per_h, run.floor.error_deg_per_h);
   HtmlTable table{.caption = "<b>" + heading + "</b> Bias compensation in the " + plot::escaped(run.profile) +
-                             " run – " + standing(run),
+                             " run – " + in_sample_text(run),
                   .header = model_header("Bias, °/h"),
                   .style = "even"};
   const auto& r = run.residual;
@@ -590,7 +591,7 @@ void add_appendix(Page& page, const Report& report) {
 
 }  // namespace
 
-std::string body_of(const Report& report, const std::vector<ReportFigure>& figures) {
+std::string body_html(const Report& report, const std::vector<ReportFigure>& figures) {
   Page page(figures);
   page.add(identity_section(report));
   page.section("Result");
@@ -607,7 +608,7 @@ std::string html_of(const Report& report, const std::vector<ReportFigure>& figur
                           .heading = "Temperature compensation of gyro bias",
                           .subtitle = report.rig.title,
                           .simulated = report.rig.is_virtual,
-                          .body = body_of(report, figures),
+                          .body = body_html(report, figures),
                           .footer = fmt::format("gyrotherm {} · made from report.json alone", report.program_version)});
 }
 

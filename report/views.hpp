@@ -40,7 +40,7 @@ struct ReportFigure {
 
 /// Returns the contents of the page as HTML without its head and footer. `figures` is the result of
 /// all_figures(report).
-[[nodiscard]] std::string body_of(const Report& report, const std::vector<ReportFigure>& figures);
+[[nodiscard]] std::string body_html(const Report& report, const std::vector<ReportFigure>& figures);
 
 /// Returns the calibration report as a self-contained HTML page for screen and print: no script, no network access,
 /// figures inline. `figures` is the result of all_figures(report).

@@ -9,12 +9,12 @@
 namespace gyrotherm::report {
 namespace {
 
-struct Word {
+struct Translation {
   std::string_view key, en, de;
 };
 
 // clang-format off
-constexpr Word kWords[] = {
+constexpr Translation kTranslations[] = {
   // Results
   {"turn_on_repeatability", "Turn-on repeatability", "Wiederholpräzision beim Einschalten"},
   {"warm_up", "Warm-up", "Warmlauf"},
@@ -472,22 +472,23 @@ constexpr Word kWords[] = {
 };
 // clang-format on
 
-static_assert(std::ranges::all_of(kWords, [](const Word& word) { return !word.en.empty() && !word.de.empty(); }),
+static_assert(std::ranges::all_of(kTranslations,
+                                  [](const Translation& word) { return !word.en.empty() && !word.de.empty(); }),
               "missing text in one of the languages");
 
 /// The table sorted by key for a binary search.
 constexpr auto kByKey = [] {
-  std::array<Word, std::size(kWords)> sorted{};
-  std::ranges::copy(kWords, sorted.begin());
-  std::ranges::sort(sorted, {}, &Word::key);
+  std::array<Translation, std::size(kTranslations)> sorted{};
+  std::ranges::copy(kTranslations, sorted.begin());
+  std::ranges::sort(sorted, {}, &Translation::key);
   return sorted;
 }();
 
-static_assert(std::ranges::adjacent_find(kByKey, {}, &Word::key) == kByKey.end(), "duplicate key");
+static_assert(std::ranges::adjacent_find(kByKey, {}, &Translation::key) == kByKey.end(), "duplicate key");
 
 /// Returns the row of a key; null if the table has no such key.
-const Word* find_word(std::string_view key) {
-  const auto found = std::ranges::lower_bound(kByKey, key, {}, &Word::key);
+const Translation* find_translation(std::string_view key) {
+  const auto found = std::ranges::lower_bound(kByKey, key, {}, &Translation::key);
   return found != kByKey.end() && found->key == key ? &*found : nullptr;
 }
 
@@ -495,21 +496,23 @@ const Word* find_word(std::string_view key) {
 
 const char* code(Language language) { return language == Language::german ? "de" : "en"; }
 
-std::string_view word(Language language, std::string_view key) {
-  const Word* const found = find_word(key);
+std::string_view translate(Language language, std::string_view key) {
+  const Translation* const found = find_translation(key);
   assert(found != nullptr);
   return language == Language::german ? found->de : found->en;
 }
 
-std::string_view say_of_models(const std::vector<ComparedModel>& models) {
+std::string_view models_text_key(const std::vector<ComparedModel>& models) {
   return std::ranges::any_of(models, &ComparedModel::recommended) ? "say.models" : "say.models_without_recommended";
 }
 
-bool has_word(std::string_view key) { return key.find('.') == std::string_view::npos && find_word(key) != nullptr; }
+bool has_text(std::string_view key) {
+  return key.find('.') == std::string_view::npos && find_translation(key) != nullptr;
+}
 
-std::vector<std::string_view> word_keys() {
+std::vector<std::string_view> text_keys() {
   std::vector<std::string_view> keys;
-  for (const Word& word : kWords) keys.push_back(word.key);
+  for (const Translation& word : kTranslations) keys.push_back(word.key);
   return keys;
 }
 

@@ -19,19 +19,19 @@ enum class Language { english, german };
 
 /// Returns the text of a key; asserts that the table has it. calibration_from_json() refuses reports with
 /// unknown keys. Keys with a dot belong to the document: "heading.results", "say.only_this_item".
-[[nodiscard]] std::string_view word(Language language, std::string_view key);
+[[nodiscard]] std::string_view translate(Language language, std::string_view key);
 
 /// Returns the key of the text above a table of models, which depends on whether one of them is recommended.
-[[nodiscard]] std::string_view say_of_models(const std::vector<ComparedModel>& models);
+[[nodiscard]] std::string_view models_text_key(const std::vector<ComparedModel>& models);
 /// Returns true for a key that a report may use: the table has it, and it does not belong to the document.
-[[nodiscard]] bool has_word(std::string_view key);
+[[nodiscard]] bool has_text(std::string_view key);
 /// Returns all keys in the order of the table.
-[[nodiscard]] std::vector<std::string_view> word_keys();
+[[nodiscard]] std::vector<std::string_view> text_keys();
 
 /// Returns the text of a key with each {} replaced by a value. Asserts that the table has the key.
 template <class... Values>
 [[nodiscard]] std::string sentence(Language language, std::string_view key, const Values&... values) {
-  return fmt::vformat(fmt::string_view(word(language, key)), fmt::make_format_args(values...));
+  return fmt::vformat(fmt::string_view(translate(language, key)), fmt::make_format_args(values...));
 }
 
 /// Returns the text in that language if present, otherwise in the other.

@@ -35,10 +35,10 @@ struct Arguments {
   bool force = false;
 };
 
-void say(std::string_view message) { write_to_stderr(fmt::format("gyrotherm-pdf: {}\n", plain(message))); }
+void print_error(std::string_view message) { write_to_stderr(fmt::format("gyrotherm-pdf: {}\n", plain(message))); }
 
 /// Returns midnight UTC of a day such as "2026-11-20".
-std::optional<std::int64_t> midnight_of(const std::string& day) {
+std::optional<std::int64_t> utc_midnight(const std::string& day) {
   int year{}, month{}, of_month{};
   if (day.size() != 10 || std::sscanf(day.c_str(), "%4d-%2d-%2d", &year, &month, &of_month) != 3) return std::nullopt;
   const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
@@ -49,7 +49,7 @@ std::optional<std::int64_t> midnight_of(const std::string& day) {
 
 /// Returns the date of the PDF: SOURCE_DATE_EPOCH if it is set, otherwise the day of issue, otherwise the last day of
 /// the calibration. The time of day is never used, so that equal reports give equal files.
-std::optional<std::int64_t> date_of(const report::CalibrationReport& report) {
+std::optional<std::int64_t> pdf_date(const report::CalibrationReport& report) {
   if (const char* given = std::getenv("SOURCE_DATE_EPOCH"); given != nullptr) {
     std::int64_t seconds{};
     const std::string_view text = given;
@@ -58,8 +58,8 @@ std::optional<std::int64_t> date_of(const report::CalibrationReport& report) {
     if (read.ec == std::errc{} && read.ptr == text.data() + text.size() && seconds >= 0 && seconds < kYear10000)
       return seconds;
   }
-  const auto issued = midnight_of(report.issued);
-  return issued ? issued : midnight_of(report.ended);
+  const auto issued = utc_midnight(report.issued);
+  return issued ? issued : utc_midnight(report.ended);
 }
 
 struct FinishedFile {
@@ -69,7 +69,7 @@ struct FinishedFile {
 };
 
 /// Returns the last line: the error message, even after a Python traceback.
-std::string last_line_of(std::string text) {
+std::string last_line(std::string text) {
   while (text.ends_with('\n')) text.pop_back();
   return text.substr(text.rfind('\n') + 1);
 }
@@ -86,7 +86,7 @@ Result<FinishedFile> run_paper(const std::string& kind, const std::string& given
   if (auto put = replace_own_file(source, given, Syncing::not_awaited); !put) return failure(put.error());
   const auto ran = report::run_program(std::filesystem::absolute(program), {kind, source, out, option}, kLongest);
   if (!ran) return failure(ran.error());
-  if (ran->exit_code != 0) return failure(FaultKind::bad_file, from, last_line_of(ran->out));
+  if (ran->exit_code != 0) return failure(FaultKind::bad_file, from, last_line(ran->out));
   auto bytes = read_text_file(out, kLargestTable);
   if (!bytes) return failure(bytes.error());
   return FinishedFile{std::move(*bytes), ran->out};
@@ -100,7 +100,8 @@ Result<FinishedFile> report_pdf(const Arguments& arguments) {
   const auto document =
       document_of(*report, arguments.language == "de" ? report::Language::german : report::Language::english);
   const auto html = paper_html(
-      document, {.program = "gyrotherm " GYROTHERM_VERSION, .source_sha256 = sha256(*json), .utc_s = date_of(*report)});
+      document,
+      {.program = "gyrotherm " GYROTHERM_VERSION, .source_sha256 = sha256(*json), .utc_s = pdf_date(*report)});
   return run_paper("pdf", html, arguments.report,
                    report->state == report::ReportState::authorised ? "--signature-field" : "--plain");
 }
@@ -128,7 +129,7 @@ Result<void> make(const Arguments& arguments) {
   if (!made) return failure(made.error());
   if (auto written = replace_text_file(arguments.out, made->bytes); !written) return written;
   std::istringstream remarks(made->remarks);
-  for (std::string remark; std::getline(remarks, remark);) say(remark);
+  for (std::string remark; std::getline(remarks, remark);) print_error(remark);
   return {};
 }
 
@@ -151,16 +152,16 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    say(cause_of(error.what(), app, std::span(argv, static_cast<std::size_t>(argc))));
+    print_error(cause_of(error.what(), app, std::span(argv, static_cast<std::size_t>(argc))));
     return static_cast<int>(PdfExit::usage);
   }
   if (arguments.report.empty() && arguments.figure.empty()) {
-    say("expected a calibration.json, or --png with a figure; see --help");
+    print_error("expected a calibration.json, or --png with a figure; see --help");
     return static_cast<int>(PdfExit::usage);
   }
   const auto made = make(arguments);
   if (made) return static_cast<int>(PdfExit::done);
-  say(text(made.error()));
+  print_error(text(made.error()));
   return static_cast<int>(made.error().kind == FaultKind::usage ? PdfExit::usage : PdfExit::file);
 }
 

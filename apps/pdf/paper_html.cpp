@@ -32,14 +32,14 @@ using report::Paragraph;
 constexpr double kTextWidthPt = 174 / 25.4 * 72;
 constexpr double kBold = 1.17;  ///< width ratio, bold to regular
 
-double letters_in(std::string_view text) {
+double count_letters(std::string_view text) {
   return static_cast<double>(
       std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
 /// Estimates the width of a text in DejaVu Sans, in font sizes. The estimate is about 3 % too large rather than too
 /// small.
-double width_of(std::string_view text) {
+double estimate_width(std::string_view text) {
   double width = 0;
   for (const char c : text) {
     if ((static_cast<unsigned char>(c) & 0xC0) == 0x80) continue;  // continuation byte
@@ -80,7 +80,7 @@ std::string text_html(std::string_view text) {
   constexpr double kShort = 16;
   std::string html;
   for_each_word(text, [&](std::string_view word) {
-    const bool is_whole = word.find_first_of("/-") != std::string_view::npos && letters_in(word) <= kShort;
+    const bool is_whole = word.find_first_of("/-") != std::string_view::npos && count_letters(word) <= kShort;
     html += is_whole ? "<span class=\"whole\">" + escaped(word) + "</span>" : escaped(word);
   });
   return html;
@@ -91,7 +91,7 @@ struct Mark {
 };
 
 /// Returns sign and style of a verdict. The sign makes it readable without colours.
-Mark mark_of(Cell::Mark mark) {
+Mark mark_style(Cell::Mark mark) {
   switch (mark) {
     case Cell::Mark::none: break;
     case Cell::Mark::pass: return {"✓", "pass"};
@@ -102,11 +102,11 @@ Mark mark_of(Cell::Mark mark) {
 }
 
 /// Returns true for a short note. It is not broken if the table has the width.
-bool is_brief(std::string_view note) { return letters_in(note) <= 32; }
+bool is_brief(std::string_view note) { return count_letters(note) <= 32; }
 
 std::string cell_html(const Cell& cell) {
   std::string html = text_html(cell.text);
-  if (const auto [sign, style] = mark_of(cell.mark); *sign != '\0')
+  if (const auto [sign, style] = mark_style(cell.mark); *sign != '\0')
     html = fmt::format("<span class=\"{}\">{}\u00a0{}</span>", style, sign, html);
   if (!cell.note.empty())
     html +=
@@ -118,8 +118,8 @@ std::string cell_html(const Cell& cell) {
 double least_width(const Cell& cell, bool is_text) {
   constexpr double kNote = 0.86;  // size ratio, note to cell
   const double bold = cell.mark == Cell::Mark::none ? 1 : kBold, sign = cell.mark == Cell::Mark::none ? 0 : 1.2;
-  const double text = is_text ? longest_word(cell.text, width_of) : width_of(cell.text);
-  const double note = is_brief(cell.note) ? width_of(cell.note) : longest_word(cell.note, width_of);
+  const double text = is_text ? longest_word(cell.text, estimate_width) : estimate_width(cell.text);
+  const double note = is_brief(cell.note) ? estimate_width(cell.note) : longest_word(cell.note, estimate_width);
   return std::max(sign + bold * text, kNote * note);
 }
 
@@ -129,7 +129,7 @@ const char* size_class(const DocumentTable& table) {
   constexpr double kLongest = 18;
   double width = 0;
   for (std::size_t k = 0; k < table.header.size(); ++k) {
-    double widest = kBold * longest_word(table.header[k], width_of);
+    double widest = kBold * longest_word(table.header[k], estimate_width);
     for (const auto& row : table.rows) widest = std::max(widest, least_width(row[k], k < table.text_columns));
     width += k < table.text_columns ? std::min(kLongest, widest) : widest;
   }
@@ -142,8 +142,8 @@ const char* size_class(const DocumentTable& table) {
 /// Returns the font size, points, at which a key value fills its cell on one line.
 double key_size(const KeyFigures::One& one, double room) {
   constexpr double kLargest = 14, kSmallest = 7, kUnit = 7.6;
-  const double has = room - kUnit * (width_of(one.unit) + 0.4);
-  return std::clamp(has / (kBold * std::max(1.0, width_of(one.value))), kSmallest, kLargest);
+  const double has = room - kUnit * (estimate_width(one.unit) + 0.4);
+  return std::clamp(has / (kBold * std::max(1.0, estimate_width(one.value))), kSmallest, kLargest);
 }
 
 /// Writes the blocks one after the other. Headings are numbered: 1, 1.1.
@@ -198,7 +198,7 @@ class PaperWriter {
     if (!table.caption.empty()) html_ += "<p class=\"caption\">" + text_html(table.caption) + "</p>\n";
     html_ += "<table><thead><tr>";
     for (std::size_t k = 0; k < table.header.size(); ++k)
-      html_ += fmt::format("<th{}>{}</th>", class_of(table, k, table.header[k]), text_html(table.header[k]));
+      html_ += fmt::format("<th{}>{}</th>", cell_class(table, k, table.header[k]), text_html(table.header[k]));
     html_ += "</tr></thead>\n<tbody>\n";
     for (const auto& row : table.rows) add_row(table, row);
     html_ += "</tbody>\n</table></div>\n";
@@ -210,16 +210,16 @@ class PaperWriter {
 
  private:
   /// Returns the class of a cell. Long words such as hashes may break anywhere.
-  static const char* class_of(const DocumentTable& table, std::size_t column, std::string_view text) {
+  static const char* cell_class(const DocumentTable& table, std::size_t column, std::string_view text) {
     constexpr double kLong = 30;
     if (column >= table.text_columns) return " class=\"n\"";
-    return longest_word(text, letters_in) > kLong ? " class=\"long\"" : "";
+    return longest_word(text, count_letters) > kLong ? " class=\"long\"" : "";
   }
 
   void add_row(const DocumentTable& table, const std::vector<Cell>& row) {
     html_ += "<tr>";
     for (std::size_t k = 0; k < row.size(); ++k)
-      html_ += fmt::format("<td{}>{}</td>", class_of(table, k, row[k].text + "\n" + row[k].note), cell_html(row[k]));
+      html_ += fmt::format("<td{}>{}</td>", cell_class(table, k, row[k].text + "\n" + row[k].note), cell_html(row[k]));
     html_ += "</tr>\n";
   }
 
@@ -239,8 +239,8 @@ class PaperWriter {
 std::string shortened(std::string_view text) {
   // Width of a margin text, in font sizes.
   constexpr double kRoom = 24;
-  if (width_of(text) <= kRoom) return std::string(text);
-  while (width_of(text) > kRoom - 1) {
+  if (estimate_width(text) <= kRoom) return std::string(text);
+  while (estimate_width(text) > kRoom - 1) {
     while ((static_cast<unsigned char>(text.back()) & 0xC0) == 0x80) text.remove_suffix(1);
     text.remove_suffix(1);
   }
@@ -278,7 +278,7 @@ std::string mark_html(const std::string& mark) {
   constexpr double kLargestPt = 90, kLongestPt = 265 / 25.4 * 72;
   if (mark.empty()) return {};
   // Capitals are about 0.78 font sizes wide.
-  const double size = std::min(kLargestPt, kLongestPt / (0.78 * letters_in(mark)));
+  const double size = std::min(kLargestPt, kLongestPt / (0.78 * count_letters(mark)));
   return fmt::format("<div class=\"mark\" style=\"font-size: {:.0f}pt\">{}</div>\n", size, escaped(mark));
 }
 

@@ -37,8 +37,10 @@ class Pieces {
   }
 
  private:
-  [[nodiscard]] Edge right_of(std::size_t row, std::size_t column) const { return 2 * (row * field_.columns + column); }
-  [[nodiscard]] Edge below(std::size_t row, std::size_t column) const { return right_of(row, column) + 1; }
+  [[nodiscard]] Edge edge_right(std::size_t row, std::size_t column) const {
+    return 2 * (row * field_.columns + column);
+  }
+  [[nodiscard]] Edge edge_below(std::size_t row, std::size_t column) const { return edge_right(row, column) + 1; }
 
   [[nodiscard]] FieldPoint point_on(Edge edge) const {
     const std::size_t row = edge / 2 / field_.columns, column = edge / 2 % field_.columns;
@@ -64,8 +66,8 @@ class Pieces {
       sum += corners[k];
       above |= (corners[k] >= level_ ? 1U : 0U) << k;
     }
-    const Edge top = right_of(row, column), bottom = right_of(row + 1, column);
-    const Edge left = below(row, column), right = below(row, column + 1);
+    const Edge top = edge_right(row, column), bottom = edge_right(row + 1, column);
+    const Edge left = edge_below(row, column), right = edge_below(row, column + 1);
     const bool middle_above = sum / 4 >= level_;
     switch (above) {
       case 0:

@@ -18,13 +18,13 @@ namespace {
 /// A tick within this fraction of a step from the end of the range counts as lying on the end.
 constexpr double kRounding = 1e-6;
 
-Range moved_out(const Range& range, double step) {
+Range extend_to_step(const Range& range, double step) {
   const Range out{step * std::floor(range.low / step + kRounding), step * std::ceil(range.high / step - kRounding)};
   return out.high > out.low ? out : Range{out.low - step, out.low + step};
 }
 
 /// Returns the range of the finite values above a bound; nothing if there is none.
-std::optional<Range> extremes_of(const std::vector<double>& values, double above) {
+std::optional<Range> finite_extremes(const std::vector<double>& values, double above) {
   std::optional<Range> range;
   for (const double value : values)
     if (std::isfinite(value) && value > above)
@@ -94,7 +94,7 @@ constexpr int kXTicks = 8;
 // Margin above and below the data, relative to their range.
 constexpr double kAir = 0.02;
 
-int y_ticks(const Panel& panel) { return std::max(3, static_cast<int>(panel.height_px / 42)); }
+int y_tick_count(const Panel& panel) { return std::max(3, static_cast<int>(panel.height_px / 42)); }
 
 constexpr double kKeyWidth = 20, kKeyGap = 5, kEntryGap = 14, kLegendSize = 11, kLegendRow = 16;
 
@@ -127,16 +127,16 @@ std::vector<LegendRow> legend_rows(const Panel& panel, double width_px) {
 }
 
 /// Returns the upward shift of the last legend row. Only a single row fits next to a title.
-double above_title(const Panel& panel, std::size_t rows) { return rows > 1 && !panel.title.empty() ? kLegendRow : 0; }
+double legend_shift(const Panel& panel, std::size_t rows) { return rows > 1 && !panel.title.empty() ? kLegendRow : 0; }
 
 /// Returns the height of the title and legend of a panel.
 double head_height(const Panel& panel, double width_px) {
   const auto rows = std::max<std::size_t>(1, legend_rows(panel, width_px).size());
-  return kHeadHeight + kLegendRow * static_cast<double>(rows - 1) + above_title(panel, rows);
+  return kHeadHeight + kLegendRow * static_cast<double>(rows - 1) + legend_shift(panel, rows);
 }
 
 /// Position of a panel and its scales.
-struct Place {
+struct PanelLayout {
   double left_px{}, top_px{}, width_px{}, height_px{};
   Scale x, y, y_right;
   [[nodiscard]] double right_px() const { return left_px + width_px; }
@@ -171,7 +171,7 @@ Range y_range(const Panel& panel, Side side) {
   }
   const Range tight = range.value_or(Range{0, 1});
   const double air = kAir * (tight.high - tight.low);
-  return rounded_out({tight.low - air, tight.high + air}, y_ticks(panel));
+  return rounded_out({tight.low - air, tight.high + air}, y_tick_count(panel));
 }
 
 Range x_range(const Plot& plot) {
@@ -187,91 +187,92 @@ Range x_range(const Plot& plot) {
   return whole;
 }
 
-std::vector<Tick> ticks_of(const AxisStyle& style, const Range& range, int count) {
+std::vector<Tick> make_ticks(const AxisStyle& style, const Range& range, int count) {
   return style.logarithmic ? logarithmic_ticks(range) : ticks(range, count);
 }
 
-std::vector<Tick> y_ticks_of(const Panel& panel, const Place& place, Side side) {
-  return ticks_of(side == Side::left ? panel.left : *panel.right, place.scale(side).values, y_ticks(panel));
+std::vector<Tick> make_y_ticks(const Panel& panel, const PanelLayout& layout, Side side) {
+  return make_ticks(side == Side::left ? panel.left : *panel.right, layout.scale(side).values, y_tick_count(panel));
 }
 
-std::vector<Tick> x_ticks(const Plot& plot) {
-  if (plot.x.categories.empty()) return ticks_of(plot.x, x_range(plot), kXTicks);
+std::vector<Tick> make_x_ticks(const Plot& plot) {
+  if (plot.x.categories.empty()) return make_ticks(plot.x, x_range(plot), kXTicks);
   std::vector<Tick> all;
   for (const std::string& name : plot.x.categories) all.push_back({static_cast<double>(all.size()), name});
   return all;
 }
 
-void draw_background(SvgWriter& svg, const Plot& plot, const Panel& panel, const Place& place) {
+void draw_background(SvgWriter& svg, const Plot& plot, const Panel& panel, const PanelLayout& layout) {
   for (const Band& band : panel.bands) {
-    const double top = std::max(place.y(band.range.high), place.top_px);
-    const double bottom = std::min(place.y(band.range.low), place.bottom_px());
-    if (bottom > top) svg.rectangle(place.left_px, top, place.width_px, bottom - top, colour::kFloor);
+    const double top = std::max(layout.y(band.range.high), layout.top_px);
+    const double bottom = std::min(layout.y(band.range.low), layout.bottom_px());
+    if (bottom > top) svg.rectangle(layout.left_px, top, layout.width_px, bottom - top, colour::kFloor);
   }
-  const auto shade_of = [](const Tick& tick) { return tick.label.empty() ? colour::kFineGrid : colour::kGrid; };
-  for (const Tick& tick : x_ticks(plot)) {
-    const double x = place.x(tick.value);
-    svg.line(x, place.top_px, x, place.bottom_px(), {shade_of(tick)});
+  const auto grid_colour = [](const Tick& tick) { return tick.label.empty() ? colour::kFineGrid : colour::kGrid; };
+  for (const Tick& tick : make_x_ticks(plot)) {
+    const double x = layout.x(tick.value);
+    svg.line(x, layout.top_px, x, layout.bottom_px(), {grid_colour(tick)});
   }
-  for (const Tick& tick : y_ticks_of(panel, place, Side::left)) {
-    const double y = place.y(tick.value);
-    svg.line(place.left_px, y, place.right_px(), y, {tick.value == 0 ? "#b9c1ca" : shade_of(tick)});
+  for (const Tick& tick : make_y_ticks(panel, layout, Side::left)) {
+    const double y = layout.y(tick.value);
+    svg.line(layout.left_px, y, layout.right_px(), y, {tick.value == 0 ? "#b9c1ca" : grid_colour(tick)});
   }
   if (plot.simulated)
-    draw_simulated_mark(svg, place.left_px, place.top_px, place.width_px, place.height_px, plot.language.simulated);
+    draw_simulated_mark(svg, layout.left_px, layout.top_px, layout.width_px, layout.height_px, plot.language.simulated);
 }
 
 /// Returns the label of a tick with the decimal sign of the language. Categories are names and remain unchanged.
-std::string label_of(const Plot& plot, const Tick& tick, bool is_category) {
+std::string tick_label(const Plot& plot, const Tick& tick, bool is_category) {
   std::string label = tick.label;
   if (plot.language.decimal_comma && !is_category) std::ranges::replace(label, '.', ',');
   return label;
 }
 
-void draw_y_axis(SvgWriter& svg, const Plot& plot, const Panel& panel, const Place& place, Side side) {
+void draw_y_axis(SvgWriter& svg, const Plot& plot, const Panel& panel, const PanelLayout& layout, Side side) {
   const AxisStyle& style = side == Side::left ? panel.left : *panel.right;
   const bool left = side == Side::left;
-  const double edge = left ? place.left_px : place.right_px();
+  const double edge = left ? layout.left_px : layout.right_px();
   const double outwards = left ? -1 : 1;
-  for (const Tick& tick : y_ticks_of(panel, place, side)) {
-    const double y = place.scale(side)(tick.value);
+  for (const Tick& tick : make_y_ticks(panel, layout, side)) {
+    const double y = layout.scale(side)(tick.value);
     svg.line(edge, y, edge + outwards * kTickLength * (tick.label.empty() ? 0.5 : 1), y, {colour::kFaintInk});
     if (tick.label.empty()) continue;
-    svg.text(edge + outwards * (kTickLength + 4), y + 3.8, label_of(plot, tick, false),
+    svg.text(edge + outwards * (kTickLength + 4), y + 3.8, tick_label(plot, tick, false),
              {.colour = style.colour, .anchor = left ? Anchor::end : Anchor::start});
   }
-  const double middle = place.top_px + place.height_px / 2;
+  const double middle = layout.top_px + layout.height_px / 2;
   svg.text(left ? 15 : edge + 56, middle, style.title,
            {.size_px = 12, .colour = style.colour, .anchor = Anchor::middle, .turned_deg = 90});
 }
 
-void draw_x_axis(SvgWriter& svg, const Plot& plot, const Place& place, bool labelled) {
-  for (const Tick& tick : x_ticks(plot)) {
-    const double x = place.x(tick.value);
-    svg.line(x, place.bottom_px(), x, place.bottom_px() + kTickLength * (tick.label.empty() ? 0.5 : 1),
+void draw_x_axis(SvgWriter& svg, const Plot& plot, const PanelLayout& layout, bool labelled) {
+  for (const Tick& tick : make_x_ticks(plot)) {
+    const double x = layout.x(tick.value);
+    svg.line(x, layout.bottom_px(), x, layout.bottom_px() + kTickLength * (tick.label.empty() ? 0.5 : 1),
              {colour::kFaintInk});
     if (!labelled || tick.label.empty()) continue;
-    svg.text(x, place.bottom_px() + 17, label_of(plot, tick, !plot.x.categories.empty()), {.anchor = Anchor::middle});
+    svg.text(x, layout.bottom_px() + 17, tick_label(plot, tick, !plot.x.categories.empty()),
+             {.anchor = Anchor::middle});
   }
   if (!labelled) return;
-  svg.text(place.left_px + place.width_px / 2, place.bottom_px() + 36, plot.x.title,
+  svg.text(layout.left_px + layout.width_px / 2, layout.bottom_px() + 36, plot.x.title,
            {.size_px = 12, .anchor = Anchor::middle});
 }
 
 /// Returns the path of a curve. Coordinates are absolute, so that rounding errors do not accumulate.
-std::string path_data(const Curve& curve, const Place& place) {
-  const Points points = decimate(curve.x, curve.y, static_cast<std::size_t>(place.width_px));
-  const Scale& scale = place.scale(curve.side);
+std::string path_data(const Curve& curve, const PanelLayout& layout) {
+  const Points points = decimate(curve.x, curve.y, static_cast<std::size_t>(layout.width_px));
+  const Scale& scale = layout.scale(curve.side);
   std::string data;
   const auto is_drawn = [&](std::size_t k) {
     return k < points.x.size() && std::isfinite(points.x[k]) && std::isfinite(points.y[k]) &&
-           (!scale.logarithmic || points.y[k] > 0) && (!place.x.logarithmic || points.x[k] > 0);
+           (!scale.logarithmic || points.y[k] > 0) && (!layout.x.logarithmic || points.x[k] > 0);
   };
   bool drawing = false;
   for (std::size_t k = 0; k < points.x.size(); ++k) {
     const bool here = is_drawn(k);
     if (here) {
-      const std::string x = pixels(place.x(points.x[k]));
+      const std::string x = pixels(layout.x(points.x[k]));
       if (drawing && curve.steps) data += "H" + x;
       data += fmt::format("{}{} {}", drawing ? "L" : "M", x, pixels(scale(points.y[k])));
       // An isolated point would have no visible line; draw a dot.
@@ -302,30 +303,30 @@ void draw_marker(SvgWriter& svg, const Curve& curve, double x, double y) {
 }
 
 /// Draws a bar from y − error to y + error with a cap at each end, clipped to the plotting area.
-void draw_error_bars(SvgWriter& svg, const Curve& curve, const Place& place) {
+void draw_error_bars(SvgWriter& svg, const Curve& curve, const PanelLayout& layout) {
   constexpr double kCap = 3;
-  const Scale& scale = place.scale(curve.side);
+  const Scale& scale = layout.scale(curve.side);
   for (std::size_t k = 0; k < curve.error.size(); ++k) {
-    const double x = place.x(curve.x[k]);
-    const double low = std::min(scale(curve.y[k] - curve.error[k]), place.bottom_px());
-    const double high = std::max(scale(curve.y[k] + curve.error[k]), place.top_px);
+    const double x = layout.x(curve.x[k]);
+    const double low = std::min(scale(curve.y[k] - curve.error[k]), layout.bottom_px());
+    const double high = std::max(scale(curve.y[k] + curve.error[k]), layout.top_px);
     if (!(low > high)) continue;
     svg.line(x, low, x, high, {curve.colour});
     for (const double end : {low, high}) {
-      if (end < place.bottom_px() && end > place.top_px) svg.line(x - kCap, end, x + kCap, end, {curve.colour});
+      if (end < layout.bottom_px() && end > layout.top_px) svg.line(x - kCap, end, x + kCap, end, {curve.colour});
     }
   }
 }
 
-void draw_curve(SvgWriter& svg, const Curve& curve, const Place& place, const std::string& clip) {
+void draw_curve(SvgWriter& svg, const Curve& curve, const PanelLayout& layout, const std::string& clip) {
   assert(curve.x.size() == curve.y.size());
   assert(curve.error.empty() || curve.error.size() == curve.y.size());
-  draw_error_bars(svg, curve, place);
-  if (curve.line) svg.path(path_data(curve, place), {curve.colour, curve.width_px, curve.dashed ? "6 3" : ""}, clip);
-  const Scale& scale = place.scale(curve.side);
+  draw_error_bars(svg, curve, layout);
+  if (curve.line) svg.path(path_data(curve, layout), {curve.colour, curve.width_px, curve.dashed ? "6 3" : ""}, clip);
+  const Scale& scale = layout.scale(curve.side);
   for (std::size_t k = 0; k < curve.x.size() && curve.marker != Marker::none; ++k) {
     const bool inside = curve.y[k] >= scale.values.low && curve.y[k] <= scale.values.high;
-    if (inside) draw_marker(svg, curve, place.x(curve.x[k]), scale(curve.y[k]));
+    if (inside) draw_marker(svg, curve, layout.x(curve.x[k]), scale(curve.y[k]));
   }
 }
 
@@ -342,12 +343,12 @@ void draw_legend_entry(SvgWriter& svg, const LegendEntry& entry, double x, doubl
 }
 
 /// Draws the legend rows right-aligned; the last row is directly above the plotting area.
-void draw_legend(SvgWriter& svg, const Panel& panel, const Place& place) {
-  const auto rows = legend_rows(panel, place.width_px);
-  double y = place.top_px - 13 - kLegendRow * static_cast<double>(rows.size()) - above_title(panel, rows.size());
+void draw_legend(SvgWriter& svg, const Panel& panel, const PanelLayout& layout) {
+  const auto rows = legend_rows(panel, layout.width_px);
+  double y = layout.top_px - 13 - kLegendRow * static_cast<double>(rows.size()) - legend_shift(panel, rows.size());
   for (const LegendRow& row : rows) {
     y += kLegendRow;
-    double x = place.right_px() - row.width() + kEntryGap;
+    double x = layout.right_px() - row.width() + kEntryGap;
     for (const LegendEntry& entry : row.entries) {
       draw_legend_entry(svg, entry, x, y);
       x += entry.width();
@@ -355,57 +356,57 @@ void draw_legend(SvgWriter& svg, const Panel& panel, const Place& place) {
   }
 }
 
-void draw_rules(SvgWriter& svg, const Panel& panel, const Place& place) {
+void draw_rules(SvgWriter& svg, const Panel& panel, const PanelLayout& layout) {
   for (const Rule& rule : panel.rules) {
-    const double y = place.y(rule.value);
-    if (y < place.top_px || y > place.bottom_px()) continue;
-    svg.line(place.left_px, y, place.right_px(), y, {colour::kFaintInk, 1, "3 3"});
-    svg.text(place.right_px() - 4, y - 4, rule.name,
+    const double y = layout.y(rule.value);
+    if (y < layout.top_px || y > layout.bottom_px()) continue;
+    svg.line(layout.left_px, y, layout.right_px(), y, {colour::kFaintInk, 1, "3 3"});
+    svg.text(layout.right_px() - 4, y - 4, rule.name,
              {.size_px = 10, .colour = colour::kFaintInk, .anchor = Anchor::end});
   }
 }
 
-void draw_stretches(SvgWriter& svg, const Plot& plot, const Place& place, bool named) {
+void draw_stretches(SvgWriter& svg, const Plot& plot, const PanelLayout& layout, bool named) {
   for (const Stretch& stretch : plot.stretches) {
-    const double from = place.x(stretch.range.low), to = place.x(stretch.range.high);
-    if (stretch.range.low > place.x.values.low)
-      svg.line(from, place.top_px, from, place.bottom_px(), {"#8b95a1", 1, "1 2"});
+    const double from = layout.x(stretch.range.low), to = layout.x(stretch.range.high);
+    if (stretch.range.low > layout.x.values.low)
+      svg.line(from, layout.top_px, from, layout.bottom_px(), {"#8b95a1", 1, "1 2"});
     if (!named || to - from < text_width(stretch.name, 10)) continue;
-    svg.text((from + to) / 2, place.top_px - head_height(plot.panels.front(), place.width_px) + 6, stretch.name,
+    svg.text((from + to) / 2, layout.top_px - head_height(plot.panels.front(), layout.width_px) + 6, stretch.name,
              {.size_px = 10.5, .colour = colour::kFaintInk, .anchor = Anchor::middle});
   }
 }
 
-void draw_panel(SvgWriter& svg, const Plot& plot, std::size_t index, const Place& place) {
+void draw_panel(SvgWriter& svg, const Plot& plot, std::size_t index, const PanelLayout& layout) {
   const Panel& panel = plot.panels[index];
   const std::string clip = fmt::format("{}-clip-{}", plot.id, index);
-  svg.clip_region(clip, place.left_px, place.top_px, place.width_px, place.height_px);
-  draw_background(svg, plot, panel, place);
-  draw_stretches(svg, plot, place, index == 0);
-  for (const Curve& curve : panel.curves) draw_curve(svg, curve, place, clip);
-  draw_rules(svg, panel, place);
-  svg.frame(place.left_px, place.top_px, place.width_px, place.height_px, {"#8b95a1"});
-  draw_y_axis(svg, plot, panel, place, Side::left);
-  if (panel.right) draw_y_axis(svg, plot, panel, place, Side::right);
-  draw_x_axis(svg, plot, place, index + 1 == plot.panels.size());
-  svg.text(place.left_px, place.top_px - 9, panel.title, {.size_px = 12, .bold = true});
-  draw_legend(svg, panel, place);
+  svg.clip_region(clip, layout.left_px, layout.top_px, layout.width_px, layout.height_px);
+  draw_background(svg, plot, panel, layout);
+  draw_stretches(svg, plot, layout, index == 0);
+  for (const Curve& curve : panel.curves) draw_curve(svg, curve, layout, clip);
+  draw_rules(svg, panel, layout);
+  svg.frame(layout.left_px, layout.top_px, layout.width_px, layout.height_px, {"#8b95a1"});
+  draw_y_axis(svg, plot, panel, layout, Side::left);
+  if (panel.right) draw_y_axis(svg, plot, panel, layout, Side::right);
+  draw_x_axis(svg, plot, layout, index + 1 == plot.panels.size());
+  svg.text(layout.left_px, layout.top_px - 9, panel.title, {.size_px = 12, .bold = true});
+  draw_legend(svg, panel, layout);
 }
 
-Place place_of(const Plot& plot, const Panel& panel, double top_px, double width_px) {
-  Place place{kLeftMargin, top_px, width_px, panel.height_px, {}, {}, {}};
-  place.x = {x_range(plot), place.left_px, place.right_px(), plot.x.logarithmic};
-  place.y = {y_range(panel, Side::left), place.bottom_px(), place.top_px, panel.left.logarithmic};
+PanelLayout lay_out_panel(const Plot& plot, const Panel& panel, double top_px, double width_px) {
+  PanelLayout layout{kLeftMargin, top_px, width_px, panel.height_px, {}, {}, {}};
+  layout.x = {x_range(plot), layout.left_px, layout.right_px(), plot.x.logarithmic};
+  layout.y = {y_range(panel, Side::left), layout.bottom_px(), layout.top_px, panel.left.logarithmic};
   if (panel.right) {
-    place.y_right = {y_range(panel, Side::right), place.bottom_px(), place.top_px, panel.right->logarithmic};
+    layout.y_right = {y_range(panel, Side::right), layout.bottom_px(), layout.top_px, panel.right->logarithmic};
   }
-  return place;
+  return layout;
 }
 
 }  // namespace
 
 Range range_of(const std::vector<double>& values) {
-  return extremes_of(values, -std::numeric_limits<double>::infinity()).value_or(Range{0, 1});
+  return finite_extremes(values, -std::numeric_limits<double>::infinity()).value_or(Range{0, 1});
 }
 
 Range joined(const Range& a, const Range& b) { return {std::min(a.low, b.low), std::max(a.high, b.high)}; }
@@ -420,16 +421,16 @@ double tick_step(const Range& range, int count) {
 
 Range rounded_out(const Range& range, int count) {
   double step = tick_step(range, count);
-  Range out = moved_out(range, step);
+  Range out = extend_to_step(range, step);
   // A wider range may require a wider step. Its ends must be ticks of that step.
   while (tick_step(out, count) > step * (1 + kRounding)) {
     step = tick_step(out, count);
-    out = moved_out(range, step);
+    out = extend_to_step(range, step);
   }
   return out;
 }
 
-Range positive_range_of(const std::vector<double>& values) { return extremes_of(values, 0).value_or(Range{1, 10}); }
+Range positive_range_of(const std::vector<double>& values) { return finite_extremes(values, 0).value_or(Range{1, 10}); }
 
 Range logarithmically_rounded_out(const Range& range) {
   const auto rounded = [](double value, bool up) {
@@ -480,7 +481,7 @@ std::vector<Tick> ticks(const Range& range, int count) {
   return all;
 }
 
-Panel panel_of(std::string title, std::string left_title, std::vector<Curve> curves, double height_px) {
+Panel make_panel(std::string title, std::string left_title, std::vector<Curve> curves, double height_px) {
   Panel panel;
   panel.title = std::move(title);
   panel.left.title = std::move(left_title);
@@ -534,7 +535,7 @@ std::string svg_of(const Plot& plot) {
   double top = first_top;
   for (std::size_t k = 0; k < plot.panels.size(); ++k) {
     top += head_height(plot.panels[k], width);
-    draw_panel(svg, plot, k, place_of(plot, plot.panels[k], top, width));
+    draw_panel(svg, plot, k, lay_out_panel(plot, plot.panels[k], top, width));
     top += plot.panels[k].height_px + kPanelGap;
   }
   if (plot.simulated) draw_simulated_tag(svg, plot.width_px - right_margin, height - 8, plot.language.simulated);

@@ -129,7 +129,7 @@ struct Panel {
 };
 
 /// Returns a panel with curves on its left side.
-[[nodiscard]] Panel panel_of(std::string title, std::string left_title, std::vector<Curve> curves, double height_px);
+[[nodiscard]] Panel make_panel(std::string title, std::string left_title, std::vector<Curve> curves, double height_px);
 
 /// A named section of x, such as a cycle of a program.
 struct Stretch {

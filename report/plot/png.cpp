@@ -13,7 +13,7 @@ constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmn
 
 }  // namespace
 
-std::string png_of(const Picture& picture) {
+std::string to_png(const Picture& picture) {
   assert(!picture.points.empty() && picture.points.size() == picture.columns * picture.rows);
   png_image image{};
   image.version = PNG_IMAGE_VERSION;

@@ -23,7 +23,7 @@ struct Picture {
 
 /// Returns the picture as a PNG file: 8 bits per channel, no alpha, no time stamp or other varying data. `picture` must
 /// not be empty.
-[[nodiscard]] std::string png_of(const Picture& picture);
+[[nodiscard]] std::string to_png(const Picture& picture);
 
 /// Encodes bytes in base64 (RFC 4648), as in data URIs.
 [[nodiscard]] std::string base64(std::string_view bytes);

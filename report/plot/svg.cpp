@@ -61,7 +61,7 @@ std::string attributes(const Stroke& stroke) {
   return fmt::format("stroke=\"{}\" stroke-width=\"{}\"{}", stroke.colour, stroke.width_px, dashes);
 }
 
-const char* anchor_word(Anchor anchor) {
+const char* anchor_name(Anchor anchor) {
   switch (anchor) {
     case Anchor::start: return "start";
     case Anchor::middle: return "middle";
@@ -198,7 +198,7 @@ void SvgWriter::text(double x, double y, std::string_view content, const TextSty
   }
   fmt::format_to(std::back_inserter(out_),
                  "<text x=\"{}\" y=\"{}\" font-size=\"{}\" fill=\"{}\" text-anchor=\"{}\"{}>{}</text>\n", pixels(x),
-                 pixels(y), pixels(style.size_px), style.colour, anchor_word(style.anchor), more, escaped(content));
+                 pixels(y), pixels(style.size_px), style.colour, anchor_name(style.anchor), more, escaped(content));
 }
 
 void SvgWriter::path(std::string_view data, const Stroke& stroke, std::string_view clip) {

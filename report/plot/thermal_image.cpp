@@ -17,7 +17,7 @@ namespace {
 constexpr Rgb kOutline{90, 98, 108};
 constexpr Rgb kPaper{255, 255, 255};
 
-bool outlined(const ThermalImage& image, std::size_t row, std::size_t column) {
+bool is_on_border(const ThermalImage& image, std::size_t row, std::size_t column) {
   const std::size_t here = row * image.celsius.columns + column;
   const bool right = column + 1 < image.celsius.columns && image.parts[here] != image.parts[here + 1];
   const bool down = row + 1 < image.celsius.rows && image.parts[here] != image.parts[here + image.celsius.columns];
@@ -42,7 +42,7 @@ struct Frame {
   double height_px{};
 };
 
-Frame frame_of(const ThermalImage& image) {
+Frame make_frame(const ThermalImage& image) {
   const double height = kWidth * (image.y_mm.high - image.y_mm.low) / (image.x_mm.high - image.x_mm.low);
   return {{image.x_mm, kImageLeft, kImageLeft + kWidth}, {image.y_mm, kImageTop + height, kImageTop}, height};
 }
@@ -70,7 +70,7 @@ struct PictureGrid {
   double first_px{};
 };
 
-Line line_of(const Isotherm& isotherm, const PictureGrid& grid) {
+Line make_line(const Isotherm& isotherm, const PictureGrid& grid) {
   Line line;
   double last_x = 0, last_y = 0;
   for (std::size_t k = 0; k < isotherm.size(); ++k) {
@@ -98,7 +98,7 @@ void draw_lines(SvgWriter& svg, const ThermalImage& image, const Frame& frame) {
     const double width = is_whole(level) ? 1 : 0.5;
     Line longest;
     for (const auto& isotherm : isotherms(thin, level)) {
-      Line line = line_of(isotherm, grid);
+      Line line = make_line(isotherm, grid);
       svg.path(line.data, {colour::kInk, width});
       if (line.length_px > longest.length_px) longest = std::move(line);
     }
@@ -141,7 +141,7 @@ void draw_colour_bar(SvgWriter& svg, const ThermalImage& image, const Frame& fra
     bar.points.push_back(heat(1 - static_cast<double>(k) / static_cast<double>(kSteps - 1)));
   }
   const double left = kImageLeft + kWidth + kBarGap;
-  svg.picture(left, kImageTop, kBarWidth, frame.height_px, png_of(bar));
+  svg.picture(left, kImageTop, kBarWidth, frame.height_px, to_png(bar));
   svg.frame(left, kImageTop, kBarWidth, frame.height_px, {colour::kInk, 1});
   const Scale scale{image.colours_c, kImageTop + frame.height_px, kImageTop};
   for (const Tick& tick : ticks(image.colours_c, 10)) {
@@ -176,7 +176,7 @@ Picture coloured(const ThermalImage& image) {
   }
   for (std::size_t row = 0; row < field.rows; ++row) {
     for (std::size_t column = 0; column < field.columns; ++column) {
-      if (outlined(image, row, column)) picture.at(row, column) = kOutline;
+      if (is_on_border(image, row, column)) picture.at(row, column) = kOutline;
     }
   }
   return picture;
@@ -191,12 +191,12 @@ std::vector<double> isotherm_levels(const ThermalImage& image) {
 }
 
 std::string svg_of(const ThermalImage& image) {
-  const Frame frame = frame_of(image);
+  const Frame frame = make_frame(image);
   SvgWriter svg(kImageLeft + kWidth + kBarGap + kBarWidth + kBarText, kImageTop + frame.height_px + kImageFoot,
                 image.simulated ? "SIMULATED – " + image.title : image.title);
   svg.text(kImageLeft, 22, image.title, {.size_px = 13, .bold = true});
   if (image.simulated) draw_simulated_tag(svg, kImageLeft + kWidth, 22);
-  svg.picture(kImageLeft, kImageTop, kWidth, frame.height_px, png_of(coloured(image)));
+  svg.picture(kImageLeft, kImageTop, kWidth, frame.height_px, to_png(coloured(image)));
   draw_lines(svg, image, frame);
   draw_thermometers(svg, image, frame);
   draw_axes(svg, image, frame);

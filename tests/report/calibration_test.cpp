@@ -73,8 +73,8 @@ TEST(Decision, ByAGuardBandIsWrongAsOftenAsItSays) {
   EXPECT_EQ(found.verdict, Verdict::pass);
   EXPECT_NEAR(1 - found.probability, 0.05, 1e-9);
   EXPECT_NEAR(1 - held_against(great, 9 + great.expanded(), DecisionRule::guard_band).probability, 0.025, 1e-9);
-  EXPECT_NE(word(Language::english, "say.rule_guard_band").find("at most 5 % together"), std::string_view::npos);
-  EXPECT_NE(word(Language::german, "say.rule_guard_band").find("zusammen höchstens 5 %"), std::string_view::npos);
+  EXPECT_NE(translate(Language::english, "say.rule_guard_band").find("at most 5 % together"), std::string_view::npos);
+  EXPECT_NE(translate(Language::german, "say.rule_guard_band").find("zusammen höchstens 5 %"), std::string_view::npos);
 }
 
 TEST(Decision, OverAllIsTheWorst) {

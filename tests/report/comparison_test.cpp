@@ -157,7 +157,7 @@ TEST(Comparison, CountsFromZeroWhatTheStoreDoes) {
   std::set<std::string> there;
   for (std::sregex_iterator one(quantities.begin(), quantities.end(), quoted), end; one != end; ++one)
     there.insert((*one)[1]);
-  EXPECT_EQ(there, std::set<std::string>(kCountedFromAZero.begin(), kCountedFromAZero.end()));
+  EXPECT_EQ(there, std::set<std::string>(kReferenceDependent.begin(), kReferenceDependent.end()));
   ASSERT_TRUE(std::regex_search(*sql, list, std::regex("WHEN n.zero = '([^']*)'")));
   EXPECT_EQ(list[1], std::string(data::kOwnZero));
 }
@@ -179,11 +179,11 @@ TEST(Comparison, HasAPageThatSaysEachChange) {
     const std::string page = html_of(document);
     const auto says = [&](const std::string& text) { return page.find(text) != std::string::npos; };
     for (const ComparedResult& one : comparison->results) {
-      EXPECT_TRUE(says(format(language, change_of(one)))) << one.key;
+      EXPECT_TRUE(says(format(language, change_with_uncertainty(one)))) << one.key;
       EXPECT_TRUE(says(format_number(language, one.normalised_error, 2))) << one.key;
     }
-    EXPECT_TRUE(says(sentence(language, "title.of", count_beyond(*comparison), comparison->results.size())));
-    EXPECT_TRUE(says(std::string(word(language, "mark.simulated"))));
+    EXPECT_TRUE(says(sentence(language, "title.of", count_disagreeing(*comparison), comparison->results.size())));
+    EXPECT_TRUE(says(std::string(translate(language, "mark.simulated"))));
     EXPECT_TRUE(says("C-2027-0042"));
   }
 }
@@ -193,7 +193,7 @@ TEST(Comparison, SaysThatNothingHasChanged) {
   std::erase_if(now.results, [](const ResultTable& table) { return table.stage != Stage::uncompensated; });
   const auto comparison = compare(sample_calibration(), now);
   ASSERT_TRUE(comparison);
-  EXPECT_EQ(count_beyond(*comparison), 0U);
+  EXPECT_EQ(count_disagreeing(*comparison), 0U);
   const std::string page = html_of(document_of(*comparison, Language::english));
   EXPECT_NE(page.find("No result has changed"), std::string::npos);
   EXPECT_NE(page.find("is not one that it had left with"), std::string::npos);

@@ -93,7 +93,7 @@ TEST(Dcc, HasEveryResultWithItsUncertainty) {
     for (const Column& column : table.columns)
       for (const ReportedValue& value : column.values) {
         EXPECT_NE(xml.find(dsi_value(value)), std::string::npos) << table.key << " " << column.quantity;
-        if (certainty_of(value) >= Certainty::with_normal_u) {
+        if (classify_certainty(value) >= Certainty::with_normal_u) {
           EXPECT_NE(xml.find(dsi_expanded(value)), std::string::npos) << table.key << " " << column.quantity;
         }
       }

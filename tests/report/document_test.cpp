@@ -229,7 +229,7 @@ TEST(Document, HoldsTheStagesOfOneRecordAgainstEachOther) {
   }
   const Document document = document_of(report, Language::english);
   const std::string text = text_of(document);
-  const std::string raw = quantity_in_a_sentence(Language::english, with_uncertainty(0.5, 0.01, 60), "°/h");
+  const std::string raw = quantity_text(Language::english, with_uncertainty(0.5, 0.01, 60), "°/h");
   EXPECT_TRUE(has(text, raw)) << "uncompensated, of the record that the model has not seen";
   EXPECT_TRUE(has(text, ", 10 times as much")) << text.substr(0, 3000);
   const auto keys = all_of<KeyFigures>(document);

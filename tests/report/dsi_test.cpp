@@ -66,15 +66,16 @@ TEST(Dsi, LosesNothingAgainstTheUncertainty) {
 }
 
 TEST(Dsi, KnowsNoUncertaintyThatIsNone) {
-  EXPECT_EQ(certainty_of({}), Certainty::nothing);
-  EXPECT_EQ(certainty_of({.value = kEndless}), Certainty::nothing);
-  EXPECT_EQ(certainty_of({.value = 1}), Certainty::value);
-  EXPECT_EQ(certainty_of({.value = 1, .standard_uncertainty = 1}), Certainty::value);
-  EXPECT_EQ(certainty_of({.value = 1, .standard_uncertainty = 1, .coverage_factor = 0.5}), Certainty::value);
-  EXPECT_EQ(certainty_of({.value = 1, .standard_uncertainty = -1, .coverage_factor = 2}), Certainty::value);
-  EXPECT_EQ(certainty_of({.value = 1, .standard_uncertainty = kNotANumber, .coverage_factor = 2}), Certainty::value);
-  EXPECT_EQ(certainty_of(with_uncertainty(1, 0, kEndless)), Certainty::with_normal_u);
-  EXPECT_EQ(certainty_of(with_uncertainty(1, 1, 5)), Certainty::with_students_u);
+  EXPECT_EQ(classify_certainty({}), Certainty::nothing);
+  EXPECT_EQ(classify_certainty({.value = kEndless}), Certainty::nothing);
+  EXPECT_EQ(classify_certainty({.value = 1}), Certainty::value);
+  EXPECT_EQ(classify_certainty({.value = 1, .standard_uncertainty = 1}), Certainty::value);
+  EXPECT_EQ(classify_certainty({.value = 1, .standard_uncertainty = 1, .coverage_factor = 0.5}), Certainty::value);
+  EXPECT_EQ(classify_certainty({.value = 1, .standard_uncertainty = -1, .coverage_factor = 2}), Certainty::value);
+  EXPECT_EQ(classify_certainty({.value = 1, .standard_uncertainty = kNotANumber, .coverage_factor = 2}),
+            Certainty::value);
+  EXPECT_EQ(classify_certainty(with_uncertainty(1, 0, kEndless)), Certainty::with_normal_u);
+  EXPECT_EQ(classify_certainty(with_uncertainty(1, 1, 5)), Certainty::with_students_u);
 }
 
 }  // namespace

@@ -38,9 +38,9 @@ std::string written(double value, double expanded, Language language = kEn) {
 
 TEST(Words, OfEachKeyAreThereInBothLanguages) {
   std::set<std::string_view> seen;
-  for (const std::string_view key : word_keys()) {
-    EXPECT_FALSE(word(kEn, key).empty()) << key;
-    EXPECT_FALSE(word(kDe, key).empty()) << key;
+  for (const std::string_view key : text_keys()) {
+    EXPECT_FALSE(translate(kEn, key).empty()) << key;
+    EXPECT_FALSE(translate(kDe, key).empty()) << key;
     EXPECT_TRUE(seen.insert(key).second) << key << " is there twice";
   }
   EXPECT_GT(seen.size(), 200u);
@@ -49,31 +49,31 @@ TEST(Words, OfEachKeyAreThereInBothLanguages) {
 TEST(Words, HaveTheSamePlacesInBothLanguages) {
   const auto places = [](std::string_view text) { return std::ranges::count(text, '{'); };
   std::ptrdiff_t filled = 0;
-  for (const std::string_view key : word_keys()) {
-    EXPECT_EQ(places(word(kEn, key)), places(word(kDe, key))) << key;
-    filled += places(word(kEn, key));
+  for (const std::string_view key : text_keys()) {
+    EXPECT_EQ(places(translate(kEn, key)), places(translate(kDe, key))) << key;
+    filled += places(translate(kEn, key));
   }
   EXPECT_GT(filled, 20);
 }
 
 TEST(Words, OfTheDocumentItselfAreNoKeysOfAReport) {
-  EXPECT_TRUE(has_word("stabilised_bias"));
-  EXPECT_FALSE(has_word("say.coverage"));
-  EXPECT_FALSE(has_word("stabilized_bias"));
+  EXPECT_TRUE(has_text("stabilised_bias"));
+  EXPECT_FALSE(has_text("say.coverage"));
+  EXPECT_FALSE(has_text("stabilized_bias"));
 }
 
 TEST(Words, CoverWhatAnEnumeratorIsCalled) {
-  for (const Stage stage : {Stage::uncompensated, Stage::as_found, Stage::as_left}) EXPECT_TRUE(has_word(name(stage)));
+  for (const Stage stage : {Stage::uncompensated, Stage::as_found, Stage::as_left}) EXPECT_TRUE(has_text(name(stage)));
   for (const Verdict verdict :
        {Verdict::pass, Verdict::conditional_pass, Verdict::conditional_fail, Verdict::fail, Verdict::not_known})
-    EXPECT_TRUE(has_word(name(verdict)));
-  for (const DecisionRule rule : {DecisionRule::simple, DecisionRule::guard_band}) EXPECT_TRUE(has_word(name(rule)));
+    EXPECT_TRUE(has_text(name(verdict)));
+  for (const DecisionRule rule : {DecisionRule::simple, DecisionRule::guard_band}) EXPECT_TRUE(has_text(name(rule)));
   for (const ReportState state : {ReportState::draft, ReportState::authorised, ReportState::superseded})
-    EXPECT_TRUE(has_word(name(state)));
+    EXPECT_TRUE(has_text(name(state)));
 }
 
 TEST(Words, CoverKeysComposedOfAnEnumerator) {
-  const std::vector<std::string_view> all = word_keys();
+  const std::vector<std::string_view> all = text_keys();
   const auto covers = [&](const std::string& key) { return std::ranges::find(all, key) != all.end(); };
   for (int k = 0; k <= static_cast<int>(Group::compensation); ++k)
     EXPECT_TRUE(covers(std::string("group.") + name(static_cast<Group>(k)))) << k;
@@ -92,7 +92,7 @@ const std::regex kDocumentKey("(budget|caption|column|heading|label|mark|model|p
 
 /// Returns the keys of the document that occur as literals in the sources of reports.
 std::set<std::string> keys_in_sources() {
-  std::set<std::string> keys{std::string(say_of_models({})), std::string(say_of_models({{.recommended = true}}))};
+  std::set<std::string> keys{std::string(models_text_key({})), std::string(models_text_key({{.recommended = true}}))};
   const std::regex literal("\"([a-z]+\\.[a-z_]+)\"");
   for (const char* folder : {"/report", "/apps/pdf"})
     for (const auto& file : std::filesystem::directory_iterator(std::string(GYROTHERM_SOURCE_DIR) + folder)) {
@@ -108,7 +108,7 @@ std::set<std::string> keys_in_sources() {
 TEST(Words, AreExactlyThoseThatSourcesName) {
   const std::set<std::string> named = keys_in_sources();
   std::set<std::string> covered;
-  for (const std::string_view key : word_keys())
+  for (const std::string_view key : text_keys())
     if (std::regex_match(std::string(key), kDocumentKey)) covered.emplace(key);
   EXPECT_GT(named.size(), 150u);
   for (const std::string& key : named) EXPECT_TRUE(covered.contains(key)) << key << " is missing in the table";

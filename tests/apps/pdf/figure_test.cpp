@@ -35,7 +35,7 @@ std::string drawn(Draw draw) {
 
 TEST(Figure, APictureInItIsDrawn) {
   plot::Picture picture{2, 2, {{200, 0, 0}, {0, 200, 0}, {0, 0, 200}, {200, 200, 0}}};
-  EXPECT_NE(drawn([&](auto& svg) { svg.picture(20, 20, 100, 50, png_of(picture)); }), drawn([](auto&) {}));
+  EXPECT_NE(drawn([&](auto& svg) { svg.picture(20, 20, 100, 50, to_png(picture)); }), drawn([](auto&) {}));
 }
 
 TEST(Figure, WhatIsClippedEndsAtItsRegion) {

@@ -39,7 +39,7 @@ TEST(Logo, AnSvgAndAPngAreDrawn) {
       "");
   plot::Picture picture{30, 20, {}};
   picture.points.assign(600, {200, 0, 0});
-  EXPECT_EQ(said_of("image/png", plot::png_of(picture)), "");
+  EXPECT_EQ(said_of("image/png", plot::to_png(picture)), "");
 }
 
 TEST(Logo, WhatIsBrokenIsLeftOutWithAWord) {
@@ -49,7 +49,7 @@ TEST(Logo, WhatIsBrokenIsLeftOutWithAWord) {
   EXPECT_NE(said_of("image/svg+xml", "<html/>").find("no SVG"), std::string::npos);
   plot::Picture picture{200, 100, {}};
   for (int k = 0; k < 20000; ++k) picture.points.push_back({static_cast<std::uint8_t>(k * 97 % 251), 0, 0});
-  const auto png = plot::png_of(picture);
+  const auto png = plot::to_png(picture);
   EXPECT_NE(said_of("image/png", png.substr(0, png.size() / 2)).find("logo"), std::string::npos);
 }
 

@@ -142,7 +142,7 @@ TEST(PaperFile, StaysAnArchiveFileWhateverItHas) {
   plot::SvgWriter svg(760, 300, "figure");
   svg.rectangle(20, 20, 50, 50, "#000000", 0.2);
   svg.text(100, 100, "pale", {.opacity = 0.1});
-  svg.picture(200, 20, 100, 50, png_of(picture));
+  svg.picture(200, 20, 100, 50, to_png(picture));
   document.blocks.emplace_back(
       DocumentFigure{.id = "f", .caption = "Figure", .svg = std::move(svg).finish(), .data = {}});
   const Paper paper(document, {.program = "p", .source_sha256 = "", .utc_s = {}});

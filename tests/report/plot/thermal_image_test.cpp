@@ -87,7 +87,7 @@ TEST(ThermalImage, CannotBeDrawnWithoutAValueForEachSampleOrWithoutWidth) {
 }
 
 TEST(Png, BeginsWithItsSignatureAndIsTheSameEachTime) {
-  const std::string once = png_of(coloured(slope())), again = png_of(coloured(slope()));
+  const std::string once = to_png(coloured(slope())), again = to_png(coloured(slope()));
   EXPECT_EQ(once.substr(0, 8), "\x89PNG\r\n\x1a\n");
   EXPECT_EQ(once, again);
 }

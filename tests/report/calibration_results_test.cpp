@@ -47,7 +47,7 @@ class WholeRun {
   CalibrationReport report_;
 };
 
-TEST(WholeRun, OfAGreatMeanIsAsUncertainAsItsZero) {
+TEST(WholeRun, RootMeanSquareHasUncertaintyOfReferenceWhenMeanDominates) {
   const WholeRun run(0.1, 0.003);
   const ReportedValue rmse = run.value("rmse"), mean = run.value("mean");
   EXPECT_GE(mean.standard_uncertainty, 0.003);
@@ -58,7 +58,7 @@ TEST(WholeRun, OfAGreatMeanIsAsUncertainAsItsZero) {
 
 /// At mean 0 the root mean square has its minimum, but an uncertain bias reference still changes it. Monte Carlo draws
 /// give the expected amount.
-TEST(WholeRun, OfNoMeanKnowsItsZeroToo) {
+TEST(WholeRun, RootMeanSquareHasUncertaintyOfReferenceWhenMeanIsZero) {
   for (const double in_scatter : {0.2, 1.0, 2.0, 5.0}) {
     SCOPED_TRACE(in_scatter);
     const double of_zero = in_scatter * kScatter_deg_per_h;
@@ -76,7 +76,7 @@ TEST(WholeRun, OfNoMeanKnowsItsZeroToo) {
   }
 }
 
-TEST(WholeRun, OfASingleMeanSaysNothingOfScatter) {
+TEST(WholeRun, OmitsStandardDeviationOfSingleMean) {
   const WholeRun run(0.1, 0.003, 1);
   EXPECT_EQ(run.column("std"), nullptr);
   EXPECT_EQ(run.value("mean").value, 0.1);
@@ -111,7 +111,7 @@ model::Model plane_in_a(const std::string& run_id) {
 }
 
 /// In four years since its calibration a thermometer drifts twice as far as in the first year.
-TEST(CompensatedMean, KnowsThatThermometersHaveDriftedOnSinceTheTraining) {
+TEST(CompensatedMean, IncludesThermometerDriftSinceTraining) {
   SyntheticExperiment experiment;
   data::RecordedRun &trained = experiment.rate, &later = experiment.random;
   later.dataset.started_utc = std::chrono::days(4 * 365 + 1);
@@ -139,7 +139,7 @@ TEST(CompensatedMean, KnowsThatThermometersHaveDriftedOnSinceTheTraining) {
 }
 
 /// r± = b ± Ω: b is half of the sum for every scale factor, and Ω is proportional to the scale factor.
-TEST(TwoPositions, KnowTheEarthsRateAsWellAsTheScaleFactor) {
+TEST(TwoPositions, GiveEarthRateUncertaintyOfScaleFactor) {
   constexpr double kEarthRate_deg_per_h = 10, kBias_deg_per_h = 0.1;
   data::RecordedRun run = SyntheticExperiment(9).rate;
   auto& segments = run.dataset.segments;
@@ -171,7 +171,7 @@ TEST(TwoPositions, KnowTheEarthsRateAsWellAsTheScaleFactor) {
   EXPECT_EQ(reported(50, "bias").standard_uncertainty, reported(0, "bias").standard_uncertainty);
 }
 
-TEST(Courses, AreNotDrawnAcrossWhatIsMissing) {
+TEST(Courses, BreakAtMissingClusters) {
   data::RecordedRun run = SyntheticExperiment().rate;
   run.clusters.samples = Eigen::VectorXi::Constant(run.clusters.start_s.size(), 100);
   run.clusters = pick(run.clusters, {0, 1, 2, 6, 7, 8});

@@ -12,14 +12,14 @@
 namespace gyrotherm::report {
 namespace {
 
-TEST(Calibration, IsReadBackToTheSameBytes) {
+TEST(Calibration, ReadsBackToEqualBytes) {
   const std::string json = to_json(sample_calibration());
   const auto read = calibration_from_json(json, "calibration.json");
   ASSERT_TRUE(read) << text(read.error());
   EXPECT_EQ(to_json(*read), json);
 }
 
-TEST(Calibration, OfAnotherSchemaIsRefused) {
+TEST(Calibration, RefusesOtherSchema) {
   std::string json = to_json(sample_calibration());
   json.replace(json.find(kCalibrationSchema), std::string(kCalibrationSchema).size(), "gyrotherm-calibration/9");
   const auto read = calibration_from_json(json, "calibration.json");
@@ -27,7 +27,7 @@ TEST(Calibration, OfAnotherSchemaIsRefused) {
   EXPECT_EQ(read.error().kind, FaultKind::bad_file);
 }
 
-TEST(Calibration, ColumnsOfUnequalLengthAreRefused) {
+TEST(Calibration, RefusesColumnsOfUnequalLength) {
   CalibrationReport report = sample_calibration();
   report.results[0].columns[0].values.push_back({.value = 1});
   const auto read = calibration_from_json(to_json(report), "calibration.json");
@@ -35,7 +35,7 @@ TEST(Calibration, ColumnsOfUnequalLengthAreRefused) {
   EXPECT_NE(text(read.error()).find("columns of one length"), std::string::npos) << text(read.error());
 }
 
-TEST(Decision, OfTheSimpleRuleIsTheLimit) {
+TEST(Decision, PassesUpToLimitBySimpleRule) {
   const auto at = [](double value) {
     return held_against(with_uncertainty(value, 0.05, 1e9), 1, DecisionRule::simple).verdict;
   };
@@ -44,7 +44,7 @@ TEST(Decision, OfTheSimpleRuleIsTheLimit) {
   EXPECT_EQ(at(1.01), Verdict::fail);
 }
 
-TEST(Decision, OfAGuardBandHasTheUncertaintyBetween) {
+TEST(Decision, IsConditionalWithinUncertaintyOfLimitByGuardBand) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const auto at = [](double value) {
     return held_against(with_uncertainty(value, 0.05, kInfinite), 1, DecisionRule::guard_band).verdict;
@@ -56,7 +56,7 @@ TEST(Decision, OfAGuardBandHasTheUncertaintyBetween) {
   EXPECT_EQ(held_against({.value = 0.5}, 1, DecisionRule::guard_band).verdict, Verdict::not_known);
 }
 
-TEST(Decision, SaysHowLikelyTheTrueValueIsWithin) {
+TEST(Decision, ReturnsProbabilityThatTrueValueIsWithinLimit) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   EXPECT_NEAR(held_against(with_uncertainty(1, 0.05, kInfinite), 1, DecisionRule::simple).probability, 0.5, 1e-9);
   EXPECT_NEAR(held_against(with_uncertainty(0.95, 0.05, kInfinite), 1, DecisionRule::simple).probability, 0.841344746,
@@ -66,7 +66,7 @@ TEST(Decision, SaysHowLikelyTheTrueValueIsWithin) {
 }
 
 /// If U equals the limit, the true value of a passed result may be outside on either side.
-TEST(Decision, ByAGuardBandIsWrongAsOftenAsItSays) {
+TEST(Decision, HasStatedErrorProbabilityByGuardBand) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const ReportedValue nothing = with_uncertainty(0, 0.5, kInfinite), great = with_uncertainty(9, 0.5, kInfinite);
   const Conformity found = held_against(nothing, nothing.expanded(), DecisionRule::guard_band);
@@ -77,7 +77,7 @@ TEST(Decision, ByAGuardBandIsWrongAsOftenAsItSays) {
   EXPECT_NE(translate(Language::german, "say.rule_guard_band").find("zusammen höchstens 5 %"), std::string_view::npos);
 }
 
-TEST(Decision, OverAllIsTheWorst) {
+TEST(Decision, OverallIsWorst) {
   CalibrationReport report = sample_calibration();
   EXPECT_EQ(verdict_of(report), Verdict::conditional_fail);
   report.conformity[0].verdict = Verdict::fail;

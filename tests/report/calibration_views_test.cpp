@@ -69,7 +69,7 @@ TEST(CalibrationPage, IsWellFormed) {
     EXPECT_EQ(tests::markup_mistake(without_scripts(page_of(sample_calibration(), language))), "");
 }
 
-TEST(CalibrationPage, SaysItsLanguage) {
+TEST(CalibrationPage, StatesItsLanguage) {
   EXPECT_TRUE(contains(page_of(sample_calibration()), "<html lang=\"en\">"));
   EXPECT_TRUE(contains(page_of(sample_calibration(), Language::german), "<html lang=\"de\">"));
 }
@@ -85,7 +85,7 @@ TEST(CalibrationPage, HasEveryValueWithItsUncertainty) {
   }
 }
 
-TEST(CalibrationPage, HostileTextsAreText) {
+TEST(CalibrationPage, EscapesHostileTexts) {
   for (const Language language : {Language::english, Language::german}) {
     const std::string page = page_of(hostile_report(), language);
     EXPECT_EQ(tests::markup_mistake(without_scripts(page)), "");
@@ -105,7 +105,7 @@ TEST(CalibrationPage, NeedsNoNetwork) {
   EXPECT_FALSE(contains(page_of(sample_calibration()), "sourceMappingURL"));
 }
 
-TEST(CalibrationPage, HeadingsAreInOrderAndLinked) {
+TEST(CalibrationPage, HasLinkedHeadingsInOrder) {
   const std::string page = page_of(sample_calibration());
   EXPECT_EQ(count_of(page, "<h1>"), 1);
   EXPECT_EQ(count_of(page, "<section"), 10);
@@ -118,14 +118,14 @@ TEST(CalibrationPage, HeadingsAreInOrderAndLinked) {
   for (const std::string& one : ids) EXPECT_EQ(std::ranges::count(ids, one), 1) << one;
 }
 
-TEST(CalibrationPage, TablesHaveHeadersWithAScope) {
+TEST(CalibrationPage, HasTablesWithScopedHeaders) {
   const std::string page = page_of(sample_calibration());
   EXPECT_GT(count_of(page, "<th scope=\"row\""), 20);
   EXPECT_EQ(count_of(page, "<th>"), 0);
   EXPECT_EQ(count_of(page, "<table>"), count_of(page, "<caption>"));
 }
 
-TEST(CalibrationPage, AMarkIsAboveItAndOnEverySheet) {
+TEST(CalibrationPage, ShowsMarkAboveContentAndOnEverySheet) {
   CalibrationReport report = sample_calibration();
   report.state = ReportState::draft;
   const std::string page = page_of(report);
@@ -140,26 +140,26 @@ TEST(CalibrationPage, AMarkIsAboveItAndOnEverySheet) {
   EXPECT_FALSE(contains(plain, "@top-right"));
 }
 
-TEST(CalibrationPage, VerdictsHaveASignBesideTheirColour) {
+TEST(CalibrationPage, ShowsVerdictsByColourAndSign) {
   const std::string page = page_of(sample_calibration());
   EXPECT_TRUE(contains(page, "<span class=\"sign\" aria-hidden=\"true\">✓</span>Pass"));
   EXPECT_TRUE(contains(page, "<span class=\"sign\" aria-hidden=\"true\">▲</span>Conditional fail"));
 }
 
-TEST(CalibrationPage, FiguresAreThereWithoutScripts) {
+TEST(CalibrationPage, ShowsFiguresWithoutScripts) {
   const std::string page = page_of(sample_calibration());
   EXPECT_EQ(count_of(page, "<figure "), 6);
   EXPECT_EQ(count_of(page, "<div class=\"static\" role=\"group\" tabindex=\"0\""), 6);
   EXPECT_EQ(count_of(page, "class=\"enlargeable\""), 4) << "two are logarithmic";
 }
 
-TEST(CalibrationPage, WithoutFiguresHasNoScript) {
+TEST(CalibrationPage, HasNoScriptWithoutFigures) {
   CalibrationReport report = sample_calibration();
   report.figures.clear();
   EXPECT_FALSE(contains(page_of(report), "<script"));
 }
 
-TEST(CalibrationPage, OfAWeekOfSecondsStaysSmall) {
+TEST(CalibrationPage, StaysSmallForWeekOfSeconds) {
   CalibrationReport report = sample_calibration();
   for (FigureData& figure : report.figures)
     for (FigureLine& line : figure.lines) {
@@ -175,7 +175,7 @@ TEST(CalibrationPage, OfAWeekOfSecondsStaysSmall) {
   EXPECT_LT(page_of(report).size(), 5'000'000u);
 }
 
-TEST(ChartData, IsThinnedAndEndsNoScript) {
+TEST(ChartData, IsThinnedAndDoesNotEndScript) {
   FigureData figure = sample_calibration().figures[0];
   figure.lines[0].y[7] = std::numeric_limits<double>::quiet_NaN();
   figure.lines[1].detail = "</script>";
@@ -185,7 +185,7 @@ TEST(ChartData, IsThinnedAndEndsNoScript) {
   EXPECT_LT(count_of(data, ","), 3 * 2 * 105 + 20);
 }
 
-TEST(ChartData, OfALineThatGoesBackIsNotEnlarged) {
+TEST(ChartData, IsOmittedWhenXReverses) {
   FigureData figure = sample_calibration().figures[0];
   EXPECT_TRUE(can_be_enlarged(figure));
   std::swap(figure.lines[0].x[3], figure.lines[0].x[4]);
@@ -193,7 +193,7 @@ TEST(ChartData, OfALineThatGoesBackIsNotEnlarged) {
   EXPECT_FALSE(can_be_enlarged(sample_calibration().figures[2]));
 }
 
-TEST(CalibrationTable, HasALineForEachValue) {
+TEST(CalibrationTable, HasLinePerValue) {
   const CalibrationReport report = sample_calibration();
   int values = 0;
   for (const ResultTable& table : report.results)
@@ -207,7 +207,7 @@ TEST(CalibrationTable, HasALineForEachValue) {
   EXPECT_TRUE(contains(csv, ",no,1,set_point,20,,,,,°C\r\n"));
 }
 
-TEST(CalibrationTable, QuotesWhatRfc4180Asks) {
+TEST(CalibrationTable, QuotesFieldsByRfc4180) {
   CalibrationReport report = sample_calibration();
   report.results.resize(1);
   report.results[0].detail = "a, \"b\"\nc";
@@ -217,7 +217,7 @@ TEST(CalibrationTable, QuotesWhatRfc4180Asks) {
   EXPECT_TRUE(contains(csv, ",'=1+1,")) << "a spreadsheet would run it";
 }
 
-TEST(CalibrationSchema, IsThatOfWhatIsWritten) {
+TEST(CalibrationSchema, AcceptsWrittenReport) {
   const std::string root = GYROTHERM_SOURCE_DIR;
   const auto json = std::filesystem::temp_directory_path() /
                     fmt::format("gyrotherm-calibration-{}.json", static_cast<long>(::getpid()));

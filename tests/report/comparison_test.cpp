@@ -42,7 +42,7 @@ const ComparedResult* find(const Comparison& comparison, const std::string& key,
   return found == comparison.results.end() ? nullptr : &*found;
 }
 
-TEST(Comparison, SaysTheChangeWithItsUncertaintyAndNormalisedError) {
+TEST(Comparison, ReturnsChangeWithUncertaintyAndNormalisedError) {
   const auto comparison = compare(sample_calibration(), a_year_later());
   ASSERT_TRUE(comparison) << text(comparison.error());
   EXPECT_EQ(comparison->days_between, 365);
@@ -57,7 +57,7 @@ TEST(Comparison, SaysTheChangeWithItsUncertaintyAndNormalisedError) {
   EXPECT_NEAR(one->in_a_year, 0.01 * 365.25 / 365, 1e-9);
 }
 
-TEST(Comparison, HoldsWhatItLeftWithAgainstWhatItWasFoundWith) {
+TEST(Comparison, ComparesAsLeftWithAsFound) {
   const auto comparison = compare(sample_calibration(), a_year_later());
   ASSERT_TRUE(comparison);
   const ComparedResult* one = find(*comparison, "compensated_mean", "", Stage::as_left);
@@ -84,7 +84,7 @@ void add_second_record(CalibrationReport& report, double shift) {
   }
 }
 
-TEST(Comparison, OfSeveralRecordsOfAProfileHoldsEachAgainstItsLike) {
+TEST(Comparison, PairsRecordsOfOneProfileInOrder) {
   CalibrationReport before = sample_calibration(), now = a_year_later();
   for (CalibrationReport* one : {&before, &now}) one->files.front().profile = "random";
   const auto once = compare(before, now);
@@ -114,14 +114,14 @@ TEST(Comparison, OfSeveralRecordsOfAProfileHoldsEachAgainstItsLike) {
   EXPECT_EQ(unseen->results.size(), once->results.size()) << "the first that can be compared is held against the first";
 }
 
-TEST(Comparison, TakesNoConditionForAResult) {
+TEST(Comparison, SkipsConditions) {
   const auto comparison = compare(sample_calibration(), a_year_later());
   ASSERT_TRUE(comparison);
   EXPECT_TRUE(std::ranges::none_of(comparison->results,
                                    [](const ComparedResult& one) { return one.quantity == "temperature"; }));
 }
 
-TEST(Comparison, OfAnotherUnitIsRefused) {
+TEST(Comparison, RefusesOtherUnit) {
   CalibrationReport now = a_year_later();
   now.item.serial_number = "0043";
   const auto comparison = compare(sample_calibration(), now);
@@ -130,7 +130,7 @@ TEST(Comparison, OfAnotherUnitIsRefused) {
 }
 
 /// The Earth rate is not a drift of the gyro.
-TEST(Comparison, OfDifferentZerosHasNoBias) {
+TEST(Comparison, SkipsBiasWhenReferencesDiffer) {
   CalibrationReport before = sample_calibration(), now = a_year_later();
   const auto expect_no_bias = [&] {
     const auto comparison = compare(before, now);
@@ -147,7 +147,7 @@ TEST(Comparison, OfDifferentZerosHasNoBias) {
 }
 
 /// The store of a site cannot link this module: its SQL has the same list and the same keyword.
-TEST(Comparison, CountsFromZeroWhatTheStoreDoes) {
+TEST(Comparison, HasSameReferenceDependentQuantitiesAsStore) {
   const auto sql = read_text_file(GYROTHERM_SOURCE_DIR "/apps/site/migrations/0001-store.sql");
   ASSERT_TRUE(sql);
   std::smatch list;
@@ -162,7 +162,7 @@ TEST(Comparison, CountsFromZeroWhatTheStoreDoes) {
   EXPECT_EQ(list[1], std::string(data::kOwnZero));
 }
 
-TEST(Comparison, SaysHowManyDoNotAgree) {
+TEST(Comparison, CountsDisagreeingResults) {
   const auto comparison = compare(sample_calibration(), a_year_later());
   ASSERT_TRUE(comparison);
   const std::string text = describe(*comparison);
@@ -171,7 +171,7 @@ TEST(Comparison, SaysHowManyDoNotAgree) {
   EXPECT_NE(to_json(*comparison).find("\"schema\": \"gyrotherm-comparison/1\""), std::string::npos);
 }
 
-TEST(Comparison, HasAPageThatSaysEachChange) {
+TEST(Comparison, HasPageWithEachChange) {
   const auto comparison = compare(sample_calibration(), a_year_later());
   ASSERT_TRUE(comparison);
   for (const Language language : {Language::english, Language::german}) {
@@ -188,7 +188,7 @@ TEST(Comparison, HasAPageThatSaysEachChange) {
   }
 }
 
-TEST(Comparison, SaysThatNothingHasChanged) {
+TEST(Comparison, ReportsNoChange) {
   CalibrationReport now = sample_calibration();
   std::erase_if(now.results, [](const ResultTable& table) { return table.stage != Stage::uncompensated; });
   const auto comparison = compare(sample_calibration(), now);

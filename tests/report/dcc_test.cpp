@@ -65,18 +65,18 @@ class Certificates : public testing::Test {
   }
 };
 
-TEST_F(Certificates, AreValidByTheSchema) {
+TEST_F(Certificates, AreValidBySchema) {
   const char* shared = std::getenv("GYROTHERM_SHARED");
   if (shared == nullptr) GTEST_SKIP() << "GYROTHERM_SHARED is not set: PTB's schema is not at hand";
   const std::string schema = std::string(shared) + "/dcc/v3.3.0/dcc/dcc.xsd";
   expect_none_refused("xmllint", {"--nonet", "--noout", "--schema", schema});
 }
 
-TEST_F(Certificates, KeepTheRulesThatNoSchemaHolds) {
+TEST_F(Certificates, ObeyRulesOutsideSchema) {
   expect_none_refused(GYROTHERM_SOURCE_DIR "/tests/report/dcc_rules.py", {});
 }
 
-TEST_F(Certificates, AreReadAndWrittenAgainToTheSameBytes) {
+TEST_F(Certificates, ReadBackToEqualBytes) {
   EXPECT_GT(paths_.size(), kRandomReports);
   for (const std::string& path : paths_) {
     const auto read = read_dcc(*read_text_file(path), path);
@@ -84,7 +84,7 @@ TEST_F(Certificates, AreReadAndWrittenAgainToTheSameBytes) {
   }
 }
 
-TEST(Dcc, IsTheSameEachTime) { EXPECT_EQ(dcc(sample_calibration()), dcc(sample_calibration())); }
+TEST(Dcc, GivesEqualBytesEachTime) { EXPECT_EQ(dcc(sample_calibration()), dcc(sample_calibration())); }
 
 TEST(Dcc, HasEveryResultWithItsUncertainty) {
   const CalibrationReport report = real_report();
@@ -102,7 +102,7 @@ TEST(Dcc, HasEveryResultWithItsUncertainty) {
   EXPECT_EQ(tests::count_of(xml, "refType=\"basic_conformity\">\n          <dcc:name>"), 4);
 }
 
-TEST(Dcc, PutsRowsOfWhichNotAllIsKnownIntoListsApart) {
+TEST(Dcc, SplitsRowsWithUnknownValuesIntoSeparateLists) {
   CalibrationReport report = real_report();
   report.results.resize(1);
   report.results[0].columns = {{"set_point", "°C", {{.value = 20}, {.value = -40}, {.value = 60}}},
@@ -116,20 +116,20 @@ TEST(Dcc, PutsRowsOfWhichNotAllIsKnownIntoListsApart) {
   EXPECT_EQ(xml.find("NaN"), std::string::npos);
 }
 
-TEST(Dcc, SpeaksOfARecommendedModelOnlyWhereThereIsOne) {
+TEST(Dcc, NamesRecommendedModelOnlyIfOneExists) {
   CalibrationReport report = sample_calibration();
   EXPECT_EQ(tests::count_of(dcc(report), "recommends none"), 0);
   for (ComparedModel& model : report.compared) model.recommended = false;
   EXPECT_EQ(tests::count_of(dcc(report), "recommends none"), 2) << "once for each axis";
 }
 
-TEST(Dcc, GivesEachSourceOfUncertaintyItsUnit) {
+TEST(Dcc, HasUnitPerSourceOfUncertainty) {
   const std::string xml = dcc(real_report());
   EXPECT_NE(xml.find(" \\kelvin \\degree</si:unitXMLList>"), std::string::npos);
   EXPECT_NE(xml.find(" \\degree\\hour\\tothe{-1}\\kelvin\\tothe{-1} "), std::string::npos);
 }
 
-TEST(Dcc, OfADraftCannotBeTakenForACertificate) {
+TEST(Dcc, MarksDraft) {
   const std::string xml = dcc({});
   EXPECT_NE(xml.find("<dcc:uniqueIdentifier>not given (draft)</dcc:uniqueIdentifier>"), std::string::npos);
   EXPECT_NE(xml.find("DRAFT"), std::string::npos);
@@ -138,14 +138,14 @@ TEST(Dcc, OfADraftCannotBeTakenForACertificate) {
   EXPECT_EQ(xml.find("<dcc:valid>true"), std::string::npos);
 }
 
-TEST(Dcc, OfSimulatedRecordsSaysThatNothingWasMeasured) {
+TEST(Dcc, MarksSimulation) {
   const std::string xml = dcc(sample_calibration());
   EXPECT_NE(xml.find("<dcc:uniqueIdentifier>C-2026-0042 (simulated)</dcc:uniqueIdentifier>"), std::string::npos);
   EXPECT_NE(xml.find("Nothing in this report was measured"), std::string::npos);
   EXPECT_NE(xml.find("<dcc:traceable>false</dcc:traceable>"), std::string::npos);
 }
 
-TEST(Dcc, OfWhatIsNoDraftMustHaveWhatTheSchemaAsksFor) {
+TEST(Dcc, RefusesIncompleteReportThatIsNotDraft) {
   for (const auto& take :
        std::vector<void (*)(CalibrationReport&)>{[](CalibrationReport& report) { report.number = " "; },
                                                  [](CalibrationReport& report) { report.laboratory.country = "de"; },
@@ -162,7 +162,7 @@ TEST(Dcc, OfWhatIsNoDraftMustHaveWhatTheSchemaAsksFor) {
   }
 }
 
-TEST(Dcc, NamesTheReportByItsBytes) {
+TEST(Dcc, ContainsHashOfReport) {
   const auto read = read_dcc(dcc(sample_calibration()), "dcc.xml");
   ASSERT_TRUE(read);
   ASSERT_EQ(read->files.size(), 1u);
@@ -170,7 +170,7 @@ TEST(Dcc, NamesTheReportByItsBytes) {
   EXPECT_EQ(read->files[0].sha256, sha256(to_json(sample_calibration())));
 }
 
-TEST(Dcc, LeavesOutAPdfThatReadersOfXmlWouldRefuse) {
+TEST(Dcc, OmitsPdfTooLargeForXmlReaders) {
   DccOptions options{.pdf = ReadableReport{"report.pdf", std::string(kLargestEmbeddedPdf + 1, 'x')}};
   EXPECT_EQ(dcc(sample_calibration(), options).find("<dcc:document>"), std::string::npos);
   options.pdf->bytes.resize(1000);
@@ -178,7 +178,7 @@ TEST(Dcc, LeavesOutAPdfThatReadersOfXmlWouldRefuse) {
 }
 
 /// Equivalent XML has other bytes.
-TEST(DccReader, RefusesAnotherWayOfSayingTheSame) {
+TEST(DccReader, RefusesEquivalentXmlInOtherForm) {
   const std::string xml = dcc(sample_calibration());
   const auto with = [&](const std::string& what, const std::string& instead) {
     std::string other = xml;

@@ -76,7 +76,7 @@ TEST(Document, HasEveryValueWithItsUncertainty) {
   }
 }
 
-TEST(Document, HasWhatIso17025AsksFor) {
+TEST(Document, HasContentsRequiredByIso17025) {
   const CalibrationReport report = sample_calibration();
   const std::string text = text_of(report);
   for (const std::string& part : {report.number,
@@ -109,7 +109,7 @@ TEST(Document, HasWhatIso17025AsksFor) {
     EXPECT_TRUE(has(text, part)) << part;
 }
 
-TEST(Document, IsGermanWhereItIsAskedFor) {
+TEST(Document, IsGermanOnRequest) {
   const std::string text = text_of(sample_calibration(), Language::german);
   for (const char* part : {"Kalibrierbericht", "Erweiterungsfaktor k", "Nach Justierung", "10. November 2026",
                            "Ringlaserkreisel", "Erddrehrate abgezogen", "Bedingt nicht konform"})
@@ -117,7 +117,7 @@ TEST(Document, IsGermanWhereItIsAskedFor) {
   EXPECT_FALSE(has(text, "As left"));
 }
 
-TEST(Document, SaysTheSameInBothLanguages) {
+TEST(Document, HasSameStructureInBothLanguages) {
   const CalibrationReport report = sample_calibration();
   const Document english = document_of(report, Language::english), german = document_of(report, Language::german);
   ASSERT_EQ(english.blocks.size(), german.blocks.size());
@@ -125,7 +125,7 @@ TEST(Document, SaysTheSameInBothLanguages) {
     EXPECT_EQ(english.blocks[k].index(), german.blocks[k].index()) << k;
 }
 
-TEST(Document, OfADraftSaysWhatIsMissing) {
+TEST(Document, ListsMissingDataOfDraft) {
   CalibrationReport report = sample_calibration();
   report.state = ReportState::draft;
   report.authorised.reset();
@@ -142,7 +142,7 @@ TEST(Document, OfADraftSaysWhatIsMissing) {
   EXPECT_TRUE(has(text_of(document), "Not authorised"));
 }
 
-TEST(Document, SaysOfEachAxisAndRecordWhatItsBiasIsCountedFromWhereThatDiffers) {
+TEST(Document, ListsBiasReferencesThatDiffer) {
   CalibrationReport report = sample_calibration();
   EXPECT_TRUE(has(text_of(report), "Earth rate removed"));
   report.bias_zero.clear();
@@ -155,7 +155,7 @@ TEST(Document, SaysOfEachAxisAndRecordWhatItsBiasIsCountedFromWhereThatDiffers) 
   EXPECT_EQ(calibration_from_json(to_json(report), "calibration.json")->bias_zeros, report.bias_zeros);
 }
 
-TEST(Document, SaysInWhichRangeOfTheBlockTheModelWasTrained) {
+TEST(Document, StatesTrainedRangeOfModel) {
   CalibrationReport report = sample_calibration();
   // −17.6 to 58.4 °C: the integer degrees inside are −17 and 58.
   EXPECT_TRUE(has(text_of(report), "u1.x: Its model was trained with the block at −17 to 58 °C."));
@@ -169,7 +169,7 @@ TEST(Document, SaysInWhichRangeOfTheBlockTheModelWasTrained) {
   EXPECT_FALSE(has(text_of(report), "range of the block")) << "without a model nothing is said";
 }
 
-TEST(Document, SaysTheRangeOfTheModelAsLeftBeforeThatAsFound) {
+TEST(Document, PrefersTrainedRangeOfModelAsLeft) {
   CalibrationReport report = sample_calibration();
   report.trained_ranges = {{"u1.x", Stage::as_found, model::BlockRange{1, 39}},
                            {"u1.x", Stage::as_left, model::BlockRange{-17.6, 58.4}}};
@@ -178,7 +178,7 @@ TEST(Document, SaysTheRangeOfTheModelAsLeftBeforeThatAsFound) {
   EXPECT_TRUE(has(text_of(report), "1 to 39 °C"));
 }
 
-TEST(Document, OfAReplacedReportSaysByWhich) {
+TEST(Document, NamesReplacementOfSupersededReport) {
   CalibrationReport report = sample_calibration();
   report.simulated = false;
   report.state = ReportState::superseded;
@@ -188,7 +188,7 @@ TEST(Document, OfAReplacedReportSaysByWhich) {
   EXPECT_TRUE(has(text_of(document), "replaced by the report C-2026-0099"));
 }
 
-TEST(Document, CallsAFitToItsOwnRecordNoVerification) {
+TEST(Document, MarksInSampleResults) {
   CalibrationReport report = sample_calibration();
   EXPECT_FALSE(has(text_of(report), "no verification"));
   for (ResultTable& table : report.results) table.in_sample = table.stage == Stage::as_left;
@@ -198,7 +198,7 @@ TEST(Document, CallsAFitToItsOwnRecordNoVerification) {
   EXPECT_TRUE(has(keys[0].figures[0].label, "in-sample"));
 }
 
-TEST(Document, BeginsWithTheMeanOfEachAxis) {
+TEST(Document, BeginsWithMeanOfEachAxis) {
   const auto keys = all_of<KeyFigures>(document_of(sample_calibration(), Language::english));
   ASSERT_EQ(keys.size(), 2u);
   EXPECT_EQ(keys[0].title, "Axis u1.x");
@@ -211,7 +211,7 @@ TEST(Document, BeginsWithTheMeanOfEachAxis) {
 }
 
 /// A model is fitted to the ramp run and judged on the random run, which has another bias.
-TEST(Document, HoldsTheStagesOfOneRecordAgainstEachOther) {
+TEST(Document, ComparesStagesOfOneRecord) {
   CalibrationReport report = sample_calibration();
   report.files.push_back({.role = "record", .name = "random.db", .id = "second", .sha256 = std::string(64, 'd')});
   const std::size_t count = report.results.size();
@@ -236,7 +236,7 @@ TEST(Document, HoldsTheStagesOfOneRecordAgainstEachOther) {
   EXPECT_EQ(keys[0].figures[3].value, format(Language::english, with_uncertainty(0.3, 0.01, 60))) << "as found";
 }
 
-TEST(Document, HasTheStagesOfAResultSideBySide) {
+TEST(Document, ShowsStagesInAdjacentColumns) {
   const auto tables = all_of<DocumentTable>(document_of(sample_calibration(), Language::english));
   const auto found = std::ranges::find_if(
       tables, [](const DocumentTable& table) { return table.caption.ends_with(": Stabilised bias /\u00a0(°/h)"); });
@@ -248,7 +248,7 @@ TEST(Document, HasTheStagesOfAResultSideBySide) {
   EXPECT_EQ(found->rows[1][4].note, "k\u00a0=\u00a02.03, ν\u00a0=\u00a035");
 }
 
-TEST(Document, ResultsOfSeveralRecordsNameThem) {
+TEST(Document, NamesRecordInResultsOfSeveralRecords) {
   CalibrationReport report = sample_calibration();
   report.files.push_back({.role = "record", .name = "random.db", .id = "second", .sha256 = std::string(64, 'd')});
   ResultTable again = report.results.back();
@@ -265,7 +265,7 @@ TEST(Document, ResultsOfSeveralRecordsNameThem) {
 }
 
 /// Results that only one record has, such as the gradient with the greatest effect in it, have a separate table.
-TEST(Document, ATableOfOneOfSeveralRecordsNamesItToo) {
+TEST(Document, NamesRecordInTableOfOneOfSeveralRecords) {
   CalibrationReport report = sample_calibration();
   report.files.push_back({.role = "record", .name = "random.db", .id = "second", .sha256 = std::string(64, 'd')});
   const auto found = std::ranges::find(report.results, "stabilised_bias", &ResultTable::key);
@@ -286,7 +286,7 @@ TEST(Document, ATableOfOneOfSeveralRecordsNamesItToo) {
   EXPECT_EQ(tables, 3) << "two of the first axis and one of the second";
 }
 
-TEST(Document, SpeaksOfARecommendedModelOnlyWhereThereIsOne) {
+TEST(Document, NamesRecommendedModelOnlyIfOneExists) {
   CalibrationReport report = sample_calibration();
   EXPECT_TRUE(has(text_of(report), "laid down beforehand recommends, and the best simple one"));
   for (ComparedModel& model : report.compared) model.recommended = false;
@@ -295,13 +295,13 @@ TEST(Document, SpeaksOfARecommendedModelOnlyWhereThereIsOne) {
   EXPECT_TRUE(has(text_of(report, Language::german), "empfiehlt keines"));
 }
 
-TEST(Document, TablesAreRectangular) {
+TEST(Document, HasRectangularTables) {
   for (const Language language : kLanguages)
     for (const DocumentTable& table : all_of<DocumentTable>(document_of(sample_calibration(), language)))
       for (const auto& row : table.rows) EXPECT_EQ(row.size(), table.header.size()) << table.caption;
 }
 
-TEST(Document, FiguresAreDrawnInItsLanguage) {
+TEST(Document, DrawsFiguresInItsLanguage) {
   const auto figures = all_of<DocumentFigure>(document_of(sample_calibration(), Language::german));
   ASSERT_EQ(figures.size(), 6u);
   std::set<std::string> ids;
@@ -315,7 +315,7 @@ TEST(Document, FiguresAreDrawnInItsLanguage) {
   EXPECT_FALSE(has(figures[1].svg, "SIMULATED"));
 }
 
-TEST(Document, MoreThermometersThanThePaletteHasColoursAreToldApart) {
+TEST(Document, DashesThermometerLinesBeyondPalette) {
   FigureData figure = sample_calibration().figures[0];
   ASSERT_EQ(figure.lines[0].key, "set_point");
   figure.lines.resize(2);
@@ -330,11 +330,11 @@ TEST(Document, MoreThermometersThanThePaletteHasColoursAreToldApart) {
   EXPECT_TRUE(line_is_dashed(figure, 9)) << "shell";
 }
 
-TEST(Document, OfAnEmptyReportStands) {
+TEST(Document, IsCompleteForEmptyReport) {
   for (const Language language : kLanguages) EXPECT_FALSE(text_of(CalibrationReport{}, language).empty());
 }
 
-TEST(Calibration, KeysWithoutAWordAreRefusedWithTheirPlace) {
+TEST(Calibration, RefusesUnknownKeysWithTheirPath) {
   CalibrationReport report = sample_calibration();
   report.results[1].columns[0].quantity = "set_pont";
   auto read = calibration_from_json(to_json(report), "calibration.json");

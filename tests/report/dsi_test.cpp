@@ -14,7 +14,7 @@ namespace {
 constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN(),
                  kEndless = std::numeric_limits<double>::infinity();
 
-TEST(Dsi, HasTheUnitsOfTheReport) {
+TEST(Dsi, ConvertsUnitsOfReport) {
   EXPECT_EQ(dsi_unit("1"), "\\one");
   EXPECT_EQ(dsi_unit("°C"), "\\degreecelsius");
   EXPECT_EQ(dsi_unit("K"), "\\kelvin");
@@ -29,19 +29,19 @@ TEST(Dsi, HasTheUnitsOfTheReport) {
 }
 
 /// Readers disagree on a second \per and on a unit after the first one: numerator or denominator.
-TEST(Dsi, HasOneUnitBelowTheLineAtMost) {
+TEST(Dsi, HasAtMostOneUnitAfterPer) {
   EXPECT_EQ(dsi_unit("°/h/K"), "\\degree\\hour\\tothe{-1}\\kelvin\\tothe{-1}");
   EXPECT_EQ(dsi_unit("(°/h)/(K/min)"), "\\degree\\minute\\hour\\tothe{-1}\\kelvin\\tothe{-1}");
   EXPECT_EQ(dsi_unit("°/h/√h"), "\\degree\\hour\\tothe{-1}\\hour\\tothe{-0.5}");
   EXPECT_EQ(dsi_unit("°/h²"), "\\degree\\per\\hour\\tothe{2}");
 }
 
-TEST(Dsi, SaysNothingOfAUnitThatItDoesNotHave) {
+TEST(Dsi, ReturnsNothingForUnknownUnit) {
   for (const char* unit : {"", "furlong", "°/", "/h", "(°/h", "°/h)", "° / h", "°C°", "√", "<script>", "\\degree"})
     EXPECT_EQ(dsi_unit(unit), std::nullopt) << unit;
 }
 
-TEST(Dsi, RoundsAValueToTheFourthDigitOfItsUncertainty) {
+TEST(Dsi, RoundsValueToFourthDigitOfUncertainty) {
   const ReportedValue value{.value = 0.00214159265, .standard_uncertainty = 0.00003, .coverage_factor = 2};
   EXPECT_EQ(dsi_expanded(value), "0.00006000");
   EXPECT_EQ(dsi_value(value), "0.00214159");
@@ -51,7 +51,7 @@ TEST(Dsi, RoundsAValueToTheFourthDigitOfItsUncertainty) {
   EXPECT_EQ(dsi_coverage_factor({.coverage_factor = 2}), "2");
 }
 
-TEST(Dsi, LosesNothingAgainstTheUncertainty) {
+TEST(Dsi, LosesNothingComparedWithUncertainty) {
   std::mt19937_64 engine(20);
   std::uniform_real_distribution<double> exponent(-14, 9), sign(-1, 1);
   for (int i = 0; i < 20'000; ++i) {
@@ -65,7 +65,7 @@ TEST(Dsi, LosesNothingAgainstTheUncertainty) {
   }
 }
 
-TEST(Dsi, KnowsNoUncertaintyThatIsNone) {
+TEST(Dsi, IgnoresInvalidUncertainty) {
   EXPECT_EQ(classify_certainty({}), Certainty::nothing);
   EXPECT_EQ(classify_certainty({.value = kEndless}), Certainty::nothing);
   EXPECT_EQ(classify_certainty({.value = 1}), Certainty::value);

@@ -17,7 +17,7 @@ TEST(HtmlReport, IsWellFormed) {
   EXPECT_EQ(tests::markup_mistake(page_of(experiment.report())), "");
 }
 
-TEST(HtmlReport, IsTheSameBytesEachTime) {
+TEST(HtmlReport, GivesEqualBytesEachTime) {
   const SyntheticExperiment experiment;
   EXPECT_EQ(page_of(experiment.report()), page_of(experiment.report()));
 }
@@ -31,7 +31,7 @@ TEST(HtmlReport, LoadsNothing) {
     EXPECT_EQ(tests::count_of(page, word), 0) << word;
 }
 
-TEST(HtmlReport, SaysSimulatedInTheBannerInPrintAndInEveryFigure) {
+TEST(HtmlReport, ShowsSimulatedInBannerPrintAndEveryFigure) {
   const SyntheticExperiment experiment;
   const Report report = experiment.report();
   const auto figures = all_figures(report);
@@ -43,12 +43,12 @@ TEST(HtmlReport, SaysSimulatedInTheBannerInPrintAndInEveryFigure) {
   EXPECT_EQ(tests::count_of(page, "<title>SIMULATED"), 1 + static_cast<int>(figures.size()));
 }
 
-TEST(HtmlReport, OfARealRigNeverSaysSimulated) {
+TEST(HtmlReport, OmitsSimulatedForRealRig) {
   const SyntheticExperiment experiment(1, false);
   EXPECT_EQ(tests::count_of(page_of(experiment.report()), "SIMULATED"), 0);
 }
 
-TEST(HtmlReport, ShowsEveryFigureOfThePaper) {
+TEST(HtmlReport, ShowsEveryFigureOfPaper) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());
   for (const char* id : {"figure-4", "table-3", "figure-5", "figure-6", "figure-7", "figure-7-with-temperature",
@@ -57,7 +57,7 @@ TEST(HtmlReport, ShowsEveryFigureOfThePaper) {
   }
 }
 
-TEST(HtmlReport, EveryFigureIsWellFormedAndSmall) {
+TEST(HtmlReport, HasSmallWellFormedFigures) {
   const SyntheticExperiment experiment(12);
   const auto figures = all_figures(experiment.report());
   EXPECT_GE(figures.size(), 7u);
@@ -74,7 +74,7 @@ std::string first_path(const std::string& svg) {
   return svg.substr(begin, svg.find("\" fill", begin) - begin);
 }
 
-TEST(HtmlReport, DrawsNoLineAcrossAGap) {
+TEST(HtmlReport, BreaksLineAtGap) {
   const SyntheticExperiment experiment;
   Report report = experiment.report();
   const auto lines_of = [&](const char* id) {
@@ -87,7 +87,7 @@ TEST(HtmlReport, DrawsNoLineAcrossAGap) {
   for (const char* id : {"figure-4", "figure-6", "figure-7"}) EXPECT_EQ(lines_of(id), 2) << id;
 }
 
-TEST(HtmlReport, PrintsThePapersFiguresAsThePaperDoes) {
+TEST(HtmlReport, PrintsValuesLikePaper) {
   SyntheticExperiment experiment;
   auto& models = experiment.qualification.models;
   for_each_model(models, [](const char*, model::TrainedModel& trained) { trained.rate.raw.std = 0.0258; });
@@ -100,7 +100,7 @@ TEST(HtmlReport, PrintsThePapersFiguresAsThePaperDoes) {
   }
 }
 
-TEST(HtmlReport, SaysThatInSampleIsNotAVerification) {
+TEST(HtmlReport, MarksInSampleResults) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());
   EXPECT_GE(tests::count_of(page, "in-sample: the models were fitted to these data"), 1);
@@ -117,7 +117,7 @@ TEST(HtmlReport, EscapesNamesFromFiles) {
   EXPECT_EQ(tests::markup_mistake(page), "");
 }
 
-TEST(HtmlReport, PutsAnErrorBesideEachFigureOfMerit) {
+TEST(HtmlReport, ShowsErrorOfEachFigureOfMerit) {
   const SyntheticExperiment experiment;
   const std::string page = page_of(experiment.report());
   EXPECT_GE(tests::count_of(page, "0.001870 ± 0.000060"), 2) << "the floor of both runs";
@@ -125,7 +125,7 @@ TEST(HtmlReport, PutsAnErrorBesideEachFigureOfMerit) {
   EXPECT_GE(tests::count_of(page, "plane continues there"), 1);
 }
 
-TEST(HtmlReport, ShowsNoiseThatWasNotSeenByItsLimit) {
+TEST(HtmlReport, ShowsLimitOfUndetectedNoise) {
   const std::string page = page_of(SyntheticExperiment().report());
   EXPECT_GE(tests::count_of(page, "not seen, &lt;"), 1);
   EXPECT_GE(tests::count_of(page, "<td>angle random walk</td>"), 1);
@@ -139,7 +139,7 @@ TEST(HtmlReport, CitesEachSourceOnce) {
   EXPECT_EQ(tests::count_of(page, "Li et al., Sensors 15 (2015)"), 1) << "three models share it";
 }
 
-TEST(HtmlReport, NamesTheRuleByWhichAModelIsRecommended) {
+TEST(HtmlReport, StatesRuleOfRecommendation) {
   Report report = SyntheticExperiment().report();
   EXPECT_GE(
       tests::count_of(page_of(report), "Recommended by rule: <b>linear-seven-point</b>, the fewest stored numbers"), 1);
@@ -147,7 +147,7 @@ TEST(HtmlReport, NamesTheRuleByWhichAModelIsRecommended) {
   EXPECT_GE(tests::count_of(page_of(report), "Recommended by rule: none: there is no record to choose on"), 1);
 }
 
-TEST(HtmlReport, CharacterisesTheBiasBeforeAndAfter) {
+TEST(HtmlReport, CharacterisesBiasBeforeAndAfterCompensation) {
   Report report = SyntheticExperiment().report();
   model::Characterisation& result = report.rate.characterisation;
   result.ramp = {.before = {0.00214, 0.00006}, .after = {0.00012, 0.00006}};
@@ -178,7 +178,7 @@ TEST(HtmlReport, CharacterisesTheBiasBeforeAndAfter) {
       << "what is not known is a dash";
 }
 
-TEST(HtmlReport, GivesTheBudgetAndWhetherEachModelLasts) {
+TEST(HtmlReport, ShowsBudgetAndResultsOfLaterRuns) {
   const SyntheticExperiment experiment;
   const Report report = experiment.report();
   const std::string html = html_of(report, all_figures(report));
@@ -188,7 +188,7 @@ TEST(HtmlReport, GivesTheBudgetAndWhetherEachModelLasts) {
   EXPECT_NE(html.find("Combined: U ="), std::string::npos);
 }
 
-TEST(HtmlReport, OfARecordWithoutHoldsIsStillAReport) {
+TEST(HtmlReport, IsCompleteForRecordWithoutHolds) {
   Report report = SyntheticExperiment().report();
   report.random.noise.holds = report.random.noise.compensated_holds = noise_of_holds(data::Dataset{});
   const std::string page = page_of(report);

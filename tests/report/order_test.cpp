@@ -58,7 +58,7 @@ CalibrationReport of_a_record() {
   return report;
 }
 
-TEST(Order, MakesAReportThatLacksNothing) {
+TEST(Order, CompletesReport) {
   const auto laboratory = parse_laboratory(kLaboratory, "laboratory.toml");
   const auto order = parse_order(kOrder, "order.toml");
   ASSERT_TRUE(laboratory) << text(laboratory.error());
@@ -74,7 +74,7 @@ TEST(Order, MakesAReportThatLacksNothing) {
   EXPECT_EQ(report.conformity[0].verdict, Verdict::pass);
 }
 
-TEST(Order, NamesEachFieldThatIsMissing) {
+TEST(Order, ListsEachMissingField) {
   std::string without = kOrder;
   without.erase(without.find("issued = \"2026-11-25\"\n"), 22);
   const auto order = parse_order(without, "order.toml");
@@ -92,7 +92,7 @@ TEST(Order, NamesEachFieldThatIsMissing) {
   EXPECT_FALSE(lacks("order.toml: customer.name"));
 }
 
-TEST(Order, NamesPersonsWhoseRoleLaboratoryDoesNotGive) {
+TEST(Order, ListsPersonsWithoutConfirmedRole) {
   const auto missing = [](const std::string& laboratory_people, const std::string& order_people) {
     const std::string head = std::string(kLaboratory).substr(0, std::string(kLaboratory).find("[[person]]"));
     const std::string order_head = std::string(kOrder).substr(0, std::string(kOrder).find("[[person]]"));
@@ -122,7 +122,7 @@ TEST(Order, NamesPersonsWhoseRoleLaboratoryDoesNotGive) {
   EXPECT_EQ(missing("", kurz), std::vector<std::string>{"laboratory.toml: person with role \"authorising\""});
 }
 
-TEST(Order, LetsOnlyPersonsWithThatRoleAuthorise) {
+TEST(Order, PermitsOnlyAuthorisingPersons) {
   CalibrationReport report = of_a_record();
   report.people = {{"B. Berg", "authorising", ""}, {"K. Kurz", "operator", ""}, {"R. Roth", "reviewer", ""}};
   EXPECT_TRUE(check_may_authorise(report, "B. Berg"));
@@ -136,7 +136,7 @@ TEST(Order, LetsOnlyPersonsWithThatRoleAuthorise) {
   EXPECT_TRUE(check_may_authorise(report, "K. Kurz"));
 }
 
-TEST(Order, IsRefusedWithEachMistakeAndItsPlace) {
+TEST(Order, IsRefusedWithEachErrorAndItsPosition) {
   std::string wrong = kOrder;
   wrong.replace(wrong.find("2026-11-02"), 10, "2026-13-02");
   wrong.replace(wrong.find("at_most = 0.01"), 14, "at_most = -1.0");
@@ -153,7 +153,7 @@ TEST(Order, IsRefusedWithEachMistakeAndItsPlace) {
     EXPECT_NE(said.find(fmt::format("{}, expected an instant of UTC", utc)), std::string::npos) << said;
 }
 
-TEST(Order, HoldsNothingAgainstALimitThatTheModelHasLearnt) {
+TEST(Order, SkipsLimitsForInSampleResults) {
   CalibrationReport report = of_a_record();
   for (ResultTable& table : report.results) table.in_sample = table.stage == Stage::as_left;
   hold_against(report, {{.quantity = "compensated_mean.compensated_bias", .stage = Stage::as_left, .at_most = 0.01}},
@@ -164,14 +164,14 @@ TEST(Order, HoldsNothingAgainstALimitThatTheModelHasLearnt) {
   EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
 }
 
-TEST(Order, HasEachAxisVerifiedByARecordOfItsOwn) {
+TEST(Order, RequiresUnseenRecordPerAxis) {
   CalibrationReport report = of_a_record();
   for (ResultTable& table : report.results) table.in_sample = table.axis == "u1.y" && table.stage == Stage::as_left;
   add_order(report, std::nullopt, std::nullopt);
   EXPECT_NE(std::ranges::find(report.missing, "records: one that the model has not seen"), report.missing.end());
 }
 
-TEST(Order, NamesTheResultThatALimitMeans) {
+TEST(Order, SuggestsResultForUnknownLimit) {
   const auto refused = [](const std::string& quantity) {
     std::string wrong = kOrder;
     wrong.replace(wrong.find("compensated_mean.compensated_bias"), 33, quantity);
@@ -187,7 +187,7 @@ TEST(Order, NamesTheResultThatALimitMeans) {
     EXPECT_NE(refused(quantity).find("no result is called"), std::string::npos) << quantity;
 }
 
-TEST(Order, SaysOfAUnitOnlyWhatTheRecordDoesNot) {
+TEST(Order, IsRefusedWhenUnitDiffersFromRecord) {
   const auto order = parse_order(kOrder, "order.toml");
   ASSERT_TRUE(order);
   const auto refused = [&](const std::string& model, const std::string& serial_number) {
@@ -209,7 +209,7 @@ TEST(Order, SaysOfAUnitOnlyWhatTheRecordDoesNot) {
   EXPECT_EQ(report.item.serial_number, "0042");
 }
 
-TEST(Order, NamesItsUnitsWhereSeveralAreReported) {
+TEST(Order, RequiresUnitNamesForSeveralUnits) {
   const auto order = parse_order(kOrder, "order.toml");
   ASSERT_TRUE(order);
   const auto refused = check_units(*order, {{.name = "u1"}, {.name = "u2"}}, "lot.db");
@@ -221,7 +221,7 @@ TEST(Order, NamesItsUnitsWhereSeveralAreReported) {
   EXPECT_TRUE(check_units(*parse_order(named, "order.toml"), {{.name = "u1"}, {.name = "u2"}}, "lot.db"));
 }
 
-TEST(Order, HoldsEachRowWithItsOwnUncertaintyAgainstALimit) {
+TEST(Order, ComparesEachRowWithLimit) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const auto worst = [](std::vector<ReportedValue> values, DecisionRule rule) {
     CalibrationReport report;
@@ -244,7 +244,7 @@ TEST(Order, HoldsEachRowWithItsOwnUncertaintyAgainstALimit) {
   EXPECT_EQ(worst({{}, {.value = -0.2}, unknown}, simple).value.value, -0.2);
 }
 
-TEST(Order, HasItsDaysInTheirOrder) {
+TEST(Order, RequiresDaysInOrder) {
   const auto order = parse_order(kOrder, "order.toml");
   ASSERT_TRUE(order);
   const auto lacks = [&](const char* begun, const char* ended, bool simulated) {
@@ -267,7 +267,7 @@ TEST(Order, HasItsDaysInTheirOrder) {
 }
 
 /// The certificate states for each instrument whether its calibration is valid.
-TEST(Laboratory, HasEquipmentThatIsOverdueOnTheDayOfTheRun) {
+TEST(Laboratory, MarksEquipmentOverdueOnDayOfRun) {
   std::string text = kLaboratory;
   for (const char* due : {"2026-11-19", "2026-11-20"})
     text += fmt::format("[[equipment]]\nname = \"until {0}\"\ncertificate = \"L-1\"\ndue = \"{0}\"\n", due);
@@ -282,7 +282,7 @@ TEST(Laboratory, HasEquipmentThatIsOverdueOnTheDayOfTheRun) {
   EXPECT_FALSE(report.equipment[1].overdue);
 }
 
-TEST(Laboratory, TakesALogoThatIsOneOnly) {
+TEST(Laboratory, RefusesInvalidLogo) {
   const auto missing =
       parse_laboratory(std::string(kLaboratory).insert(34, "logo = \"none.svg\"\n"), "laboratory.toml");
   ASSERT_FALSE(missing);

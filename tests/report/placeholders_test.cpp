@@ -57,7 +57,7 @@ TEST(Placeholders, FindsUnfinishedTextInEachKey) {
   EXPECT_EQ(found.size(), 6u);
 }
 
-TEST(Placeholders, AcceptsTextsOfTheirOwn) {
+TEST(Placeholders, AcceptsOriginalTexts) {
   for (const char* text : {"", "Temperatures are traceable to the SI through certificate 2026-17 of PTB.", "M. Todorov",
                            "Todor-7", "No. 3.5.1", "lab@gyros.de", "Gyro Street 11"})
     EXPECT_FALSE(is_placeholder(text)) << text;

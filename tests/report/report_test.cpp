@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-TEST(ReportJson, HasTheStableKeys) {
+TEST(ReportJson, HasStableKeys) {
   const SyntheticExperiment experiment;
   const json report = json::parse(to_json(experiment.report()));
   EXPECT_EQ(report.at("schema"), "gyrotherm-report/1");
@@ -90,7 +90,7 @@ TEST(ReportJson, HasTheStableKeys) {
   }
 }
 
-TEST(ReportJson, SaysWhatIsInSample) {
+TEST(ReportJson, MarksInSampleRuns) {
   const SyntheticExperiment experiment;
   const json report = json::parse(to_json(experiment.report()));
   EXPECT_EQ(report["rate"]["in_sample"], true);
@@ -98,7 +98,7 @@ TEST(ReportJson, SaysWhatIsInSample) {
   EXPECT_EQ(report["rate_leave_cycle_out"]["nested"], false);
 }
 
-TEST(ReportJson, CorrelationIsMagnitudeWithAZeroDiagonal) {
+TEST(ReportJson, HasCorrelationMagnitudeWithZeroDiagonal) {
   const SyntheticExperiment experiment;
   const json report = json::parse(to_json(experiment.report()));
   for (std::size_t i = 0; i < 8; ++i) {
@@ -110,24 +110,24 @@ TEST(ReportJson, CorrelationIsMagnitudeWithAZeroDiagonal) {
   }
 }
 
-TEST(ReportJson, IsTheSameBytesEachTime) {
+TEST(ReportJson, GivesEqualBytesEachTime) {
   const SyntheticExperiment first, second;
   EXPECT_EQ(to_json(first.report()), to_json(second.report()));
 }
 
-TEST(ReportJson, HoldsNoPathOfTheMachine) {
+TEST(ReportJson, ContainsNoPathOfMachine) {
   const SyntheticExperiment experiment;
   EXPECT_EQ(tests::count_of(to_json(experiment.report()), "/somewhere"), 0);
 }
 
-TEST(ReportJson, DoesNotDependOnTheNumberOfThreads) {
+TEST(ReportJson, DoesNotDependOnNumberOfThreads) {
   SyntheticExperiment experiment;
   const std::string one = to_json(experiment.report());
   experiment.qualification.models.multi_point.model.tuning_options.swarm.threads = 7;
   EXPECT_EQ(to_json(experiment.report()), one);
 }
 
-TEST(ReportJson, NumbersReadBackToTheSameDoubles) {
+TEST(ReportJson, ReadsBackToEqualDoubles) {
   const SyntheticExperiment experiment;
   const json report = json::parse(to_json(experiment.report()));
   for (Eigen::Index k = 0; k < experiment.random.clusters.bias_deg_per_h.size(); ++k) {
@@ -136,18 +136,18 @@ TEST(ReportJson, NumbersReadBackToTheSameDoubles) {
   }
 }
 
-TEST(ReportJson, WritesAMissingNumberAsNull) {
+TEST(ReportJson, WritesMissingNumberAsNull) {
   SyntheticExperiment experiment;
   experiment.qualification.models.multi_point.random.floor.deg_per_h = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(json::parse(to_json(experiment.report()))["noise_floor_deg_per_h"].is_null());
 }
 
-TEST(ReportJson, ASimulatedRecordIsVirtualWhateverTheRigSays) {
+TEST(ReportJson, MarksRigVirtualWhenRecordIsSimulated) {
   const SyntheticExperiment experiment;
   EXPECT_EQ(json::parse(to_json(experiment.report()))["rig"]["virtual"], true);
 }
 
-TEST(ReportJson, FailsTheVerdictWhenOneLimitIsPassedOver) {
+TEST(ReportJson, FailsWhenOneLimitIsExceeded) {
   const SyntheticExperiment experiment;
   Report report = experiment.report();
   EXPECT_EQ(json::parse(to_json(report))["accept"]["verdict"], "PASS");
@@ -157,7 +157,7 @@ TEST(ReportJson, FailsTheVerdictWhenOneLimitIsPassedOver) {
   EXPECT_EQ(json::parse(to_json(report))["accept"]["verdict"], "no limit");
 }
 
-TEST(ReportJson, NamesEachWarningOnce) {
+TEST(ReportJson, ListsEachWarningOnce) {
   SyntheticExperiment experiment;
   experiment.qualification.models.multi_point.random.warnings = {"3 clusters outside the trained range",
                                                                  "3 clusters outside the trained range"};
@@ -167,7 +167,7 @@ TEST(ReportJson, NamesEachWarningOnce) {
   EXPECT_EQ(warnings[2], "multi-point on the random run: 3 clusters outside the trained range");
 }
 
-TEST(ReportJson, NamesTheCyclesOfTheProgram) {
+TEST(ReportJson, ListsCyclesOfProgram) {
   const SyntheticExperiment experiment;
   const json cycles = json::parse(to_json(experiment.report()))["series"]["rate"]["cycles"];
   ASSERT_EQ(cycles.size(), 4U);
@@ -175,7 +175,7 @@ TEST(ReportJson, NamesTheCyclesOfTheProgram) {
   EXPECT_EQ(cycles[0]["end_s"], cycles[1]["start_s"]);
 }
 
-TEST(ReportJson, GivesTheNoiseOfTheHoldsWithUnitAndReadOffTime) {
+TEST(ReportJson, HasNoiseOfHoldsWithUnitAndReadOffTime) {
   const SyntheticExperiment experiment;
   const json noise = json::parse(to_json(experiment.report()))["rate"]["allan"];
   const json n = noise["coefficients"]["N"];
@@ -190,7 +190,7 @@ TEST(ReportJson, GivesTheNoiseOfTheHoldsWithUnitAndReadOffTime) {
   EXPECT_EQ(noise["fitted_deg_per_h"].size(), noise["curve"].size());
 }
 
-TEST(ReportJson, WritesWhatIsNotKnownAsNull) {
+TEST(ReportJson, WritesUnknownValuesAsNull) {
   SyntheticExperiment experiment;
   experiment.qualification.models.multi_point.model.effective_parameters = 0;
   experiment.qualification.models.multi_point.model.nested_leave_cycle_out.reset();
@@ -202,7 +202,7 @@ TEST(ReportJson, WritesWhatIsNotKnownAsNull) {
   EXPECT_TRUE(report["methods"][3]["in_sample"]["std_error_deg_per_h"].is_null());
 }
 
-TEST(ReportJson, NamesTheSourceOfEachMethod) {
+TEST(ReportJson, CitesSourceOfEachMethod) {
   const json methods = json::parse(to_json(SyntheticExperiment().report()))["methods"];
   EXPECT_GE(methods.size(), 4u);
   for (const json& row : methods) {
@@ -217,7 +217,7 @@ std::string good_report() {
   return text;
 }
 
-TEST(ReportFile, ReadsBackWhatWasWritten) {
+TEST(ReportFile, ReadsBackWrittenReport) {
   const SyntheticExperiment experiment;
   const auto report = read_report(good_report(), "report.json");
   ASSERT_TRUE(report.has_value()) << text(report.error());
@@ -256,27 +256,27 @@ TEST(ReportFile, ReadsBackWhatWasWritten) {
   EXPECT_FALSE(report->methods.front().nested.has_value());
 }
 
-TEST(ReportFile, IsTheSameBytesAfterItWasRead) {
+TEST(ReportFile, IsWrittenToEqualBytesAfterReading) {
   const auto report = read_report(good_report(), "report.json");
   ASSERT_TRUE(report.has_value()) << text(report.error());
   EXPECT_EQ(to_json(*report), good_report());
 }
 
-TEST(ReportFile, NamesLineAndColumnOfASyntaxError) {
+TEST(ReportFile, ReportsLineAndColumnOfSyntaxError) {
   const auto report = read_report("{\n  \"schema\": ,\n}", "report.json");
   ASSERT_FALSE(report.has_value());
   EXPECT_EQ(report.error().kind, FaultKind::bad_file);
   EXPECT_EQ(report.error().where, "report.json:2:13");
 }
 
-TEST(ReportFile, RefusesAnotherSchema) {
+TEST(ReportFile, RefusesOtherSchema) {
   const auto report = read_report(R"({"schema": "gyrotherm-report/2"})", "report.json");
   ASSERT_FALSE(report.has_value());
   EXPECT_EQ(report.error().kind, FaultKind::bad_file);
   EXPECT_EQ(report.error().where, "report.json: schema");
 }
 
-TEST(ReportFile, NamesEachMissingKeyOfTheFirstLevel) {
+TEST(ReportFile, ReportsEachMissingTopLevelKey) {
   const json whole = json::parse(good_report());
   EXPECT_GT(whole.size(), 10u);
   for (const auto& [key, value] : whole.items()) {
@@ -293,7 +293,7 @@ TEST(ReportFile, NamesEachMissingKeyOfTheFirstLevel) {
   }
 }
 
-TEST(ReportFile, NamesThePathOfAWrongType) {
+TEST(ReportFile, ReportsPathOfWrongType) {
   json spoilt = json::parse(good_report());
   spoilt["random"]["multi_point"]["ramps"]["std_deg_per_h"] = "small";
   const auto report = read_report(spoilt.dump(), "report.json");
@@ -301,7 +301,7 @@ TEST(ReportFile, NamesThePathOfAWrongType) {
   EXPECT_EQ(report.error().where, "report.json: random.multi_point.ramps.std_deg_per_h");
 }
 
-TEST(ReportFile, RefusesAColumnOfAnotherLength) {
+TEST(ReportFile, RefusesColumnOfOtherLength) {
   json spoilt = json::parse(good_report());
   spoilt["series"]["rate"]["multi_point"].push_back(0.1);
   const auto report = read_report(spoilt.dump(), "report.json");

@@ -203,7 +203,7 @@ std::string with_another_byte(std::string bytes, std::mt19937_64& engine, bool d
   }
 }
 
-TEST_F(Signed, HoldsAsItWasSigned) {
+TEST_F(Signed, VerifiesUnchangedFolder) {
   sign();
   const auto found = verify_report(folder_path(), keys_->trust());
   ASSERT_TRUE(found) << text(found.error());
@@ -222,14 +222,14 @@ TEST_F(Signed, HoldsAsItWasSigned) {
                                              "authorisation.json"}));
 }
 
-TEST_F(Signed, CertificateIsStillValidByTheSchema) {
+TEST_F(Signed, CertificateIsValidBySchema) {
   const char* shared = std::getenv("GYROTHERM_SHARED");
   if (shared == nullptr) GTEST_SKIP() << "GYROTHERM_SHARED is not set: PTB's schema is not at hand";
   sign();
   run("xmllint", {"--nonet", "--noout", "--schema", std::string(shared) + "/dcc/v3.3.0/dcc/dcc.xsd", at("dcc.xml")});
 }
 
-TEST_F(Signed, CertificateHoldsNoOtherByte) {
+TEST_F(Signed, VerifyRefusesChangedByteInCertificate) {
   sign();
   const std::string dcc = bytes("dcc.xml");
   ASSERT_TRUE(dcc_holds(dcc));
@@ -247,7 +247,7 @@ TEST_F(Signed, CertificateHoldsNoOtherByte) {
   }
 }
 
-TEST_F(Signed, PdfHoldsNoOtherByte) {
+TEST_F(Signed, VerifyRefusesChangedByteInPdf) {
   sign();
   const std::string pdf = bytes("report.pdf");
   ASSERT_TRUE(verify_pdf(at("report.pdf"), keys_->trust()));
@@ -268,7 +268,7 @@ TEST_F(Signed, PdfHoldsNoOtherByte) {
   }
 }
 
-TEST_F(Signed, PdfHoldsNoOtherPage) {
+TEST_F(Signed, VerifyRefusesReplacedPageInPdf) {
   sign();
   const std::string pdf = bytes("report.pdf");
   const auto refused = [&](const std::string& other) {
@@ -294,7 +294,7 @@ TEST_F(Signed, PdfHoldsNoOtherPage) {
   EXPECT_NE(refused(pdf_of("Bias 0.0001 deg/h", "page 2")), "");
 }
 
-TEST_F(Signed, FolderHoldsNoOtherByteInAnyFile) {
+TEST_F(Signed, VerifyRefusesChangedByteInAnyFile) {
   sign();
   for (const char* name : {"calibration.json", "report.pdf", "report.html"}) {
     const std::string before = bytes(name);
@@ -308,7 +308,7 @@ TEST_F(Signed, FolderHoldsNoOtherByteInAnyFile) {
   EXPECT_TRUE(failing().empty());
 }
 
-TEST_F(Signed, FileThatIsGoneIsSaidToBe) {
+TEST_F(Signed, VerifyReportsMissingFile) {
   sign();
   std::filesystem::remove(at("report.html"));
   EXPECT_EQ(failing(), std::vector<std::string>{"report.html"});
@@ -349,7 +349,7 @@ TEST_F(Signed, VerifyNamesRenamedFileUnderBothNames) {
   EXPECT_EQ(failing(), (std::vector<std::string>{"report.pdf", "renamed.pdf"}));
 }
 
-TEST_F(Signed, RefusesFolderThatIsNotAsItWasAuthorised) {
+TEST_F(Signed, RefusesFolderChangedAfterAuthorisation) {
   const auto refusal = [&] {
     const auto done = signed_with(keys_->key("lab"));
     EXPECT_FALSE(std::filesystem::exists(at("dcc.xml")));
@@ -382,7 +382,7 @@ TEST_F(Signed, RefusesFolderThatIsNotAsItWasAuthorised) {
 }
 
 /// Digests alone would not detect a change of both a view and its digest.
-TEST_F(Signed, RefusesViewThatIsNotRenderedFromItsSource) {
+TEST_F(Signed, RefusesViewNotRenderedFromSource) {
   const auto rendered = views_;
   for (const char* name : {"report.html", "report.pdf"}) {
     const std::string before = bytes(name);
@@ -403,7 +403,7 @@ TEST_F(Signed, RefusesViewThatIsNotRenderedFromItsSource) {
 }
 
 /// All certificates are issued by the trusted authority.
-TEST_F(Signed, RefusesCertificateOfAnotherPurpose) {
+TEST_F(Signed, RefusesCertificateForOtherPurpose) {
   const std::string end_entity = "basicConstraints=critical,CA:FALSE\n";
   const std::string signs = end_entity + "keyUsage=critical,digitalSignature\nextendedKeyUsage=";
   const std::vector<std::pair<std::string, std::string>> others{
@@ -440,7 +440,7 @@ TEST_F(Signed, RefusesCertificateOfAnotherPurpose) {
 }
 
 /// gyrotherm 0.1.0 signed with any certificate of the authority.
-TEST_F(Signed, VerifyRefusesCertificateOfAnotherPurpose) {
+TEST_F(Signed, VerifyRefusesCertificateForOtherPurpose) {
   sign();
   ASSERT_TRUE(dcc_holds(bytes("dcc.xml")));
   keys_->issue_with("server", "keyUsage=critical,digitalSignature\nextendedKeyUsage=critical,serverAuth\n");
@@ -464,7 +464,7 @@ TEST_F(Signed, VerifyRefusesCertificateOfAnotherPurpose) {
       << refused.error().what;
 }
 
-TEST_F(Signed, CertificateOfAnotherReportIsNotTheirs) {
+TEST_F(Signed, VerifyRefusesCertificateOfOtherReport) {
   sign();
   const std::string other = bytes("dcc.xml");
   CalibrationReport report = sample_calibration();
@@ -479,7 +479,7 @@ TEST_F(Signed, CertificateOfAnotherReportIsNotTheirs) {
   EXPECT_EQ(failing(), (std::vector<std::string>{"calibration.json", "report.pdf", "authorisation.json"}));
 }
 
-TEST_F(Signed, ByAStrangerIsNotTrusted) {
+TEST_F(Signed, VerifyRefusesUntrustedSigner) {
   sign();
   EXPECT_EQ(failing(keys_->trust("other-ca")), std::vector<std::string>{"dcc.xml"});
   const auto signer = verify_dcc(bytes("dcc.xml"), "dcc.xml", keys_->trust("other-ca"));
@@ -491,7 +491,7 @@ TEST_F(Signed, ByAStrangerIsNotTrusted) {
 }
 
 /// Both signers are trusted, but the named one is not the one who signed.
-TEST_F(Signed, UnderTheNameOfAnotherDoesNotHold) {
+TEST_F(Signed, VerifyRefusesNameOfOtherSigner) {
   sign();
   const std::string dcc = bytes("dcc.xml");
   std::string certificate;
@@ -505,7 +505,7 @@ TEST_F(Signed, UnderTheNameOfAnotherDoesNotHold) {
   EXPECT_FALSE(dcc_holds(second));
 }
 
-TEST_F(Signed, PdfHasItsSignatureInTheFieldThatIsThere) {
+TEST_F(Signed, PdfUsesExistingSignatureField) {
   write("report.pdf", pdf_of("Bias 0.0021 deg/h", "page 2", true));
   const auto nobody = verify_pdf(at("report.pdf"), keys_->trust());
   ASSERT_FALSE(nobody);
@@ -517,7 +517,7 @@ TEST_F(Signed, PdfHasItsSignatureInTheFieldThatIsThere) {
   EXPECT_NE(bytes("report.pdf").find("/T (Signature)"), std::string::npos);
 }
 
-TEST_F(Signed, PdfByAnotherIsSaidToBe) {
+TEST_F(Signed, VerifyReportsPdfOfOtherSigner) {
   ASSERT_TRUE(sign_pdf(at("report.pdf"), at("by-colleague.pdf"), keys_->key("colleague"), "x"));
   write("report.pdf", bytes("by-colleague.pdf"));
   std::filesystem::remove(at("by-colleague.pdf"));
@@ -534,7 +534,7 @@ TEST_F(Signed, PdfByAnotherIsSaidToBe) {
   EXPECT_EQ(failing(), (std::vector<std::string>{"calibration.json", "report.pdf"}));
 }
 
-TEST_F(Signed, OnADayOnWhichTheCertificateWasValid) {
+TEST_F(Signed, VerifiesOnGivenDayOfValidity) {
   sign();
   Trust trust = keys_->trust();
   trust.on_day = "2015-01-01";
@@ -547,7 +547,7 @@ TEST_F(Signed, OnADayOnWhichTheCertificateWasValid) {
 }
 
 /// The test holds for every time of day at which a certificate starts or ends.
-TEST_F(Signed, OnTheDaysOnWhichTheCertificateBeginsAndEnds) {
+TEST_F(Signed, VerifiesOnFirstAndLastDayOfCertificate) {
   const SigningKey brief = keys_->key("brief");
   ASSERT_TRUE(signed_with(brief));
   const auto signer = verify_dcc(bytes("dcc.xml"), "dcc.xml", keys_->trust());
@@ -569,7 +569,7 @@ TEST_F(Signed, OnTheDaysOnWhichTheCertificateBeginsAndEnds) {
   EXPECT_EQ(failing(days_after(1)), std::vector<std::string>{"dcc.xml"});
 }
 
-TEST_F(Signed, ASignatureOfAnotherFormIsNone) {
+TEST_F(Signed, VerifyRefusesSignatureInOtherForm) {
   sign();
   const std::string dcc = bytes("dcc.xml");
   const auto with = [&](const std::string& what, const std::string& instead) {
@@ -588,7 +588,7 @@ TEST_F(Signed, ASignatureOfAnotherFormIsNone) {
   EXPECT_FALSE(dcc_holds(dcc + dcc));
 }
 
-TEST_F(Signed, WithALockedKeyNeedsItsPassword) {
+TEST_F(Signed, RequiresPasswordOfLockedKey) {
   SigningKey key = keys_->key("lab");
   key.key_file = *keys_ / "locked.key";
   key.password_file = *keys_ / "wrong-password";
@@ -601,7 +601,7 @@ TEST_F(Signed, WithALockedKeyNeedsItsPassword) {
   EXPECT_TRUE(failing().empty());
 }
 
-TEST_F(Signed, WithAKeyOfAnotherIsRefused) {
+TEST_F(Signed, RefusesKeyOfOtherCertificate) {
   SigningKey key = keys_->key("lab");
   key.certificate_file = *keys_ / "colleague.pem";
   const std::string before = bytes("report.pdf");
@@ -611,7 +611,7 @@ TEST_F(Signed, WithAKeyOfAnotherIsRefused) {
   EXPECT_EQ(bytes("report.pdf"), before);
 }
 
-TEST_F(Signed, WithAKeyThatIsNotRsaIsRefused) {
+TEST_F(Signed, RefusesKeyThatIsNotRsa) {
   const std::string key = *keys_ / "ec.key", certificate = *keys_ / "ec.pem";
   run("openssl", {"req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-keyout", key,
                   "-out", certificate, "-days", "30", "-subj", "/CN=ec", "-addext",
@@ -622,7 +622,7 @@ TEST_F(Signed, WithAKeyThatIsNotRsaIsRefused) {
 }
 
 /// The disk becomes full while the last file is written.
-TEST_F(Signed, InPartIsNot) {
+TEST_F(Signed, LeavesFolderUnchangedWhenDiskIsFull) {
   const std::string before = bytes("report.pdf");
   const auto refused =
       sign_report(folder_path(), keys_->key("lab"), [&](const CalibrationReport&, const std::vector<std::string>&) {
@@ -647,7 +647,7 @@ TEST_F(Signed, LeavesNoKeyBehind) {
   ::unsetenv("XDG_RUNTIME_DIR");
 }
 
-TEST_F(Signed, NeverADraft) {
+TEST_F(Signed, RefusesDraft) {
   for (const ReportState state : {ReportState::draft, ReportState::superseded}) {
     CalibrationReport report = sample_calibration();
     report.state = state;
@@ -659,7 +659,7 @@ TEST_F(Signed, NeverADraft) {
   }
 }
 
-TEST_F(Signed, IsSignedOnce) {
+TEST_F(Signed, RefusesSignedReport) {
   sign();
   const auto again = signed_with(keys_->key("lab"));
   ASSERT_FALSE(again);
@@ -671,7 +671,7 @@ TEST_F(Signed, IsSignedOnce) {
   EXPECT_NE(text(pdf.error()).find("changed report.pdf"), std::string::npos) << text(pdf.error());
 }
 
-TEST_F(Signed, WithoutTheProgramsSaysWhichPackageHasThem) {
+TEST_F(Signed, NamesPackageOfMissingProgram) {
   const std::string path = std::getenv("PATH");
   ASSERT_EQ(::setenv("PATH", "/nowhere", 1), 0);
   const auto refused = signed_with(keys_->key("lab"));
@@ -680,7 +680,7 @@ TEST_F(Signed, WithoutTheProgramsSaysWhichPackageHasThem) {
   EXPECT_NE(text(refused.error()).find("package poppler-utils"), std::string::npos) << text(refused.error());
 }
 
-TEST(OtherProgram, IsEndedWhenItTakesTooLong) {
+TEST(OtherProgram, IsKilledAfterTimeout) {
   const auto run = run_program("sleep", {"60"}, std::chrono::milliseconds(50));
   ASSERT_FALSE(run);
   EXPECT_EQ(run.error().kind, FaultKind::timeout);

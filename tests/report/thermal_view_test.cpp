@@ -48,7 +48,7 @@ std::string thermal_page(const Report& report) { return html_of(report, all_figu
 
 int times_in(const std::string& text, const std::string& part) { return tests::count_of(text, part); }
 
-TEST(ThermalView, ShowsTablesAndImageOfAVirtualGyroAsSimulated) {
+TEST(ThermalView, ShowsTablesAndImageOfVirtualGyroAsSimulated) {
   Report report = SyntheticExperiment().report();
   report.thermal = some_thermal();
   const std::string page = thermal_page(report);
@@ -77,7 +77,7 @@ TEST(ThermalView, ShowsTablesAndImageOfAVirtualGyroAsSimulated) {
   EXPECT_GE(times_in(figure->caption, "SIMULATED"), 1);
 }
 
-TEST(ThermalView, OfARealGyroSaysNotApplicableAndWhy) {
+TEST(ThermalView, StatesReasonForRealGyro) {
   const SyntheticExperiment experiment(1, false);
   const Report report = experiment.report();
   const std::string page = thermal_page(report);
@@ -91,13 +91,13 @@ TEST(ThermalView, OfARealGyroSaysNotApplicableAndWhy) {
   EXPECT_TRUE(written["model"].is_null());
 }
 
-TEST(ThermalView, SaysWhyTheModelOfAVirtualGyroCannotBeShown) {
+TEST(ThermalView, StatesReasonForMissingModelOfVirtualGyro) {
   Report report = SyntheticExperiment().report();
   report.thermal = not_available("the gyro file \"a<b\" is missing");
   EXPECT_EQ(times_in(thermal_page(report), "not available: the gyro file &quot;a&lt;b&quot; is missing"), 3);
 }
 
-TEST(ThermalView, ComesBackFromTheReportFile) {
+TEST(ThermalView, ReadsBackFromReportFile) {
   Report report = SyntheticExperiment().report();
   report.thermal = some_thermal();
   const auto again = read_report(to_json(report), "report.json");
@@ -105,7 +105,7 @@ TEST(ThermalView, ComesBackFromTheReportFile) {
   EXPECT_EQ(thermal_page(*again), thermal_page(report));
 }
 
-TEST(ThermalView, OfAnEarlierReportSaysThatItWasMadeWithout) {
+TEST(ThermalView, StatesThatEarlierReportHasNoThermalModel) {
   auto written = nlohmann::json::parse(to_json(SyntheticExperiment().report()));
   written.erase("thermal");
   const auto report = read_report(written.dump(), "report.json");
@@ -113,7 +113,7 @@ TEST(ThermalView, OfAnEarlierReportSaysThatItWasMadeWithout) {
   EXPECT_EQ(report->thermal.missing, "not available");
 }
 
-TEST(ThermalView, RefusesAnImageThatHasNoValueForEachSample) {
+TEST(ThermalView, RefusesImageWithMissingSamples) {
   Report report = SyntheticExperiment().report();
   report.thermal = some_thermal();
   report.thermal.model->image.view.celsius.values.pop_back();

@@ -36,7 +36,7 @@ std::string written(double value, double expanded, Language language = kEn) {
   return plain(format(language, with_expanded(value, expanded)));
 }
 
-TEST(Words, OfEachKeyAreThereInBothLanguages) {
+TEST(Words, ExistInBothLanguages) {
   std::set<std::string_view> seen;
   for (const std::string_view key : text_keys()) {
     EXPECT_FALSE(translate(kEn, key).empty()) << key;
@@ -46,7 +46,7 @@ TEST(Words, OfEachKeyAreThereInBothLanguages) {
   EXPECT_GT(seen.size(), 200u);
 }
 
-TEST(Words, HaveTheSamePlacesInBothLanguages) {
+TEST(Words, HaveSamePlaceholdersInBothLanguages) {
   const auto places = [](std::string_view text) { return std::ranges::count(text, '{'); };
   std::ptrdiff_t filled = 0;
   for (const std::string_view key : text_keys()) {
@@ -56,13 +56,13 @@ TEST(Words, HaveTheSamePlacesInBothLanguages) {
   EXPECT_GT(filled, 20);
 }
 
-TEST(Words, OfTheDocumentItselfAreNoKeysOfAReport) {
+TEST(Words, OfDocumentAreNotKeysOfReport) {
   EXPECT_TRUE(has_text("stabilised_bias"));
   EXPECT_FALSE(has_text("say.coverage"));
   EXPECT_FALSE(has_text("stabilized_bias"));
 }
 
-TEST(Words, CoverWhatAnEnumeratorIsCalled) {
+TEST(Words, CoverNamesOfEnumerators) {
   for (const Stage stage : {Stage::uncompensated, Stage::as_found, Stage::as_left}) EXPECT_TRUE(has_text(name(stage)));
   for (const Verdict verdict :
        {Verdict::pass, Verdict::conditional_pass, Verdict::conditional_fail, Verdict::fail, Verdict::not_known})
@@ -72,7 +72,7 @@ TEST(Words, CoverWhatAnEnumeratorIsCalled) {
     EXPECT_TRUE(has_text(name(state)));
 }
 
-TEST(Words, CoverKeysComposedOfAnEnumerator) {
+TEST(Words, CoverKeysComposedOfEnumerators) {
   const std::vector<std::string_view> all = text_keys();
   const auto covers = [&](const std::string& key) { return std::ranges::find(all, key) != all.end(); };
   for (int k = 0; k <= static_cast<int>(Group::compensation); ++k)
@@ -105,7 +105,7 @@ std::set<std::string> keys_in_sources() {
   return keys;
 }
 
-TEST(Words, AreExactlyThoseThatSourcesName) {
+TEST(Words, AreExactlyThoseUsedInSources) {
   const std::set<std::string> named = keys_in_sources();
   std::set<std::string> covered;
   for (const std::string_view key : text_keys())
@@ -115,7 +115,7 @@ TEST(Words, AreExactlyThoseThatSourcesName) {
   for (const std::string& key : covered) EXPECT_TRUE(named.contains(key)) << key << " is used nowhere";
 }
 
-TEST(Words, OfPeopleAreInTheLanguageOrTheOther) {
+TEST(Words, OfPeopleFallBackToOtherLanguage) {
   EXPECT_EQ(in(kDe, {"a", "b"}), "b");
   EXPECT_EQ(in(kEn, {"", "b"}), "b");
   EXPECT_EQ(in(kDe, {"a", ""}), "a");
@@ -128,31 +128,31 @@ TEST(NumberFormat, IsRoundedToTwoDigitsOfU) {
   EXPECT_EQ(written(0.002, 0.0000606, kDe), "0,002 000 ± 0,000 061");
 }
 
-TEST(NumberFormat, CarriesWhenURoundsUp) {
+TEST(NumberFormat, CarriesWhenURoundsUpToNextPower) {
   EXPECT_EQ(written(1.234567, 0.0996), "1.23 ± 0.10");
   EXPECT_EQ(written(1.234567, 0.00999), "1.235 ± 0.010");
   EXPECT_EQ(written(1234.5, 99.6), "1230 ± 100");
   EXPECT_EQ(written(123.45, 9.96), "123 ± 10");
 }
 
-TEST(NumberFormat, OfALargeURoundsToTens) {
+TEST(NumberFormat, RoundsToTensForLargeU) {
   EXPECT_EQ(written(12345, 1234), "12 300 ± 1200");
   EXPECT_EQ(written(12345, 123), "12 350 ± 120");
   EXPECT_EQ(written(54, 123), "50 ± 120");
 }
 
-TEST(NumberFormat, FarFromOneHasAPowerOfTen) {
+TEST(NumberFormat, HasPowerOfTenFarFromOne) {
   EXPECT_EQ(written(2e-9, 6.06e-11), "(2.000 ± 0.061) × 10⁻⁹");
   EXPECT_EQ(written(1.5e9, 2e7), "(1.500 ± 0.020) × 10⁹");
   EXPECT_EQ(plain(format_parts(kEn, with_expanded(2e-9, 6.06e-11)).expanded), "0.061 × 10⁻⁹");
 }
 
-TEST(NumberFormat, OfZeroHasNoSign) {
+TEST(NumberFormat, HasNoSignForZero) {
   EXPECT_EQ(written(-0.00001, 0.01), "0.000 ± 0.010");
   EXPECT_EQ(written(0, 0.0000606), "0.000 000 ± 0.000 061");
 }
 
-TEST(NumberFormat, WithoutUHasFourDigitsAtMost) {
+TEST(NumberFormat, HasAtMostFourDigitsWithoutU) {
   EXPECT_EQ(plain(format(kEn, {.value = 20})), "20");
   EXPECT_EQ(plain(format(kEn, {.value = 12345})), "12 345");
   EXPECT_EQ(plain(format(kEn, {.value = 0.0005})), "0.0005");
@@ -163,7 +163,7 @@ TEST(NumberFormat, WithoutUHasFourDigitsAtMost) {
   EXPECT_EQ(plain(format(kEn, {.value = 100.5})), "100.5");
 }
 
-TEST(NumberFormat, OfAUThatIsZeroOrUnknownIsThatOfTheValueAlone) {
+TEST(NumberFormat, OmitsUThatIsZeroOrUnknown) {
   EXPECT_EQ(written(0.25, 0), "0.25");
   EXPECT_EQ(written(0.25, kNaN), "0.25");
   EXPECT_EQ(written(0.25, std::numeric_limits<double>::infinity()), "0.25");
@@ -186,14 +186,14 @@ TEST(NumberFormat, KeepsSignificantDigits) {
   EXPECT_EQ(plain(format_significant(kDe, 1.25e-6, 3)), "1,25 × 10⁻⁶");
 }
 
-TEST(NumberFormat, OfAProbabilityDoesNotPromiseCertainty) {
+TEST(NumberFormat, NeverShowsProbabilityAsCertain) {
   EXPECT_EQ(plain(format_probability(kEn, 0.9821)), "98.2 %");
   EXPECT_EQ(plain(format_probability(kDe, 1)), "> 99,9 %");
   EXPECT_EQ(plain(format_probability(kEn, 0)), "< 0.1 %");
   EXPECT_EQ(format_probability(kEn, kNaN), "–");
 }
 
-TEST(DayFormat, IsThatOfTheLanguage) {
+TEST(DayFormat, FollowsLanguage) {
   EXPECT_EQ(format_day(kEn, "2026-11-25"), "25 November 2026");
   EXPECT_EQ(format_day(kDe, "2026-03-05"), "5. März 2026");
   EXPECT_EQ(format_day(kEn, "2026-13-05"), "2026-13-05");
@@ -203,7 +203,7 @@ TEST(DayFormat, IsThatOfTheLanguage) {
   EXPECT_EQ(format_instant(kDe, "yesterday"), "yesterday");
 }
 
-TEST(UnitFormat, HasOneFractionAlone) {
+TEST(UnitFormat, HasSingleFraction) {
   EXPECT_EQ(format_unit("°/h/K"), "°/(h·K)");
   EXPECT_EQ(format_unit("°/√h"), "°/√h");
   EXPECT_EQ(format_unit("1"), "");

@@ -26,7 +26,7 @@ class WriteReport : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(WriteReport, LeavesPageFiguresAndJsonAndNothingElse) {
+TEST_F(WriteReport, WritesOnlyPageFiguresAndJson) {
   const std::string report = to_json(SyntheticExperiment().report());
   const auto written = write_report(report, folder_.string());
   ASSERT_TRUE(written.has_value()) << text(written.error());
@@ -41,7 +41,7 @@ TEST_F(WriteReport, LeavesPageFiguresAndJsonAndNothingElse) {
   EXPECT_GT(files, 6);
 }
 
-TEST_F(WriteReport, IsRebuiltFromItsJsonToTheSameBytes) {
+TEST_F(WriteReport, RebuildsEqualBytesFromJson) {
   ASSERT_TRUE(write_report(to_json(SyntheticExperiment().report()), folder_.string()).has_value());
   const std::string page = read("report.html");
   fs::remove(folder_ / "report.html");
@@ -49,21 +49,21 @@ TEST_F(WriteReport, IsRebuiltFromItsJsonToTheSameBytes) {
   EXPECT_EQ(read("report.html"), page);
 }
 
-TEST_F(WriteReport, WritesNothingFromABadReport) {
+TEST_F(WriteReport, WritesNothingForInvalidReport) {
   const auto written = write_report("{}", folder_.string());
   ASSERT_FALSE(written.has_value());
   EXPECT_EQ(written.error().kind, FaultKind::bad_file);
   EXPECT_FALSE(fs::exists(folder_));
 }
 
-TEST_F(WriteReport, NamesTheFolderItCannotMake) {
+TEST_F(WriteReport, ReportsFolderThatCannotBeCreated) {
   std::ofstream(folder_) << "a file in the way";
   const auto written = write_report(to_json(SyntheticExperiment().report()), folder_.string());
   ASSERT_FALSE(written.has_value());
   EXPECT_EQ(written.error().kind, FaultKind::storage);
 }
 
-TEST_F(WriteReport, RebuildNeedsAReport) {
+TEST_F(WriteReport, RebuildRequiresReport) {
   const auto rebuilt = rebuild_report(folder_.string());
   ASSERT_FALSE(rebuilt.has_value());
   EXPECT_EQ(rebuilt.error().kind, FaultKind::bad_file);

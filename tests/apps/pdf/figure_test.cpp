@@ -33,12 +33,12 @@ std::string drawn(Draw draw) {
   return png;
 }
 
-TEST(Figure, APictureInItIsDrawn) {
+TEST(Figure, DrawsEmbeddedPicture) {
   plot::Picture picture{2, 2, {{200, 0, 0}, {0, 200, 0}, {0, 0, 200}, {200, 200, 0}}};
   EXPECT_NE(drawn([&](auto& svg) { svg.picture(20, 20, 100, 50, to_png(picture)); }), drawn([](auto&) {}));
 }
 
-TEST(Figure, WhatIsClippedEndsAtItsRegion) {
+TEST(Figure, ClipsToRegion) {
   const auto within = drawn([](auto& svg) { svg.path("M20 50L80 50", {"#000000", 4}); });
   const auto clipped = drawn([](auto& svg) {
     svg.clip_region("r", 20, 0, 60, 100);
@@ -47,12 +47,12 @@ TEST(Figure, WhatIsClippedEndsAtItsRegion) {
   EXPECT_EQ(within, clipped);
 }
 
-TEST(Figure, WhatIsPaleIsMixedWithWhite) {
+TEST(Figure, MixesOpacityWithWhite) {
   EXPECT_EQ(drawn([](auto& svg) { svg.rectangle(20, 20, 50, 50, "#000000", 0.2); }),
             drawn([](auto& svg) { svg.rectangle(20, 20, 50, 50, "#cccccc"); }));
 }
 
-TEST(Figure, TextIsDrawnWhereItIsAnchored) {
+TEST(Figure, DrawsTextAtItsAnchor) {
   const auto at = [](double x, plot::Anchor anchor) {
     return drawn([&](auto& svg) { svg.text(x, 50, "°/h", {.anchor = anchor}); });
   };
@@ -60,7 +60,7 @@ TEST(Figure, TextIsDrawnWhereItIsAnchored) {
   EXPECT_NE(at(100, plot::Anchor::start), drawn([](auto&) {}));
 }
 
-TEST(Figure, WhatIsNoSvgOrIsTooLargeIsRefused) {
+TEST(Figure, RefusesInvalidOrTooLargeSvg) {
   EXPECT_EQ(png_of_svg("<svg"), "");
   EXPECT_EQ(png_of_svg("<html/>"), "");
   EXPECT_EQ(png_of_svg("<svg viewBox=\"0 0 1 1000000\"/>", "2000"), "");

@@ -31,7 +31,7 @@ std::string svg_with(const std::string& content) {
 
 std::string said_of_svg(const std::string& content) { return said_of("image/svg+xml", svg_with(content)); }
 
-TEST(Logo, AnSvgAndAPngAreDrawn) {
+TEST(Logo, DrawsSvgAndPng) {
   EXPECT_EQ(
       said_of_svg("<style>.a{fill:url(#g);stroke-dasharray:none}</style><defs><linearGradient id=\"g\"><stop "
                   "offset=\"0\" stop-color=\"red\"/></linearGradient></defs><circle class=\"a\" cx=\"9\" cy=\"9\" "
@@ -42,7 +42,7 @@ TEST(Logo, AnSvgAndAPngAreDrawn) {
   EXPECT_EQ(said_of("image/png", plot::to_png(picture)), "");
 }
 
-TEST(Logo, WhatIsBrokenIsLeftOutWithAWord) {
+TEST(Logo, OmitsBrokenPictureWithRemark) {
   EXPECT_NE(said_of("image/png", "", "!!!").find("base64"), std::string::npos);
   EXPECT_NE(said_of("image/png", "no picture").find("no PNG"), std::string::npos);
   EXPECT_NE(said_of("image/svg+xml", "<svg").find("broken SVG"), std::string::npos);
@@ -53,7 +53,7 @@ TEST(Logo, WhatIsBrokenIsLeftOutWithAWord) {
   EXPECT_NE(said_of("image/png", png.substr(0, png.size() / 2)).find("logo"), std::string::npos);
 }
 
-TEST(Logo, AnSvgThatRefersToSomethingElseIsLeftOut) {
+TEST(Logo, OmitsSvgWithExternalReferences) {
   for (const auto* content :
        {"<image href=\"file:///etc/passwd\"/>", "<image xlink:href=\"http://example.org/a.png\"/>",
         "<rect fill=\"url(http://example.org/a.svg#g)\"/>", "<style>@import 'a.css';</style>",
@@ -62,7 +62,7 @@ TEST(Logo, AnSvgThatRefersToSomethingElseIsLeftOut) {
     EXPECT_NE(said_of_svg(content).find("left out"), std::string::npos) << content;
 }
 
-TEST(Logo, AnSvgThatIsSmallAndMuchWorkIsLeftOut) {
+TEST(Logo, OmitsSvgThatIsExpensiveToDraw) {
   for (const auto* content : {"<g id=\"a\"><use href=\"#a\"/></g>", "<script>for(;;);</script>",
                               "<path stroke-dasharray=\"0.0001\" d=\"M0 0L1e9 0\"/>", "<foreignObject/>"})
     EXPECT_NE(said_of_svg(content).find("left out"), std::string::npos) << content;

@@ -47,7 +47,7 @@ DocumentTable table_of(const std::string& name, int rows) {
   return table;
 }
 
-TEST(PaperPages, AHeadingGoesWithWhatItHeads) {
+TEST(PaperPages, KeepHeadingWithItsText) {
   Document document = small_document();
   for (int k = 0; k < 60; ++k) {
     const auto name = std::to_string(k) + ".";
@@ -65,7 +65,7 @@ TEST(PaperPages, AHeadingGoesWithWhatItHeads) {
   }
 }
 
-TEST(PaperPages, AHeadIsRepeatedWhereItsTableContinues) {
+TEST(PaperPages, RepeatHeaderOfContinuedTable) {
   Document document = small_document();
   document.blocks.emplace_back(table_of("long", 200));
   const auto pages = pages_of(Paper(document));
@@ -74,7 +74,7 @@ TEST(PaperPages, AHeadIsRepeatedWhereItsTableContinues) {
   for (int k = 0; k < 200; ++k) EXPECT_LT(page_with(pages, "Row long-" + std::to_string(k) + "."), pages.size()) << k;
 }
 
-TEST(PaperPages, ACaptionTheFirstRowsAndTheLastRowsKeepTogether) {
+TEST(PaperPages, KeepCaptionWithFirstRowsAndLastRowsTogether) {
   Document document = small_document();
   for (int k = 0; k < 40; ++k) document.blocks.emplace_back(table_of("t" + std::to_string(k), 2 + k % 9));
   const auto pages = pages_of(Paper(document));
@@ -91,7 +91,7 @@ TEST(PaperPages, ACaptionTheFirstRowsAndTheLastRowsKeepTogether) {
   }
 }
 
-TEST(PaperPages, AFigureGoesWithItsCaption) {
+TEST(PaperPages, KeepFigureWithItsCaption) {
   Document document = small_document();
   for (int k = 0; k < 8; ++k) {
     plot::SvgWriter svg(760, 300, "figure");
@@ -106,7 +106,7 @@ TEST(PaperPages, AFigureGoesWithItsCaption) {
   EXPECT_LT(page_with(pages, "Caption 7."), pages.size());
 }
 
-TEST(PaperFile, StatesItsFactsOnceForReadersAndOnceForArchives) {
+TEST(PaperFile, HasMetadataAsInfoAndXmp) {
   Document document = small_document();
   document.title = "Größe & <Maß>";
   document.number = "(1)";
@@ -124,7 +124,7 @@ TEST(PaperFile, StatesItsFactsOnceForReadersAndOnceForArchives) {
   EXPECT_TRUE(has(paper.bytes(), "/Lang (de)"));
 }
 
-TEST(PaperFile, WithoutADayItStatesNone) {
+TEST(PaperFile, HasNoDateWithoutDay) {
   const Paper paper(small_document());
   EXPECT_TRUE(has(paper.bytes(), "%%EOF"));
   EXPECT_FALSE(has(paper.bytes(), "CreationDate"));
@@ -132,7 +132,7 @@ TEST(PaperFile, WithoutADayItStatesNone) {
 }
 
 /// Requirements of ISO 19005-1 that are visible in the bytes. Files of a laboratory must not break them.
-TEST(PaperFile, StaysAnArchiveFileWhateverItHas) {
+TEST(PaperFile, IsPdfAWithLogosAndTransparency) {
   Document document = small_document();
   document.mark = "DRAFT";
   plot::Picture picture{2, 2, {{200, 0, 0}, {0, 200, 0}, {0, 0, 200}, {200, 200, 0}}};
@@ -158,7 +158,7 @@ TEST(PaperFile, StaysAnArchiveFileWhateverItHas) {
         << bytes.substr(at, 12);
 }
 
-TEST(PaperFile, TheFieldForASignatureIsOnTheLastPageAlone) {
+TEST(PaperFile, HasSignatureFieldOnlyOnLastPage) {
   Document document = small_document();
   document.blocks.emplace_back(table_of("long", 100));
   const auto html = paper_html(document, {});
@@ -171,7 +171,7 @@ TEST(PaperFile, TheFieldForASignatureIsOnTheLastPageAlone) {
   EXPECT_FALSE(has(without, "AcroForm"));
 }
 
-TEST(PaperText, StaysTextWhateverItHolds) {
+TEST(PaperText, EscapesHostileTexts) {
   Document document = small_document();
   const std::string hostile = "<b>\"x\"</style><img src=file:///etc/passwd>&amp;{content:url(/etc/passwd)}";
   document.laboratory = "L</style>\\\"*/";
@@ -184,7 +184,7 @@ TEST(PaperText, StaysTextWhateverItHolds) {
   EXPECT_TRUE(has(paper.text(), "L</style>\\\"*/")) << paper.text();
 }
 
-TEST(PaperText, NothingIsFetched) {
+TEST(PaperText, FetchesNothing) {
   const tests::TestFolder folder;
   std::ofstream(folder / "style.css") << "p::before { content: 'fetched' }";
   const Paper paper("<link rel=\"stylesheet\" href=\"file://" + (folder / "style.css") + "\"/><style>@import 'file://" +

@@ -122,7 +122,7 @@ std::vector<std::string> texts_of(const Document& document) {
   return texts;
 }
 
-TEST(Pdf, EveryWordOfTheReportIsFoundInIt) {
+TEST(Pdf, ContainsEveryWordOfReport) {
   EXPECT_EQ(sample().said(), "");
   for (const std::string language : {"en", "de"}) {
     const auto all = words_in(sample().pdf(language));
@@ -132,7 +132,7 @@ TEST(Pdf, EveryWordOfTheReportIsFoundInIt) {
   }
 }
 
-TEST(Pdf, EachValueIsFoundWithItsUncertainty) {
+TEST(Pdf, ContainsEachValueWithUncertainty) {
   for (const std::string language : {"en", "de"}) {
     const auto text = text_in(sample().pdf(language));
     const auto document = sample().document(language);
@@ -152,7 +152,7 @@ TEST(Pdf, EachValueIsFoundWithItsUncertainty) {
   }
 }
 
-TEST(Pdf, FontsAreInsideAndTextCanBeCopied) {
+TEST(Pdf, EmbedsFontsWithUnicode) {
   for (const std::string language : {"en", "de"}) {
     std::istringstream fonts(shell("pdffonts " + sample().pdf(language)).out);
     int count = 0;
@@ -168,7 +168,7 @@ TEST(Pdf, FontsAreInsideAndTextCanBeCopied) {
   }
 }
 
-TEST(Pdf, EveryPageSaysWhoseItIsWhichItIsAndWhatItIsNot) {
+TEST(Pdf, IdentifiesLaboratoryReportAndMarkOnEveryPage) {
   for (const std::string language : {"en", "de"}) {
     const auto info = shell("pdfinfo " + sample().pdf(language)).out;
     const int pages = std::stoi(info.substr(info.find("Pages:") + 6));
@@ -188,7 +188,7 @@ TEST(Pdf, EveryPageSaysWhoseItIsWhichItIsAndWhatItIsNot) {
   }
 }
 
-TEST(Pdf, ItSaysWhatItIsAndWhenItWasIssued) {
+TEST(Pdf, HasTitleNumberAndDateOfIssue) {
   const auto info = shell("TZ=UTC pdfinfo -isodates " + sample().pdf("de")).out;
   for (const std::string fact : {"Kalibrierbericht", "C-2026-0042", "Inertial Laboratory", "sha256:", "gyrotherm",
                                  "2026-11-20T00:00:00Z", "A4", "Metadata Stream: yes"})
@@ -196,7 +196,7 @@ TEST(Pdf, ItSaysWhatItIsAndWhenItWasIssued) {
 }
 
 /// Bookmarks have the numbers of the headings.
-TEST(Pdf, HeadingsAreItsTableOfContents) {
+TEST(Pdf, HasHeadingsAsBookmarks) {
   const auto xml = shell("cd /tmp && pdftohtml -xml -stdout -i " + sample().pdf("en")).out;
   const auto outline = xml.substr(std::min(xml.size(), xml.find("<outline>")));
   int section = 0, sub = 0;
@@ -220,13 +220,13 @@ TEST(Pdf, EqualReportsGiveEqualBytes) {
   EXPECT_NE(content_of(sample().pdf("de")), content_of(again));
 }
 
-TEST(Pdf, ItsDayIsThatOfTheBuildWhereOneIsGiven) {
+TEST(Pdf, UsesSourceDateEpoch) {
   const auto dated = sample() / "dated.pdf";
   EXPECT_EQ(shell("SOURCE_DATE_EPOCH=86400 " GYROTHERM_PDF " " + sample().source() + " --out " + dated).exit_code, 0);
   EXPECT_NE(shell("TZ=UTC pdfinfo -isodates " + dated).out.find("1970-01-02T00:00:00Z"), std::string::npos);
 }
 
-TEST(Pdf, ASignatureIsAppendedAndLeavesEveryByte) {
+TEST(Pdf, KeepsEveryByteWhenSigned) {
   if (!installed("certutil")) GTEST_SKIP() << "libnss3-tools is not installed";
   const auto keys = sample() / "keys", made = sample().pdf("en"), signed_pdf = sample() / "signed.pdf";
   std::filesystem::create_directory(keys);
@@ -279,7 +279,7 @@ std::vector<std::string> words_outside(const std::string& pdf) {
   return outside;
 }
 
-TEST(Pdf, NoTextIsCutOrLeavesTheSheetHoweverLongItIs) {
+TEST(Pdf, KeepsLongTextsInsideSheet) {
   const Made made(hard_report());
   EXPECT_EQ(made.said(), "");
   for (const std::string language : {"en", "de"}) {
@@ -297,7 +297,7 @@ TEST(Pdf, NoTextIsCutOrLeavesTheSheetHoweverLongItIs) {
   EXPECT_EQ(words_outside(sample().pdf("de")), std::vector<std::string>{});
 }
 
-TEST(Pdf, CharactersThatNoFontHasAreNamed) {
+TEST(Pdf, NamesCharactersMissingFromFonts) {
   auto report = sample_calibration();
   report.customer.name = "\U0001E900";  // Adlam
   const Made made(report);
@@ -305,7 +305,7 @@ TEST(Pdf, CharactersThatNoFontHasAreNamed) {
   EXPECT_TRUE(std::filesystem::exists(made.pdf("en")));
 }
 
-TEST(Pdf, ABrokenLogoIsLeftOutWithAWord) {
+TEST(Pdf, OmitsBrokenLogoWithRemark) {
   auto report = sample_calibration();
   report.logo =
       Logo{.media_type = "image/svg+xml", .base64 = plot::base64("<svg><image href=\"http://a/b.png\"/></svg>")};
@@ -314,7 +314,7 @@ TEST(Pdf, ABrokenLogoIsLeftOutWithAWord) {
   EXPECT_TRUE(std::filesystem::exists(made.pdf("en")));
 }
 
-TEST(PdfProgram, MistakesAreOneSentenceAndAnExitCode) {
+TEST(PdfProgram, ReportsErrorsInOneSentenceWithExitCode) {
   const auto& made = sample();
   const auto out = " --out " + (made / "no.pdf");
   EXPECT_EQ(shell(kProgram).exit_code, 2);
@@ -332,7 +332,7 @@ TEST(PdfProgram, MistakesAreOneSentenceAndAnExitCode) {
   EXPECT_FALSE(std::filesystem::exists(made / "no.pdf"));
 }
 
-TEST(PdfProgram, ReplacesNothingThatIsNotItsOwn) {
+TEST(PdfProgram, RefusesToReplaceOtherFiles) {
   const auto& made = sample();
   const auto record = made / "run.db";
   const std::string bytes = "SQLite format 3 and a week of measurements";
@@ -350,7 +350,7 @@ TEST(PdfProgram, HelpOpensWithAnExample) {
   EXPECT_TRUE(help.out.starts_with("Example: gyrotherm-pdf")) << help.out;
 }
 
-TEST(PdfProgram, AFigureBecomesAPngOfTheWidthAskedFor) {
+TEST(PdfProgram, WritesPngOfRequestedWidth) {
   const auto& made = sample();
   for (const Block& block : made.document("en").blocks) {
     const auto* figure = std::get_if<DocumentFigure>(&block);

@@ -9,14 +9,14 @@
 namespace gyrotherm::plot {
 namespace {
 
-TEST(Axis, StepsByOneTwoOrFive) {
+TEST(Axis, HasStepsOfOneTwoOrFive) {
   EXPECT_DOUBLE_EQ(tick_step({0, 10}, 10), 1);
   EXPECT_DOUBLE_EQ(tick_step({0, 61.6}, 8), 10);
   EXPECT_DOUBLE_EQ(tick_step({-40, 60}, 6), 20);
   EXPECT_DOUBLE_EQ(tick_step({0, 0.03}, 6), 0.005);
 }
 
-TEST(Axis, LabelsHaveTheDecimalsOfTheStep) {
+TEST(Axis, LabelsTicksWithDecimalsOfStep) {
   const auto all = ticks({-0.01, 0.01}, 4);
   ASSERT_EQ(all.size(), 5U);
   EXPECT_EQ(all.front().label, "−0.010");
@@ -24,7 +24,7 @@ TEST(Axis, LabelsHaveTheDecimalsOfTheStep) {
   EXPECT_EQ(all.back().label, "0.010");
 }
 
-TEST(Axis, RoundsOutToTicksThatAreThereThen) {
+TEST(Axis, RoundsOutToExistingTicks) {
   for (int k = 1; k < 400; ++k) {
     const double high = 0.001 * k * k;
     for (const int count : {3, 4, 5, 8}) {
@@ -39,13 +39,13 @@ TEST(Axis, RoundsOutToTicksThatAreThereThen) {
   }
 }
 
-TEST(Axis, OfNothingIsZeroToOne) {
+TEST(Axis, IsZeroToOneWithoutData) {
   const Range range = range_of({std::numeric_limits<double>::quiet_NaN()});
   EXPECT_EQ(range.low, 0);
   EXPECT_EQ(range.high, 1);
 }
 
-TEST(Axis, OfOneValueHasWidth) {
+TEST(Axis, HasWidthForSingleValue) {
   const Range range = rounded_out({5, 5}, 4);
   EXPECT_LT(range.low, range.high);
 }
@@ -83,7 +83,7 @@ TEST(LogarithmicAxis, SpacesDecadesEvenly) {
   EXPECT_TRUE(std::isnan(scale(std::numeric_limits<double>::quiet_NaN())));
 }
 
-TEST(LogarithmicAxis, OfNothingIsADecade) {
+TEST(LogarithmicAxis, IsDecadeWithoutData) {
   const Range range = positive_range_of({-1, 0, std::numeric_limits<double>::quiet_NaN()});
   EXPECT_EQ(range.low, 1);
   EXPECT_EQ(range.high, 10);

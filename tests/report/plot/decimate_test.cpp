@@ -19,12 +19,12 @@ Points wave(std::size_t length) {
   return points;
 }
 
-TEST(Decimation, LeavesAShortSeriesAlone) {
+TEST(Decimation, LeavesShortSeriesUnchanged) {
   const Points points = wave(100);
   EXPECT_EQ(decimate(points.x, points.y, 50).y, points.y);
 }
 
-TEST(Decimation, LosesNoSpike) {
+TEST(Decimation, KeepsSpikes) {
   Points points = wave(100000);
   points.y[54321] = 9;
   points.y[54322] = -7;
@@ -34,19 +34,19 @@ TEST(Decimation, LosesNoSpike) {
   EXPECT_EQ(*std::ranges::min_element(thin.y), -7);
 }
 
-TEST(Decimation, KeepsTheOrderOfTime) {
+TEST(Decimation, KeepsOrderOfTime) {
   const Points points = wave(50000);
   EXPECT_TRUE(std::ranges::is_sorted(decimate(points.x, points.y, 300).x));
 }
 
-TEST(Decimation, KeepsAGapOnce) {
+TEST(Decimation, KeepsGapOnce) {
   Points points = wave(10000);
   for (std::size_t k = 4000; k < 5000; ++k) points.y[k] = std::numeric_limits<double>::quiet_NaN();
   const Points thin = decimate(points.x, points.y, 100);
   EXPECT_EQ(std::ranges::count_if(thin.y, [](double y) { return std::isnan(y); }), 1);
 }
 
-TEST(Gaps, HaveANanWhereTheFirstThatIsMissingWouldBegin) {
+TEST(Gaps, HaveNanAtStartOfFirstMissingMean) {
   const std::vector<double> x = {0, 100, 200, 400, 500}, y = {1, 2, 3, 4, 5};
   const Points broken = broken_at_gaps(x, y, 100);
   EXPECT_EQ(broken.x, (std::vector<double>{0, 100, 200, 300, 400, 500}));

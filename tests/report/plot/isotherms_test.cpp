@@ -35,7 +35,7 @@ bool closed(const Isotherm& line) {
 
 }  // namespace
 
-TEST(Isotherms, OfAPlaneIsOneStraightLineAcross) {
+TEST(Isotherms, FormOneStraightLineInPlane) {
   const auto field = sampled(20, 10, [](double x, double y) { return x + 0.5 * y; });
   const auto lines = isotherms(field, 7.25);
   ASSERT_EQ(lines.size(), 1U);
@@ -44,7 +44,7 @@ TEST(Isotherms, OfAPlaneIsOneStraightLineAcross) {
   EXPECT_NEAR(length(lines[0]), std::hypot(9, 4.5), 1e-12);
 }
 
-TEST(Isotherms, OfAHillIsOneClosedLineOfTheCirclesLength) {
+TEST(Isotherms, FormOneClosedCircleAroundHill) {
   const auto field = sampled(101, 101, [](double x, double y) { return -std::hypot(x - 50.3, y - 49.6); });
   const auto lines = isotherms(field, -30);
   ASSERT_EQ(lines.size(), 1U);
@@ -52,7 +52,7 @@ TEST(Isotherms, OfAHillIsOneClosedLineOfTheCirclesLength) {
   EXPECT_NEAR(length(lines[0]), 2 * std::numbers::pi * 30, 0.05);
 }
 
-TEST(Isotherms, EndWhereTheFieldEnds) {
+TEST(Isotherms, EndAtBorderOfField) {
   auto field = sampled(40, 40, [](double x, double) { return x; });
   field.values[20 * 40 + 10] = std::numeric_limits<double>::quiet_NaN();
   const auto lines = isotherms(field, 10.5);
@@ -60,13 +60,13 @@ TEST(Isotherms, EndWhereTheFieldEnds) {
   EXPECT_NEAR(length(lines[0]) + length(lines[1]), 37, 1e-12);
 }
 
-TEST(Isotherms, AreNoneOutsideTheRange) {
+TEST(Isotherms, DoNotExistOutsideRange) {
   const auto field = sampled(5, 5, [](double x, double y) { return x * y; });
   EXPECT_TRUE(isotherms(field, -1).empty());
   EXPECT_TRUE(isotherms(field, 17).empty());
 }
 
-TEST(Isotherms, OfRandomFieldsAreClosedOrEndAtTheEdge) {
+TEST(Isotherms, AreClosedOrEndAtBorderInRandomFields) {
   for (unsigned seed = 1; seed <= 50; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);

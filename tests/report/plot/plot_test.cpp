@@ -27,27 +27,27 @@ Plot long_plot(std::size_t length) {
   return {.id = "long", .title = "t", .x = {.title = "h"}, .panels = {panel}};
 }
 
-TEST(Plot, IsWellFormedWhateverItsTextsAre) { EXPECT_EQ(tests::markup_mistake(svg_of(long_plot(50))), ""); }
+TEST(Plot, IsWellFormedWithHostileTexts) { EXPECT_EQ(tests::markup_mistake(svg_of(long_plot(50))), ""); }
 
-TEST(Plot, IsTheSameTextEachTime) { EXPECT_EQ(svg_of(long_plot(5000)), svg_of(long_plot(5000))); }
+TEST(Plot, GivesEqualTextEachTime) { EXPECT_EQ(svg_of(long_plot(5000)), svg_of(long_plot(5000))); }
 
-TEST(Plot, OfAMillionPointsStaysSmall) { EXPECT_LT(svg_of(long_plot(1000000)).size(), 150000U); }
+TEST(Plot, StaysSmallForMillionPoints) { EXPECT_LT(svg_of(long_plot(1000000)).size(), 150000U); }
 
-TEST(Plot, SaysSimulatedIfAndOnlyIfItIs) {
+TEST(Plot, ShowsSimulatedOnlyIfSimulated) {
   Plot plot = long_plot(10);
   EXPECT_EQ(tests::count_of(svg_of(plot), "SIMULATED"), 0);
   plot.simulated = true;
   EXPECT_GE(tests::count_of(svg_of(plot), "SIMULATED"), 3);
 }
 
-TEST(Plot, OfNothingIsStillAFigure) {
+TEST(Plot, IsFigureWithoutData) {
   Plot plot = long_plot(0);
   EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
   plot.panels[0].curves.clear();
   EXPECT_EQ(tests::count_of(svg_of(plot), "nan"), 0);
 }
 
-TEST(Plot, BreaksALineAtNan) {
+TEST(Plot, BreaksLineAtNan) {
   Plot plot = long_plot(5);
   plot.panels[0].curves.resize(1);
   plot.panels[0].right.reset();
@@ -57,7 +57,7 @@ TEST(Plot, BreaksALineAtNan) {
   EXPECT_EQ(tests::count_of(path.substr(0, path.find("\" fill")), "M"), 2) << path;
 }
 
-TEST(Plot, APointAloneBetweenTwoBreaksIsADot) {
+TEST(Plot, DrawsDotForIsolatedPoint) {
   Plot plot = long_plot(5);
   plot.panels[0].curves.resize(1);
   plot.panels[0].right.reset();
@@ -68,7 +68,7 @@ TEST(Plot, APointAloneBetweenTwoBreaksIsADot) {
 }
 
 /// A curve must not lose its name outside the picture.
-TEST(Plot, HasEachNameOfALongLegendInThePicture) {
+TEST(Plot, KeepsLongLegendInsidePicture) {
   Plot plot = long_plot(5);
   const auto height_of = [&] {
     const std::string svg = svg_of(plot);
@@ -90,7 +90,7 @@ TEST(Plot, HasEachNameOfALongLegendInThePicture) {
   EXPECT_EQ(names, 16);
 }
 
-TEST(HeatMap, ShowsZeroOnTheDiagonalAndThreeDecimals) {
+TEST(HeatMap, ShowsZeroOnDiagonalAndThreeDecimals) {
   const HeatMap map{
       .title = "r", .names = {"A", "B"}, .values = {{0, 0.9391}, {0.9391, 0}}, .threshold = 0.9, .caption = "<|r|>"};
   const std::string svg = svg_of(map);
@@ -109,7 +109,7 @@ Plot logarithmic_plot() {
   return {.id = "log", .title = "t", .x = {.title = "s", .logarithmic = true}, .panels = {panel}};
 }
 
-TEST(LogarithmicPlot, IsWellFormedWithoutPointsToo) {
+TEST(LogarithmicPlot, IsWellFormedWithoutPoints) {
   Plot plot = logarithmic_plot();
   EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
   plot.panels[0].curves[0].y = {0, -1, std::numeric_limits<double>::quiet_NaN()};
@@ -120,7 +120,7 @@ TEST(LogarithmicPlot, IsWellFormedWithoutPointsToo) {
   EXPECT_EQ(tests::markup_mistake(svg_of(plot)), "");
 }
 
-TEST(LogarithmicPlot, DrawsABarAndItsCapsAtEachError) {
+TEST(LogarithmicPlot, DrawsBarWithCapsAtEachError) {
   Plot plot = logarithmic_plot();
   const auto strokes = [&] { return tests::count_of(svg_of(plot), "<line"); };
   const int with = strokes();
@@ -131,7 +131,7 @@ TEST(LogarithmicPlot, DrawsABarAndItsCapsAtEachError) {
   EXPECT_GT(with, 0);
 }
 
-TEST(LogarithmicPlot, BreaksALineWhereAValueIsNotPositive) {
+TEST(LogarithmicPlot, BreaksLineAtValueThatIsNotPositive) {
   Plot plot = logarithmic_plot();
   Curve& curve = plot.panels[0].curves[0];
   curve.line = true;

@@ -38,14 +38,14 @@ bool white(const Rgb& point) { return point.red == 255 && point.green == 255 && 
 
 }  // namespace
 
-TEST(ThermalImage, HasAnIsothermAtEachStep) {
+TEST(ThermalImage, HasIsothermAtEachStep) {
   const auto levels = isotherm_levels(slope());
   ASSERT_EQ(levels.size(), 21U);
   EXPECT_DOUBLE_EQ(levels.front(), 20);
   EXPECT_DOUBLE_EQ(levels.back(), 30);
 }
 
-TEST(ThermalImage, IsBlueWhereColdRedWhereHotAndWhiteWhereNothingIs) {
+TEST(ThermalImage, IsBlueWhereColdRedWhereHotAndWhiteOutsideField) {
   Picture picture = coloured(slope());
   const Rgb cold = picture.at(5, 0), hot = picture.at(5, 199);
   EXPECT_GT(cold.blue, cold.red);
@@ -53,7 +53,7 @@ TEST(ThermalImage, IsBlueWhereColdRedWhereHotAndWhiteWhereNothingIs) {
   EXPECT_TRUE(white(picture.at(50, 100)));
 }
 
-TEST(ThermalImage, SaysSimulatedAndNamesItsThermometers) {
+TEST(ThermalImage, ShowsSimulatedAndNamesOfThermometers) {
   ThermalImage image = slope();
   EXPECT_EQ(svg_of(image).find("SIMULATED"), std::string::npos);
   image.simulated = true;
@@ -64,7 +64,7 @@ TEST(ThermalImage, SaysSimulatedAndNamesItsThermometers) {
   EXPECT_EQ(tests::markup_mistake(svg), "");
 }
 
-TEST(ThermalImage, ComesBackFromItsJson) {
+TEST(ThermalImage, ReadsBackFromJson) {
   ThermalImage image = slope();
   image.simulated = true;
   ThermalImage again;
@@ -75,7 +75,7 @@ TEST(ThermalImage, ComesBackFromItsJson) {
   EXPECT_EQ(svg_of(again), svg_of(image));
 }
 
-TEST(ThermalImage, CannotBeDrawnWithoutAValueForEachSampleOrWithoutWidth) {
+TEST(ThermalImage, CannotBeDrawnWithMissingSamplesOrEmptyRanges) {
   EXPECT_TRUE(can_be_drawn(slope()));
   ThermalImage lacking = slope(), flat = slope(), wide = slope();
   lacking.celsius.values.pop_back();
@@ -86,13 +86,13 @@ TEST(ThermalImage, CannotBeDrawnWithoutAValueForEachSampleOrWithoutWidth) {
   EXPECT_FALSE(can_be_drawn(wide));
 }
 
-TEST(Png, BeginsWithItsSignatureAndIsTheSameEachTime) {
+TEST(Png, BeginsWithSignatureAndGivesEqualBytes) {
   const std::string once = to_png(coloured(slope())), again = to_png(coloured(slope()));
   EXPECT_EQ(once.substr(0, 8), "\x89PNG\r\n\x1a\n");
   EXPECT_EQ(once, again);
 }
 
-TEST(Base64, GivesTheStandardsVectors) {
+TEST(Base64, MatchesVectorsOfStandard) {
   EXPECT_EQ(base64(""), "");
   EXPECT_EQ(base64("f"), "Zg==");
   EXPECT_EQ(base64("fo"), "Zm8=");

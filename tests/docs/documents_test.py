@@ -54,7 +54,7 @@ def commands() -> set[str]:
 
 
 class Documents(unittest.TestCase):
-    def test_links_lead_somewhere(self):
+    def test_links_resolve(self):
         links = 0
         for page in PAGES:
             for line, text in prose_of(page):
@@ -72,7 +72,7 @@ class Documents(unittest.TestCase):
                         self.assertIn(anchor, anchors_of(aim), f"{at}: {target}")
         self.assertGreater(links, 50)
 
-    def test_files_in_code_font_are_there(self):
+    def test_files_in_code_font_exist(self):
         seen = 0
         for page in PAGES:
             for line, text in prose_of(page):
@@ -82,7 +82,7 @@ class Documents(unittest.TestCase):
                         self.assertTrue((SOURCE / name).exists(), f"{place(page, line)}: {name} is not there")
         self.assertGreater(seen, 150)
 
-    def test_each_block_says_what_it_is(self):
+    def test_blocks_name_their_language(self):
         """Sessions may only occur on pages that follow.py runs."""
         sessions = 0
         for page in MANUAL:
@@ -94,7 +94,7 @@ class Documents(unittest.TestCase):
                     sessions += 1
         self.assertGreater(sessions, 20)
 
-    def test_each_command_is_there_with_its_options(self):
+    def test_commands_and_options_exist(self):
         seen = 0
         for page in PAGES:
             shown = [line for block in blocks_of(page) if block.language == "sh" for line in block.lines]
@@ -128,7 +128,7 @@ class Documents(unittest.TestCase):
         self.assertEqual(listed, there)
         self.assertGreater(len(there), 3)
 
-    def test_the_navigation_names_each_page(self):
+    def test_index_lists_each_page(self):
         index = (DOCS / "index.md").read_text(encoding="utf-8")
         pages = [*DOCS.glob("*.md"), *DOCS.glob("tutorial/*.md"), *DOCS.glob("how-to/*.md")]
         self.assertGreater(len(pages), 30)

@@ -80,7 +80,7 @@ class CommitMessage(unittest.TestCase):
         self.assertIn(cause, first)
         self.assertIn("A good subject:", judged.stderr)
 
-    def test_the_hook_can_be_run(self):
+    def test_hook_is_executable(self):
         self.assertTrue(os.access(HOOK, os.X_OK), f"chmod +x {HOOK}")
 
     def test_good_subjects_pass(self):

@@ -54,7 +54,7 @@ class Keys(unittest.TestCase):
                             self.assertIn((table, key), known, block.place)
             self.assertGreater(files, 1, schema)
 
-    def test_a_default_is_one_and_what_is_needed_a_mistake(self):
+    def test_defaults_and_required_keys(self):
         absent = {
             (bare(key.table), key.name): "a mistake" if key.required else key.default
             for sources in (keys.PROFILE, keys.RIG, keys.VIRTUAL, keys.SITE)
@@ -83,7 +83,7 @@ class Keys(unittest.TestCase):
         written = (SOURCE / "docs/reference/keys.md").read_text(encoding="utf-8")
         self.assertTrue(written == keys.page(), "docs/site/keys.py writes it anew")
 
-    def test_each_is_documented(self):
+    def test_each_key_is_documented(self):
         texts = [p.read_text(encoding="utf-8") for p in (SOURCE / "docs").glob("*.md")]
         texts += [p.read_text(encoding="utf-8") for p in (SOURCE / "profiles").rglob("*.toml")]
         texts.append((SOURCE / "sequencer/rig/thermometer_settings.cpp").read_text(encoding="utf-8"))

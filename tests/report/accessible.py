@@ -58,16 +58,16 @@ def pages(program: str, folder: pathlib.Path) -> list[pathlib.Path]:
     return sorted(out.rglob("*.html"))
 
 
-def troubles(driver: webdriver.Chrome, script: str, page: pathlib.Path, width: int) -> list[str]:
+def find_violations(driver: webdriver.Chrome, script: str, page: pathlib.Path, width: int) -> list[str]:
     driver.set_window_size(width, 900)
     driver.get(page.as_uri())
     paints = driver.execute_async_script(PAINTED)
     driver.execute_script(script)
     found = driver.execute_async_script("const done = arguments[0]; axe.run(document).then(done)")["violations"]
-    said = [f"{one['id']}: {one['help']}: {node['html'][:120]}" for one in found for node in one["nodes"]]
+    violations = [f"{one['id']}: {one['help']}: {node['html'][:120]}" for one in found for node in one["nodes"]]
     if not paints or max(paints) > FIRST_PAINT_MS:
-        said.append(f"first paint after {paints} ms, expected at most {FIRST_PAINT_MS}")
-    return said
+        violations.append(f"first paint after {paints} ms, expected at most {FIRST_PAINT_MS}")
+    return violations
 
 
 def main() -> int:
@@ -81,9 +81,9 @@ def main() -> int:
         failed = False
         for page in pages(sys.argv[1], folder):
             for width in WIDTHS:
-                said = troubles(driver, script, page, width)
-                failed = failed or bool(said)
-                print(f"{page.relative_to(folder)} at {width} px: {len(said)} found", *said, sep="\n    ")
+                violations = find_violations(driver, script, page, width)
+                failed = failed or bool(violations)
+                print(f"{page.relative_to(folder)} at {width} px: {len(violations)} found", *violations, sep="\n    ")
         driver.quit()
         return 1 if failed else 0
 

@@ -160,13 +160,14 @@ TEST(TwoPositions, GiveEarthRateUncertaintyOfScaleFactor) {
     const auto table = std::ranges::find(report.results, "two_position", &ResultTable::key);
     return table == report.results.end() ? ReportedValue{} : find_column(*table, quantity)->values.front();
   };
-  const ReportedValue exact = reported(0, "earth_rate"), said = reported(50, "earth_rate");
-  EXPECT_NEAR(said.value, kEarthRate_deg_per_h, 1e-4);
+  const ReportedValue exact = reported(0, "earth_rate"), with_scale_error = reported(50, "earth_rate");
+  EXPECT_NEAR(with_scale_error.value, kEarthRate_deg_per_h, 1e-4);
   EXPECT_GT(exact.standard_uncertainty, 0);
   EXPECT_LT(exact.standard_uncertainty, 5e-5);
-  EXPECT_NEAR(said.standard_uncertainty, std::hypot(exact.standard_uncertainty, 50e-6 * said.value), 1e-12);
+  EXPECT_NEAR(with_scale_error.standard_uncertainty,
+              std::hypot(exact.standard_uncertainty, 50e-6 * with_scale_error.value), 1e-12);
   EXPECT_NEAR(reported(std::nullopt, "earth_rate").standard_uncertainty,
-              std::hypot(exact.standard_uncertainty, 10e-6 * said.value), 1e-12)
+              std::hypot(exact.standard_uncertainty, 10e-6 * with_scale_error.value), 1e-12)
       << "10 ppm are assumed";
   EXPECT_EQ(reported(50, "bias").standard_uncertainty, reported(0, "bias").standard_uncertainty);
 }

@@ -177,14 +177,14 @@ TEST(Comparison, HasPageWithEachChange) {
   for (const Language language : {Language::english, Language::german}) {
     const Document document = document_of(*comparison, language);
     const std::string page = html_of(document);
-    const auto says = [&](const std::string& text) { return page.find(text) != std::string::npos; };
+    const auto contains = [&](const std::string& text) { return page.find(text) != std::string::npos; };
     for (const ComparedResult& one : comparison->results) {
-      EXPECT_TRUE(says(format(language, change_with_uncertainty(one)))) << one.key;
-      EXPECT_TRUE(says(format_number(language, one.normalised_error, 2))) << one.key;
+      EXPECT_TRUE(contains(format(language, change_with_uncertainty(one)))) << one.key;
+      EXPECT_TRUE(contains(format_number(language, one.normalised_error, 2))) << one.key;
     }
-    EXPECT_TRUE(says(sentence(language, "title.of", count_disagreeing(*comparison), comparison->results.size())));
-    EXPECT_TRUE(says(std::string(translate(language, "mark.simulated"))));
-    EXPECT_TRUE(says("C-2027-0042"));
+    EXPECT_TRUE(contains(sentence(language, "title.of", count_disagreeing(*comparison), comparison->results.size())));
+    EXPECT_TRUE(contains(std::string(translate(language, "mark.simulated"))));
+    EXPECT_TRUE(contains("C-2027-0042"));
   }
 }
 

@@ -98,8 +98,8 @@ class Keys {
 
 /// Writes a PDF of two pages, optionally with an empty signature field on the second.
 std::string pdf_of(const std::string& first, const std::string& second, bool has_field = false) {
-  const auto stream = [](const std::string& said) {
-    const std::string drawn = fmt::format("BT /F 12 Tf 72 720 Td ({}) Tj ET", said);
+  const auto stream = [](const std::string& content) {
+    const std::string drawn = fmt::format("BT /F 12 Tf 72 720 Td ({}) Tj ET", content);
     return fmt::format("<< /Length {} >>\nstream\n{}\nendstream", drawn.size(), drawn);
   };
   const auto page = [](int contents) {

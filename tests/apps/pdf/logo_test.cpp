@@ -14,7 +14,7 @@ using report::Document;
 using report::Logo;
 
 /// Returns the output for a report with this logo.
-std::string said_of(const std::string& media_type, const std::string& bytes, const std::string& base64 = {}) {
+std::string remarks_on_logo(const std::string& media_type, const std::string& bytes, const std::string& base64 = {}) {
   Document document = small_document();
   document.logo = Logo{.media_type = media_type, .base64 = base64.empty() ? plot::base64(bytes) : base64};
   const Paper paper(document);
@@ -29,28 +29,28 @@ std::string svg_with(const std::string& content) {
          content + "</svg>";
 }
 
-std::string said_of_svg(const std::string& content) { return said_of("image/svg+xml", svg_with(content)); }
+std::string remarks_on_svg(const std::string& content) { return remarks_on_logo("image/svg+xml", svg_with(content)); }
 
 TEST(Logo, DrawsSvgAndPng) {
   EXPECT_EQ(
-      said_of_svg("<style>.a{fill:url(#g);stroke-dasharray:none}</style><defs><linearGradient id=\"g\"><stop "
-                  "offset=\"0\" stop-color=\"red\"/></linearGradient></defs><circle class=\"a\" cx=\"9\" cy=\"9\" "
-                  "r=\"5\" fill=\"url(#g)\" opacity=\"0.5\"/>"),
+      remarks_on_svg("<style>.a{fill:url(#g);stroke-dasharray:none}</style><defs><linearGradient id=\"g\"><stop "
+                     "offset=\"0\" stop-color=\"red\"/></linearGradient></defs><circle class=\"a\" cx=\"9\" cy=\"9\" "
+                     "r=\"5\" fill=\"url(#g)\" opacity=\"0.5\"/>"),
       "");
   plot::Picture picture{30, 20, {}};
   picture.points.assign(600, {200, 0, 0});
-  EXPECT_EQ(said_of("image/png", plot::to_png(picture)), "");
+  EXPECT_EQ(remarks_on_logo("image/png", plot::to_png(picture)), "");
 }
 
 TEST(Logo, OmitsBrokenPictureWithRemark) {
-  EXPECT_NE(said_of("image/png", "", "!!!").find("base64"), std::string::npos);
-  EXPECT_NE(said_of("image/png", "no picture").find("no PNG"), std::string::npos);
-  EXPECT_NE(said_of("image/svg+xml", "<svg").find("broken SVG"), std::string::npos);
-  EXPECT_NE(said_of("image/svg+xml", "<html/>").find("no SVG"), std::string::npos);
+  EXPECT_NE(remarks_on_logo("image/png", "", "!!!").find("base64"), std::string::npos);
+  EXPECT_NE(remarks_on_logo("image/png", "no picture").find("no PNG"), std::string::npos);
+  EXPECT_NE(remarks_on_logo("image/svg+xml", "<svg").find("broken SVG"), std::string::npos);
+  EXPECT_NE(remarks_on_logo("image/svg+xml", "<html/>").find("no SVG"), std::string::npos);
   plot::Picture picture{200, 100, {}};
   for (int k = 0; k < 20000; ++k) picture.points.push_back({static_cast<std::uint8_t>(k * 97 % 251), 0, 0});
   const auto png = plot::to_png(picture);
-  EXPECT_NE(said_of("image/png", png.substr(0, png.size() / 2)).find("logo"), std::string::npos);
+  EXPECT_NE(remarks_on_logo("image/png", png.substr(0, png.size() / 2)).find("logo"), std::string::npos);
 }
 
 TEST(Logo, OmitsSvgWithExternalReferences) {
@@ -59,20 +59,20 @@ TEST(Logo, OmitsSvgWithExternalReferences) {
         "<rect fill=\"url(http://example.org/a.svg#g)\"/>", "<style>@import 'a.css';</style>",
         "<style>rect { fill: \\75rl(a.svg) }</style>", "<linearGradient id=\"g\" xlink:href=\"b.svg#h\"/>",
         "<rect style=\"fill: u&#114;l(&#47;etc/a.svg#g)\"/>"})
-    EXPECT_NE(said_of_svg(content).find("left out"), std::string::npos) << content;
+    EXPECT_NE(remarks_on_svg(content).find("left out"), std::string::npos) << content;
 }
 
 TEST(Logo, OmitsSvgThatIsExpensiveToDraw) {
   for (const auto* content : {"<g id=\"a\"><use href=\"#a\"/></g>", "<script>for(;;);</script>",
                               "<path stroke-dasharray=\"0.0001\" d=\"M0 0L1e9 0\"/>", "<foreignObject/>"})
-    EXPECT_NE(said_of_svg(content).find("left out"), std::string::npos) << content;
+    EXPECT_NE(remarks_on_svg(content).find("left out"), std::string::npos) << content;
   const std::string laughs =
       "<!DOCTYPE svg [<!ENTITY a \"ha\"><!ENTITY b \"&a;&a;&a;\">]>" + svg_with("<text>&b;</text>");
-  EXPECT_NE(said_of("image/svg+xml", laughs).find("entities"), std::string::npos);
+  EXPECT_NE(remarks_on_logo("image/svg+xml", laughs).find("entities"), std::string::npos);
   std::string many;
   for (int k = 0; k < 6000; ++k) many += "<g/>";
-  EXPECT_NE(said_of_svg(many).find("elements"), std::string::npos);
-  EXPECT_NE(said_of("image/svg+xml", std::string(3'000'000, ' ')).find("2 MB"), std::string::npos);
+  EXPECT_NE(remarks_on_svg(many).find("elements"), std::string::npos);
+  EXPECT_NE(remarks_on_logo("image/svg+xml", std::string(3'000'000, ' ')).find("2 MB"), std::string::npos);
 }
 
 }  // namespace

@@ -38,12 +38,12 @@ using report::sample_calibration;
 const std::string kProgram = "env -u DISPLAY -u SOURCE_DATE_EPOCH " GYROTHERM_PDF " ";
 
 /// The PDFs of a report in both languages.
-class Made {
+class RenderedReport {
  public:
-  explicit Made(const CalibrationReport& report) : report_(report) {
+  explicit RenderedReport(const CalibrationReport& report) : report_(report) {
     std::ofstream(folder_ / "calibration.json") << to_json(report);
     for (const auto* language : {"en", "de"})
-      said_ += shell(kProgram + source() + " --language " + language + " --out " + pdf(language)).out;
+      remarks_ += shell(kProgram + source() + " --language " + language + " --out " + pdf(language)).out;
   }
   [[nodiscard]] std::string source() const { return folder_ / "calibration.json"; }
   [[nodiscard]] std::string pdf(const std::string& language) const { return folder_ / (language + ".pdf"); }
@@ -51,21 +51,21 @@ class Made {
   [[nodiscard]] Document document(const std::string& language) const {
     return document_of(report_, language == "de" ? Language::german : Language::english);
   }
-  [[nodiscard]] const std::string& said() const { return said_; }
+  [[nodiscard]] const std::string& remarks() const { return remarks_; }
 
  private:
   tests::TestFolder folder_;
   CalibrationReport report_;
-  std::string said_;
+  std::string remarks_;
 };
 
-const Made& sample() {
-  static const Made made(sample_calibration());
+const RenderedReport& sample() {
+  static const RenderedReport made(sample_calibration());
   return made;
 }
 
 /// Splits a text at blanks, including narrow and non-breaking ones.
-std::vector<std::string> words_of(std::string text) {
+std::vector<std::string> split_words(std::string text) {
   for (const std::string blank : {"\u202f", "\u00a0", "\u2009"})
     for (auto at = text.find(blank); at != std::string::npos; at = text.find(blank, at))
       text.replace(at, blank.size(), " ");
@@ -82,7 +82,9 @@ std::string joined(const std::vector<std::string>& words) {
 }
 
 /// Returns the text found by pdftotext.
-std::string text_in(const std::string& pdf) { return joined(words_of(shell("pdftotext -layout " + pdf + " -").out)); }
+std::string text_in(const std::string& pdf) {
+  return joined(split_words(shell("pdftotext -layout " + pdf + " -").out));
+}
 
 /// Returns the words found by pdftotext.
 std::set<std::string> words_in(const std::string& pdf) {
@@ -102,7 +104,7 @@ std::set<std::string> words_in(const std::string& pdf) {
 }
 
 /// Returns every text of a document.
-std::vector<std::string> texts_of(const Document& document) {
+std::vector<std::string> collect_texts(const Document& document) {
   std::vector<std::string> texts{document.title, document.number, document.laboratory, document.end};
   for (const Block& block : document.blocks) {
     if (const auto* heading = std::get_if<Heading>(&block)) texts.push_back(heading->text);
@@ -123,11 +125,11 @@ std::vector<std::string> texts_of(const Document& document) {
 }
 
 TEST(Pdf, ContainsEveryWordOfReport) {
-  EXPECT_EQ(sample().said(), "");
+  EXPECT_EQ(sample().remarks(), "");
   for (const std::string language : {"en", "de"}) {
     const auto all = words_in(sample().pdf(language));
-    for (const auto& text : texts_of(sample().document(language)))
-      for (const auto& word : words_of(text))
+    for (const auto& text : collect_texts(sample().document(language)))
+      for (const auto& word : split_words(text))
         EXPECT_TRUE(all.contains(word) || word.size() > 30) << language << ": " << word << " of " << text;
   }
 }
@@ -144,7 +146,7 @@ TEST(Pdf, ContainsEachValueWithUncertainty) {
         for (const auto& cell : row) {
           if (cell.text.find("±") == std::string::npos) continue;
           ++values;
-          EXPECT_NE(text.find(joined(words_of(cell.text))), std::string::npos) << language << ": " << cell.text;
+          EXPECT_NE(text.find(joined(split_words(cell.text))), std::string::npos) << language << ": " << cell.text;
         }
     }
     EXPECT_GT(values, 60);
@@ -158,7 +160,7 @@ TEST(Pdf, EmbedsFontsWithUnicode) {
     int count = 0;
     for (std::string line; std::getline(fonts, line);) {
       if (line.find("Identity-H") == std::string::npos) continue;
-      const auto words = words_of(line.substr(line.find("Identity-H")));
+      const auto words = split_words(line.substr(line.find("Identity-H")));
       ++count;
       ASSERT_GE(words.size(), 4u) << line;
       EXPECT_EQ(words[1], "yes") << "emb: " << line;
@@ -175,7 +177,7 @@ TEST(Pdf, IdentifiesLaboratoryReportAndMarkOnEveryPage) {
     ASSERT_GE(pages, 5);
     for (int page = 1; page <= pages; ++page) {
       const auto number = std::to_string(page);
-      const auto text = joined(words_of(
+      const auto text = joined(split_words(
           shell("pdftotext -f " + number + " -l " + number + " -layout " + sample().pdf(language) + " -").out));
       const std::string word = language == "de" ? "Seite " : "page ", of = language == "de" ? " von " : " of ";
       EXPECT_NE(text.find(word + number + of + std::to_string(pages)), std::string::npos) << text;
@@ -280,15 +282,15 @@ std::vector<std::string> words_outside(const std::string& pdf) {
 }
 
 TEST(Pdf, KeepsLongTextsInsideSheet) {
-  const Made made(hard_report());
-  EXPECT_EQ(made.said(), "");
+  const RenderedReport made(hard_report());
+  EXPECT_EQ(made.remarks(), "");
   for (const std::string language : {"en", "de"}) {
     EXPECT_EQ(words_outside(made.pdf(language)), std::vector<std::string>{});
     const auto text = text_in(made.pdf(language));
     for (const auto* word : {"word0 ", "word2000 ", "word3999", "note 299"})
       EXPECT_NE(text.find(word), std::string::npos) << word;
     std::size_t letters = 0;
-    for (const auto& word : words_of(text))
+    for (const auto& word : split_words(text))
       if (word.find_first_not_of('W') == std::string::npos) letters += word.size();
     EXPECT_EQ(letters, 600u) << "the customer is named twice";
     EXPECT_EQ(shell("pdfsig " + made.pdf(language)).out.find("not signed"), std::string::npos)
@@ -300,8 +302,8 @@ TEST(Pdf, KeepsLongTextsInsideSheet) {
 TEST(Pdf, NamesCharactersMissingFromFonts) {
   auto report = sample_calibration();
   report.customer.name = "\U0001E900";  // Adlam
-  const Made made(report);
-  EXPECT_TRUE(made.said().empty() || made.said().find("U+1E900") != std::string::npos) << made.said();
+  const RenderedReport made(report);
+  EXPECT_TRUE(made.remarks().empty() || made.remarks().find("U+1E900") != std::string::npos) << made.remarks();
   EXPECT_TRUE(std::filesystem::exists(made.pdf("en")));
 }
 
@@ -309,8 +311,8 @@ TEST(Pdf, OmitsBrokenLogoWithRemark) {
   auto report = sample_calibration();
   report.logo =
       Logo{.media_type = "image/svg+xml", .base64 = plot::base64("<svg><image href=\"http://a/b.png\"/></svg>")};
-  const Made made(report);
-  EXPECT_NE(made.said().find("laboratory.logo"), std::string::npos) << made.said();
+  const RenderedReport made(report);
+  EXPECT_NE(made.remarks().find("laboratory.logo"), std::string::npos) << made.remarks();
   EXPECT_TRUE(std::filesystem::exists(made.pdf("en")));
 }
 

@@ -44,7 +44,7 @@ void set_limit(int resource, rlim_t most) {
   ::setrlimit(static_cast<__rlimit_resource>(resource), &limit);
 }
 
-/// The address space that this process has, in bytes (proc(5), statm).
+/// Returns the size of this process's address space in bytes (proc(5), statm).
 std::uint64_t address_space() {
   std::ifstream sizes("/proc/self/statm");
   std::uint64_t pages = 0;
@@ -52,7 +52,8 @@ std::uint64_t address_space() {
   return pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
-/// Leaves the child nothing but its line to the parent, which gets a number of its own; returns that.
+/// Closes every descriptor of the child except its pipe to the parent, which it moves to a new number. Redirects the
+/// standard streams to /dev/null. Returns the new number.
 int leave_all_but(int to_parent) {
   constexpr int kLine = STDERR_FILENO + 1;
   if (const Descriptor nothing(::open("/dev/null", O_RDWR)); nothing.is_open())
@@ -62,7 +63,7 @@ int leave_all_but(int to_parent) {
   return kLine;
 }
 
-/// Has these signals end the process, whatever the parent made of them.
+/// Unblocks all signals and lets these end the process, regardless of the parent's signal settings.
 void take_no_signals_of_parent() {
   sigset_t none;
   sigemptyset(&none);
@@ -164,7 +165,7 @@ class FileActions {
 
 Result<pid_t> spawn(const std::vector<std::string>& command, const FileActions& files) {
   std::vector<char*> words;
-  for (const auto& word : command) words.push_back(const_cast<char*>(word.c_str()));  // execve() asks for it
+  for (const auto& word : command) words.push_back(const_cast<char*>(word.c_str()));  // execve() requires it
   words.push_back(nullptr);
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
@@ -179,12 +180,12 @@ Result<pid_t> spawn(const std::vector<std::string>& command, const FileActions& 
   return child;
 }
 
-/// What a program says at its two outputs.
+/// Output of a program on stdout and stderr.
 struct Said {
   std::string output, complaint;
 };
 
-/// False at the end of the line.
+/// Appends the available bytes to `text`. Returns false at the end of the pipe.
 bool take_piece(int number, std::string& text) {
   std::array<char, 4096> piece;
   const auto got = read_some(number, piece.data(), piece.size());
@@ -192,10 +193,10 @@ bool take_piece(int number, std::string& text) {
   return got > 0;
 }
 
-/// Nothing if the ends of both do not come in time.
+/// Reads both pipes to their ends. Returns nothing if the deadline passes first.
 std::optional<Said> read_to_their_ends(int output, int complaint, const Deadline& deadline) {
   Said said;
-  std::array lines{pollfd{output, POLLIN, 0}, pollfd{complaint, POLLIN, 0}};  // poll() passes over one below 0
+  std::array lines{pollfd{output, POLLIN, 0}, pollfd{complaint, POLLIN, 0}};  // poll() skips negative descriptors
   const std::array texts{&said.output, &said.complaint};
   while (lines[0].fd >= 0 || lines[1].fd >= 0) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline.left()).count();
@@ -223,7 +224,7 @@ Result<pid_t> start(const std::vector<std::string>& command, const Surroundings&
 }
 
 int wait_for(pid_t child) {
-  constexpr int kSignals = 128;  // a shell's way to say so
+  constexpr int kSignals = 128;  // the convention of shells
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }

@@ -9,7 +9,7 @@
 
 namespace gyrotherm {
 
-/// The time that the machine slept is part of it, which std::chrono::steady_clock leaves out on Linux.
+/// CLOCK_BOOTTIME includes suspended time; std::chrono::steady_clock excludes it on Linux.
 Duration since_boot() {
   timespec time{};
   ::clock_gettime(CLOCK_BOOTTIME, &time);

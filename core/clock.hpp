@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Time is handed in: an instant is monotonic time since the run started, paired with UTC.
+/// Instants and clocks. Code that needs the time is given a Clock. An instant is the monotonic time since the start of
+/// the run, paired with UTC.
 #pragma once
 
 #include <chrono>
@@ -9,31 +10,33 @@
 
 namespace gyrotherm {
 
-/// A moment of a run.
+/// One instant of a run.
 struct Instant {
-  Duration since_start{};  ///< monotonic, from the start of the run (or of the clock)
-  Duration utc{};          ///< since 1970-01-01T00:00:00Z
+  /// Monotonic time since the start of the run, or of the clock.
+  Duration since_start{};
+  Duration utc{};  ///< since 1970-01-01T00:00:00Z
 };
 
-/// Where everything that must know the time gets it from.
+/// Source of the current time for every component.
 class Clock {
  public:
   virtual ~Clock() = default;
   [[nodiscard]] virtual Instant now() const = 0;
 };
 
-/// The machine's monotonic clock; each instant is paired with the system's UTC of that moment.
+/// The machine's monotonic clock; each instant is paired with the system's UTC at the same moment.
 class SteadyClock final : public Clock {
  public:
-  /// A run that this process resumes has lasted `already`, which is where the clock goes on.
+  /// Starts the clock at `already`: the time that a resumed run has lasted so far.
   explicit SteadyClock(Duration already = {});
   [[nodiscard]] Instant now() const override;
 
  private:
-  Duration origin_;  ///< when the run began, since the machine was started
+  /// Start of the run, as time since the machine was started.
+  Duration origin_;
 };
 
-/// A clock that moves only when told. Its UTC starts at kVirtualEpoch or so much later, so that dry runs are
+/// A clock that moves only when advance() is called. Its UTC starts at kVirtualEpoch plus `later`, so that dry runs are
 /// reproducible.
 class VirtualClock final : public Clock {
  public:
@@ -45,18 +48,18 @@ class VirtualClock final : public Clock {
   Duration elapsed_, later_;
 };
 
-/// The UTC at which every virtual clock starts: 2026-01-01T00:00:00Z.
+/// UTC at the start of every virtual clock: 2026-01-01T00:00:00Z.
 inline constexpr Duration kVirtualEpoch = std::chrono::seconds(1767225600);
 
-/// The time since the machine was started, its sleep included; and an id of that start. Instants that two processes
-/// note by both can be compared although somebody sets the machine's clock.
+/// Return the time since the machine was started, including suspended time, and an identifier of that start. Two
+/// processes with the same identifier can compare their times even if the system clock is set meanwhile.
 [[nodiscard]] Duration since_boot();
 [[nodiscard]] std::string boot_id();
 
-/// Writes a UTC in whole seconds: "2026-01-01T00:00:00Z".
+/// Formats a UTC in whole seconds: "2026-01-01T00:00:00Z".
 [[nodiscard]] std::string civil_time(Duration utc);
 
-/// Writes a duration for people: "18 h 40 min 00 s".
+/// Formats a duration for people: "18 h 40 min 00 s".
 [[nodiscard]] std::string spoken(Duration d);
 
 }  // namespace gyrotherm

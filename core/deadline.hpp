@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The end of a wait, by default on the steady clock, on which the kernel's waits run; a line in memory has a clock of
-/// its own, which it moves.
+/// Deadlines for waits. A deadline uses the steady clock, as the kernel's waits do, unless another clock is given: an
+/// in-memory connection moves a clock of its own.
 #pragma once
 
 #include <poll.h>
@@ -17,9 +17,9 @@ namespace gyrotherm {
 class Deadline {
  public:
   explicit Deadline(Duration within) : end_(now() + within) {}
-  /// `clock` must outlive this.
+  /// Uses `clock`, which must outlive this object.
   Deadline(Duration within, const Clock* clock) : clock_(clock), end_(now() + within) {}
-  /// What is left; zero once it is over.
+  /// Returns the time until the deadline, or zero if it has passed.
   [[nodiscard]] Duration left() const { return std::max<Duration>(end_ - now(), Duration::zero()); }
   [[nodiscard]] bool over() const { return left() == Duration::zero(); }
 
@@ -29,13 +29,15 @@ class Deadline {
                              : Duration(std::chrono::steady_clock::now().time_since_epoch());
   }
 
-  const Clock* clock_ = nullptr;  ///< none: the steady clock
+  /// The steady clock if null.
+  const Clock* clock_ = nullptr;
   Duration end_;
 };
 
-// Waiting for an open file of the operating system.
+// Waits for open file descriptors.
 
-/// True once `descriptor` is ready for `events` (or broken); false if the time is over. A signal does not end the wait.
+/// Waits until `descriptor` is ready for `events` or has an error, and returns true. Returns false at the deadline. A
+/// signal does not end the wait.
 [[nodiscard]] inline bool ready(int descriptor, short events, const Deadline& deadline) {
   pollfd line{descriptor, events, 0};
   while (true) {
@@ -47,7 +49,7 @@ class Deadline {
   }
 }
 
-/// Whether errno says that the call is to be made again once the descriptor is ready.
+/// Returns whether errno is a reason to repeat the call once the descriptor is ready.
 [[nodiscard]] inline bool would_block() { return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR; }
 
 }  // namespace gyrotherm

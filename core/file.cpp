@@ -31,7 +31,7 @@ tl::unexpected<Fault> not_regular(const std::string& path, mode_t mode) {
   return failure(FaultKind::bad_file, path, fmt::format("is {}, expected a regular file", what_it_is(mode)));
 }
 
-/// Reads until `size` bytes are there or the file ends; false with errno set.
+/// Reads until `size` bytes are read or the file ends. Returns false with errno set on failure.
 bool read_up_to(int file, std::string& into, std::size_t size) {
   into.resize(size);
   std::size_t taken = 0;
@@ -66,7 +66,7 @@ bool write_all(int descriptor, std::string_view bytes) {
 Result<RegularFile> open_regular_file(const std::string& path, Links links) {
   const bool follows = links == Links::followed;
   struct stat facts {};
-  // Looked at before it is opened, for opening some devices does something to them.
+  // Check before opening: opening some devices has side effects.
   if (::fstatat(AT_FDCWD, path.c_str(), &facts, follows ? 0 : AT_SYMLINK_NOFOLLOW) != 0)
     return unreadable(path, std::strerror(errno));
   if (!S_ISREG(facts.st_mode)) return not_regular(path, facts.st_mode);
@@ -109,16 +109,17 @@ namespace {
 constexpr mode_t kForAll = 0644;
 constexpr mode_t kForTheGroup = 0640;
 constexpr mode_t kForTheOwner = 0600;
-constexpr int kMostNames = 100;                 ///< drawn one after the other while somebody has each of them
-constexpr std::size_t kLongestBeginning = 200;  ///< of a new name, of which 255 bytes may be used
+constexpr int kMostNames = 100;  ///< attempts while names are taken
+/// Bytes kept of the old name; a name may have 255 bytes.
+constexpr std::size_t kLongestBeginning = 200;
 
-/// What a path says in two: the folder, open, and the name in it.
+/// A path split into its open folder and the name in it.
 struct Place {
   Descriptor folder;
   std::string name;
 };
 
-/// Fails with errno's words.
+/// Opens the folder of a path. Fails with storage and the text of errno.
 Result<Place> place_of(const std::string& path) {
   const std::filesystem::path whole(path);
   Place place{.folder = Descriptor(::open(folder_of(whole).c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)),
@@ -130,7 +131,7 @@ Result<Place> place_of(const std::string& path) {
   return place;
 }
 
-/// A name beside the other one that nobody can know beforehand.
+/// Returns an unpredictable name for a temporary file next to `name`.
 std::string new_name_beside(const std::string& name) {
   std::uint64_t drawn{};
   while (::getrandom(&drawn, sizeof drawn, 0) != sizeof drawn) {
@@ -138,7 +139,7 @@ std::string new_name_beside(const std::string& name) {
   return fmt::format("{}.{:016x}.part", name.substr(0, kLongestBeginning), drawn);
 }
 
-/// A file that was not there before, open for writing under a new name; closed with errno set if there is none.
+/// Creates a file under a new name and opens it for writing. Returns a closed descriptor with errno set on failure.
 Descriptor make_new(const Place& place, std::string& name, mode_t mode) {
   constexpr int kFlags = O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
   for (int i = 0; i < kMostNames; ++i) {
@@ -154,7 +155,7 @@ void sync_folder(const Place& place) {
   if (folder.is_open()) ::fsync(folder.number());
 }
 
-/// While it lives, a signal that would end the program waits.
+/// Blocks the signals of this thread for the lifetime of the object, so that none ends the program.
 class SignalsWait {
  public:
   SignalsWait() {
@@ -176,14 +177,14 @@ struct Manner {
   Syncing syncing{};
 };
 
-/// Gives a new file of our own its mode whatever the umask is, but leaves the group out where the umask does.
+/// Sets the mode of a new file regardless of the umask, except that the group gets no access if the umask excludes it.
 bool set_mode(int file, mode_t mode) {
   struct stat made {};
   if (::fstat(file, &made) != 0) return false;
   return ::fchmod(file, (made.st_mode & S_IRGRP) != 0 ? mode : mode & S_IRWXU) == 0;
 }
 
-/// False with errno set; then nothing is left of it.
+/// Writes a new file and renames it. On failure, removes the new file and returns false with errno set.
 bool replace_in(const Place& place, std::string_view text, const Manner& manner) {
   const SignalsWait until_it_is_whole;
   std::string name;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Files of the operating system: open ones, whole ones that are read or replaced, and the entries of a folder. Whoever
-/// reads may be handed anything under a name, and whoever writes may find that somebody else has put something there:
-/// no function here waits for a pipe, reads a device, or writes through a link.
+/// Functions that open, read and replace files and list folders. A path may lead to anything, and another program may
+/// have put something there. Therefore no function here waits for a pipe, reads a device, or writes through a link that
+/// the user did not name.
 #pragma once
 
 #include <unistd.h>
@@ -21,7 +21,7 @@ namespace gyrotherm {
 
 inline constexpr int kNoDescriptor = -1;
 
-/// Owns an open file of the operating system and closes it.
+/// Owns an open file descriptor and closes it.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -36,7 +36,7 @@ class Descriptor {
   }
   [[nodiscard]] bool is_open() const { return number_ >= 0; }
   [[nodiscard]] int number() const { return number_; }
-  /// Gives the number away; whoever takes it owns it.
+  /// Releases the descriptor without closing it. The caller owns the returned number.
   [[nodiscard]] int release() && { return std::exchange(number_, kNoDescriptor); }
   void close() {
     if (is_open()) ::close(number_);
@@ -47,62 +47,63 @@ class Descriptor {
   int number_ = kNoDescriptor;
 };
 
-/// Reads as read(2) does, and reads again after a signal. Returns the number of bytes, 0 at the end, or -1 with errno.
+/// Reads as read(2) does, and reads again after EINTR. Returns the number of bytes, 0 at the end, or -1 with errno.
 [[nodiscard]] ssize_t read_some(int descriptor, void* to, std::size_t most);
 
-/// Writes all bytes to a descriptor that blocks, and goes on after a signal. Returns false with errno if it cannot.
+/// Writes all bytes to a blocking descriptor, and continues after EINTR. Returns false with errno on failure.
 [[nodiscard]] bool write_all(int descriptor, std::string_view bytes);
 
-/// The most bytes that are read: kLargestText of what people write and of what stands beside a record, kLargestTable
-/// of a table, a model or a report.
+/// Default limits for the size of a file, in bytes: kLargestText for texts that people write and for files next to a
+/// record, kLargestTable for tables, models and reports.
 inline constexpr std::size_t kLargestText = 4'000'000, kLargestTable = 256'000'000;
 
 enum class Links { followed, refused };
 
-/// An open file that is a regular one.
+/// A regular file, open for reading.
 struct RegularFile {
   Descriptor descriptor;
-  std::uint64_t size{};  ///< bytes, when it was opened
+  std::uint64_t size{};  ///< bytes at opening
 };
 
-/// Opens a file to read it; nothing is waited for. Fails with bad_file if it is not there, cannot be read, or is no
-/// regular file: a pipe, a device, a folder; with Links::refused also if the last part of the path is a link.
+/// Opens a regular file for reading without blocking. Fails with bad_file if it does not exist, cannot be read, or is a
+/// pipe, a device or a folder. With Links::refused it also fails if the last component of the path is a symbolic link.
 [[nodiscard]] Result<RegularFile> open_regular_file(const std::string& path, Links links = Links::followed);
 
-/// Reads all of an open file, from its start; `path` names it in faults. Fails with bad_file if it has more than `most`
-/// bytes, cannot be read, or has more or fewer bytes than it said: it changes, or is made while it is read, as /proc
-/// is.
+/// Reads an open file from its start to its end; faults name it `path`. Fails with bad_file if the file has more than
+/// `most` bytes or cannot be read. Also fails with bad_file if the number of bytes read differs from `file.size`: the
+/// file is changing, or its content is generated on reading, as in /proc.
 [[nodiscard]] Result<std::string> read_whole(const RegularFile& file, const std::string& path,
                                              std::size_t most = kLargestText);
 
 /// Opens a regular file and reads all of it. Fails as open_regular_file() and read_whole() do.
 [[nodiscard]] Result<std::string> read_text_file(const std::string& path, std::size_t most = kLargestText);
 
-/// Does the same, and returns nothing if there is no file of that name. A link that leads nowhere is a file that cannot
-/// be read.
+/// Reads as read_text_file() does, but returns an empty optional if no file of that name exists. A dangling link counts
+/// as a file that cannot be read.
 [[nodiscard]] Result<std::optional<std::string>> read_text_file_if_any(const std::string& path,
                                                                        std::size_t most = kLargestText,
                                                                        Links links = Links::followed);
 
-/// Replaces a file that the user named, as a whole: the text is written under a new name in the same folder, synced and
-/// renamed; signals to this thread wait for that. A link's target is replaced, the link stays. The mode is 0644, less
-/// what the umask takes. Fails with storage, also where the path is a device, a pipe or a folder.
+/// Replaces a file that the user named: writes `text` to a new file in the same folder, syncs it and renames it.
+/// Readers see either the old or the new content. Signals to this thread are blocked meanwhile. If the path is a link,
+/// its target is replaced and the link remains. The mode is 0644, restricted by the umask. Fails with storage, also if
+/// the path is a device, a pipe or a folder.
 [[nodiscard]] Result<void> replace_text_file(const std::string& path, std::string_view text);
 
 enum class Syncing { awaited, not_awaited };
 
 enum class Readers { owner_and_group, owner };
 
-/// Replaces a file of our own, as one that stands beside a record: likewise as a whole, but what stands under the name
-/// itself is replaced, a link as well, and never followed. The mode is 0640, or 0600 for the owner alone and where the
-/// umask excludes the group (077); nothing else of the umask counts. `syncing` selects whether file and folder are
-/// synced before this returns. Fails with storage.
+/// Replaces a file that the program itself owns, such as those next to a record, in the same way. If the path is a
+/// link, the link itself is replaced and never followed. The mode is 0640, or 0600 with Readers::owner or if the umask
+/// excludes the group; the umask has no other effect. With Syncing::awaited, file and folder are synced before this
+/// returns. Fails with storage.
 [[nodiscard]] Result<void> replace_own_file(const std::string& path, std::string_view text,
                                             Syncing syncing = Syncing::awaited,
                                             Readers readers = Readers::owner_and_group);
 
-/// The facts that tell one state of a file from another. File times are coarse: a file and its successor may have the
-/// same time, but not the same inode.
+/// Distinguishes two states of a file. File times are coarse: a file and its replacement may have the same time, but
+/// they have different inodes.
 struct FileState {
   std::uint64_t device{}, inode{};
   std::int64_t changed_ns{-1}, size{-1};
@@ -110,17 +111,16 @@ struct FileState {
   [[nodiscard]] bool is_there() const { return size >= 0; }
 };
 
-/// Returns the state of the file that a path leads to, through links. Returns an empty state if there is no file.
+/// Returns the state of the file at `path`, following links. Returns an empty state if the file does not exist.
 [[nodiscard]] FileState read_file_state(const std::string& path);
-/// Does the same without time and size, so that the state of a file that grows stays equal.
+/// Returns the state without time and size, so that it remains equal while the file grows.
 [[nodiscard]] FileState read_file_identity(const std::string& path);
 
-/// The folder that a path lies in: "." of "rig.toml".
+/// Returns the folder that contains `path`: "." for "rig.toml".
 [[nodiscard]] std::string folder_of(const std::filesystem::path& path);
 
-/// The paths of what lies in a folder, in no order; as many as could be read, none if it cannot be read at all. An
-/// error on the way ends the list, as it may where a folder changes meanwhile; the increment of a
-/// std::filesystem::directory_iterator would make an exception of it.
+/// Returns the paths of the entries of a folder, unsorted. An error ends the list without an exception: the list is
+/// empty if the folder cannot be read, and may be incomplete if the folder changes meanwhile.
 [[nodiscard]] std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder);
 
 }  // namespace gyrotherm

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Descriptions of structs that are kept in files. A function `describe` beside a struct lists its members with their
-/// keys, in the order of the file. The same function writes the struct and reads it back:
+/// Descriptions of structs that are stored in files. A function `describe` next to the struct lists its members with
+/// their keys, in the order of the file. The same function writes the struct and reads it back:
 ///
 ///     void describe(auto& form, Like<Point> auto& point) {
 ///       form("x_m", point.x_m);
@@ -11,7 +11,7 @@
 /// `form` is a JsonWriter or a JsonReader (core/json.hpp, json_of() and read_json()). Both have these members:
 ///
 /// form(key, value)
-///     Writes the value, or reads it. When reading, a missing key is a mistake.
+///     Writes the value, or reads it. When reading, a missing key is an error.
 /// form.derived(key, value)
 ///     Writes a value that can be computed from others, for readers of the file. It is not read, and may be missing.
 /// form.if_there(key, there, value)
@@ -21,7 +21,7 @@
 /// form.object_if_there(key, there, describe_members)
 ///     Does the same under the conditions of if_there().
 /// form.expect(key, holds, what)
-///     When reading, notes the mistake `what` at `key` if `holds` is false. It follows the members on which `holds`
+///     When reading, notes the error `what` at `key` if `holds` is false. It follows the members on which `holds`
 ///     depends. Does nothing when writing.
 ///
 /// Values are double (NaN is null), int, std::int64_t, std::uint64_t, bool, std::string, Celsius, Duration (whole
@@ -29,7 +29,7 @@
 /// structs. The functions below wrap a value that has another form, or a narrower range, in the file. A range is
 /// checked when the value is read, and not when it is written.
 ///
-/// A mistake does not end the reading: the first one is kept with its path, and JsonPlace::verdict() returns it.
+/// An error does not end the reading: the first one is kept with its path, and JsonPlace::verdict() returns it.
 #pragma once
 
 #include <concepts>
@@ -41,11 +41,11 @@
 
 namespace gyrotherm {
 
-/// Accepts a `Described`, which is read, and a const one, which is written.
+/// Matches `Described`, which is read, and `const Described`, which is written.
 template <class T, class Described>
 concept Like = std::same_as<std::remove_const_t<T>, Described>;
 
-/// A number above 0, or 0 if it is not known, which is null in the file.
+/// A number above 0, or 0 for an unknown value, which is null in the file.
 template <class T>
 struct Known {
   T& value;
@@ -55,12 +55,12 @@ Known<T> known(T& value) {
   return {value};
 }
 
-/// A number from `low` to `high`. Another one, or null, is the mistake `expected`.
+/// A number from `low` to `high`. Any other number, or null, is reported as the error `expected`.
 template <class T>
 struct InRange {
   T& value;
   double low, high;
-  bool low_excluded;  ///< `low` itself is a mistake
+  bool low_excluded;  ///< `low` itself is an error
   const char* expected;
 };
 template <class T>
@@ -72,7 +72,7 @@ InRange<T> not_negative(T& value) {
   return {value, 0, 1e300, false, "expected a number not below 0"};
 }
 
-/// One of the enumerators `all`, by its name(). Another text is a mistake.
+/// One of the enumerators `all`, stored by its name(). Any other text is an error.
 template <class T>
 struct OneOf {
   T& value;
@@ -93,7 +93,7 @@ InSeconds<T> in_seconds(T& time) {
   return {time};
 }
 
-/// Pairs of a name and a value as an object with the names as keys, in their order.
+/// Pairs of a name and a value, stored as an object with the names as keys, in their order.
 template <class T>
 struct ByName {
   T& values;  ///< vector of pairs

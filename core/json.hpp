@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Described structs (core/form.hpp) as JSON: json_of() and read_json(). It brings nlohmann's JSON along, so only what
-/// writes or reads a file includes it.
+/// Conversion of described structs (core/form.hpp) to and from JSON: json_of() and read_json(). This header includes
+/// nlohmann's JSON; include it only in sources that read or write files.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,17 +22,17 @@ namespace gyrotherm {
 
 using Json = nlohmann::ordered_json;
 
-/// The text of a document: on one line, or with each level set in by `indent`. NaN becomes null, and text that is not
-/// UTF-8 is mended.
+/// Returns the text of a document: on one line, or indented by `indent` blanks per level. NaN is written as null. Bytes
+/// that are not UTF-8 are replaced by U+FFFD.
 [[nodiscard]] inline std::string text_of(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
-/// On one line, with what is beyond ASCII escaped.
+/// Returns the text of a document on one line, with characters outside ASCII escaped.
 [[nodiscard]] inline std::string ascii_of(const Json& json) {
   return json.dump(-1, ' ', true, Json::error_handler_t::replace);
 }
 
-/// How a value of one type is written (`write`) and read (`read`); specialised where it is no described struct.
+/// Writes (`write`) and reads (`read`) values of one type. Specialised for every type that is not a described struct.
 template <class T>
 struct JsonValue;
 
@@ -40,7 +40,7 @@ template <class T>
 [[nodiscard]] Json json_of(const T& value) {
   return JsonValue<T>::write(value);
 }
-/// Reads the value at `place`; a mistake is noted there.
+/// Reads the value at `place`; an error is noted there.
 template <class T>
 void read_json(const JsonPlace& place, T& value) {
   JsonValue<T>::read(place, value);
@@ -109,7 +109,7 @@ class JsonReader {
   JsonPlace place_;
 };
 
-/// A described struct.
+/// The general case: a described struct.
 template <class T>
 struct JsonValue {
   static Json write(const T& value) {
@@ -123,7 +123,7 @@ struct JsonValue {
   }
 };
 
-/// What nlohmann writes as it is, and `Read` of JsonPlace reads.
+/// A type that nlohmann's JSON writes itself, and that the member function `Read` of JsonPlace reads.
 template <class T, auto Read>
 struct PlainJsonValue {
   static Json write(const T& value) { return value; }
@@ -157,7 +157,7 @@ struct JsonValue<std::vector<T>> {
   }
 };
 
-/// null where there is none.
+/// Null if the optional is empty.
 template <class T>
 struct JsonValue<std::optional<T>> {
   static Json write(const std::optional<T>& value) { return value ? json_of(*value) : Json(nullptr); }
@@ -173,14 +173,14 @@ struct JsonValue<Celsius> {
   static void read(const JsonPlace& place, Celsius& temperature) { temperature.value = place.number(); }
 };
 
-/// A time, in whole nanoseconds.
+/// A duration in whole nanoseconds.
 template <>
 struct JsonValue<Duration> {
   static Json write(Duration time) { return time.count(); }
   static void read(const JsonPlace& place, Duration& time) { time = Duration(place.long_integer()); }
 };
 
-/// Two ends of a range: an array of two.
+/// The lower and the upper bound of a range, as an array of two numbers.
 template <>
 struct JsonValue<std::pair<double, double>> {
   static Json write(const std::pair<double, double>& ends) { return Json::array({ends.first, ends.second}); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads a JSON document key by key: the first mistake is kept with its path, and a neutral value is returned in its
-/// place, so that a parser reads straight on and asks verdict() once.
+/// Reads a JSON document key by key. On an error the reader keeps the first one with its path and returns a neutral
+/// value, so that a parser reads to its end and calls verdict() once.
 #pragma once
 
 #include <cstdint>
@@ -14,39 +14,46 @@
 
 namespace gyrotherm {
 
-/// A place in a document; copies share the document and its one mistake.
+/// A position in a document. Copies share the document and its first error.
 class JsonPlace {
  public:
-  /// Whether a number may be null, which is NaN then.
+  /// Selects whether a number may be null, which is read as NaN.
   enum class Nulls { are_nan, are_mistakes };
-  /// Fails with bad_file on a syntax error; the place is file:line:column.
+  /// Parses a document. Fails with bad_file on a syntax error; `where` is file:line:column.
   [[nodiscard]] static Result<JsonPlace> parse(std::string_view text, std::string file, Nulls nulls = Nulls::are_nan);
 
-  [[nodiscard]] bool has(std::string_view key) const;  ///< an object with that key
+  /// Returns whether this is an object with that key.
+  [[nodiscard]] bool has(std::string_view key) const;
 
-  [[nodiscard]] JsonPlace operator[](std::string_view key) const;                ///< of an object
-  [[nodiscard]] std::vector<JsonPlace> elements() const;                         ///< of an array
-  [[nodiscard]] std::vector<std::pair<std::string, JsonPlace>> members() const;  ///< of an object, in order of the file
+  /// Returns the value of a key of an object. A missing key is an error.
+  [[nodiscard]] JsonPlace operator[](std::string_view key) const;
+  /// Returns the elements of an array.
+  [[nodiscard]] std::vector<JsonPlace> elements() const;
+  /// Returns the keys and values of an object, in the order of the file.
+  [[nodiscard]] std::vector<std::pair<std::string, JsonPlace>> members() const;
 
-  [[nodiscard]] bool is_null() const;  ///< there, and null
+  /// Returns whether the value is present and null.
+  [[nodiscard]] bool is_null() const;
   [[nodiscard]] double number() const;
   [[nodiscard]] int integer() const;
   [[nodiscard]] std::int64_t long_integer() const;
   [[nodiscard]] bool boolean() const;
   [[nodiscard]] std::string text() const;
-  [[nodiscard]] std::uint64_t whole() const;  ///< a whole number not below 0
+  [[nodiscard]] std::uint64_t whole() const;  ///< at least 0
   [[nodiscard]] std::vector<double> numbers() const;
   [[nodiscard]] std::vector<std::string> texts() const;
 
-  /// Notes a mistake of the parser's own finding here.
+  /// Notes an error that the parser found at this position.
   void mistake(const std::string& what) const;
+  /// Fails with bad_file and the first error that was noted in the document.
   [[nodiscard]] Result<void> verdict() const;
 
  private:
   struct Document;
   JsonPlace(std::shared_ptr<Document> document, const void* node, std::string path);
   std::shared_ptr<Document> document_;
-  const void* node_;  ///< null once a mistake was made on the way here
+  /// Null if this position does not exist in the document.
+  const void* node_;
   std::string path_;
 };
 

@@ -36,14 +36,14 @@ std::string program_in_path(const std::string& name, const std::string& folder) 
   std::string_view rest = path != nullptr ? path : "/usr/bin:/bin";
   while (!rest.empty()) {
     const auto colon = rest.find(':');
-    const auto file = std::filesystem::path(folder) / rest.substr(0, colon) / name;  // an absolute one stands alone
+    const auto file = std::filesystem::path(folder) / rest.substr(0, colon) / name;  // absolute paths replace `folder`
     if (may_run(file)) return file.string();
     rest = colon == std::string_view::npos ? std::string_view() : rest.substr(colon + 1);
   }
   return {};
 }
 
-/// A line of passwd(5) is name, password, number, … between colons.
+/// Reads passwd(5): each line has name, password, number and other fields, separated by colons.
 std::string user_name(std::int64_t uid) {
   std::ifstream users("/etc/passwd");
   const auto number = ":" + std::to_string(uid) + ":";

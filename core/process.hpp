@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The process that runs, and its neighbours on the machine: its signals, its end by a broken law, the programs that
-/// were installed with it, and the users who own other processes.
+/// Facts about this process and its surroundings: its signals, broken safety invariants, the programs that were
+/// installed with it, and user names.
 #pragma once
 
 #include <csignal>
@@ -9,31 +9,32 @@
 
 namespace gyrotherm {
 
-/// Keeps every signal away from the calling thread from now on. Each thread beside the main one calls this first: a
-/// signal belongs to the main thread, and would end a poll of the instruments' libraries as an unplugged device does.
+/// Blocks all signals in the calling thread. Every thread except the main thread calls this first. Signals are handled
+/// by the main thread; elsewhere a signal would interrupt a poll in an instrument's library, which the library reports
+/// like an unplugged device.
 inline void block_signals() {
   sigset_t all;
   sigfillset(&all);
   pthread_sigmask(SIG_BLOCK, &all, nullptr);
 }
 
-/// Ends the process with SIGABRT if `holds` is false, and names the law on stderr; this is so in every build. A program
-/// that breaks a law of safety must not go on commanding: what watches over the process makes the chamber safe.
+/// Ends the process with SIGABRT in every build if `holds` is false, and names the invariant on stderr. A program with
+/// a broken safety invariant must not command a chamber any longer; the watchdog then makes the chamber safe.
 void ensure(bool holds, const char* law);
 
-/// The path of the program `name` that was installed beside the one that runs; it need not be there.
+/// Returns the path of the program `name` in the folder of the running program. The file need not exist.
 [[nodiscard]] std::string program_beside_this_one(const std::string& name);
 
-/// Whether this user may run the file, and it is a regular one.
+/// Returns whether `path` is a regular file that this user may execute.
 [[nodiscard]] bool may_run(const std::string& path);
-/// The program of that name in the first folder of PATH, or of /usr/bin and /bin where there is none, that has one
-/// which this user may run; folders that are relative are so to `folder`. Empty: there is no such program.
+/// Searches the folders of PATH, or /usr/bin and /bin without it, for an executable file of that name. Relative folders
+/// of PATH are relative to `folder`. Returns the path of the first one, or an empty string.
 [[nodiscard]] std::string program_in_path(const std::string& name, const std::string& folder = ".");
 
-/// The name of a user of this machine, or "unknown" where /etc/passwd has no such user. Directory services are not
-/// asked: one that does not answer would hold whoever drives a chamber.
+/// Returns the name of a user of this machine, or "unknown" if /etc/passwd does not list it. Directory services are not
+/// queried: one that does not answer would block the process that drives a chamber.
 [[nodiscard]] std::string user_name(std::int64_t uid);
-/// Name and number of a user: "ada (uid 1000)", "unknown (uid 1000)".
+/// Returns name and number of a user: "ada (uid 1000)", "unknown (uid 1000)".
 [[nodiscard]] std::string user_in_words(std::int64_t uid);
 
 }  // namespace gyrotherm

@@ -37,7 +37,7 @@ bool is_number(std::string_view text, std::string_view kind) {
 void open_standard_descriptors() {
   for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(number, F_GETFD) >= 0) continue;
-    const int opened = ::open("/dev/null", number == STDERR_FILENO ? O_WRONLY : O_RDONLY);  // the lowest that is free
+    const int opened = ::open("/dev/null", number == STDERR_FILENO ? O_WRONLY : O_RDONLY);  // lowest free number
     if (opened != number) ::close(opened);
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a program begins: its standard descriptors are open, and each value on its command line is one that its option
-/// can mean. And how it speaks, where it has no console of its own: what nobody takes ends no program.
+/// The start of a program: opens the standard descriptors, checks the values of the command line, and writes to stdout
+/// and stderr without failing when the reader is gone.
 #pragma once
 
 #include <span>
@@ -12,36 +12,37 @@
 
 namespace gyrotherm {
 
-/// Opens what the caller has left closed of stdin, stdout and stderr, so that no file and no socket of the program gets
-/// such a number: stdin is at its end, what is written to stdout fails and is missed, and stderr goes nowhere. The
-/// first call of each main().
+/// Opens those of stdin, stdout and stderr that the caller left closed, so that no file and no socket of the program
+/// gets their numbers. A closed stdin is then at its end, writing to a closed stdout fails, and a closed stderr
+/// discards its text. Every main() calls this first.
 void open_standard_descriptors();
 
-/// Says it to whoever reads stderr; where nobody does, as on a full disk, it is lost.
+/// Writes to stderr. The text is lost if it cannot be written, for example on a full disk.
 void write_to_stderr(std::string_view text);
-/// Hands data to whoever reads stdout, at once. Fails with storage if they cannot be written; a reader who has had
-/// enough is no fault.
+/// Writes to stdout and flushes it. Fails with storage if the text cannot be written. Succeeds if the reader has closed
+/// the pipe.
 [[nodiscard]] Result<void> write_to_stdout(std::string_view text);
-/// Whether whoever read stdout has had enough of it, as `head` has.
+/// Returns whether the reader of stdout has closed its end of the pipe, as `head` does.
 [[nodiscard]] bool reader_has_left();
 
-/// What is wrong with the value of an option, or of a word after a command; empty: nothing. It must not be empty, and
-/// where `kind` is "INT", "UINT" or "FLOAT", as CLI11 calls its numbers, it is all a decimal number of 64 bits: no
-/// blank, no "0x", no plus sign, no NaN, no infinity.
+/// Returns the reason for refusing the value of an option or of a positional argument, or an empty string. A value must
+/// not be empty. If `kind` is "INT", "UINT" or "FLOAT", CLI11's names of the number types, the whole value must be a
+/// decimal number of 64 bits: no blank, no "0x", no plus sign, no NaN and no infinity.
 [[nodiscard]] std::string objection_to(std::string_view value, std::string_view kind);
 
-/// What is wrong with a first word, of a program with these commands; empty: nothing, or it is an option.
+/// Returns the reason for refusing the first argument of a program with the commands `known`, or an empty string.
+/// Accepts every option.
 [[nodiscard]] std::string objection_to_command(std::string_view word, std::span<const std::string> known);
 
-/// What is wrong with an option that is none, of a command of that name with these.
+/// Returns the reason for refusing an option that the command does not have, with the nearest of `known`.
 [[nodiscard]] std::string objection_to_option(std::string_view word, const std::string& command,
                                               std::span<const std::string> known);
 
-/// What CLI11 says, its own words for a number that is none made ours.
+/// Returns CLI11's error message. Its message for an invalid number is replaced by this program's own.
 [[nodiscard]] std::string in_our_words(const std::string& refusal);
 
-/// The cause of a command line that CLI11 refuses with these words, before what follows from it: the first word that is
-/// no command, or no option.
+/// Returns the cause of an error of CLI11: the first unknown command or unknown option if there is one, otherwise the
+/// message `refusal`. CLI11 itself may report only a consequence of it.
 template <class App>
 std::string cause_of(const std::string& refusal, const App& program, std::span<char* const> words) {
   std::string objection;
@@ -53,7 +54,7 @@ std::string cause_of(const std::string& refusal, const App& program, std::span<c
     if (objection.empty() && next < words.size() && !known.empty() && !takes_words)
       objection = objection_to_command(words[next], known);
   };
-  const auto* command = &program;  // the innermost that is named
+  const auto* command = &program;  // innermost command named so far
   look_behind(program, 1);
   for (std::size_t i = 1; i < words.size(); ++i) {
     const auto named = command->get_subcommands([&](const App* each) { return each->get_name() == words[i]; });
@@ -74,8 +75,9 @@ std::string cause_of(const std::string& refusal, const App& program, std::span<c
   return objection.empty() ? in_our_words(refusal) : objection;
 }
 
-/// Has every option of the program and of its commands refuse what objection_to() objects to. CLI11 by itself takes ""
-/// for 0, "0x10" for 16, and a number that is too large for the largest. Called once, when all options are there.
+/// Makes every option of the program and of its commands refuse the values that objection_to() refuses. CLI11 by itself
+/// takes "" for 0, "0x10" for 16, and a number that is too large for the largest one. Call this once, after all options
+/// were added.
 template <class App>
 void refuse_wrong_values(App& app) {
   for (auto* option : app.get_options()) {

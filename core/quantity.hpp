@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Numbers that carry their physical meaning (points, amounts and rates), and how people write them.
-/// A point of temperature cannot be added to another; an amount can.
+/// Quantities with a type: temperatures, temperature differences, rates and durations, and the parsing of their
+/// notation. Two temperatures cannot be added; a difference can be added to a temperature.
 #pragma once
 
 #include <chrono>
@@ -26,7 +26,7 @@ inline constexpr double kEarthRateDegPerHour = 15.041067;  // 7.292115e-5 rad/s
   return std::chrono::round<Duration>(std::chrono::duration<double>(s));
 }
 
-/// An amount of temperature: a difference, a band, a step.
+/// A temperature difference, such as a band or a step.
 struct Kelvins {
   double value{};
   auto operator<=>(const Kelvins&) const = default;
@@ -37,7 +37,7 @@ struct Kelvins {
 [[nodiscard]] constexpr Kelvins operator*(Kelvins a, double k) { return {a.value * k}; }
 [[nodiscard]] constexpr Kelvins abs(Kelvins a) { return {a.value < 0 ? -a.value : a.value}; }
 
-/// A point on the Celsius scale.
+/// A temperature.
 struct Celsius {
   double value{};
   auto operator<=>(const Celsius&) const = default;
@@ -46,7 +46,7 @@ struct Celsius {
 [[nodiscard]] constexpr Celsius operator+(Celsius a, Kelvins b) { return {a.value + b.value}; }
 [[nodiscard]] constexpr Celsius operator-(Celsius a, Kelvins b) { return {a.value - b.value}; }
 
-/// A rate of temperature change; positive heats, unless a place says that it holds a magnitude.
+/// A rate of temperature change. Positive means heating, unless the variable's contract calls it a magnitude.
 struct CelsiusPerMinute {
   double value{};
   auto operator<=>(const CelsiusPerMinute&) const = default;
@@ -56,7 +56,7 @@ struct CelsiusPerMinute {
   return from_seconds(60.0 * k.value / r.value);
 }
 
-/// A rate of rotation, and the unit of a gyro's bias. 1 °/h is 1 arcsec/s exactly.
+/// A rotation rate, and the unit of a gyro's bias. 1 °/h is exactly 1 arcsec/s.
 struct DegreesPerHour {
   double value{};
   auto operator<=>(const DegreesPerHour&) const = default;
@@ -68,7 +68,7 @@ struct DegreesPerHour {
 /// Reads a duration: "2 h", "90 s", "1 h 30 min", "250 ms". Fails with bad_file, naming the text.
 [[nodiscard]] Result<Duration> parse_duration(std::string_view text);
 
-/// The number that stands before one of `units`, as in "-40 °C"; nothing if the text is anything else.
+/// Returns the number before one of `units`, as in "-40 °C". Returns nothing if the text has any other form.
 [[nodiscard]] std::optional<double> quantity_in(std::string_view text, std::span<const std::string_view> units);
 
 }  // namespace gyrotherm

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Random numbers that are the same on every machine: the standard's generator with our own mapping to numbers, since
-/// the standard's distributions differ between libraries.
+/// Random numbers that are identical on every machine. The generator is the standard library's; the distributions are
+/// implemented here, because those of the standard libraries differ.
 #pragma once
 
 #include <cmath>
@@ -19,7 +19,7 @@ namespace gyrotherm {
   return static_cast<std::int64_t>(uniform(generator) * static_cast<double>(count));
 }
 
-/// One step of the splitmix64 mixer (Steele, Lea & Flood 2014).
+/// Computes one step of the splitmix64 mixer (Steele, Lea & Flood 2014).
 [[nodiscard]] constexpr std::uint64_t splitmix64(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15U;
   x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9U;
@@ -27,8 +27,8 @@ namespace gyrotherm {
   return x ^ (x >> 31U);
 }
 
-/// What a stream of the virtual laboratory is for. The numbers are never used again for anything else, so that a
-/// simulated record can be made anew from its seed.
+/// Purposes of the random streams of the virtual laboratory. A number is never reused for another purpose, so that a
+/// simulated record can be reproduced from its seed.
 enum class RandomPurpose : std::uint64_t {
   capacity_spread = 1,
   film_spread = 2,
@@ -61,7 +61,8 @@ enum class RandomPurpose : std::uint64_t {
   own_values = 29,
 };
 
-/// One purpose's numbers under one seed. Each purpose has its own stream, so that a new purpose disturbs no other.
+/// The random numbers of one purpose under one seed. Each purpose has its own stream, so that a new purpose leaves the
+/// numbers of the others unchanged.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, RandomPurpose purpose)

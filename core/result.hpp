@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How work ends. What the world may refuse returns a Result, and its Fault says where and what; this is the one way to
-/// fail. Long work tells through a ProgressSink how far it is, and is asked through it to stop.
+/// Error handling. A function that can fail for reasons outside the program returns a Result with a Fault; this is the
+/// only way to report an operating error. Long computations report progress to a ProgressSink and stop when it returns
+/// false.
 #pragma once
 
 #include <cstddef>
@@ -13,21 +14,34 @@
 namespace gyrotherm {
 
 enum class FaultKind {
-  timeout,       ///< an instrument did not answer in time
-  disconnected,  ///< the line is gone or could not be opened
-  refused,       ///< an instrument said no
-  corrupted,     ///< bytes that fail their own check
-  out_of_range,  ///< a value that its instrument marks as invalid, or that cannot be
-  mismatch,      ///< what was read back is not what was written
-  interlock,     ///< a limit of the rig was passed; the run was ended
-  bad_file,      ///< a file's content is wrong; `where` is file:line:column
-  storage,       ///< the disk or the record failed
-  numeric,       ///< a computation did not reach its certificate
-  interrupted,   ///< a person asked to stop
-  usage,         ///< the command line is wrong
+  /// An instrument did not answer in time.
+  timeout,
+  /// The connection was lost or could not be opened.
+  disconnected,
+  /// An instrument or the operating system refused a request.
+  refused,
+  /// The data failed their checksum or format check.
+  corrupted,
+  /// The instrument marks the value as invalid, or the value is impossible.
+  out_of_range,
+  /// The value read back differs from the value written.
+  mismatch,
+  /// The run passed a limit of the rig and was ended.
+  interlock,
+  /// The content of a file is wrong; `where` is file:line:column.
+  bad_file,
+  /// The disk or the record failed.
+  storage,
+  /// A computation did not converge to its tolerance.
+  numeric,
+  /// A person requested the stop.
+  interrupted,
+  /// The command line is wrong.
+  usage,
 };
 
-/// The word at the place of an enumerator; there is one for each up to `Last`, and for any other value "unknown".
+/// Returns the text of an enumerator. The array has one text for each enumerator up to `Last`; any other value returns
+/// "unknown".
 template <auto Last, std::size_t N>
 [[nodiscard]] constexpr const char* word_in(const char* const (&words)[N], decltype(Last) value) {
   static_assert(N == static_cast<std::size_t>(Last) + 1);
@@ -35,7 +49,7 @@ template <auto Last, std::size_t N>
   return place < N ? words[place] : "unknown";
 }
 
-/// The kind as the record and JSON spell it: "timeout", "bad_file", …
+/// Returns the kind as the record and JSON spell it: "timeout", "bad_file", …
 [[nodiscard]] constexpr const char* name(FaultKind kind) {
   return word_in<FaultKind::usage>({"timeout", "disconnected", "refused", "corrupted", "out_of_range", "mismatch",
                                     "interlock", "bad_file", "storage", "numeric", "interrupted", "usage"},
@@ -44,11 +58,13 @@ template <auto Last, std::size_t N>
 
 struct Fault {
   FaultKind kind{};
-  std::string where;  ///< the place: "chamber read holding 2782", "profile.toml:12:3"
-  std::string what;   ///< what happened, and what was expected: "no reply in 500 ms"
+  /// Location of the fault: "chamber read holding 2782", "profile.toml:12:3".
+  std::string where;
+  /// Event and expectation: "no reply in 500 ms".
+  std::string what;
 };
 
-/// The fault for people: "where: what".
+/// Returns the fault as one text: "where: what".
 [[nodiscard]] inline std::string text(const Fault& fault) {
   return fault.where.empty() ? fault.what : fault.where + ": " + fault.what;
 }
@@ -61,12 +77,12 @@ using Result = tl::expected<T, Fault>;
 }
 [[nodiscard]] inline tl::unexpected<Fault> failure(Fault fault) { return tl::unexpected<Fault>(std::move(fault)); }
 
-/// Work calls it now and then with the name of its stage and the fraction done (0…1). Returning false asks for a clean
-/// stop, upon which the work fails with FaultKind::interrupted. It may be called from any thread, never from two at
-/// once.
+/// Called repeatedly by a long computation, with the name of its stage and the completed fraction (0…1). If it returns
+/// false, the computation stops cleanly and fails with FaultKind::interrupted. It may be called from any thread, but
+/// never from two at once.
 using ProgressSink = std::function<bool(std::string_view stage, double fraction)>;
 
-/// Tells an optional sink where the work stands; whether the work is to go on.
+/// Reports progress to a sink, which may be empty. Returns whether the computation is to continue.
 [[nodiscard]] inline bool keep_going(const ProgressSink& sink, std::string_view stage, double fraction) {
   return !sink || sink(stage, fraction);
 }

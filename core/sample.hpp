@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What one second of the rig is made of. Plain structs, made in one place, never edited after.
+/// One second of the rig and its parts. Plain structs: one function makes each of them and nothing changes it
+/// afterwards.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,7 @@
 
 namespace gyrotherm {
 
-/// A value or the fault that stands in its place, with the instant it was taken.
+/// A value, or the fault that prevented it, with the instant of the reading.
 template <class T>
 struct Reading {
   Result<T> value;
@@ -27,17 +28,18 @@ template <class T>
   return reading.value ? std::optional<T>(*reading.value) : std::nullopt;
 }
 
-/// What a gyro, with all its axes, counted in a second, over exactly how long by its own clock, and what it told of
-/// itself meanwhile. Of a unit that was dropped from the run there is nothing in it.
+/// Pulses of a gyro in one second, for all its axes, with the exact duration of the count by the gyro's own clock, and
+/// the gyro's housekeeping values. Empty for a unit that was dropped from the run.
 struct GyroCount {
-  std::vector<std::int64_t> pulses;  ///< of each axis
+  std::vector<std::int64_t> pulses;  ///< one count per axis
   Duration interval{};
-  std::vector<double> values{};  ///< its housekeeping (own temperature, discharge current …), each the mean of the
-                                 ///< frames that had it; NaN where none had
+  /// Housekeeping values (internal temperature, discharge current, …). Each is the mean over the frames that contain
+  /// it, or NaN if none does.
+  std::vector<double> values{};
 };
 
-/// How many frames of a gyro's stream came whole and intact; how many more the stream itself shows to be missing; and
-/// how many of those seen the gyro marked as bad.
+/// Counts of a gyro's frames: received intact (`seen`), missing according to the stream's own counter (`lost`), and
+/// received intact but marked as bad by the gyro (`bad`).
 struct FrameCount {
   std::uint64_t seen{};
   std::uint64_t lost{};
@@ -51,106 +53,129 @@ void describe(auto& form, Like<FrameCount> auto& frames) {
   form("bad", frames.bad);
 }
 
-/// What a controller says that it is doing.
+/// Activity that a controller reports. From `program` to `holding` it executes a program of its own.
 enum class ChamberActivity {
   off,
-  running,  ///< it conditions at its set point
-  /// It conditions and does not follow its set point: a manual output, an open loop.
+  /// Controls the chamber at its set point.
+  running,
+  /// Controls the chamber without following its set point: manual output or open loop.
   not_following,
-  program,  ///< it carries out a program of its own
-  ramping,  ///< it carries out a ramp of its program
-  soaking,  ///< it carries out a soak of its program
-  waiting,  ///< its program waits for a condition
-  holding,  ///< its program is held
-  done,     ///< its program has ended
+  /// Executes a program of its own.
+  program,
+  ramping,
+  soaking,
+  /// The program waits for a condition.
+  waiting,
+  /// The program is held.
+  holding,
+  /// The program has ended.
+  done,
   alarm,
   door_open,
   emergency_stop,
   power_failure,
-  unknown,  ///< it does not say, or was not asked
+  /// Not reported, or not queried.
+  unknown,
 };
 
-/// Whether it says that the controller carries out a program of its own, which overrules a set point.
+/// Returns whether the controller executes a program of its own, which overrules a set point.
 [[nodiscard]] constexpr bool carries_out_program(ChamberActivity activity) {
   return activity >= ChamberActivity::program && activity <= ChamberActivity::holding;
 }
 
 enum class AlarmSeverity { note, warning, stop };
 
-/// What the chamber says of itself. The set point is the one that the controller holds, read back; NaN if it cannot be
-/// read and none was sent. Activity and alarms are what it said when it was last asked; the gravest alarm comes first.
+/// State of the chamber as its controller reports it. The set point is read back from the controller; it is NaN if it
+/// cannot be read and none was sent. Activity and alarms are from the latest query, with the most severe alarm first.
 struct ChamberState {
   Celsius air;
   Celsius set_point;
   ChamberActivity activity = ChamberActivity::unknown;
   std::vector<std::string> alarms{};
-  bool must_stop{};  ///< one of the alarms ends a run
+  bool must_stop{};  ///< an alarm ends the run
   auto operator<=>(const ChamberState&) const = default;
 };
 
-/// Where the profile stands; enough, with the profile, to go on from here.
+/// Position in the profile. Together with the profile it is enough to resume the run.
 enum class Phase { ramping, holding, waiting_for_soak, overdue, complete };
 inline constexpr std::initializer_list<Phase> kPhases = {Phase::ramping, Phase::holding, Phase::waiting_for_soak,
                                                          Phase::overdue, Phase::complete};
 struct ProfilePosition {
-  int segment{};          ///< index into the expanded profile
-  int cycle{-1};          ///< index of the cycle the segment belongs to, or -1
-  Phase phase{};          ///< what the segment is doing
-  Duration in_segment{};  ///< time spent in the segment so far
-  Duration soaked{};      ///< of it, inside the soak band
-  Celsius set_point;      ///< what the profile asks of the chamber now
+  /// Index into the expanded profile.
+  int segment{};
+  /// Index of the cycle to which the segment belongs, or -1.
+  int cycle{-1};
+  Phase phase{};
+  /// Time spent in the segment so far.
+  Duration in_segment{};
+  Duration soaked{};  ///< part inside the soak band
+  Celsius set_point;  ///< required by the profile now
   auto operator<=>(const ProfilePosition&) const = default;
 };
 
-/// How people have left the unit under test: switched on and as mounted, unless they were asked for something else.
+/// State of the unit under test as the operators left it. By default it is switched on and in its normal mounting.
 struct UnitState {
-  bool off{};     ///< its power is switched off
-  bool turned{};  ///< its input axis points the other way: the Earth's rate on it has the other sign
+  bool off{};  ///< power switched off
+  /// The input axis is reversed, so that the Earth rate has the opposite sign.
+  bool turned{};
   auto operator<=>(const UnitState&) const = default;
 };
 
-/// How the run is being carried out, in the words of ISA-88 and PackML; milder first.
+/// State of a run, after ISA-88 and PackML, in order of increasing severity.
 enum class RunState {
-  execute,    ///< the profile's clock runs
-  suspended,  ///< a cause outside the program stopped the clock; goes on by itself when the cause is gone
-  held,       ///< an operator, or a cause inside, stopped the clock; only an operator goes on
-  aborting,   ///< the chamber is being made safe, and has not confirmed it yet
-  aborted,    ///< the chamber has confirmed that it is safe; nothing more is commanded
-  stopped,    ///< an operator ended the run
-  complete,   ///< the profile came to its end
+  /// The profile's clock runs.
+  execute,
+  /// An external cause stopped the clock. The run resumes by itself when the cause is gone.
+  suspended,
+  /// An operator or an internal cause stopped the clock. Only an operator resumes the run.
+  held,
+  /// The chamber is being made safe; its confirmation is pending.
+  aborting,
+  /// The chamber has confirmed its safe state; no further command is sent.
+  aborted,
+  /// An operator ended the run.
+  stopped,
+  /// The profile ended.
+  complete,
 };
 inline constexpr std::initializer_list<RunState> kRunStates = {
     RunState::execute, RunState::suspended, RunState::held,    RunState::aborting,
     RunState::aborted, RunState::stopped,   RunState::complete};
 
-/// One unit under test in one second. Its axes and the values that it sends have one instrument: they come together or
-/// not at all. What analogue inputs measure of it are values of it too, and come each by itself.
+/// Readings of one unit under test in one second. One instrument sends the pulses of all axes and the housekeeping
+/// values, so they succeed or fail together. Each value from an analogue input succeeds or fails alone.
 struct UnitReading {
   Reading<GyroCount> count;
-  std::vector<Reading<double>> analogue{};  ///< the last of its values, behind those that it sends
-  FrameCount frames{};                      ///< counted since the rig was assembled
-  std::vector<DegreesPerHour> true_bias{};  ///< of a virtual one, in this second, of each axis, as its laboratory knows
+  /// Values from analogue inputs; in the record they follow the values that the unit sends.
+  std::vector<Reading<double>> analogue{};
+  FrameCount frames{};  ///< since the rig was assembled
+  /// True bias of each axis in this second; only a virtual unit has it.
+  std::vector<DegreesPerHour> true_bias{};
 };
 
-/// One second of the whole rig. `thermometers` is in the order of the rig's channels, as read (not calibrated).
+/// One second of the whole rig. `thermometers` has the order of the rig's channels; the values are not calibrated.
 struct Sample {
-  std::int64_t slot{};  ///< whole seconds since the run started; each has one sample or lies in one gap
+  /// Whole seconds since the run started. Each has one sample or belongs to one gap.
+  std::int64_t slot{};
   Instant at;
   Reading<ChamberState> chamber;
   std::vector<Reading<Celsius>> thermometers;
-  std::vector<UnitReading> units;  ///< in the order of the rig's units under test
+  std::vector<UnitReading> units;  ///< in the order of the rig
   ProfilePosition progress;
-  RunState state{};  ///< what was judged at this sample
+  RunState state{};  ///< result of judging this sample
 };
 
-/// Where a run stands and where it goes, for whoever watches it.
+/// Status of a run for its displays.
 struct RunStanding {
   RunState state{};
-  std::string cause{};                    ///< why the state is not execute; empty if it is
-  std::optional<Duration> time_left{};    ///< what is left if every soak counts from now on
-  std::optional<Duration> behind_plan{};  ///< time that went by without the profile's clock
-  std::int64_t missed_set_points{};       ///< how many the chamber did not take so far
-  std::vector<std::string> faults_now{};  ///< that stand, one line each
+  /// Reason for a state other than execute; otherwise empty.
+  std::string cause{};
+  /// Time to the end of the run if every soak counts from now on.
+  std::optional<Duration> time_left{};
+  /// Time that passed while the profile's clock was stopped.
+  std::optional<Duration> behind_plan{};
+  std::int64_t missed_set_points{};       ///< not accepted by the chamber
+  std::vector<std::string> faults_now{};  ///< active faults, one line each
   auto operator<=>(const RunStanding&) const = default;
 };
 
@@ -187,12 +212,18 @@ enum class EventKind {
   note,
   interrupted,
   finished,
-  state,         ///< the run's state changed, and why
-  command,       ///< of an operator, with who it was
-  dropped,       ///< a unit under test, by an operator
-  returned,      ///< one that was dropped
-  acknowledged,  ///< an alarm, with who has seen it and what they say to it
-  told,          ///< of an alarm, with who was told and by which rule
+  /// The run's state changed; the text gives the reason.
+  state,
+  /// An operator sent a command; the text names the operator.
+  command,
+  /// An operator dropped a unit under test.
+  dropped,
+  /// A dropped unit returned to the run.
+  returned,
+  /// An operator acknowledged an alarm; the text has the operator's name and comment.
+  acknowledged,
+  /// A notification of an alarm was sent; the text names recipient and rule.
+  told,
 };
 [[nodiscard]] inline const char* name(EventKind kind) {
   return word_in<EventKind::told>(
@@ -201,11 +232,13 @@ enum class EventKind {
       kind);
 }
 
-/// What an event is about, where it is about one thing.
+/// Object of an event, if the event concerns a single one.
 struct EventSubject {
-  std::string interlock{};       ///< its id
-  std::string reaction{};        ///< of the interlock
-  std::optional<int> segment{};  ///< of the profile, where the event belongs to a run
+  /// Identifier of the interlock, and its reaction.
+  std::string interlock{};
+  std::string reaction{};
+  /// Segment of the profile, if the event belongs to a run.
+  std::optional<int> segment{};
   std::string channel{};
 };
 struct Event {
@@ -213,7 +246,8 @@ struct Event {
   EventKind kind{};
   std::string text;
   EventSubject about{};
-  std::int64_t number{};  ///< in the record's table of events; 0: not in the record yet
+  /// Row in the record's table of events; 0 if the event is not recorded yet.
+  std::int64_t number{};
 };
 
 }  // namespace gyrotherm

@@ -9,13 +9,13 @@
 namespace gyrotherm {
 namespace {
 
-/// Fetched once: that takes longer than the digest of a row.
+/// Returns OpenSSL's SHA-256. It is fetched once, because fetching takes longer than the digest of a row.
 const EVP_MD* sha256_of_openssl() {
   static const EVP_MD* const found = EVP_MD_fetch(nullptr, "SHA256", nullptr);
   return found;
 }
 
-/// Without a digest's name it goes on with the one that it has.
+/// Starts a digest. With a null `digest` the context keeps its algorithm.
 void begin(EVP_MD_CTX* context, const EVP_MD* digest) {
   ensure(context != nullptr && EVP_DigestInit_ex2(context, digest, nullptr) == 1, "OpenSSL can work out SHA-256");
 }

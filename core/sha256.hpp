@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The digest SHA-256 (FIPS 180-4), by which records, models and files are known; OpenSSL works it out.
+/// SHA-256 digests (FIPS 180-4), computed by OpenSSL. They identify records, models and files.
 #pragma once
 
 #include <array>
@@ -14,13 +14,13 @@ namespace gyrotherm {
 
 using Digest = std::array<std::uint8_t, 32>;
 
-/// Takes bytes piece by piece; how they are cut makes no difference. Many digests are asked of one: to begin another
-/// takes longer than the digest of a row.
+/// Computes digests of bytes that arrive in pieces; the division into pieces has no effect. Reuse one object for many
+/// digests: making a new one takes longer than the digest of a row.
 class Sha256 {
  public:
   Sha256();
   void add(std::string_view bytes);
-  /// The digest of everything that was added since it began, or since the digest before; then it begins anew.
+  /// Returns the digest of the bytes added since construction or since the previous digest, and starts the next one.
   [[nodiscard]] Digest digest();
 
  private:
@@ -30,10 +30,10 @@ class Sha256 {
   std::unique_ptr<evp_md_ctx_st, Free> context_;
 };
 
-/// The digest as 64 hexadecimal digits.
+/// Returns a digest as 64 hexadecimal digits.
 [[nodiscard]] std::string hex(const Digest& digest);
 
-/// The digest of a text, as 64 hexadecimal digits.
+/// Returns the digest of a text, as 64 hexadecimal digits.
 [[nodiscard]] std::string sha256(std::string_view text);
 
 }  // namespace gyrotherm

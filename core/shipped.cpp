@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kEnding = ".toml";
 
-/// As the user would write it: relative where it lies in the working folder, links resolved.
+/// Resolves links and makes the path relative if it lies in the working directory.
 std::string as_seen_from_here(const fs::path& path) {
   std::error_code error;
   const auto whole = fs::canonical(path, error);
@@ -29,7 +29,7 @@ std::string as_seen_from_here(const fs::path& path) {
   return error || relative.empty() || *relative.begin() == ".." ? whole.string() : relative.string();
 }
 
-/// What a shipped file of that name is that is of none of the kind; null if there is none.
+/// Returns the noun for a shipped file of that name of another kind, or null if there is none.
 const char* other_kind_of(const std::string& given, const ShippedKind& kind) {
   for (const auto& other : {kShippedProfile, kShippedRig, kShippedImportMap, kShippedGyro, kShippedChamberMap,
                             kShippedAnalogueMap, kShippedGyroStream})

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Files that come with the program: profiles, rigs, maps. People call them by name, from any folder.
+/// Files shipped with the program: profiles, rigs and maps. Users refer to them by name from any folder.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@
 
 namespace gyrotherm {
 
-/// A folder of shipped files, below the program's data, and what one of them is called.
+/// A kind of shipped file: its folder below the program's data, and the noun for one file in messages.
 struct ShippedKind {
-  const char* folder;  ///< "profiles/rigs"
-  const char* what;    ///< "rig"
+  const char* folder;  ///< such as "profiles/rigs"
+  const char* what;    ///< such as "rig"
 };
 
 inline constexpr ShippedKind kShippedProfile{"profiles", "profile"}, kShippedRig{"profiles/rigs", "rig"},
@@ -22,23 +22,22 @@ inline constexpr ShippedKind kShippedProfile{"profiles", "profile"}, kShippedRig
     kShippedAnalogueMap{"profiles/analogue-inputs", "register map"},
     kShippedGyroStream{"profiles/gyro-streams", "gyro stream"};
 
-/// Where the program's data may lie, in the order in which it is looked for: ../share/gyrotherm of the folder that the
-/// running program lies in, share/gyrotherm of that folder, as a build has it, /usr/local/share/gyrotherm and
-/// /usr/share/gyrotherm.
+/// Returns the folders that may contain the program's data, in search order. D is the folder of the running program:
+/// D/../share/gyrotherm, D/share/gyrotherm (in a build tree), /usr/local/share/gyrotherm, /usr/share/gyrotherm.
 [[nodiscard]] std::vector<std::string> shipped_folders();
 
-/// The first file of that path below one of the folders, like "profiles/rigs/virtual.toml"; relative to the working
-/// folder where it lies in it. Empty if there is none.
+/// Returns the first file `path`, such as "profiles/rigs/virtual.toml", in one of shipped_folders(). The result is
+/// relative to the working directory if the file lies in it. Returns an empty string if there is none.
 [[nodiscard]] std::string shipped_file(const std::string& path);
 
-/// Names of the shipped files of a kind, in order of the alphabet: "random" for profiles/random.toml.
+/// Returns the names of the shipped files of a kind, sorted: "random" for profiles/random.toml.
 [[nodiscard]] std::vector<std::string> shipped_names(const ShippedKind& kind);
 
-/// Whether what was given is the path of a file, not the name of a shipped one: it has a / or ends in .toml.
+/// Returns whether `given` is a path, and not the name of a shipped file: it contains a / or ends in .toml.
 [[nodiscard]] bool is_path(std::string_view given);
 
-/// The path of what was given: itself if it is a path, else that of the shipped file of this name. Fails with bad_file
-/// if there is none, and says which there are and where was looked.
+/// Returns the path that `given` refers to: itself if it is a path, otherwise the path of the shipped file of that
+/// name. Fails with bad_file if there is none; the message lists the available names and the searched folders.
 [[nodiscard]] Result<std::string> path_of(const std::string& given, const ShippedKind& kind);
 
 }  // namespace gyrotherm

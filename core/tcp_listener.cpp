@@ -15,7 +15,7 @@ namespace {
 
 using Addresses = std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)>;
 
-/// Returns the addresses to bind; null with errno if there is none.
+/// Returns the addresses to bind, or null with errno set if there is none.
 Addresses addresses_of(const std::string& address, std::uint16_t port) {
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;

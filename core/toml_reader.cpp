@@ -22,14 +22,14 @@
 namespace gyrotherm {
 namespace {
 
-constexpr std::size_t kMostMistakes = 100;  ///< that are told of one file
+constexpr std::size_t kMostMistakes = 100;  ///< listed per file
 
 std::string missing_key(std::string_view key) { return fmt::format("missing key \"{}\"", key); }
 
 }  // namespace
 
 struct TomlTable::Document {
-  /// What stands in a file and is wrong is told before what is missing, which often is so because of it.
+  /// Order of the list: errors in the text come before missing keys, because a missing key is often their consequence.
   enum class Rank { of_a_key, of_a_table };
 
   struct Mistake {
@@ -39,7 +39,7 @@ struct TomlTable::Document {
     bool operator==(const Mistake&) const = default;
   };
 
-  /// Keeps the first mistakes that were found, and whether there are more.
+  /// The first errors, and whether there were more.
   class Mistakes {
    public:
     void note(Mistake mistake) {
@@ -50,7 +50,7 @@ struct TomlTable::Document {
     [[nodiscard]] bool is_full() const { return noted_.size() == kMostMistakes; }
     [[nodiscard]] bool more() const { return more_; }
     [[nodiscard]] bool empty() const { return noted_.empty(); }
-    /// That a key is missing where another one was meant to be it.
+    /// Removes the error of a missing key after a misspelt form of the key was found.
     void drop_missing(toml::source_position table, std::string_view key) {
       const auto start = missing_key(key);
       std::erase_if(noted_, [&](const Mistake& one) { return one.at == table && one.what.starts_with(start); });
@@ -71,25 +71,28 @@ struct TomlTable::Document {
   std::string file;
   toml::table root;
   Mistakes mistakes;
-  std::optional<Mistake> of_another_kind{};                               ///< then nothing else is worth telling
-  std::vector<std::shared_ptr<Node>> nodes;                               ///< one per table that was asked for
-  std::unordered_map<const toml::table*, std::shared_ptr<Node>> known{};  ///< the same, by their tables
+  /// If set, it is the only error reported.
+  std::optional<Mistake> of_another_kind{};
+  std::vector<std::shared_ptr<Node>> nodes;                               ///< one per table that was read
+  std::unordered_map<const toml::table*, std::shared_ptr<Node>> known{};  ///< nodes by table
 
   [[nodiscard]] std::string place(toml::source_position at) const {
     return fmt::format("{}:{}:{}", file, std::max<unsigned>(at.line, 1), std::max<unsigned>(at.column, 1));
   }
-  /// The mistakes that were noted, and the keys that nobody asked for.
+  /// Returns the noted errors and one for each key that was never read.
   [[nodiscard]] Mistakes all_mistakes() const;
 };
 
 struct TomlTable::Node {
-  const toml::table* table = nullptr;  ///< null: an absent table
+  const toml::table* table = nullptr;  ///< null for an absent table
   toml::source_position at{};
-  std::string path{};  ///< "chamber"; of an absent table in an absent one that of the outer one
-  bool is_told{};      ///< that there is no such table: what else it lacks is not worth telling
+  /// "chamber". An absent table inside an absent one has the path of the outer one.
+  std::string path{};
+  /// The absence of this table is noted already; further errors in it are dropped.
+  bool is_told{};
   std::set<std::string, std::less<>> asked;
 
-  /// Where the key is, or the table if it has none of that name.
+  /// Returns the position of the key, or of the table if the key is absent.
   [[nodiscard]] toml::source_position at_key(std::string_view key) const {
     const auto* node = table && !key.empty() ? table->get(key) : nullptr;
     return node ? node->source().begin : at;
@@ -173,7 +176,7 @@ constexpr const char* kExpectKelvins = "expected a temperature difference like 2
 constexpr const char* kExpectRate = "expected a rate like 5 or \"5 °C/min\"";
 constexpr const char* kExpectArray = "expected an array";
 
-/// A value as a mistake names it: short ones as they stand in the file.
+/// Returns a value for an error message: short values as written in the file, others by their type.
 std::string shown(const toml::node& node) {
   constexpr std::size_t kShort = 40;
   if (node.is_table()) return "a table";
@@ -186,7 +189,8 @@ std::string shown(const toml::node& node) {
   return text.str().size() > kShort ? "something else" : text.str();
 }
 
-/// Reads one key with a converter; notes a missing key (when there is no fallback) or a value that does not convert.
+/// Reads one key with a converter. Notes an error if the key is missing and there is no fallback, or if the value does
+/// not convert.
 template <class T, class Convert>
 T read(const TomlTable& self, const toml::table* table, std::string_view key, const std::optional<T>& fallback,
        const char* expected, Convert convert) {

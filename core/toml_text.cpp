@@ -17,11 +17,11 @@ constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 enum class Inside { plain, comment, text, literal, long_text, long_literal };
 
-/// Goes through a text character by character and knows what each is part of.
+/// Reads a text character by character and tracks the lexical element that contains it.
 class Scanner {
  public:
-  /// Takes the beginning of `rest`, a whole character of `size` bytes or several quotes, and returns how many bytes it
-  /// took.
+  /// Consumes the start of `rest`: one character of `size` bytes, or several quotes. Returns the number of bytes
+  /// consumed.
   std::size_t take(std::string_view rest, std::size_t size) {
     const char c = rest[0];
     const bool blank = c == ' ' || c == '\t' || c == '\n' || c == '\r';
@@ -42,9 +42,9 @@ class Scanner {
     return c == quote_ ? close(rest) : size;
   }
 
-  /// Whether a character beyond ASCII may come next.
+  /// Returns whether the next character may be outside ASCII.
   [[nodiscard]] bool takes_any() const { return inside_ != Inside::plain && !escaped_ && !continued_; }
-  /// Whether the text that began on this line was not ended on it.
+  /// Returns whether a quoted text lacks its closing quote at the end of its line.
   [[nodiscard]] bool torn() const { return torn_; }
   [[nodiscard]] Inside inside() const { return inside_; }
 
@@ -59,7 +59,7 @@ class Scanner {
     return three ? 3 : 1;
   }
 
-  /// A long text ends with three quotes; up to two more before them are its own.
+  /// Consumes closing quotes. A long text ends with three quotes; up to two more before them belong to its content.
   std::size_t close(std::string_view rest) {
     rest = rest.substr(0, 5);
     const auto quotes = std::min(rest.find_first_not_of(quote_), rest.size());
@@ -71,12 +71,14 @@ class Scanner {
 
   Inside inside_ = Inside::plain;
   char quote_{};
-  bool escaped_{};    ///< the last character was a backslash
-  bool continued_{};  ///< blanks after a backslash at a line's end
+  /// The last character was a backslash.
+  bool escaped_{};
+  /// Reading the blanks after a backslash at a line's end.
+  bool continued_{};
   bool torn_{};
 };
 
-/// What there is too much of.
+/// The limit that a text exceeds.
 enum class Excess { none, depth, keys, values, text, word };
 
 std::string in_words(Excess excess) {
@@ -92,10 +94,10 @@ std::string in_words(Excess excess) {
   return {};
 }
 
-/// Goes along with the scanner and knows how much of everything there has been.
+/// Follows the scanner and counts keys, values, nesting depth and lengths.
 class Measure {
  public:
-  /// One step of the scanner over `text`, which led from inside one thing into another.
+  /// Counts one step of the scanner over `text`. `before` and `after` are the elements around it.
   Excess step(Inside before, Inside after, std::string_view text) {
     const auto quotes = [](Inside inside) { return inside != Inside::plain && inside != Inside::comment; };
     if (quotes(before) || quotes(after)) return take_text(text.size());
@@ -141,7 +143,7 @@ class Measure {
       header_ = 0;
       ++keys_;
     }
-    if (brackets_ == dots_of_.size()) return;  // too deep for long
+    if (brackets_ == dots_of_.size()) return;  // exceeds the depth limit
     around_ += dots_of_[brackets_++] = key_;
     key_ = dots_ = 0;
   }
@@ -161,15 +163,18 @@ class Measure {
 
   [[nodiscard]] std::size_t depth() const { return header_ + around_ + brackets_ + dots_; }
 
-  /// The dots in the key that each open bracket belongs to.
+  /// Number of dots in the key before each open bracket.
   std::array<std::size_t, TomlBounds::kDepth + 1> dots_of_{};
-  std::size_t brackets_{};  ///< how many are open
-  std::size_t around_{};    ///< the sum of their dots
-  std::size_t header_{};    ///< dots of the table header above
-  std::size_t dots_{};      ///< dots of the key, or the number, that is being read
-  std::size_t key_{};       ///< dots of the key whose value is being read
+  std::size_t brackets_{};  ///< open brackets
+  /// Sum of the dots in the keys before the open brackets.
+  std::size_t around_{};
+  std::size_t header_{};  ///< dots in the latest table header
+  /// Dots in the key or number being read.
+  std::size_t dots_{};
+  /// Dots in the key of the value being read.
+  std::size_t key_{};
   std::size_t keys_{}, values_{}, word_{}, text_{};
-  bool line_is_new_ = true;  ///< nothing but blanks so far
+  bool line_is_new_ = true;  ///< only blanks so far
   bool is_header_ = false;
 };
 

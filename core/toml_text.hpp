@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The characters of TOML: those of a file are looked at before its grammar is read, so that what toml++ 3.3.0 could
-/// not bear does not come to it; those of a text that is written are escaped.
+/// Character-level checks and quoting for TOML. A file's characters are checked before its grammar is parsed, so that
+/// toml++ 3.3.0 never sees input that it cannot handle safely.
 #pragma once
 
 #include <cstddef>
@@ -10,34 +10,35 @@
 
 namespace gyrotherm {
 
-/// What a text may hold at most; the text itself may have kLargestText bytes (core/file.hpp). toml++ makes a table
-/// of each part of a dotted key and unmakes tables by recursion, and needs about 100 bytes of memory for each value.
+/// Limits of a TOML text; the whole text may have kLargestText bytes (core/file.hpp). The limits exist because toml++
+/// makes a table for each part of a dotted key, destroys tables recursively, and needs about 100 bytes of memory per
+/// value.
 struct TomlBounds {
-  static constexpr std::size_t kDepth = 32;        ///< of keys' parts, tables and arrays in each other
+  /// Nesting depth: key parts, tables and arrays together.
+  static constexpr std::size_t kDepth = 32;
   static constexpr std::size_t kKeys = 200'000;    ///< table headers included
-  static constexpr std::size_t kValues = 500'000;  ///< in arrays
-  static constexpr std::size_t kText = 65'536;     ///< bytes of one quoted text
-  static constexpr std::size_t kWord = 1'024;      ///< bytes of one bare key or number
+  static constexpr std::size_t kValues = 500'000;  ///< array elements
+  static constexpr std::size_t kText = 65'536;     ///< bytes, quoted text
+  static constexpr std::size_t kWord = 1'024;      ///< bytes, bare key or number
 };
 
-/// A character that cannot stand where it stands, or the first that is too much. The place is that of its first byte;
-/// columns count characters.
+/// A character that is not allowed at its position, or the first one that exceeds a limit. The position is that of its
+/// first byte; columns count characters.
 struct TextFlaw {
   unsigned line = 1, column = 1;
   std::string what;
 };
 
-/// Finds the first flaw of a text; nothing if there is none. Flaws are
+/// Finds the first flaw of a text, if there is one. Flaws are:
 /// - a byte that is not UTF-8;
-/// - a character beyond ASCII outside quoted texts and comments (TOML 1.0.0, "Keys"), or at the beginning of a line
-/// that
-///   continues a text after a backslash: toml++ 3.3.0 does not expect it there, and its behaviour is undefined;
-/// - a character that passes one of the bounds.
-/// What follows a text that is never ended on its line is not looked at: that text is the grammar's to tell, and where
-/// the grammar fails, nothing behind it is read.
+/// - a character outside ASCII that is not in a quoted text or a comment (TOML 1.0.0, "Keys");
+/// - a character outside ASCII at the start of a line that continues a text after a backslash, for which the behaviour
+///   of toml++ 3.3.0 is undefined;
+/// - a character that exceeds one of the limits.
+/// The check ends at a line that lacks its closing quote. The grammar fails there, so nothing after it is parsed.
 [[nodiscard]] std::optional<TextFlaw> flaw_of(std::string_view text);
 
-/// The text as a basic string of TOML, on one line, in quotation marks. It must be UTF-8.
+/// Returns the text as a TOML basic string on one line, with quotation marks. The text must be UTF-8.
 [[nodiscard]] std::string toml_quoted(std::string_view text);
 
 }  // namespace gyrotherm

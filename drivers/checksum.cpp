@@ -24,7 +24,7 @@ ByteTable mirrored_bytes() {
   return table;
 }
 
-/// What eight shifts make of each byte at the top of 32 bits.
+/// Returns the register after eight shifts, for each byte at the top of 32 bits.
 ByteTable shifted_bytes(std::uint32_t polynomial) {
   ByteTable table{};
   for (std::uint32_t byte = 0; byte < table.size(); ++byte) {
@@ -35,7 +35,7 @@ ByteTable shifted_bytes(std::uint32_t polynomial) {
   return table;
 }
 
-/// Made once for each polynomial that a thread uses: a rig has as many as kinds of instruments.
+/// Returns the table of a polynomial. Each thread makes it once per polynomial; a rig needs one per kind of instrument.
 const ByteTable& table_of(std::uint32_t polynomial) {
   constexpr std::size_t kMostTables = 16;
   thread_local std::map<std::uint32_t, ByteTable> tables;
@@ -47,7 +47,7 @@ const ByteTable& table_of(std::uint32_t polynomial) {
 }  // namespace
 
 std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes) {
-  // The register is kept at the top of 32 bits, so that one loop serves every width.
+  // The register occupies the top of 32 bits, so that one loop serves every width.
   static const ByteTable kMirrored = mirrored_bytes();
   const int spare = 32 - model.width;
   const auto& table = table_of(model.polynomial << spare);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Bytes of foreign frames as numbers.
+/// Checksums, and bytes as numbers.
 #pragma once
 
 #include <cstddef>
@@ -9,29 +9,30 @@
 
 namespace gyrotherm::drivers {
 
+/// Returns the byte at index `at` as a number.
 [[nodiscard]] inline std::uint8_t byte_at(std::span<const std::byte> bytes, std::size_t at) {
   return std::to_integer<std::uint8_t>(bytes[at]);
 }
 
-// Check values over bytes.
-
-/// A cyclic redundancy check in the Rocksoft model (R. Williams, "A painless guide to CRC error detection algorithms",
-/// 1993). CRC-16/XMODEM is {16, 0x1021}; its value of "123456789" is 31C3.
+/// Parameters of a cyclic redundancy check in the Rocksoft model (R. Williams, "A painless guide to CRC error detection
+/// algorithms", 1993). CRC-16/XMODEM is {16, 0x1021}; its value for "123456789" is 31C3.
 struct Crc {
-  int width{};  ///< 3 to 32
+  int width{};  ///< bits, 3 to 32
   std::uint32_t polynomial{};
   std::uint32_t initial{};
-  bool reflected{};  ///< bytes enter with their lowest bit first
+  /// Bytes are processed lowest bit first.
+  bool reflected{};
   std::uint32_t final_xor{};
-  std::optional<bool> reflected_out{};  ///< the result is mirrored; by default as `reflected`
+  /// The result is bit-reversed; if empty, the value of `reflected` applies.
+  std::optional<bool> reflected_out{};
 };
 [[nodiscard]] std::uint32_t crc(const Crc& model, std::span<const std::byte> bytes);
 
-/// The sum modulo 256.
+/// Returns the sum of the bytes modulo 256.
 [[nodiscard]] std::uint8_t sum8(std::span<const std::byte> bytes);
-/// The sum of 16-bit words modulo 65536; an odd last byte counts as a word with a zero behind it.
+/// Returns the sum of the 16-bit words modulo 65536. An odd last byte is padded with a zero byte.
 [[nodiscard]] std::uint16_t sum16(std::span<const std::byte> bytes, bool big_endian);
-/// All bytes by exclusive or.
+/// Returns the exclusive or of all bytes.
 [[nodiscard]] std::uint8_t xor8(std::span<const std::byte> bytes);
 
 }  // namespace gyrotherm::drivers

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the rig sees of an instrument, whatever its protocol.
+/// Interfaces of the instruments, independent of their protocols.
 #pragma once
 
 #include <cstdint>
@@ -16,96 +16,100 @@ namespace gyrotherm::drivers {
 
 struct ChamberProgram;  // drivers/chamber/program.hpp
 
-/// Set points that a controller takes; nothing: it does not say.
+/// Range of set points that a controller accepts. A limit is empty if the controller does not report it.
 struct SetPointRange {
   std::optional<Celsius> lowest, highest;
 };
 
-/// Answers who it is, and tells when another instrument may have taken its place.
+/// An instrument that can be identified and that counts broken connections, after which another instrument may answer.
 class Identified {
  public:
   virtual ~Identified() = default;
   /// Returns make, model, serial number and the settings that change the meaning of its values, as far as the
-  /// instrument reports them: the same words from the same instrument with the same settings. Empty: it cannot be
-  /// asked. Fails with timeout, disconnected, refused or corrupted, and with mismatch if it is not the instrument that
-  /// its description expects.
+  /// instrument reports them. The text is always equal for the same instrument with the same settings. Empty if the
+  /// instrument cannot be queried. Fails with timeout, disconnected, refused or corrupted, and with mismatch if the
+  /// instrument differs from its description.
   [[nodiscard]] virtual Result<std::string> identify() = 0;
-  /// Returns make, model and serial number alone, with which the words of identify() begin: enough for sending the safe
-  /// set point to an instrument whose settings were changed. Fails like identify().
+  /// Returns make, model and serial number alone: the start of the text of identify(). This is enough to send the safe
+  /// set point to an instrument whose settings were changed. Fails as identify() does.
   [[nodiscard]] virtual Result<std::string> recognise() { return identify(); }
-  /// Counts the connections that broke so far, those included that the driver made anew within one call.
+  /// Returns the number of connections that broke so far, including those that the driver replaced within one call.
   [[nodiscard]] virtual std::uint64_t breaks() const { return 0; }
 };
 
-/// Parts of an instrument's make, model and settings that identify() compared with its description, and parts that no
-/// answer of it shows, in words.
+/// Properties from an instrument's description: those that identify() compared with its answers, and those that none of
+/// its answers contains. Each is a text for people.
 struct IdentityReport {
   std::vector<std::string> verified, not_verified;
 };
 
-/// Settings of a controller on which its values depend (unit, decimals), by the name of the register, as last read.
+/// Latest settings of a controller on which the meaning of its values depends (unit, decimals), by register name.
 using ControllerSettings = std::map<std::string, double>;
 
-/// How long it takes to speak to a chamber, where that can be told.
+/// Number and duration of the exchanges with a chamber, as far as the driver can measure them.
 struct ChamberEffort {
-  int each_second = 0;    ///< exchanges for its air and set point, in each second
-  int new_set_point = 0;  ///< … for a set point that is sent and read back
-  int status = 0;         ///< … for all else that it says of itself, in turns
-  Duration longest{};     ///< of an exchange, as seen lately
+  /// Exchanges per second for air temperature and set point.
+  int each_second = 0;
+  /// Exchanges for a set point that is sent and read back.
+  int new_set_point = 0;
+  /// Exchanges for all other status values, which are read in turn.
+  int status = 0;
+  Duration longest{};  ///< longest recent exchange
 };
 
-/// A temperature chamber that is driven by set points from the host, or carries out a program that the host gave it.
+/// A temperature chamber. The host sends set points, or uploads a program that the chamber's controller executes.
 class Chamber : public Identified {
  public:
-  /// Known after identify().
+  /// Returns the report of the latest identify().
   [[nodiscard]] virtual IdentityReport verification() const { return {}; }
-  /// One read of the air and of the set point that the controller holds, back within a second plus one exchange. What
-  /// need not be read in each second is read in turn, as far as there is time.
+  /// Reads the air temperature and the controller's set point once, within one second plus one exchange. Status values
+  /// are read in turn, as far as there is time.
   [[nodiscard]] virtual Result<ChamberState> read() = 0;
-  /// The same with all that it says of itself, however long that takes: not within a tick.
+  /// Reads all status values in addition, regardless of the time it takes. Not for use within a tick.
   [[nodiscard]] virtual Result<ChamberState> inspect() { return read(); }
-  /// Makes `target` the controller's set point: written, then read back within the register's resolution.
-  /// Fails with timeout, disconnected, refused or mismatch; then the set point is unknown.
+  /// Writes `target` as the controller's set point and reads it back; both must agree within the register's resolution.
+  /// Fails with timeout, disconnected, refused or mismatch; the controller's set point is unknown afterwards.
   [[nodiscard]] virtual Result<void> send_set_point(Celsius target) = 0;
-  /// Starts conditioning at the present set point, verified by the state register where the map has one.
+  /// Starts temperature control at the present set point. Verified by the state register if the map has one.
   [[nodiscard]] virtual Result<void> start() = 0;
-  /// Ends conditioning, verified likewise.
+  /// Stops temperature control. Verified in the same way.
   [[nodiscard]] virtual Result<void> stop() = 0;
-  /// Zeros where nothing is known.
+  /// Returns zeros for unknown values.
   [[nodiscard]] virtual ChamberEffort effort() const { return {}; }
-  /// What of its state and alarms it says that it does not have, in words: nobody asks for that any more. Known after
-  /// inspect().
+  /// Returns the status values and alarms that the controller reports as missing; the driver no longer reads them.
+  /// Complete after inspect().
   [[nodiscard]] virtual std::vector<std::string> missing() const { return {}; }
-  /// Returns the settings as last read; empty where there are none, or none was read.
+  /// Returns the settings read last. Empty if there are none or none was read.
   [[nodiscard]] virtual ControllerSettings settings() const { return {}; }
-  /// Carries out another command that the instrument knows: "acknowledge" (its alarms), "pause", "resume" (its own
-  /// program), … Fails with refused where it knows none of that name.
+  /// Executes another command of the instrument: "acknowledge" (its alarms), "pause", "resume" (its program), … Fails
+  /// with refused if the instrument has no such command.
   [[nodiscard]] virtual Result<void> perform(const std::string& command) {
     return failure(FaultKind::refused, "chamber " + command, "it has no such command");
   }
-  /// The next call is tried at once, also on a line that rests after failures: for what cannot wait.
+  /// Makes the next call try immediately, even if the connection is in its rest period after failures. For urgent
+  /// commands.
   virtual void end_rest() {}
-  /// `target` as send_set_point() makes it, but at once, on a line that rests too, and with nothing asked that the
-  /// write itself does not need: where a line loses answers, each question more is one that it may lose. Only a program
-  /// that was started from here is ended before. From now on a unit or a number of decimals that cannot be read counts
-  /// as it was last read. Fails like send_set_point().
+  /// Sends a set point as send_set_point() does, but immediately and without any query that the write itself does not
+  /// need, because every query may be lost on a bad line. It ignores the rest period after failures, and ends only a
+  /// program that this process started. From now on, a unit or number of decimals that cannot be read keeps its latest
+  /// value. Fails as send_set_point() does.
   [[nodiscard]] virtual Result<void> send_set_point_at_once(Celsius target) {
     end_rest();
     return send_set_point(target);
   }
-  /// Ends a program that the controller carries out, whoever started it; nothing to do where none runs, or the
-  /// controller knows none.
+  /// Ends the program that the controller is executing, even one started at its panel. Does nothing if no program is
+  /// running or the controller has no programs.
   [[nodiscard]] virtual Result<void> end_program() { return {}; }
-  /// What set points the controller takes, as it is set now.
+  /// Returns the set points that the controller accepts under its present settings.
   [[nodiscard]] virtual Result<SetPointRange> limits() { return SetPointRange{}; }
 
-  /// Puts `program` into the controller's own memory and compares what it kept; says so in words. Nothing moves yet.
+  /// Stores `program` in the controller's memory and compares the stored program with it. Returns a summary for people.
+  /// Nothing is started.
   [[nodiscard]] virtual Result<std::string> upload(const ChamberProgram& program) {
     (void)program;
     return failure(FaultKind::refused, "chamber upload", "it has no memory for programs");
   }
-  /// Starts the program that was uploaded, from its first step, verified by the state register. send_set_point() ends
-  /// it.
+  /// Starts the uploaded program at its first step, verified by the state register. send_set_point() ends it.
   [[nodiscard]] virtual Result<void> start_program() {
     return failure(FaultKind::refused, "chamber start_program", "it has no program");
   }
@@ -114,39 +118,37 @@ class Chamber : public Identified {
 /// One instrument with one or more temperature inputs.
 class Thermometer : public Identified {
  public:
-  /// One reading per input, in the instrument's order. A silent instrument yields its fault in every place, an open or
-  /// over-range input its own fault in its place.
+  /// Returns one reading per input, in the instrument's order. If the instrument does not answer, every input has its
+  /// fault; an open or over-range input has a fault of its own.
   [[nodiscard]] virtual std::vector<Result<Celsius>> read() = 0;
 };
 
-/// One instrument with inputs for voltages and currents, which tell of gyros what their frames do not.
+/// An instrument with inputs for voltages and currents. It measures values of gyros that their frames do not contain.
 class AnalogueInputs : public Identified {
  public:
-  /// One reading of each input that is used, in their order, each in the unit of measure that the instrument's
-  /// description says; within a second plus one exchange. A silent instrument yields its fault in every place, an open
-  /// or over-range input its own fault in its place.
+  /// Returns one reading per configured input, in their order, within one second plus one exchange. Each is in the unit
+  /// of measure that the instrument's description specifies. Faults are reported as by Thermometer::read().
   [[nodiscard]] virtual std::vector<Result<double>> read() = 0;
 };
 
-/// A gyro that sends frames by itself: of one axis or several, and of one unit under test or of several behind one
-/// interface.
+/// A gyro interface that sends frames without being queried. It may have several axes, and may serve several units
+/// under test.
 class Gyro : public Identified {
  public:
-  /// A gyro that only sends cannot be asked. Called once it is open.
+  /// Returns an empty text, because a gyro that only sends cannot be queried. Called once the line is open.
   [[nodiscard]] Result<std::string> identify() override { return std::string(); }
-  /// Opens the line: what the gyro sends from now on can be read. Fails with disconnected. A gyro that needs no opening
-  /// is open.
+  /// Opens the line; frames sent from now on can be read. Fails with disconnected. The default does nothing.
   [[nodiscard]] virtual Result<void> open() { return {}; }
-  /// Waits for a first frame, from which read() counts on. Once, before the first read. Fails like read(). A gyro that
-  /// counts from the start has nothing to wait for.
+  /// Waits for the first frame, which is the origin of the count. Called once, before the first read(). Fails as read()
+  /// does. The default does nothing.
   [[nodiscard]] virtual Result<void> take_origin() { return {}; }
-  /// What was counted since the last successful read, over the interval that the gyro's own clock measured, or the
-  /// host's if it has none. Waits until `expected` of its time is covered, half of it by the host's, or the driver's
-  /// limit is over. Fails with timeout, disconnected or corrupted: frames were lost, or the count begins anew here,
-  /// after a silence or a broken line; what was counted meanwhile is unknown, and the next read counts from here. Fails
-  /// with mismatch if the gyro is not set as its description says.
+  /// Returns the pulses since the last successful read, over the interval measured by the gyro's own clock, or by the
+  /// host's if the gyro has none. Waits until `expected` of the gyro's time has passed (at least half of it by the
+  /// host's clock), or until the driver's limit. Fails with timeout, disconnected or corrupted if frames were lost or
+  /// the count starts again after a silence or a broken line. The pulses in between are then unknown, and the next read
+  /// counts from there. Fails with mismatch if the gyro's settings differ from its description.
   [[nodiscard]] virtual Result<GyroCount> read(Duration expected) = 0;
-  /// Frames of all reads so far. A gyro without frames has none.
+  /// Returns the frame counts of all reads so far; zero for a gyro without frames.
   [[nodiscard]] virtual FrameCount frames() const { return {}; }
 };
 

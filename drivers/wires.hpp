@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The small interfaces below the drivers. Real lines, sockets to virtual instruments and in-memory fakes stand behind
-/// them. Every wait has a limit, `within`, on the clock of whoever made the wire.
+/// Interfaces of the transports below the drivers: real lines, sockets to virtual instruments, and in-memory fakes
+/// implement them. Every wait is limited by `within`, measured by the transport's clock.
 #pragma once
 
 #include <cstddef>
@@ -15,55 +15,59 @@
 
 namespace gyrotherm::drivers {
 
-/// By which function a unit is asked, and so which of its four tables (Modbus Application Protocol V1.1b3, section 6).
+/// Modbus function of a read, which selects one of a unit's four tables (Modbus Application Protocol V1.1b3, section
+/// 6).
 enum class ReadFunction : std::uint8_t { coils = 1, discrete_inputs = 2, holding_registers = 3, input_registers = 4 };
-/// `coil` and `one_register` write one word per exchange, one after the other; `registers` writes all in one.
+/// Modbus function of a write. `coil` and `one_register` write one word per exchange; `registers` writes all words in
+/// one exchange.
 enum class WriteFunction : std::uint8_t { coil = 5, one_register = 6, registers = 16 };
 
-/// The registers and bits of one Modbus unit. An address is the one on the wire (zero-based). A coil or discrete input
-/// is a word that is 0 or 1.
+/// The registers and bits of one Modbus unit. Addresses are zero-based, as on the wire. A coil or discrete input is a
+/// word that is 0 or 1.
 class Registers {
  public:
   virtual ~Registers() = default;
-  /// Fails with timeout, disconnected, corrupted (a reply that is not the answer to this request), or by an exception,
-  /// which is named: refused (there is no such register), out_of_range (it has no value now) or timeout (busy).
+  /// Reads `count` words. Fails with timeout, disconnected or corrupted (the reply does not belong to the request). A
+  /// Modbus exception fails with refused (no such register), out_of_range (no value at present) or timeout (busy), and
+  /// is named in the text.
   [[nodiscard]] virtual Result<std::vector<std::uint16_t>> read(ReadFunction function, std::uint16_t address,
                                                                 std::uint16_t count) = 0;
-  /// Fails likewise; of several exchanges the first that fails is the last. An acknowledged write is not yet an applied
-  /// one: read it back.
+  /// Writes words. Fails as read() does, at the first exchange that fails. An acknowledged write may not be in effect
+  /// yet: read it back.
   [[nodiscard]] virtual Result<void> write(WriteFunction function, std::uint16_t address,
                                            std::span<const std::uint16_t> words) = 0;
-  /// The next use is tried at once, also on a line that rests after failures: for what cannot wait.
+  /// Makes the next call try immediately, even if the line is in its rest period after failures. For urgent commands.
   virtual void end_rest() {}
-  /// Counts the connections that broke so far. Another instrument may be at the end of the next one.
+  /// Returns the number of connections that broke so far. Another instrument may answer on the next one.
   [[nodiscard]] virtual std::uint64_t breaks() const { return 0; }
 };
 
-/// A line that carries bytes both ways: a socket, a serial port.
+/// A bidirectional line for bytes, such as a socket or a serial port.
 class ByteStream {
  public:
   virtual ~ByteStream() = default;
-  /// Reads what has come, at least one byte. Fails with timeout (nothing came) or disconnected.
+  /// Reads the available bytes, waiting for at least one. Fails with timeout (no byte arrived) or disconnected.
   [[nodiscard]] virtual Result<std::size_t> read(std::span<std::byte> buffer, Duration within) = 0;
-  /// When the newest of the bytes that the last read gave had come, on the steady clock; nothing if it gave them as
-  /// they came.
+  /// Returns the arrival time of the newest byte of the last read, on the steady clock. Empty if the bytes were read on
+  /// arrival.
   [[nodiscard]] virtual std::optional<Duration> came() const { return {}; }
-  /// Writes all. Fails with timeout or disconnected.
+  /// Writes all bytes. Fails with timeout or disconnected.
   [[nodiscard]] virtual Result<void> write(std::span<const std::byte> bytes, Duration within) = 0;
-  /// The next use is tried at once, also on a line that rests after failures: how Registers::end_rest() reaches it.
+  /// Makes the next call try immediately, even if the line is in its rest period after failures.
   virtual void end_rest() {}
 };
 
-/// An HID device that is spoken to in reports; byte 0 of a report is its number. Opened at first use, found again by
-/// its serial number after it was gone.
+/// An HID device that exchanges reports; byte 0 of a report is its number. The device is opened at first use, and found
+/// again by its serial number after it was unplugged.
 class HidReports {
  public:
   virtual ~HidReports() = default;
-  /// Who it is: model and serial number. Opens the device if it is not open. Fails with disconnected.
+  /// Opens the device unless it is open. Returns its model and serial number. Fails with disconnected.
   [[nodiscard]] virtual Result<std::string> open() = 0;
-  /// Sends one output report of two bytes or more. Fails with disconnected.
+  /// Sends one output report of at least two bytes. Fails with disconnected.
   [[nodiscard]] virtual Result<void> write(std::span<const std::byte> report) = 0;
-  /// The next input report, into `report`; its size. Fails with timeout (none came) or disconnected.
+  /// Reads the next input report into `report` and returns its size. Fails with timeout (no report arrived) or
+  /// disconnected.
   [[nodiscard]] virtual Result<std::size_t> read(std::span<std::byte> report, Duration within) = 0;
 };
 

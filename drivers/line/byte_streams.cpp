@@ -30,7 +30,7 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-/// A line that is a file of the operating system: opened at first use, and again after it broke.
+/// A line with a file descriptor. It is opened at first use, and again after it broke.
 class DescriptorStream : public ByteStream {
  public:
   Result<void> write(std::span<const std::byte> bytes, Duration within) override {
@@ -59,7 +59,7 @@ class DescriptorStream : public ByteStream {
     return open_line();
   }
 
-  /// What broke is closed at once: a port that is gone stays ready for ever.
+  /// Closes the line at once and reports why: the descriptor of a device that is gone would remain ready forever.
   [[nodiscard]] tl::unexpected<Fault> broken(std::string why) {
     line_.close();
     backoff_.failed();
@@ -73,7 +73,7 @@ class DescriptorStream : public ByteStream {
 
  private:
   [[nodiscard]] virtual Result<void> open_line() = 0;
-  /// How many bytes the system took; −1 with errno set.
+  /// Writes as many bytes as the system accepts. Returns their number, or -1 with errno set.
   [[nodiscard]] virtual ssize_t put(std::span<const std::byte> bytes) const = 0;
 };
 
@@ -158,10 +158,11 @@ std::string reason(int error) {
   return std::strerror(error);
 }
 
-/// libserialport keeps the reason in errno when the system refused.
+/// Describes an error of libserialport, which keeps the system's reason in errno.
 std::string reason(sp_return code) { return code == SP_ERR_FAIL ? reason(errno) : "it is not a serial port"; }
 
-/// Others are kept out by the kernel, and those that the kernel lets in (root, who had it open before) by a lock.
+/// Makes the port exclusive. The kernel excludes other processes; the lock excludes root and processes that opened the
+/// port earlier.
 Result<void> claim(int descriptor) {
   if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return refused("in use by another program");
   if (ioctl(descriptor, TIOCEXCL) != 0) return refused(reason(errno));
@@ -200,7 +201,7 @@ Result<void> configure(sp_port* port, const SerialFormat& format) {
   return {};
 }
 
-/// The instrument shall not see its modem lines drop, which some take for a reset, when the port is closed.
+/// Keeps the modem lines unchanged when the port is closed; some instruments treat their drop as a reset.
 void keep_modem_lines(int descriptor) {
   termios settings{};
   if (tcgetattr(descriptor, &settings) != 0) return;
@@ -219,10 +220,10 @@ Result<Descriptor> open_port(const std::string& device, const SerialFormat& form
   if (auto set = configure(raw, format); !set) return failure(std::move(set.error()));
   keep_modem_lines(handle);
   tcflush(handle, TCIOFLUSH);
-  return Descriptor(fcntl(handle, F_DUPFD_CLOEXEC, 0));  // the port's own goes with it
+  return Descriptor(fcntl(handle, F_DUPFD_CLOEXEC, 0));  // sp_close() closes the original
 }
 
-/// libserialport takes none of these.
+/// Opens a pseudo-terminal, which libserialport does not support.
 Result<Descriptor> open_pseudo_terminal(const std::string& device) {
   Descriptor line(open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!line.is_open()) return refused(reason(errno));
@@ -250,7 +251,7 @@ class SerialStream final : public DescriptorStream {
         backoff_.succeeded();
         return static_cast<std::size_t>(size);
       }
-      if (size == 0) return broken("the port is gone");  // ready, and nothing there: its other end hung up
+      if (size == 0) return broken("the port is gone");  // ready without data: hung up
       if (!would_block()) return broken(std::strerror(errno));
     }
     return failure(FaultKind::timeout, place(), fmt::format("nothing came in {:.3f} s", to_seconds(within)));
@@ -322,8 +323,8 @@ std::unique_ptr<ByteStream> make_serial_stream(std::string device, const SerialF
 
 namespace {
 
-constexpr std::size_t kMostStray = 8;  ///< bytes before the echo
-/// A gateway may hold the second packet of an echo back until the first is acknowledged.
+constexpr std::size_t kMostStray = 8;
+/// A gateway may delay the second packet of an echo until the first is acknowledged.
 constexpr Duration kLongestGap = std::chrono::milliseconds(250);
 
 class EchoStream final : public ByteStream {
@@ -374,7 +375,8 @@ class EchoStream final : public ByteStream {
 
   std::unique_ptr<ByteStream> line_;
   const Clock* clock_;
-  std::vector<std::byte> behind_echo_;  ///< arrived together with the echo
+  /// Bytes that arrived together with the echo.
+  std::vector<std::byte> behind_echo_;
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Byte streams over TCP and over a serial port, also one whose adapter echoes.
+/// Byte streams over TCP and serial ports, including adapters that echo.
 #pragma once
 
 #include <netinet/in.h>
@@ -18,8 +18,8 @@
 
 namespace gyrotherm::drivers {
 
-/// The peer is asked every second once it has been quiet for 5 s, and the line breaks after 5 s without an
-/// acknowledgement, whether something is sent or nothing. Small writes go out at once.
+/// Configures a socket to detect a dead peer: keep-alive probes every second after 5 s of silence, and a broken
+/// connection after 5 s without acknowledgement, idle or not. Small writes are sent immediately.
 inline void guard_against_half_open(int socket) {
   constexpr int kGiveUpUnacknowledgedMs = 5000;
   const auto set = [socket](int level, int option, int value) {
@@ -33,40 +33,42 @@ inline void guard_against_half_open(int socket) {
   set(IPPROTO_TCP, TCP_NODELAY, 1);
 }
 
-/// Connects at first use, and again after the line broke; a connection has `connect_within` to come about.
-/// After a second failure in a row the line rests 0.5 s, then longer, up to 10 s; until then every use fails at once.
+/// Returns a stream that connects at first use and again after the connection broke. Connecting may take
+/// `connect_within`. After the second consecutive failure, uses fail immediately for 0.5 s, then for longer periods up
+/// to 10 s.
 [[nodiscard]] std::unique_ptr<ByteStream> make_tcp_stream(const TcpLine& line, Duration connect_within);
 
-/// Opens `device` without waiting for a carrier, for this program alone (a lock that others respect, and the kernel's),
-/// with `format`, which is read back. Reads and writes do not block. Fails with disconnected.
+/// Opens `device` exclusively (by an advisory lock and by the kernel), without waiting for a carrier. Sets `format` and
+/// reads it back. Reads and writes do not block. Fails with disconnected.
 [[nodiscard]] Result<Descriptor> open_serial_port(const std::string& device, const SerialFormat& format);
 
-/// Returns the link to `device` under /dev/serial/by-id, which remains when adapters are plugged in another order;
-/// empty if there is none.
+/// Returns the link to `device` under /dev/serial/by-id, which does not depend on the order in which adapters are
+/// plugged in. Empty if there is none.
 [[nodiscard]] std::string stable_name(const std::string& device);
-/// Returns whether the number in the name of a device file depends on the order of plugging, as in /dev/ttyUSB0.
+/// Returns whether the number in a device name depends on the order of plugging in, as in /dev/ttyUSB0.
 [[nodiscard]] bool has_unstable_name(const std::string& device);
 
 struct SerialPortFound {
   std::string device;       ///< "/dev/ttyUSB0"
-  std::string description;  ///< "FT232R USB UART - A50285BI", as the adapter says
-  std::string serial;       ///< of a USB adapter, else empty
-  std::string stable_name;  ///< the link under /dev/serial/by-id, which survives another order of plugging; or empty
-  int vendor{}, product{};  ///< of a USB adapter, else 0
+  std::string description;  ///< "FT232R USB UART - A50285BI"
+  std::string serial;       ///< USB adapters only
+  /// Link under /dev/serial/by-id, or empty.
+  std::string stable_name;
+  int vendor{}, product{};  ///< USB adapters only
 };
 [[nodiscard]] std::vector<SerialPortFound> serial_ports();
 
-/// Opens `device` at first use, for this program alone, and again after it was unplugged; a link is followed anew each
-/// time. The settings are read back: a port that cannot do `format` is disconnected and says what it does instead.
-/// What came before the opening is thrown away. After a second failure in a row the line rests 0.5 s, then longer, up
-/// to 10 s; until then every use fails at once. A pseudo-terminal has no settings to make.
+/// Returns a stream that opens `device` exclusively at first use, and again after it was unplugged. A link is resolved
+/// at each opening, and earlier input is discarded. The settings are read back: a port that does not support `format`
+/// fails with disconnected and reports its actual settings; a pseudo-terminal has none. After the second consecutive
+/// failure, uses fail immediately for 0.5 s, then for longer periods up to 10 s.
 [[nodiscard]] std::unique_ptr<ByteStream> make_serial_stream(std::string device, const SerialFormat& format);
 
-/// Returns `line` with an adapter that sends back what it is sent, as two-wire RS-485 adapters do whose receiver stays
-/// on. Each write reads its echo and compares it with what was sent, so that reads return the bytes of others. Up to
-/// eight stray bytes before the echo are ignored: nothing that precedes it can be an answer. A write fails as that of
-/// `line`, with timeout if nothing comes back in 250 ms, or with corrupted if something else does; an answer may still
-/// come then. `clock` must be that of `line` and outlive the stream; without one the steady clock counts.
+/// Wraps `line`, whose adapter echoes everything that is sent, as two-wire RS-485 adapters with an active receiver do.
+/// Each write reads its echo and compares it, so that reads return only bytes from other devices. Up to eight stray
+/// bytes before the echo are ignored, because no answer can precede the echo. A write fails as `line` does, with
+/// timeout if no byte returns within 250 ms, and with corrupted if other bytes return; an answer may still follow.
+/// `clock` must be the clock of `line` and outlive the stream; null means the steady clock.
 [[nodiscard]] std::unique_ptr<ByteStream> make_echo_stream(std::unique_ptr<ByteStream> line,
                                                            const Clock* clock = nullptr);
 

@@ -25,9 +25,10 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::size_t kLongestReport = 64;
-constexpr int kMostOddFailures = 3;  ///< a signal, say: the device is still there
+/// A read may fail while the device is still present, for example after a signal.
+constexpr int kMostOddFailures = 3;
 
-/// hidapi lists, opens and closes for one thread at a time.
+/// Returns the lock for hidapi, whose listing, opening and closing is not thread-safe.
 std::mutex& library() {
   static std::mutex one;
   return one;
@@ -40,14 +41,15 @@ struct CloseDevice {
   }
 };
 
-/// What is not ASCII becomes a question mark.
+/// Converts to ASCII; other characters become question marks.
 std::string narrow(const wchar_t* text) {
   std::string narrowed;
   for (; text != nullptr && *text != L'\0'; ++text) narrowed += *text < 128 ? static_cast<char>(*text) : '?';
   return narrowed;
 }
 
-/// Why a node cannot be used, or "". hidapi reads freed memory if what it opens is no HID device or is just going.
+/// Returns the reason why a device file cannot be used, or "". hidapi reads freed memory when it opens a file that is
+/// not an HID device, or a device that is being removed.
 std::string objection_to(const std::string& path) {
   const Descriptor node(open(path.c_str(), O_RDWR | O_CLOEXEC));
   if (!node.is_open() && errno == EACCES) return "permission denied; \"gyrotherm devices\" tells how to allow it";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// HID devices: which there are, and speaking to one.
+/// Listing of HID devices, and communication with one of them.
 #pragma once
 
 #include <cstdint>
@@ -11,22 +11,24 @@
 
 namespace gyrotherm::drivers {
 
-/// A model, as it names itself on the bus.
+/// An HID model by its USB identifiers, with its name for messages.
 struct HidKind {
   std::uint16_t vendor{}, product{};
   const char* name = "";
 };
 
-/// The device of one of these kinds with that serial number; with an empty one the only device of these kinds. Opened
-/// at first use; after it was gone it is looked for among all devices again, at whatever port. After a second failure
-/// in a row it is left alone for 0.5 s, then longer, up to 10 s. What an older question left to be read is thrown away
-/// when it is opened.
+/// Returns the device of one of these kinds with that serial number; if `serial` is empty, the only device of these
+/// kinds. It is opened at first use, and searched for at all ports after it was unplugged. Opening discards input
+/// reports of earlier queries. After the second consecutive failure, uses fail immediately for 0.5 s, then for longer
+/// periods up to 10 s.
 [[nodiscard]] std::unique_ptr<HidReports> make_hid_line(std::vector<HidKind> kinds, std::string serial);
 
 struct HidDeviceFound {
-  std::string path;  ///< "/dev/hidraw0": changes from one plugging to the next
+  /// "/dev/hidraw0"; changes with each plugging in.
+  std::string path;
   std::uint16_t vendor{}, product{};
-  std::string serial, maker, model;  ///< as the device says
+  /// Texts that the device reports.
+  std::string serial, maker, model;
 };
 [[nodiscard]] std::vector<HidDeviceFound> hid_devices();
 

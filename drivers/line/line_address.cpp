@@ -45,7 +45,7 @@ constexpr const char* kPortsAreListed =
     "serial:/dev/ttyUSB0 or its name in /dev/serial/by-id (\"gyrotherm devices\" lists "
     "them)";
 
-/// Names the likely intention: a serial port, or a host's name.
+/// Suggests the likely intention: a serial port or a host name.
 tl::unexpected<Fault> wrong_host(std::string_view text, std::string_view host, std::string_view expected) {
   if (text.starts_with("/dev/"))
     return wrong(text, "a device file is not an address of the network", fmt::format("\"serial:{}\"", text));

@@ -10,7 +10,7 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr int kMostReadAtOnce = 125;
-/// Three of them are less than the guard's patience.
+/// Three timeouts are shorter than the watchdog's patience.
 constexpr Duration kLongestTimeout = std::chrono::seconds(2);
 
 template <class T>

@@ -21,11 +21,12 @@ using std::chrono::milliseconds;
 constexpr Duration kWholeTcpExchange = milliseconds(1000), kWholeRtuExchange = milliseconds(1500);
 constexpr int kMostTries = 3;
 constexpr Duration kFirstRestOfABusyUnit = milliseconds(20);
-/// The second packet of a reply may wait for the first to be acknowledged (RFC 896), which systems put off by 40 to
+/// The second packet of a reply may wait for the acknowledgement of the first (RFC 896), which systems delay by 40 to
 /// 200 ms.
 constexpr Duration kPieceGapOverTcp = milliseconds(250);
 
-/// Where no number in a reply names its request, a try may have to wait twice the timeout for an older answer first.
+/// Returns the limit of an exchange. Without transaction numbers, a try may have to wait first for twice the timeout,
+/// in case an older answer arrives.
 Duration whole_exchange(const ModbusLink& link) {
   const bool waits = link.framing == ModbusLink::Framing::rtu || link.returns_other_transaction;
   const auto one_try = (waits ? 3 : 1) * link.timeout + link.gap;
@@ -69,8 +70,8 @@ class GuardedRegisters final : public Registers {
  private:
   using Words = std::vector<std::uint16_t>;
 
-  /// Asks again while there is time: a busy unit until it has finished, a line that failed `most_tries` times in all.
-  /// Of several failures the first is told: the later ones may be short of time because of it.
+  /// Repeats the request while there is time: until a busy unit has finished, and at most `most_tries` times if the
+  /// line fails. Of several failures it reports the first, because later ones may have run out of time.
   [[nodiscard]] Result<ModbusAnswer> ask_patiently(ModbusRequest& request, int most_tries) {
     const Deadline deadline(whole_exchange(link_), clock_);
     auto rest = kFirstRestOfABusyUnit;
@@ -87,13 +88,14 @@ class GuardedRegisters final : public Registers {
     }
   }
 
-  /// A TCP connection is closed after each exchange that fails, and made anew for the next one.
+  /// Counts a broken connection. A TCP connection is closed after every failed exchange and opened again for the next
+  /// one.
   void note_break(const Fault& fault) {
     const bool is_closed = link_.framing == ModbusLink::Framing::tcp;
     if (is_closed || fault.kind == FaultKind::disconnected) ++breaks_;
   }
 
-  /// Names the place of a failure, and keeps the account for the rests.
+  /// Performs an exchange, updates the rest period and adds the location to a fault.
   [[nodiscard]] Result<Words> exchange(ModbusRequest& request, int most_tries) {
     if (backoff_.left() > Duration::zero()) return failure(FaultKind::disconnected, place(request), backoff_.words());
     auto answer = ask_patiently(request, most_tries);
@@ -129,8 +131,9 @@ class GuardedRegisters final : public Registers {
             fmt::format("exception {}, {}", exception, is_own ? own->second : exception_meaning(exception))};
   }
 
-  /// Busy, or behind a gateway that did not reach it, a unit has refused nothing. A read is refused by 1 and 2 alone,
-  /// which hold: there is no such function or register. By any other it says that it has no value now.
+  /// Returns the kind of an exception. A busy unit, or a gateway that did not reach the unit, has not refused anything:
+  /// timeout. A read is refused only by exceptions 1 and 2 (no such function or register); any other means that the
+  /// unit has no value at present.
   [[nodiscard]] FaultKind kind_of(const ModbusRequest& request, std::uint8_t exception, bool is_own) const {
     constexpr std::uint8_t kNoAddress = 2, kFailure = 4, kAcknowledged = 5, kBusy = 6, kNoPath = 10, kNoAnswer = 11;
     if (link_.busy_exceptions.contains(exception)) return FaultKind::timeout;
@@ -171,7 +174,7 @@ std::unique_ptr<Registers> make_guarded_registers(std::unique_ptr<ModbusLine> li
 
 ModbusLink without_pauses(ModbusLink link) {
   link.minimum_period = link.after_write = Duration::zero();
-  link.gap = Duration(1);  // zero would ask for 3.5 characters
+  link.gap = Duration(1);  // 0 means 3.5 characters
   link.serial.baud = kFastestBaud;
   return link;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Modbus by the guarded exchange, on whatever line a unit is connected to.
+/// Modbus client with verified replies, on any line.
 #pragma once
 
 #include <algorithm>
@@ -19,72 +19,84 @@
 
 namespace gyrotherm::drivers {
 
-/// How one unit wants to be spoken to. A zero duration asks for nothing beyond the framing's own needs.
+/// Link parameters of one unit. A zero duration adds nothing to the minimum that the framing needs.
 struct ModbusLink {
-  enum class Framing : std::uint8_t { tcp, rtu };  ///< rtu on a TcpLine is RTU over TCP
+  enum class Framing : std::uint8_t { tcp, rtu };  ///< rtu: serial, or over TCP
   Framing framing = Framing::tcp;
-  std::uint8_t unit = 1;     ///< 0 is a unit's own number here, no broadcast
-  std::uint16_t port = 502;  ///< where a TcpLine names none
-  SerialFormat serial;       ///< where a SerialLine names none
+  /// 0 is a normal unit number here, not broadcast.
+  std::uint8_t unit = 1;
+  /// Default port of a TcpLine.
+  std::uint16_t port = 502;
+  /// Default format of a SerialLine.
+  SerialFormat serial;
 
-  Duration timeout = std::chrono::milliseconds(500);  ///< of one try, from the request's end to the reply's end
-  Duration minimum_period{};  ///< from the beginning of one exchange to the beginning of the next
-  Duration after_write{};     ///< from the end of a write to the next request
-  Duration gap{};             ///< RTU: silence before a request; 0: 3.5 characters
-  /// RTU: a reply whose bytes stop for this long is over. Operating systems and gateways deliver in pieces, so this is
-  /// longer than the 1.5 characters of the standard; on a slow line it is four characters, over TCP 250 ms, if that is
-  /// more.
+  /// Limit of one try, from the end of the request to the end of the reply.
+  Duration timeout = std::chrono::milliseconds(500);
+  /// Minimum time from the start of one exchange to the start of the next.
+  Duration minimum_period{};
+  /// Minimum time from the end of a write to the next request.
+  Duration after_write{};
+  /// RTU: silence before a request; 0 means 3.5 characters.
+  Duration gap{};
+  /// RTU: a reply ends after a silence of this length. Operating systems and gateways deliver replies in pieces, so it
+  /// is longer than the standard's 1.5 characters. The effective value is at least four characters, and at least 250 ms
+  /// over TCP.
   Duration piece_gap = std::chrono::milliseconds(30);
 
-  std::uint16_t read_at_most = 125;               ///< registers in one exchange
-  std::uint16_t write_at_most = 123;              ///< by WriteFunction::registers
-  bool answers_reads_by_either_function = false;  ///< a read by 3 may be answered by 4, and the other way round
+  /// Maximum number of registers in one exchange.
+  std::uint16_t read_at_most = 125;
+  std::uint16_t write_at_most = 123;
+  /// Function 4 may answer a read by function 3, and the reverse.
+  bool answers_reads_by_either_function = false;
 
-  // Deviations of a unit, a gateway or an adapter from the standard. On Modbus TCP the field of a reply may have any
-  // value: the length in a reply to a write, the transaction number, the unit number. On RTU the line may return what
-  // is sent.
+  // Deviations of a unit, gateway or adapter from the standard. In Modbus TCP, the named field of a reply may have any
+  // value: the length in a reply to a write, the transaction number, or the unit number. In RTU, the line may echo
+  // requests.
   bool miscounts_write_replies = false;
   bool returns_other_transaction = false;
   bool returns_other_unit = false;
   bool echo = false;
 
-  bool loop_back = false;  ///< RTU: the unit knows function 8, which then finds the beat again after a lost reply
+  /// RTU: the unit supports function 8, which resynchronises the exchange after a lost reply.
+  bool loop_back = false;
 
-  std::set<std::uint8_t> busy_exceptions{5, 6};           ///< asked again within the limit
-  std::map<std::uint8_t, std::string> exception_names{};  ///< where the maker means others than the standard
+  /// Exceptions after which the request is repeated.
+  std::set<std::uint8_t> busy_exceptions{5, 6};
+  /// Exceptions with a vendor-specific meaning.
+  std::map<std::uint8_t, std::string> exception_names{};
 };
 
-/// The same unit in virtual time: it needs no pauses, and real ones would hold up the run.
+/// Returns the link without pauses, for a unit in virtual time.
 [[nodiscard]] ModbusLink without_pauses(ModbusLink link);
 
-/// Registers of the link's unit at the end of `line`, which carries bytes; opened at first use.
+/// Returns the registers of the link's unit at the end of `line`, which must satisfy carries_bytes(). The line is
+/// opened at first use.
 ///
-/// A read has up to three tries within one limit: 1.0 s on TCP, 1.5 s on RTU and on TCP without transaction numbers,
-/// and more only where the link's own times leave no room for one try after a lost answer. A unit that says it is busy
-/// is asked again within the limit. A write has one try: if it fails, whether it was carried out is unknown until the
-/// register is read. After a second failure in a row the line rests 0.5 s, then longer, up to 10 s; until then every
-/// use fails at once. An exception is an answer and no failure of the line. Counts are within the link's limits.
+/// A read has up to three tries within one limit: 1.0 s for TCP, and 1.5 s for RTU and for TCP without transaction
+/// numbers. The limit is longer only if the link's own times would not allow one try after a lost answer. A busy unit
+/// is queried again within the limit. A write has one try: if it fails, its effect is unknown until the register is
+/// read. After the second consecutive failure, uses fail immediately for 0.5 s, then for longer periods up to 10 s. An
+/// exception is an answer, not a failure of the line. Counts must be within the link's limits.
 ///
-/// What stands between a reply and its request: see modbus_lines.hpp.
+/// modbus_lines.hpp describes how a reply is matched to its request.
 [[nodiscard]] std::unique_ptr<Registers> make_modbus(const Line& line, const ModbusLink& link);
 
-/// One request and its answer, with a framing that tells whether they belong together.
+/// Exchange of one request and its answer, including the check that they belong together.
 class ModbusLine {
  public:
   virtual ~ModbusLine() = default;
-  /// One try, at the pace of the link and over by `deadline`. After anything but an answer the line is left, or will be
-  /// made before the next try, such that what still comes on it is not taken for a later answer. Fails with timeout,
-  /// disconnected or corrupted.
+  /// Tries once, at the pace of the link, and ends by `deadline`. After any failure, the line is left so that late
+  /// bytes are never accepted as a later answer. Fails with timeout, disconnected or corrupted.
   [[nodiscard]] virtual Result<ModbusAnswer> ask(ModbusRequest& request, const Deadline& deadline) = 0;
-  /// Lets `time` pass, in which nothing may come; what does is never taken for an answer either.
+  /// Waits for `time`. Bytes that arrive meanwhile are never accepted as an answer.
   virtual void rest(Duration time) = 0;
-  /// The next try is made at once, also where the line below rests by itself after failures.
+  /// Makes the next try immediate, even if the line below is in its rest period after failures.
   virtual void end_rest() {}
-  /// "modbus 10.0.0.7:502"
+  /// Returns the address for messages: "modbus 10.0.0.7:502".
   [[nodiscard]] virtual std::string place() const = 0;
 };
 
-/// When a unit may be asked again.
+/// Earliest time of the next request to a unit.
 class Pace {
  public:
   Pace(const ModbusLink& link, const Clock* clock)
@@ -105,7 +117,7 @@ class Pace {
   Deadline next_, after_last_write_;
 };
 
-/// `clock`, if given, must outlive the registers; without one the steady clock counts.
+/// Returns registers with retries on top of `line`. `clock` must outlive them; null means the steady clock.
 [[nodiscard]] std::unique_ptr<Registers> make_guarded_registers(std::unique_ptr<ModbusLine> line,
                                                                 const ModbusLink& link, const Clock* clock = nullptr);
 

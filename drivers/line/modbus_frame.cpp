@@ -25,7 +25,7 @@ void append_word(std::vector<std::byte>& bytes, std::size_t value) {
   append_byte(bytes, value & 0xFF);
 }
 
-/// A field of a reply that is not what the request expects.
+/// Reports a field of a reply that differs from the expected value.
 tl::unexpected<Fault> wrong_field(const char* field, std::size_t found, std::size_t expected) {
   return failure(FaultKind::corrupted, "", fmt::format("{} of the reply is {}, expected {}", field, found, expected));
 }
@@ -46,17 +46,17 @@ bool known(ModbusFunction function) {
   return false;
 }
 
-/// Bytes after the byte count of a read's reply.
+/// Returns the number of bytes after the byte count of a read's reply.
 std::size_t data_size(const ModbusRequest& request) {
   return reads_bits(request.function) ? (request.count + 7u) / 8 : 2 * std::size_t{request.count};
 }
 
-/// Bytes of a reply that is no exception.
+/// Returns the size of a reply that is not an exception.
 std::size_t reply_size(const ModbusRequest& request) {
   return reads(request.function) ? 2 + data_size(request) : kShortRequest;
 }
 
-/// What stands where a short request has its count or value.
+/// Returns the content of the last field of a short request: its count or its value.
 std::uint16_t count_or_value(const ModbusRequest& request) {
   switch (request.function) {
     case ModbusFunction::write_coil: return request.words.front() != 0 ? kCoilOn : std::uint16_t{0};
@@ -70,7 +70,7 @@ tl::unexpected<Fault> answer_with(const char* exception) {
   return failure(FaultKind::refused, "modbus request", exception);
 }
 
-/// 0 or 1.
+/// Returns 0 or 1.
 std::uint16_t bit_at(std::span<const std::byte> bytes, std::size_t at, std::size_t bit) {
   return (byte_at(bytes, at) >> bit & 1) != 0 ? 1 : 0;
 }
@@ -95,7 +95,7 @@ Result<ModbusAnswer> check_echo(const ModbusRequest& request, std::span<const st
   return ModbusAnswer{};
 }
 
-/// Count and words of a request whose function and size are right.
+/// Reads count and words of a request; function and size were checked before.
 Result<void> take_contents(ModbusRequest& request, std::span<const std::byte> bytes) {
   const auto last = word_at(bytes, 3);
   request.words.clear();
@@ -134,7 +134,7 @@ void append_request(const ModbusRequest& request, std::vector<std::byte>& bytes)
   for (const auto word : request.words) append_word(bytes, word);
 }
 
-/// Whether `function`, the first byte of a reply, may answer `request` so; exceptions apart.
+/// Returns whether `function`, the first byte of a reply without exception, fits `request`.
 bool answers(const ModbusRequest& request, std::uint8_t function) {
   if (function == code(request.function)) return true;
   const bool registers = reads(request.function) && !reads_bits(request.function);
@@ -145,8 +145,8 @@ bool answers_by_exception(const ModbusRequest& request, std::uint8_t function) {
   return (function & kExceptionFlag) != 0 && answers(request, function & ~kExceptionFlag & 0xFF);
 }
 
-/// Compares every field of the reply with its request: function, byte count and size; for a write address and count or
-/// value. Fails with corrupted, naming the field.
+/// Decodes the PDU of a reply after comparing every field with its request: function, byte count and size; for a write
+/// address and count or value. Fails with corrupted, naming the field.
 Result<ModbusAnswer> decode_answer_of(const ModbusRequest& request, std::span<const std::byte> reply) {
   if (reply.size() < kExceptionReplySize) return wrong_field("size", reply.size(), kExceptionReplySize);
   const auto function = byte_at(reply, 0);
@@ -159,8 +159,8 @@ Result<ModbusAnswer> decode_answer_of(const ModbusRequest& request, std::span<co
   return reads(request.function) ? decode_data(request, reply) : check_echo(request, reply);
 }
 
-/// The server's side: function, address, count and words of `request`. Fails with refused and `what` = the exception
-/// code as text ("1", "2", "3") where the server must answer with an exception.
+/// Server: decodes function, address, count and words into `request`. Fails with refused if the answer must be an
+/// exception; `what` is its code as text ("1", "2", "3").
 Result<void> decode_request_into(ModbusRequest& request, std::span<const std::byte> bytes) {
   request.function = bytes.empty() ? ModbusFunction{} : static_cast<ModbusFunction>(byte_at(bytes, 0));
   if (!known(request.function)) return answer_with("1");
@@ -172,7 +172,8 @@ Result<void> decode_request_into(ModbusRequest& request, std::span<const std::by
   return {};
 }
 
-/// The size of the request that `bytes` begins with; nothing if more bytes are needed; 0: an unknown function.
+/// Returns the size of the request at the start of `bytes`, nothing if more bytes are needed, or 0 for an unknown
+/// function.
 std::optional<std::size_t> request_size(std::span<const std::byte> bytes) {
   if (bytes.empty()) return std::nullopt;
   const auto function = static_cast<ModbusFunction>(byte_at(bytes, 0));
@@ -182,7 +183,7 @@ std::optional<std::size_t> request_size(std::span<const std::byte> bytes) {
   return kWordsAt + byte_at(bytes, kShortRequest);
 }
 
-/// `words` are those that a read found, as many as it asked for.
+/// Appends a reply. `words` are the words of a read, as many as requested.
 void append_reply(const ModbusRequest& request, std::span<const std::uint16_t> words, std::vector<std::byte>& bytes) {
   append_byte(bytes, code(request.function));
   if (!reads(request.function)) {
@@ -208,7 +209,7 @@ void append_exception(std::byte function, std::uint8_t exception, std::vector<st
   append_byte(bytes, exception);
 }
 
-// The header is transaction, protocol, length and unit; the protocol data unit follows.
+// The header consists of transaction, protocol, length and unit; the PDU follows.
 constexpr std::size_t kLengthAt = 4, kUnitAt = 6, kFunctionAt = 7;
 constexpr std::size_t kExceptionSize = kFunctionAt + kExceptionReplySize;
 constexpr std::size_t kMostBytesAfterLength = 254;
@@ -231,7 +232,7 @@ std::vector<std::byte> with_length(std::vector<std::byte> frame) {
   return frame;
 }
 
-/// Names the key for a unit whose replies always differ.
+/// Reports a wrong number and names the key for units whose replies always have another one.
 tl::unexpected<Fault> wrong_number(const char* field, std::size_t found, std::size_t expected, const char* key) {
   return failure(FaultKind::corrupted, "",
                  fmt::format("{} of the reply is {}, expected {}, or {} = true in the link table of the rig file",
@@ -269,7 +270,7 @@ std::vector<std::byte> with_crc(std::vector<std::byte> frame) {
   return frame;
 }
 
-/// The CRC's bytes as they stand at the end of `frame`.
+/// Returns whether the last two bytes of `frame` are its CRC.
 bool crc_fits(std::span<const std::byte> frame) {
   const auto last = frame.size() - 2;
   return crc_of(frame.first(last)) == (byte_at(frame, last) | unsigned{byte_at(frame, last + 1)} << 8);
@@ -375,7 +376,8 @@ Result<ModbusAnswer> decode_rtu_answer(const ModbusRequest& request, std::span<c
 RtuFinding find_rtu_answer(const ModbusRequest& request, std::span<const std::byte> bytes) {
   constexpr std::size_t kHeader = 3;  // unit, function, byte count
   RtuFinding found;
-  bool is_whole = false;  // the fault's frame
+  // The fault belongs to a whole frame.
+  bool is_whole = false;
   for (std::size_t at = 0; at < bytes.size(); ++at) {
     const auto rest = bytes.subspan(at);
     const auto size = rtu_answer_size(request, rest);

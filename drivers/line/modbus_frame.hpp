@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Modbus as bytes: requests and answers (the PDU), and the frames that carry them on TCP and on a serial line. Pure
-/// functions, shared by the client's guarded exchange and the virtual chamber's server. Modbus Application Protocol
-/// V1.1b3; Messaging on TCP/IP Implementation Guide V1.0b, section 3.1.3; MODBUS over Serial Line V1.02, section 2.5.1.
+/// Modbus messages: requests and answers (the PDU), and their frames on TCP and serial lines. Pure functions, shared by
+/// the client and the virtual chamber's server. Modbus Application Protocol V1.1b3; Messaging on TCP/IP Implementation
+/// Guide V1.0b, section 3.1.3; MODBUS over Serial Line V1.02, section 2.5.1.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@
 
 namespace gyrotherm::drivers {
 
-inline constexpr std::uint16_t kMostBits = 2000;  ///< that one request may read
+inline constexpr std::uint16_t kMostBits = 2000;  ///< maximum per request
 
 enum class ModbusFunction : std::uint8_t {
   read_coils = 1,
@@ -30,26 +30,29 @@ enum class ModbusFunction : std::uint8_t {
 };
 
 struct ModbusRequest {
-  std::uint16_t transaction{};  ///< Modbus TCP alone
+  /// Modbus TCP only.
+  std::uint16_t transaction{};
   std::uint8_t unit{};
   ModbusFunction function{};
   std::uint16_t address{};
-  std::uint16_t count{};               ///< registers or bits read or written
-  std::vector<std::uint16_t> words{};  ///< written; one of a coil or a loop-back
-  bool either_read_function{};         ///< not on the wire: a read by 3 may be answered by 4, and the other way round
-  // Not on the wire:
-  bool miscounted_reply{};  ///< any length in a write's reply
-  bool any_transaction{};   ///< any transaction number in the reply
-  bool any_unit{};          ///< any unit number in the reply
+  std::uint16_t count{};  ///< registers or bits
+  /// Words to write; exactly one for a coil or a loop-back.
+  std::vector<std::uint16_t> words{};
+  /// Accepts function 4 in answer to a read by function 3, and the reverse. Not on the wire.
+  bool either_read_function{};
+  // Accept any length after a write, any transaction number, any unit number. Not on the wire.
+  bool miscounted_reply{};
+  bool any_transaction{};
+  bool any_unit{};
 };
 
-/// What a unit answers: words (a bit is a word that is 0 or 1; none for a write), or an exception.
+/// Answer of a unit: words, or an exception. A bit is a word that is 0 or 1; a write has no words.
 struct ModbusAnswer {
-  std::uint8_t exception{};  ///< 0: none
+  std::uint8_t exception{};  ///< 0 for none
   std::vector<std::uint16_t> words{};
 };
 
-/// "illegal data address"
+/// Returns the standard's name of an exception: "illegal data address".
 [[nodiscard]] std::string exception_meaning(std::uint8_t exception);
 
 [[nodiscard]] constexpr bool reads(ModbusFunction function) { return static_cast<std::uint8_t>(function) <= 4; }
@@ -61,15 +64,16 @@ struct ModbusAnswer {
 
 [[nodiscard]] std::vector<std::byte> encode_request(const ModbusRequest& request);
 
-/// Compares every field of a reply with its request (transaction, protocol 0, length, unit, function, byte count; for
-/// writes address and count or value) except those that the request exempts. Fails with corrupted, naming the field.
+/// Decodes a reply after comparing every field with the request, except those that the request exempts: transaction,
+/// protocol 0, length, unit, function and byte count; for writes address and count or value. Fails with corrupted,
+/// naming the field.
 [[nodiscard]] Result<ModbusAnswer> decode_answer(const ModbusRequest& request, std::span<const std::byte> reply);
 
-/// The server's side: the length of the first whole frame in `bytes`; nothing if more bytes are needed; a fault
-/// (corrupted) if this cannot become a frame.
+/// Server: returns the length of the first whole frame in `bytes`, or nothing if more bytes are needed. Fails with
+/// corrupted if the bytes cannot become a frame.
 [[nodiscard]] Result<std::optional<std::size_t>> frame_length(std::span<const std::byte> bytes);
-/// Decodes one whole frame. Fails with refused and `what` = the exception code as text ("1", "3") where the server must
-/// answer with an exception.
+/// Server: decodes one whole frame. Fails with refused if the answer must be an exception; `what` is its code as text
+/// ("1", "3").
 [[nodiscard]] Result<ModbusRequest> decode_request(std::span<const std::byte> frame);
 [[nodiscard]] std::vector<std::byte> encode_reply(const ModbusRequest& request, std::span<const std::uint16_t> words);
 [[nodiscard]] std::vector<std::byte> encode_exception(std::span<const std::byte> request_frame, std::uint8_t code);
@@ -78,41 +82,42 @@ inline constexpr std::size_t kLongestRtuFrame = 256;
 
 [[nodiscard]] std::vector<std::byte> encode_rtu_request(const ModbusRequest& request);
 
-/// The size of the answer that begins with `bytes`; nothing if more bytes are needed. Fails with corrupted as soon as
-/// unit, function or byte count show that this does not answer `request`.
+/// Returns the size of the answer at the start of `bytes`, or nothing if more bytes are needed. Fails with corrupted as
+/// soon as unit, function or byte count differ from those of an answer to `request`.
 [[nodiscard]] Result<std::optional<std::size_t>> rtu_answer_size(const ModbusRequest& request,
                                                                  std::span<const std::byte> bytes);
-/// Compares every field of an answer with its request: unit, function, byte count and size, for writes address and
-/// count or value, and the CRC. Fails with corrupted, naming the field. What the frame does not hold it cannot tell:
-/// which address a read's words come from, and when.
+/// Decodes an answer after comparing every field with its request: unit, function, byte count and size, for writes
+/// address and count or value, and the CRC. Fails with corrupted, naming the field. The frame of a read contains
+/// neither the address of its words nor a number of the request, so these cannot be checked.
 [[nodiscard]] Result<ModbusAnswer> decode_rtu_answer(const ModbusRequest& request, std::span<const std::byte> frame);
 
 inline constexpr std::size_t kShortestRtuAnswer = 5;  ///< an exception
 
-/// A search for the answer to a request among the bytes of a line.
+/// Result of searching the received bytes for the answer to a request.
 struct RtuFinding {
-  std::optional<ModbusAnswer> answer{};  ///< content of the first fitting frame
-  std::size_t begin = 0, end = 0;        ///< position of that frame
-  /// The bytes end within a frame whose first three bytes fit.
+  /// The answer in the first matching frame, and the position of that frame.
+  std::optional<ModbusAnswer> answer{};
+  std::size_t begin = 0, end = 0;
+  /// The bytes end within a frame, and its first three bytes match.
   bool begun = false;
-  /// Without an answer: the reason why the likeliest frame does not fit.
+  /// Reason for rejecting the most likely frame, if there is no answer.
   Fault fault{FaultKind::corrupted, "", ""};
 };
-/// Returns the first frame that decode_rtu_answer() accepts, wherever it begins. Noise of an idle bus and the frames of
-/// other units precede it; bytes that follow it count nothing.
+/// Returns the first frame that decode_rtu_answer() accepts, at any position. Noise of an idle bus and frames of other
+/// units may precede it; bytes after it are ignored.
 [[nodiscard]] RtuFinding find_rtu_answer(const ModbusRequest& request, std::span<const std::byte> bytes);
 
-/// The server's side: the size of the first frame in `bytes`; nothing if more bytes are needed. Fails with corrupted if
-/// its function is unknown: then the frame ends where the line falls silent.
+/// Server: returns the size of the first frame in `bytes`, or nothing if more bytes are needed. Fails with corrupted if
+/// the function is unknown; such a frame ends at the next silence.
 [[nodiscard]] Result<std::optional<std::size_t>> rtu_request_size(std::span<const std::byte> bytes);
-/// Decodes one whole frame. Fails with corrupted (CRC: to be met with silence), or with refused and `what` = the
-/// exception code as text ("1", "3") where the server must answer with an exception.
+/// Server: decodes one whole frame. Fails with corrupted if the CRC is wrong; the server must not answer then. Fails
+/// with refused if the answer must be an exception; `what` is its code as text ("1", "3").
 [[nodiscard]] Result<ModbusRequest> decode_rtu_request(std::span<const std::byte> frame);
 [[nodiscard]] std::vector<std::byte> encode_rtu_reply(const ModbusRequest& request,
                                                       std::span<const std::uint16_t> words);
 [[nodiscard]] std::vector<std::byte> encode_rtu_exception(std::span<const std::byte> request_frame, std::uint8_t code);
 
-/// Appends the CRC of all that is there.
+/// Appends the CRC of the bytes in `frame`.
 void append_rtu_crc(std::vector<std::byte>& frame);
 
 }  // namespace gyrotherm::drivers

@@ -26,10 +26,10 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::size_t kLongestTcpFrame = 260;
-constexpr int kSelectableDescriptors = 1000;  ///< libmodbus waits with select(), which ends at 1024
+constexpr int kSelectableDescriptors = 1000;  ///< libmodbus uses select(): below 1024
 
-/// Whether the next descriptor, which a connection will have, is one that libmodbus can wait for; it does so already
-/// while it connects.
+/// Returns whether the next descriptor, which the connection will get, is small enough for select(). libmodbus calls
+/// select() already while connecting.
 bool may_select() {
   const Descriptor next(::open("/", O_PATH | O_CLOEXEC));
   return next.is_open() && next.number() < kSelectableDescriptors;
@@ -106,8 +106,9 @@ class LibmodbusConnection final : public FrameConnection {
   }
 
   TcpLine line_{"127.0.0.1", 0};
-  Connect connect_;                                 ///< empty: the line is connected to
-  std::unique_ptr<modbus_t, FreeContext> context_;  ///< exists while connected
+  /// If empty, `line_` is connected.
+  Connect connect_;
+  std::unique_ptr<modbus_t, FreeContext> context_;
 };
 
 class ModbusTcp final : public ModbusLine {
@@ -148,9 +149,9 @@ class ModbusTcp final : public ModbusLine {
     return connection_->open(std::min(timeout_, deadline.left()));
   }
 
-  /// Opens a connection on which no answer to an older request can come. Without transaction numbers time alone keeps
-  /// answers apart: after a failure, and after unsolicited bytes, a fresh connection must have been silent
-  /// for a whole timeout, and twice the timeout must have passed since the last request.
+  /// Opens a connection on which no answer to an older request can arrive. Without transaction numbers, time separates
+  /// answers: after a failure or unsolicited bytes, a new connection must have been silent for a whole timeout, and
+  /// twice the timeout must have passed since the last request.
   [[nodiscard]] Result<void> open_silent(const Deadline& deadline) {
     while (true) {
       if (connection_->is_open() && !connection_->silent_for(Duration::zero())) drop();
@@ -183,14 +184,16 @@ class ModbusTcp final : public ModbusLine {
   std::unique_ptr<FrameConnection> connection_;
   std::string place_;
   Duration timeout_;
-  bool is_numbered_;  ///< replies carry their request's transaction
+  /// Replies contain the transaction number of their request.
+  bool is_numbered_;
   const Clock* clock_;
-  /// Also at the start: another client may have used the unit.
+  /// True at the start, because another client may have used the unit.
   bool answer_may_come_late_ = true;
-  /// An answer to the last request may come until then.
+  /// End of the time in which an answer to the last request may arrive.
   Deadline late_answers_;
   Pace pace_;
-  std::uint16_t transaction_ = 0;  ///< counts on across connections
+  /// Continues counting across connections.
+  std::uint16_t transaction_ = 0;
 };
 
 }  // namespace
@@ -214,13 +217,14 @@ using std::chrono::milliseconds;
 
 constexpr int kFastestByCharacters = 19200;
 constexpr Duration kSilenceOfFastLines = std::chrono::microseconds(1750);
-constexpr std::size_t kRoom = 3 * kLongestRtuFrame;  ///< an answer and noise around it
+/// Bytes of an answer and of noise around it.
+constexpr std::size_t kRoom = 3 * kLongestRtuFrame;
 constexpr int kLeastPieceGapInCharacters = 4;
 
 constexpr const char* kEchoes =
     "what was sent comes back: the line or its adapter echoes; expected echo = true in the link table of the rig file";
 
-/// Returns whether `whole` begins with `part` and continues after it.
+/// Returns whether `whole` is longer than `part` and begins with it.
 bool is_start(std::span<const std::byte> part, std::span<const std::byte> whole) {
   return part.size() < whole.size() && std::ranges::equal(part, whole.first(part.size()));
 }
@@ -257,7 +261,7 @@ class ModbusRtu final : public ModbusLine {
     while (!deadline.over()) {
       const auto size = stream_->read(stale, deadline.left());
       if (size) answer_may_come_late_ = true;
-      if (!size && size.error().kind != FaultKind::timeout) return;  // the next try says so
+      if (!size && size.error().kind != FaultKind::timeout) return;  // the next try reports it
     }
   }
 
@@ -277,7 +281,7 @@ class ModbusRtu final : public ModbusLine {
     return answer;
   }
 
-  /// Throws away what comes until the line has been silent long enough.
+  /// Discards arriving bytes until the line has been silent long enough.
   [[nodiscard]] Result<void> wait_for_silence(const Deadline& deadline) {
     std::array<std::byte, kRoom> stale;
     std::size_t stray = 0;
@@ -295,7 +299,7 @@ class ModbusRtu final : public ModbusLine {
     }
   }
 
-  /// A number that only this request can have brought back.
+  /// Sends a new number with function 8; only the answer to this request can return it.
   [[nodiscard]] Result<void> resynchronise(const Deadline& deadline) {
     const ModbusRequest ask{
         .unit = unit_, .function = ModbusFunction::loop_back, .count = 1, .words = {++last_number_}};
@@ -305,7 +309,7 @@ class ModbusRtu final : public ModbusLine {
     return failure(FaultKind::corrupted, "", "the unit does not return what it is sent (function 8)");
   }
 
-  /// Reads where a write went whose answer equals its request: the answer to a read is none of its echo.
+  /// Reads the address of a write whose answer equals its request. The answer to a read differs from its echo.
   [[nodiscard]] Result<void> prove_no_echo(const ModbusRequest& written, const Deadline& deadline) {
     if (auto silent = wait_for_silence(deadline); !silent) return silent;
     const bool is_coil = written.function == ModbusFunction::write_coil || reads_bits(written.function);
@@ -357,15 +361,15 @@ class ModbusRtu final : public ModbusLine {
     return bytes.subspan(found.begin, found.end - found.begin);
   }
 
-  /// Returns whether the request itself is among `bytes` and is not its answer. The answer to some writes equals them:
-  /// then a second frame that fits, the unit's own, shows that the first was the echo.
+  /// Returns whether `bytes` contain the request itself as an echo. The answer to some writes equals the request; then
+  /// a second matching frame, sent by the unit, shows that the first was the echo.
   [[nodiscard]] bool is_echo(const ModbusRequest& request, const RtuFinding& found, std::span<const std::byte> bytes,
                              std::span<const std::byte> sent) const {
     if (!found.answer || !std::ranges::equal(frame_in(bytes, found), sent)) return contains(bytes, sent);
     return !has_no_echo_ && find_rtu_answer(request, bytes.subspan(found.end)).answer.has_value();
   }
 
-  /// Judges the bytes that came when nothing follows.
+  /// Evaluates the received bytes after the reply ended.
   [[nodiscard]] Result<ModbusAnswer> at_the_end(RtuFinding found, std::span<const std::byte> bytes,
                                                 std::span<const std::byte> sent) {
     if (found.answer) return taken(std::move(found), bytes, sent);
@@ -376,7 +380,7 @@ class ModbusRtu final : public ModbusLine {
     return failure(std::move(found.fault));
   }
 
-  /// A frame's worth of bytes behind the answer may be a late answer to an older request.
+  /// Accepts an answer. If enough bytes for a frame follow it, a late answer to an older request may be among them.
   [[nodiscard]] Result<ModbusAnswer> taken(RtuFinding found, std::span<const std::byte> bytes,
                                            std::span<const std::byte> sent) {
     const auto frame = frame_in(bytes, found);
@@ -390,13 +394,18 @@ class ModbusRtu final : public ModbusLine {
   std::uint8_t unit_;
   Duration timeout_, piece_gap_, silence_;
   bool loop_back_;
-  bool echo_is_read_;  ///< the stream reads it back
-  bool has_no_echo_;   ///< an answer has proved it
+  /// The stream reads the echo.
+  bool echo_is_read_;
+  /// An answer proved that the line does not echo.
+  bool has_no_echo_;
   const Clock* clock_;
-  bool answer_may_come_late_ = true;  ///< who used the line before is not known
-  Deadline late_answers_;             ///< until then answers to the last request are to be expected
+  /// True at the start, because another client may have used the line.
+  bool answer_may_come_late_ = true;
+  /// End of the time in which an answer to the last request may arrive.
+  Deadline late_answers_;
   Pace pace_;
-  std::uint16_t last_number_ = 0;  ///< of a loop-back
+  /// Number of the latest loop-back.
+  std::uint16_t last_number_ = 0;
 };
 
 }  // namespace

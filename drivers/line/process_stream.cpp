@@ -28,15 +28,16 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Duration kEndsWithin = std::chrono::milliseconds(500), kDiesWithin = std::chrono::seconds(1);
-constexpr Duration kSettledAfter = std::chrono::seconds(10);  ///< a program that ran so long did not fail to start
-constexpr std::size_t kLastWords = 200;                       ///< bytes
+/// A program that ran for this long has started successfully.
+constexpr Duration kSettledAfter = std::chrono::seconds(10);
+constexpr std::size_t kLastWords = 200;  ///< bytes
 
 std::string how_it_ended(int status) {
   if (WIFSIGNALED(status)) return fmt::format("the program was ended by signal {}", WTERMSIG(status));
   return fmt::format("the program ended with exit code {}", WEXITSTATUS(status));
 }
 
-/// Two ends of what both programs speak by, and the one end of what the other complains by.
+/// Both ends of the connection for data, and both ends of the pipe for stderr.
 struct Pipes {
   Descriptor ours, theirs, complaints, complains;
 };
@@ -53,7 +54,7 @@ Result<Pipes> make_pipes(const std::string& place) {
   return pipes;
 }
 
-/// The process, or 0 and errno.
+/// Starts the program. Returns its process, or 0 with errno set.
 pid_t spawn(const ProgramCommand& command, const Pipes& pipes) {
   std::vector<char*> words;
   for (const auto& word : command.words) words.push_back(const_cast<char*>(word.c_str()));
@@ -90,7 +91,7 @@ std::string text(const ProgramCommand& command) { return fmt::format("{}", fmt::
 Result<std::string> find_program(const ProgramCommand& command) {
   const auto& word = command.words.front();
   if (word.find('/') != std::string::npos) {
-    const std::string file = fs::path(command.folder) / word;  // an absolute one stands alone
+    const std::string file = fs::path(command.folder) / word;  // absolute paths replace `folder`
     if (may_run(file)) return file;
     return failure(FaultKind::disconnected, file, "is no program that this user may run");
   }
@@ -99,7 +100,7 @@ Result<std::string> find_program(const ProgramCommand& command) {
   return file;
 }
 
-/// A process that runs, with our ends of its pipes.
+/// A running process, with this side's ends of its pipes.
 class ProcessStream::Child {
  public:
   Child(pid_t process, Pipes& pipes)
@@ -120,8 +121,8 @@ class ProcessStream::Child {
     ::shutdown(line_.number(), SHUT_RDWR);
     if (watched_.is_open()) (void)ready(watched_.number(), POLLIN, Deadline(within));
   }
-  /// Kills what is left of its group; how it ended, with its last words. The number of the process is its own until it
-  /// was waited for, so that no stranger is killed.
+  /// Kills the process group. Returns how the process ended and its last line on stderr. The process number cannot be
+  /// reused before waitpid(), so no other process is killed.
   std::string end() {
     if (process_ == 0) return {};
     ::kill(-process_, SIGKILL);
@@ -135,7 +136,7 @@ class ProcessStream::Child {
     return (dead ? how_it_ended(status) : "the program was killed, and hangs in the kernel still") +
            (said.empty() ? said : fmt::format("; it said \"{}\"", said));
   }
-  /// Waits for what it prints; false if the time is over. What it complains of meanwhile is taken away.
+  /// Waits for output of the program; returns false at the deadline. Reads its stderr meanwhile.
   [[nodiscard]] bool wait(const Deadline& deadline) {
     while (!deadline.over()) {
       std::array<pollfd, 2> lines{{{line(), POLLIN, 0}, {complaints_.number(), POLLIN, 0}}};
@@ -147,7 +148,7 @@ class ProcessStream::Child {
     }
     return false;
   }
-  /// Takes away what it wrote to its standard error, so that it never waits for that; a part at most.
+  /// Reads what the program wrote to stderr, up to a limit, so that the program never blocks on it.
   void listen() {
     constexpr int kMostPieces = 64;
     std::array<char, 4096> some{};
@@ -177,7 +178,8 @@ struct ProcessStream::Inside {
   ProgramCommand command;
   std::unique_ptr<Child> child{};
   Backoff backoff{};
-  std::string why{};  ///< the last end
+  /// Reason for the latest end.
+  std::string why{};
 };
 
 ProcessStream::ProcessStream(ProgramCommand command)
@@ -223,7 +225,7 @@ Result<std::size_t> ProcessStream::read(std::span<std::byte> buffer, Duration wi
     const auto size = ::recv(child.line(), buffer.data(), buffer.size(), 0);
     if (size > 0) return static_cast<std::size_t>(size);
     if (size == 0 || !would_block()) {
-      child.let_end(Duration(std::chrono::milliseconds(100)));  // how it ended is known a moment later
+      child.let_end(Duration(std::chrono::milliseconds(100)));  // the exit status follows shortly
       return broken({});
     }
     if (!child.wait(deadline))

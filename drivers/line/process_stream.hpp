@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A program of others as a line: what is written goes to its standard input, what it prints comes back. It is a
-/// process of its own, so that it may crash, hang and leak without harm to whoever drives a chamber.
+/// A third-party program as a byte stream: written bytes go to its standard input, and its standard output is read. It
+/// is a separate process, so that it may crash, hang or leak memory without harm to the process that drives a chamber.
 #pragma once
 
 #include <memory>
@@ -13,32 +13,33 @@
 
 namespace gyrotherm::drivers {
 
-/// A program and its arguments, which no shell sees. A program named without a slash is looked for in the path; what is
-/// relative is so to `folder`, in which it runs.
+/// A program and its arguments; no shell interprets them. A program name without a slash is searched in PATH. Relative
+/// paths are relative to `folder`, the program's working directory.
 struct ProgramCommand {
   std::vector<std::string> words;
   std::string folder = ".";
 };
-/// For people: its words with blanks between them.
+/// Formats the command for people, with blanks between its arguments.
 [[nodiscard]] std::string text(const ProgramCommand& command);
-/// The file that would be run. Fails with disconnected if there is none, or if this user may not run it.
+/// Returns the path of the executable file. Fails with disconnected if there is none, or if this user may not execute
+/// it.
 [[nodiscard]] Result<std::string> find_program(const ProgramCommand& command);
 
-/// One thread. The program is started at first use, and again after it ended; after a second end in a row the line
-/// rests 0.5 s, then longer, up to 10 s, and until then every use fails at once. It is started with no open file but
-/// its three, in a process group of its own. Its end is a disconnected fault that says how it ended, and the last line
-/// that it wrote to its standard error.
+/// The stream of a program; not thread-safe. The program is started at first use, and again after it ended. After it
+/// ended twice in a row, uses fail immediately for 0.5 s, then for longer periods up to 10 s. It is started with its
+/// three standard streams only, in its own process group. When it ends, calls fail with disconnected; the message
+/// contains its exit status and the last line that it wrote to stderr.
 class ProcessStream final : public ByteStream {
  public:
   explicit ProcessStream(ProgramCommand command);
-  /// Closes the program's standard input, gives it half a second to end by itself, and kills it with its group.
+  /// Closes the program's standard input, waits half a second for it to end, and kills its process group.
   ~ProcessStream() override;
   ProcessStream(const ProcessStream&) = delete;
   ProcessStream& operator=(const ProcessStream&) = delete;
 
   [[nodiscard]] Result<std::size_t> read(std::span<std::byte> buffer, Duration within) override;
   [[nodiscard]] Result<void> write(std::span<const std::byte> bytes, Duration within) override;
-  /// Kills the program with its group, as one that does not do what it should; the next use starts it anew.
+  /// Kills the process group of a misbehaving program. The next use starts the program again.
   void kill();
 
  private:

@@ -14,11 +14,11 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr std::size_t kLongestLine = 256;
-/// Bytes that an idle bus puts before and behind lines; none is a character of a line.
+/// Bytes that an idle bus adds around lines. None of them occurs in a line.
 constexpr std::string_view kNoise("\0\xFF", 2);
 
 void remove_noise_before(std::string& text) { text.erase(0, std::min(text.find_first_not_of(kNoise), text.size())); }
-/// No whole number of seconds, so that it keeps step with no fault that comes and goes by seconds.
+/// Not a whole number of seconds, so that it does not synchronise with faults that repeat each second.
 constexpr Duration kRest = std::chrono::milliseconds(3250);
 
 }  // namespace
@@ -41,7 +41,7 @@ Result<void> TextExchange::wait_for_silence(bool resync_follows) {
   return failure(FaultKind::corrupted, "", "the line does not fall silent");
 }
 
-/// Lines that do not begin so answer older questions.
+/// Reads lines until one begins with `begins`; earlier lines answer older questions.
 Result<std::string> TextExchange::receive(std::string_view begins) {
   std::string text;
   std::array<std::byte, kLongestLine> buffer;
@@ -98,7 +98,7 @@ Result<std::string> TextExchange::ask(std::string_view question, const ResyncQue
     answer = failure(FaultKind::corrupted, "", "an older question is answered");
   resync_is_lost_ = !answer;
   if (!answer && resync_is_owed_) rest_.emplace(kRest, options_.clock);
-  if (answer && !is_resync) resync_is_owed_ = false;  // it came before this one, or never will
+  if (answer && !is_resync) resync_is_owed_ = false;  // answered earlier, or never
   if (!answer && is_resync) resync_is_owed_ = options_.alone;
   return answer;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Question and answer in lines of text, where the host alone asks.
+/// Exchange of text lines: the host sends a question and the instrument answers.
 #pragma once
 
 #include <chrono>
@@ -15,16 +15,19 @@
 namespace gyrotherm::drivers {
 
 struct TextExchangeOptions {
-  std::string question_end;  ///< the terminators, which no text here contains
+  std::string question_end;  ///< line terminators
   std::string answer_end;
-  Duration within{};             ///< for a whole answer
-  Duration pause{};              ///< the line must be silent this long before a question
-  bool alone = false;            ///< one instrument is on the line, so that all answers come in order
-  const Clock* clock = nullptr;  ///< the line's, which outlives the exchange; none: the steady clock
+  Duration within{};  ///< for a whole answer
+  /// Required silence before a question.
+  Duration pause{};
+  /// No other instrument is on the line, so that all answers arrive in order.
+  bool alone = false;
+  /// Clock of the line, which outlives the exchange; null means the steady clock.
+  const Clock* clock = nullptr;
 };
 
-/// A question whose answer cannot be taken for that of another. An instrument answers in order: once this one is
-/// answered, what was lost before will not come any more.
+/// A question whose answer cannot be confused with another. An instrument answers in order: after this answer, no
+/// answer to an earlier question can arrive.
 struct ResyncQuery {
   std::string question;
   std::string answer_begins;
@@ -34,12 +37,13 @@ class TextExchange {
  public:
   TextExchange(std::unique_ptr<ByteStream> line, TextExchangeOptions options);
 
-  /// The one line that answers `question`. What an older question left on the line is taken away before; after a
-  /// question that nothing answered, `resync` must first be answered, so that a late answer is not taken for the
-  /// next. The line must be silent for `within` before that, unless its instrument is alone and owes no answer to
-  /// an earlier one; once that is lost, or a question while one is owed, nothing is asked for 3.25 s. Fails with
-  /// timeout, disconnected or corrupted (no silence, no end within 256 bytes, or bytes after the end: two answers to
-  /// one question). Without `resync` an answer that is later than twice `within` passes for that to the next question.
+  /// Sends `question` and returns its one-line answer. Bytes that wait on the line are discarded first. After an
+  /// unanswered question, `resync` must be answered first, so that a late answer is not accepted for the next question.
+  /// Before that, the line must be silent for `within`, unless its instrument is alone on the line and has no
+  /// outstanding answer to an earlier `resync`. If `resync` is lost, or a question while its answer is outstanding, all
+  /// questions fail for 3.25 s. Fails with timeout, disconnected or corrupted (no silence, no end within 256 bytes, or
+  /// bytes after the end, which are two answers to one question). Without `resync`, an answer later than twice `within`
+  /// is accepted for the next question.
   [[nodiscard]] Result<std::string> ask(std::string_view question, const ResyncQuery& resync = {});
 
  private:
@@ -52,8 +56,10 @@ class TextExchange {
   TextExchangeOptions options_;
   bool answer_may_come_late_ = false;
   bool resync_is_lost_ = false;
-  bool resync_is_owed_ = false;   ///< its answer may yet come
-  std::optional<Deadline> rest_;  ///< until which nothing is asked
+  /// The answer to `resync` may still arrive.
+  bool resync_is_owed_ = false;
+  /// No question is sent before this deadline.
+  std::optional<Deadline> rest_;
 };
 
 }  // namespace gyrotherm::drivers

@@ -54,7 +54,7 @@ bool lists(const std::string& members, const std::string& user) {
   return false;
 }
 
-/// Returns the number of the user's own group; empty if /etc/passwd has no such user.
+/// Returns the number of the user's primary group, or an empty string if /etc/passwd does not list the user.
 std::string own_group_of(std::int64_t uid) {
   std::ifstream users("/etc/passwd");
   for (std::string line; std::getline(users, line);)
@@ -80,7 +80,7 @@ struct Question {
   unix_diag_req request{};
 };
 
-/// Reads the user out of an answer of the kernel; nothing if it is an error or has none.
+/// Reads the user from an answer of the kernel. Returns nothing if the answer is an error or has no user.
 std::optional<std::int64_t> user_in(const char* answer, std::size_t size) {
   nlmsghdr header{};
   if (size < sizeof header) return {};
@@ -128,10 +128,13 @@ std::optional<std::int64_t> user_of_socket(std::uint32_t inode) {
 
 namespace {
 
-constexpr int kManyCallers = 4096;       // the kernel takes as many of them as it allows
-constexpr const char* kStream = "0001";  // of the type in proc(5), /proc/net/unix; each type has names of its own
+// The kernel limits the queue to its own maximum.
+constexpr int kManyCallers = 4096;
+// Socket type in /proc/net/unix (proc(5)); each type has its own names.
+constexpr const char* kStream = "0001";
 
-/// unix(7): the first byte of an abstract name is zero. A place that is too long keeps its end, and a sum of it all.
+/// Returns the abstract name of a chamber, without its leading zero byte (unix(7)). A long identifier is replaced by
+/// its hash and its end.
 std::string name_of(const std::string& place) {
   constexpr std::size_t kLongest = 70;
   const auto shown = place.size() <= kLongest
@@ -157,22 +160,22 @@ const sockaddr* as_sockaddr(const Address& address) { return reinterpret_cast<co
 
 Descriptor new_socket() { return Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)); }
 
-constexpr char kSpareMark = '#';  ///< "NAME#5f0c…" is a spare of NAME
+constexpr char kSpareMark = '#';  ///< "NAME#5f0c…" is a spare name
 
-/// Draws a spare name, which no process can have bound in advance.
+/// Returns a random spare name, which no process can have bound in advance.
 std::string spare_name(const std::string& place) {
   std::random_device device;
   return fmt::format("{}{}{:08x}{:08x}", name_of(place), kSpareMark, device(), device());
 }
 
-/// A socket that has a name.
+/// A socket and the name it is bound to.
 struct NamedSocket {
   std::string name;
   std::uint64_t inode{};
 };
 
-/// The sockets that have the chamber's name or a spare of it. A name is listed once: its accepted connections have it,
-/// too, and the same user.
+/// Returns the sockets with the chamber's name or a spare name. Each name is listed once, although accepted connections
+/// have the same name and user.
 std::vector<NamedSocket> sockets_of(const std::string& place) {
   std::ifstream sockets("/proc/net/unix");
   const auto own = "@" + name_of(place);
@@ -198,7 +201,7 @@ bool has_open(const std::filesystem::path& process, const std::string& socket) {
   });
 }
 
-/// Finds who holds a socket that does not answer who it is, as far as this user may look into other processes.
+/// Finds the process that holds an unresponsive socket, as far as this user may inspect other processes.
 NameOwner owner_by_descriptors(std::uint64_t inode) {
   const auto socket = fmt::format("socket:[{}]", inode);
   for (const auto& process : entries_of("/proc")) {
@@ -212,7 +215,8 @@ NameOwner owner_by_descriptors(std::uint64_t inode) {
 }
 
 constexpr mode_t kOwnFolder = 0755;
-constexpr mode_t kOwnFile = 0600;  ///< whoever can open it at all can lock it
+/// Not readable for other users, because a user who can open the file can lock it.
+constexpr mode_t kOwnFile = 0600;
 constexpr mode_t kWritableByOthers = S_IWGRP | S_IWOTH;
 
 std::string as_file_name(const std::string& text) {
@@ -224,8 +228,8 @@ std::string as_file_name(const std::string& text) {
   return name;
 }
 
-/// In the order of preference, none of them on a disk, which may hang. The last one lies where anybody may make a
-/// folder of that name first; then it is not the user's own, and is not used.
+/// Returns the candidate folders in order of preference. None is on a disk, because a disk may hang. The last one is in
+/// a folder that every user may write; if another user made it first, it is not this user's and is not used.
 std::vector<std::string> folders() {
   std::vector<std::string> all{"/run/gyrotherm"};
   if (const char* own = std::getenv("XDG_RUNTIME_DIR"); own && *own == '/')
@@ -238,7 +242,7 @@ bool is_own(const struct stat& found) {
   return found.st_uid == ::geteuid() && (found.st_mode & kWritableByOthers) == 0;
 }
 
-/// An open folder that is the user's own and nobody else may write; made if it is not there. Through no link.
+/// Opens a folder that this user owns and no other user may write, and makes it if necessary. Does not follow a link.
 Descriptor own_folder(const std::string& path) {
   ::mkdir(path.c_str(), kOwnFolder);
   Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
@@ -247,7 +251,7 @@ Descriptor own_folder(const std::string& path) {
   return folder;
 }
 
-/// The lock file of that place, open; none where no folder can be used.
+/// Opens the lock file of a chamber. Returns a closed descriptor if no folder is usable.
 Descriptor lock_file(const std::string& place) {
   for (const auto& path : folders()) {
     const auto folder = own_folder(path);
@@ -281,7 +285,7 @@ void sign(int file, const std::string& record) {
     const auto written = ::pwrite(file, text.data(), text.size(), 0);
 }
 
-/// Of the process that signed the lock file, its record; where another one did, nothing.
+/// Returns the record for a message if process `pid` signed the lock file, otherwise an empty text.
 std::string record_of(const std::string& signature, std::int64_t pid) {
   return value_of(signature, "pid") == std::to_string(pid) ? ", record " + value_of(signature, "record") : "";
 }
@@ -293,7 +297,7 @@ ChamberHolder in_words(ChamberHolder holder, const std::string& signature) {
   return holder;
 }
 
-/// Of the lock file, if a program of this user holds it.
+/// Returns the signer of the lock file if a program of this user holds it.
 std::optional<ChamberHolder> holder_of(int file) {
   if (::flock(file, LOCK_SH | LOCK_NB) == 0) {
     ::flock(file, LOCK_UN);
@@ -312,8 +316,8 @@ tl::expected<Descriptor, int> bind_name(const std::string& name) {
   return socket;
 }
 
-/// Returns the process and user of a socket that listens and has room in its queue; otherwise the user by sock_diag and
-/// the process by the open files of other processes, as far as they can be read.
+/// Returns process and user of a listening socket with space in its queue. For other sockets, the user is read from
+/// sock_diag, and the process is searched for in the open files of other processes.
 NameOwner owner_of(const NamedSocket& named) {
   const auto address = address_of(named.name);
   const auto socket = new_socket();
@@ -332,13 +336,13 @@ std::uint64_t inode_of(const Descriptor& socket) {
   return socket.is_open() && ::fstat(socket.number(), &found) == 0 ? found.st_ino : 0;
 }
 
-/// The processes that hold a name of the chamber.
+/// Processes that hold a name of the chamber.
 struct Holders {
-  std::optional<ChamberHolder> rightful{};  ///< the first of a permitted user
+  std::optional<ChamberHolder> rightful{};  ///< first one of a permitted user
   std::vector<ChamberHolder> strangers{};
 };
 
-/// Looks at every socket with a name of the chamber but that of inode `own`.
+/// Examines every socket with a name of the chamber, except the one with inode `own`.
 Holders holders_of(const std::string& place, const std::string& signature, std::uint64_t own = 0) {
   Holders holders;
   for (const auto& named : sockets_of(place)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads [identity] of a register map: the fingerprint, and the settings that are compared beside it.
+// Reads the table [identity] of a register map: the fingerprint and the settings to compare.
 #include <fmt/format.h>
 
 #include <string>
@@ -12,7 +12,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// "[1-4" has no end, "[]" no character.
+/// Returns whether every class is closed and not empty: "[1-4" and "[]" are invalid.
 bool is_pattern(std::string_view pattern) {
   for (std::size_t i = 0; i < pattern.size(); ++i) {
     if (pattern[i] != '[') continue;

@@ -34,13 +34,13 @@ Result<bool> fahrenheit_of(const RegisterItem& item, const ValueOf& value_of) {
   });
 }
 
-/// Of a register's resolution: more than rounding can make, less than a step to the next value.
+/// Fraction of a register's resolution: larger than rounding errors, smaller than one step.
 constexpr double kSameStep = 0.75;
-/// Between two looks at a register that is waited for.
+/// Time between two reads of a register that is waited for.
 constexpr Duration kLookAgain = std::chrono::milliseconds(100);
-/// What a controller's settings were read as counts for so long: about the second in which they were read.
+/// Lifetime of settings that were read: about the second in which they were read.
 constexpr Duration kKnownFor = std::chrono::milliseconds(1500);
-/// A unit is not exchanged for another one in so short a time.
+/// Time in which a unit cannot be replaced by another one.
 constexpr Duration kRecognisedFor = std::chrono::seconds(2);
 
 Fault at(const RegisterItem& item, Fault fault) {
@@ -72,7 +72,7 @@ double finest_step(const RegisterItem& item) {
 
 namespace {
 
-/// Returns true if `c` is one of "A-C5", or none of "!A-C5".
+/// Returns whether `c` is in the class "A-C5", or outside the class "!A-C5".
 bool is_in_class(std::string_view characters, char c) {
   const bool negated = characters.starts_with('!');
   if (negated) characters.remove_prefix(1);
@@ -86,7 +86,7 @@ bool is_in_class(std::string_view characters, char c) {
   return is_one != negated;
 }
 
-/// The first token of a pattern that is not empty, and what follows it.
+/// First token of a non-empty pattern, and the remaining pattern.
 struct PatternToken {
   char kind{};  ///< '*', '?', '[' or 'c'
   std::string_view characters;
@@ -325,7 +325,7 @@ Result<double> ItemExchange::context_value(const RegisterItem& item) {
   return or_as_before(item, knows(item) ? value_in(known_, item) : read(item));
 }
 
-/// The item alone is read if all that it needs to be understood is known.
+/// Reads only the item if its context is known.
 Result<double> ItemExchange::read_in_known_context(const RegisterItem& item) {
   const RegisterItem* const self = &item;
   const auto context = needed_by(std::span(&self, 1));
@@ -344,7 +344,7 @@ Result<RegisterItem> ItemExchange::in_its_context(const RegisterItem& item) {
       .map([&](const ItemContext& context) { return in_context(item, context); });
 }
 
-/// A bit field leaves the other bits of its register as they are.
+/// Returns the words for a value. For a bit field, the other bits of the register remain unchanged.
 Result<std::vector<std::uint16_t>> ItemExchange::words_for(const RegisterItem& item, double value) {
   auto words = encode(item, value);
   const double written = decode_as_written(item, words);
@@ -377,8 +377,8 @@ Result<void> ItemExchange::write_words(const RegisterItem& item, std::span<const
   return registers_.write(write_function(item.write_function, words.size()), item.address, words);
 }
 
-/// A safe set point is sent to a unit that was recognised a moment ago, and to one that does not answer the question:
-/// on a line that loses every second exchange each question would cost the write that follows.
+/// Writes to a unit that was identified a moment ago, or that does not answer. On a line that loses every second
+/// exchange, each query would cost the following write.
 Result<void> ItemExchange::write_safe_words(const RegisterItem& item, std::span<const std::uint16_t> words) {
   const bool is_recent = !recognised_.empty() && pauses_.now() - recognised_at_ < kRecognisedFor;
   if (!is_recent && trust() == Trust::another) return not_sent(item);

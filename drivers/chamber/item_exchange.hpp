@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Items of a map, read and written over a line: with their decimals and unit as the controller has them set, and each
-/// write seen to take effect.
+/// Reading and writing of a map's items over a line. Values are converted with the controller's present settings for
+/// decimals and unit, and the effect of each write is verified.
 #pragma once
 
 #include <cstdint>
@@ -20,102 +20,106 @@
 
 namespace gyrotherm::drivers {
 
+/// Returns the value of an item.
 using ValueOf = std::function<Result<double>(const RegisterItem&)>;
 
-/// The context of `item` as the registers that it names say it; empty if it names none. `value_of` gives such a
-/// register's value. Fails as that does, or with corrupted if the value is no count of decimals from 0 to 6 or no unit.
+/// Returns the context of `item`: the values of the registers that it names for decimals and unit, read with
+/// `value_of`. Empty if it names none. Fails as `value_of` does, or with corrupted if the number of decimals is not
+/// from 0 to 6 or the unit is unknown.
 [[nodiscard]] Result<ItemContext> context_of(const RegisterMap& map, const RegisterItem& item, const ValueOf& value_of);
 
-/// The finest step that the controller keeps, in this program's units.
+/// Returns the smallest step that the controller stores, in °C or K.
 [[nodiscard]] double finest_step(const RegisterItem& item);
 
-/// Returns true if `text` matches `pattern`, in which "*" stands for any characters or none, "?" for one, "[1-4]" for
-/// one of those and "[!1-4]" for any other one. A class has an end and at least one character.
+/// Returns whether `text` matches `pattern`. In a pattern, "*" matches any characters or none, "?" matches one, "[1-4]"
+/// matches one of a class, and "[!1-4]" matches one outside the class. A class must be closed and not empty.
 [[nodiscard]] bool matches(std::string_view pattern, std::string_view text);
-/// A short text that matches `pattern`.
+/// Returns a short text that matches `pattern`.
 [[nodiscard]] std::string example_of(std::string_view pattern);
 
-/// A unit as it reported itself, and the parts of its identity that were compared with the map.
+/// Identity of a unit, and the properties that were compared with the map.
 struct IdentityFound {
-  /// Make, model, and the values of its registers: the same words from the same unit with the same settings.
+  /// Make, model, and the values of identifying registers. The text is always equal for the same unit with the same
+  /// settings.
   std::string who;
-  std::vector<std::string> verified, not_verified;  ///< in words
+  std::vector<std::string> verified, not_verified;
 };
 
-/// Compares what the register of a fingerprint of the map, which is a number, holds with what it should. Fails with
-/// mismatch.
+/// Compares the number read from a fingerprint's register with the expected one. Fails with mismatch.
 [[nodiscard]] Result<void> check_fingerprint(const RegisterMap& map, const Fingerprint& print, double found);
 
+/// Reads and writes the items of one unit. Not thread-safe.
 class ItemExchange {
  public:
-  /// All of them outlive it.
+  /// The arguments must outlive this object.
   ItemExchange(const RegisterMap& map, Registers& registers, Pauses& pauses);
 
-  /// Takes the line as it is for the one to whose end is written. A break may put another unit there: before the next
-  /// write after one the unit is asked again who it is, if it ever was, and the write fails with disconnected unless it
-  /// answers as before. write_insisting() sends also to a unit that was recognised within two seconds, and to one that
-  /// does not answer the question.
+  /// Accepts the unit on the present connection as the one to write to. After a broken connection another unit may
+  /// answer. Therefore, before the next write, a unit that was identified before is identified again, and the write
+  /// fails with disconnected unless its identity is unchanged. write_insisting() is less strict: it also writes to a
+  /// unit that was identified within the last two seconds, or that does not answer.
   void trust_line() { trusted_ = registers_.breaks(); }
 
   [[nodiscard]] const RegisterItem& item(std::string_view name) const;
 
-  /// Asks the unit for the map's fingerprint, for what names this one unit, and for the settings that the map compares;
-  /// where the map has no fingerprint, `instead` is read. Fails with mismatch if one of them is another, or like
-  /// read(). A setting or number that the unit does not have is listed as not verified.
+  /// Reads the map's fingerprint, the registers that identify this single unit, and the settings that the map compares.
+  /// If the map has no fingerprint, reads `instead`. Fails with mismatch if a value differs, or as read() does. A
+  /// setting or number that the unit does not have is listed as not verified.
   [[nodiscard]] Result<IdentityFound> identify(const RegisterItem& instead);
-  /// Does the same without the settings.
+  /// Identifies as identify() does, without the settings.
   [[nodiscard]] Result<IdentityFound> recognise(const RegisterItem& instead);
 
-  /// The items that `items` need to be understood: decimals and units.
+  /// Returns the items for decimals and units that `items` depend on.
   [[nodiscard]] std::vector<const RegisterItem*> needed_by(std::span<const RegisterItem* const> items) const;
-  /// What was just read holds for a second: contexts in it are not asked for again meanwhile.
+  /// Keeps a snapshot for 1.5 s; contexts in it are not read again in this time.
   void know(const Snapshot& found);
-  /// Keeps the units and decimals of the snapshot as the last that were read.
+  /// Keeps the units and decimals in the snapshot as the latest ones.
   void confirm(const Snapshot& found);
   [[nodiscard]] const ControllerSettings& confirmed() const { return confirmed_; }
-  /// Takes settings that another program has read before.
+  /// Sets the latest units and decimals, as another program has read them.
   void assume(const ControllerSettings& settings) { confirmed_ = settings; }
-  /// Lets a unit or a number of decimals that cannot be read count as it was last read: one register must not keep a
-  /// chamber hot that is being made safe.
+  /// From now on, a unit or number of decimals that cannot be read has its latest value. One unreadable register must
+  /// not keep a hot chamber from being made safe.
   void fall_back() { falls_back_ = true; }
-  /// Returns true if nothing of the span is needed as long as it cannot be read: it holds contexts alone, which are
-  /// known from before.
+  /// Returns true if the span may be skipped when it cannot be read: it contains only units and decimals with a known
+  /// latest value.
   [[nodiscard]] bool can_do_without(const ReadSpan& span) const;
 
-  /// Reads the spans; fails with the first that fails.
+  /// Reads the spans. Fails at the first span that cannot be read.
   [[nodiscard]] Result<Snapshot> look(std::span<const ReadSpan> spans);
-  /// The value of an item in a snapshot that holds it and its context.
+  /// Returns the value of an item from a snapshot that contains it and its context.
   [[nodiscard]] Result<double> value_in(const Snapshot& snapshot, const RegisterItem& item) const;
 
-  /// One number, its context read with it. Fails as Registers::read and decode() do.
+  /// Reads a number together with its context. Fails as Registers::read() and decode() do.
   [[nodiscard]] Result<double> read(const RegisterItem& item);
-  /// The item with its scale and unit as the controller has them set, which are asked for. Fails as read() does.
+  /// Returns the item with the controller's present scale and unit, which are read if necessary. Fails as read() does.
   [[nodiscard]] Result<RegisterItem> in_its_context(const RegisterItem& item);
   [[nodiscard]] Result<std::string> read_text(const RegisterItem& item);
   [[nodiscard]] Result<CivilTime> read_date(const RegisterItem& item);
 
-  /// Writes `value`, and what the item's map says with it, then waits until it shows where the map says, within its
-  /// time. Fails with out_of_range, and writes nothing, if the register cannot hold it; with mismatch if something else
-  /// is read back.
+  /// Writes `value` and the items that the map couples to it, then waits until the register named by the map shows the
+  /// value. Fails with out_of_range, without writing, if the register cannot hold the value, and with mismatch if
+  /// another value is read back.
   [[nodiscard]] Result<void> write(const RegisterItem& item, double value) { return write(item, value, 1); }
-  /// Likewise, on a bad line: what is not acknowledged is sent again at once, for it is the same whether it arrives
-  /// once or three times; and where the item shows the value then, it has arrived, acknowledged or not.
+  /// Writes on a bad line. An unacknowledged write is repeated immediately, because repetition has no further effect.
+  /// Succeeds without acknowledgement if the value is read back.
   [[nodiscard]] Result<void> write_insisting(const RegisterItem& item, double value) { return write(item, value, 3); }
   [[nodiscard]] Result<void> write_date(const RegisterItem& item, const CivilTime& time);
-  /// As they are, in pieces of the link's limit.
+  /// Writes the words unchanged.
   [[nodiscard]] Result<void> write_words(const RegisterItem& item, std::span<const std::uint16_t> words);
 
-  /// Carries out a command. Fails with the first step that fails, or with timeout where a wait was in vain.
+  /// Program and step numbers for a command.
   struct Parameters {
     int program = 0, step = 0;
   };
+  /// Executes a command. Fails at the first step that fails, or with timeout if a wait was not met in time.
   [[nodiscard]] Result<void> perform(const Sequence& sequence, const Parameters& parameters);
 
  private:
-  /// Reads an item, in words and as a number. Fails like read().
+  /// Value of an item as text, and as a number unless it is a text.
   struct Shown {
     std::string words;
-    std::optional<double> value;  ///< nothing: a text
+    std::optional<double> value;
   };
   [[nodiscard]] Result<Shown> show(const RegisterItem& item);
   [[nodiscard]] Result<void> check(const Fingerprint& print, const Shown& shown) const;
@@ -123,7 +127,7 @@ class ItemExchange {
   [[nodiscard]] Result<void> add_shown(const std::string& name, const VerifiedSetting* setting, IdentityFound& found);
 
   enum class Trust { same, another, unanswered };
-  /// Asks who answers if the line broke since it was last trusted.
+  /// Identifies the unit again if the connection broke since it was accepted.
   [[nodiscard]] Trust trust();
   [[nodiscard]] Result<void> write_safe_words(const RegisterItem& item, std::span<const std::uint16_t> words);
   [[nodiscard]] tl::unexpected<Fault> not_sent(const RegisterItem& item) const;
@@ -145,11 +149,15 @@ class ItemExchange {
   Pauses& pauses_;
   Snapshot known_;
   Duration known_since_{};
-  std::uint64_t trusted_ = 0;  ///< breaks, when it was trusted
+  /// Number of breaks when the connection was accepted.
+  std::uint64_t trusted_ = 0;
   Duration recognised_at_{};
-  std::string recognised_;                       ///< the last identity; empty: never asked
-  const RegisterItem* recognised_by_ = nullptr;  ///< in place of a fingerprint
-  std::vector<const RegisterItem*> contexts_;    ///< units and decimals of any item
+  /// Latest identity; empty if the unit was never identified.
+  std::string recognised_;
+  /// The item read in place of a fingerprint.
+  const RegisterItem* recognised_by_ = nullptr;
+  /// Units and decimals of all items.
+  std::vector<const RegisterItem*> contexts_;
   ControllerSettings confirmed_;
   bool falls_back_ = false;
 };

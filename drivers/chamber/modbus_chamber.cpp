@@ -18,13 +18,13 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// "door_open" → "door open"
+/// Replaces underscores: "door_open" → "door open".
 std::string in_words(std::string name) {
   std::ranges::replace(name, '_', ' ');
   return name;
 }
 
-/// The alarm in words: the rule's text, or the names of what the item holds.
+/// Returns the text of an alarm: the rule's text, or the names of the item's codes or bits.
 std::string alarm_text(const AlarmRule& rule, const RegisterItem& item, double value) {
   if (!rule.text.empty()) return rule.text;
   if (item.flags.empty()) return fmt::format("{}: {}", in_words(item.name), in_words(meaning(item, value)));
@@ -37,11 +37,11 @@ std::string alarm_text(const AlarmRule& rule, const RegisterItem& item, double v
 
 struct ChamberStatus {
   ChamberActivity activity = ChamberActivity::unknown;
-  std::vector<std::string> alarms;  ///< the gravest first
+  std::vector<std::string> alarms;  ///< most severe first
   bool must_stop{};
 };
 
-/// The value of an item by name; nothing where it is not known, and then its rules say nothing.
+/// Returns the value of an item by name, or nothing if it is unknown; its rules do not apply then.
 using ItemValue = std::function<std::optional<double>(const std::string&)>;
 
 ChamberStatus status_of(const RegisterMap& map, const ItemValue& value) {
@@ -66,7 +66,7 @@ ChamberStatus status_of(const RegisterMap& map, const ItemValue& value) {
   return status;
 }
 
-/// The items that status_of() asks for, each once.
+/// Returns the items that status_of() reads, each once.
 std::vector<const RegisterItem*> status_items(const RegisterMap& map) {
   std::vector<const RegisterItem*> items;
   const auto add = [&](const std::string& name) {
@@ -78,22 +78,22 @@ std::vector<const RegisterItem*> status_items(const RegisterMap& map) {
   return items;
 }
 
-/// A reading that has lasted so long is left: nobody waits for it any more.
+/// Limit of a reading; the caller does not wait longer.
 constexpr Duration kLongestReading = std::chrono::milliseconds(900);
-/// On a line whose exchanges take so long, settings of the controller (unit, decimals) that were read in this second
-/// are not asked for again when a set point is sent in it.
+/// Exchanges at least this long make a line slow. On a slow line, units and decimals that were read in this second are
+/// not read again for a set point sent in the same second.
 constexpr Duration kSlowExchange = std::chrono::milliseconds(50);
-/// More zeros in a row than a unit sends for nothing are a temperature.
+/// Maximum number of meaningless zeros in a row that a unit sends.
 constexpr int kMostStrayZeros = 6;
-/// No chamber's air goes further in a few seconds.
+/// Maximum change of the air temperature in a few seconds.
 constexpr double kNearZeroK = 2;
-/// Beyond what any chamber with registers does: such a value has another word order or unit, or is damaged.
+/// Limits of every chamber with registers. A value outside has another word order or unit, or is damaged.
 constexpr double kColdestAirC = -120, kWarmestAirC = 250;
-/// Less is the trace of a wrong word order.
+/// A smaller value is the trace of a wrong word order.
 constexpr double kNextToNothingC = 1e-4;
-/// Air moves by less than this at once, and by no more than that in a second, in a thermal shock chamber too.
+/// Maximum instantaneous change of the air temperature, and its maximum rate; sufficient for thermal shock chambers.
 constexpr double kJumpK = 10, kFastestKPerS = 5;
-/// A value that stays where it has jumped to in so many readings is the sensor's own.
+/// Number of readings after which a value that jumped and persists is accepted as the sensor's output.
 constexpr int kSensorsOwn = 3;
 
 class ModbusChamber final : public Chamber {
@@ -107,7 +107,7 @@ class ModbusChamber final : public Chamber {
     if (std::exchange(is_new_, false))
       turns_.begin_anew_at_once();
     else
-      turns_.begin_anew();  // within a tick there is no time for all of it
+      turns_.begin_anew();  // no time within a tick
     auto found = items_.identify(air_);
     if (!found) return failure(std::move(found.error()));
     if (auto fits = check_step(); !fits) return failure(std::move(fits.error()));
@@ -125,7 +125,7 @@ class ModbusChamber final : public Chamber {
 
   std::uint64_t breaks() const override { return registers_->breaks(); }
 
-  /// What it was doing before a silence it may do no longer; alarms stand until it says otherwise.
+  /// Reads the state. After a failure the activity is unknown, but alarms remain until the next status.
   Result<ChamberState> read() override {
     auto state = look();
     if (state && turns_.is_overdue()) return unreadable("its state and its alarms could not be read for a minute");
@@ -136,7 +136,7 @@ class ModbusChamber final : public Chamber {
     return state;
   }
 
-  /// A piece that is lost is asked for again, a few times; a stray zero each second, as in a run.
+  /// Retries lost pieces a few times. After a stray zero it waits a second, as in a run.
   Result<ChamberState> inspect() override {
     constexpr int kTries = 3;
     unhurried_ = true;
@@ -153,8 +153,8 @@ class ModbusChamber final : public Chamber {
     return state;
   }
 
-  /// Before the first set point: a program that somebody else started (or this program, before it was restarted) would
-  /// overrule it.
+  /// Ends a running program before the first set point. A program started at the panel, or by this program before a
+  /// restart, would overrule the set point.
   Result<void> send_set_point(Celsius target) override {
     items_.trust_line();
     if (auto allowed = check_limits(target); !allowed) return allowed;
@@ -169,8 +169,8 @@ class ModbusChamber final : public Chamber {
     return done;
   }
 
-  /// A program that ran in the controller may have taken the set point with it. That it was off is no news any more; on
-  /// a slow line it takes a while to be asked again.
+  /// Starts temperature control and restores the set point, which a finished program may have changed. The activity
+  /// "off" is outdated then; on a slow line its next query takes a while.
   Result<void> start() override {
     items_.trust_line();
     turns_.begin_anew();
@@ -178,7 +178,7 @@ class ModbusChamber final : public Chamber {
     if (!map_.sequences.contains("start")) return map_.control ? switch_to(map_.control->on) : Result<void>{};
     if (auto started = perform("start"); !started) return started;
     if (std::isnan(sent_c_)) return {};
-    if (!set_point_.readable) return send_set_point({sent_c_});  // some units ignore it while they are off
+    if (!set_point_.readable) return send_set_point({sent_c_});  // some ignore it while off
     const auto now = items_.read(set_point_);
     if (!now) return failure(now.error());
     const bool kept = std::abs(*now - sent_c_) <= set_point_tolerance(map_).value;
@@ -261,12 +261,13 @@ class ModbusChamber final : public Chamber {
     turns_.begin_anew();
     auto started =
         items_.perform(map_.sequences.at("start_program"), {.program = *uploaded_, .step = map_.memory->first_step});
-    program_runs_ = true;  // even if it only may: send_set_point() is to end it
+    // Set even after a failure, because the program may have started; send_set_point() must end it.
+    program_runs_ = true;
     return started;
   }
 
  private:
-  /// What each read() wants.
+  /// Returns the items that each read() needs.
   [[nodiscard]] std::vector<const RegisterItem*> core_items() const {
     std::vector<const RegisterItem*> core{&air_};
     if (set_point_.readable) core.push_back(&set_point_);
@@ -294,7 +295,7 @@ class ModbusChamber final : public Chamber {
     return ChamberState{{*air}, {*set_point}, status_.activity, status_.alarms, status_.must_stop};
   }
 
-  /// Fails with the first piece that fails, or with timeout where there is no time for all of them.
+  /// Reads the core items. Fails at the first span that fails, or with timeout if the reading takes too long.
   [[nodiscard]] Result<Snapshot> look_at_core(Duration began) {
     Snapshot core;
     for (const auto& span : core_plan_) {
@@ -313,7 +314,8 @@ class ModbusChamber final : public Chamber {
     return core;
   }
 
-  /// A zero that is none is far from what was read before it; the 0 °C of a ramp or a soak is not.
+  /// Returns the air temperature. A zero that is far from the previous value may be a stray zero; the 0 °C of a ramp or
+  /// soak is near it.
   [[nodiscard]] Result<double> air_in(const Snapshot& core) {
     const auto air = items_.value_in(core, air_);
     if (!air) return air;
@@ -329,21 +331,21 @@ class ModbusChamber final : public Chamber {
     return air;
   }
 
-  /// Reads the air twice more where nothing else shows the order of its words: in another order a single reading may
-  /// make sense by chance. Before the first set point alone.
+  /// Reads the air temperature twice more if no other value confirms its word order: in a wrong order, a single reading
+  /// may be plausible by chance. Only before the first set point.
   [[nodiscard]] Result<void> confirm_air() {
     constexpr int kReadings = 2;
     if (set_point_.readable || word_count(air_.type) < 2) return {};
     for (int good = 0; good < kReadings;) {
       pauses_->rest(std::chrono::seconds(1));
       const auto state = look();
-      if (!state && zeros_ == 0) return failure(state.error());  // a stray zero is read over
+      if (!state && zeros_ == 0) return failure(state.error());  // retry after a stray zero
       if (state) ++good;
     }
     return {};
   }
 
-  /// Fails with out_of_range for a value that a chamber's air cannot have.
+  /// Fails with out_of_range for an impossible air temperature.
   [[nodiscard]] Result<void> check_air(double air_c) {
     const auto refuse = [&](const char* why) {
       return failure(FaultKind::out_of_range, place(air_), fmt::format("reads {:g} °C, {}", air_c, why));
@@ -375,7 +377,8 @@ class ModbusChamber final : public Chamber {
     return set_point;
   }
 
-  /// A piece that is lost is asked for again by a later reading; the status stays as it was until all are there.
+  /// Reads pieces of the status. A lost piece is retried by a later reading, and the status changes only when all
+  /// pieces were read.
   void look_at_status(const Snapshot& core, Duration began) {
     turns_.begin_reading();
     while (const auto* next = turns_.next(pauses_->now() - began, exchange_)) {
@@ -397,7 +400,7 @@ class ModbusChamber final : public Chamber {
     status_known_ = true;
   }
 
-  /// Names of what the status asks for there.
+  /// Returns the names of the status items in a span.
   [[nodiscard]] std::vector<std::string> status_in(const ReadSpan& span) const {
     std::vector<std::string> names;
     for (const auto* item : status_items_)
@@ -439,7 +442,7 @@ class ModbusChamber final : public Chamber {
     return {};
   }
 
-  /// A controller that rounds more than its map says would seem to have been given set points by somebody else.
+  /// Fails if the controller rounds more than its map states. Its set points would seem to come from another program.
   [[nodiscard]] Result<void> check_step() {
     if (set_point_.decimals.empty()) return {};
     const auto as_set = items_.in_its_context(set_point_);
@@ -453,7 +456,7 @@ class ModbusChamber final : public Chamber {
                                kept, expected));
   }
 
-  /// The order of words is a setting of some controllers, which only what they show betrays.
+  /// Verifies the word order, which is a setting of some controllers that only their values reveal.
   [[nodiscard]] Result<void> check_word_order(IdentityFound& found) {
     if (word_count(air_) < 2 || word_count(set_point_) < 2) return {};
     if (!set_point_.readable) {
@@ -482,7 +485,7 @@ class ModbusChamber final : public Chamber {
     return {};
   }
 
-  /// One that this program started, or that somebody else did, as the controller said when it was last asked.
+  /// Ends a program that this program started, or that the controller reported in its latest status.
   [[nodiscard]] Result<void> end_known_program() {
     const bool foreign = status_known_ && carries_out_program(status_.activity);
     if (!program_runs_ && !(foreign && map_.sequences.contains("stop_program"))) return {};
@@ -507,24 +510,31 @@ class ModbusChamber final : public Chamber {
   const RegisterItem* identity_;
   std::vector<ReadSpan> core_plan_;
   StatusTurns turns_{{}, 0};
-  std::vector<const RegisterItem*> status_items_;  ///< with what says their decimals and units
+  /// Including the items for their decimals and units.
+  std::vector<const RegisterItem*> status_items_;
   ChamberStatus status_;
   IdentityReport verification_;
-  bool is_new_ = true;                   ///< it was never identified
-  std::vector<std::string> missing_;     ///< of the status, in words
-  std::string lost_;                     ///< why a piece of the status did not come, since it last was complete
-  bool unhurried_ = false;               ///< outside a tick
-  bool status_known_ = false;            ///< it is not older than a silence
-  Duration exchange_{};                  ///< how long one takes on this line
-  std::optional<SetPointRange> limits_;  ///< as the controller has them; nothing: not asked yet
-  std::optional<int> uploaded_;          ///< number of the program
-  bool program_runs_ = false;            ///< that was started from here
-  bool to_be_seen_ = false;              ///< the set point that was sent shall show at the next reading
-  double sent_c_ = std::numeric_limits<double>::quiet_NaN();  ///< the last set point that was acknowledged
+  bool is_new_ = true;                ///< never identified
+  std::vector<std::string> missing_;  ///< names of missing status items
+  /// Reason why the latest piece of the status is missing.
+  std::string lost_;
+  bool unhurried_ = false;  ///< outside a tick
+  /// The status was read after the latest silence.
+  bool status_known_ = false;
+  Duration exchange_{};  ///< duration of one exchange
+  /// Limits in the controller; empty before they are read.
+  std::optional<SetPointRange> limits_;
+  std::optional<int> uploaded_;  ///< program number
+  /// The uploaded program was started.
+  bool program_runs_ = false;
+  /// The next reading must show the sent set point.
+  bool to_be_seen_ = false;
+  /// Latest acknowledged set point.
+  double sent_c_ = std::numeric_limits<double>::quiet_NaN();
   double last_air_c_ = std::numeric_limits<double>::quiet_NaN();
   Duration last_air_at_{};
-  int zeros_ = 0;  ///< in a row that were taken for nothing
-  int jumps_ = 0;  ///< readings in a row near `jumped_to_c_`
+  int zeros_ = 0;  ///< stray zeros in a row
+  int jumps_ = 0;  ///< in a row near `jumped_to_c_`
   double jumped_to_c_{};
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any chamber that a register map describes.
+/// Driver for every chamber that a register map describes.
 #pragma once
 
 #include <memory>
@@ -14,25 +14,25 @@
 
 namespace gyrotherm::drivers {
 
-/// `registers` are those of the map's link in use. Where the map allows one block, each read() checks the fingerprint
-/// too, and fails with mismatch if another unit answers; what the map calls a sentinel, or says cannot be, is
-/// out_of_range. State and alarms are asked for as often as the map says, and are then those of the last time; a
-/// register of theirs that the unit refuses is not asked for again.
+/// Returns the chamber. `registers` must be those of the map's selected link. If the map allows one block, each read()
+/// checks the fingerprint too, and fails with mismatch if another unit answers. A sentinel, or a value that the map
+/// excludes, is out_of_range. State and alarms are read as often as the map specifies and keep their values in between;
+/// a status register that the unit refuses is not read again.
 ///
-/// identify() fails with mismatch, too, if the controller is set to fewer decimals than set points need to keep within
-/// set_point_tolerance(): what it shows would pass for somebody else's.
+/// identify() also fails with mismatch if the controller is set to fewer decimals than set points within
+/// set_point_tolerance() need: a rounded set point would look like one from another program.
 ///
-/// read() fails with out_of_range, too, if the air is what no chamber's air is: outside −120 … 250 °C, next to nothing
-/// where it was not near zero before, or farther from the last reading than air moves meanwhile. What jumped and stays
-/// where it jumped to in three readings is what the sensor shows, and the interlocks judge it.
+/// read() also fails with out_of_range for an impossible air temperature: outside −120 … 250 °C, a tiny non-zero value
+/// when the air was not near zero before, or a change from the last reading that is faster than air can change. A value
+/// that persists for three readings after such a jump is accepted as the sensor's output, and the interlocks judge it.
 ///
-/// `before`: the controller's settings as another program has read them, which count where they cannot be read: for a
-/// chamber that is to be made safe.
+/// `before` holds the controller's settings as another program read them. They are used if the settings cannot be read
+/// while a chamber is being made safe.
 ///
-/// send_set_point() fails with out_of_range, and writes nothing, if the register cannot hold the target or the map or
-/// the controller limits it. start(), stop() and perform() carry out the map's command of that name, which waits for
-/// the registers that show that it took effect. A map with neither commands nor [control] describes a chamber that
-/// conditions whenever it is powered: start() has nothing to do, stop() is refused.
+/// send_set_point() fails with out_of_range, without writing, if the register cannot hold the target, or if the map or
+/// the controller limits it. start(), stop() and perform() execute the map's command of that name, which waits until
+/// the registers show its effect. A map with neither commands nor [control] describes a chamber that controls whenever
+/// it is powered: start() does nothing, and stop() is refused.
 [[nodiscard]] std::unique_ptr<Chamber> make_modbus_chamber(RegisterMap map, std::unique_ptr<Registers> registers,
                                                            std::unique_ptr<Pauses> pauses = real_pauses(),
                                                            const ControllerSettings& before = {});

@@ -29,7 +29,7 @@ bool holds_soak(const ProfileMemory& memory) {
   });
 }
 
-/// `step` in parts that the memory can hold, of whole multiples of its finest time.
+/// Splits a step into parts that the memory can hold; each duration is a multiple of its resolution.
 void append_parts(const ProfileMemory& memory, const ProgramStep& step, std::vector<ProgramStep>& parts) {
   const auto count =
       std::max<std::int64_t>(1, (step.duration + memory.longest_step - Duration(1)) / memory.longest_step);
@@ -62,7 +62,7 @@ RegisterItem form_of(const MemoryCell& cell, const ContextOf& context_of) {
              : cell.form;
 }
 
-/// What a cell of a step or of the program is to hold.
+/// Contents of the cells of a program.
 struct Content {
   const ProfileMemory& memory;
   const ChamberProgram& program;
@@ -116,7 +116,7 @@ bool is_for(const MemoryBlock& block, StepKind kind) {
   return block.kinds.empty() || std::ranges::find(block.kinds, kind) != block.kinds.end();
 }
 
-/// What was found in the cells of one step.
+/// Values found in the cells of one step.
 struct FoundStep {
   std::optional<double> start, target, hours, minutes, seconds, total;
   std::string kind;
@@ -142,7 +142,7 @@ void take(const MemoryCell& cell, const RegisterItem& form, double value, FoundS
   }
 }
 
-/// A block's cells with their values.
+/// Calls `take_cell` for each cell of a block with its words.
 template <class Take>
 Result<void> for_each_cell(const MemoryBlock& block, const Result<std::vector<std::uint16_t>>& words,
                            const ContextOf& context, Take take_cell) {
@@ -156,7 +156,7 @@ Result<void> for_each_cell(const MemoryBlock& block, const Result<std::vector<st
   return {};
 }
 
-/// Whether a step of the kind that was found, if any was, has this block at all.
+/// Returns whether a step of that kind, or of an unknown kind, has this block.
 bool may_have(const MemoryBlock& block, const std::string& kind) {
   return kind.empty() || block.kinds.empty() ||
          std::ranges::any_of(block.kinds, [&](auto one) { return kind == word(one); });
@@ -181,7 +181,7 @@ Result<FoundStep> find_step(const ProfileMemory& memory, int index, const BlockW
 struct FoundHeader {
   std::string name;
   Kelvins soak_band{};
-  int step_count{};  ///< steps_at_most if no cell has it
+  int step_count{};  ///< steps_at_most without a cell
 };
 
 Result<FoundHeader> find_header(const ProfileMemory& memory, const BlockWords& words_of, const ContextOf& context) {
@@ -200,11 +200,11 @@ Result<FoundHeader> find_header(const ProfileMemory& memory, const BlockWords& w
   return found;
 }
 
-/// True for a cell of kind "end" in a memory that holds no set point at which a step starts.
+/// Returns true for an end step in a memory without start set points.
 bool marks_end(const FoundStep& found) { return !found.start && found.kind == word(StepKind::end); }
 
-/// Makes the step that the cells describe. `before`: the set point that the steps before it lead to. The kind is that
-/// of its cell, an end being a soak; without one the set points decide. Fails with corrupted if its cell has another.
+/// Makes a step from its cells. `before` is the set point after the previous steps. The kind is that of its cell, with
+/// an end treated as a soak; without a cell the set points decide. Fails with corrupted for an unknown kind.
 Result<ProgramStep> made_of(const FoundStep& found, Celsius before, int index) {
   ProgramStep step;
   step.start = found.start ? Celsius{*found.start} : before;
@@ -220,7 +220,7 @@ Result<ProgramStep> made_of(const FoundStep& found, Celsius before, int index) {
   return step;
 }
 
-/// Sets the end of each ramp to the start of the next step, in a memory that holds starts and no targets.
+/// Sets the target of each ramp to the start of the next step. For memories that hold starts and no targets.
 void close_ramps(std::vector<ProgramStep>& steps) {
   for (std::size_t i = 0; i + 1 < steps.size(); ++i)
     if (steps[i].kind == StepKind::ramp) steps[i].target = steps[i + 1].start;
@@ -231,7 +231,7 @@ std::string place_of(const MemoryWrite& write) {
                         : fmt::format("profile memory, register {}, step {}", write.address, write.step + 1);
 }
 
-using Named = std::pair<std::string, std::string>;  ///< items that say decimals and unit
+using Named = std::pair<std::string, std::string>;  ///< items for decimals and unit
 
 class Upload {
  public:
@@ -409,7 +409,7 @@ Result<ChamberProgram> decode_program(const ProfileMemory& memory, Celsius from,
   }
   if (!has_starts) return program;
   close_ramps(steps);
-  // The last of the steps that the header counts only holds where the one before it ends.
+  // The last counted step is an end step: it only holds the final set point.
   const bool is_counted = header->step_count < memory.steps_at_most;
   if (memory.end_step && is_counted && std::ssize(steps) == header->step_count) steps.pop_back();
   return program;

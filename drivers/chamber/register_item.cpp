@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kFahrenheitPerKelvin = 1.8;
 constexpr double kFahrenheitAtZeroCelsius = 32;
-/// Of a sentinel: a float that went through a scale or two.
+/// Relative tolerance for a sentinel: a float after one or two scalings.
 constexpr double kSameSentinel = 1e-6;
 
 std::uint16_t swapped(std::uint16_t word) { return static_cast<std::uint16_t>(word << 8 | word >> 8); }
@@ -42,7 +42,7 @@ Range range(const RegisterItem& item) {
   return {};
 }
 
-/// From this program's value to the instrument's, before its scale, and back.
+/// Converts a value in °C to the instrument's unit, before its scale. from_unit() converts back.
 double to_unit(const RegisterItem& item, double value) {
   if (!item.fahrenheit) return value;
   return value * kFahrenheitPerKelvin + (item.step ? 0 : kFahrenheitAtZeroCelsius);
@@ -74,7 +74,7 @@ double raw_of(const RegisterItem& item, std::uint32_t bits) {
   return 0;
 }
 
-/// From or to the order abcd; each order is its own inverse.
+/// Converts from or to the order abcd; each order is its own inverse.
 void reorder(WordOrder order, std::uint16_t& first, std::uint16_t& second) {
   if (order == WordOrder::cdab || order == WordOrder::dcba) std::swap(first, second);
   if (order == WordOrder::badc || order == WordOrder::dcba) first = swapped(first), second = swapped(second);
@@ -104,12 +104,12 @@ constexpr char kNotPrintable = '?';
 
 char printable(char byte) { return byte >= 0x20 && byte < 0x7F ? byte : kNotPrintable; }
 
-/// Weekdays count from 0, Sunday.
+/// Returns the day of the week; 0 is Sunday.
 int weekday(const CivilTime& time) {
   return static_cast<int>(std::chrono::weekday(sys_days(year(time.year) / time.month / time.day)).c_encoding());
 }
 
-/// Where a part is kept, in the order of DatePart; the weekday is nowhere.
+/// Member for each part, in the order of DatePart; none for the weekday.
 constexpr int CivilTime::*kParts[] = {&CivilTime::year, &CivilTime::month,  &CivilTime::day,   nullptr,
                                       &CivilTime::hour, &CivilTime::minute, &CivilTime::second};
 

@@ -167,13 +167,13 @@ double value_in(RegisterItem item, WordOrder order, std::span<const std::uint16_
   return value ? *value : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Returns true for temperatures of chambers; `least`: distance from zero of a value that is not zero.
+/// Returns whether a chamber can have this temperature. `least` is the minimum distance from zero of a non-zero value.
 bool is_plausible(double value, double least) {
   constexpr double kLowestC = -200, kHighestC = 400;
   return value >= kLowestC && value <= kHighestC && (value == 0 || std::abs(value) >= least);
 }
 
-/// Two zeros read the same in every order: they show nothing for any of them.
+/// Returns whether both values are plausible. Two zeros are equal in every order and prove nothing.
 bool is_plausible(const OrderFinding& one, double least) {
   const bool shows_nothing = one.air_c == 0 && one.set_point_c == 0;
   return is_plausible(one.air_c, least) && is_plausible(one.set_point_c, least) && !shows_nothing;

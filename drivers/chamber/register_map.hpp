@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The register map of a Modbus chamber: a TOML file under profiles/chambers, used by the driver and, from the other
-/// end of the wire, by the virtual chamber. docs/chamber-maps.md describes the format.
+/// The register map of a Modbus chamber, a TOML file under profiles/chambers. The driver uses it, and so does the
+/// virtual chamber at the other end of the line. docs/chamber-maps.md describes the format.
 #pragma once
 
 #include <cstdint>
@@ -21,19 +21,20 @@
 
 namespace gyrotherm::drivers {
 
-/// What an item must hold: one of some codes, one of some bits, or more than a number.
+/// A condition on an item: one of some codes, one of some bits, or a value above a number.
 struct Condition {
   std::string item;
-  std::vector<std::string> meanings;  ///< in words; empty: any
+  std::vector<std::string> meanings;  ///< for messages
   std::vector<std::int64_t> codes;
   std::uint32_t bits{};  ///< any of them set
-  bool not_these{};      ///< true if it holds none of the codes and bits
+  /// Inverts the condition on codes and bits.
+  bool not_these{};
   std::optional<double> above;
 };
-/// `value`: as decode() gives it; finite.
+/// Returns whether `value`, a finite result of decode(), meets the condition.
 [[nodiscard]] bool holds(const Condition& condition, double value);
 
-/// What the chamber is doing if a condition holds; the first that does decides.
+/// Activity of the chamber if a condition holds. The first rule that holds applies.
 struct StateRule {
   ChamberActivity activity = ChamberActivity::unknown;
   Condition when;
@@ -41,7 +42,7 @@ struct StateRule {
 
 struct AlarmRule {
   AlarmSeverity severity{};
-  std::string text;  ///< empty: the names of the codes or bits
+  std::string text;  ///< empty: names of codes or bits
   Condition when;
 };
 
@@ -50,69 +51,93 @@ struct SequenceStep {
   enum class Kind { write, wait, pause };
   enum class Source { number, program, step, date };
   Kind kind{};
-  std::string item;  ///< that is written or waited for
+  /// Item that is written or waited for.
+  std::string item;
   Source source = Source::number;
-  double value{};                    ///< written
-  std::string date_of;               ///< item of type date_time that is read; `duration` later is written
-  Condition until;                   ///< of a wait
-  Duration duration{};               ///< of a pause, or the longest of a wait
-  std::optional<Condition> only_if;  ///< the step is left out unless this holds
+  double value{};
+  /// Item of type date_time that is read; its value plus `duration` is written.
+  std::string date_of;
+  Condition until;
+  /// Length of a pause, or limit of a wait.
+  Duration duration{};
+  /// The step is skipped unless this condition holds.
+  std::optional<Condition> only_if;
 };
 using Sequence = std::vector<SequenceStep>;
 
 enum class StepKind { ramp, soak, end };
 
-/// Where the value of a cell comes from.
+/// Source of a cell's value. `start` to `total_seconds` belong to the step.
 enum class CellSource {
-  name,             ///< of the program
-  number,           ///< of the program
-  step_count,       ///< the end step included, where there is one
-  step,             ///< number of this one, from 1
-  kind,             ///< of this one, by the codes of the cell
-  start,            ///< set point at the beginning of this one, °C
-  target,           ///< … at its end
-  rate,             ///< K/min, magnitude
-  hours,            ///< of the step's time
-  minutes,          ///< … within the hour
-  seconds,          ///< … within the minute
-  total_seconds,    ///< the whole time
-  guaranteed_soak,  ///< whether time counts only inside the band: codes "off" and "on"
-  soak_band,        ///< K
-  constant,         ///< of the cell
+  name,
+  number,
+  /// Number of steps, including the end step if there is one.
+  step_count,
+  /// Number of the step, starting with first_step.
+  step,
+  /// Kind of the step, by the codes of the cell.
+  kind,
+  /// Set points at the start and the end of the step, °C.
+  start,
+  target,
+  /// Magnitude of the rate, K/min.
+  rate,
+  /// The duration split into hours, minutes and seconds, or in seconds altogether.
+  hours,
+  minutes,
+  seconds,
+  total_seconds,
+  /// Codes "off" and "on".
+  guaranteed_soak,
+  /// In kelvins.
+  soak_band,
+  /// The cell's own constant.
+  constant,
 };
 
 struct MemoryCell {
-  std::uint16_t at{};  ///< register of its block
+  std::uint16_t at{};  ///< register within the block
   CellSource source = CellSource::constant;
   double constant{};
   RegisterItem form;  ///< type, order, scale, codes
 };
 
-/// Registers that are written by one exchange.
+/// Registers written in one exchange.
 struct MemoryBlock {
-  std::uint16_t address{};  ///< on the wire; of the first step, in a block of steps
+  /// Address on the wire; in a block of steps, that of the first step.
+  std::uint16_t address{};
   std::uint16_t count{};
   std::optional<WriteFunction> function;
-  std::vector<StepKind> kinds;  ///< written for steps of these alone; empty: for every step
-  bool select{};                ///< chooses program or step: written before reading too, and not read itself
-  bool read_back = true;        ///< the controller gives back what was written
+  /// The block is written only for steps of these kinds; for every step if empty.
+  std::vector<StepKind> kinds;
+  /// Selects a program or step: written before reading too, and not read itself.
+  bool select{};
+  /// The written registers can be read back.
+  bool read_back = true;
   std::vector<MemoryCell> cells;
 };
 
 struct ProfileMemory {
   int steps_at_most{};
   int programs = 1;
-  int first_program = 1;  ///< number of the first one
+  int first_program = 1;
   int first_step = 1;
-  std::uint16_t stride{};   ///< registers from one step to the next; 0: all steps in one window
-  bool ramps_by_rate{};     ///< else by time
-  bool end_step{};          ///< the last step says that there are no more
-  Duration end_time{};      ///< that the end step is given
-  Duration longest_step{};  ///< a longer one is written as several
-  Duration finest{};        ///< times are multiples of it
-  Duration pause{};         ///< between writes
-  Duration recovery{};      ///< after a write that failed, before the whole is sent again
-  std::string number_from;  ///< item that says which number the controller gave the program; empty: we choose
+  /// Registers from one step to the next; 0 if all steps share one window.
+  std::uint16_t stride{};
+  /// Ramps are stored as rates instead of durations.
+  bool ramps_by_rate{};
+  /// An end step follows the last step.
+  bool end_step{};
+  Duration end_time{};  ///< duration of the end step
+  /// Longer steps are split.
+  Duration longest_step{};
+  /// Resolution of durations.
+  Duration finest{};
+  Duration pause{};  ///< between writes
+  /// Wait after a failed write before the whole program is sent again.
+  Duration recovery{};
+  /// Item with the program number that the controller assigned; if empty, the driver chooses it.
+  std::string number_from;
   std::vector<MemoryBlock> header, step, footer;
   Confidence confidence = Confidence::unverified;
 };
@@ -124,42 +149,45 @@ struct MapLink {
   ModbusLink modbus;
 };
 
-/// What a register holds if the instrument is the one that the map describes.
+/// Expected content of a register of the described instrument.
 struct Fingerprint {
   std::string item;
   double value{};
-  std::uint32_t mask = 0xFFFFFFFF;  ///< bits that count, of a whole number
-  /// Pattern of a text, in place of the value: "*" stands for any characters or none, "?" for one, "[1-4]" and "[!A-C]"
-  /// for one of those, or none of those.
+  /// Bits of a whole number that are compared.
+  std::uint32_t mask = 0xFFFFFFFF;
+  /// Pattern for a text instead of the value, as in matches().
   std::string pattern;
 };
 
-/// A setting of the instrument that changes what its registers mean.
+/// A setting of the instrument that changes the meaning of its registers.
 struct VerifiedSetting {
   std::string item;
-  /// In words: "the unit does not ramp set points by itself". Empty: it may have any value.
+  /// Description, such as "the unit does not ramp set points by itself". If empty, any value is accepted.
   std::string verifies;
   Condition when;       ///< for a number
   std::string pattern;  ///< for a text
 };
 
-/// Another configuration of the same make, which has a map of its own.
+/// Another configuration of the same product, which has its own map.
 struct OtherMap {
   Fingerprint print;
-  std::string map;   ///< "watlow_f4t_cascade"
-  std::string what;  ///< in words: "it has cascade control"
+  std::string map;  ///< such as "watlow_f4t_cascade"
+  /// Description, such as "it has cascade control".
+  std::string what;
 };
 
-/// Everything that identify() compares beside the fingerprint, and everything that no register shows.
+/// Identity checks in addition to the fingerprint, and properties that no register shows.
 struct Verification {
-  std::string verifies;            ///< by the fingerprint, in words
-  std::vector<std::string> shows;  ///< items such as a serial number
+  /// Description of the fingerprint.
+  std::string verifies;
+  /// Items such as a serial number.
+  std::vector<std::string> shows;
   std::vector<VerifiedSetting> settings;
   std::vector<OtherMap> other_maps;
-  std::vector<std::string> not_verified;  ///< in words
+  std::vector<std::string> not_verified;
 };
 
-/// How conditioning is commanded: a code written to one item, and seen to take effect in another (or the same).
+/// Switching of temperature control: a code written to one item, with its effect shown by another item or by the same.
 struct ControlMode {
   std::string commanded;
   std::string active;
@@ -167,68 +195,78 @@ struct ControlMode {
   std::int64_t off{};
 };
 
-/// One way in which makers have wired what switches the chamber's power. The rig file names the one of its chamber.
+/// One way of wiring the output that switches the chamber's power. The rig file names the one of its chamber.
 struct PowerSwitch {
-  std::string name;  ///< "event_1"
+  std::string name;  ///< such as "event_1"
   Condition is_on;
   Sequence on, off;
 };
 
-/// What set points the controller takes: numbers, or the items that hold them.
+/// Set points that the controller accepts: numbers, or the items that hold them.
 struct SetPointLimits {
   std::optional<Celsius> lowest, highest;
   std::string lowest_item, highest_item;
-  Duration every{};  ///< a set point no more often than this; 0: as often as the link allows
-  /// Writes that the memory endures in which the controller stores each set point; 0: it stores none, or is not known
-  /// to.
+  /// Minimum time between set points; 0 for no minimum.
+  Duration every{};
+  /// Write endurance of the memory in which the controller stores each set point; 0 if it does not store them, or if
+  /// this is unknown.
   std::int64_t nonvolatile{};
 };
 
 struct RegisterMap {
   std::string name;
   std::string vendor;
-  std::vector<MapLink> links;  ///< at least one; the first is the usual one
-  MapLink link;                ///< the one in use
-  bool one_block{};    ///< air_temperature, set_point and the fingerprint may be read as one block, holes included
-  bool holes{};        ///< any registers within the link's limit may be read as one block, holes included
-  int status_every{};  ///< state and alarms are asked for at each n-th read; 0: never
+  /// At least one; the first is the usual one.
+  std::vector<MapLink> links;
+  MapLink link;  ///< the selected link
+  /// The air temperature, the set point and the fingerprint may be read as one block, including holes.
+  bool one_block{};
+  /// Any registers within the link's limit may be read as one block, including holes.
+  bool holes{};
+  /// State and alarms are read at every n-th reading; 0 for never.
+  int status_every{};
   std::vector<RegisterItem> items;
   std::optional<Fingerprint> identity;
   Verification verification;
-  std::optional<ControlMode> control;  ///< absent: the chamber conditions whenever it is powered
+  /// If empty, the chamber controls whenever it is powered.
+  std::optional<ControlMode> control;
   std::vector<PowerSwitch> power_switches;
-  std::map<std::string, Sequence> sequences;  ///< "start", "stop", "pause", "resume", "acknowledge", …
+  /// By command: "start", "stop", "pause", "resume", "acknowledge", …
+  std::map<std::string, Sequence> sequences;
   std::vector<StateRule> states;
   std::vector<AlarmRule> alarms;
   SetPointLimits limits;
   std::optional<ProfileMemory> memory;
-  std::string text;  ///< the file, as read
+  /// Text of the file.
+  std::string text;
 
   [[nodiscard]] const RegisterItem* find(std::string_view item) const;
   [[nodiscard]] const MapLink* find(LinkKind kind) const;
 };
 
-/// Fails with bad_file, every mistake with its place. Required items: air_temperature, set_point (writable). Items that
-/// identity, control, states, alarms and sequences name exist, and have the codes asked for.
-/// `word_order`: the user's override for a unit that was set up differently.
+/// Parses a map. Fails with bad_file and lists every error with its position. The items air_temperature and set_point
+/// (writable) are required. Items named in identity, control, states, alarms and sequences must exist and have the
+/// codes that are used. `word_order` overrides the map's order, for a unit with a different setting.
 [[nodiscard]] Result<RegisterMap> parse_register_map(std::string_view text, const std::string& file,
                                                      std::optional<WordOrder> word_order = {});
 
-/// The map with its link of that kind in use: settings and addresses. Fails with usage if it describes no such link.
+/// Returns the map with its link of that kind selected, with the link's settings and addresses. Fails with usage if the
+/// map has no such link.
 [[nodiscard]] Result<RegisterMap> on_link(RegisterMap map, LinkKind kind);
-/// The map for a unit at the end of `line`: a serial line wants RTU, a TCP line Modbus TCP where the map has it and
-/// otherwise RTU over TCP; a virtual line the map's first link. `framing`: the user's choice.
+/// Returns the map for a unit at the end of `line`. A serial line uses RTU; a TCP line uses Modbus TCP if the map has
+/// it, and otherwise RTU over TCP; a virtual line uses the map's first link. `framing` overrides the choice.
 [[nodiscard]] Result<RegisterMap> on_line(RegisterMap map, const Line& line, std::optional<LinkKind> framing = {});
 
-/// The map with the power switch of that name: "start" begins by switching it on, "stop" ends by switching it off, and
-/// a chamber whose power is off is off. An empty name changes nothing. Fails with usage if the map has no such switch.
+/// Returns the map with the power switch of that name. "start" then begins with switching the power on, "stop" ends
+/// with switching it off, and a chamber without power is in state off. An empty name changes nothing. Fails with usage
+/// if the map has no such switch.
 [[nodiscard]] Result<RegisterMap> with_power_switch(RegisterMap map, const std::string& name);
 
-/// Returns the map with the settings of one installation on the link in use. Fails with usage if that link cannot have
-/// one of them, or if an item has more registers than they let one exchange read; `where` is the key.
+/// Returns the map with an installation's settings applied to the selected link. Fails with usage if the link does not
+/// have such a setting, or if an item has more registers than one exchange may then read; `where` is the key.
 [[nodiscard]] Result<RegisterMap> with_settings(RegisterMap map, const LinkSettings& settings);
 
-/// "tcp", "rtu", "rtu_over_tcp", as files say it.
+/// Returns the keyword of map files.
 [[nodiscard]] const char* name(LinkKind kind);
 [[nodiscard]] const char* name(Confidence confidence);
 
@@ -243,68 +281,68 @@ inline constexpr auto kStepKinds = words_in_order<StepKind::ramp, StepKind::end>
 inline constexpr auto kConfidences =
     words_in_order<Confidence::verified, Confidence::unverified>("verified", "manual", "secondary", "unverified");
 
-// How sure a register map is of what the program uses of it. Pure.
-
+/// A register that is not verified on the instrument.
 struct Doubt {
   std::string item;
   Confidence confidence{};
   std::string note;
 };
 
-/// The items that reading, set points, commands, states, alarms, limits, the fingerprint and the profile memory use,
-/// and that nobody has verified on the instrument; the least sure first.
+/// Returns the unverified items that are in use, least certain first. Items are in use if reading, set points,
+/// commands, states, alarms, limits, the fingerprint or the profile memory need them.
 [[nodiscard]] std::vector<Doubt> doubts(const RegisterMap& map);
 
-/// A line for people: "3 registers in use verified, 5 from the manual, 1 from one source (…), 1 unverified: set_point
-/// (…)".
+/// Returns a line for people: "3 registers in use verified, 5 from the manual, 1 from one source (…), 1 unverified:
+/// set_point (…)".
 [[nodiscard]] std::string confidence_in_words(const RegisterMap& map);
 
-// How far from the set point that was sent a chamber may show it: one answer for a run's interlocks, for its safe
-// sequence and for gyrotherm-make-safe.
-
-/// What a controller may make of a set point: its register's resolution or, if that is more, what the map tolerates; a
-/// tenth of a kelvin at least.
+/// Returns the accepted difference between a sent set point and the one that the chamber shows. It is the register's
+/// resolution, or the map's tolerance if that is larger, and at least 0.1 K. A run's interlocks, its safe sequence and
+/// gyrotherm-make-safe all use this value.
 [[nodiscard]] Kelvins set_point_tolerance(const RegisterMap& map);
 
-// Which word orders make sense of what a unit holds: a setting of some controllers that their manuals are not sure of.
-
+/// Values of a unit in one word order. In some controllers the word order is a setting that the manual does not specify
+/// reliably.
 struct OrderFinding {
   WordOrder order{};
-  double air_c{}, set_point_c{};  ///< as this order reads them; NaN where it reads no number
-  bool plausible{};               ///< both are numbers that a chamber can have, and neither is next to nothing
+  /// Values in this order; NaN for bytes that are not a number.
+  double air_c{}, set_point_c{};
+  /// Both values are possible in a chamber, and neither is tiny without being zero.
+  bool plausible{};
 };
 
-/// All four orders of the two items' words, the items' own first. Empty for items of one register: there is no order to
-/// find. A value nearer to zero than 0.05 °C that is not zero is taken for the trace of a wrong order, unless no order
-/// gives a larger one; below 10⁻⁴ °C always.
+/// Decodes two items in all four word orders, starting with their own. Empty for items of one register. A non-zero
+/// value below 0.05 °C is taken for the trace of a wrong order, unless no order gives a larger one; below 10⁻⁴ °C
+/// always.
 [[nodiscard]] std::vector<OrderFinding> probe_word_order(const RegisterItem& air,
                                                          std::span<const std::uint16_t> air_words,
                                                          const RegisterItem& set_point,
                                                          std::span<const std::uint16_t> set_point_words);
 
-/// Returns true if the item's own order makes no sense of the words while another one does: the unit is set otherwise.
+/// Returns true if the values are plausible in another order but not in the item's own: the unit has a different
+/// setting.
 [[nodiscard]] bool contradicts_its_order(const std::vector<OrderFinding>& findings);
 
-/// For people: "word order cdab fits (air 23.41 °C, set point 20.00 °C)", or what to change.
+/// Returns a result for people: "word order cdab fits (air 23.41 °C, set point 20.00 °C)", or the change to make.
 [[nodiscard]] std::string in_words(const std::vector<OrderFinding>& findings);
 
 [[nodiscard]] const char* name(WordOrder order);
 
-// Pieces of parse_register_map() for the readers of the map's [simulated] table and of other units' maps. Mistakes are
-// noted in the table.
+// Parts of parse_register_map(), used by the readers of the map's [simulated] table and of other units' maps. Errors
+// are noted in the table.
 
-/// What the map of any Modbus unit has: name, vendor, source, [link], [[register]], [identity].
+/// Reads the keys that every Modbus unit has: name, vendor, source, [link], [[register]], [identity].
 void read_unit(const TomlTable& file, std::optional<WordOrder> word_order, RegisterMap& map);
 
 /// Reads [identity].
 void read_identity(const TomlTable& table, RegisterMap& map);
 
-/// The item that `key` names; nothing, and a mistake, if there is none.
+/// Returns the item `name`. If there is none, notes an error at `key` and returns null.
 [[nodiscard]] const RegisterItem* named_item(const RegisterMap& map, const TomlTable& table, const char* key,
                                              const std::string& name);
-/// The first code of that meaning, a flag's bit as a mask.
+/// Returns the first code of a meaning, or the mask of a flag.
 [[nodiscard]] std::optional<double> code_of(const RegisterItem& item, const std::string& meaning);
-/// { register, is | is_not | bits | above }
+/// Reads { register, is | is_not | bits | above }.
 [[nodiscard]] Condition read_condition(const TomlTable& table, const RegisterMap& map);
 
 }  // namespace gyrotherm::drivers

@@ -15,7 +15,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// What an item has where it does not say.
+/// Defaults for the keys of an item.
 struct ItemDefaults {
   WordOrder order = WordOrder::abcd;
   std::int64_t address_base = 0;
@@ -24,7 +24,8 @@ struct ItemDefaults {
 };
 
 constexpr double kFinestOfFloat = 0.001;
-constexpr double kUsualDecimal = 0.1;  ///< that a controller has, which says how many it has
+/// Typical step of a controller whose number of decimals is read from it.
+constexpr double kUsualDecimal = 0.1;
 constexpr std::int64_t kMostOfOneKind = 256;
 
 constexpr auto kTypes = words_in_order<RegisterType::u16, RegisterType::date_time>("u16", "s16", "u32", "s32", "f32",
@@ -47,7 +48,7 @@ std::optional<DatePart> date_part(const TomlTable& table, const std::string& wor
   return std::nullopt;
 }
 
-/// ["year/month", "day/weekday", "hour/minute", "second"]: the high byte first.
+/// Reads ["year/month", "day/weekday", "hour/minute", "second"], with the high byte first.
 void read_date_form(const TomlTable& table, DateForm& form) {
   for (const auto& word : table.texts("parts")) {
     const auto slash = word.find('/');
@@ -100,12 +101,12 @@ void read_codes(const TomlTable& table, RegisterItem& item) {
   item.otherwise = table.text("otherwise", "");
 }
 
-/// The address at `key` as it is on the wire.
+/// Reads an address and converts it to that on the wire.
 std::uint16_t read_address(const TomlTable& table, const char* key, std::int64_t base) {
   return bounded<std::uint16_t>(table, key, table.integer(key) - base, 0, 65535);
 }
 
-/// Type, order, scale, unit and codes alone: what says how one value is written.
+/// Reads the encoding of a value: type, order, scale, unit and codes.
 void read_form(const TomlTable& table, WordOrder order, RegisterItem& item) {
   item.type = one_of(kTypes, table, "type");
   item.order = table.has("order") ? one_of(kWordOrders, table, "order") : order;
@@ -182,7 +183,7 @@ RegisterItem read_item(const TomlTable& table, const ItemDefaults& defaults) {
   return item;
 }
 
-/// Items that are alike, at equal distances: "alarm" becomes "alarm_1", "alarm_2", …
+/// Returns equal items at equal distances: "alarm" becomes "alarm_1", "alarm_2", …
 std::vector<RegisterItem> repeated(const TomlTable& table, const RegisterItem& item) {
   if (!table.has("count")) return {item};
   const auto count = whole<int>(table, "count", 1, kMostOfOneKind);
@@ -203,7 +204,7 @@ std::vector<RegisterItem> repeated(const TomlTable& table, const RegisterItem& i
   return all;
 }
 
-/// The items that an item leans on.
+/// Verifies the items that an item refers to.
 void check_references(const TomlTable& table, const RegisterItem& item, const RegisterMap& map) {
   const auto must_be = [&](const char* key, const std::string& name, bool writable) {
     if (name.empty()) return;
@@ -305,7 +306,7 @@ constexpr Duration kUsualPatience = std::chrono::seconds(5);
 const std::vector<std::string> kCommands{"start",   "stop",          "pause",        "resume",       "acknowledge",
                                          "advance", "start_program", "stop_program", "begin_upload", "end_upload"};
 
-/// What is written: a number, the code of a meaning, a parameter of the command, or another item's time.
+/// Reads the value to write: a number, a code, a parameter of the command, or the time of another item.
 void read_value(const TomlTable& table, const RegisterMap& map, const RegisterItem* item, SequenceStep& step) {
   if (table.has("code")) {
     const auto meaning = table.text("code");
@@ -452,7 +453,7 @@ void check_block(const TomlTable& link, const RegisterMap& map) {
 
 constexpr int kMostWrittenAtOnce = 123;
 
-/// A duration of zero or more that `link` may set anew.
+/// Reads a non-negative duration that `link` may override.
 void read_time(const TomlTable& link, const char* key, Duration& time) { time = link.duration(key, time); }
 
 void read_serial(const TomlTable& link, SerialFormat& serial) {
@@ -464,7 +465,7 @@ void read_serial(const TomlTable& link, SerialFormat& serial) {
     link.mistake("serial", format.error().what);
 }
 
-/// What both [link] and the table of one link may say; the latter has the last word.
+/// Reads the keys that [link] and the table of a single link have in common; the latter overrides the former.
 void read_settings(const TomlTable& link, ModbusLink& modbus) {
   modbus = with_settings(std::move(modbus), read_link_settings(link));
   modbus.port = whole<std::uint16_t>(link, "port", 1, 65535, modbus.port);
@@ -501,7 +502,7 @@ std::vector<std::int64_t> every_code(const RegisterItem& item) {
   return all;
 }
 
-/// The codes or bits of one meaning of the item.
+/// Adds the codes or bits of one meaning of the item.
 void add_meaning(const TomlTable& table, const char* key, const RegisterItem& item, const std::string& meaning,
                  Condition& condition) {
   if (const auto codes = item.codes.find(meaning); codes != item.codes.end()) {
@@ -555,7 +556,7 @@ void read_links(const TomlTable& link, RegisterMap& map) {
     made.modbus.framing = kind == LinkKind::tcp ? ModbusLink::Framing::tcp : ModbusLink::Framing::rtu;
     if (own) {
       read_settings(*own, made.modbus);
-      (void)whole<int>(*own, "clients_at_most", 0, 1000, 0);  // for people
+      (void)whole<int>(*own, "clients_at_most", 0, 1000, 0);  // documentation only
     }
     map.links.push_back(std::move(made));
   };
@@ -573,7 +574,8 @@ void read_links(const TomlTable& link, RegisterMap& map) {
       std::rotate(map.links.begin(), found, found + 1);
   }
   map.link = map.links.front();
-  map.link.kind = LinkKind::tcp;  // of the addresses, until on_link() is asked
+  // The addresses are for TCP until on_link() changes them.
+  map.link.kind = LinkKind::tcp;
 }
 
 void read_control(const TomlTable& table, RegisterMap& map) {
@@ -621,13 +623,13 @@ void read_limits(const TomlTable& table, RegisterMap& map) {
   };
   limits.lowest_item = item("lowest_register");
   limits.highest_item = item("highest_register");
-  (void)table.rate("fastest", CelsiusPerMinute{});  // for people
+  (void)table.rate("fastest", CelsiusPerMinute{});  // documentation only
   limits.every = table.duration("every", Duration{});
   if (table.has("nonvolatile_set_point"))
     limits.nonvolatile = whole<std::int64_t>(table, "nonvolatile_set_point", 1, 1'000'000'000'000);
 }
 
-/// Ranges of registers that must not be written, and why: no item that is writable may lie there.
+/// Reads the ranges of registers that must not be written. A writable item in such a range is an error.
 void read_forbidden(const TomlTable& file, const ItemDefaults& defaults, const RegisterMap& map) {
   for (const auto& table : file.tables("forbidden")) {
     const auto first = read_address(table, "first", defaults.address_base);
@@ -640,11 +642,11 @@ void read_forbidden(const TomlTable& file, const ItemDefaults& defaults, const R
   }
 }
 
-/// What the map of any unit has; returns what its items have where they do not say.
+/// Reads the keys that every unit has. Returns the defaults for the keys of its items.
 ItemDefaults read_any_unit(const TomlTable& file, std::optional<WordOrder> word_order, RegisterMap& map) {
   map.name = file.text("name");
   map.vendor = file.text("vendor");
-  for (const auto* said : {"model", "firmware"}) (void)file.text(said, "");  // for people
+  for (const auto* said : {"model", "firmware"}) (void)file.text(said, "");  // documentation only
   (void)file.text("source");
   const auto link = file.table("link");
   read_links(link, map);
@@ -713,7 +715,7 @@ Result<RegisterMap> parse_register_map(std::string_view text, const std::string&
   read_limits(parsed->table("limits"), map);
   read_forbidden(*parsed, defaults, map);
   if (parsed->has("profile_memory")) read_memory(parsed->table("profile_memory"), defaults, map);
-  parsed->ignore("simulated");  // the simulator reads it
+  parsed->ignore("simulated");  // read by the simulator
   check_required(*parsed, map);
   check_block(parsed->table("link"), map);
   if (auto verdict = parsed->verdict(); !verdict) return failure(std::move(verdict.error()));

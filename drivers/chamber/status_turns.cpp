@@ -10,7 +10,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr Duration kReading = milliseconds(850);  ///< less than the patience of InstrumentIo
+/// Less than the timeout of InstrumentIo.
+constexpr Duration kReading = milliseconds(850);
 constexpr Duration kSecondsWork = milliseconds(950);
 constexpr int kExchangesOfASetPoint = 2;
 constexpr int kReadingsWithoutAPiece = 5;

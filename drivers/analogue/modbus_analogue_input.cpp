@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMostInputs = 256;
 
-/// The item of that name, or those that `count` made of it; none, and a mistake, if there is neither.
+/// Returns the item of that name, or the items that `count` made from it. If there is none, notes an error.
 std::vector<const RegisterItem*> items_named(const RegisterMap& map, const TomlTable& table, const char* key,
                                              const std::string& name) {
   if (const auto* one = map.find(name)) return {one};
@@ -33,14 +33,14 @@ void check_number(const TomlTable& table, const char* key, const RegisterItem& i
     table.mistake(key, fmt::format("register \"{}\" is no number", item.name));
 }
 
-/// One name, or a list of them, or none.
+/// Reads one name or a list of names; none if the key is absent.
 std::vector<std::string> names_at(const TomlTable& table, const char* key) {
   if (!table.has(key)) return {};
   if (table.is_list(key)) return table.texts(key);
   return {table.text(key)};
 }
 
-/// The status registers of that name belong to the inputs from `first` on, one each.
+/// Assigns the status registers of that name to the inputs from `first` on, one to each.
 void add_status(const TomlTable& table, const std::string& status, std::size_t first, AnalogueMap& map) {
   const auto states = items_named(map.registers, table, "status", status);
   const auto inputs = map.inputs.size() - first;
@@ -108,10 +108,10 @@ std::string confidence_in_words(const AnalogueMap& map) {
 
 namespace {
 
-/// A reading that has lasted so long is left: nobody waits for it any more.
+/// Limit of a reading; the caller does not wait longer.
 constexpr Duration kLongestLook = std::chrono::milliseconds(900);
 
-/// Spans that follow each other become one, as long as it is no longer than `at_most`.
+/// Joins adjacent spans up to a length of `at_most`.
 std::vector<ReadSpan> joined(const std::vector<ReadSpan>& spans, std::uint16_t at_most) {
   std::vector<ReadSpan> all;
   for (const auto& span : spans) {
@@ -184,7 +184,7 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
  private:
   [[nodiscard]] const AnalogueInput& input(std::size_t index) const { return map_.inputs.at(index); }
 
-  /// What an input is read from, with what is needed to understand it.
+  /// Returns the registers of an input, and those for their decimals and units.
   [[nodiscard]] std::vector<const RegisterItem*> items_of(const AnalogueInput& input) const {
     std::vector<const RegisterItem*> items{&items_.item(input.item)};
     for (const auto& status : input.statuses) items.push_back(&items_.item(status));
@@ -225,7 +225,7 @@ class ModbusAnalogueInputs final : public AnalogueInputs {
     return value ? value : failure(here(std::move(value.error())));
   }
 
-  /// Items are called a chamber's; these are this unit's.
+  /// Replaces "chamber", the location of an item's fault, by this unit's name.
   [[nodiscard]] Fault here(Fault fault) const {
     constexpr std::string_view kChamber = "chamber ";
     if (fault.where.starts_with(kChamber)) fault.where = place_ + " " + fault.where.substr(kChamber.size());

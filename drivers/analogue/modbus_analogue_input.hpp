@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Modbus units with analogue inputs: the register map, a TOML file under profiles/analogue-inputs that the virtual
-/// unit uses from the other end of the wire, and the driver of any unit that such a map describes.
+/// Modbus units with analogue inputs: the register map, a TOML file under profiles/analogue-inputs, and the driver for
+/// every unit with such a map. The virtual unit uses the map too, at the other end of the line.
 #pragma once
 
 #include <cstddef>
@@ -20,40 +20,42 @@ namespace gyrotherm::drivers {
 
 /// One input of the unit.
 struct AnalogueInput {
-  std::string item;  ///< the register that holds it
-  std::string unit;  ///< of measure, of the register's value: "mA", "V", "°C"
-  /// The registers whose codes "normal" say that the value counts: what it is doing, how it is set.
+  std::string item;  ///< its register
+  /// Unit of measure of the register's value: "mA", "V", "°C".
+  std::string unit;
+  /// Registers whose code "normal" means that the value is valid: operating states and settings of the input.
   std::vector<std::string> statuses;
   bool operator==(const AnalogueInput&) const = default;
 };
 
-/// The register map of a unit: its registers, as for a chamber, and which of them are its inputs. A value.
+/// The register map of a unit: its registers, as for a chamber, and its inputs.
 struct AnalogueMap {
   RegisterMap registers;
-  std::vector<AnalogueInput> inputs;  ///< at least one, the first is input 1
+  std::vector<AnalogueInput> inputs;  ///< at least one
 };
 
-/// The code of a status register that says that an input counts.
+/// Code of a status register for a valid input.
 inline constexpr const char* kNormalStatus = "normal";
 
-/// Reads schema gyrotherm-analogue-inputs/1: name, vendor, source, [link], [[register]] and [identity] are those of a
-/// chamber's map (docs/chamber-maps.md); each [[input]] names its `register`, which is a number that can be read, the
-/// `unit` of measure, and may name one or more `status` registers, which have a code "normal". Where the registers were
-/// made by `count`, so are the inputs: register "current" is "current_1", "current_2", … Fails with bad_file, every
-/// mistake with its place. `word_order`: the user's override for a unit that was set up differently.
+/// Parses schema gyrotherm-analogue-inputs/1. The keys name, vendor, source, [link], [[register]] and [identity] are
+/// those of a chamber's map (docs/chamber-maps.md). Each [[input]] names its `register`, a readable number, and the
+/// `unit` of measure. It may name `status` registers, which must have a code "normal". If the registers were made by
+/// `count`, so are the inputs: register "current" is "current_1", "current_2", … Fails with bad_file and lists every
+/// error with its position. `word_order` overrides the map's order, for a unit with a different setting.
 [[nodiscard]] Result<AnalogueMap> parse_analogue_map(std::string_view text, const std::string& file,
                                                      std::optional<WordOrder> word_order = {});
 
-/// "8 inputs: from the manual", and what is not sure of them: a line for people.
+/// Returns a line for people: "8 inputs: from the manual", and the uncertain facts.
 [[nodiscard]] std::string confidence_in_words(const AnalogueMap& map);
 
-/// `registers` are those of the map's link in use. `wanted` are the inputs that read() gives, in this order, by their
-/// places in the map; at least one. Registers that follow each other are read by one exchange, as many as the link
-/// allows, and where the map says `holes`, with what lies between them; what holds no wanted input is not read.
+/// Returns the driver. `registers` must be those of the map's selected link. `wanted` are the inputs that read()
+/// returns, in this order, as indices into the map; at least one. Adjacent registers are read by one exchange, up to
+/// the limit of the link; with `holes`, the registers between them are read too. Spans without a requested input are
+/// not read.
 ///
-/// An input is out_of_range if its register holds a sentinel or what cannot be, if a status register of its does not
-/// say "normal", or if the unit has no value of it now; a line that is silent for one exchange is not asked for the
-/// next. `place` names the unit in its faults: "analogue input 1".
+/// An input is out_of_range if its register has a sentinel or an impossible value, if one of its status registers is
+/// not "normal", or if the unit has no value at present. After an exchange without answer, the remaining exchanges of
+/// the reading are skipped. `place` names the unit in its faults: "analogue input 1".
 [[nodiscard]] std::unique_ptr<AnalogueInputs> make_modbus_analogue_inputs(
     AnalogueMap map, std::vector<std::size_t> wanted, std::string place, std::unique_ptr<Registers> registers,
     std::unique_ptr<Pauses> pauses = real_pauses());

@@ -16,7 +16,7 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr std::string_view kOverRange = "+9999";
-constexpr std::string_view kUnderRange = "-0000";  // as a number it would be a plain zero
+constexpr std::string_view kUnderRange = "-0000";  // as a number it is zero
 constexpr std::size_t kLongestValue = 8;
 constexpr std::size_t kSumDigits = 2;
 
@@ -35,7 +35,7 @@ tl::unexpected<Fault> corrupted(std::string_view line, std::string_view expected
   return failure(FaultKind::corrupted, "", fmt::format("\"{}\" is not {}", line, expected));
 }
 
-/// Cut before each sign; empty if there is anything before the first.
+/// Splits before each sign. Returns nothing if the text does not begin with a sign.
 std::vector<std::string_view> split_at_signs(std::string_view text) {
   std::vector<std::string_view> values;
   if (text.find_first_of("+-") != 0) return values;
@@ -108,7 +108,7 @@ std::optional<TemperatureRange> dcon_range(std::uint8_t type) {
 Result<std::vector<Result<Celsius>>> decode_dcon_readings(std::string_view line, std::uint8_t address,
                                                           std::span<const TemperatureRange> ranges) {
   if (line.starts_with('?')) {
-    // Either the module's own refusal or another's; neither holds readings.
+    // The line is a refusal by this module or by another one; neither contains readings.
     auto refusal = decode_dcon_answer(line, address);
     return failure(std::move(refusal.error()));
   }
@@ -165,7 +165,7 @@ std::shared_ptr<TextExchange> exchange_on(std::unique_ptr<ByteStream> line, cons
 
 class DconThermometer final : public Thermometer {
  public:
-  /// Modules on one line share its exchange: what one of them answers too late is no answer to the next.
+  /// Modules on one line share its exchange, so that a late answer of one is not accepted for another.
   DconThermometer(std::shared_ptr<TextExchange> exchange, std::string place, DconOptions options)
       : exchange_(std::move(exchange)), place_(std::move(place)), options_(options) {}
 
@@ -184,21 +184,21 @@ class DconThermometer final : public Thermometer {
 
   std::vector<Result<Celsius>> read() override {
     auto found = readings();
-    if (!found) ranges_.clear();  // who answers next may be another module
+    if (!found) ranges_.clear();  // another module may answer next
     return readings_at(place_, kDconInputs, std::move(found));
   }
 
  private:
-  using Ranges = std::vector<TemperatureRange>;  ///< of each input
+  using Ranges = std::vector<TemperatureRange>;
   struct Setting {
     Ranges ranges;
-    std::vector<std::uint8_t> types;  ///< one for all inputs, or each input's
+    std::vector<std::uint8_t> types;  ///< one for all, or one each
   };
 
-  /// The unsealed line that answers.
+  /// Sends a question and returns the answer without its checksum.
   [[nodiscard]] Result<std::string> ask(std::string_view question) {
     const auto sealed = [&](std::string text) { return seal_dcon(std::move(text), options_.checksum); };
-    // Readings come without an address, names with it.
+    // Readings have no address, names have one.
     const ResyncQuery resync{.question = sealed(dcon_ask(options_.address, "M")),
                              .answer_begins = fmt::format("!{:02X}{}", options_.address, name_)};
     auto answer = exchange_->ask(sealed(std::string(question)), resync).and_then([&](const auto& line) {
@@ -208,7 +208,7 @@ class DconThermometer final : public Thermometer {
     return answer;
   }
 
-  /// What follows the address in the answer to "$AA" and `what`.
+  /// Returns the text after the address in the answer to "$AA" and `what`.
   [[nodiscard]] Result<std::string> tell(std::string_view what) {
     const auto question = dcon_ask(options_.address, what);
     return ask(question).and_then([&](const std::string& line) -> Result<std::string> {
@@ -267,13 +267,13 @@ class DconThermometer final : public Thermometer {
   std::shared_ptr<TextExchange> exchange_;
   std::string place_;
   DconOptions options_;
-  Ranges ranges_;  ///< empty: the module has yet to tell
-  /// Identified last: after a lost answer no module of another name or type is believed.
+  Ranges ranges_;  ///< empty: settings not read
+  /// Latest identity. After a lost answer, a module with another name or type is refused.
   std::string name_;
   std::vector<std::uint8_t> types_;
 };
 
-/// Several of them on one line.
+/// Several modules on one line.
 class DconModules final : public Thermometer {
  public:
   struct Module {
@@ -317,7 +317,7 @@ class DconModules final : public Thermometer {
   }
 
  private:
-  /// After so many another module may answer; the others of the line may have answered all the time.
+  /// After so many silences another module may answer. Other modules on the line may have answered all the time.
   static constexpr int kSilencesInDoubt = 2;
   std::vector<Module> modules_;
   std::uint64_t breaks_ = 0;

@@ -15,16 +15,16 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr Celsius kAbsoluteZero{-273.15};
-constexpr Celsius kHottest{1000};  ///< above every sensor that the instrument takes
+constexpr Celsius kHottest{1000};  ///< above every supported sensor
 
-/// An input without a sensor, or with a broken one, reads 0 K.
+/// Returns the reading, or a fault: an input without a sensor, or with a broken one, reads 0 K.
 Result<Celsius> plausible(Celsius reading, std::size_t input) {
   if (reading > kAbsoluteZero && reading <= kHottest) return reading;
   return failure(FaultKind::out_of_range, fmt::format("input {}", input),
                  fmt::format("{} °C cannot be", reading.value));
 }
 
-/// As "{:+08.3f}" does for three decimals; a virtual run prints millions of them, and whole numbers are printed faster.
+/// Formats like "{:+08.3f}" for three decimals. A virtual run formats millions of readings, and integers are faster.
 void append_reading(std::string& line, double reading, int decimals) {
   constexpr double kMost = 999;
   constexpr int kMostPlaces = 6;
@@ -111,7 +111,7 @@ class Lakeshore218 final : public Thermometer {
  private:
   TextExchange exchange_;
   std::string place_;
-  /// After a lost answer no other instrument is believed than the one that was identified last.
+  /// After a lost answer, only the instrument that was identified last is accepted.
   ResyncQuery resync_ = kResync;
 };
 

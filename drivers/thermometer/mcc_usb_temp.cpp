@@ -19,16 +19,19 @@
 namespace gyrotherm::drivers {
 namespace {
 
-constexpr unsigned kSharedItems = 0x10;  ///< items below are shared by the two inputs of a converter
+/// The two inputs of a converter share the items below.
+constexpr unsigned kSharedItems = 0x10;
 constexpr unsigned kItems = 0x1C;
-constexpr std::size_t kLongestMemory[] = {62, 60};  ///< bytes at once, by the microcontroller that is asked
+/// Bytes per request, by microcontroller.
+constexpr std::size_t kLongestMemory[] = {62, 60};
 constexpr std::size_t kMemory = 256;
 
-/// What a command takes and what its reply holds, in bytes.
+/// Sizes of a command's arguments and of its reply, in bytes.
 struct Layout {
   MccCommand command;
   std::size_t arguments;
-  std::size_t reply;  ///< the least; a scan, memory and an item may hold more
+  /// Minimum; the reply to a scan, memory or item may be longer.
+  std::size_t reply;
 };
 constexpr Layout kLayouts[] = {
     {MccCommand::read_input, 2, 4},  {MccCommand::scan, 3, 4},     {MccCommand::read_memory, 4, 1},
@@ -41,7 +44,7 @@ const Layout* layout_of(std::uint8_t command) {
   return found == std::end(kLayouts) ? nullptr : found;
 }
 
-/// Reference, measured currents and voltages, coefficients.
+/// Returns true for the reference, measured currents and voltages, and coefficients.
 bool holds_number(unsigned sub) { return (sub >= 0x04 && sub <= 0x0A) || (sub >= 0x14 && sub < kItems); }
 bool is_item(unsigned sub) { return sub <= 0x0A || (sub >= kSharedItems && sub < kItems); }
 
@@ -62,7 +65,7 @@ std::string input_name(std::uint8_t input) {
   return fmt::format("input {}", input);
 }
 
-/// What is wrong with the arguments, or nothing.
+/// Returns the reason for refusing the arguments, or nothing.
 std::optional<std::string> objection(const MccRequest& request) {
   const auto& a = request.arguments;
   const auto units = [](unsigned code) { return code <= 1; };
@@ -354,7 +357,7 @@ class MccUsbTemp final : public Thermometer {
     return reports_->write(report);
   }
 
-  /// Throws away what older questions left.
+  /// Discards the replies to earlier requests.
   [[nodiscard]] Result<void> wait_for_silence() {
     std::array<std::byte, kMccLongestReport> stale;
     const Deadline deadline(options_.within, options_.clock);
@@ -368,7 +371,7 @@ class MccUsbTemp final : public Thermometer {
     return failure(FaultKind::corrupted, "", "reports come that nobody asked for");
   }
 
-  /// The report that answers; reports with another number are passed over.
+  /// Sends a request and returns its reply; other reports are ignored.
   [[nodiscard]] Result<Report> ask(const MccRequest& request) {
     if (auto silent = wait_for_silence(); !silent) return failure(std::move(silent.error()));
     if (auto sent = send(request); !sent) return failure(std::move(sent.error()));
@@ -390,7 +393,7 @@ class MccUsbTemp final : public Thermometer {
     return ask(request).and_then([&](const Report& report) { return decode_mcc_bytes(request, report); });
   }
 
-  /// Whether the item that `set_item` sets has that value already.
+  /// Returns whether the item of the request `set_item` already has its value.
   [[nodiscard]] Result<bool> holds(const MccRequest& set_item) {
     const auto& arguments = set_item.arguments;
     const auto found = ask_bytes({MccCommand::read_item, {arguments[0], arguments[1]}});
@@ -398,7 +401,7 @@ class MccUsbTemp final : public Thermometer {
     return std::ranges::equal(*found, std::span(arguments).subspan(2));
   }
 
-  /// How many items had to be set.
+  /// Sets the items that differ. Returns their number.
   [[nodiscard]] Result<int> set_what_differs() {
     int count = 0;
     for (std::uint8_t input = 0; input < kMccInputs; ++input) {
@@ -424,7 +427,7 @@ class MccUsbTemp final : public Thermometer {
     return {};
   }
 
-  /// Whether it is over, and what was set is still there.
+  /// Fails unless the calibration has ended and the settings are still correct.
   [[nodiscard]] Result<void> finish_calibration() {
     const auto status = ask_bytes(mcc_request(MccCommand::read_status));
     if (!status) return failure(status.error());
@@ -456,11 +459,11 @@ class MccUsbTemp final : public Thermometer {
       auto ready = make_ready();
       if (ready) return reports_->open();
       if (stage_ != Stage::calibrating || reads == kMostStatusReads) return failure(std::move(ready.error()));
-      (void)reports_->read(stray, kStatusEvery);  // a pause: nothing is expected
+      (void)reports_->read(stray, kStatusEvery);  // a pause without expected reports
     }
   }
 
-  /// What was unplugged may come back as another.
+  /// Forces identification after a disconnect, because another device may be plugged in.
   const Fault& seen(const Fault& fault) {
     if (fault.kind == FaultKind::disconnected) stage_ = Stage::unknown;
     return fault;

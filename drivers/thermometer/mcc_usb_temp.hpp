@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// MCC USB-TEMP and USB-TC, eight inputs over HID: reports ↔ values, both ends (formats of the vendor's public library
-/// uldaq 1.2.1 and of the USB-TEMP specification), what sensors they can be told that they have, and who asks.
+/// MCC USB-TEMP and USB-TC, eight inputs over HID: the encoding for host and instrument (formats of the vendor's public
+/// library uldaq 1.2.1 and of the USB-TEMP specification), the supported sensors, and the driver.
 ///
-/// A request is one output report, byte 0 its command; a reply is one input report with the same byte 0. Integers are
-/// little-endian, numbers IEEE-754 binary32, little-endian. Either may carry bytes beyond its contents: some systems
-/// pad. Reports that write memory or firmware are not spoken.
+/// A request is one output report whose byte 0 is its command; a reply is one input report with the same byte 0.
+/// Integers are little-endian; numbers are IEEE-754 binary32, little-endian. Both may have additional bytes, because
+/// some systems pad reports. Reports that write memory or firmware are not supported.
 #pragma once
 
 #include <array>
@@ -42,9 +42,8 @@ enum class MccCommand : std::uint8_t {
   calibrate = 0x4B,
 };
 
-/// What is set or read per input. The first four are shared by the two inputs of a converter (0 and 1, 2 and 3, …); of
-/// the others, from `thermocouple` on, each input has its own. `reference_v` and the items that hold coefficients are
-/// numbers, the others bytes.
+/// Settings per input. The two inputs of a converter (0 and 1, 2 and 3, …) share the first four; from `thermocouple`
+/// on, each input has its own. `reference_v` and the coefficients are numbers, the others are bytes.
 enum class MccItem : std::uint8_t {
   sensor = 0x00,
   connection = 0x01,
@@ -59,12 +58,13 @@ enum class MccItem : std::uint8_t {
   coefficient_3 = 0x1A,
 };
 
-enum class MccUnits : std::uint8_t { celsius = 0, raw = 1 };  ///< raw: V or Ω, by the type of the sensor
+/// Raw values are in V or Ω, depending on the sensor.
+enum class MccUnits : std::uint8_t { celsius = 0, raw = 1 };
 
-/// Inputs are 0 to 7; these two are the cold junctions, which no scan contains.
+/// Cold junctions, which are not part of scans. Inputs are 0 to 7.
 inline constexpr std::uint8_t kMccColdJunction0 = 0x80, kMccColdJunction1 = 0x81;
 
-/// In place of a temperature.
+/// Special values in place of a temperature.
 inline constexpr float kMccOpen = -8888, kMccNotReady = -9000, kMccDisabled = -9999;
 
 struct MccRequest {
@@ -73,36 +73,36 @@ struct MccRequest {
   bool operator==(const MccRequest&) const = default;
 };
 
-/// A request whose arguments are given as they stand on the wire; as many as the command takes.
+/// Makes a request. `arguments` are bytes as on the wire, as many as the command takes.
 [[nodiscard]] MccRequest mcc_request(MccCommand command, std::initializer_list<std::uint8_t> arguments = {});
 [[nodiscard]] MccRequest mcc_read_input(std::uint8_t input, MccUnits units = MccUnits::celsius);
 [[nodiscard]] MccRequest mcc_scan(std::uint8_t first, std::uint8_t last, MccUnits units = MccUnits::celsius);
-/// `count` bytes, at most 62, of the user's memory, which has 256.
+/// Requests `count` bytes, at most 62, of the user memory of 256 bytes.
 [[nodiscard]] MccRequest mcc_read_memory(std::uint8_t address, std::uint8_t count);
 [[nodiscard]] MccRequest mcc_read_item(std::uint8_t input, MccItem item);
 [[nodiscard]] MccRequest mcc_set_item(std::uint8_t input, MccItem item, std::uint8_t value);
 [[nodiscard]] MccRequest mcc_set_item(std::uint8_t input, MccItem item, float value);
-/// Where the date of the last calibration is.
+/// Requests the date of the last calibration.
 [[nodiscard]] inline MccRequest mcc_read_calibration_date() { return mcc_read_memory(0xF0, 6); }
 
-/// As short as it can be. hidraw refuses reports of one byte: who writes them there adds a zero.
+/// Encodes a request in its shortest form. hidraw refuses reports of one byte; its caller must append a zero.
 [[nodiscard]] std::vector<std::byte> encode_mcc_request(const MccRequest& request);
-/// The instrument's side; zeros may follow. Fails with corrupted (unknown command, wrong length) or refused (an
-/// argument that the instrument does not have).
+/// Instrument: decodes a request, which may be followed by zeros. Fails with corrupted (unknown command, wrong length)
+/// or refused (an argument that the instrument does not support).
 [[nodiscard]] Result<MccRequest> decode_mcc_request(std::span<const std::byte> report);
 
-/// How many bytes follow byte 0 in the reply to `request`; 0: there is no reply.
+/// Returns the number of bytes after byte 0 in the reply to `request`; 0 without a reply.
 [[nodiscard]] std::size_t mcc_reply_length(const MccRequest& request);
-/// The reply's bytes after byte 0: memory, status, burnout, an item that is a byte. Fails with corrupted if the report
-/// is another command's or too short.
+/// Returns the bytes of a reply after byte 0: memory, status, burnout, or an item that is a byte. Fails with corrupted
+/// if the report belongs to another command or is too short.
 [[nodiscard]] Result<std::vector<std::uint8_t>> decode_mcc_bytes(const MccRequest& request,
                                                                  std::span<const std::byte> report);
-/// The reply's numbers, as they are: raw inputs, an item that is a number. Fails likewise.
+/// Returns the numbers of a reply: raw inputs, or an item that is a number. Fails as decode_mcc_bytes() does.
 [[nodiscard]] Result<std::vector<float>> decode_mcc_numbers(const MccRequest& request,
                                                             std::span<const std::byte> report);
 
 using MccRanges = std::array<TemperatureRange, kMccInputs>;
-/// From absolute zero to the end of type B, for inputs whose sensor is not known.
+/// Range of inputs with an unknown sensor: absolute zero to the end of type B.
 inline constexpr TemperatureRange kMccWidest{{-273.15}, {1820}};
 [[nodiscard]] constexpr MccRanges mcc_widest_ranges() {
   MccRanges ranges{};
@@ -110,28 +110,28 @@ inline constexpr TemperatureRange kMccWidest{{-273.15}, {1820}};
   return ranges;
 }
 
-/// The temperatures of a scan, or of one input, that was asked for in °C. Fails with corrupted; an input that is open,
-/// not ready or disabled, or outside its range, is a fault (out_of_range) in its place.
+/// Decodes the temperatures of a scan or a single input, requested in °C. Fails with corrupted. An input that is open,
+/// not ready, disabled or outside its range has a fault (out_of_range).
 [[nodiscard]] Result<std::vector<Result<Celsius>>> decode_mcc_temperatures(
     const MccRequest& request, std::span<const std::byte> report, const MccRanges& ranges = mcc_widest_ranges());
 
-/// Whether a calibration runs: readings are frozen and items cannot be set meanwhile.
+/// Returns whether a calibration is in progress. Readings are frozen then, and items cannot be set.
 [[nodiscard]] constexpr bool mcc_calibrating(std::uint8_t status) { return (status & 1) != 0; }
 
-/// Six bytes of memory: year − 2000, month, day, hour, minute, second; the zone is not known. Fails with corrupted if
-/// there is no such time.
+/// Decodes six bytes of memory: year − 2000, month, day, hour, minute, second, in an unknown time zone. Fails with
+/// corrupted for an invalid time.
 [[nodiscard]] Result<std::chrono::local_seconds> decode_mcc_date(std::span<const std::uint8_t> bytes);
 
-/// The instrument's side of a reply.
+/// Instrument: encode a reply.
 [[nodiscard]] std::vector<std::byte> encode_mcc_bytes(MccCommand command, std::span<const std::uint8_t> bytes);
 [[nodiscard]] std::vector<std::byte> encode_mcc_numbers(MccCommand command, std::span<const float> numbers);
 
-/// Two sensors per converter are possible with two_wire_two_sensors and four_wire alone.
+/// Wiring of a converter. Only two_wire_two_sensors and four_wire allow two sensors per converter.
 enum class MccWires : std::uint8_t { two_wire_one_sensor, two_wire_two_sensors, three_wire, four_wire };
 enum class MccThermocoupleType : std::uint8_t { j, k, t, e, r, s, b, n };
 
-/// Platinum resistance, Callendar–Van Dusen (IEC 60751): R/R0 = 1 + A t + B t² + C (t − 100 °C) t³, C for t < 0 alone.
-/// The default is the standard's sensor of 100 Ω.
+/// Platinum resistance thermometer after Callendar and Van Dusen (IEC 60751): R/R0 = 1 + A t + B t² + C (t − 100 °C)
+/// t³, with C only for t < 0. The default is the standard's sensor of 100 Ω.
 struct MccRtd {
   MccWires wires = MccWires::two_wire_two_sensors;
   float r0_ohm = 100, a_per_k = 3.9083e-3f, b_per_k2 = -5.775e-7f, c_per_k4 = -4.183e-12f;
@@ -141,7 +141,7 @@ struct MccThermistor {
   MccWires wires = MccWires::two_wire_two_sensors;
   float a{}, b{}, c{};
 };
-/// A voltage that is linear in the temperature.
+/// A sensor with a voltage that is linear in the temperature.
 struct MccSemiconductor {
   bool differential{};
   float offset{}, scale{};
@@ -151,28 +151,30 @@ struct MccThermocouple {
 };
 using MccSensor = std::variant<MccRtd, MccThermistor, MccSemiconductor, MccThermocouple>;
 
-/// Makes `sensor` the one at `input`. The two inputs of a converter (0 and 1, 2 and 3, …) share the kind of sensor and
-/// its wires. After the last input the instrument must calibrate (MccCommand::calibrate).
+/// Returns the requests that assign `sensor` to `input`. The two inputs of a converter (0 and 1, 2 and 3, …) share the
+/// kind of sensor and its wiring. After the last input the instrument must calibrate (MccCommand::calibrate).
 [[nodiscard]] std::vector<MccRequest> mcc_setup(std::uint8_t input, const MccSensor& sensor);
 
-/// What the sensor can report: the reference tables of IEC 60751 and IEC 60584-1; for the others from absolute zero to
-/// 200 °C, above every chamber.
+/// Returns the range of a sensor: the reference tables of IEC 60751 and IEC 60584-1; for other sensors absolute zero to
+/// 200 °C, above the temperature of every chamber.
 [[nodiscard]] TemperatureRange mcc_range(const MccSensor& sensor);
 
 inline constexpr std::array<HidKind, 2> kMccKinds{{{0x09DB, 0x008D, "USB-TEMP"}, {0x09DB, 0x0090, "USB-TC"}}};
 
 struct MccOptions {
-  /// What is connected to each input; nothing: the instrument is not told and not asked, and any temperature between
-  /// absolute zero and the end of type B may be true.
+  /// Sensor at each input. If empty, the input's settings are neither set nor compared, and any temperature between
+  /// absolute zero and the end of type B is accepted.
   std::array<std::optional<MccSensor>, kMccInputs> sensors{};
-  Duration within = std::chrono::milliseconds(500);  ///< for a reply; after one that did not come, silence as long
-  const Clock* clock = nullptr;                      ///< of a device with a time of its own
+  /// Limit for a reply, and required silence after a missing reply.
+  Duration within = std::chrono::milliseconds(500);
+  /// Clock of the device; null means the steady clock.
+  const Clock* clock = nullptr;
 };
 
-/// Whenever the instrument was opened, and before it is read, its set-up is compared with `sensors`; where it differs
-/// it is set, and the instrument calibrates itself, which takes some seconds, in which read() yields a timeout in every
-/// place and identify() waits. Then the set-up is compared again; mismatch if it does not hold it. `place` names the
-/// instrument in its faults.
+/// Returns the driver. After each opening, before the first reading, the instrument's settings are compared with
+/// `sensors`. If they differ, they are set and the instrument calibrates itself for some seconds; meanwhile read()
+/// returns a timeout for every input, and identify() waits. The settings are compared again afterwards, with a mismatch
+/// if they still differ. `place` names the instrument in its faults.
 [[nodiscard]] std::unique_ptr<Thermometer> make_mcc_usb_temp(std::unique_ptr<HidReports> reports, std::string place,
                                                              MccOptions options = {});
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Readings of thermometers: as text, within what a sensor can report (whatever the instrument says), and with the
-/// instrument's own place in front of their faults.
+/// Helpers for the readings of thermometers: parsing, range checks, and faults with the location of the instrument.
 #pragma once
 
 #include <fmt/format.h>
@@ -23,7 +22,7 @@ struct TemperatureRange {
   auto operator<=>(const TemperatureRange&) const = default;
 };
 
-/// `reading` itself, or out_of_range at `where`; a reading that is not a number is outside every range.
+/// Returns `reading`, or out_of_range at `where`. NaN is outside every range.
 [[nodiscard]] inline Result<Celsius> within(const TemperatureRange& range, Celsius reading, std::string where) {
   if (reading >= range.lowest && reading <= range.highest) return reading;
   return failure(
@@ -31,7 +30,7 @@ struct TemperatureRange {
       fmt::format("{} °C cannot be, expected {} to {} °C", reading.value, range.lowest.value, range.highest.value));
 }
 
-/// A sign, digits with or without a point, and nothing else.
+/// Parses a sign followed by digits, with or without a point. Returns nothing for any other text.
 [[nodiscard]] inline std::optional<double> signed_decimal(std::string_view text) {
   if (text.size() < 2 || (text[0] != '+' && text[0] != '-')) return std::nullopt;
   const auto digits = text.substr(1);
@@ -43,13 +42,14 @@ struct TemperatureRange {
   return text[0] == '-' ? -value : value;
 }
 
-/// "thermometer 2 input 3": the place of the instrument, then that within it.
+/// Prepends the location of the instrument to a fault: "thermometer 2 input 3".
 [[nodiscard]] inline Fault at_instrument(const std::string& place, Fault fault) {
   fault.where = fault.where.empty() ? place : fmt::format("{} {}", place, fault.where);
   return fault;
 }
 
-/// The readings with their faults so placed; if there is no answer, its fault for each of the `inputs`.
+/// Returns the readings, with the location prepended to their faults. If `answer` is a fault, each of the `inputs` has
+/// it.
 [[nodiscard]] inline std::vector<Result<Celsius>> readings_at(const std::string& place, std::size_t inputs,
                                                               Result<std::vector<Result<Celsius>>> answer) {
   if (!answer) return {inputs, failure(at_instrument(place, std::move(answer.error())))};

@@ -17,7 +17,7 @@ namespace gyrotherm::drivers {
 namespace {
 
 constexpr TemperatureRange kPossible{{-273.15}, {3000}};
-constexpr std::size_t kMostAtOnce = 64 * 1024;  ///< bytes in answer to one question
+constexpr std::size_t kMostAtOnce = 64 * 1024;  ///< bytes per answer
 constexpr int kMostFailures = 10;
 constexpr std::string_view kNoReading = "-";
 
@@ -29,7 +29,7 @@ std::optional<Number> whole_number(std::string_view text) {
   return error == std::errc{} && end == last ? std::optional(number) : std::nullopt;
 }
 
-/// Takes the first word away, and the blank behind it.
+/// Removes the first token and the blank after it, and returns the token.
 std::string_view next_word(std::string_view& text) {
   const auto blank = text.find(' ');
   const auto word = text.substr(0, blank);
@@ -174,7 +174,7 @@ class ProcessThermometer final : public Thermometer {
     }
   }
 
-  /// The answer, if it is there; nothing: not yet. What is no answer is taken away, and told.
+  /// Returns the answer if it is complete. Other lines are discarded; a line that is not an answer is a fault.
   Result<std::optional<std::string>> take_answer() {
     for (auto end = text_.find('\n'); end != std::string::npos; end = text_.find('\n')) {
       const auto line = text_.substr(0, end);
@@ -205,10 +205,11 @@ class ProcessThermometer final : public Thermometer {
   std::string place_;
   ProcessThermometerOptions options_;
   std::optional<ProcessGreeting> greeting_;
-  std::uint64_t number_{};  ///< of the last question
-  std::string text_;        ///< that has come, and is not yet a whole line
-  int failures_{};          ///< in a row
-  std::uint64_t breaks_{};  ///< programs that ended
+  std::uint64_t number_{};  ///< latest question
+  /// Received text without a complete line.
+  std::string text_;
+  int failures_{};  ///< in a row
+  std::uint64_t breaks_{};
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// RH Systems PT12: twelve platinum thermometers on one serial line. Text ↔ values, both ends of the line (manual of
-/// 7/20/2021, chapter 5), and who asks. Lines come without their CR LF.
+/// RH Systems PT12, twelve platinum thermometers on one serial line: the encoding for host and instrument (manual of
+/// 7/20/2021, chapter 5), and the driver. Lines are given without CR LF.
 #pragma once
 
 #include <chrono>
@@ -21,23 +21,27 @@ namespace gyrotherm::drivers {
 
 inline constexpr std::size_t kPt12Inputs = 12;
 
-/// "25.38095, 25.26928, NaN, …" → twelve readings of `T?`. Numbers are standard or scientific; blanks may stand around
-/// them. NaN, in any case, is an input without a probe: out_of_range in its place, like a reading that no platinum
-/// thermometer has (IEC 60751: −200 to 850 °C). Inputs are named "T1" to "T12". Fails with corrupted if the line is not
-/// twelve numbers.
+/// Decodes "25.38095, 25.26928, NaN, …", the answer to `T?`, to twelve readings. Numbers are in standard or scientific
+/// notation; blanks around them are ignored. NaN, in any case, is an input without a probe. It is out_of_range, as is a
+/// temperature outside the range of platinum thermometers (IEC 60751: −200 to 850 °C). Inputs are named "T1" to "T12".
+/// Fails with corrupted if the line is not twelve numbers.
 [[nodiscard]] Result<std::vector<Result<Celsius>>> decode_pt12_temperatures(std::string_view line);
 
-/// The instrument's side; an absent reading is an input without a probe.
+/// Instrument: encodes readings; an empty one is an input without a probe.
 [[nodiscard]] std::string encode_pt12_temperatures(std::span<const std::optional<double>> celsius);
 
-/// The manual states no times. An answer of about 130 characters takes 140 ms at 9600 baud.
+/// Timing of the exchange. The manual specifies no times. An answer of about 130 characters takes 140 ms at 9600 baud.
 struct Pt12Timing {
-  Duration within = std::chrono::milliseconds(500);  ///< for a whole answer
-  Duration pause = std::chrono::milliseconds(10);    ///< the line must be silent this long before a question
-  const Clock* clock = nullptr;                      ///< of a line with a time of its own
+  /// Limit for a whole answer.
+  Duration within = std::chrono::milliseconds(500);
+  /// Required silence before a question.
+  Duration pause = std::chrono::milliseconds(10);
+  /// Clock of the line; null means the steady clock.
+  const Clock* clock = nullptr;
 };
 
-/// Identifies itself by its serial number. `place` names the instrument in its faults.
+/// Returns the driver, which identifies the instrument by its serial number. `place` names the instrument in its
+/// faults.
 [[nodiscard]] std::unique_ptr<Thermometer> make_pt12(std::unique_ptr<ByteStream> line, std::string place,
                                                      Pt12Timing timing = {});
 

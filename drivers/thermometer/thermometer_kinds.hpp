@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The kinds of thermometers that gyrotherm has drivers for: one table. A new one is a row here, and its driver.
+/// Table of the supported kinds of thermometers. A new kind needs a row here and its driver.
 #pragma once
 
 #include <array>
@@ -20,8 +20,7 @@ namespace gyrotherm::drivers {
 
 enum class ThermometerKind { lakeshore_218, dcon, pt12, mcc_usb_temp, process };
 
-/// Makes an instrument that needs nothing beside its line. `simulated`: it waits for nothing that only a real one
-/// needs.
+/// Makes an instrument that needs only its line. If `simulated`, it omits the waits that only a real instrument needs.
 using MakeOnLine = std::unique_ptr<Thermometer> (*)(std::unique_ptr<ByteStream> line, std::string place,
                                                     const Clock* clock, bool simulated);
 template <class Timing, auto make>
@@ -34,10 +33,14 @@ std::unique_ptr<Thermometer> on_line(std::unique_ptr<ByteStream> line, std::stri
 
 struct ThermometerKindRow {
   ThermometerKind kind{};
-  const char* name = "";      ///< as rig files spell it: driver = "…"
-  std::size_t inputs{};       ///< inputs of one instrument, or of one module on a line
-  SerialFormat serial{};      ///< where the line does not say it: as delivered, or fixed by the manual
-  MakeOnLine make = nullptr;  ///< null: it has settings of its own in the rig file, which reads and makes it
+  /// Name in rig files: driver = "…".
+  const char* name = "";
+  /// Inputs of one instrument, or of one module on a line.
+  std::size_t inputs{};
+  /// Default for a line without a format: the delivery setting, or the one fixed by the manual.
+  SerialFormat serial{};
+  /// Null for a kind with settings of its own, which the rig file's reader makes.
+  MakeOnLine make = nullptr;
 };
 
 inline constexpr std::array kThermometerKinds{
@@ -53,12 +56,12 @@ inline constexpr std::array kThermometerKinds{
     ThermometerKindRow{.kind = ThermometerKind::process, .name = "process", .inputs = kMostProcessInputs},
 };
 
-/// The row of a kind; rows stand in the order of the kinds.
+/// Returns the row of a kind. Rows are in the order of the kinds.
 [[nodiscard]] constexpr const ThermometerKindRow& row_of(ThermometerKind kind) {
   return kThermometerKinds[static_cast<std::size_t>(kind)];
 }
 
-/// The words of a rig file's `driver`.
+/// Keywords for `driver` in a rig file.
 inline constexpr Vocabulary<ThermometerKind, kThermometerKinds.size()> kThermometerDrivers = [] {
   Vocabulary<ThermometerKind, kThermometerKinds.size()> words{};
   for (std::size_t i = 0; i < words.size(); ++i) {

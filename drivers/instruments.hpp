@@ -33,7 +33,8 @@ class Identified {
   /// Returns make, model and serial number alone: the start of the text of identify(). This is enough to send the safe
   /// set point to an instrument whose settings were changed. Fails as identify() does.
   [[nodiscard]] virtual Result<std::string> recognise() { return identify(); }
-  /// Returns the number of connections that broke so far, including those that the driver replaced within one call.
+  /// Returns the number of connections that broke so far, including connections that the driver replaced within one
+  /// call.
   [[nodiscard]] virtual std::uint64_t breaks() const { return 0; }
 };
 

@@ -78,8 +78,8 @@ class ItemExchange {
   [[nodiscard]] const ControllerSettings& confirmed() const { return confirmed_; }
   /// Sets the latest units and decimals, as another program has read them.
   void assume(const ControllerSettings& settings) { confirmed_ = settings; }
-  /// From now on, a unit or number of decimals that cannot be read has its latest value. One unreadable register must
-  /// not keep a hot chamber from being made safe.
+  /// Uses the latest value of a unit or number of decimals that cannot be read, from now on. One unreadable register
+  /// must not keep a hot chamber from being made safe.
   void fall_back() { falls_back_ = true; }
   /// Returns true if the span may be skipped when it cannot be read: it contains only units and decimals with a known
   /// latest value.

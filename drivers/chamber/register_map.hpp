@@ -231,7 +231,7 @@ struct RegisterMap {
   /// If empty, the chamber controls whenever it is powered.
   std::optional<ControlMode> control;
   std::vector<PowerSwitch> power_switches;
-  /// By command: "start", "stop", "pause", "resume", "acknowledge", …
+  /// Keyed by command: "start", "stop", "pause", "resume", "acknowledge", …
   std::map<std::string, Sequence> sequences;
   std::vector<StateRule> states;
   std::vector<AlarmRule> alarms;

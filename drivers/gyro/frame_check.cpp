@@ -14,7 +14,7 @@ namespace {
 
 struct KindWord {
   CheckKind kind;
-  int width;  // of a crc; 0: said apart
+  int width;  // width of a CRC, or 0
 };
 constexpr Vocabulary<KindWord, 10> kCheckKinds{{{"none", {CheckKind::none, 0}},
                                                 {"sum8", {CheckKind::sum8, 0}},
@@ -42,7 +42,7 @@ Crc read_crc(const TomlTable& table, int width) {
 
 bool is_parity(CheckKind kind) { return kind == CheckKind::odd_parity || kind == CheckKind::even_parity; }
 
-/// From the start of a frame; a place before it is left negative.
+/// Returns a position from the start of a frame. A position before the start remains negative.
 std::ptrdiff_t absolute(std::ptrdiff_t place, std::size_t length) {
   return place < 0 ? place + static_cast<std::ptrdiff_t>(length) : place;
 }
@@ -51,7 +51,7 @@ struct Extent {
   std::size_t from, to, stored;
 };
 
-/// Nothing if the check does not lie within a frame of this length, or covers nothing.
+/// Returns the extent of the check in a frame of this length, or nothing if it does not fit or covers nothing.
 std::optional<Extent> extent_of(const FrameCheck& check, std::size_t length) {
   const auto from = absolute(check.from, length), to = absolute(check.to, length),
              stored = absolute(check.offset, length), end = static_cast<std::ptrdiff_t>(length);

@@ -34,7 +34,7 @@ std::vector<std::string_view> words_between(const LineFormat& format, std::strin
   return words;
 }
 
-/// None where the header is not as long as it should be.
+/// Splits a line into its tokens. Returns none if the header has another number of tokens.
 std::vector<std::string_view> words_of(const LineFormat& format, std::string_view line) {
   if (format.header_words == 0) return words_between(format, line);
   const auto end = line.find(format.header_end);
@@ -46,7 +46,7 @@ std::vector<std::string_view> words_of(const LineFormat& format, std::string_vie
   return words;
 }
 
-/// Where the first terminator begins.
+/// Returns the position of the first terminator.
 std::optional<std::size_t> find_terminator(const LineFormat& format, std::span<const std::byte> bytes) {
   const auto wanted = bytes_in(format.terminator);
   const auto found = std::search(bytes.begin(), bytes.end(), wanted.begin(), wanted.end());
@@ -54,8 +54,8 @@ std::optional<std::size_t> find_terminator(const LineFormat& format, std::span<c
   return static_cast<std::size_t>(found - bytes.begin());
 }
 
-/// The words of a line without its terminator; nothing if it begins otherwise, has another count of words or fails the
-/// check. They point into `line`.
+/// Splits a line without its terminator. Returns nothing if it has another start or number of tokens, or fails the
+/// check. The tokens refer to `line`.
 std::optional<std::vector<std::string_view>> split_line(const LineFormat& format, const FrameCheck& check,
                                                         std::string_view line) {
   if (!line.starts_with(format.starts_with)) return std::nullopt;
@@ -71,14 +71,14 @@ std::optional<std::vector<std::string_view>> split_line(const LineFormat& format
   return words;
 }
 
-/// One whole frame, bytes or words, that lies in someone's buffer.
+/// One whole frame, as bytes or tokens in the caller's buffer.
 struct FrameView {
   std::span<const std::byte> bytes{};
   std::vector<std::string_view> words{};
   std::optional<std::uint32_t> id{};
 };
 
-constexpr double kFarthestTime = 9.2e18;  // counts, below 2^63
+constexpr double kFarthestTime = 9.2e18;  // below 2^63
 
 std::uint32_t status_of(const RawValue& raw) { return static_cast<std::uint32_t>(raw.whole); }
 
@@ -124,7 +124,7 @@ void place(const FrameField& field, const RawValue& raw, double value, GyroFrame
   }
 }
 
-/// Of one field; nothing if this message lacks it (or, in a line, if the word is no number).
+/// Returns the raw value of a field, or nothing if this message does not contain it or the token is not a number.
 std::optional<RawValue> raw_of(const FrameField& field, const FrameView& view) {
   if (!is_in_message(field, view.id)) return std::nullopt;
   if (!is_word(field.type)) return read_raw(field, view.bytes);
@@ -139,7 +139,7 @@ std::optional<std::uint32_t> sequence_of(const FrameFormat& format, const FrameV
   return std::nullopt;
 }
 
-/// A status rule of the verdict `reject` is broken, or a word that is to be a number is none.
+/// Returns true if a status rule with the verdict `reject` is broken, or if a numeric token is not a number.
 bool is_refuted(const FrameFormat& format, const FrameView& view) {
   for (const auto& field : format.fields) {
     const auto raw = raw_of(field, view);
@@ -151,7 +151,7 @@ bool is_refuted(const FrameFormat& format, const FrameView& view) {
   return false;
 }
 
-/// `frame`, which has a place for every axis and value, becomes this one; `all` becomes every field, scaled, in the
+/// Stores the frame in `frame`, which has an entry for every axis and value, and every scaled field in `all`, in the
 /// format's order.
 void decode_frame(const FrameFormat& format, const FrameView& view, GyroFrame& frame,
                   std::vector<std::optional<double>>& all) {
@@ -176,9 +176,10 @@ void decode_frame(const FrameFormat& format, const FrameView& view, GyroFrame& f
 
 constexpr std::size_t kTakenBytesWorthMoving = 4096;
 
-/// What the bytes at one place are.
+/// Result of examining the bytes at one position.
 struct Finding {
-  enum { nothing, more, frame } kind = nothing;  ///< no frame begins here; too few bytes to tell; a whole good one
+  /// No frame begins here; more bytes are needed; a whole valid frame.
+  enum { nothing, more, frame } kind = nothing;
   FrameView view{};
 };
 
@@ -226,7 +227,7 @@ bool follows(const FrameFormat& format, std::optional<std::uint32_t> before, std
   return *now == (field->range == 0 ? next : next % field->range);
 }
 
-/// The first of `format.lock_frames` more that all fit, one behind the other.
+/// Finds a frame that is followed by `format.lock_frames` consecutive matching frames.
 Finding find_run(const FrameFormat& format, std::span<const std::byte> bytes) {
   auto first = find_frame(format, bytes);
   auto before = first;

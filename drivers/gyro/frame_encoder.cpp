@@ -12,7 +12,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// Words as a line, with its check and terminator.
+/// Joins tokens to a line, with its check and terminator.
 std::string join_line(const LineFormat& format, const FrameCheck& check, const std::vector<std::string>& words) {
   std::string line;
   for (std::size_t i = 0; i < words.size(); ++i) {
@@ -27,7 +27,7 @@ std::string join_line(const LineFormat& format, const FrameCheck& check, const s
   return line + format.terminator;
 }
 
-/// The nearest value that the slice holds.
+/// Returns the nearest value that the slice can hold.
 RawValue within_slice(const FrameField& field, const RawValue& raw) {
   if (raw.is_real || field.bits >= 63) return raw;
   const auto values = std::int64_t{1} << field.bits;
@@ -45,7 +45,7 @@ std::optional<double> value_in(const GyroFrame& frame, std::size_t slot) {
   return slot < frame.values.size() ? frame.values[slot] : std::nullopt;
 }
 
-/// What a field of this frame holds on the wire, but for a status.
+/// Returns the raw value of a field that is not a status.
 RawValue raw_value(const FrameField& field, const GyroFrame& frame) {
   if (is_gyro(field.role)) return raw_gyro(field, frame);
   if (is_housekeeping(field)) return within_slice(field, unscaled(field, value_in(frame, field.slot).value_or(0)));
@@ -56,8 +56,8 @@ RawValue raw_value(const FrameField& field, const GyroFrame& frame) {
   return unscaled(field, static_cast<double>(counts) * field.unit_s);
 }
 
-/// Bits of a status under its masks, good ones or bad ones; a flagged frame breaks the first rule that only warns. The
-/// others keep what they hold. What shares bits with a status is written after it.
+/// Returns a status with good or bad bits under its masks; other bits are kept. A flagged frame breaks the first rule
+/// that only warns. Fields that share bits with a status are written after it.
 RawValue status_value(const FrameField& field, const RawValue& present, const GyroFrame& frame) {
   auto status = static_cast<std::uint32_t>(present.whole);
   bool flagged = !frame.flagged;
@@ -76,7 +76,7 @@ bool is_written(const FrameField& field, const GyroFrame& frame) {
   return field.role != FieldRole::other_axis && (field.role != FieldRole::value || is_housekeeping(field));
 }
 
-/// Integers of which several fields are slices are put together.
+/// Writes the fields of a line. Fields that are slices of one integer are combined.
 class LineWriter {
  public:
   explicit LineWriter(const LineFormat& format) : words_(format.words, "0"), wholes_(format.words) {
@@ -108,7 +108,7 @@ std::vector<std::byte> encode_line(const FrameFormat& format, const GyroFrame& f
   return {bytes.begin(), bytes.end()};
 }
 
-/// How many axes, and how many values, the message has.
+/// Returns the numbers of axes and of values in a message.
 std::pair<std::size_t, std::size_t> content_of(const FrameFormat& format, std::uint32_t id) {
   std::pair<std::size_t, std::size_t> content{};
   for (const auto& field : format.fields) {
@@ -119,7 +119,7 @@ std::pair<std::size_t, std::size_t> content_of(const FrameFormat& format, std::u
   return content;
 }
 
-/// The first message that has most of the gyro.
+/// Returns the first message with the most axes and values.
 std::optional<FrameVariant> fullest_variant(const FrameFormat& format) {
   if (!format.id) return std::nullopt;
   const auto fullest = std::max_element(
@@ -150,7 +150,7 @@ std::vector<std::byte> encode_message(const FrameFormat& format, const std::opti
   return bytes;
 }
 
-/// Some value under the rule's mask that is not good; a good one if all are.
+/// Returns a value that is not good under the rule's mask, or a good one if all values are good.
 std::uint32_t breaking_value(const StatusRule& rule) {
   for (std::uint32_t value = 0; value <= 0xFF; ++value)
     if ((value & ~rule.mask) == 0 && !keeps(rule, value)) return value;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One field of a gyro's frame: where its bits lie, and what they mean.
+/// One field of a gyro's frame: the position of its bits and their meaning.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ namespace gyrotherm::drivers {
 
 inline constexpr std::int64_t kLongestFrame = 4096;  ///< bytes
 
-/// The last four are words of a line of text.
+/// Encoding of a field. The last four are tokens in a line of text.
 enum class FieldType {
   u8,
   u16,
@@ -34,19 +34,29 @@ enum class FieldType {
   decimal
 };
 enum class FieldRole {
-  pulse_count,       ///< accumulated up–down counter, wraps at its width
-  increment,         ///< pulses, or angle, since the last frame
-  rate,              ///< mean rate since the last frame
-  integrated_angle,  ///< accumulated angle, wraps at `wraps_at`
-  sequence,          ///< frame counter
-  timestamp,         ///< device time
-  status,            ///< must equal `good` under `mask`, and obey the field's rules
-  temperature,       ///< °C after scaling
-  value,             ///< of no part in the bias; housekeeping if it has a unit: an acceleration, a current
-  other_axis,        ///< of the gyro, but not asked for; no word of a file
+  /// Accumulated up–down counter, which wraps at its width.
+  pulse_count,
+  /// Pulses or angle since the last frame.
+  increment,
+  /// Mean rate since the last frame.
+  rate,
+  /// Accumulated angle, which wraps at `wraps_at`.
+  integrated_angle,
+  /// Frame counter.
+  sequence,
+  /// Device time.
+  timestamp,
+  /// Status bits: they must equal `good` under `mask` and follow the field's rules.
+  status,
+  /// In °C after scaling.
+  temperature,
+  /// Irrelevant to the bias, such as an acceleration; housekeeping if it has a unit.
+  value,
+  /// Belongs to an axis that is not in use; not a keyword of files.
+  other_axis,
 };
 
-/// An exact factor: numerator / denominator * 2^power_of_two.
+/// An exact factor: numerator / denominator · 2^power_of_two.
 struct ExactScale {
   std::int64_t numerator = 1;
   std::int64_t denominator = 1;
@@ -54,52 +64,71 @@ struct ExactScale {
   [[nodiscard]] double of(double raw) const;
 };
 
-/// What a status means that differs from `good` under `mask`.
+/// Consequence of a status that differs from `good` under `mask`.
 enum class StatusMeaning {
-  invalid,   ///< gyro value is unusable
-  warning,   ///< frame is flagged
-  reject,    ///< bytes are another frame
-  mismatch,  ///< unit has another setting
+  /// The gyro's value is unusable.
+  invalid,
+  /// The frame is flagged.
+  warning,
+  /// The bytes are not this frame.
+  reject,
+  /// The unit has another setting.
+  mismatch,
 };
 struct StatusRule {
   std::uint32_t mask{};
   std::uint32_t good{};
   StatusMeaning verdict{};
   std::string meaning{};
-  std::vector<std::uint32_t> also_good{};  ///< what else is, under the mask
+  /// Further good values under the mask.
+  std::vector<std::uint32_t> also_good{};
 };
 
 struct FrameField {
-  std::string name{};  ///< by default the role's
+  std::string name{};
   FieldRole role{};
   FieldType type{};
-  std::ptrdiff_t offset{};     ///< bytes from the frame's start, or (negative) from its end; number of a line's word
-  std::size_t bytes{};         ///< on the wire
-  unsigned bits_per_byte = 8;  ///< 7: the top bit of each byte is not part of the value
-  unsigned low_bit{};          ///< of the slice, 0 the least significant of the whole
-  unsigned bits{};             ///< of the slice
+  /// Bytes from the start of the frame, or from its end if negative. In a line of text, the index of the token.
+  std::ptrdiff_t offset{};
+  std::size_t bytes{};  ///< bytes on the wire
+  /// 7 if the top bit of each byte is not part of the value.
+  unsigned bits_per_byte = 8;
+  /// Position and width of the slice; bit 0 is the least significant of the whole integer.
+  unsigned low_bit{};
+  unsigned bits{};
   bool big_endian{};
-  std::string axis{};                ///< of a gyro's field
-  std::vector<std::uint32_t> ids{};  ///< the messages that have this field; empty: all
-  std::uint32_t every = 1;           ///< present when sequence modulo `every` is `turn`
+  /// Axis of a gyro field.
+  std::string axis{};
+  /// Messages that contain this field; all if empty.
+  std::vector<std::uint32_t> ids{};
+  /// The field is present if sequence modulo `every` is `turn`.
+  std::uint32_t every = 1;
   std::uint32_t turn = 0;
-  std::uint64_t when_mask{};  ///< present when the integer, of which the field is a slice, has `when_value` under this
+  /// The field is present if the integer that contains it has `when_value` under this mask.
+  std::uint64_t when_mask{};
   std::uint64_t when_value{};
-  std::size_t slot{};  ///< of a gyro's field its axis, of housekeeping its value, as FrameFormat counts them
+  /// Index of the axis or of the housekeeping value, as in FrameFormat.
+  std::size_t slot{};
 
-  ExactScale scale{};  ///< value = raw * scale + zero, in `unit`
+  /// The value in `unit` is raw · scale + zero.
+  ExactScale scale{};
   double zero{};
-  std::string unit{};      ///< empty: pulses, or counts
-  double wraps_at{};       ///< integrated_angle, in `unit`
-  double unit_s = 1e-6;    ///< timestamp: seconds per count; a timestamp of floating point is counted in nanoseconds
-  std::uint64_t range{};   ///< sequence, timestamp, pulse_count: values before it wraps; 0 stands for 2^64
-  std::uint64_t step = 1;  ///< sequence: from one frame to the next
-  std::uint32_t mask = 0;  ///< status
-  std::uint32_t good = 0;  ///< status
+  std::string unit{};  ///< empty: pulses or counts
+  /// Range of an integrated angle, in `unit`.
+  double wraps_at{};
+  /// Seconds per count of a timestamp. A floating-point timestamp is counted in nanoseconds.
+  double unit_s = 1e-6;
+  /// Number of values of a sequence, timestamp or pulse count before it wraps; 0 means 2^64.
+  std::uint64_t range{};
+  /// Step of a sequence from one frame to the next.
+  std::uint64_t step = 1;
+  /// Masked value of a good status.
+  std::uint32_t mask = 0;
+  std::uint32_t good = 0;
   std::vector<StatusRule> rules{};
 };
 
-/// Bits as they stand in the frame: an integer, sign-extended to 64 bits, or a real number.
+/// The bits of a field: an integer, sign-extended to 64 bits, or a real number.
 struct RawValue {
   std::int64_t whole{};
   double real{};
@@ -107,45 +136,47 @@ struct RawValue {
   [[nodiscard]] double number(bool is_signed) const;
 };
 
-[[nodiscard]] std::size_t byte_count(FieldType type);  ///< 0 for a word of a line
+/// Returns the size of a type; 0 for a token.
+[[nodiscard]] std::size_t byte_count(FieldType type);
 [[nodiscard]] bool is_signed(FieldType type);
 [[nodiscard]] bool is_real(FieldType type);
 [[nodiscard]] bool is_word(FieldType type);
-[[nodiscard]] bool is_gyro(FieldRole role);  ///< pulse_count, increment, rate, integrated_angle
-/// What a gyro tells of itself and the record keeps: a temperature, or a value with a unit.
+/// Returns true for pulse_count, increment, rate and integrated_angle.
+[[nodiscard]] bool is_gyro(FieldRole role);
+/// Returns whether a field is housekeeping that is recorded: a temperature, or a value with a unit.
 [[nodiscard]] bool is_housekeeping(const FrameField& field);
 
-/// What the status holds under the rule's mask is good.
+/// Returns whether the status is good under the rule's mask.
 [[nodiscard]] bool keeps(const StatusRule& rule, std::uint32_t status);
 
-/// Counts are exact: an integer that wraps where its bits end.
+/// Returns whether the field is an exact count: an integer that wraps at its width.
 [[nodiscard]] bool is_counted(const FrameField& field);
 
-/// The messages named by the field hold `id`; a field that names none is in all.
+/// Returns whether message `id` contains the field. A field that names no message is in all.
 [[nodiscard]] bool is_in_message(const FrameField& field, std::optional<std::uint32_t> id);
-/// Where in a frame of `length` bytes the field begins; nothing if it does not fit.
+/// Returns the position of the field in a frame of `length` bytes, or nothing if it does not fit.
 [[nodiscard]] std::optional<std::size_t> place_of(const FrameField& field, std::size_t length);
-/// An unsigned number of up to 8 bytes, the lower `bits_per_byte` bits of each.
+/// Reads an unsigned number from up to 8 bytes, using the lower `bits_per_byte` bits of each.
 [[nodiscard]] std::uint64_t load_bits(std::span<const std::byte> bytes, bool big_endian, unsigned bits_per_byte = 8);
-/// The inverse; of each byte only the lower `bits_per_byte` bits are written.
+/// Writes a number as load_bits() reads it. Only the lower `bits_per_byte` bits of each byte are changed.
 void store_bits(std::span<std::byte> bytes, bool big_endian, std::uint64_t value, unsigned bits_per_byte = 8);
 
-/// Nothing if the frame is too short for the field, or does not have under `when_mask` what it must.
+/// Reads a field. Returns nothing if the frame is too short, or does not have `when_value` under `when_mask`.
 [[nodiscard]] std::optional<RawValue> read_raw(const FrameField& field, std::span<const std::byte> frame);
-/// Writes the slice, and what `when_mask` covers, no bit beside them; integers wrap at the slice's width.
+/// Writes the slice and the bits of `when_mask`, and no other bits. Integers wrap at the width of the slice.
 void write_raw(const FrameField& field, std::span<std::byte> frame, const RawValue& raw);
-/// A whole word must be a number of the field's type, and fit in 64 bits.
+/// Parses a token. The whole token must be a number of the field's type that fits in 64 bits.
 [[nodiscard]] std::optional<RawValue> parse_word(const FrameField& field, std::string_view word);
 [[nodiscard]] std::string print_word(const FrameField& field, const RawValue& raw);
-/// `whole`, an integer of which the field is a slice, with the slice written as write_raw does.
+/// Returns `whole` with the slice replaced as by write_raw().
 [[nodiscard]] std::uint64_t with_slice(const FrameField& field, std::uint64_t whole, const RawValue& raw);
 
-/// raw * scale + zero.
+/// Returns raw · scale + zero.
 [[nodiscard]] double scaled(const FrameField& field, const RawValue& raw);
-/// The raw value nearest to `value`, which must be finite; a slice may be narrower than it.
+/// Returns the raw value nearest to `value`, which must be finite. It may exceed the width of a slice.
 [[nodiscard]] RawValue unscaled(const FrameField& field, double value);
-/// Arc seconds per unit of an angle ("rad", "deg", "arcsec"), or per second and unit of a rate ("rad/s", "deg/s",
-/// "deg/h": 1 °/h is 1 arcsec/s exactly); nothing for another unit.
+/// Returns the arc seconds per unit of an angle ("rad", "deg", "arcsec"), or the arc seconds per second per unit of a
+/// rate ("rad/s", "deg/s", "deg/h"; 1 °/h is exactly 1 arcsec/s). Returns nothing for other units.
 [[nodiscard]] std::optional<double> arcsec_per(std::string_view unit, FieldRole role);
 
 }  // namespace gyrotherm::drivers

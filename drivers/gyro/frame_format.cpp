@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kMostSyncBytes = 8;
 constexpr Vocabulary<bool, 2> kClocks{{{"device", false}, {"sequence", true}}};
 
-/// Whole numbers from 0 to `highest`.
+/// Reads whole numbers from 0 to `highest`.
 std::vector<std::uint32_t> read_whole_numbers(const TomlTable& table, const char* key, double highest,
                                               const char* what) {
   std::vector<std::uint32_t> found;
@@ -101,7 +101,7 @@ constexpr Vocabulary<double, 4> kTimes{{{"us", 1e-6}, {"ns", 1e-9}, {"ms", 1e-3}
 constexpr auto kMeanings =
     words_in_order<StatusMeaning::invalid, StatusMeaning::mismatch>("invalid", "warning", "reject", "mismatch");
 
-/// Where the bits are.
+/// Reads the position of the bits.
 void read_place(const TomlTable& table, const FrameFormat& format, FrameField& field) {
   if (format.line) {
     field.type = one_of(kWordTypes, table, "type");
@@ -127,7 +127,7 @@ void read_place(const TomlTable& table, const FrameFormat& format, FrameField& f
   field.bits = whole<unsigned>(table, "bits", 1, width - field.low_bit, width - field.low_bit);
 }
 
-/// When the field is there.
+/// Reads the conditions for the presence of the field.
 void read_presence(const TomlTable& table, const FrameFormat& format, FrameField& field) {
   field.ids = read_whole_numbers(table, "ids", 0xFFFFFFFF, "message ids");
   if (!field.ids.empty() && !format.id) table.mistake("ids", "the messages have no id, expected a table [frame.id]");
@@ -192,7 +192,7 @@ void read_status(const TomlTable& table, FrameField& field) {
     table.mistake("good", "\"good\" has bits that \"mask\" does not hold: no frame would be good");
 }
 
-/// Values of a counter before it wraps.
+/// Reads the number of values of a counter before it wraps.
 std::uint64_t read_range(const TomlTable& table, const FrameField& field, double counts_per_unit) {
   const auto modulus = table.integer("modulus", 0);
   if (table.has("modulus") && modulus < 2) table.mistake("modulus", "expected a whole number from 2");
@@ -233,7 +233,7 @@ void read_gyro_field(const TomlTable& table, FrameField& field) {
   if (!(field.wraps_at > 0)) table.mistake("wraps_at", "expected the angle, in its unit, after which it starts again");
 }
 
-/// Reads the step of a sequence from one frame to the next: `step`, or `ticks_hz` over the frame rate.
+/// Reads the step of a sequence between frames: `step`, or `ticks_hz` divided by the frame rate.
 std::uint64_t read_step(const TomlTable& table, double rate_hz) {
   if (!table.has("ticks_hz")) return whole<std::uint64_t>(table, "step", 1, 65536, 1);
   if (table.has("step")) table.mistake("step", "follows from \"ticks_hz\", expected one of the two");
@@ -262,7 +262,7 @@ void read_meaning(const TomlTable& table, double rate_hz, FrameField& field) {
     table.mistake("type", "a signed type, expected u8, u16, u24 or u32 for this role");
 }
 
-/// One field of `format`, of which everything but the fields is known.
+/// Reads one field of `format`. All other keys of the format were read before.
 FrameField read_frame_field(const TomlTable& table, const FrameFormat& format) {
   FrameField field{.role = one_of(kFieldRoles, table, "role")};
   read_place(table, format, field);
@@ -286,7 +286,7 @@ void read_header(const TomlTable& table, LineFormat& format) {
     table.mistake("header_words", "the whole line is header, expected fewer than \"words\"");
 }
 
-/// The [frame.line] table.
+/// Reads the [frame.line] table.
 LineFormat read_line_format(const TomlTable& table) {
   LineFormat format;
   format.starts_with = table.text("starts_with", "");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A gyro's framed stream, described in a file instead of in code: how frames or lines of text are found in it, how
-/// they are checked, and from bytes to whole good frames. What is in them: frame_fields.hpp.
+/// Framed stream of a gyro, described by a file: the framing of binary frames or lines of text, their check values, and
+/// the decoder. frame_fields.hpp describes the fields.
 #pragma once
 
 #include <cstddef>
@@ -17,124 +17,148 @@
 
 namespace gyrotherm::drivers {
 
-/// sum16: of 16-bit words in the byte order of the check. Parity: of all bits covered, the bit itself among them.
+/// Kinds of check values. sum16 adds 16-bit words in the byte order of the check. Parity includes all covered bits and
+/// the parity bit.
 enum class CheckKind { none, sum8, sum16, xor8, crc, odd_parity, even_parity };
 
-/// Positions count from the frame's start, or (negative) from its end. In a line of text the check is hexadecimal
-/// digits after `LineFormat::mark`, covers what lies before the mark, and has no position of its own.
+/// A check value of a frame. Positions count from the start of the frame, or from its end if negative. In a line of
+/// text, the check is the hexadecimal digits after `LineFormat::mark`; it covers the text before the mark and has no
+/// position.
 struct FrameCheck {
   CheckKind kind = CheckKind::none;
   std::ptrdiff_t from{};    ///< first byte covered
-  std::ptrdiff_t offset{};  ///< of the stored check
-  std::ptrdiff_t to{};      ///< end of what is covered; by default where the check is stored
+  std::ptrdiff_t offset{};  ///< position of the stored check
+  /// End of the covered bytes; by default the position of the stored check.
+  std::ptrdiff_t to{};
   bool big_endian{};
-  Crc model{};                ///< crc
-  std::size_t padded_to = 1;  ///< what is covered is filled up with zeros to a multiple of this, for the sum alone
-  unsigned bit{};             ///< parity: which bit of the byte at `offset`
-  std::uint32_t mask = 0xFFFFFFFF;  ///< bits of the check that are compared
+  Crc model{};  ///< crc only
+  /// For the computation, the covered bytes are padded with zeros to a multiple of this.
+  std::size_t padded_to = 1;
+  /// Parity: bit of the byte at `offset`.
+  unsigned bit{};
+  std::uint32_t mask = 0xFFFFFFFF;  ///< bits that are compared
 };
 
-[[nodiscard]] std::size_t byte_count(const FrameCheck& check);  ///< of the stored check
-/// A [frame.check] table; `shortest`: of the frames that it must fit in, bytes. In a line nothing has a position.
+/// Returns the size of the stored check.
+[[nodiscard]] std::size_t byte_count(const FrameCheck& check);
+/// Reads a [frame.check] table. The check must fit in frames of `shortest` bytes. In a line of text it has no position.
 [[nodiscard]] FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool in_line);
 
-/// The check of these bytes, all of them covered.
+/// Returns the check value of the covered bytes.
 [[nodiscard]] std::uint32_t check_value(const FrameCheck& check, std::span<const std::byte> covered);
 [[nodiscard]] bool passes(const FrameCheck& check, std::span<const std::byte> frame);
-/// Writes the check that makes the frame pass.
+/// Writes the correct check value into the frame.
 void seal(const FrameCheck& check, std::span<std::byte> frame);
 
-/// A line of text: words between separators, ended by a terminator, perhaps with a check in hexadecimal digits.
+/// Format of a line of text: tokens between separators, a terminator, and an optional check in hexadecimal digits.
 struct LineFormat {
-  std::string starts_with;  ///< the first word; empty: any line
+  std::string starts_with;  ///< first token; empty: any
   std::string terminator = "\r\n";
   std::string separators = " ";
-  bool merges = true;          ///< several separators in a row are one, and those at the ends are none
-  std::size_t header_words{};  ///< the first words, behind which `header_end` stands instead of a separator; 0: none
+  /// Consecutive separators count as one, and separators at the ends are ignored.
+  bool merges = true;
+  /// Number of tokens in the header, which ends with `header_end` instead of a separator; 0 for no header.
+  std::size_t header_words{};
   std::string header_end;
-  std::string mark;           ///< the check's digits follow it; empty: no check
-  std::size_t words{};        ///< exactly so many
-  std::size_t longest = 256;  ///< bytes, terminator included
+  /// Text before the check's digits; empty for no check.
+  std::string mark;
+  std::size_t words{};        ///< exact number of tokens
+  std::size_t longest = 256;  ///< bytes, including the terminator
 };
 
-/// An unsigned number in the frame's head: its message id, or its length.
+/// An unsigned number in the frame's head: the message id or the length.
 struct HeadNumber {
   std::size_t offset{};
   std::size_t bytes{};  ///< 1 to 4
   bool big_endian{};
 };
 
-/// One message of a stream that has several.
+/// One message of a stream with several messages.
 struct FrameVariant {
   std::uint32_t id{};
-  std::size_t length{};               ///< bytes in all; 0: the head tells
-  std::optional<FrameCheck> check{};  ///< where it differs from the stream's
+  /// Total bytes; 0 if the head contains the length.
+  std::size_t length{};
+  std::optional<FrameCheck> check{};  ///< if different from the stream's
 };
 
 struct FrameFormat {
   std::string name{};
-  std::vector<std::byte> sync{};  ///< may be empty
-  std::size_t length{};           ///< bytes in all: of every frame, or of the first message, or the longest by the head
+  std::vector<std::byte> sync{};
+  /// Total bytes of every frame or of the first message, or the maximum if the head contains the length.
+  std::size_t length{};
   std::vector<FrameField> fields{};
   FrameCheck check{};
 
-  std::vector<std::string> axes{};      ///< of the gyro, in the order asked for; one empty name if the gyro has none
-  std::vector<std::string> all_axes{};  ///< that the description names, in its order
-  std::optional<HeadNumber> id{};       ///< which message a frame is
-  std::vector<FrameVariant>
-      variants{};  ///< with an id: all that there are (any other too, if the head tells the length)
-  std::optional<HeadNumber> length_at{};  ///< the head tells the length,
-  std::size_t length_plus{};              ///< … less this
-  std::vector<std::byte> tail{};          ///< may follow a frame
-  std::size_t lock_frames{};              ///< frames that must fit in a row before the first is believed
-  std::optional<LineFormat> line{};       ///< lines of text instead of bytes
-  double rate_hz{};                       ///< nominal; 0: not said
-  bool clocked_by_sequence{};             ///< time is frames counted, at the nominal rate
+  /// Axes in use, in the requested order; a single empty name if the gyro names no axis.
+  std::vector<std::string> axes{};
+  /// Axes of the description, in its order.
+  std::vector<std::string> all_axes{};
+  /// Number that identifies the message.
+  std::optional<HeadNumber> id{};
+  /// All messages of a stream with an id. If the head contains the length, other messages may occur too.
+  std::vector<FrameVariant> variants{};
+  /// Number in the head that, plus `length_plus`, is the length of the frame.
+  std::optional<HeadNumber> length_at{};
+  std::size_t length_plus{};
+  std::vector<std::byte> tail{};  ///< optional bytes after a frame
+  /// Number of following frames that must match before the first one is accepted.
+  std::size_t lock_frames{};
+  /// Set for a stream of text lines.
+  std::optional<LineFormat> line{};
+  double rate_hz{};  ///< nominal; 0 if unknown
+  /// Time is the number of frames at the nominal rate.
+  bool clocked_by_sequence{};
 
-  /// The first field with this role; a gyro's field of an axis that was not asked for has the role `other_axis`.
+  /// Returns the first field with this role, or null. Fields of axes that are not in use have the role `other_axis`.
   [[nodiscard]] const FrameField* find(FieldRole role) const;
-  /// The fields that biases are made of, one for each of `axes`, in their order; of an axis that comes in several
-  /// messages the first field. At least one in a format that was read without mistakes. They point into `fields`.
+  /// Returns the gyro fields, one for each of `axes`, in their order. For an axis in several messages it is the first
+  /// field. A format that was read without errors has at least one. The pointers refer to `fields`.
   [[nodiscard]] std::vector<const FrameField*> gyros() const;
-  /// The first of them; null if there is none.
+  /// Returns the first gyro field, or null.
   [[nodiscard]] const FrameField* gyro() const;
-  /// The housekeeping: every temperature and every value that has a unit, in the order of `fields`, one for each name.
+  /// Returns the housekeeping fields, one per name, in the order of `fields`: all temperatures, and all values with a
+  /// unit.
   [[nodiscard]] std::vector<const FrameField*> values() const;
-  /// Bytes that must be seen before a frame's length is known.
+  /// Returns the number of bytes that determine a frame's length.
   [[nodiscard]] std::size_t head_size() const;
 };
 
-/// What a gyro tells of itself in each reading, beside its axes.
+/// Name and unit of a housekeeping value.
 struct HousekeepingValue {
-  std::string name;  ///< letters, digits and '_'; no two of one format are the same
-  std::string unit;  ///< of a temperature "°C", of a number "1"
+  /// Letters, digits and '_'; unique within a format.
+  std::string name;
+  /// "°C" for a temperature, "1" for a number.
+  std::string unit;
   bool is_temperature{};
 };
 
-/// The names and units of GyroCount::values, in their order: those of FrameFormat::values(), and where there are any,
-/// "frames", the number of frames that were averaged, and "flagged", the number of frames whose status broke a rule or
-/// was not good.
+/// Returns the names and units of GyroCount::values, in their order. They are those of FrameFormat::values(). If there
+/// are any, "frames" (the number of averaged frames) and "flagged" (the number of frames with a status that is not good
+/// or broke a rule) follow.
 [[nodiscard]] std::vector<HousekeepingValue> housekeeping_of(const FrameFormat& format);
 
-/// What a frame says of one axis; nothing if the frame lacks it.
+/// Values of one axis in a frame; empty if the frame does not contain them.
 struct AxisReading {
-  std::optional<std::int64_t> pulses{};  ///< the axis's field unscaled, if it is an integer
-  std::optional<double> value{};         ///< the axis's field scaled, in its unit
+  /// The unscaled field if it is an integer.
+  std::optional<std::int64_t> pulses{};
+  std::optional<double> value{};  ///< scaled, in the field's unit
 };
 
-/// One frame's fields. A role that the format, or this message, lacks is absent.
+/// Fields of one frame. A field is empty if the format or this message does not contain it.
 struct GyroFrame {
-  std::optional<std::uint32_t> id{};  ///< message id
-  std::vector<AxisReading> axes{};    ///< in the order of FrameFormat::axes
+  std::optional<std::uint32_t> id{};
+  std::vector<AxisReading> axes{};  ///< in the order of FrameFormat::axes
   std::optional<std::uint32_t> sequence{};
-  std::optional<std::uint64_t> timestamp{};  ///< counts of the field's unit_s
+  std::optional<std::uint64_t> timestamp{};  ///< in counts of unit_s
   bool good = true;
-  bool flagged = false;                         ///< a status is not good, or breaks a rule that only warns
-  std::vector<std::optional<double>> values{};  ///< in the order of FrameFormat::values(), each in its unit
+  /// A status is not good, or breaks a rule that only warns.
+  bool flagged = false;
+  /// In the order and the units of FrameFormat::values().
+  std::vector<std::optional<double>> values{};
 };
 
-/// Reads a [frame] table; mistakes are noted in it (the caller asks for the verdict). The keys are described, with
-/// examples, in profiles/gyro-streams/README.md. The least that is needed:
+/// Reads a [frame] table. Errors are noted in the table; the caller calls verdict(). profiles/gyro-streams/README.md
+/// describes the keys with examples. The minimum is:
 ///
 ///     [frame]
 ///     name = "…"
@@ -161,39 +185,40 @@ struct GyroFrame {
 ///     reflected = false
 ///     final_xor = 0
 ///
-/// `axes`: the axes wanted, in this order, each of them one of FrameFormat::all_axes; none: the file's own choice,
-/// which is its key `axis`, or else the first. `rate_hz`: replaces the table's nominal rate.
+/// `axes` selects the axes in use, in this order, from FrameFormat::all_axes. If it is empty, the file's key `axis`
+/// selects one, and otherwise the first axis is used. `rate_hz` replaces the nominal rate in the table.
 [[nodiscard]] FrameFormat read_frame_format(const TomlTable& table, const std::vector<std::string>& axes = {},
                                             std::optional<double> rate_hz = {});
 
-/// The keywords of a file for the roles.
+/// Keywords of the roles in files.
 inline constexpr auto kFieldRoles = words_in_order<FieldRole::pulse_count, FieldRole::value>(
     "pulse_count", "increment", "rate", "integrated_angle", "sequence", "timestamp", "status", "temperature", "value");
 
-/// Gives the fields of `format`, which have all been read, their axes and slots. `wanted`: the axes, as for
-/// read_frame_format. Mistakes are noted in `table`, or in the field's own of `fields`: an axis that does not exist or
-/// is wanted twice; two fields of one frame that fill the same column of the record; fields of one axis, or of one
-/// name, that differ in meaning; a name of housekeeping that is not valid.
+/// Assigns axes and slots to the fields of `format`, after all fields were read. `wanted` selects the axes as for
+/// read_frame_format(). Errors are noted in `table` or in the field's own table of `fields`: an axis that does not
+/// exist or is requested twice; two fields of one frame for the same column of the record; fields with the same axis or
+/// name and different meanings; an invalid name of a housekeeping value.
 void settle_roles(const TomlTable& table, const std::vector<TomlTable>& fields, const std::vector<std::string>& wanted,
                   FrameFormat& format);
 
-/// Takes bytes as they come, gives whole good frames; resynchronises from the byte after a false sync, in lines of text
-/// at the next line. The first line is not believed, as its beginning may be missing, unless it begins as `starts_with`
-/// says and has a check.
+/// Decodes frames from bytes that arrive in pieces. After a false sync it resynchronises from the next byte, in text at
+/// the next line. The first line may be incomplete and is rejected, unless it begins with `starts_with` and has a
+/// check.
 class FrameDecoder {
  public:
   explicit FrameDecoder(FrameFormat format);
   void feed(std::span<const std::byte> bytes);
-  /// The next whole good frame, which is kept until the next call; null if more bytes are needed.
+  /// Returns the next valid frame, or null if more bytes are needed. The frame remains valid until the next call.
   [[nodiscard]] const GyroFrame* take();
-  /// Bytes that were part of no good frame, so far.
+  /// Returns the number of bytes so far that belong to no valid frame.
   [[nodiscard]] std::uint64_t rejected_bytes() const { return rejected_; }
-  /// Every field of the frame taken last, scaled, in the format's order; nothing where that frame lacks it.
+  /// Returns every field of the latest frame, scaled, in the format's order. A field that the frame does not contain is
+  /// empty.
   [[nodiscard]] const std::vector<std::optional<double>>& values() const { return values_; }
-  /// What the frame taken last says against itself: the meanings of the rules that its status breaks.
+  /// Returns the meanings of the status rules that the latest frame breaks.
   [[nodiscard]] std::vector<std::string> complaints() const;
-  /// Returns the meanings of the rules of the verdict `mismatch` that the frame taken last breaks; nothing if that
-  /// frame carries no field with such a rule.
+  /// Returns the meanings of the `mismatch` rules that the latest frame breaks. Returns nothing if the frame has no
+  /// field with such a rule.
   [[nodiscard]] std::optional<std::vector<std::string>> differing_settings() const;
 
  private:
@@ -204,21 +229,23 @@ class FrameDecoder {
 
   FrameFormat format_;
   std::vector<std::byte> buffer_;
-  std::size_t begin_{};  ///< of what is not yet taken, in the buffer
+  std::size_t begin_{};  ///< first unread byte in `buffer_`
   std::uint64_t rejected_{};
-  bool has_settings_{};  ///< some rule has verdict `mismatch`
-  bool locked_{};        ///< the last bytes taken were a good frame, or a whole line
+  /// The format has a rule with the verdict `mismatch`.
+  bool has_settings_{};
+  /// The preceding bytes were a valid frame or a whole line.
+  bool locked_{};
   std::optional<std::uint32_t> sequence_{};
-  GyroFrame frame_;  ///< taken last
+  GyroFrame frame_;  ///< the latest
   std::vector<std::optional<double>> values_;
 };
 
-/// The bytes of a frame (used by the virtual gyro, and by tests): of the message that carries most axes, and of those
-/// the most housekeeping. Counts wrap at the width of their fields, housekeeping stops at it; what `frame` lacks is
-/// zero in its unit, or not there if the frame may do without; bytes of no field are zero.
+/// Encodes a frame for the virtual gyro and for tests, as the message with the most axes and, among those, with the
+/// most housekeeping. Counts wrap at the width of their fields; housekeeping saturates. Missing values are zero in
+/// their unit, or are left out if the format allows it. Bytes outside all fields are zero.
 [[nodiscard]] std::vector<std::byte> encode_frame(const FrameFormat& format, const GyroFrame& frame);
-/// Returns the message `id`, one of the format's, with the settings that the description expects; `differs`: each field
-/// of settings breaks its first rule.
+/// Encodes the message `id` of the format with the settings of the description. With `differs`, each setting breaks its
+/// first rule.
 [[nodiscard]] std::vector<std::byte> encode_settings(const FrameFormat& format, std::uint32_t id, bool differs);
 
 }  // namespace gyrotherm::drivers

@@ -31,7 +31,7 @@ bool has_axis(const FrameFormat& format, const std::string& axis) {
                      [&](const auto& field) { return is_gyro(field.role) && field.axis == axis; });
 }
 
-/// What the file chooses itself; a gyro without the name of an axis has the empty one.
+/// Returns the axis that the file selects by default. A gyro without axis names has the empty name.
 std::vector<std::string> own_choice(const TomlTable& table, const FrameFormat& format) {
   if (table.has("axis")) return {table.text("axis")};
   if (!format.all_axes.empty()) return {format.all_axes.front()};
@@ -67,19 +67,19 @@ void number_housekeeping(FrameFormat& format) {
   }
 }
 
-/// Some message has both, by their ids.
+/// Returns whether a message, by its ids, contains both fields.
 bool share_a_message(const FrameField& one, const FrameField& other) {
   if (one.ids.empty() || other.ids.empty()) return true;
   return std::any_of(one.ids.begin(), one.ids.end(), [&](auto id) { return is_in_message(other, id); });
 }
 
-/// Some sequence number has both.
+/// Returns whether a sequence number exists for which both fields are present.
 bool share_a_turn(const FrameField& one, const FrameField& other) {
   const auto common = std::gcd(one.every, other.every);
   return one.turn % common == other.turn % common;
 }
 
-/// Some integer in their place has both.
+/// Returns whether an integer exists at their position for which both fields are present.
 bool share_a_word(const FrameField& one, const FrameField& other) {
   const auto where = [](const FrameField& field) {
     return std::tuple(field.offset, field.bytes, field.big_endian, field.bits_per_byte);
@@ -87,19 +87,19 @@ bool share_a_word(const FrameField& one, const FrameField& other) {
   return where(one) != where(other) || ((one.when_value ^ other.when_value) & one.when_mask & other.when_mask) == 0;
 }
 
-/// Some frame may have both.
+/// Returns whether a frame may contain both fields.
 bool collide(const FrameField& one, const FrameField& other) {
   return share_a_message(one, other) && share_a_turn(one, other) && share_a_word(one, other);
 }
 
-/// They fill the same place of a GyroFrame.
+/// Returns whether both fields fill the same member of a GyroFrame.
 bool are_same(const FrameField& one, const FrameField& other) {
   if (is_gyro(one.role)) return is_gyro(other.role) && one.slot == other.slot;
   if (is_housekeeping(one)) return is_housekeeping(other) && one.slot == other.slot;
   return one.role == other.role && (one.role == FieldRole::sequence || one.role == FieldRole::timestamp);
 }
 
-/// A count or an angle of one may follow that of the other.
+/// Returns whether a count or angle of one field may follow that of the other.
 bool mean_the_same(const FrameField& one, const FrameField& other) {
   const auto meaning = [](const FrameField& field) {
     return std::tuple(field.unit, is_counted(field), field.scale.of(1), field.zero, field.wraps_at,
@@ -113,7 +113,7 @@ std::string word_for(const FrameField& field) {
                                 : fmt::format("the role \"{}\"", word_of(kFieldRoles, field.role));
 }
 
-/// Of one field, in whose table mistakes are noted, against those before it.
+/// Compares a field with the fields before it. Errors are noted in `table`, the table of the field.
 void check_pairs(const TomlTable& table, const FrameFormat& format, const FrameField& field) {
   std::size_t same = 1;
   for (const auto* other = format.fields.data(); other != &field; ++other) {
@@ -127,7 +127,7 @@ void check_pairs(const TomlTable& table, const FrameFormat& format, const FrameF
   if (same > 1) table.mistake("", fmt::format("{} fields have {}, expected one", same, word_for(field)));
 }
 
-/// An axis has one role; there is an axis.
+/// Verifies that there is an axis and that each axis has one role.
 void check_axes(const TomlTable& table, const FrameFormat& format) {
   const auto gyros = format.gyros();
   const bool two_kinds = std::any_of(format.fields.begin(), format.fields.end(), [&](const auto& field) {
@@ -158,7 +158,7 @@ void check_name(const TomlTable& table, const FrameField& field) {
     table.mistake("unit", "a temperature is in °C after its scale and zero, expected \"degC\"");
 }
 
-/// The first field of each slot.
+/// Returns the first field of each slot.
 template <class Belongs>
 std::vector<const FrameField*> first_of_each(const std::vector<FrameField>& fields, Belongs belongs) {
   std::vector<const FrameField*> found;

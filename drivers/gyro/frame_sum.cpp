@@ -10,18 +10,18 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-constexpr double kArcsecPerCount = 1e-6;  // of what is no integer
+constexpr double kArcsecPerCount = 1e-6;  // for fields that are not integers
 constexpr double kFarthestCount = 9.2e18, kMostSeconds = 1e6;
-/// Of a sequence with so many values nobody loses half.
+/// More than half of so many sequence numbers cannot be lost at once.
 constexpr std::uint64_t kWideSequence = 1 << 16;
 
-/// How far a counter of `range` values (0: 2^64) went from `before` to `now`.
+/// Returns the forward distance of a counter with `range` values (0: 2^64).
 std::uint64_t forward(std::uint64_t before, std::uint64_t now, std::uint64_t range) {
   if (range == 0) return now - before;
   return (now % range + range - before % range) % range;
 }
 
-/// The same for an up–down counter: the shorter way round.
+/// Returns the signed distance of an up–down counter, in the shorter direction.
 std::int64_t signed_step(std::int64_t before, std::int64_t now, std::uint64_t range) {
   const auto difference = static_cast<std::uint64_t>(now) - static_cast<std::uint64_t>(before);
   if (range == 0) return static_cast<std::int64_t>(difference);
@@ -52,7 +52,8 @@ void StepWatch::add(double step) {
   ++all_;
 }
 
-/// A time stamp is another step where a lost frame would be miscounted: from 1.25 on, and up to 0.8.
+/// Returns whether the step differs from the described one. Time stamps differ if a lost frame would be miscounted:
+/// above 1.25 or below 0.8 steps.
 bool StepWatch::is_other() const { return step_ > 0 && (exact_ ? step_ != 1 : step_ > 1.25 || step_ < 0.8); }
 
 std::optional<double> StepWatch::other_step() const {
@@ -91,7 +92,7 @@ void FrameSum::add(const GyroFrame& frame, FrameTally& tally) {
   if (whole) end_round(tally);
 }
 
-/// How many frames a step back hides nobody can tell.
+/// Updates the losses from the sequence. The number of frames hidden by a backward step is unknown.
 void FrameSum::follow(std::uint32_t sequence, FrameTally& tally) {
   if (!sequence_ || !sequence_format_) return;
   const auto [range, step] = *sequence_format_;
@@ -140,7 +141,7 @@ Duration FrameSum::since_last_round() const {
   return Duration::zero();
 }
 
-/// Its time is what tells that frames are missing, and is finer than the time between two of them.
+/// Returns whether missing frames are detected by the device's time, and it resolves the time between two frames.
 bool FrameSum::tells_each_frame_by_time() const {
   return rate_hz_ > 0 && !sequence_format_ && time_ && !time_->is_real && 2 * rate_hz_ * time_->unit_s < 1;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Frames added up to one interval, each axis for itself: increments summed (never thinned out), the mean of rates, the
-/// wrapped difference of counts and angles; with what the interval lacks. And the means of their housekeeping.
+/// Sums of frames over one interval, separately for each axis: sums of increments (all of them), means of rates,
+/// wrapped differences of counts and angles. They include the losses of the interval, and the means of the
+/// housekeeping.
 #pragma once
 
 #include <cstddef>
@@ -13,43 +14,48 @@
 
 namespace gyrotherm::drivers {
 
-/// What one count of the sum of an axis is, arcsec: the scale of an integer field in an angle's unit; 1e-6 for a rate
-/// or a real number. Nothing for plain pulses, whose weight the rig file has. `axis`: an index of FrameFormat::axes.
+/// Returns the arc seconds per count of an axis: the scale of an integer field in an angle's unit, or 1e-6 for a rate
+/// or a real number. Returns nothing for plain pulses, whose scale is in the rig file. `axis` is an index into
+/// FrameFormat::axes.
 [[nodiscard]] std::optional<double> arcsec_per_count(const FrameFormat& format, std::size_t axis);
 
-/// What was seen of one axis.
+/// Sums of one axis.
 struct AxisTally {
-  std::uint64_t frames{};  ///< with its field
-  std::int64_t counts{};   ///< exact, of integer fields
-  double arcsec{};         ///< of real angles
-  double arcsec_per_s{};   ///< sum of rates, over `frames` of them
+  std::uint64_t frames{};  ///< frames with its field
+  std::int64_t counts{};   ///< exact, integer fields only
+  double arcsec{};         ///< sum of real angles
+  double arcsec_per_s{};   ///< sum over `frames`
 };
 
-/// What was seen since the last read. A round is what brings every axis once: a frame, if one frame has all axes, or as
-/// many messages as it takes. Axes count in whole rounds, so that all of them cover the same interval.
+/// Sums since the last read. A round contains every axis once: it is one frame, or several messages. Only whole rounds
+/// are counted, so that all axes cover the same interval.
 struct FrameTally {
   std::uint64_t rounds{};  ///< after the first one ever
-  std::uint64_t lost{};    ///< frames, by a jump of the sequence; without one, by a jump of the device's time at the
-                           ///< nominal rate
-  std::uint64_t bad{};     ///< frames marked so by the gyro
-  bool disordered{};       ///< a frame came twice, or the sequence went back
-  Duration interval{};     ///< by the device's clock (time or sequence); zero if the format has none
-  Duration round{};        ///< between the last two rounds, likewise
-  Duration longest{};      ///< of all that lies between two rounds, likewise
+  /// Lost frames, from a jump of the sequence; without a sequence, from a jump of the device's time at the nominal
+  /// rate.
+  std::uint64_t lost{};
+  std::uint64_t bad{};  ///< frames the gyro marked bad
+  /// A frame arrived twice, or the sequence went backwards.
+  bool disordered{};
+  /// Times by the device's clock (time or sequence); zero if the format has none. Of all rounds, of the last round, and
+  /// of the longest round.
+  Duration interval{};
+  Duration round{};
+  Duration longest{};
   std::vector<AxisTally> axes{};  ///< in the order of FrameFormat::axes
 };
 
-/// Watches the steps from each frame to the next, as multiples of the described one. A unit that is set to another
-/// rate makes steps that are all the same; lost frames do not.
+/// Observes the steps between consecutive frames, as multiples of the described step. A unit with another rate setting
+/// makes constant steps; lost frames do not.
 class StepWatch {
  public:
-  /// `exact`: steps of a sequence, which are whole numbers; stamps of time scatter.
+  /// Steps of a sequence are `exact` whole numbers; steps of time stamps vary.
   explicit StepWatch(bool exact) : exact_(exact) {}
   void add(double step);
-  /// Returns the steady step if it is not the described one: the last eight agree, or all since the first frame do and
-  /// there are three.
+  /// Returns the constant step if it differs from the described one. It is constant if the last eight steps agree, or
+  /// if all steps since the first frame agree and there are at least three.
   [[nodiscard]] std::optional<double> other_step() const;
-  /// True if every step so far was the same and was not the described one.
+  /// Returns true if every step so far was the same and differed from the described one.
   [[nodiscard]] bool is_always_other() const { return run_ > 0 && run_ == all_ && is_other(); }
 
  private:
@@ -63,22 +69,21 @@ class StepWatch {
 class FrameSum {
  public:
   explicit FrameSum(const FrameFormat& format);
-  /// Adds what lies between the newest round and this frame, once the frame ends a round, which becomes the newest. The
-  /// first one is the origin.
+  /// Adds a frame. If it completes a round, the sums since the previous round are added to `tally`. The first round is
+  /// the origin.
   void add(const GyroFrame& frame, FrameTally& tally);
-  /// What has come since the last whole round is not trusted, as frames were lost or bad: the round that it belongs to
-  /// counts for nothing but to count from.
+  /// Discards the current incomplete round after lost or bad frames. Its end is the new origin.
   void drop_round();
   [[nodiscard]] bool has_origin() const { return origin_; }
-  /// The steps of the sequence, or without one of the device's time, of all frames since the origin.
+  /// Returns the steps of the sequence, or of the device's time without a sequence, of all frames since the origin.
   [[nodiscard]] const StepWatch& steps() const { return steps_; }
-  /// The format has a clock of the device's own.
+  /// Returns whether the format has a clock of the device.
   [[nodiscard]] bool has_clock() const { return clocked_by_sequence_ || time_.has_value(); }
-  /// The sum of each axis in counts (see arcsec_per_count) over `interval`, which a rate needs.
+  /// Returns the sum of each axis in counts (see arcsec_per_count()). `interval` is needed for rates.
   [[nodiscard]] std::vector<std::int64_t> counts(const FrameTally& tally, Duration interval) const;
 
  private:
-  /// One axis: how its field is summed, its newest value, and its share of the round that is not whole yet.
+  /// Summation of one axis, its latest value, and its sums in the incomplete round.
   struct Axis {
     FieldRole role{};
     bool is_counted{};
@@ -96,7 +101,7 @@ class FrameSum {
   struct Time {
     std::uint64_t range{};
     double unit_s{};
-    bool is_real{};  ///< its resolution is not known
+    bool is_real{};  ///< unknown resolution
   };
 
   static void add_reading(const AxisReading& reading, Axis& axis);
@@ -112,24 +117,28 @@ class FrameSum {
   double rate_hz_{};
   StepWatch steps_;
   bool origin_{};
-  bool dropped_{};                                 ///< the round that is not whole yet
-  std::optional<std::uint32_t> sequence_{};        ///< of the newest frame
-  std::optional<std::uint64_t> timestamp_{};       ///< the newest
-  bool timed_{};                                   ///< it came since the newest round
-  std::optional<std::uint32_t> round_sequence_{};  ///< of the newest round
+  /// The incomplete round is discarded at its end.
+  bool dropped_{};
+  /// Values of the latest frame.
+  std::optional<std::uint32_t> sequence_{};
+  std::optional<std::uint64_t> timestamp_{};
+  /// A timestamp arrived after the latest round.
+  bool timed_{};
+  /// Values of the latest round.
+  std::optional<std::uint32_t> round_sequence_{};
   std::optional<std::uint64_t> round_timestamp_{};
 };
 
-/// Averages the housekeeping of the frames of one read. Each value is averaged over the frames that carry it.
+/// Averages the housekeeping of the frames of one read. Each value is averaged over the frames that contain it.
 class FrameMeans {
  public:
   explicit FrameMeans(const FrameFormat& format) : sums_(format.values().size()) {}
-  /// Adds a frame. A frame that the gyro marks as bad is not averaged; it counts as flagged if its status is.
+  /// Adds a frame. A frame that the gyro marks as bad is not averaged; it may still count as flagged.
   void add(const GyroFrame& frame);
-  /// Returns, in the order of housekeeping_of(): the means, NaN if no frame had the value; the number of averaged
-  /// frames; the number of flagged frames. Empty if the format has no housekeeping.
+  /// Returns, in the order of housekeeping_of(), the means (NaN if no frame had the value), the number of averaged
+  /// frames, and the number of flagged frames. Empty if the format has no housekeeping.
   [[nodiscard]] std::vector<double> values() const;
-  /// Forgets all frames.
+  /// Discards all frames.
   void begin();
 
  private:

@@ -65,13 +65,13 @@ Result<GyroStream> parse_gyro_stream(std::string_view text, const std::string& f
 namespace {
 
 constexpr std::size_t kPumpedChunk = 16384, kMostWaiting = 1 << 20;
-/// How long the line is waited for at once: a write comes after that.
+/// Maximum wait for the line at a time; a write is delayed by up to this time.
 constexpr Duration kTurn = std::chrono::milliseconds(20);
 
-/// A sleep of the machine counts, for the gyro's time goes on.
+/// Returns the steady time including suspended time, in which the gyro's time passes too.
 [[nodiscard]] Duration steady_now() { return since_boot(); }
 
-/// What the reader's thread is asked to write, and what came of it.
+/// A write for the reader's thread, and its result.
 struct Errand {
   std::span<const std::byte> bytes;
   Duration within;
@@ -113,7 +113,7 @@ class PumpedStream final : public ByteStream {
   std::optional<Duration> came() const override { return came_; }
 
  private:
-  /// The first use opens the line.
+  /// Starts the thread, which opens the line.
   void begin() {
     if (!thread_.joinable()) thread_ = std::jthread([this](const std::stop_token& stop) { pump(stop); });
   }
@@ -162,15 +162,16 @@ class PumpedStream final : public ByteStream {
     newest_ = came;
   }
 
-  std::unique_ptr<ByteStream> line_;  ///< the thread's own
+  std::unique_ptr<ByteStream> line_;  ///< used by the thread only
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::vector<std::byte> waiting_;
-  Duration newest_{};             ///< when the last of them came
-  std::optional<Duration> came_;  ///< the reader's own
-  std::optional<Fault> fault_;    ///< not told yet; the line rests until it is
+  Duration newest_{};             ///< arrival of the newest byte
+  std::optional<Duration> came_;  ///< used by the caller only
+  /// Not yet reported; the line is not used before.
+  std::optional<Fault> fault_;
   Errand* errand_ = nullptr;
-  std::jthread thread_;  ///< last: it uses the others
+  std::jthread thread_;  ///< last member: uses the others
 };
 
 }  // namespace
@@ -182,10 +183,10 @@ std::unique_ptr<ByteStream> make_pumped(std::unique_ptr<ByteStream> line) {
 namespace {
 
 constexpr std::size_t kChunk = 4096;
-/// No two frames are further apart by the gyro's time than by the host's and so much.
+/// Maximum difference between the gyro's and the host's time from one frame to the next.
 constexpr Duration kMostAhead = std::chrono::seconds(1);
 
-/// Bytes of one read.
+/// The bytes received in one read.
 class HeardBytes {
  public:
   void begin() { *this = {}; }
@@ -268,7 +269,7 @@ class FramedGyro final : public Gyro {
     return sent;
   }
 
-  /// Nothing: a frame to count from, and no more.
+  /// Pulses of a read; empty if its frames only provide the origin.
   using MaybeCount = std::optional<GyroCount>;
 
   [[nodiscard]] Result<MaybeCount> take(Duration expected) {
@@ -298,7 +299,7 @@ class FramedGyro final : public Gyro {
         const auto what = more.error().kind == FaultKind::timeout ? without_frames(frames_.seen - seen) : std::string();
         start_afresh();
         if (what.empty()) return failure(more.error());
-        open_ = false;  // the unit may have restarted with its default settings
+        open_ = false;  // possibly restarted with default settings
         return failure(FaultKind::corrupted, place(), what);
       }
       enough = first ? sum_.has_origin() : covers(tally, expected);
@@ -312,7 +313,8 @@ class FramedGyro final : public Gyro {
     }
   }
 
-  /// Describes what came in a read that counted nothing; empty if that is less than a frame. `frames`: seen in it.
+  /// Describes the bytes of a read without counts; empty if they are fewer than a frame. `frames` is the number of
+  /// frames in it.
   [[nodiscard]] std::string without_frames(std::uint64_t frames) const {
     const auto wait_s = to_seconds(within_);
     if (frames > 0)
@@ -326,7 +328,7 @@ class FramedGyro final : public Gyro {
         heard_.size(), wait_s, rejected, heard_.first());
   }
 
-  /// Counts the frames of what has come; true if more may have come already.
+  /// Decodes the available bytes. Returns true if more bytes may be available already.
   [[nodiscard]] Result<bool> take_chunk(Duration within, FrameTally& tally) {
     std::array<std::byte, kChunk> chunk;
     const auto size = line_->read(chunk, within);
@@ -351,9 +353,9 @@ class FramedGyro final : public Gyro {
     return *size == kChunk;
   }
 
-  /// Half a frame is near enough: the frame that is due next would overshoot by as much. By the host's clock half of
-  /// what is expected: a read that comes soon after a late one makes up for it, and no interval is so short that the
-  /// line's delays are most of it.
+  /// Returns whether the read is long enough. By the device's clock, half a frame may be missing, because the next
+  /// frame would overshoot by as much. By the host's clock, half of `expected` is enough: a read soon after a late one
+  /// compensates for it, and no interval is so short that the line's delays dominate it.
   [[nodiscard]] bool covers(const FrameTally& tally, Duration expected) const {
     if (tally.rounds == 0) return false;
     if (sum_.has_clock()) return tally.interval + tally.round / 2 >= expected;
@@ -362,19 +364,20 @@ class FramedGyro final : public Gyro {
 
   /// Findings about the frames of one read.
   struct Findings {
-    std::string other_rate{};  ///< see steady_other_rate()
-    bool time_jumped{};        ///< the device's time, beyond the host's
-    bool is_disordered{};      ///< see FrameTally
-    std::uint64_t lost{};      ///< frames known to be missing
-    std::uint64_t bad{};       ///< frames marked so by the gyro
-    /// The gyro may have restarted or been exchanged.
+    std::string other_rate{};
+    /// The device's time jumped ahead of the host's.
+    bool time_jumped{};
+    bool is_disordered{};  ///< see FrameTally
+    std::uint64_t lost{};
+    std::uint64_t bad{};
+    /// Returns whether the gyro may have been restarted or exchanged.
     [[nodiscard]] bool may_have_restarted() const { return is_disordered || time_jumped; }
-    /// No interval leads from the last read to this one.
+    /// Returns whether the interval since the previous read is unknown.
     [[nodiscard]] bool has_gap() const { return lost > 0 || may_have_restarted(); }
   };
 
-  /// Ends a read: judges its frames, sets the state from which the next read counts, and returns the count or the
-  /// fault. `first`: these frames have the origin. Sets `tally.lost` to the frames known to be missing.
+  /// Ends a read: evaluates its frames, sets the state from which the next read counts, and returns the count or the
+  /// fault. `first` means that the frames contain the origin. Sets `tally.lost` to the number of lost frames.
   [[nodiscard]] Result<MaybeCount> conclude(FrameTally& tally, bool first) {
     const auto found = judge(tally, first);
     tally.lost = found.lost;
@@ -389,7 +392,7 @@ class FramedGyro final : public Gyro {
                    .is_disordered = tally.disordered,
                    .lost = tally.lost,
                    .bad = tally.bad};
-    // Not losses: steps of another rate, gaps before the origin, and a jump of the only clock that shows gaps.
+    // Other rates, gaps before the origin, and a jump of the only clock that shows gaps are not losses.
     const bool jump_hides_losses = found.time_jumped && !format_.find(FieldRole::sequence);
     if (!found.other_rate.empty() || takes_origin_ || jump_hides_losses) found.lost = 0;
     return found;
@@ -410,7 +413,7 @@ class FramedGyro final : public Gyro {
     open_ = open_ && commands_.start.empty();
   }
 
-  /// Returns the gravest fault of the frames of a read; nothing if they can be counted.
+  /// Returns the most severe fault of the frames of a read, or nothing if they can be counted.
   [[nodiscard]] std::optional<Fault> fault_of(const Findings& found) const {
     const auto fault = [this](FaultKind kind, std::string what) { return Fault{kind, place(), std::move(what)}; };
     if (!differing_settings_.empty())
@@ -430,8 +433,8 @@ class FramedGyro final : public Gyro {
     return std::nullopt;
   }
 
-  /// Returns the count of frames without a fault; nothing if they only give the origin. Without a clock of the device's
-  /// the first read has no interval: the host knows when the newest of its frames came, and not when the oldest did.
+  /// Returns the count of frames without a fault, or nothing if they only provide the origin. Without a clock of the
+  /// device, the first read has no interval: the host knows the arrival time of the newest frame only.
   [[nodiscard]] Result<MaybeCount> count_frames(const FrameTally& tally, bool first) {
     if (tally.rounds == 0) return std::nullopt;
     if (sum_.has_clock()) return count_of(tally, tally.interval);
@@ -439,7 +442,8 @@ class FramedGyro final : public Gyro {
     return by_the_host(tally);
   }
 
-  /// Describes the frame rate if the steps from frame to frame are steady and not the described ones; else empty.
+  /// Describes the frame rate if the steps between frames are constant and differ from the described ones. Otherwise
+  /// returns an empty text.
   [[nodiscard]] std::string steady_other_rate() const {
     const auto step = sum_.steps().other_step();
     if (!step) return {};
@@ -453,8 +457,8 @@ class FramedGyro final : public Gyro {
         rate_hz, format_.rate_hz);
   }
 
-  /// How the gyro's time differs from the host's; empty if it does not. Units differ by ten times and more, and what
-  /// only pretends to be a gyro may stamp its frames as if each had been in time.
+  /// Describes a difference between the gyro's and the host's time; empty if they agree. Units of time differ by a
+  /// factor of ten and more; a simulated gyro may stamp its frames as if each had been on time.
   [[nodiscard]] std::string other_time() const {
     constexpr double kOtherUnit = 2;
     const auto pace = pace_.other_pace();
@@ -476,8 +480,8 @@ class FramedGyro final : public Gyro {
     return {sum_.counts(tally, interval), interval, means_.values()};
   }
 
-  /// Where neither a sequence nor the device's time tells of lost frames, or where so few counts do that a gap may
-  /// hide.
+  /// Returns whether rejected bytes count as lost frames: neither the sequence nor the device's time shows losses, or a
+  /// lock replaces the sync.
   [[nodiscard]] bool counts_false_bytes() const {
     const bool timed = format_.rate_hz > 0 && sum_.has_clock();
     return format_.lock_frames > 0 || (!format_.find(FieldRole::sequence) && !timed);
@@ -489,7 +493,7 @@ class FramedGyro final : public Gyro {
     begin_anew();
   }
 
-  /// The next read waits for a frame to count from.
+  /// Discards the origin; the next read waits for a new one.
   void begin_anew() {
     sum_ = FrameSum(format_);
     arrivals_ = HostInterval(format_.rate_hz > 0);
@@ -504,18 +508,24 @@ class FramedGyro final : public Gyro {
   const Clock* clock_;
   bool open_ = false;
   bool takes_origin_ = false;
-  bool has_identity_ = false;  ///< the question was answered once
+  bool has_identity_ = false;  ///< answered at least once
   std::uint64_t breaks_ = 0;
-  HeardBytes heard_;                             ///< in this read
-  std::uint64_t rejected_before_{};              ///< bytes, before it
-  std::vector<std::string> differing_settings_;  ///< by the newest configuration message
+  HeardBytes heard_;  ///< in this read
+  /// Rejected bytes before this read.
+  std::uint64_t rejected_before_{};
+  /// Differences in the newest configuration message.
+  std::vector<std::string> differing_settings_;
   FrameDecoder decoder_;
   FrameSum sum_;
   FrameMeans means_;
-  Duration came_{};         ///< the newest round, host's clock
-  Duration came_before_{};  ///< the last of the read before
-  HostInterval arrivals_;   ///< of a gyro without a clock
-  FramePace pace_;          ///< of one with a clock
+  /// Arrival of the newest round, by the host's clock.
+  Duration came_{};
+  /// Arrival of the last round of the previous read.
+  Duration came_before_{};
+  /// Used without a clock of the device.
+  HostInterval arrivals_;
+  /// Used with a clock of the device.
+  FramePace pace_;
   FrameCount frames_;
 };
 

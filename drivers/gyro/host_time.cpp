@@ -9,8 +9,9 @@ namespace gyrotherm::drivers {
 
 namespace {
 
-constexpr int kInstants = 60;         // of one a second
-constexpr double kMostLate_ns = 2e8;  // what a line holds back at most, less what it usually does
+constexpr int kInstants = 60;  // one per second
+// Maximum delay by a line, compared with its usual delay.
+constexpr double kMostLate_ns = 2e8;
 
 constexpr double kPaceMemory_s = 30;
 constexpr double kMostOff = 0.05, kMostOff_s = 0.3;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the host's clock says of the time that a gyro's frames cover: that time itself where the gyro has no clock, and
-/// whether the gyro's own, its stamps or its frames at the described rate, passes as fast. An instant is when bytes
-/// came, on any clock that runs evenly.
+/// Comparison of a gyro's time with the host's clock: the interval of a gyro without a clock, and the pace of a gyro's
+/// own clock (its time stamps, or its frames at the described rate). Instants are arrival times of bytes, on any
+/// uniform clock.
 #pragma once
 
 #include <cstdint>
@@ -11,56 +11,58 @@
 
 namespace gyrotherm::drivers {
 
-/// The intervals of a gyro without a clock.
+/// Intervals of a gyro without a clock.
 ///
-/// A line holds frames back, an adapter for USB for up to 16 ms, each time differently: the difference of two instants
-/// a second apart is wrong by per cents. Frames that come at a rate of their own tell time better, at the rate that the
-/// host sees; the nominal one is 2 to 3 % off from unit to unit of some gyros. So a straight line goes through the
-/// instants over the rounds of frames, and what is older than a minute is forgotten: a g-h filter whose memory grows,
-/// then fades (Brookner, Tracking and Kalman Filtering Made Easy, 1998, chapter 1). The intervals add up to the host's
+/// A line delays frames irregularly, a USB adapter by up to 16 ms, so that the difference of two arrival times a second
+/// apart is wrong by per cents. Frames with a regular rate measure time better, at the rate that the host observes; the
+/// nominal rate of some gyros is wrong by 2 to 3 % from unit to unit. Therefore a straight line is fitted to the
+/// arrival times over the rounds of frames, with a memory of one minute: a g-h filter with growing, then fading memory
+/// (Brookner, Tracking and Kalman Filtering Made Easy, 1998, chapter 1). The sum of the intervals equals the host's
 /// time.
 class HostInterval {
  public:
-  /// `even`: the frames come at a rate of their own, whatever it is. Otherwise nothing is smoothed.
+  /// Smooths the intervals if the frames have a regular rate, of any value (`even`).
   explicit HostInterval(bool even) : even_(even) {}
-  /// The next interval begins with a round that came at `came`; what is known of the rate is kept.
+  /// Starts the next interval at a round that arrived at `came`. The estimated rate is kept.
   void count_from(Duration came);
-  /// From where the next interval begins to `came`, as the host saw it.
+  /// Returns the time from the start of the next interval to `came`, by the host's clock.
   [[nodiscard]] Duration passed(Duration came) const { return came - newest_; }
-  /// The interval of the next `rounds`, at least one, of which the newest came at `came`. Nothing if no time has
-  /// passed, or if as many take another time, by 0.2 s and half a round: some were lost, or came late, and neither can
-  /// be told from the other.
+  /// Returns the interval of the next `rounds`, at least one, the newest of which arrived at `came`. Returns nothing if
+  /// no time has passed, or if the time differs from the expected one by more than 0.2 s plus half a round: frames were
+  /// lost or late, and the two cannot be distinguished.
   [[nodiscard]] std::optional<Duration> next(std::uint64_t rounds, Duration came);
 
  private:
   bool even_;
-  int instants_{};     ///< that the line goes through, less those that are forgotten
-  Duration newest_{};  ///< the newest round, on the line
+  /// Number of arrival times in the fit.
+  int instants_{};
+  /// Newest round on the fitted line.
+  Duration newest_{};
   double round_ns_{};
 };
 
-/// Whether a gyro's time passes as fast as the host's: a description with another unit, or another rate, makes every
-/// rate of rotation wrong by as much.
+/// Detects a gyro with a time that does not pass as fast as the host's. A description with another unit or rate makes
+/// every rotation rate wrong by the same factor.
 class FramePace {
  public:
-  /// `rate_hz`: how many frames come in a second; 0 where nobody knows, which is one at least.
+  /// `rate_hz` is the frame rate; 0 means unknown, at least one frame per second.
   explicit FramePace(double rate_hz) : frame_s_(rate_hz > 0 ? 1 / rate_hz : 1) {}
-  /// Forgets what was before the frame that came at `came`. What comes next is not judged: a line may have held back
-  /// much of it.
+  /// Discards all times before the frame that arrived at `came`. The next call of add() is not judged, because a line
+  /// may have delayed many of its frames.
   void count_from(Duration came);
-  /// The frames since the last call say that `counted` has passed; the newest came at `came`.
+  /// Adds `counted`, the gyro's time of the frames since the last call; the newest arrived at `came`.
   void add(Duration counted, Duration came);
-  /// How much of the gyro's time passes in a second of the host's, s. Nothing while that is a second: over the last
-  /// half a minute both times agree within 5 % and 0.3 s and a frame, or did so one call before and are not half as far
-  /// apart as the host's is long.
+  /// Returns the gyro's time per second of the host's time, s. Returns nothing while both agree: over the last half
+  /// minute within 5 % plus 0.3 s plus one frame. A single disagreement of less than half the host's time is tolerated.
   [[nodiscard]] std::optional<double> other_pace() const;
 
  private:
   double frame_s_;
   Duration newest_{};
   bool judges_{};
-  double host_s_{}, counted_s_{};  ///< sums that fade
-  int wrong_{};                    ///< calls in a row; one that is far off counts as two
+  double host_s_{}, counted_s_{};  ///< sums with fading memory
+  /// Disagreeing calls in a row; a large disagreement counts twice.
+  int wrong_{};
 };
 
 }  // namespace gyrotherm::drivers

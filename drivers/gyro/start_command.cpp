@@ -30,7 +30,7 @@ std::vector<std::uint32_t> read_messages(const TomlTable& table, const FrameForm
   return ids;
 }
 
-/// Finds a required answer in everything that came since the command was sent.
+/// Searches for a required answer in all bytes received since the command was sent.
 class Answer {
  public:
   Answer(const GyroCommand& command, const FrameFormat& format) : command_(command), decoder_(format) {
@@ -38,7 +38,7 @@ class Answer {
     if (!command.refusal.empty()) refusal_in_command_ = command.send.find(command.refusal);
   }
 
-  /// Nothing until the answer is complete.
+  /// Adds received bytes. Returns nothing until the answer is complete.
   [[nodiscard]] std::optional<Result<void>> add(std::span<const std::byte> bytes) {
     heard_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     if (!command_.refusal.empty())
@@ -54,7 +54,7 @@ class Answer {
     return std::nullopt;
   }
 
-  /// Describes the bytes that came instead of the answer; empty without any.
+  /// Describes the bytes received instead of the answer; empty if there are none.
   [[nodiscard]] std::string in_words() const {
     if (heard_.empty()) return {};
     const auto is_text = [](char letter) {
@@ -66,8 +66,8 @@ class Answer {
   }
 
  private:
-  /// Passes over the command itself, which an adapter may send back. `in_command`: where the command holds `text`; at
-  /// its very beginning an echo is taken for an answer. A longer number is another one.
+  /// Returns the position of `text`, skipping an echo of the command. `in_command` is the position of `text` in the
+  /// command; an echo is accepted as an answer if that is 0. A longer number is not a match.
   [[nodiscard]] std::size_t find(const std::string& text, std::size_t in_command) const {
     for (auto at = heard_.find(text); at != std::string::npos; at = heard_.find(text, at + 1)) {
       const bool is_echo = in_command != 0 && in_command != std::string::npos && at >= in_command &&

@@ -44,8 +44,8 @@ TEST(SteadyClock, NeverGoesBackAndCountsWhatWasBefore) {
   EXPECT_GT(first.utc, kVirtualEpoch - hours(24 * 365));
 }
 
-/// A time namespace whose boot time is ahead by `slept`: to whoever enters it, the machine has slept. False without the
-/// right to make one.
+/// Enters a time namespace with a boot time that is ahead by `slept`, as after a suspension. Returns false without the
+/// privilege to make one.
 bool enter_time_after(seconds slept) {
   if (::unshare(CLONE_NEWTIME) != 0) return false;
   std::ofstream("/proc/self/timens_offsets") << "boottime " << slept.count() << " 0";

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder for one test, gone afterwards.
+/// A temporary folder for one test.
 class Files : public testing::Test {
  protected:
   Files() { fs::create_directories(folder_); }
@@ -41,7 +41,7 @@ mode_t mode_of(const std::string& path) {
   return ::lstat(path.c_str(), &facts) == 0 ? facts.st_mode & 07777 : 0;
 }
 
-/// Returns what reading reports. Fails the test if that takes much work or sleep: nothing is waited for.
+/// Returns the text of a file, or the fault. Fails the test if reading takes much processor time or sleeps.
 std::string what_reading_says(const std::string& path, std::size_t most = kLargestText) {
   const tests::SleepMeter meter;
   const auto worked = std::clock();
@@ -130,7 +130,7 @@ TEST_F(ReplaceFile, ReplacesALinksTargetAndTheLinkStays) {
   EXPECT_EQ(read_text_file(in("elsewhere/target")).value(), "new");
 }
 
-/// What somebody put beside it, under the name that was once used for the new file.
+/// The names were used for new files in the past. Another program may have put a link there.
 TEST_F(ReplaceFile, WritesThroughNoLinkUnderAnyNameOfItsOwn) {
   ASSERT_TRUE(replace_text_file(in("precious"), "precious"));
   for (const char* name : {"f.part", "g.part"}) fs::create_symlink("precious", in(name));

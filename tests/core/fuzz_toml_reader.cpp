@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any text is either read or refused with a place, whatever is asked of it.
+/// Fuzzes the TOML reader: any text is either read or refused with a position.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace {
 
 using gyrotherm::fuzz::require;
 
-/// Asks every question of every key.
+/// Calls every getter for every key.
 void interrogate(const gyrotherm::TomlTable& table, int depth) {
   for (const auto& key : table.keys()) {
     require(table.has(key));
@@ -44,8 +44,8 @@ void run(const std::string& text) {
   if (const auto verdict = root->verdict(); !verdict) require(verdict.error().where.starts_with("fuzz.toml:"));
 }
 
-/// Bombs from bytes, as much work as hundreds of other inputs: each picks a piece of a text and how often it stands
-/// there, the first often in one key.
+/// Makes texts that may take excessive work. Pairs of bytes select a piece of text and its number of repetitions, the
+/// first of them often inside one key.
 std::string piled_up(const std::uint8_t* data, std::size_t size) {
   constexpr std::string_view kPieces[] = {
       "a",       ".a", "[", "]",   "{", "}", "=",   " = 1\n", "\n",  ",",    "\"",       "'",   "'''",    "\"\"\"",

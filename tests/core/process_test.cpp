@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 TEST(ProgramInPath, IsTheFirstThatThisUserMayRun) {
   const fs::path folder = fs::temp_directory_path() / ("gyrotherm-path-" + std::to_string(::getpid()));
-  fs::create_directories(folder / "a/tool");  // a folder of that name is no program
+  fs::create_directories(folder / "a/tool");  // a folder is not a program
   fs::create_directories(folder / "b");
   fs::create_directories(folder / "c");
   for (const char* place : {"b/tool", "c/tool"}) std::ofstream(folder / place) << "#!/bin/sh\n";

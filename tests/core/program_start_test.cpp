@@ -14,7 +14,7 @@
 namespace gyrotherm {
 namespace {
 
-/// While it lives, what is written to a standard stream goes elsewhere.
+/// Redirects a standard stream for the lifetime of the object.
 class Elsewhere {
  public:
   Elsewhere(std::FILE* stream, int to) : stream_(stream), before_(::dup(::fileno(stream))) {

@@ -9,7 +9,8 @@ namespace gyrotherm {
 namespace {
 
 TEST(RandomStream, GivesTheSameNumbersEverywhere) {
-  EXPECT_EQ(splitmix64(0), 0xe220a8397b1dcdafU);  // the generator's published first output of seed 0
+  // First output of seed 0 published with the generator.
+  EXPECT_EQ(splitmix64(0), 0xe220a8397b1dcdafU);
   RandomStream stream(1, RandomPurpose::angle_noise);
   std::mt19937_64 engine(splitmix64(splitmix64(1) + 8));
   EXPECT_EQ(stream.uniform(), static_cast<double>(engine() >> 11U) / 9007199254740992.0);

@@ -14,7 +14,7 @@
 namespace gyrotherm {
 namespace {
 
-/// "line:column", or "" if there is no flaw.
+/// Returns "line:column" of the first flaw, or "" if there is none.
 std::string place(std::string_view text) {
   const auto flaw = flaw_of(text);
   return flaw ? std::to_string(flaw->line) + ":" + std::to_string(flaw->column) : "";
@@ -37,7 +37,7 @@ TEST(TomlText, OutsideThemAnyCharacterBeyondAsciiHasItsPlace) {
   EXPECT_EQ(place("# °\n\u3000"), "2:1");
 }
 
-// toml++ looks for blanks there as it does outside.
+// toml++ skips blanks there as it does outside of texts.
 TEST(TomlText, AContinuedLineDoesNotBeginWithOne) {
   EXPECT_EQ(place("a = \"\"\"x \\\n  °\"\"\""), "2:3");
   EXPECT_EQ(place("a = \"\"\"x \\\n  y°\"\"\""), "");
@@ -75,10 +75,10 @@ std::string repeated(std::size_t count, std::string_view piece) {
   return all;
 }
 
-/// "a.a.a": a key of so many parts.
+/// Returns a key with that many parts: "a.a.a".
 std::string key_of(std::size_t parts) { return "a" + repeated(parts - 1, ".a"); }
 
-/// Of a bomb that goes off the tests that ask would not end.
+/// Returns the refusal of a text, or "nothing". A text that exhausts memory or the stack fails the whole test program.
 std::string refusal_of_text(std::string_view bomb) {
   const auto read = TomlTable::parse(bomb, "b.toml");
   return read ? "nothing" : text(read.error());
@@ -139,7 +139,7 @@ TEST(TomlBounds, QuotesWithoutEndAreGoneThroughOnce) {
     EXPECT_NE(refusal_of_text(repeated(1'000'000, quotes)), "nothing") << quotes;
 }
 
-/// What is within the bounds takes time as it is long, and not as the square, to the verdict.
+/// Requires that reading a text within the limits takes linear time.
 TEST(TomlBounds, TheFullestTextsTakeTimeAsTheyAreLong) {
   const auto keys = [](int count) {
     std::string text;

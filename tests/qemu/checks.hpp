@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checks inside the emulated machine, which has no test framework: each says what it found.
+/// Checks inside the emulated machine, which has no test framework. Each check prints its result.
 #pragma once
 
 #include <fmt/format.h>

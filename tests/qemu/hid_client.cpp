@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Inside the emulated machine: the driver of the USB-TEMP, on hidapi and the kernel's hidraw as they are, with two
-/// devices of which the one it wants is unplugged and comes back.
+/// Runs inside the emulated machine: the USB-TEMP driver on the real hidapi and the kernel's hidraw. There are two
+/// devices; the selected one is unplugged and plugged in again.
 #include <unistd.h>
 
 #include <chrono>
@@ -33,7 +33,7 @@ bool reads_well(drivers::Thermometer& thermometer) {
   return well;
 }
 
-/// Reads until the readings are (or are not) good; false after half a minute.
+/// Reads until the readings are valid, or invalid, as required. Returns false after half a minute.
 bool becomes(drivers::Thermometer& thermometer, bool good) {
   const Deadline deadline(seconds(30));
   while (!deadline.over()) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Inside the emulated machine: the serial line, on libserialport as it is, and the Lake Shore 218 at its other end.
+/// Runs inside the emulated machine: the serial line on the real libserialport, with the Lake Shore 218 at its other
+/// end.
 #include <chrono>
 
 #include "drivers/line/byte_streams.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Inside the emulated machine: a Lake Shore 218 on a UART at 9600 7O1, by the system's calls alone.
+/// Runs inside the emulated machine: a Lake Shore 218 on a UART at 9600 7O1, implemented with system calls only.
 ///   serial_peer /dev/ttyS2
 #include <fcntl.h>
 #include <termios.h>

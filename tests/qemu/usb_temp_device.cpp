@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Inside the emulated machine: a USB-TEMP that the kernel takes for a real HID device.
+/// Runs inside the emulated machine: a USB-TEMP that the kernel treats as a real HID device.
 ///   usb_temp_device SERIAL [UNPLUG_AFTER_MS PLUG_IN_AFTER_MS]
-/// The device's real report descriptor is not public: the lengths of its reports here are ours. The kernel drops an
-/// input report that is shorter than the descriptor says, so all are padded.
+/// The real report descriptor is not public, so the report lengths are arbitrary. The kernel drops an input report that
+/// is shorter than its descriptor states, so all reports are padded.
 #include <fcntl.h>
 #include <linux/input.h>
 #include <linux/uhid.h>
@@ -23,12 +23,14 @@ namespace gyrotherm::tests {
 namespace {
 
 struct ReportLengths {
-  std::uint8_t number, input, output;  ///< without the number itself
+  /// Report number, and its lengths without the number.
+  std::uint8_t number, input, output;
 };
 constexpr ReportLengths kReports[] = {{0x18, 4, 2}, {0x19, 32, 3}, {0x30, 62, 4}, {0x40, 0, 1}, {0x41, 0, 1},
                                       {0x44, 1, 1}, {0x49, 0, 6},  {0x4A, 4, 2},  {0x4B, 0, 1}, {0x4C, 1, 1}};
 
-/// One collection of a vendor's page; every field is bytes (Device Class Definition for HID 1.11, section 6.2.2).
+/// Returns a descriptor with one collection of a vendor-defined page. Every field is a byte (Device Class Definition
+/// for HID 1.11, section 6.2.2).
 std::vector<std::uint8_t> report_descriptor() {
   std::vector<std::uint8_t> bytes{0x06, 0x00, 0xFF, 0x09, 0x01, 0xA1, 0x01, 0x15, 0x00, 0x26, 0xFF, 0x00, 0x75, 0x08};
   const auto append = [&](std::initializer_list<std::uint8_t> more) { bytes.insert(bytes.end(), more); };
@@ -70,7 +72,7 @@ class UserspaceHid {
     model_.items.clear();
   }
 
-  /// Answers whatever comes within `time`.
+  /// Answers requests for `time`.
   void serve(Duration time) {
     const Deadline deadline(time);
     while (ready(node_.number(), POLLIN, deadline)) {

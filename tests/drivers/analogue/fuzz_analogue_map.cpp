@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any text as a map of analogue inputs, alone, as the tail of a good one, and as edits of the shipped one; then any
-/// words as the registers of a map that was accepted.
+/// Fuzzes the maps of analogue inputs: any text as a map, alone, at the end of a valid one, and as edits of the shipped
+/// one; then any words as the registers of an accepted map.
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -16,7 +16,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// Answers with the input's bytes over and over.
+/// Answers with the input's bytes, repeated.
 class FuzzedRegisters final : public Registers {
  public:
   FuzzedRegisters(const std::uint8_t* data, std::size_t size) : data_(data), size_(size) {}
@@ -51,7 +51,7 @@ const std::string& shipped_map() {
   return text;
 }
 
-/// The shipped map in which each three bytes of the input replace one character.
+/// Returns the shipped map with one character replaced by each three bytes of the input.
 std::string edited_analogue_map(const std::uint8_t* data, std::size_t size) {
   auto text = shipped_map();
   constexpr std::size_t kMostEdits = 4;

@@ -139,7 +139,7 @@ status = "state"
 unit = "mA"
 )";
 
-/// A unit on registers in memory: 1, 2, 3 and 4 mA.
+/// A unit on in-memory registers, with 1, 2, 3 and 4 mA.
 struct Unit {
   explicit Unit(std::vector<std::size_t> wanted, const std::string& text = kUnit) {
     auto map = parse_analogue_map(text, "map.toml");
@@ -254,7 +254,7 @@ TEST(ModbusAnalogueInputs, ARegisterThatTheUnitRefusesLeavesTheOthersAlone) {
   EXPECT_EQ(readings[1].error().kind, FaultKind::refused);
 }
 
-/// A unit whose first input has failed: exception 4.
+/// A unit with a failed first input: exception 4.
 class Ailing final : public Registers {
  public:
   Result<std::vector<std::uint16_t>> read(ReadFunction, std::uint16_t address, std::uint16_t count) override {

@@ -107,7 +107,7 @@ register = "alarms"
 is = "emergency_stop"
 )";
 
-/// A unit that does what it is told after a while, on a clock that only rests move.
+/// A unit that obeys after a delay, with a clock that only pauses advance.
 class SlowUnit final : public Registers {
  public:
   std::map<std::uint16_t, std::uint16_t> words{{1, 215}, {3, 200}, {4, 1}, {5, 0},   {6, 0},
@@ -117,10 +117,14 @@ class SlowUnit final : public Registers {
   std::uint16_t refused_from = 0xFFFF;
   Fault refusal{FaultKind::refused, "unit", "exception 2, illegal data address"};
   int reads = 0;
-  std::vector<std::uint16_t> asked;                     ///< addresses that were read, in order
-  std::function<void()> each_exchange = [] {};          ///< how a line takes its time
-  std::function<bool()> loses = [] { return false; };   ///< this answer
-  std::function<bool()> arrives = [] { return true; };  ///< this write
+  /// Addresses read, in order.
+  std::vector<std::uint16_t> asked;
+  /// Advances the clock for each exchange.
+  std::function<void()> each_exchange = [] {};
+  /// Returns whether this answer is lost.
+  std::function<bool()> loses = [] { return false; };
+  /// Returns whether this write arrives.
+  std::function<bool()> arrives = [] { return true; };
 
   Result<std::vector<std::uint16_t>> read(ReadFunction, std::uint16_t address, std::uint16_t count) override {
     ++reads;
@@ -366,7 +370,8 @@ TEST_F(ChamberCommands, InsistingGetsThroughOnALineThatLosesEachSecondRequest) {
   unit->arrives = [&] { return ++requests % 2 == 0; };
   unit->loses = [&] {
     return requests += requests % 2 == 0 ? 2 : 1, false;
-  };  // a read is asked again by the line itself
+    // The line itself repeats a read.
+  };
   EXPECT_TRUE(chamber->send_set_point_at_once({23}));
   EXPECT_EQ(unit->words[3], 230);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One program drives a chamber.
+/// Tests that one program at a time drives a chamber.
 #include "drivers/chamber/chamber_lock.hpp"
 
 #include <fmt/format.h>
@@ -23,7 +23,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// A place of this process alone, its lock files in a folder that goes when the test ends.
+/// A chamber of this process alone, with lock files in a temporary folder.
 class LockOfItsOwn : public ::testing::Test {
  protected:
   LockOfItsOwn() {
@@ -39,7 +39,7 @@ class LockOfItsOwn : public ::testing::Test {
 };
 using ChamberLockTest = LockOfItsOwn;
 
-/// A process that does this and waits to be killed.
+/// A process that runs `work` and waits to be killed.
 class Child {
  public:
   explicit Child(const std::function<bool()>& work) {
@@ -114,15 +114,15 @@ TEST_F(ChamberLockTest, ManyWhoAskDoNotKeepOthersFromBeingTold) {
 
 constexpr uid_t kStranger = 65534;
 
-/// A manner of holding the name.
+/// A way of holding the name.
 struct Squat {
   const char* what;
   bool listens;  ///< answers until its queue is full
-  int callers;   ///< left in its queue
+  int callers;
 };
 constexpr Squat kSquats[] = {{"bound", false, 0}, {"listening", true, 0}, {"full", true, 3}};
 
-/// Another user's process with the name of a place, until it is killed.
+/// Binds the name of a chamber as another user, until the process is killed.
 bool squat_as(const std::string& place, const Squat& how, uid_t uid) {
   const auto name = "gyrotherm-chamber/" + place;
   sockaddr_un address{};
@@ -167,7 +167,7 @@ TEST_F(ChamberLockTest, ExcludesSecondProgramWhileStrangerHoldsItsName) {
   }
 }
 
-/// No lock file can be made where a folder has its name.
+/// A folder in the place of the lock file prevents the file.
 TEST_F(ChamberLockTest, ExcludesSecondProgramByNamesAlone) {
   if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
   ::unsetenv("XDG_RUNTIME_DIR");
@@ -203,8 +203,8 @@ TEST_F(ChamberLockTest, ExcludesRootForEveryUser) {
   }
 }
 
-/// Lays users and groups over those of the machine: ada (1001) is a member of dialout, ben (1002) has gyrotherm as his
-/// own group, carl (1003) is in neither.
+/// Replaces the machine's users and groups: ada (1001) is a member of dialout, ben (1002) has gyrotherm as his primary
+/// group, carl (1003) is in neither.
 bool with_users_of_its_own() {
   if (::unshare(CLONE_NEWNS) != 0 || ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0) return false;
   const auto lay = [](const char* over, const std::string& text) {
@@ -258,7 +258,7 @@ TEST_F(ChamberLockTest, IsHeldByAnotherUserOfTheGroups) {
   }
 }
 
-/// With a /run of its own, of which the machine sees nothing.
+/// Mounts a private /run.
 bool in_a_run_of_its_own() {
   return ::unshare(CLONE_NEWNS) == 0 && ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
          ::mount("none", "/run", "tmpfs", 0, nullptr) == 0;

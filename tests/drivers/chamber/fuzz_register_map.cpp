@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any text as a register map, alone, as the tail of a good one, and as edits of the shipped ones; then any words as
-/// the registers of a map that was accepted, and as its profile memory.
+/// Fuzzes register maps: any text as a map, alone, at the end of a valid one, and as edits of the shipped ones; then
+/// any words as the registers and the profile memory of an accepted map.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -18,7 +18,7 @@ namespace {
 
 using Words = std::vector<std::uint16_t>;
 
-/// `count` words, the input's bytes over and over.
+/// Returns `count` words made of the input's bytes, repeated.
 Words words_from(const std::uint8_t* data, std::size_t size, std::size_t count) {
   Words words(count);
   for (std::size_t i = 0; i < count && size > 1; ++i)
@@ -60,7 +60,7 @@ const std::vector<std::string>& shipped_maps() {
   return maps;
 }
 
-/// A shipped map in which each three bytes of the input replace one character.
+/// Returns a shipped map with one character replaced by each three bytes of the input.
 std::string edited_map(const std::uint8_t* data, std::size_t size) {
   auto text = shipped_maps()[data[0] % shipped_maps().size()];
   constexpr std::size_t kMostEdits = 4;

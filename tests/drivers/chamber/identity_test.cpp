@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checks of make and model, and of the settings that change the meaning of registers, by the register maps. Units here
-/// are independent of the maps' [simulated] tables.
+/// Tests of the identity checks in register maps: make and model, and the settings that change the meaning of
+/// registers. The units here are independent of the maps' [simulated] tables.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -29,17 +29,17 @@ RegisterMap shipped_map(const std::string& name, const std::string& power = "") 
   return with_power_switch(*map, power).value();
 }
 
-/// A unit in memory that does something when it is written to. Registers that it does not have are refused.
+/// An in-memory unit that reacts to writes. Absent registers are refused.
 class ActiveUnit {
  public:
   std::map<std::uint16_t, std::uint16_t> words;
-  std::vector<std::pair<std::uint16_t, std::uint16_t>> written;  ///< address and first word, in order
+  std::vector<std::pair<std::uint16_t, std::uint16_t>> written;
   std::function<void(std::uint16_t address, std::uint16_t word)> reacts = [](auto, auto) {};
 
   void set_text(std::uint16_t address, const std::string& text) {
     for (const char c : text) words[address++] = static_cast<std::uint16_t>(c);
   }
-  /// Low word first.
+  /// Stores a float with its low word first.
   void set_float(std::uint16_t address, float value) {
     const auto bits = std::bit_cast<std::uint32_t>(value);
     words[address] = static_cast<std::uint16_t>(bits);
@@ -82,7 +82,7 @@ class ActiveUnit {
   };
 };
 
-/// An F4T, whose twelfth character of the part number counts its loops and cascades.
+/// An F4T. The twelfth character of the part number encodes its loops and cascades.
 ActiveUnit f4t(const std::string& loops) {
   ActiveUnit unit;
   unit.set_text(16, "F4T1F2EAA1B" + loops + "AAA");
@@ -96,7 +96,7 @@ ActiveUnit f4t(const std::string& loops) {
   return unit;
 }
 
-/// The control modes take effect at once.
+/// Makes the control modes take effect at once.
 void take_modes(ActiveUnit& unit) {
   unit.reacts = [&unit](std::uint16_t address, std::uint16_t word) {
     if (address == 2730) unit.words[2814] = word;
@@ -174,7 +174,7 @@ TEST(Identity, OfACascadeUnitIsItsAirAndItsOwnLimits) {
   EXPECT_EQ(unit.written_to(4042).size(), 1u);
 }
 
-/// Settings under which the same registers mean something else.
+/// Cases of settings that change the meaning of the registers.
 TEST(Identity, RefusesAUnitWhoseSettingsChangeTheMeaningOfItsRegisters) {
   struct Case {
     const char* what;
@@ -249,7 +249,7 @@ TEST(Identity, RefusesAUnitThatIsSetToAnotherWordOrder) {
   EXPECT_TRUE(chamber->identify()) << "zeros show no order";
 }
 
-/// Reads a value next to zero in another order, whatever the set point is.
+/// In another order, the value is near zero for every set point.
 TEST(WordOrder, IsNotDoubtedForTheTraceOfAWrongOne) {
   const auto map = shipped_map("watlow_f4t");
   for (const float celsius : {21.0F, 23.3F, -40.25F, 19.97F, 70.1F}) {
@@ -290,7 +290,7 @@ TEST(EveryMap, StatesWhatItVerifiesAndWhatItCannot) {
   EXPECT_EQ(seen.size(), 14u);
 }
 
-/// Returns what a map concludes from the values of its items, as the chamber does: the first rule that holds decides.
+/// Returns the activity that a map derives from its items, as the chamber does: the first matching rule decides.
 ChamberActivity activity_of(const RegisterMap& map, const std::map<std::string, double>& values) {
   for (const auto& rule : map.states)
     if (const auto value = values.find(rule.when.item); value != values.end() && holds(rule.when, value->second))
@@ -298,7 +298,7 @@ ChamberActivity activity_of(const RegisterMap& map, const std::map<std::string, 
   return ChamberActivity::unknown;
 }
 
-/// Lists a value for each code of an item, and one for each bit that a rule names.
+/// Returns a value for each code of an item, and one for each bit that a rule names.
 std::vector<double> values_of(const RegisterMap& map, const RegisterItem& item) {
   std::set<double> values;
   for (const auto& [meaning, codes] : item.codes)
@@ -315,7 +315,7 @@ std::vector<double> values_of(const RegisterMap& map, const RegisterItem& item) 
   return {values.begin(), values.end()};
 }
 
-/// Calls `see` with each combination of the values of the items that the rules of a map name.
+/// Calls `see` with each combination of values of the items in a map's rules.
 void for_each_combination(const RegisterMap& map,
                           const std::function<void(const std::map<std::string, double>&)>& see) {
   std::map<std::string, std::vector<double>> items;
@@ -331,7 +331,7 @@ void for_each_combination(const RegisterMap& map,
   next(next, items.begin());
 }
 
-/// A mode that belongs to no state would be no reason to distrust the set point.
+/// A mode without a state would not cast doubt on the set point.
 TEST(EveryMap, KnowsAStateForEachCodeOfItsModes) {
   int combinations = 0;
   std::set<std::string> not_following;
@@ -361,10 +361,11 @@ TEST(EveryMap, KnowsAStateForEachCodeOfItsModes) {
   EXPECT_TRUE(not_following.contains("watlow_f4t") && not_following.contains("watlow_f4t_cascade"));
 }
 
-/// The basic mode falls back to idle by itself; the mode is a field of bits.
+/// The basic mode returns to idle by itself. The mode is a bit field.
 TEST(BinderMb1, StopIsConfirmedByAnyModeThatDoesNotCondition) {
   struct Case {
-    std::uint16_t shown;  ///< after the basic mode was commanded
+    /// Mode after the basic mode was commanded.
+    std::uint16_t shown;
     bool is_stopped;
   };
   for (const auto& [shown, is_stopped] : {Case{0, true}, Case{0x1000, true}, Case{0x1001, true}, Case{0x0002, true},
@@ -387,7 +388,7 @@ TEST(BinderMb1, StartIsConfirmedByTheBitOfTheManualMode) {
   }
 }
 
-/// A unit that ignores a set point while it is off, and cannot be asked for it.
+/// The unit ignores set points while it is off, and its set point cannot be read.
 TEST(UnreadableSetPoint, IsSentAgainOnceTheUnitIsOn) {
   ActiveUnit unit;
   const auto map = shipped_map("tt5166");
@@ -403,7 +404,7 @@ TEST(UnreadableSetPoint, IsSentAgainOnceTheUnitIsOn) {
   EXPECT_EQ(unit.written.back().first, address) << "after the command that starts it";
 }
 
-/// The event of a TestEquity chamber.
+/// The event output of a TestEquity chamber.
 TEST(PowerSwitch, IsSwitchedOnBeforeTheLoopAndOffAfterIt) {
   for (const auto* map : {"watlow_f4t", "watlow_f4t_cascade"}) {
     auto unit = f4t(map == std::string("watlow_f4t") ? "1" : "7");
@@ -422,7 +423,7 @@ TEST(PowerSwitch, IsSwitchedOnBeforeTheLoopAndOffAfterIt) {
   }
 }
 
-/// The key of an ESPEC chamber, which stops what it started when it is pressed again.
+/// The key of an ESPEC chamber. A second press stops the chamber.
 TEST(PowerSwitch, IsAKeyThatIsPressedOnlyWhereTheOutputShowsTheNeed) {
   auto unit = f4t("1");
   unit.words[33718] = 62;

@@ -60,11 +60,11 @@ register = "mode_active"
 is = "off"
 )";
 
-/// A chamber on registers in memory: 21.5 °C, heading for 20.0 °C, off.
+/// A chamber on in-memory registers: at 21.5 °C, set point 20.0 °C, off.
 class OnFakeRegisters : public testing::Test {
  protected:
   void connect(bool one_block = true) { connect_with(fmt::format(fmt::runtime(kMap), one_block)); }
-  /// … with states, which are asked for in every third reading.
+  /// Connects with states, which are read in every third reading.
   void connect_with_states() { connect_with(fmt::format(fmt::runtime(kMap), "false\nstatus_every = 3") + kStates); }
   void connect_with(const std::string& text_of_map) {
     auto map = parse_register_map(text_of_map, "map.toml");
@@ -183,8 +183,8 @@ TEST(Ezt570i, OneThatIsOfflineIsOffWhateverItsFrozenRegistersSay) {
   auto& words = made->words;
   for (std::uint16_t at = 0; at <= 61; ++at) words[at] = 0;
   const auto chamber = make_modbus_chamber(shipped("csz_ezt570i"), std::move(made));
-  words[0] = 1;        // online
-  words[22] = 1;       // switched on
+  words[0] = 1;
+  words[22] = 1;
   words[24] = 1 << 5;  // its program ramps
   words[60] = words[61] = 236;
   EXPECT_EQ(chamber->inspect().value().activity, ChamberActivity::ramping);
@@ -192,7 +192,7 @@ TEST(Ezt570i, OneThatIsOfflineIsOffWhateverItsFrozenRegistersSay) {
   EXPECT_EQ(chamber->inspect().value().activity, ChamberActivity::off);
 }
 
-/// A chamber that sends zeros for nothing, whose registers hold what it shows.
+/// A chamber that sends meaningless zeros; its registers hold the values that it shows.
 class SendsZeros {
  public:
   explicit SendsZeros(const std::string& map) : air_(*shipped(map).find("air_temperature")) {

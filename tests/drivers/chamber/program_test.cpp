@@ -23,7 +23,7 @@ RegisterMap shipped(const std::string& name) {
   return parse_register_map(text.value(), name).value();
 }
 
-/// Registers of a memory as a sheet of paper.
+/// Registers of a profile memory.
 class Paper {
  public:
   explicit Paper(const ProfileMemory& memory) : memory_(memory) {}
@@ -73,7 +73,7 @@ TEST(ProgramMemory, GivesBackWhatEachControllerWasGiven) {
       ChamberProgram program{.name = "PROFILE", .number = 2, .soak_band = {}, .steps = {}};
       Celsius at{20};
       for (int i = 0, count = 1 + static_cast<int>(random() % 20); i < count; ++i) {
-        // Steps of a kind of their own: a controller without kinds tells a soak by its target.
+        // A separate kind for each step, because a controller without kinds identifies a soak by its target.
         const bool ramp = random() % 2 == 0;
         const Celsius target = ramp ? Celsius{at.value + 0.1 * static_cast<double>(1 + random() % 300)} : at;
         program.steps.push_back(
@@ -85,7 +85,7 @@ TEST(ProgramMemory, GivesBackWhatEachControllerWasGiven) {
       ASSERT_TRUE(writes) << name << ", seed 3, " << round << ": " << text(writes.error());
       Paper paper(*map.memory);
       paper.write(*writes);
-      // The end step of an edit window is there by itself.
+      // The end step of an edit window exists without being written.
       if (map.memory->stride == 0)
         paper.write({{.address = 4003, .words = {5}, .function = {}, .step = static_cast<int>(program.steps.size())}});
       const auto found = decode_program(*map.memory, {20}, paper.read(), one_decimal);

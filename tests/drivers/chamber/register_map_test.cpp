@@ -30,7 +30,7 @@ RegisterItem item(RegisterType type, WordOrder order = WordOrder::abcd, double s
   return made;
 }
 
-// libmodbus 3.1.6 as Debian ships it swaps the bytes of each of these; hence the codec of our own.
+// libmodbus 3.1.6 in Debian swaps the bytes of each of these, so this codec replaces its functions.
 TEST(RegisterValue, PinsTheWordOrdersOfAFloat) {
   EXPECT_EQ(encode(item(RegisterType::f32, WordOrder::abcd), -40.25), (Words{0xC221, 0x0000}));
   EXPECT_EQ(encode(item(RegisterType::f32, WordOrder::cdab), -40.25), (Words{0x0000, 0xC221}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What of a chamber's air is no reading; and a unit register that cannot be read while the chamber is made safe.
+/// Tests of impossible air temperatures, and of a unit register that cannot be read while the chamber is made safe.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 
 using std::chrono::seconds;
 
-/// Time that passes as the test says.
+/// A clock under the control of the test.
 class TestPauses final : public Pauses {
  public:
   explicit TestPauses(Duration& now) : now_(now) {}
@@ -29,7 +29,7 @@ class TestPauses final : public Pauses {
   Duration& now_;
 };
 
-/// Registers of which some answer with an exception.
+/// Registers, some of which answer with an exception.
 class SomeRefuse final : public Registers {
  public:
   SomeRefuse(std::map<std::uint16_t, std::uint16_t>& words, std::set<std::uint16_t>& refused)
@@ -52,7 +52,7 @@ class SomeRefuse final : public Registers {
   std::set<std::uint16_t>& refused_;
 };
 
-/// A chamber by a shipped map, on registers in memory.
+/// A chamber with a shipped map, on in-memory registers.
 class ShippedChamber {
  public:
   explicit ShippedChamber(const std::string& name) {
@@ -88,8 +88,9 @@ class ShippedChamber {
 
 struct UnitOfAMap {
   const char *map, *unit;
-  double fahrenheit;  ///< its code
-  int decimals;       ///< of set points; −1: the map has no register for them
+  double fahrenheit;  ///< code of °F
+  /// Decimals of set points; -1 if the map has no register for them.
+  int decimals;
 };
 
 class UnitRegister : public testing::TestWithParam<UnitOfAMap> {
@@ -146,7 +147,8 @@ class SoundAir : public testing::TestWithParam<const char*> {
   void show(double air) { shipped.set("air_temperature", air); }
   [[nodiscard]] FaultKind fault() {
     const auto state = chamber->read();
-    return state ? FaultKind::interrupted : state.error().kind;  // no chamber fails with it
+    // No chamber fails with this kind.
+    return state ? FaultKind::interrupted : state.error().kind;
   }
   static constexpr auto kNone = FaultKind::interrupted;
   ShippedChamber shipped{GetParam()};

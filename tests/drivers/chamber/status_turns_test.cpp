@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What one reading of a chamber asks for beside its air and set point.
+/// Tests of the scheduling of status reads.
 #include "drivers/chamber/status_turns.hpp"
 
 #include <gtest/gtest.h>
@@ -16,8 +16,8 @@ std::vector<ReadSpan> pieces(int count) {
   return all;
 }
 
-/// A reading whose air and set point have taken `spent`, on a line with exchanges of that length; how many pieces it
-/// asked for.
+/// Simulates a reading of the chamber after `spent`, with exchanges of that duration. Returns the number of pieces
+/// read.
 int reading(StatusTurns& turns, Duration spent, Duration exchange) {
   turns.begin_reading();
   int asked = 0;
@@ -60,7 +60,8 @@ TEST(StatusTurns, ALostPieceIsAskedForAgain) {
   turns.begin_reading();
   EXPECT_EQ(turns.next(0ms, 1ms)->first, 0);
   turns.found({1});
-  EXPECT_EQ(turns.next(0ms, 1ms)->first, 10);  // … and nothing comes
+  // The piece is not answered.
+  EXPECT_EQ(turns.next(0ms, 1ms)->first, 10);
   turns.begin_reading();
   EXPECT_EQ(turns.next(0ms, 1ms)->first, 10);
 }

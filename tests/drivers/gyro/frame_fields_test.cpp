@@ -14,7 +14,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// The only field of a frame of eleven bytes, the first of which is 01.
+/// Returns the only field of a frame of eleven bytes that begins with 01.
 FrameField field_of(const std::string& keys, const std::string& role = "value") {
   const auto text = fmt::format(
       "[frame]\nname = \"f\"\nsync = [1]\nlength = 11\n[[frame.field]]\nrole = \"{}\"\noffset = 2\n{}\n"

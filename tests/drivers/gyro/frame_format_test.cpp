@@ -31,7 +31,7 @@ void expect_same(const GyroFrame* found, const GyroFrame& expected) {
   EXPECT_EQ(found->good, expected.good);
 }
 
-// Generated from the description; the CRC was computed apart (Python's binascii.crc_hqx with 0xFFFF).
+// Generated from the description. The CRC was computed independently (Python's binascii.crc_hqx with 0xFFFF).
 TEST(FrameFormat, PinsTheFrameOfTheVirtualGyro) {
   EXPECT_EQ(hex(encode_frame(virtual_gyro_frame(), frame(0x0201, 1'000'000, -2))), "A55A010240420F00FEFFFFFF00003776");
 }

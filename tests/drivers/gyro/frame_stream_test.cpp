@@ -125,8 +125,7 @@ TEST(GyroStream, DecodesThePublishedLineOfARingLaserGyro) {
   }
 }
 
-/// What the virtual gyro sends: the short header ends with a semicolon, as a receiver's does; the check by
-/// zlib's crc32.
+/// The virtual gyro ends the short header with a semicolon, as a receiver does. The check was computed by zlib's crc32.
 TEST(GyroStream, WritesALineOfTheNovatelAsAReceiverDoes) {
   const auto format = tests::shipped_stream("hg1700-rawimusxa").frame;
   const auto bytes =
@@ -154,7 +153,7 @@ TEST(GyroStream, TakesASemicolonBehindTheShortHeaderAlone) {
   }
 }
 
-/// The same message of another IMU has another scale.
+/// Each type of IMU has its own scale in this message.
 TEST(GyroStream, OfAReceiverTakesRingLaserGyrosAlone) {
   const auto lines = tests::shipped_stream("hg1700-rawimusxa").frame;
   const auto messages = tests::shipped_stream("hg1700-rawimusx").frame;
@@ -183,20 +182,20 @@ TEST(GyroStream, RejectsALineWithAnyOtherDigit) {
   }
 }
 
-// The example of the VN-100 manual, an attitude message: it settles what the check covers, and in which byte order.
+// An attitude message in the VN-100 manual. It shows the bytes that the check covers, and its byte order.
 TEST(GyroStream, ChecksThePublishedVectorNavMessage) {
   const auto check = tests::shipped_stream("vectornav").frame.check;
   EXPECT_TRUE(passes(check, tests::from_hex("FA 01 08 00 93502E42 833EF13F 48B504BB 9288")));
   EXPECT_FALSE(passes(check, tests::from_hex("FA 01 08 00 93502E42 833EF13F 48B504BB 8892")));
 }
 
-// Frames generated from the instruments' tables by a program of its own (Python's struct), where no published ones are
-// known.
+// Frames without published examples were generated from the instruments' tables by an independent program (Python's
+// struct).
 
 constexpr const char* kStim = "94004000FFC000FFFF850014801482F5C0001001F463BD8987";
 constexpr const char* kStimOverload = "94004000FFC000FFFF85 10 14801482F5C0001801F4D685788B";
 
-/// A frame of revision B that rock-drivers/drivers-imu_stim300 publishes in src/main.cpp, with its check.
+/// Frame of revision B with its check, published by rock-drivers/drivers-imu_stim300 in src/main.cpp.
 constexpr const char* kStimRevisionB =
     "97 000137 0001C7 FFFE74 00 000632 0011AD 07F445 00 FFECBC 003793 40062A 00 204F 2069 2055 00 D9 03F8 21C1E045";
 
@@ -254,7 +253,8 @@ TEST(GyroStream, DecodesAGeneratedFrameOfTheHg1120) {
 }
 
 TEST(GyroStream, DecodesGeneratedFramesOfTheDsp3000) {
-  std::vector<std::byte> bytes = tests::from_hex("00 39");  // the end of a frame that began before
+  // End of a frame that began earlier.
+  std::vector<std::byte> bytes = tests::from_hex("00 39");
   for (int i = 0; i < 60; ++i) bytes = bytes + tests::from_hex(i % 2 == 0 ? "8FFFFFE7" : "8C003039");
   const tests::Fed fed(tests::shipped_stream("kvh-dsp-3000-binary").frame, bytes);
   ASSERT_EQ(fed.frames.size(), 60u);
@@ -279,7 +279,8 @@ TEST(GyroStream, DecodesGeneratedFramesOfTheDsp1750) {
   EXPECT_DOUBLE_EQ(fed.frames[0].axes[0].value.value(), -2097 * 1000.0 / 2097152);
   EXPECT_DOUBLE_EQ(fed.frames[1].axes[0].value.value(), 8 * 1000.0 / 2097152);
 
-  bytes.erase(bytes.begin() + 3 + 6 * 15, bytes.begin() + 3 + 6 * 16);  // a count is missed: the lock is dropped
+  // A missing count drops the lock.
+  bytes.erase(bytes.begin() + 3 + 6 * 15, bytes.begin() + 3 + 6 * 16);
   EXPECT_EQ(tests::Fed(tests::shipped_stream("kvh-dsp-1750").frame, bytes).frames.size(), 15u);
 }
 

@@ -19,7 +19,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// A frame with one gyro's field of this kind, a time stamp in ms and nothing else.
+/// Returns a format with a gyro field of this kind and a time stamp in ms.
 FrameFormat format_with(const std::string& field) {
   return frame_format_of(
       fmt::format("[frame]\nname = \"f\"\nsync = [1]\nlength = 16\n[[frame.field]]\n{}\noffset = 8\n"
@@ -118,7 +118,7 @@ TEST(FrameSum, AFrameOfAStampedStreamThatComesTwiceIsSeenByItsTime) {
 }
 
 TEST(FrameSum, CountedFramesAreAClock) {
-  const auto format = tests::shipped_stream("stim300").frame;  // 250 Hz, eight ticks of the counter a frame
+  const auto format = tests::shipped_stream("stim300").frame;  // 250 Hz, eight ticks per frame
   FrameSum sum(format);
   FrameTally tally;
   for (std::uint32_t i = 0; i <= 250; ++i) sum.add({.axes = {{.value = 1}}, .sequence = 8 * i % 256}, tally);
@@ -172,7 +172,7 @@ TEST(FrameSum, AxesMayHaveKindsAndWeightsOfTheirOwn) {
   EXPECT_EQ(sum.counts(tally, tally.interval), (std::vector<std::int64_t>{15'000'000, 3, 10}));
 }
 
-/// A message brings one axis or the other, x twice as often; its number of ms.
+/// Returns a message with one of the axes. Axis x is sent twice as often as y; `ms` is the time stamp.
 GyroFrame only(std::size_t axis, std::int64_t pulses, std::uint64_t ms) {
   GyroFrame frame{.axes = {{}, {}}, .timestamp = ms};
   frame.axes[axis].pulses = pulses;
@@ -227,7 +227,7 @@ TEST(FrameSum, ARoundThatWasDroppedIsCountedFrom) {
   FrameTally tally;
   for (std::uint64_t ms = 0; ms < 4; ++ms) sum.add(only(ms % 2, 1, ms), tally);
   EXPECT_EQ(sum.counts(tally, {}), (std::vector<std::int64_t>{1, 1}));
-  sum.add(only(0, 1, 4), tally);  // the y of this round is lost
+  sum.add(only(0, 1, 4), tally);  // y of this round is lost
   sum.drop_round();
   tally = {};
   sum.add(only(0, 1, 6), tally);
@@ -248,7 +248,7 @@ TEST(FrameSum, BetweenTwoRoundsThereIsNothingToDrop) {
   EXPECT_EQ(tally.rounds, 1u);
 }
 
-/// The device's time may be in a message without an axis, or missing once.
+/// A message without an axis may carry the device's time, and a time may be missing once.
 TEST(FrameSum, AFrameWithoutATimeLosesNone) {
   const auto format = format_with("role = \"increment\"\ntype = \"i32\"");
   FrameSum sum(format);
@@ -260,7 +260,7 @@ TEST(FrameSum, AFrameWithoutATimeLosesNone) {
   EXPECT_EQ(sum.counts(tally, tally.interval).at(0), 2);
 }
 
-/// Each shipped stream through the driver: a second of it, whatever the frames are.
+/// Reads one second of each shipped stream with the driver.
 TEST(GyroStream, EveryShippedOneGivesItsAngleThroughTheDriver) {
   int streams = 0;
   for (const auto& name : tests::shipped_streams()) {
@@ -301,7 +301,7 @@ TEST(GyroStream, EveryShippedOneGivesItsAngleThroughTheDriver) {
   EXPECT_GE(streams, 10);
 }
 
-/// A format of two values, and what their means, the frames and the flagged frames are.
+/// Returns the means of two values, the number of averaged frames and the number of flagged frames.
 FrameMeans means_over(const std::vector<GyroFrame>& frames) {
   static const auto format = frame_format_of(
       "[frame]\nname = \"f\"\nsync = [1]\nlength = 8\n[[frame.field]]\nrole = \"increment\"\ntype = \"u8\"\noffset = "
@@ -349,7 +349,7 @@ TEST(FrameMeans, AFormatWithoutHousekeepingHasNone) {
   EXPECT_TRUE(means.values().empty());
 }
 
-/// A day of seconds of a thousand frames, each the sum of its own numbers alone.
+/// Each second's means depend only on its own thousand frames.
 TEST(FrameMeans, KeepNoTraceOfTheSecondBefore) {
   auto means = means_over({});
   for (int second = 0; second < 100; ++second) {

@@ -17,12 +17,12 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// A gyro of ten frames a second and 7 pulses a frame, on a line in memory.
+/// A gyro with ten frames per second and 7 pulses per frame, on an in-memory line.
 class OnFakeStream : public testing::Test {
  protected:
   OnFakeStream() { connect(virtual_gyro_frame(), &clock); }
 
-  /// `host`: the time of the line, if it has one.
+  /// Connects the gyro. `host` is the clock of the line, if it has one.
   void connect(const FrameFormat& description, const Clock* host = nullptr) {
     format = description;
     auto made = std::make_unique<tests::FakeStream>();
@@ -65,7 +65,7 @@ TEST_F(FramedGyro, CountsFromTheOriginThatItTook) {
   expect_second();
 }
 
-/// Nobody may take it for a second in which nothing was counted.
+/// The read must not be counted as a second without pulses.
 TEST_F(FramedGyro, AFrameWithNoneBeforeItIsAFaultInEveryRead) {
   send(1);
   const auto first = gyro->read(seconds(1));
@@ -215,7 +215,7 @@ TEST_F(FramedGyro, WithoutASequenceFalseBytesAreALoss) {
   EXPECT_EQ(gyro->read(seconds(1)).error().what, "1 frames lost");
 }
 
-/// The same increments, 5 a frame and 100 frames a second, on a line with a time of its own.
+/// A gyro with increments of 5 and 100 frames per second, on a line with its own clock.
 class FramedGyroByTheHost : public OnFakeStream {
  protected:
   FramedGyroByTheHost() {
@@ -233,7 +233,7 @@ class FramedGyroByTheHost : public OnFakeStream {
     EXPECT_EQ(count->pulses.at(0), 5 * frames);
     EXPECT_EQ(count->interval, interval);
   }
-  /// Three good seconds.
+  /// Reads three valid seconds.
   void run_in() {
     pass(seconds(1), 1);
     ASSERT_TRUE(gyro->take_origin());
@@ -254,7 +254,7 @@ TEST_F(FramedGyroByTheHost, ALateSecondIsLongerAndTheNextShorter) {
   expect(100, seconds(1));
 }
 
-/// When the oldest of the frames came that a line brings again, nobody knows.
+/// The arrival time of the oldest frame is unknown after a silence.
 TEST_F(FramedGyroByTheHost, AfterASilenceItCountsFromTheNewestFrame) {
   run_in();
   clock.advance(seconds(3));
@@ -297,7 +297,7 @@ kind = "xor8"
 offset = 7
 )";
 
-/// A gyro whose time is its frames, 1000 a second by its description.
+/// A gyro with frames as its clock, 1000 per second by its description.
 class FramedGyroByItsFrames : public OnFakeStream {
  protected:
   FramedGyroByItsFrames() {
@@ -374,7 +374,7 @@ TEST_F(FramedGyro, ACountThatBeginsAnewIsAFaultAndNoLoss) {
   expect_second();
 }
 
-/// As that of a receiver which learns the time of day. The pulses of one second are not those of an hour.
+/// Time jumps when a receiver learns the time of day. The pulses of one second must not be spread over an hour.
 TEST_F(FramedGyro, ATimeThatJumpsIsNoInterval) {
   send(1);
   ASSERT_TRUE(gyro->take_origin());
@@ -392,7 +392,7 @@ TEST_F(FramedGyro, ATimeThatJumpsIsNoInterval) {
   }
 }
 
-/// Milliseconds that are described as microseconds would make each rate a thousand times as large.
+/// Milliseconds described as microseconds would multiply each rate by a thousand.
 TEST_F(FramedGyro, AnotherUnitOfItsTimeIsAFaultInEveryRead) {
   const auto second_of = [&](std::uint64_t stamp) {
     for (int i = 0; i < 10; ++i) {
@@ -476,7 +476,7 @@ FrameFormat triad() {
   return format;
 }
 
-/// A triad on a line in memory.
+/// A triad on an in-memory line.
 class FramedTriad : public OnFakeStream {
  protected:
   FramedTriad() { connect(triad()); }
@@ -526,7 +526,7 @@ TEST_F(FramedTriad, AveragesEachSecondForItself) {
 TEST_F(FramedTriad, AValueThatDidNotComeIsNoNumber) {
   tell(2, {});
   ASSERT_TRUE(gyro->take_origin());
-  tell(2, {});  // the sequence's turns 2 and 3
+  tell(2, {});  // turns 2 and 3
   const auto count = gyro->read(seconds(1));
   ASSERT_TRUE(count) << text(count.error());
   EXPECT_EQ(count->values[0], 25);
@@ -592,7 +592,7 @@ kind = "sum8"
 offset = 9
 )";
 
-/// Two axes in turn, one message a millisecond, 1 of x and 5 of y.
+/// Two axes in alternating messages, one message per millisecond, with increments of 1 for x and 5 for y.
 class FramedMultiplex : public OnFakeStream {
  protected:
   FramedMultiplex() {
@@ -624,7 +624,7 @@ TEST_F(FramedMultiplex, EachSecondHasAsMuchOfEachAxis) {
   ASSERT_TRUE(gyro->take_origin());
   std::int64_t x = 0;
   for (int second = 0; second < 20; ++second) {
-    say(1000 + (second % 3 == 0 ? 1 : 0));  // a read may end between the two
+    say(1000 + (second % 3 == 0 ? 1 : 0));  // a read may end in between
     const auto count = gyro->read(seconds(1));
     ASSERT_TRUE(count) << text(count.error());
     EXPECT_EQ(count->pulses[0] * 5, count->pulses[1]);
@@ -639,7 +639,7 @@ TEST_F(FramedMultiplex, AMessageLostAtTheEndOfASecondSpoilsNotTheNext) {
   say(2);
   ASSERT_TRUE(gyro->take_origin());
   say(999);
-  ++number;  // a y that is lost
+  ++number;  // a lost y
   say(1);
   EXPECT_EQ(gyro->read(seconds(1)).error().what, "1 frames lost");
   say(1001);
@@ -649,7 +649,7 @@ TEST_F(FramedMultiplex, AMessageLostAtTheEndOfASecondSpoilsNotTheNext) {
   EXPECT_EQ(count->interval, milliseconds(2 * count->pulses[0]));
 }
 
-/// The same gyro, told to send by two commands, of which it answers the second.
+/// A gyro that two commands start; it answers the second.
 class FramedGyroByCommand : public OnFakeStream {
  protected:
   FramedGyroByCommand() { connect_with("OK"); }
@@ -671,7 +671,7 @@ class FramedGyroByCommand : public OnFakeStream {
 };
 
 TEST_F(FramedGyroByCommand, IsStartedOnce) {
-  send(3);  // of before
+  send(3);  // earlier frames
   ASSERT_TRUE(gyro->open());
   ASSERT_TRUE(gyro->open());
   EXPECT_EQ(commands(), (std::vector<std::string>{"stop\r\n", "go\r\n"}));

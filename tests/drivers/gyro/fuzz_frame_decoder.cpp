@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as a gyro's stream, in every shipped description, and as the description of its frames.
+/// Fuzzes the frame decoder: any bytes as a gyro's stream, in every shipped description, and as the description of its
+/// frames.
 #include <cstdlib>
 #include <string>
 
@@ -14,7 +15,8 @@ namespace {
 
 struct Known {
   GyroStream stream;
-  std::vector<std::byte> good;  ///< more frames than any noise before them can swallow
+  /// More frames than any preceding noise can hide.
+  std::vector<std::byte> good;
   std::size_t frames = 0;
 };
 
@@ -66,7 +68,8 @@ void decode_all(const Known& all, std::span<const std::byte> bytes, bool then_go
     decoder.feed(all.good);
     fed += all.good.size();
     take();
-    if (taken < before + all.frames / 2) std::abort();  // noise may swallow some good frames, never most of them
+    // Noise may hide some valid frames, but never most of them.
+    if (taken < before + all.frames / 2) std::abort();
   }
   if (decoder.rejected_bytes() > fed) std::abort();
   if (sum.counts(tally, tally.interval).size() != all.stream.frame.axes.size()) std::abort();
@@ -77,7 +80,7 @@ void decode_all(const Known& all, std::span<const std::byte> bytes, bool then_go
 
 }  // namespace
 
-/// The first byte chooses a description; from 0xF0, good frames follow the noise.
+/// The first byte selects a description. From 0xF0 on, valid frames follow the noise.
 FUZZ_TARGET(frame_decoder, const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const auto& all = descriptions();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any text as the description of a gyro's frames, alone and inside a good one; what is accepted is used.
+/// Fuzzes the description of a gyro's frames: any text, alone and inside a valid one. An accepted description is used.
 #include <algorithm>
 #include <cstdlib>
 #include <string>
@@ -43,7 +43,7 @@ void use(const GyroStream& stream) {
   if (means.values().size() != housekeeping_of(format).size()) std::abort();
 }
 
-/// What is accepted is used, with the axis that it chose and with all.
+/// Uses an accepted description with its default axis and with all axes.
 void use_text(std::string_view text) {
   const auto stream = parse_gyro_stream(text, "fuzz");
   if (!stream) return;
@@ -52,7 +52,7 @@ void use_text(std::string_view text) {
   if (whole) use(*whole);
 }
 
-/// A good description with one of its numbers or words replaced.
+/// Returns a valid description with one of its numbers or keywords replaced.
 std::string falsified(const std::uint8_t* data, std::size_t size) {
   auto text = good_texts()[data[0] % good_texts().size()];
   const std::size_t place = (data[1] * 256u + data[2]) % text.size();
@@ -71,7 +71,7 @@ FUZZ_TARGET(frame_format, const std::uint8_t* data, std::size_t size) {
     use_text(falsified(data, std::min<std::size_t>(size, 16)));
     return 0;
   }
-  // Small numbers are what a description is made of.
+  // Small numbers are typical of descriptions.
   const auto number = std::to_string(static_cast<std::int8_t>(data[3]));
   std::vector<std::uint8_t> bytes(data, data + 3);
   bytes.insert(bytes.end(), number.begin(), number.end());

@@ -12,11 +12,11 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// A gyro whose frames an adapter hands on every 16 ms, as the host sees it.
+/// Arrival times of frames that an adapter forwards every 16 ms.
 class BurstyLine {
  public:
   explicit BurstyLine(double frames_a_second) : rate_(frames_a_second) {}
-  /// The number of the newest frame that has come by then.
+  /// Returns the number of the newest frame at that time.
   [[nodiscard]] std::int64_t newest(double time_s) const {
     auto frame = static_cast<std::int64_t>(time_s * rate_);
     while (came_s(frame) > time_s) --frame;
@@ -43,7 +43,8 @@ TEST(HostInterval, OfEvenFramesIsCalmerThanTheirLine) {
     for (int second = 3; second < 600; ++second) {
       const bool late = second == 300;
       const auto newest = line.newest(second + (late ? 2.51 : 0.001));
-      if (newest <= before) continue;  // those of the late second are counted already
+      // The frames of the late second are counted already.
+      if (newest <= before) continue;
       const auto frames = static_cast<std::uint64_t>(newest - before);
       const auto interval = intervals.next(frames, line.came(newest));
       ASSERT_TRUE(interval) << rate << " frames a second, " << second;
@@ -94,7 +95,7 @@ TEST(HostInterval, IsNoneWhereFramesAreMissing) {
   EXPECT_FALSE(intervals.next(10, seconds(11)));
 }
 
-/// Whether the seconds, of so many frames each, are told from those of 1000; how much of their time passes in one.
+/// Returns the pace that FramePace reports after each second with that many frames instead of 1000.
 std::vector<std::optional<double>> told(double frames_a_second, int seconds_long) {
   FramePace pace(1000);
   pace.count_from(seconds(0));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// All axes and all housekeeping of the shipped streams: published frames, and frames whose bytes were computed apart
-/// (Python's struct).
+/// Tests of all axes and all housekeeping of the shipped streams, with published frames, and with frames that were
+/// computed independently (Python's struct).
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -81,7 +81,7 @@ TEST(GyroHousekeeping, AxesComeInTheOrderAskedFor) {
   EXPECT_TRUE(std::isnan(fed.housekeeping("gyro_y"))) << "an axis that was not asked for is no housekeeping";
 }
 
-/// The sample of the 1775's manual; and the same with accelerometer X marked invalid, which only flags it.
+/// The sample in the 1775's manual, and the same frame with accelerometer X marked invalid, which only flags it.
 TEST(GyroHousekeeping, OfTheKvhImus) {
   auto bytes = tests::from_hex("FE81FF5537A96A6E38586C1FB75BF862BF803E78BB650D283B0A37AC773D00284BFA34D8");
   const auto flagged = tests::from_hex("FE81FF5537A96A6E38586C1FB75BF862BF803E78BB650D283B0A37AC673D0028BCEE197B");
@@ -122,7 +122,7 @@ TEST(GyroHousekeeping, OfKvhFormatCComesInTurn) {
   }
 }
 
-/// The published line of an AG58: its accelerometers show gravity, in a hundredth of a second. The other one is the
+/// The published line of an AG58, with the increments of gravity in a hundredth of a second. The second line is the
 /// same at -20 °C after a reset of Y's path-length control.
 TEST(GyroHousekeeping, OfARingLaserGyro) {
   const std::string lines =
@@ -151,7 +151,7 @@ TEST(GyroHousekeeping, OfARingLaserGyro) {
   EXPECT_EQ(fed.complaints[1], std::vector<std::string>{"the path-length control of Y was reset"});
 }
 
-/// The same numbers, packed.
+/// Binary message with the same numbers.
 TEST(GyroHousekeeping, OfARingLaserGyroInBinary) {
   const tests::Fed fed(tests::shipped_stream("hg1700-rawimusx", kAxes).frame,
                        tests::from_hex("AA441328B6059C0678B9E21C000B9C060B9755A832941D4103158000EBD09102A687F3FF38EAFC"
@@ -218,7 +218,7 @@ TEST(GyroHousekeeping, OfTheVectorNav) {
                        {"velocity_z", 0.03}});
 }
 
-/// Status 2 holds the temperature in some messages, and the software's version in others.
+/// Status 2 contains the temperature in some messages, and the software version in others.
 TEST(GyroHousekeeping, OfTheHg4930) {
   auto bytes = tests::from_hex("0E01640038FF2C01E8030000FFFF0400F680B786");
   const auto increments =
@@ -263,7 +263,7 @@ TEST(GyroHousekeeping, OfTheHg1120) {
   EXPECT_TRUE(fed.frames[0].flagged) << "an accelerometer is invalid";
 }
 
-/// Of every shipped stream what is told of itself is read back as it was sent, to the step of its field.
+/// Housekeeping of every shipped stream is decoded as encoded, within one step of its field.
 TEST(GyroHousekeeping, IsReadBackAsEncoded) {
   std::size_t read_back = 0;
   for (const auto& name : tests::shipped_streams()) {
@@ -384,7 +384,7 @@ TEST(GyroHousekeeping, ADescriptionWithoutTheAxisIsRefused) {
   EXPECT_TRUE(parse_gyro_stream(bare.text, "g.toml", {""}));
 }
 
-/// The same axis in two messages counts as one only if a count means the same in both.
+/// An axis in two messages must have the same meaning in both.
 TEST(GyroHousekeeping, AnAxisMeansTheSameInEveryMessage) {
   const auto mistakes = [](const char* unit, const char* axis) {
     const auto file = TomlTable::parse(

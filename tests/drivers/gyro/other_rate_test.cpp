@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Gyros at another frame rate than described, and bytes that are not frames of the stream.
+/// Tests of gyros with another frame rate than described, and of bytes that are not frames of the stream.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -15,10 +15,10 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// A shipped stream that is set to a rate of its own, on a line with a time of its own.
+/// A shipped stream with another frame rate, on a line with its own clock.
 class UnitAtRate {
  public:
-  /// `described_hz`: by the rig file; 0: the stream's.
+  /// `described_hz` is the rate in the rig file; 0 means the stream's own.
   UnitAtRate(const std::string& name, double rate_hz, double described_hz = 0) : rate_hz_(rate_hz) {
     const auto own = tests::shipped_stream(name);
     auto stream = parse_gyro_stream(own.text, name, {}, described_hz > 0 ? std::optional(described_hz) : std::nullopt);
@@ -132,7 +132,8 @@ TEST(ForeignBytes, AreReportedWithTheirNumberAndTheFirstOfThem) {
     for (const auto* bytes : {&noise, &other, &zeros})
       for (const std::size_t piece : {27u, 4096u}) {
         if (name == "stim300" && bytes == &other) continue;
-        if (name == "kvh-dsp-1750" && bytes == &zeros) continue;  // bytes without a check that count 0, 0, …: no lock
+        // Bytes without a check that count 0, 0, … do not lock.
+        if (name == "kvh-dsp-1750" && bytes == &zeros) continue;
         auto made = std::make_unique<tests::FakeStream>();
         made->in_pieces_of(piece);
         made->say(*bytes);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr Duration kLong = std::chrono::seconds(5);
 
-/// One end of a pair of sockets as a line; the other is the instrument.
+/// One end of a socket pair as a line. The other end is the instrument.
 class PairStream final : public ByteStream {
  public:
   explicit PairStream(int descriptor) : descriptor_(descriptor) {}
@@ -68,7 +68,7 @@ class PumpedStream : public testing::Test {
     }
     return text;
   }
-  /// The first use opens the line.
+  /// Opens the line by its first use.
   void begin() {
     std::array<std::byte, 16> nothing{};
     (void)pumped->read(nothing, Duration{});
@@ -107,7 +107,7 @@ TEST_F(PumpedStream, KnowsWhenBytesCameHoweverLateTheyAreRead) {
 
 TEST_F(PumpedStream, TakesWhatTheSystemWouldNotHold) {
   begin();
-  const std::string second(92'160, 'x');  // of a line at 921600 baud
+  const std::string second(92'160, 'x');  // one second at 921600 baud
   std::size_t done = 0;
   pollfd writable{instrument, POLLOUT, 0};
   while (done < second.size() && ::poll(&writable, 1, 5000) == 1) {

@@ -18,7 +18,7 @@ std::string text_of(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// A unit that gives one answer to one command.
+/// Sends a command to a unit with that answer.
 Result<void> answered(const GyroCommand& command, const std::string& answer, const std::string& stream = "kvh-17xx-a") {
   tests::FakeStream line;
   line.instrument = [&](std::string_view) { return answer; };
@@ -79,7 +79,7 @@ TEST(StartCommand, RequiresAMessageWhoseSettingsAgree) {
   EXPECT_EQ(answered(command, text_of(frame), "stim300").error().kind, FaultKind::timeout);
 }
 
-/// A unit that answers each start command but one.
+/// A unit that answers each start command except one.
 class ObeysAllBut {
  public:
   ObeysAllBut(GyroStream stream, std::size_t left_out, std::string instead) {
@@ -199,7 +199,7 @@ TEST(GyroStream, PutsTheRateOfTheRigIntoItsCommandsAndItsSequence) {
   EXPECT_FALSE(parse_gyro_stream(stim, "g.toml", {}, 300)) << "no whole number of ticks";
 }
 
-/// A VectorNav that answers all its commands, and the question for its serial number with `serial`.
+/// A VectorNav that answers all its commands, and the query for its serial number with `serial`.
 class OnVectorNav : public testing::Test {
  protected:
   OnVectorNav() {

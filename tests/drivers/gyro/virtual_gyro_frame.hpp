@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The frame of the virtual gyro, as profiles/rigs/virtual.toml describes it.
+/// The frame of the virtual gyro, as described in profiles/rigs/virtual.toml.
 #pragma once
 
 #include <stdexcept>

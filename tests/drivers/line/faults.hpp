@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A unit whose registers tell when they were asked, and a seeded choice of what goes wrong with its answers.
+/// Register contents that identify their request, and a seeded random choice of faults in the answers.
 #pragma once
 
 #include <array>
@@ -11,8 +11,7 @@
 
 namespace gyrotherm::drivers {
 
-/// What a register holds depends on its address and on the request that it answers, so that no other answer, older or
-/// newer, is right.
+/// Returns words that depend on the address and on the request, so that no earlier or later answer is correct.
 [[nodiscard]] inline std::vector<std::uint16_t> telltale_words(std::uint16_t address, std::size_t count,
                                                                std::uint32_t request) {
   std::vector<std::uint16_t> words(count);
@@ -21,7 +20,7 @@ namespace gyrotherm::drivers {
   return words;
 }
 
-/// Chances that do not depend on the standard library's distributions.
+/// Random choices that do not depend on the standard library's distributions.
 class Chance {
  public:
   explicit Chance(unsigned seed) : engine_(seed) {}
@@ -36,7 +35,7 @@ class Chance {
   std::mt19937_64 engine_;
 };
 
-/// How many transactions ended how.
+/// Counts of transactions by their result.
 struct Account {
   long good = 0, failed = 0, wrong = 0, faults = 0;
 };

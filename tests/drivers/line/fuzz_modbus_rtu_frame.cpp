@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as a request, as a reply and as noise around one; what decodes must encode to the same bytes. Half of the
-/// inputs get a CRC that fits, or hardly any would pass it.
+/// Fuzzes Modbus RTU frames: any bytes as a request, as a reply and as noise around one. Decoded frames must encode to
+/// the same bytes. Half of the inputs get a correct CRC, because few would have one otherwise.
 #include <algorithm>
 #include <cstdlib>
 #include <vector>
@@ -25,7 +25,7 @@ void check_search(const ModbusRequest& asked, std::span<const std::byte> bytes) 
   if (find_rtu_answer(asked, bytes.first(found.end - 1)).answer) std::abort();
 }
 
-/// An answer is found among noise that the fuzzer chose, unless that holds one itself.
+/// Checks that an answer is found among noise, unless the noise contains an answer itself.
 void check_noise(const ModbusRequest& asked, std::span<const std::byte> noise) {
   auto bytes = std::vector(noise.begin(), noise.end());
   const auto reply = encode_rtu_reply(asked, std::vector<std::uint16_t>(asked.count, 0x5A3C));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can be told of HID without a device; with one: tests/qemu.
+// Tests of HID without a device. tests/qemu has tests with a device.
 #include "drivers/line/hid_line.hpp"
 
 #include <gtest/gtest.h>

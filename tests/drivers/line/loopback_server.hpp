@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A server on loopback for tests of the real sockets: one connection at a time, one answer a request.
+/// A server on the loopback interface for tests of real sockets: one connection at a time, one answer per request.
 #pragma once
 
 #include <arpa/inet.h>
@@ -24,9 +24,9 @@
 namespace gyrotherm::drivers {
 
 struct Answer {
-  std::vector<std::byte> bytes;   ///< none: silence
-  bool then_reset = false;        ///< the connection is broken off
-  std::vector<std::byte> rest{};  ///< comes a tenth of a second later
+  std::vector<std::byte> bytes;   ///< empty: no answer
+  bool then_reset = false;        ///< resets the connection
+  std::vector<std::byte> rest{};  ///< sent after 100 ms
 };
 
 class LoopbackServer {

@@ -33,7 +33,7 @@ const ModbusRequest kWriteOne{.transaction = 0x1234,
 const ModbusRequest kWriteTwo{
     .unit = 1, .function = ModbusFunction::write_multiple, .address = 0x06CE, .count = 2, .words = {0x41B0, 0}};
 
-// Frames that a maker of a chamber controller (Yinhe) published.
+// Published frames of a maker of chamber controllers (Yinhe).
 TEST(ModbusFrame, EncodesThePublishedFrames) {
   EXPECT_EQ(encode_request(kRead), hex("00 00 00 00 00 06 01 03 00 A0 00 02"));
   EXPECT_EQ(encode_reply(kRead, Words{0x41B0, 0}), hex("00 00 00 00 00 07 01 03 04 41 B0 00 00"));
@@ -54,7 +54,7 @@ TEST(ModbusFrame, ReadsWhatAReplyHolds) {
   EXPECT_TRUE(decode_reply(kWriteOne, hex("12 34 00 00 00 06 01 06 00 3C FE 70")));
 }
 
-/// Every single-bit error of `reply` but those in the words read, which Modbus TCP does not protect.
+/// Flips every single bit of `reply` except those in the words read, which Modbus TCP does not protect.
 void expect_every_falsified_field_corrupted(const ModbusRequest& request, const Bytes& reply, std::size_t end) {
   for (std::size_t at = 0; at < end; ++at)
     for (int bit = 0; bit < 8; ++bit) {
@@ -86,14 +86,15 @@ TEST(ModbusFrame, AReplyOfAnyOtherLengthIsCorrupted) {
       if (size == reply.size()) continue;
       auto other = reply;
       other.resize(size);
-      if (size > 6) other[5] = static_cast<std::byte>(size - 6);  // the header agrees with the size
+      // The header agrees with the size.
+      if (size > 6) other[5] = static_cast<std::byte>(size - 6);
       ASSERT_FALSE(decode_reply(request, other)) << size;
       EXPECT_EQ(decode_reply(request, other).error().kind, FaultKind::corrupted) << size;
     }
   }
 }
 
-// As the source of the UMC1200 shows it: the length is that of the request.
+// The UMC1200's source shows that its length is that of the request.
 TEST(ModbusFrame, AMiscountedReplyToAWriteIsComparedInAllElse) {
   auto write = kWriteTwo;
   const auto reply = hex("00 00 00 00 00 0B 01 10 06 CE 00 02");

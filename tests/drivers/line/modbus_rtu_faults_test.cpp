@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The guarded exchange of RTU frames against a unit whose answers are delayed, doubled, cut off, falsified, preceded
-// and followed by others', or lost. The law: what is returned as good is what the last request was answered with.
+// Tests of the RTU client against a unit with answers that are delayed, duplicated, truncated, corrupted, preceded or
+// followed by frames of other units, or lost. Invariant: every accepted answer is the answer to the latest request.
 //
-// RTU frames carry no number of their request. What no client can tell apart is not made here:
+// RTU frames do not identify their request. These faults are not generated, because no client can detect them:
 // - an answer later than twice the timeout;
-// - a copy of an answer that comes after the gap between frames, while an answer of the same shape (unit, function,
-//   size) is awaited; or an answer of a second unit with the same number and that shape;
-// - four or more false bits that are no burst of 16, and answers that are cut off and filled up by what follows within
-//   the gap inside a frame: of these one in 65536 passes its CRC by chance;
-// - the echo of a write, which is its answer.
+// - a copy of an answer that arrives after the gap between frames while an answer of the same form (unit, function,
+//   size) is expected, or an answer of that form from a second unit with the same number;
+// - four or more wrong bits that are not a burst of 16, and truncated answers that are completed by bytes within the
+//   gap inside a frame: one in 65536 of these passes its CRC by chance;
+// - the echo of a write, which equals its answer.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -74,18 +74,19 @@ class FaultyUnit {
       case 8: line_.arrive(chance_.between({}, at), noise()); return line_.arrive(at, std::move(reply));
       case 9: return line_.arrive(at, encode_rtu_exception(asked, static_cast<std::uint8_t>(1 + chance_.below(11))));
       case 10: return misdirect(at, request);
-      case 11: line_.arrive(at, foreign(request)); return;  // instead of the answer
+      // In place of the answer.
+      case 11: line_.arrive(at, foreign(request)); return;
       default: --faults_; return line_.arrive(at, std::move(reply));
     }
   }
 
-  /// Within the gap, in which nobody may speak.
+  /// Sends the answer twice within the gap, in which no unit may send.
   void twice(Duration at, Bytes reply) {
     line_.arrive(at + chance_.between({}, gap_), reply);
     line_.arrive(at, std::move(reply));
   }
 
-  /// One to three bits, or a burst of up to 16.
+  /// Flips one to three bits, or a burst of up to 16.
   void falsify(Bytes& reply) {
     const auto flip = [&](std::size_t bit) { reply[bit / 8] ^= static_cast<std::byte>(1 << bit % 8); };
     const auto bits = 8 * reply.size();
@@ -99,7 +100,7 @@ class FaultyUnit {
     }
   }
 
-  /// A right answer to a request that the client never makes: to another unit, by another function, of another size.
+  /// Returns a valid answer to a request that the client never makes: of another unit, function or size.
   [[nodiscard]] Bytes foreign(ModbusRequest request) {
     if (!reads(request.function))
       request = {.unit = request.unit, .function = ModbusFunction::read_holding, .count = 9};
@@ -110,7 +111,7 @@ class FaultyUnit {
     return encode_rtu_reply(request, telltale_words(request.address, request.count, ~requests_));
   }
 
-  /// A write's answer that names another register or value; a read has no such field.
+  /// Answers a write with another register or value. A read has no such field.
   void misdirect(Duration at, ModbusRequest request) {
     if (reads(request.function)) return line_.arrive(at, foreign(request));
     request.address ^= static_cast<std::uint16_t>(1 + chance_.below(0xFFFF));
@@ -159,7 +160,8 @@ class Client {
       const auto good = chance_.one_in(4) ? write_once(account) : read_once(account);
       ++(good ? account.good : account.failed);
       if (chance_.one_in(4)) clock_.advance(chance_.between({}, milliseconds(1000)));
-      if (!good) clock_.advance(milliseconds(10'000));  // the line may be used again
+      // The line may be used again after this time.
+      if (!good) clock_.advance(milliseconds(10'000));
     }
     account.faults = unit_->faults();
     return account;

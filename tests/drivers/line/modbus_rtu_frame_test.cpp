@@ -44,7 +44,7 @@ void expect_golden(const Golden& golden) {
   EXPECT_EQ(answer->exception, 0);
 }
 
-// Published by the maker, CSZ EZT-570i User Communication Reference Manual, and computed from its rules.
+// Published in the CSZ EZT-570i User Communication Reference Manual, and computed by its rules.
 TEST(ModbusRtuFrame, SpeaksAsTheManualOfTheEzt570iShows) {
   expect_golden({read_of(1, 61, 1), "01 03 00 3D 00 01 15 C6", "01 03 02 00 EC B9 C9", {236}});
   expect_golden({read_of(1, 60, 2), "01 03 00 3C 00 02 04 07", "01 03 04 01 90 01 48 FA 44", {400, 328}});
@@ -139,7 +139,7 @@ TEST(ModbusRtuFrame, AReplyThatCannotAnswerIsKnownByItsFirstBytes) {
   EXPECT_EQ(rtu_answer_size(asked, tests::bytes_of_hex("01 03"))->value(), 9u);
 }
 
-// Answers published by the makers (above), among the bytes that an idle bus and other units put around them.
+// Answers published by the makers (above), among bytes of an idle bus and of other units.
 TEST(ModbusRtuFrame, FindsPublishedAnswersAmongNoise) {
   const std::vector<Golden> published{
       {read_of(1, 60, 2), "", "01 03 04 01 90 01 48 FA 44", {400, 328}},
@@ -194,7 +194,7 @@ TEST(ModbusRtuFrame, UpToThreeFalseBitsOrABurstOfSixteenAreAlwaysFound) {
       for (unsigned bit = 0; bit < 16; ++bit)
         if (bit == 0 || random() % 2 == 0) flip(first + bit);
     }
-    if (bad == good) continue;  // two of the three undid each other
+    if (bad == good) continue;  // two flips cancelled out
     ASSERT_FALSE(decode_rtu_answer(asked, bad)) << "seed " << kSeed << " round " << round;
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// RTU replies among bytes that an idle bus, other units and echoing adapters put on the line.
+// Tests of RTU replies among bytes that an idle bus, other units and echoing adapters put on the line.
 #include <gtest/gtest.h>
 
 #include "tests/drivers/line/rtu_on_a_line.hpp"
@@ -46,7 +46,7 @@ TEST_F(ModbusRtuNoise, FindsTheReplyBetweenBytesOfAnIdleBus) {
 TEST_F(ModbusRtuNoise, WaitsForTheReplyWhenNoiseComesLongBefore) {
   unit = [this](int, const ModbusRequest& request, const Bytes&) {
     line->arrive(milliseconds(1), {std::byte{0xFF}});
-    line->arrive(milliseconds(90), {std::byte{0x01}});  // looks like the unit's number
+    line->arrive(milliseconds(90), {std::byte{0x01}});  // equal to the unit's number
     line->arrive(milliseconds(150), good(request));
   };
   EXPECT_EQ(registers->read(kHolding, 60, 2).value(), (Words{60, 61}));

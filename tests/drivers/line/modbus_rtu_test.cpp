@@ -84,7 +84,7 @@ TEST_F(ModbusRtu, ALateReplyIsNeverTakenForTheNext) {
 
 TEST_F(ModbusRtu, WaitsForALateReplyAlsoAfterATryThatWasCutShort) {
   ModbusLink link = usual();
-  link.timeout = milliseconds(600);  // a second try has less than that
+  link.timeout = milliseconds(600);  // too long for a second try
   connect(link);
   unit = [&](int number, const ModbusRequest& request, const Bytes&) {
     line->arrive(number < 2 ? 2 * link.timeout - milliseconds(1) : kSoon, good(request));
@@ -280,7 +280,7 @@ TEST(ModbusRtuOverTcp, InsistingEndsTheRestOfTheSocketTooAndNotOfTheRegistersAlo
   EXPECT_EQ(why(), "Connection refused");
 }
 
-/// A gateway whose second packet waits for the first to be acknowledged, as TCP makes it wait.
+/// A gateway delays the second packet until the first is acknowledged, as TCP may require.
 TEST(ModbusRtuOverTcp, TakesAReplyWhoseRestComesLater) {
   const LoopbackServer gateway([](auto request) {
     const Bytes reply = good(decode_rtu_request(request).value());

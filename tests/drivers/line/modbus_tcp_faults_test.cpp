@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The guarded exchange of Modbus TCP frames against a unit whose answers are delayed, doubled, cut off, falsified in
-// any field that says what they answer, mixed with others' or lost, also across connections, as gateways do. The law:
-// what is returned as good is what the last request was answered with.
+// Tests of the Modbus TCP client against a unit with answers that are delayed, duplicated, truncated, corrupted in any
+// field that identifies their request, mixed with frames of other units, or lost, also across connections as in
+// gateways. Invariant: every accepted answer is the answer to the latest request.
 //
-// What no client can tell apart is not made here: false bits in the words themselves, which TCP's own check sum guards
-// and Modbus TCP does not; and an answer that is cut off and filled up on the same connection by what follows.
+// These faults are not generated, because no client can detect them: wrong bits in the words themselves, which only
+// TCP's checksum protects, and a truncated answer that is completed by later bytes of the same connection.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,13 +22,13 @@ using Words = std::vector<std::uint16_t>;
 
 constexpr Duration kTimeout = milliseconds(200);
 
-/// Frames out of a line in memory, as libmodbus takes them: by function and byte count, and not by the header's length.
+/// Splits an in-memory line into frames as libmodbus does: by function and byte count, not by the length in the header.
 class MemoryConnection final : public FrameConnection {
  public:
   MemoryConnection(VirtualClock& clock, std::function<void(tests::SimulatedLine&, std::span<const std::byte>)> unit)
       : clock_(clock), unit_(std::move(unit)) {}
 
-  Bytes gateway_keeps;  ///< comes on the next connection
+  Bytes gateway_keeps;  ///< sent on the next connection
   int opened = 0;
 
   bool is_open() const override { return line_ != nullptr; }
@@ -71,7 +71,7 @@ class MemoryConnection final : public FrameConnection {
 
 class FaultyClient {
  public:
-  /// A unit that is not numbered returns no transaction numbers: its replies all carry 0.
+  /// Selects whether the unit returns transaction numbers; otherwise all its replies have transaction 0.
   explicit FaultyClient(unsigned seed, bool is_numbered = true) : chance_(seed), is_numbered_(is_numbered) {
     auto made = std::make_unique<MemoryConnection>(clock_, [this](auto& line, auto frame) { hear(line, frame); });
     connection_ = made.get();
@@ -124,7 +124,7 @@ class FaultyClient {
     }
   }
 
-  /// Makes faults that time can tell apart: nothing that fits comes while another answer is awaited.
+  /// Makes faults that time can separate: no matching frame arrives while another answer is expected.
   void misbehave_unnumbered(tests::SimulatedLine& line, Bytes reply) {
     ++faults_;
     const auto at = chance_.between(milliseconds(1), milliseconds(60));
@@ -138,14 +138,14 @@ class FaultyClient {
     }
   }
 
-  /// In the header, the function, the byte count; of a write also address, count and value.
+  /// Corrupts the header, the function or the byte count, and for a write also the address, count or value.
   void falsify(const ModbusRequest& request, Bytes& reply) {
     const auto end = reads(request.function) ? std::size_t{9} : reply.size();
     for (auto flips = 1 + chance_.below(3); flips > 0; --flips)
       reply[chance_.below(end)] ^= static_cast<std::byte>(1 + chance_.below(255));
   }
 
-  /// An answer to the request before, of whatever shape it had.
+  /// Returns an answer to the previous request, of any form.
   [[nodiscard]] Bytes older() {
     auto request = last_;
     if (request.function == ModbusFunction{}) request.function = ModbusFunction::read_holding, request.count = 1;

@@ -33,12 +33,12 @@ Words words_of(const ModbusRequest& request) {
   return words;
 }
 
-/// The right answer: each register holds its own address.
+/// Returns the correct answer: each register holds its own address.
 std::vector<std::byte> good(const ModbusRequest& request) {
   return encode_reply(request, request.words.empty() ? words_of(request) : Words{});
 }
 
-/// A server that answers its n-th request (from 0) as told.
+/// A server that answers its n-th request (from 0) as `behaviour` returns.
 class Unit {
  public:
   using Behaviour = std::function<Answer(int number, const ModbusRequest& request, std::span<const std::byte> frame)>;
@@ -69,7 +69,7 @@ TEST(ModbusTcp, ReadsAndWritesOnOneConnection) {
   EXPECT_EQ(unit.requests(), 4);
 }
 
-/// Opens files until their numbers reach beyond what select() can wait for.
+/// Opens files until descriptor numbers exceed the limit of select().
 class ManyOpenFiles {
  public:
   ManyOpenFiles() {
@@ -186,7 +186,7 @@ TEST(ModbusTcp, AMiscountedReplyToAWriteIsTakenFromAUnitThatIsKnownForIt) {
   EXPECT_TRUE(write());
 }
 
-/// A unit that deviates from the standard, with clients that tolerate it or not.
+/// A unit that deviates from the standard, and clients with and without tolerance for it.
 class DeviatingUnit {
  public:
   explicit DeviatingUnit(std::function<void(std::vector<std::byte>& reply)> deviate)
@@ -209,7 +209,7 @@ class DeviatingUnit {
 
 TEST(ModbusTcp, ToleratesADeviationOnlyWhereTheLinkNamesIt) {
   struct Deviation {
-    std::size_t at;  ///< byte of the header
+    std::size_t at;  ///< offset in the header
     std::uint8_t byte;
     bool ModbusLink::*tolerance;
   };

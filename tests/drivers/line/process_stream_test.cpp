@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Programs that behave, and programs that do not: each costs its own line, and nothing is left of it.
+/// Tests of well-behaved and misbehaving programs. Each affects only its own line and leaves nothing behind.
 #include "drivers/line/process_stream.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ Result<void> say(ByteStream& line, const std::string& text) {
   return line.write(std::as_bytes(std::span(text)), 500ms);
 }
 
-/// All that comes until there is a line's end, or a fault.
+/// Reads to the end of a line, or returns the fault.
 Result<std::string> hear(ByteStream& line, Duration within = 5s) {
   std::string text;
   const Deadline deadline(within);
@@ -39,7 +39,7 @@ Result<std::string> hear(ByteStream& line, Duration within = 5s) {
   return text;
 }
 
-/// Whether a process of somebody else has ended, in a moment; who should have waited for it may not have done so yet.
+/// Returns whether a process that is not a child of this one ends soon. Its parent may not have waited for it yet.
 bool is_gone(pid_t process) {
   const auto runs = [&] {
     std::ifstream file("/proc/" + std::to_string(process) + "/stat");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A pair of pseudo-terminals: the test holds one end, the driver opens the other.
+/// A pair of pseudo-terminals: the test holds one end, and the driver opens the other.
 #pragma once
 
 #include <fcntl.h>
@@ -35,7 +35,7 @@ class PseudoTerminal {
   [[nodiscard]] const std::string& device() const { return device_; }
   [[nodiscard]] int master() const { return master_; }
   void say(std::string_view text) const { (void)!write(master_, text.data(), text.size()); }
-  /// What has been written to the other end within `ms` of each other.
+  /// Returns the bytes written to the other end, until `ms` pass without one.
   [[nodiscard]] std::string hear(int ms = 200) const {
     std::string heard;
     std::array<char, 4096> buffer;
@@ -47,7 +47,7 @@ class PseudoTerminal {
     }
     return heard;
   }
-  /// To the other end a line whose adapter was pulled.
+  /// Makes the other end see a line with an unplugged adapter.
   void unplug() {
     if (master_ >= 0) close(master_);
     master_ = -1;

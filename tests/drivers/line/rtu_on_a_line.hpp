@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A unit at the end of a simulated serial line, with a client of guarded registers at the other end.
+/// A unit at one end of a simulated serial line, and a client with registers at the other end.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The serial line as far as pseudo-terminals go, which have no baud rate and no parity. The settings are tried on two
-// UARTs of an emulated machine: tests/qemu.
+// Tests of the serial line on pseudo-terminals, which have no baud rate and no parity. tests/qemu tests these settings
+// on two UARTs of an emulated machine.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/file.h>
@@ -28,7 +28,7 @@ Result<std::string> read_text(ByteStream& stream, Duration within) {
   return std::string(reinterpret_cast<const char*>(buffer.data()), *size);
 }
 
-/// Opens the line, which then hears what is said.
+/// Opens the line, so that it receives later bytes.
 std::unique_ptr<ByteStream> opened(const std::string& device) {
   auto stream = make_serial_stream(device, {});
   EXPECT_EQ(read_text(*stream, Duration::zero()).error().kind, FaultKind::timeout);

@@ -18,15 +18,17 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// A line on its own clock, which only waiting moves. The instrument answers the n-th question with "answer n".
+/// A line with its own clock, which only waiting advances. The instrument answers the n-th question with "answer n".
 class SlowStream final : public ByteStream {
  public:
-  Duration delay{};                ///< of an answer
-  Duration echo{};                 ///< after which the answer comes once more; zero: it does not
-  std::size_t cut = SIZE_MAX;      ///< bytes of an answer that arrive
+  Duration delay{};
+  /// Delay of a second copy of the answer; none if zero.
+  Duration echo{};
+  /// Number of bytes of an answer that arrive.
+  std::size_t cut = SIZE_MAX;
   std::string before, behind;      ///< noise around an answer
   bool returns_questions = false;  ///< the adapter echoes
-  std::vector<std::string> heard;  ///< questions
+  std::vector<std::string> heard;
 
   [[nodiscard]] std::string answer() const { return "answer " + std::to_string(heard.size()); }
   void let_pass(Duration time) { now_ += time; }
@@ -110,7 +112,7 @@ TEST(TextExchange, AnAnswerThatComesAfterTheLimitIsNotTakenForTheNext) {
   }
 }
 
-// Answers that are late (by less than the limit), lost, cut off or said twice, one question a second.
+// Answers, one question per second, that are late (by less than the limit), lost, truncated or duplicated.
 TEST(TextExchange, NoFaultMakesAnOldAnswerANewOne) {
   constexpr unsigned kSeed = 3;
   std::mt19937 random(kSeed);
@@ -128,14 +130,14 @@ TEST(TextExchange, NoFaultMakesAnOldAnswerANewOne) {
     if (answer) {
       ASSERT_EQ(*answer, line.answer()) << "seed " << kSeed << " round " << round;
     }
-    line.heard.assign(line.heard.size() % 1000, "");  // numbers stay short
+    line.heard.assign(line.heard.size() % 1000, "");  // keeps the numbers short
     line.let_pass(milliseconds(1000));
   }
   EXPECT_GT(good, 50'000);
   EXPECT_GT(refused, 10'000);
 }
 
-/// One instrument, which answers in order and knows its name. Only waiting moves its clock.
+/// An instrument that answers in order and knows its name. Only waiting advances its clock.
 class InOrder final : public ByteStream {
  public:
   Duration delay{};
@@ -164,7 +166,7 @@ class InOrder final : public ByteStream {
   }
 
  private:
-  Duration free_{};  ///< when the last answer is out
+  Duration free_{};  ///< end of the last answer
   std::deque<std::pair<Duration, std::string>> coming_;
 };
 const ResyncQuery kWho{.question = "who", .answer_begins = "me"};
@@ -181,7 +183,7 @@ struct OneInstrument {
   std::optional<TextExchange> exchange;
 };
 
-// Answers that are late by any time, to questions that the instrument answers in order.
+// Answers with any delay, to questions that the instrument answers in order.
 TEST(TextExchange, WithABeatNoAnswerHoweverLateIsANewOne) {
   constexpr unsigned kSeed = 4;
   for (const bool alone : {false, true}) {
@@ -219,7 +221,7 @@ TEST(TextExchange, ANameThatWasAskedForInVainIsOwed) {
     }
 }
 
-// One that hears nothing in every other second is asked once a second, at any moment of it.
+// The instrument receives nothing in every other second, and is queried once per second at various phases.
 TEST(TextExchange, NoFaultThatComesAndGoesHidesAnInstrumentForGood) {
   for (const bool alone : {false, true})
     for (int moment = 0; moment < 1000; moment += 50) {

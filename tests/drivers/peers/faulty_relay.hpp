@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Stands between a client and a real server, on sockets or pseudo-terminals and in real time, and spoils some answers:
-/// lost, late, doubled, cut off, falsified, after another's, in pieces.
+/// A relay between a client and a real server, on sockets or pseudo-terminals and in real time. It makes some answers
+/// lost, late, duplicated, truncated, corrupted, preceded by another answer, or split.
 #pragma once
 
 #include <atomic>
@@ -18,22 +18,23 @@
 
 namespace gyrotherm::drivers {
 
-/// What one framing needs.
+/// Functions that depend on the framing.
 struct RelayFraming {
-  /// The size of the reply that begins with `bytes`, once that can be seen.
+  /// Returns the size of the reply at the start of `bytes`, as soon as it is known.
   std::function<std::optional<std::size_t>(std::span<const std::byte> request, std::span<const std::byte> bytes)> size;
-  /// A right reply made one that must not be taken for it.
+  /// Corrupts a valid reply such that it must be rejected.
   std::function<void(std::vector<std::byte>& reply, Chance& chance)> falsify;
-  /// The reply to another request.
+  /// Returns the reply to another request.
   std::function<std::vector<std::byte>(const std::vector<std::byte>& reply)> foreign;
 };
 
 class FaultyRelay {
  public:
   using Bytes = std::vector<std::byte>;
-  using Open = std::function<Descriptor()>;  ///< none: the test is over
+  using Open = std::function<Descriptor()>;  ///< closed after the test
 
-  /// `timeout` is the client's; answers are late by up to half of it. One answer in `spoils_one_in` is spoilt; 0: none.
+  /// Answers are late by up to half of `timeout`, the client's timeout. One in `spoils_one_in` answers gets a fault; 0
+  /// for none.
   FaultyRelay(Open client, Open server, RelayFraming framing, Duration timeout, unsigned seed,
               std::size_t spoils_one_in = 5)
       : client_(std::move(client)),
@@ -70,7 +71,8 @@ class FaultyRelay {
     request.resize(static_cast<std::size_t>(size));
     const Deadline asked(timeout_);
     auto reply = ask(server, request);
-    if (reply.empty() || asked.over()) return true;  // later than the faults made here
+    // Later than the faults made here.
+    if (reply.empty() || asked.over()) return true;
     return answer(client, std::move(reply));
   }
 
@@ -121,7 +123,7 @@ class FaultyRelay {
   std::size_t spoils_one_in_;
   std::atomic<int> faults_ = 0;
   std::atomic<bool> stopping_ = false;
-  std::thread thread_;  // last: it uses the others
+  std::thread thread_;  // last member: uses the others
 };
 
 }  // namespace gyrotherm::drivers

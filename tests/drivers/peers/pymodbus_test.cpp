@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Our client against a server that is not ours: on sockets, on pseudo-terminals, and with a relay between that spoils
-// answers. Every word that is returned as good is compared with what the server holds.
+// Tests of this client against a third-party server, on sockets, on pseudo-terminals, and with a relay that makes
+// faults. Every accepted word is compared with the server's register.
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ ModbusLink link_of(ModbusLink::Framing framing, Duration timeout) {
   return link;
 }
 
-/// What a client must be able to do with any server.
+/// Requires operations that every server supports.
 void expect_agreement(Registers& registers) {
   for (const std::uint16_t count : Words{1, 2, 60, 125}) {
     const auto words = registers.read(kHolding, 100, count);
@@ -76,7 +76,7 @@ void expect_exceptions(Registers& registers) {
   EXPECT_EQ(registers.read(kHolding, 59999, 2).error().what, "exception 2, illegal data address");
 }
 
-/// Uses a line that rests only when it may be used again.
+/// Calls until the line is not in its rest period.
 template <class Call>
 auto rested(const Call& call) {
   while (true) {
@@ -86,7 +86,7 @@ auto rested(const Call& call) {
   }
 }
 
-/// Reads and writes at random; what is good must be true.
+/// Reads and writes at random. Every accepted value must be correct.
 void expect_no_wrong_value(Registers& registers, const FaultyRelay& relay, unsigned seed) {
   Chance chance(seed);
   Account account;
@@ -125,7 +125,7 @@ Descriptor connected_to(std::uint16_t port) {
   return line;
 }
 
-/// Listens on a free port of loopback.
+/// Listens on a free port of the loopback interface.
 std::pair<Descriptor, std::uint16_t> listener() {
   Descriptor line(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in here{};
@@ -138,7 +138,7 @@ std::pair<Descriptor, std::uint16_t> listener() {
   return {std::move(line), ntohs(here.sin_port)};
 }
 
-/// Every field that says what a reply answers, but not the words, which Modbus TCP does not protect.
+/// Corrupts every field that identifies the request, but not the words, which Modbus TCP does not protect.
 const RelayFraming kTcpFraming{
     .size = [](auto, std::span<const std::byte> bytes) -> std::optional<std::size_t> {
       return bytes.size() < 6 ? std::nullopt : std::optional<std::size_t>(6u + word_at(bytes, 4));
@@ -176,7 +176,8 @@ class Pymodbus : public testing::Test {
  protected:
   void SetUp() override {
     if (!pymodbus_is_installed()) GTEST_SKIP() << "python3-pymodbus is not installed";
-    std::signal(SIGPIPE, SIG_IGN);  // the relay writes to connections that the client has closed
+    // The relay writes to connections that the client has closed.
+    std::signal(SIGPIPE, SIG_IGN);
   }
 };
 

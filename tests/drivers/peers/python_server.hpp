@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// tests/drivers/peers/pymodbus_server.py as a child process.
+/// Runs tests/drivers/peers/pymodbus_server.py as a child process.
 #pragma once
 
 #include <signal.h>
@@ -21,7 +21,7 @@ namespace gyrotherm::drivers {
 
 class PythonServer {
  public:
-  /// "tcp", or "rtu" and a device.
+  /// Starts the server. `kind` is "tcp", or "rtu" with a device.
   explicit PythonServer(const std::string& kind, const std::string& device = "") {
     std::array<int, 2> out{};
     if (pipe(out.data()) != 0) throw std::runtime_error("no pipe");
@@ -54,7 +54,7 @@ class PythonServer {
   std::uint16_t port_{};
 };
 
-/// What a register of that server holds.
+/// Returns the content of a register in that server.
 [[nodiscard]] inline std::uint16_t pymodbus_register(unsigned address) {
   return static_cast<std::uint16_t>(address * 40503u);
 }

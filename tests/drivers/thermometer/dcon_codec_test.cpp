@@ -11,7 +11,7 @@ namespace {
 
 constexpr TemperatureRange kTypeT{{-100}, {400}};
 const std::vector<TemperatureRange> kEight(kDconInputs, kTypeT), kOne(1, kTypeT);
-// The manual's own example of a reply.
+// Sample reply in the manual.
 constexpr const char* kSample = ">+05.123+04.153+07.234-02.356+10.000-05.133+02.345+08.234";
 constexpr double kValues[] = {5.123, 4.153, 7.234, -2.356, 10.000, -5.133, 2.345, 8.234};
 
@@ -53,7 +53,8 @@ TEST(DconCodec, OverAndUnderRangeAreFaultsInTheirPlace) {
   EXPECT_EQ(text(readings[0].error()), "input 0: over range (+9999)");
   EXPECT_EQ(text(readings[1].error()), "input 1: under range (-0000)");
   EXPECT_EQ(readings[2].value(), Celsius{25.12});
-  EXPECT_EQ(readings[3].value(), Celsius{0});  // a zero that was rounded from below is a reading
+  // A zero rounded up from below is a valid reading.
+  EXPECT_EQ(readings[3].value(), Celsius{0});
   EXPECT_EQ(readings[5].error().where, "input 5");
   EXPECT_EQ(readings[6].error().kind, FaultKind::out_of_range);
   EXPECT_EQ(readings[7].value(), Celsius{-100});
@@ -75,7 +76,7 @@ TEST(DconCodec, AnythingButEightValuesIsCorrupted) {
     EXPECT_EQ(decode_dcon_readings(wrong, 4, kEight).error().kind, FaultKind::corrupted) << wrong;
 }
 
-// Its two digits would lengthen the last reading.
+// Its two digits would extend the last reading.
 TEST(DconCodec, AChecksumThatNobodyAskedForIsNotTakenForDecimals) {
   for (unsigned sum = 0; sum < 100; ++sum) {
     EXPECT_FALSE(decode_dcon_readings(fmt::format("{}{:02}", kSample, sum), 4, kEight)) << sum;

@@ -11,13 +11,14 @@
 namespace gyrotherm::drivers {
 namespace {
 
-/// A module in memory: says what it is set to, and its readings.
+/// An in-memory module that reports its settings and readings.
 struct Module {
   std::uint8_t address = 4;
   DconChecksum checksum = DconChecksum::off;
   std::string name = "7018P";
   std::string configuration = "100600";
-  std::string types = "";  ///< of each input, one after the other; empty: the module does not know the question
+  /// Types of the inputs, one after the other; if empty, the module does not support the query.
+  std::string types = "";
   std::string readings = ">+05.123+04.153+07.234-02.356+10.000-05.133+9999-0000";
 
   [[nodiscard]] std::string operator()(std::string_view query) const {
@@ -181,14 +182,15 @@ TEST_F(DconThermometer, ThatIsAnotherOneAfterALostAnswerGivesNoValue) {
     module.configuration = configuration;
     module.types = types;
     for (const auto& reading : bank->read()) EXPECT_FALSE(reading) << name << " " << configuration;
-    clock.advance(std::chrono::seconds(4));  // the line rests after lost answers
+    // The line rests after lost answers.
+    clock.advance(std::chrono::seconds(4));
     const auto other = bank->identify();
     ASSERT_TRUE(other);
     EXPECT_NE(*other, "7018P at 04, type 10");
   }
 }
 
-/// Two modules on one line, of which the second can fall silent.
+/// Two modules on one line; the second can fall silent.
 class OnTwoModules : public testing::Test {
  protected:
   OnTwoModules() {

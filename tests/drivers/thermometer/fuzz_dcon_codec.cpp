@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any text as an answer, with and without a checksum; what decodes is readings that can be.
+/// Fuzzes DCON answers: any text, with and without a checksum. Decoded readings must be possible temperatures.
 #include <cstdlib>
 
 #include "drivers/thermometer/dcon_thermometer.hpp"
@@ -23,7 +23,7 @@ FUZZ_TARGET(dcon_codec, const std::uint8_t* data, std::size_t size) {
     try_readings(*text, kDconInputs);
     if (seal_dcon(std::string(*text), DconChecksum::on) != line) std::abort();
   }
-  // The same bytes as values, by an alphabet of which readings are made.
+  // Repeats the test with the bytes mapped to the characters of readings.
   std::string values = ">";
   for (const char byte : line) values += "+-.0123456789+-0"[byte & 15];
   try_readings(values, kDconInputs);

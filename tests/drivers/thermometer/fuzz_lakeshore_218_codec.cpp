@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any text as a reply; what decodes is eight readings that can be.
+/// Fuzzes replies: any text. Decoded replies must be eight possible temperatures.
 #include <cstdlib>
 
 #include "drivers/thermometer/lakeshore_218.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any bytes as a request and as a reply; a request that decodes encodes to the same bytes.
+/// Fuzzes MCC reports: any bytes as a request and as a reply. A decoded request must encode to the same bytes.
 #include <algorithm>
 #include <cstdlib>
 
@@ -36,7 +36,7 @@ FUZZ_TARGET(mcc_usb_temp_codec, const std::uint8_t* data, std::size_t size) {
   }
   (void)decode_mcc_date(std::span(data, size).first(std::min<std::size_t>(size, 6)));
 
-  // The same bytes as the reply to each query of temperatures.
+  // Repeats the test with the bytes as the reply to each query of temperatures.
   report.resize(std::min(report.size(), kMccLongestReport));
   for (const auto& request : {mcc_scan(0, 7), mcc_scan(3, 5), mcc_read_input(2), mcc_read_input(kMccColdJunction0)}) {
     if (!report.empty()) report[0] = static_cast<std::byte>(request.command);

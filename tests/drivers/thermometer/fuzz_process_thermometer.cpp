@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any text as what a program of others prints; what decodes is a greeting or readings that can be.
+/// Fuzzes the output of a thermometer program: any text. A decoded text must be a greeting or possible temperatures.
 #include <cstdlib>
 
 #include "core/text.hpp"
@@ -31,7 +31,7 @@ FUZZ_TARGET(process_thermometer, const std::uint8_t* data, std::size_t size) {
   const std::string line(reinterpret_cast<const char*>(data), size);
   take(line);
   take("gyrotherm-thermometer/1 " + line);
-  // The same bytes by an alphabet of which readings are made.
+  // Repeats the test with the bytes mapped to the characters of readings.
   std::string numbers;
   for (const char byte : line) numbers += "    .. -+e0123456789 -123456789"[byte & 31];
   take(numbers);

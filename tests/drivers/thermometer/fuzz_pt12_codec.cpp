@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Any text as an answer; what decodes is readings that can be.
+/// Fuzzes answers: any text. Decoded readings must be possible temperatures.
 #include <cstdlib>
 
 #include "drivers/thermometer/pt12.hpp"
@@ -19,7 +19,7 @@ FUZZ_TARGET(pt12_codec, const std::uint8_t* data, std::size_t size) {
     }
   };
   decode_all(line);
-  // The same bytes by an alphabet of which readings are made.
+  // Repeats the test with the bytes mapped to the characters of readings.
   std::string numbers;
   for (const char byte : line) numbers += ",,,. -+e0123456789NaN, 12345678"[byte & 31];
   decode_all(numbers);

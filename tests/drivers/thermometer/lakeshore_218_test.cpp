@@ -18,7 +18,7 @@ TEST(Lakeshore218Codec, ReadsAnyNumberOfDecimals) {
   for (std::size_t i = 0; i < kValues.size(); ++i) EXPECT_DOUBLE_EQ((*readings)[i].value().value, kValues[i]);
 }
 
-// The manual's own example of a reply.
+// Sample reply in the manual.
 TEST(Lakeshore218Codec, ReadsTheReplyOfTheManual) {
   const auto readings = decode_crdg("+480.00,+480.00,+480.00,+480.00,+01.000,+01.000,+01.000,+01.000").value();
   EXPECT_EQ(readings[0].value(), Celsius{480});
@@ -70,7 +70,7 @@ TEST_F(Lakeshore218, AnotherInstrumentIsAMismatch) {
   EXPECT_EQ(bank->identify().error().kind, FaultKind::mismatch);
 }
 
-/// Another scanner of the same model, or of another, after a lost answer.
+/// After a lost answer, another scanner of the same or of another model answers.
 TEST_F(Lakeshore218, ThatIsAnotherOneAfterALostAnswerGivesNoValue) {
   const auto answers_as = [](const std::string& who) {
     return [who](std::string_view query) -> std::string {

@@ -15,7 +15,7 @@ namespace {
 
 std::string sent(const MccRequest& request) { return tests::hex_of(encode_mcc_request(request)); }
 
-// The bytes that the vendor's library sends.
+// Bytes sent by the vendor's library.
 TEST(MccUsbTempCodec, AsksAsTheVendorsLibraryDoes) {
   EXPECT_EQ(sent(mcc_read_calibration_date()), "30 F0 00 00 06");
   for (std::uint8_t input = 0; input < kMccInputs; ++input)
@@ -66,7 +66,7 @@ TEST(MccUsbTempCodec, SpecialValuesAreNotTemperatures) {
     const auto numbers = decode_mcc_numbers(mcc_read_input(0), report).value();
     EXPECT_EQ(encode_mcc_numbers(MccCommand::read_input, numbers), report);
   }
-  // They are compared as whole numbers.
+  // The special values are compared as whole numbers.
   const std::array almost{-8888.25f};
   const auto report = encode_mcc_numbers(MccCommand::read_input, almost);
   EXPECT_EQ(decode_mcc_temperatures(mcc_read_input(0), report).value()[0].error().what, "open thermocouple (-8888.25)");

@@ -59,9 +59,9 @@ TEST_F(MccUsbTemp, AnOpenOrImpossibleInputIsAFaultInItsPlaceAlone) {
   options.sensors[4] = options.sensors[5] = MccThermocouple{MccThermocoupleType::t};
   connect(options);
   ASSERT_TRUE(bank->identify());
-  device->temperatures[0] = 851;  // above an RTD's end
+  device->temperatures[0] = 851;  // above the range of RTDs
   device->temperatures[4] = kMccOpen;
-  device->temperatures[5] = -271;  // below a type T's beginning
+  device->temperatures[5] = -271;  // below the range of type T
   device->temperatures[6] = kMccNotReady;
   const auto readings = bank->read();
   for (const auto input : {0, 4, 5, 6}) EXPECT_EQ(readings[input].error().kind, FaultKind::out_of_range) << input;
@@ -116,7 +116,8 @@ TEST_F(MccUsbTemp, AfterAReplugTheSetUpIsComparedAgain) {
   expect_all(FaultKind::disconnected);
   expect_all(FaultKind::disconnected);
   device->plug_in();
-  device->items.clear();  // another one, with the same serial number
+  // Another device with the same serial number.
+  device->items.clear();
   expect_all(FaultKind::timeout);
   expect_all(FaultKind::timeout);
   expect_good();

@@ -48,7 +48,7 @@ TEST(ProcessProtocol, IsStrict) {
 
 constexpr const char* kGreeting = "gyrotherm-thermometer/1 2 Acme T-2 0815\n";
 
-/// A program as it should be, in memory.
+/// A well-behaved program, in memory.
 class ProcessThermometerTest : public testing::Test {
  protected:
   ProcessThermometerTest() {
@@ -125,7 +125,7 @@ TEST_F(ProcessThermometerTest, IsEndedAfterTenQuestionsWithoutAGoodAnswer) {
   EXPECT_EQ(line->heard.front(), "12 hello\n") << "the new one is greeted";
 }
 
-/// Returns what one reading of a real program that misbehaves reports. Fails the test if the reading sleeps for longer
+/// Returns the result of one reading from a real, misbehaving program. Fails the test if the reading sleeps for longer
 /// than `most`.
 std::string reading_of(const std::string& script, Duration most = 900ms) {
   const std::string good =

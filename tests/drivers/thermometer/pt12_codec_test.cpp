@@ -9,7 +9,7 @@
 namespace gyrotherm::drivers {
 namespace {
 
-// The manual's own example of a reply.
+// Sample reply in the manual.
 constexpr const char* kSample =
     "25.38095, 25.26928, 25.53783, 25.27834, 25.38860, 25.23795, NaN, 25.41134, 25.48914, NaN, 25.34643, 25.37140";
 
@@ -21,7 +21,7 @@ TEST(Pt12Codec, ReadsTheReplyOfTheManual) {
   for (std::size_t i = 0; i < kPt12Inputs; ++i) EXPECT_EQ(readings[i].has_value(), i != 6 && i != 9) << i;
 }
 
-/// The first of twelve, sent as `text`.
+/// Returns the first of twelve readings, sent as `text`.
 Result<Celsius> first_reading(const std::string& text) {
   const auto readings = decode_pt12_temperatures(text + ",2,3,4,5,6,7,8,9,10,11,12");
   return readings ? readings->front() : failure(readings.error());

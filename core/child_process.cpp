@@ -54,7 +54,7 @@ std::uint64_t address_space() {
 
 /// Closes every descriptor of the child except its pipe to the parent, which it moves to a new number. Redirects the
 /// standard streams to /dev/null. Returns the new number.
-int leave_all_but(int to_parent) {
+int keep_only_pipe(int to_parent) {
   constexpr int kLine = STDERR_FILENO + 1;
   if (const Descriptor nothing(::open("/dev/null", O_RDWR)); nothing.is_open())
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing.number(), stream);
@@ -64,7 +64,7 @@ int leave_all_but(int to_parent) {
 }
 
 /// Unblocks all signals and lets these end the process, regardless of the parent's signal settings.
-void take_no_signals_of_parent() {
+void reset_signals() {
   sigset_t none;
   sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -72,11 +72,11 @@ void take_no_signals_of_parent() {
 }
 
 int confine(const Confinement& confinement, int to_parent) {
-  take_no_signals_of_parent();
+  reset_signals();
   std::set_new_handler([] { ::_exit(kNoMemoryLeft); });
   if (!kTakesAllAddresses && confinement.memory_bytes > 0)
     set_limit(RLIMIT_AS, address_space() + confinement.memory_bytes);
-  const int line = leave_all_but(to_parent);
+  const int line = keep_only_pipe(to_parent);
   set_limit(RLIMIT_FSIZE, 0);
   set_limit(RLIMIT_CORE, 0);
   return line;
@@ -156,7 +156,7 @@ class FileActions {
     posix_spawn_file_actions_addopen(&actions_, number, path, how, kForOwnerAndGroup);
   }
   void copy(int from, int to) { posix_spawn_file_actions_adddup2(&actions_, from, to); }
-  void stand_in(const std::string& folder) { posix_spawn_file_actions_addchdir_np(&actions_, folder.c_str()); }
+  void change_folder(const std::string& folder) { posix_spawn_file_actions_addchdir_np(&actions_, folder.c_str()); }
   [[nodiscard]] const posix_spawn_file_actions_t* get() const { return &actions_; }
 
  private:
@@ -181,12 +181,12 @@ Result<pid_t> spawn(const std::vector<std::string>& command, const FileActions& 
 }
 
 /// Output of a program on stdout and stderr.
-struct Said {
-  std::string output, complaint;
+struct ProgramOutput {
+  std::string output, errors;
 };
 
 /// Appends the available bytes to `text`. Returns false at the end of the pipe.
-bool take_piece(int number, std::string& text) {
+bool read_available(int number, std::string& text) {
   std::array<char, 4096> piece;
   const auto got = read_some(number, piece.data(), piece.size());
   if (got > 0) text.append(piece.data(), static_cast<std::size_t>(got));
@@ -194,19 +194,19 @@ bool take_piece(int number, std::string& text) {
 }
 
 /// Reads both pipes to their ends. Returns nothing if the deadline passes first.
-std::optional<Said> read_to_their_ends(int output, int complaint, const Deadline& deadline) {
-  Said said;
-  std::array lines{pollfd{output, POLLIN, 0}, pollfd{complaint, POLLIN, 0}};  // poll() skips negative descriptors
-  const std::array texts{&said.output, &said.complaint};
+std::optional<ProgramOutput> read_both_pipes(int output, int errors, const Deadline& deadline) {
+  ProgramOutput printed;
+  std::array lines{pollfd{output, POLLIN, 0}, pollfd{errors, POLLIN, 0}};  // poll() skips negative descriptors
+  const std::array texts{&printed.output, &printed.errors};
   while (lines[0].fd >= 0 || lines[1].fd >= 0) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline.left()).count();
     const int found = ::poll(lines.data(), lines.size(), static_cast<int>(left));
     if (found < 0 && errno == EINTR) continue;
     if (found <= 0) return std::nullopt;
     for (std::size_t i = 0; i < lines.size(); ++i)
-      if (lines[i].revents != 0 && !take_piece(lines[i].fd, *texts[i])) lines[i].fd = kNoDescriptor;
+      if (lines[i].revents != 0 && !read_available(lines[i].fd, *texts[i])) lines[i].fd = kNoDescriptor;
   }
-  return said;
+  return printed;
 }
 
 }  // namespace
@@ -219,7 +219,7 @@ Result<pid_t> start(const std::vector<std::string>& command, const Surroundings&
     files.copy(STDERR_FILENO, STDOUT_FILENO);
   }
   if (!in.output.empty()) files.open(STDOUT_FILENO, in.output.c_str(), O_WRONLY | O_CREAT | O_TRUNC);
-  if (!in.folder.empty()) files.stand_in(in.folder);
+  if (!in.folder.empty()) files.change_folder(in.folder);
   return spawn(command, files);
 }
 
@@ -236,26 +236,26 @@ Result<int> run_to_its_end(const std::vector<std::string>& command, const Surrou
 }
 
 Result<std::string> printed_by(const std::vector<std::string>& command, Duration within) {
-  auto output = new_pipe(), complaint = new_pipe();
-  if (!output.from.is_open() || !complaint.from.is_open())
+  auto output = new_pipe(), errors = new_pipe();
+  if (!output.from.is_open() || !errors.from.is_open())
     return failure(FaultKind::refused, command.front(), std::strerror(errno));
   FileActions files;
   files.open(STDIN_FILENO, "/dev/null", O_RDONLY);
   files.copy(output.to.number(), STDOUT_FILENO);
-  files.copy(complaint.to.number(), STDERR_FILENO);
+  files.copy(errors.to.number(), STDERR_FILENO);
   const auto child = spawn(command, files);
   if (!child) return failure(child.error());
   output.to.close();
-  complaint.to.close();
-  auto said = read_to_their_ends(output.from.number(), complaint.from.number(), Deadline(within));
-  if (!said) ::kill(*child, SIGKILL);
+  errors.to.close();
+  auto printed = read_both_pipes(output.from.number(), errors.from.number(), Deadline(within));
+  if (!printed) ::kill(*child, SIGKILL);
   const int code = wait_for(*child);
-  if (!said) return failure(FaultKind::timeout, command.front(), "did not end in time");
+  if (!printed) return failure(FaultKind::timeout, command.front(), "did not end in time");
   if (code != 0)
     return failure(FaultKind::refused, fmt::format("{}", fmt::join(command, " ")),
                    fmt::format("ended with {}: {}", code,
-                               trimmed(said->complaint.empty() ? said->output : said->complaint, " \n")));
-  return std::move(said->output);
+                               trimmed(printed->errors.empty() ? printed->output : printed->errors, " \n")));
+  return std::move(printed->output);
 }
 
 }  // namespace gyrotherm

@@ -23,13 +23,13 @@ std::string boot_id() {
   return id;
 }
 
-SteadyClock::SteadyClock(Duration already) : origin_(since_boot() - already) {}
+SteadyClock::SteadyClock(Duration elapsed) : origin_(since_boot() - elapsed) {}
 
 Instant SteadyClock::now() const {
   return {since_boot() - origin_, std::chrono::system_clock::now().time_since_epoch()};
 }
 
-Instant VirtualClock::now() const { return {elapsed_, kVirtualEpoch + later_ + elapsed_}; }
+Instant VirtualClock::now() const { return {elapsed_, kVirtualEpoch + epoch_offset_ + elapsed_}; }
 
 std::string civil_time(Duration utc) {
   const auto seconds = std::chrono::floor<std::chrono::seconds>(utc).count();

@@ -27,8 +27,8 @@ class Clock {
 /// The machine's monotonic clock; each instant is paired with the system's UTC at the same moment.
 class SteadyClock final : public Clock {
  public:
-  /// Starts the clock at `already`: the time that a resumed run has lasted so far.
-  explicit SteadyClock(Duration already = {});
+  /// Starts the clock at `elapsed`: the time that a resumed run has lasted so far.
+  explicit SteadyClock(Duration elapsed = {});
   [[nodiscard]] Instant now() const override;
 
  private:
@@ -36,16 +36,17 @@ class SteadyClock final : public Clock {
   Duration origin_;
 };
 
-/// A clock that moves only when advance() is called. Its UTC starts at kVirtualEpoch plus `later`, so that dry runs are
-/// reproducible.
+/// A clock that moves only when advance() is called. Its UTC starts at kVirtualEpoch plus `epoch_offset`, so that dry
+/// runs are reproducible.
 class VirtualClock final : public Clock {
  public:
-  explicit VirtualClock(Duration already = {}, Duration later = {}) : elapsed_(already), later_(later) {}
+  explicit VirtualClock(Duration elapsed = {}, Duration epoch_offset = {})
+      : elapsed_(elapsed), epoch_offset_(epoch_offset) {}
   [[nodiscard]] Instant now() const override;
   void advance(Duration by) { elapsed_ += by; }
 
  private:
-  Duration elapsed_, later_;
+  Duration elapsed_, epoch_offset_;
 };
 
 /// UTC at the start of every virtual clock: 2026-01-01T00:00:00Z.

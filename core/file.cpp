@@ -19,7 +19,7 @@ tl::unexpected<Fault> unreadable(const std::string& path, const std::string& why
   return failure(FaultKind::bad_file, path, "cannot be read: " + why);
 }
 
-const char* what_it_is(mode_t mode) {
+const char* file_type_name(mode_t mode) {
   if (S_ISDIR(mode)) return "a folder";
   if (S_ISFIFO(mode)) return "a pipe";
   if (S_ISSOCK(mode)) return "a socket";
@@ -28,7 +28,7 @@ const char* what_it_is(mode_t mode) {
 }
 
 tl::unexpected<Fault> not_regular(const std::string& path, mode_t mode) {
-  return failure(FaultKind::bad_file, path, fmt::format("is {}, expected a regular file", what_it_is(mode)));
+  return failure(FaultKind::bad_file, path, fmt::format("is {}, expected a regular file", file_type_name(mode)));
 }
 
 /// Reads until `size` bytes are read or the file ends. Returns false with errno set on failure.
@@ -106,74 +106,74 @@ Result<std::optional<std::string>> read_text_file_if_any(const std::string& path
 
 namespace {
 
-constexpr mode_t kForAll = 0644;
-constexpr mode_t kForTheGroup = 0640;
-constexpr mode_t kForTheOwner = 0600;
-constexpr int kMostNames = 100;  ///< attempts while names are taken
+constexpr mode_t kModeForAll = 0644;
+constexpr mode_t kModeForGroup = 0640;
+constexpr mode_t kModeForOwner = 0600;
+constexpr int kMostAttempts = 100;  ///< attempts while names are taken
 /// Bytes kept of the old name; a name may have 255 bytes.
-constexpr std::size_t kLongestBeginning = 200;
+constexpr std::size_t kKeptNameBytes = 200;
 
 /// A path split into its open folder and the name in it.
-struct Place {
+struct SplitPath {
   Descriptor folder;
   std::string name;
 };
 
 /// Opens the folder of a path. Fails with storage and the text of errno.
-Result<Place> place_of(const std::string& path) {
+Result<SplitPath> split_path(const std::string& path) {
   const std::filesystem::path whole(path);
-  Place place{.folder = Descriptor(::open(folder_of(whole).c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)),
-              .name = whole.filename().string()};
-  if (!place.folder.is_open())
+  SplitPath split{.folder = Descriptor(::open(folder_of(whole).c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)),
+                  .name = whole.filename().string()};
+  if (!split.folder.is_open())
     return failure(FaultKind::storage, path, std::string("cannot be written: ") + std::strerror(errno));
-  if (place.name.empty() || place.name == "." || place.name == "..")
+  if (split.name.empty() || split.name == "." || split.name == "..")
     return failure(FaultKind::storage, path, "cannot be written: is a folder");
-  return place;
+  return split;
 }
 
 /// Returns an unpredictable name for a temporary file next to `name`.
-std::string new_name_beside(const std::string& name) {
+std::string temporary_name(const std::string& name) {
   std::uint64_t drawn{};
   while (::getrandom(&drawn, sizeof drawn, 0) != sizeof drawn) {
   }
-  return fmt::format("{}.{:016x}.part", name.substr(0, kLongestBeginning), drawn);
+  return fmt::format("{}.{:016x}.part", name.substr(0, kKeptNameBytes), drawn);
 }
 
 /// Creates a file under a new name and opens it for writing. Returns a closed descriptor with errno set on failure.
-Descriptor make_new(const Place& place, std::string& name, mode_t mode) {
+Descriptor create_new_file(const SplitPath& split, std::string& name, mode_t mode) {
   constexpr int kFlags = O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
-  for (int i = 0; i < kMostNames; ++i) {
-    name = new_name_beside(place.name);
-    Descriptor file(::openat(place.folder.number(), name.c_str(), kFlags, mode));
+  for (int i = 0; i < kMostAttempts; ++i) {
+    name = temporary_name(split.name);
+    Descriptor file(::openat(split.folder.number(), name.c_str(), kFlags, mode));
     if (file.is_open() || errno != EEXIST) return file;
   }
   return {};
 }
 
-void sync_folder(const Place& place) {
-  const Descriptor folder(::openat(place.folder.number(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+void sync_folder(const SplitPath& split) {
+  const Descriptor folder(::openat(split.folder.number(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (folder.is_open()) ::fsync(folder.number());
 }
 
 /// Blocks the signals of this thread for the lifetime of the object, so that none ends the program.
-class SignalsWait {
+class SignalBlock {
  public:
-  SignalsWait() {
+  SignalBlock() {
     sigset_t all;
     sigfillset(&all);
     pthread_sigmask(SIG_BLOCK, &all, &before_);
   }
-  ~SignalsWait() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-  SignalsWait(const SignalsWait&) = delete;
-  SignalsWait& operator=(const SignalsWait&) = delete;
+  ~SignalBlock() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  SignalBlock(const SignalBlock&) = delete;
+  SignalBlock& operator=(const SignalBlock&) = delete;
 
  private:
   sigset_t before_{};
 };
 
-struct Manner {
+struct ReplaceOptions {
   mode_t mode{};
-  bool whatever_the_umask{};
+  bool ignores_umask{};
   Syncing syncing{};
 };
 
@@ -185,28 +185,29 @@ bool set_mode(int file, mode_t mode) {
 }
 
 /// Writes a new file and renames it. On failure, removes the new file and returns false with errno set.
-bool replace_in(const Place& place, std::string_view text, const Manner& manner) {
-  const SignalsWait until_it_is_whole;
+bool replace_in(const SplitPath& split, std::string_view text, const ReplaceOptions& options) {
+  const SignalBlock until_renamed;
   std::string name;
-  const auto file = make_new(place, name, manner.mode);
+  const auto file = create_new_file(split, name, options.mode);
   if (!file.is_open()) return false;
-  const bool done = (!manner.whatever_the_umask || set_mode(file.number(), manner.mode)) &&
+  const bool done = (!options.ignores_umask || set_mode(file.number(), options.mode)) &&
                     write_all(file.number(), text) &&
-                    (manner.syncing == Syncing::not_awaited || ::fsync(file.number()) == 0) &&
-                    ::renameat(place.folder.number(), name.c_str(), place.folder.number(), place.name.c_str()) == 0;
+                    (options.syncing == Syncing::not_awaited || ::fsync(file.number()) == 0) &&
+                    ::renameat(split.folder.number(), name.c_str(), split.folder.number(), split.name.c_str()) == 0;
   if (done) return true;
   const int error = errno;
-  ::unlinkat(place.folder.number(), name.c_str(), 0);
+  ::unlinkat(split.folder.number(), name.c_str(), 0);
   errno = error;
   return false;
 }
 
-Result<void> replace(const std::string& path, const std::string& target, std::string_view text, const Manner& manner) {
-  const auto place = place_of(target);
-  if (!place) return failure(place.error().kind, path, place.error().what);
-  if (!replace_in(*place, text, manner))
+Result<void> replace(const std::string& path, const std::string& target, std::string_view text,
+                     const ReplaceOptions& options) {
+  const auto split = split_path(target);
+  if (!split) return failure(split.error().kind, path, split.error().what);
+  if (!replace_in(*split, text, options))
     return failure(FaultKind::storage, path, std::string("cannot be written: ") + std::strerror(errno));
-  if (manner.syncing == Syncing::awaited) sync_folder(*place);
+  if (options.syncing == Syncing::awaited) sync_folder(*split);
   return {};
 }
 
@@ -219,12 +220,12 @@ Result<void> replace_text_file(const std::string& path, std::string_view text) {
     return failure(FaultKind::storage, path, "is there and is no regular file; it is not replaced");
   const auto target = std::filesystem::weakly_canonical(path, error).string();
   return replace(path, target.empty() ? path : target, text,
-                 {.mode = kForAll, .whatever_the_umask = false, .syncing = Syncing::awaited});
+                 {.mode = kModeForAll, .ignores_umask = false, .syncing = Syncing::awaited});
 }
 
 Result<void> replace_own_file(const std::string& path, std::string_view text, Syncing syncing, Readers readers) {
-  const mode_t mode = readers == Readers::owner ? kForTheOwner : kForTheGroup;
-  return replace(path, path, text, {.mode = mode, .whatever_the_umask = true, .syncing = syncing});
+  const mode_t mode = readers == Readers::owner ? kModeForOwner : kModeForGroup;
+  return replace(path, path, text, {.mode = mode, .ignores_umask = true, .syncing = syncing});
 }
 
 FileState read_file_state(const std::string& path) {

@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 const Json* as_json(const void* node) { return static_cast<const Json*>(node); }
 
-std::string place_of_byte(std::string_view text, std::size_t byte, const std::string& file) {
+std::string format_position(std::string_view text, std::size_t byte, const std::string& file) {
   const std::string_view before = text.substr(0, std::min(byte > 0 ? byte - 1 : 0, text.size()));
   const auto line = 1 + std::ranges::count(before, '\n');
   const auto newline = before.rfind('\n');
@@ -42,11 +42,11 @@ Result<JsonPlace> JsonPlace::parse(std::string_view text, std::string file, Null
   try {
     document->root = Json::parse(text);
   } catch (const Json::parse_error& error) {
-    const auto other = other_kind_of_file(text);
+    const auto other = detect_other_format(text);
     if (!other.empty() && other != "JSON")
-      return failure(FaultKind::bad_file, place_of_byte(text, 1, file),
+      return failure(FaultKind::bad_file, format_position(text, 1, file),
                      fmt::format("is {}, expected a JSON document", other));
-    return failure(FaultKind::bad_file, place_of_byte(text, error.byte, file), "not JSON, expected a JSON document");
+    return failure(FaultKind::bad_file, format_position(text, error.byte, file), "not JSON, expected a JSON document");
   } catch (const Json::exception& error) {
     return failure(FaultKind::bad_file, file, error.what());
   }

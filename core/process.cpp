@@ -13,9 +13,9 @@
 
 namespace gyrotherm {
 
-void ensure(bool holds, const char* law) {
+void ensure(bool holds, const char* invariant) {
   if (holds) return;
-  std::fprintf(stderr, "gyrotherm: a law of safety is broken, the program ends: %s\n", law);
+  std::fprintf(stderr, "gyrotherm: a law of safety is broken, the program ends: %s\n", invariant);
   std::abort();
 }
 

@@ -20,7 +20,7 @@ inline void block_signals() {
 
 /// Ends the process with SIGABRT in every build if `holds` is false, and names the invariant on stderr. A program with
 /// a broken safety invariant must not command a chamber any longer; the watchdog then makes the chamber safe.
-void ensure(bool holds, const char* law);
+void ensure(bool holds, const char* invariant);
 
 /// Returns the path of the program `name` in the folder of the running program. The file need not exist.
 [[nodiscard]] std::string program_beside_this_one(const std::string& name);

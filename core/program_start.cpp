@@ -19,17 +19,17 @@ namespace gyrotherm {
 namespace {
 
 template <class Number>
-bool is_all_of(std::string_view text, Number& number) {
+bool parses_whole(std::string_view text, Number& number) {
   const char* end = text.data() + text.size();
   const auto [behind, error] = std::from_chars(text.data(), end, number);
   return error == std::errc() && behind == end;
 }
 
 bool is_number(std::string_view text, std::string_view kind) {
-  if (std::int64_t whole = 0; kind == "INT") return is_all_of(text, whole);
-  if (std::uint64_t natural = 0; kind == "UINT") return is_all_of(text, natural);
+  if (std::int64_t whole = 0; kind == "INT") return parses_whole(text, whole);
+  if (std::uint64_t natural = 0; kind == "UINT") return parses_whole(text, natural);
   double number = 0;
-  return is_all_of(text, number) && std::isfinite(number);
+  return parses_whole(text, number) && std::isfinite(number);
 }
 
 }  // namespace
@@ -61,20 +61,21 @@ std::string objection_to(std::string_view value, std::string_view kind) {
   return value.empty() ? "its value is empty" : "";
 }
 
-std::string objection_to_command(std::string_view word, std::span<const std::string> known) {
+std::string command_refusal_reason(std::string_view word, std::span<const std::string> known) {
   if (word.starts_with('-') || std::ranges::find(known, word) != known.end()) return {};
   const auto near = nearest(word, known);
   return near.empty() ? fmt::format("\"{}\" is none of the commands {}", word, fmt::join(known, ", "))
                       : fmt::format("\"{}\" is no command. Did you mean \"{}\"?", word, near);
 }
 
-std::string objection_to_option(std::string_view word, const std::string& command, std::span<const std::string> known) {
+std::string option_refusal_reason(std::string_view word, const std::string& command,
+                                  std::span<const std::string> known) {
   const auto near = nearest(word, known);
   return fmt::format("{} is no option of {}{}", word, command,
                      near.empty() ? "" : fmt::format(". Did you mean {}?", near));
 }
 
-std::string in_our_words(const std::string& refusal) {
+std::string plain_error_message(const std::string& refusal) {
   constexpr std::string_view kStart = "Could not convert: ", kIs = " = ";
   const auto is = refusal.find(kIs);
   if (!refusal.starts_with(kStart) || is == std::string::npos) return refusal;

@@ -32,47 +32,47 @@ void write_to_stderr(std::string_view text);
 
 /// Returns the reason for refusing the first argument of a program with the commands `known`, or an empty string.
 /// Accepts every option.
-[[nodiscard]] std::string objection_to_command(std::string_view word, std::span<const std::string> known);
+[[nodiscard]] std::string command_refusal_reason(std::string_view word, std::span<const std::string> known);
 
 /// Returns the reason for refusing an option that the command does not have, with the nearest of `known`.
-[[nodiscard]] std::string objection_to_option(std::string_view word, const std::string& command,
-                                              std::span<const std::string> known);
+[[nodiscard]] std::string option_refusal_reason(std::string_view word, const std::string& command,
+                                                std::span<const std::string> known);
 
 /// Returns CLI11's error message. Its message for an invalid number is replaced by this program's own.
-[[nodiscard]] std::string in_our_words(const std::string& refusal);
+[[nodiscard]] std::string plain_error_message(const std::string& refusal);
 
 /// Returns the cause of an error of CLI11: the first unknown command or unknown option if there is one, otherwise the
 /// message `refusal`. CLI11 itself may report only a consequence of it.
 template <class App>
 std::string cause_of(const std::string& refusal, const App& program, std::span<char* const> words) {
-  std::string objection;
-  const auto look_behind = [&](const App& command, std::size_t next) {
+  std::string cause;
+  const auto check_next = [&](const App& command, std::size_t next) {
     std::vector<std::string> known;
     for (const auto* below : command.get_subcommands([](const App* each) { return !each->get_group().empty(); }))
       known.push_back(below->get_name());
     const bool takes_words = !command.get_options([](const auto* option) { return option->get_positional(); }).empty();
-    if (objection.empty() && next < words.size() && !known.empty() && !takes_words)
-      objection = objection_to_command(words[next], known);
+    if (cause.empty() && next < words.size() && !known.empty() && !takes_words)
+      cause = command_refusal_reason(words[next], known);
   };
   const auto* command = &program;  // innermost command named so far
-  look_behind(program, 1);
+  check_next(program, 1);
   for (std::size_t i = 1; i < words.size(); ++i) {
     const auto named = command->get_subcommands([&](const App* each) { return each->get_name() == words[i]; });
     if (named.empty()) continue;
     command = named.front();
-    look_behind(*command, i + 1);
+    check_next(*command, i + 1);
   }
   std::vector<std::string> options;
   for (const auto* option : command->get_options())
     for (const auto& name : option->get_lnames()) options.push_back("--" + name);
-  for (std::size_t i = 1; i < words.size() && std::string_view(words[i]) != "--" && objection.empty(); ++i) {
+  for (std::size_t i = 1; i < words.size() && std::string_view(words[i]) != "--" && cause.empty(); ++i) {
     const std::string word = std::string(words[i]).substr(0, std::string_view(words[i]).find('='));
     bool is_known = !word.starts_with("--");
-    for (const auto* of = command; of != nullptr; of = of->get_parent())
-      is_known = is_known || of->get_option_no_throw(word) != nullptr;
-    if (!is_known) objection = objection_to_option(word, command->get_name(), options);
+    for (const auto* scope = command; scope != nullptr; scope = scope->get_parent())
+      is_known = is_known || scope->get_option_no_throw(word) != nullptr;
+    if (!is_known) cause = option_refusal_reason(word, command->get_name(), options);
   }
-  return objection.empty() ? in_our_words(refusal) : objection;
+  return cause.empty() ? plain_error_message(refusal) : cause;
 }
 
 /// Makes every option of the program and of its commands refuse the values that objection_to() refuses. CLI11 by itself

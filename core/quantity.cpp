@@ -36,7 +36,7 @@ std::optional<Quantity> take_quantity(std::string_view& text) {
 
 }  // namespace
 
-std::optional<double> quantity_in(std::string_view text, std::span<const std::string_view> units) {
+std::optional<double> parse_quantity(std::string_view text, std::span<const std::string_view> units) {
   const auto q = take_quantity(text);
   if (!q || !text.empty()) return std::nullopt;
   if (std::find(units.begin(), units.end(), q->unit) == units.end()) return std::nullopt;

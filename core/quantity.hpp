@@ -69,6 +69,6 @@ struct DegreesPerHour {
 [[nodiscard]] Result<Duration> parse_duration(std::string_view text);
 
 /// Returns the number before one of `units`, as in "-40 °C". Returns nothing if the text has any other form.
-[[nodiscard]] std::optional<double> quantity_in(std::string_view text, std::span<const std::string_view> units);
+[[nodiscard]] std::optional<double> parse_quantity(std::string_view text, std::span<const std::string_view> units);
 
 }  // namespace gyrotherm

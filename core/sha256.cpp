@@ -10,7 +10,7 @@ namespace gyrotherm {
 namespace {
 
 /// Returns OpenSSL's SHA-256. It is fetched once, because fetching takes longer than the digest of a row.
-const EVP_MD* sha256_of_openssl() {
+const EVP_MD* openssl_sha256() {
   static const EVP_MD* const found = EVP_MD_fetch(nullptr, "SHA256", nullptr);
   return found;
 }
@@ -24,7 +24,7 @@ void begin(EVP_MD_CTX* context, const EVP_MD* digest) {
 
 void Sha256::Free::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
 
-Sha256::Sha256() : context_(EVP_MD_CTX_new()) { begin(context_.get(), sha256_of_openssl()); }
+Sha256::Sha256() : context_(EVP_MD_CTX_new()) { begin(context_.get(), openssl_sha256()); }
 
 void Sha256::add(std::string_view bytes) { EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()); }
 

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 constexpr const char* kEnding = ".toml";
 
 /// Resolves links and makes the path relative if it lies in the working directory.
-std::string as_seen_from_here(const fs::path& path) {
+std::string relative_to_working_folder(const fs::path& path) {
   std::error_code error;
   const auto whole = fs::canonical(path, error);
   if (error) return path.string();
@@ -30,7 +30,7 @@ std::string as_seen_from_here(const fs::path& path) {
 }
 
 /// Returns the noun for a shipped file of that name of another kind, or null if there is none.
-const char* other_kind_of(const std::string& given, const ShippedKind& kind) {
+const char* find_other_kind(const std::string& given, const ShippedKind& kind) {
   for (const auto& other : {kShippedProfile, kShippedRig, kShippedImportMap, kShippedGyro, kShippedChamberMap,
                             kShippedAnalogueMap, kShippedGyroStream})
     if (std::string_view(other.folder) != kind.folder &&
@@ -54,7 +54,7 @@ std::vector<std::string> shipped_folders() {
 std::string shipped_file(const std::string& path) {
   for (const auto& folder : shipped_folders())
     if (std::error_code error; fs::exists(fs::path(folder) / path, error))
-      return as_seen_from_here(fs::path(folder) / path);
+      return relative_to_working_folder(fs::path(folder) / path);
   return {};
 }
 
@@ -75,7 +75,8 @@ Result<std::string> path_of(const std::string& given, const ShippedKind& kind) {
     return found;
   const auto names = shipped_names(kind);
   auto what = fmt::format("is no shipped {}", kind.what);
-  if (const auto* other = other_kind_of(given, kind)) what = fmt::format("is a shipped {} and no {}", other, kind.what);
+  if (const auto* other = find_other_kind(given, kind))
+    what = fmt::format("is a shipped {} and no {}", other, kind.what);
   if (const auto near = nearest(given, names); !near.empty()) what += fmt::format("; did you mean \"{}\"?", near);
   if (std::error_code error; !given.empty() && fs::exists(given, error))
     what += fmt::format("; for the file of that name here write ./{}", given);

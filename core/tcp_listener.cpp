@@ -16,13 +16,13 @@ namespace {
 using Addresses = std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)>;
 
 /// Returns the addresses to bind, or null with errno set if there is none.
-Addresses addresses_of(const std::string& address, std::uint16_t port) {
-  addrinfo wanted{};
-  wanted.ai_socktype = SOCK_STREAM;
-  wanted.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
+Addresses resolve_addresses(const std::string& address, std::uint16_t port) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
   addrinfo* found = nullptr;
   errno = 0;
-  const int code = ::getaddrinfo(address.c_str(), std::to_string(port).c_str(), &wanted, &found);
+  const int code = ::getaddrinfo(address.c_str(), std::to_string(port).c_str(), &hints, &found);
   if (code != 0 && code != EAI_SYSTEM) errno = EADDRNOTAVAIL;
   return {code == 0 ? found : nullptr, ::freeaddrinfo};
 }
@@ -30,7 +30,7 @@ Addresses addresses_of(const std::string& address, std::uint16_t port) {
 }  // namespace
 
 Result<Descriptor> listen_on_tcp(const std::string& address, std::uint16_t port, int backlog) {
-  const auto addresses = addresses_of(address, port);
+  const auto addresses = resolve_addresses(address, port);
   for (const auto* one = addresses.get(); one != nullptr; one = one->ai_next) {
     Descriptor listener(::socket(one->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
     if (!listener.is_open()) continue;

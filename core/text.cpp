@@ -13,10 +13,10 @@
 namespace gyrotherm {
 namespace {
 
-bool continues(char byte) { return (static_cast<unsigned char>(byte) & 0xC0) == 0x80; }
+bool is_continuation(char byte) { return (static_cast<unsigned char>(byte) & 0xC0) == 0x80; }
 
 /// Returns the code point of one whole character.
-char32_t code_point_of(std::string_view character) {
+char32_t decode_code_point(std::string_view character) {
   const auto first = static_cast<unsigned char>(character[0]);
   if (character.size() == 1) return first;
   char32_t point = first & (0x7Fu >> character.size());
@@ -26,7 +26,7 @@ char32_t code_point_of(std::string_view character) {
 
 bool is_control(char32_t point) { return point < 0x20 || (point >= 0x7F && point < 0xA0); }
 
-bool turns_direction(char32_t point) {
+bool is_direction_mark(char32_t point) {
   return (point >= 0x202A && point <= 0x202E) || (point >= 0x2066 && point <= 0x2069);
 }
 
@@ -52,11 +52,11 @@ std::size_t character_size(std::string_view text) {
   if (first < 0x80) return 1;
   const std::size_t size = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
   if (first < 0xC2 || first > 0xF4 || text.size() < size) return 0;
-  if (!std::all_of(text.begin() + 1, text.begin() + static_cast<std::ptrdiff_t>(size), continues)) return 0;
+  if (!std::all_of(text.begin() + 1, text.begin() + static_cast<std::ptrdiff_t>(size), is_continuation)) return 0;
   const auto second = static_cast<unsigned char>(text[1]);
   const bool overlong = (first == 0xE0 && second < 0xA0) || (first == 0xF0 && second < 0x90);
-  const bool beyond = (first == 0xED && second > 0x9F) || (first == 0xF4 && second > 0x8F);
-  return overlong || beyond ? 0 : size;
+  const bool out_of_range = (first == 0xED && second > 0x9F) || (first == 0xF4 && second > 0x8F);
+  return overlong || out_of_range ? 0 : size;
 }
 
 bool is_utf8(std::string_view text) {
@@ -81,10 +81,10 @@ std::string plain(std::string_view text, Blanks blanks) {
     const auto size = std::max<std::size_t>(character_size(text), 1);
     const auto character = text.substr(0, size);
     const bool whole = character_size(text) != 0;
-    const auto point = whole ? code_point_of(character) : char32_t{};
+    const auto point = whole ? decode_code_point(character) : char32_t{};
     if (!whole || (point < 0x80 && is_control(point) && !(blanks == Blanks::kept && (point == '\n' || point == '\t'))))
       fmt::format_to(std::back_inserter(shown), "\\x{:02x}", static_cast<unsigned char>(character[0]));
-    else if (point >= 0x80 && (is_control(point) || turns_direction(point)))
+    else if (point >= 0x80 && (is_control(point) || is_direction_mark(point)))
       fmt::format_to(std::back_inserter(shown), "\\u{:04x}", static_cast<std::uint32_t>(point));
     else
       shown += character;
@@ -93,7 +93,7 @@ std::string plain(std::string_view text, Blanks blanks) {
   return shown;
 }
 
-std::string_view other_kind_of_file(std::string_view bytes) {
+std::string_view detect_other_format(std::string_view bytes) {
   if (bytes.starts_with("SQLite format 3")) return "an SQLite file, as records are";
   return trimmed(bytes, " \t\r\n").starts_with('{') ? "JSON" : "";
 }

@@ -29,7 +29,7 @@ enum class Blanks { escaped, kept };
 
 /// Detects a file of another format by its first bytes. Returns "an SQLite file, as records are", "JSON", or "" for any
 /// other content.
-[[nodiscard]] std::string_view other_kind_of_file(std::string_view bytes);
+[[nodiscard]] std::string_view detect_other_format(std::string_view bytes);
 
 /// Returns the element of `known` with the least edit distance to `word`. Returns "" if every distance exceeds a third
 /// of the length of `word`, and exceeds 2.

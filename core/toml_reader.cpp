@@ -30,7 +30,7 @@ std::string missing_key(std::string_view key) { return fmt::format("missing key 
 
 struct TomlTable::Document {
   /// Order of the list: errors in the text come before missing keys, because a missing key is often their consequence.
-  enum class Rank { of_a_key, of_a_table };
+  enum class Rank { key_error, missing_error };
 
   struct Mistake {
     Rank rank;
@@ -72,9 +72,9 @@ struct TomlTable::Document {
   toml::table root;
   Mistakes mistakes;
   /// If set, it is the only error reported.
-  std::optional<Mistake> of_another_kind{};
-  std::vector<std::shared_ptr<Node>> nodes;                               ///< one per table that was read
-  std::unordered_map<const toml::table*, std::shared_ptr<Node>> known{};  ///< nodes by table
+  std::optional<Mistake> other_kind{};
+  std::vector<std::shared_ptr<Node>> nodes;                                     ///< one per table that was read
+  std::unordered_map<const toml::table*, std::shared_ptr<Node>> known_nodes{};  ///< nodes by table
 
   [[nodiscard]] std::string place(toml::source_position at) const {
     return fmt::format("{}:{}:{}", file, std::max<unsigned>(at.line, 1), std::max<unsigned>(at.column, 1));
@@ -89,8 +89,8 @@ struct TomlTable::Node {
   /// "chamber". An absent table inside an absent one has the path of the outer one.
   std::string path{};
   /// The absence of this table is noted already; further errors in it are dropped.
-  bool is_told{};
-  std::set<std::string, std::less<>> asked;
+  bool is_reported{};
+  std::set<std::string, std::less<>> read_keys;
 
   /// Returns the position of the key, or of the table if the key is absent.
   [[nodiscard]] toml::source_position at_key(std::string_view key) const {
@@ -103,12 +103,12 @@ TomlTable::Document::Mistakes TomlTable::Document::all_mistakes() const {
   auto all = mistakes;
   for (const auto& node : nodes)
     for (const auto& [key, value] : *node->table) {
-      if (node->asked.contains(key.str())) continue;
-      const std::vector<std::string> asked(node->asked.begin(), node->asked.end());
-      const auto near = all.is_full() ? std::string() : nearest(key.str(), asked);
+      if (node->read_keys.contains(key.str())) continue;
+      const std::vector<std::string> read_keys(node->read_keys.begin(), node->read_keys.end());
+      const auto near = all.is_full() ? std::string() : nearest(key.str(), read_keys);
       const auto meant = near.empty() ? "" : fmt::format(", did you mean \"{}\"?", near);
       if (!near.empty()) all.drop_missing(node->at, near);
-      all.note({Rank::of_a_key, key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(), meant)});
+      all.note({Rank::key_error, key.source().begin, fmt::format("unknown key \"{}\"{}", key.str(), meant)});
       if (all.more()) return all;
     }
   return all;
@@ -117,17 +117,17 @@ TomlTable::Document::Mistakes TomlTable::Document::all_mistakes() const {
 TomlTable::TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node)
     : document_(std::move(document)), node_(std::move(node)) {
   if (!node_->table) return;
-  const auto [known, is_new] = document_->known.emplace(node_->table, node_);
-  node_ = known->second;
+  const auto [entry, is_new] = document_->known_nodes.emplace(node_->table, node_);
+  node_ = entry->second;
   if (is_new) document_->nodes.push_back(node_);
 }
 
 Result<TomlTable> TomlTable::parse(std::string_view text, std::string file) {
   auto document = std::make_shared<Document>();
   document->file = std::move(file);
-  if (const auto other = other_kind_of_file(text); !other.empty())
+  if (const auto other = detect_other_format(text); !other.empty())
     return failure(FaultKind::bad_file, document->place({1, 1}), fmt::format("is {}, expected TOML", other));
-  if (auto flaw = flaw_of(text))
+  if (auto flaw = find_flaw(text))
     return failure(FaultKind::bad_file, document->place({flaw->line, flaw->column}), std::move(flaw->what));
   try {
     document->root = toml::parse(text, document->file);
@@ -151,7 +151,7 @@ std::optional<double> as_number(const toml::node& node) {
 
 std::optional<double> as_unit(const toml::node& node, std::span<const std::string_view> units) {
   if (node.is_number()) return as_number(node);
-  if (const auto* text = node.as_string()) return quantity_in(text->get(), units);
+  if (const auto* text = node.as_string()) return parse_quantity(text->get(), units);
   return std::nullopt;
 }
 
@@ -252,34 +252,34 @@ std::optional<std::vector<double>> as_row(const toml::node& node) {
 
 }  // namespace
 
-const TomlTable::Node& TomlTable::ask(std::string_view key) const {
-  node_->asked.emplace(key);
+const TomlTable::Node& TomlTable::mark_read(std::string_view key) const {
+  node_->read_keys.emplace(key);
   return *node_;
 }
 
-bool TomlTable::has(std::string_view key) const { return find(ask(key).table, key) != nullptr; }
+bool TomlTable::has(std::string_view key) const { return find(mark_read(key).table, key) != nullptr; }
 
 bool TomlTable::is_table(std::string_view key) const {
-  const auto* node = find(ask(key).table, key);
+  const auto* node = find(mark_read(key).table, key);
   return node && node->is_table();
 }
 
 bool TomlTable::is_list(std::string_view key) const {
-  const auto* node = find(ask(key).table, key);
+  const auto* node = find(mark_read(key).table, key);
   return node && node->is_array();
 }
 
 double TomlTable::number(std::string_view key, std::optional<double> fallback) const {
-  return read(*this, ask(key).table, key, fallback, kExpectNumber, as_number);
+  return read(*this, mark_read(key).table, key, fallback, kExpectNumber, as_number);
 }
 std::int64_t TomlTable::integer(std::string_view key, std::optional<std::int64_t> fallback) const {
-  return read(*this, ask(key).table, key, fallback, kExpectInteger, as_integer);
+  return read(*this, mark_read(key).table, key, fallback, kExpectInteger, as_integer);
 }
 bool TomlTable::boolean(std::string_view key, std::optional<bool> fallback) const {
-  return read(*this, ask(key).table, key, fallback, kExpectBoolean, as_boolean);
+  return read(*this, mark_read(key).table, key, fallback, kExpectBoolean, as_boolean);
 }
 std::string TomlTable::text(std::string_view key, const std::optional<std::string>& fallback) const {
-  return read(*this, ask(key).table, key, fallback, kExpectText, as_text);
+  return read(*this, mark_read(key).table, key, fallback, kExpectText, as_text);
 }
 
 std::string TomlTable::choice(std::string_view key, const std::vector<std::string>& allowed,
@@ -298,21 +298,22 @@ void TomlTable::expect(std::string_view key, std::string_view value) const {
   const auto kind = [](std::string_view schema) { return schema.substr(0, schema.find('/')); };
   if (kind(found) == kind(value))
     return mistake(key, fmt::format("\"{}\" is not understood, expected \"{}\"", found, value));
-  document_->of_another_kind = {Document::Rank::of_a_key, node_->at_key(key),
-                                fmt::format("this is a file of {}, expected one of {}", found, value)};
+  document_->other_kind = {Document::Rank::key_error, node_->at_key(key),
+                           fmt::format("this is a file of {}, expected one of {}", found, value)};
 }
 
 Duration TomlTable::duration(std::string_view key, std::optional<Duration> fallback) const {
-  return read(*this, ask(key).table, key, fallback, kExpectDuration, as_duration);
+  return read(*this, mark_read(key).table, key, fallback, kExpectDuration, as_duration);
 }
 Celsius TomlTable::celsius(std::string_view key, std::optional<Celsius> fallback) const {
-  return read(*this, ask(key).table, key, fallback, kExpectCelsius, as_quantity<Celsius>(kCelsius));
+  return read(*this, mark_read(key).table, key, fallback, kExpectCelsius, as_quantity<Celsius>(kCelsius));
 }
 Kelvins TomlTable::kelvins(std::string_view key, Kelvins fallback) const {
-  return read(*this, ask(key).table, key, std::optional(fallback), kExpectKelvins, as_quantity<Kelvins>(kKelvins));
+  return read(*this, mark_read(key).table, key, std::optional(fallback), kExpectKelvins,
+              as_quantity<Kelvins>(kKelvins));
 }
 CelsiusPerMinute TomlTable::rate(std::string_view key, std::optional<CelsiusPerMinute> fallback) const {
-  return read(*this, ask(key).table, key, fallback, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
+  return read(*this, mark_read(key).table, key, fallback, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
 }
 CelsiusPerMinute TomlTable::positive_rate(std::string_view key, std::optional<CelsiusPerMinute> fallback) const {
   const auto found = rate(key, fallback);
@@ -321,22 +322,23 @@ CelsiusPerMinute TomlTable::positive_rate(std::string_view key, std::optional<Ce
 }
 
 std::vector<double> TomlTable::numbers(std::string_view key) const {
-  return read_array<double>(*this, ask(key).table, key, kExpectNumber, as_number);
+  return read_array<double>(*this, mark_read(key).table, key, kExpectNumber, as_number);
 }
 std::vector<std::string> TomlTable::texts(std::string_view key) const {
-  return read_array<std::string>(*this, ask(key).table, key, kExpectText, as_text);
+  return read_array<std::string>(*this, mark_read(key).table, key, kExpectText, as_text);
 }
 std::vector<std::vector<double>> TomlTable::number_rows(std::string_view key) const {
-  return read_array<std::vector<double>>(*this, ask(key).table, key, kExpectNumber, as_row);
+  return read_array<std::vector<double>>(*this, mark_read(key).table, key, kExpectNumber, as_row);
 }
 std::vector<CelsiusPerMinute> TomlTable::rates(std::string_view key) const {
-  return read_array<CelsiusPerMinute>(*this, ask(key).table, key, kExpectRate, as_quantity<CelsiusPerMinute>(kRates));
+  return read_array<CelsiusPerMinute>(*this, mark_read(key).table, key, kExpectRate,
+                                      as_quantity<CelsiusPerMinute>(kRates));
 }
 std::vector<Duration> TomlTable::durations(std::string_view key) const {
-  return read_array<Duration>(*this, ask(key).table, key, kExpectDuration, as_duration);
+  return read_array<Duration>(*this, mark_read(key).table, key, kExpectDuration, as_duration);
 }
 
-std::string TomlTable::path_of_table(std::string_view key) const {
+std::string TomlTable::table_path(std::string_view key) const {
   if (!node_->table) return node_->path;
   return node_->path.empty() ? std::string(key) : fmt::format("{}.{}", node_->path, key);
 }
@@ -344,29 +346,29 @@ std::string TomlTable::path_of_table(std::string_view key) const {
 TomlTable TomlTable::table(std::string_view key) const {
   auto child = std::make_shared<Node>();
   child->at = node_->at;
-  child->path = path_of_table(key);
-  child->is_told = node_->is_told;
-  if (const auto* node = find(ask(key).table, key)) {
+  child->path = table_path(key);
+  child->is_reported = node_->is_reported;
+  if (const auto* node = find(mark_read(key).table, key)) {
     child->table = node->as_table();
     child->at = node->source().begin;
     if (!child->table) mistake(key, fmt::format("\"{}\" is not a table, expected [{}]", key, key));
-    child->is_told = !child->table;
+    child->is_reported = !child->table;
   }
   return {document_, std::move(child)};
 }
 
 std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
   std::vector<TomlTable> children;
-  const auto* node = find(ask(key).table, key);
+  const auto* node = find(mark_read(key).table, key);
   const auto* array = node ? node->as_array() : nullptr;
   if (node && !array) mistake(key, fmt::format("\"{}\" is not an array of tables, expected [[{}]]", key, key));
   for (std::size_t i = 0; array && i < array->size(); ++i) {
     auto child = std::make_shared<Node>();
     child->table = array->get(i)->as_table();
     child->at = array->get(i)->source().begin;
-    child->path = path_of_table(key);
+    child->path = table_path(key);
     if (!child->table) mistake(key, fmt::format("element {} of \"{}\" is not a table", i + 1, key));
-    child->is_told = !child->table;
+    child->is_reported = !child->table;
     children.push_back(TomlTable(document_, std::move(child)));
   }
   return children;
@@ -376,7 +378,7 @@ std::vector<std::string> TomlTable::keys() const {
   std::vector<std::pair<toml::source_position, std::string>> found;
   if (node_->table)
     for (const auto& [key, value] : *node_->table) {
-      node_->asked.emplace(key.str());
+      node_->read_keys.emplace(key.str());
       found.emplace_back(key.source().begin, std::string(key.str()));
     }
   std::stable_sort(found.begin(), found.end(), [](auto& a, auto& b) { return a.first < b.first; });
@@ -385,21 +387,21 @@ std::vector<std::string> TomlTable::keys() const {
   return names;
 }
 
-void TomlTable::ignore(std::string_view key) const { node_->asked.emplace(key); }
+void TomlTable::ignore(std::string_view key) const { node_->read_keys.emplace(key); }
 
 std::string TomlTable::place(std::string_view key) const { return document_->place(node_->at_key(key)); }
 
 void TomlTable::mistake(std::string_view key, std::string what) const {
   using Rank = Document::Rank;
-  if (node_->is_told) return;
+  if (node_->is_reported) return;
   if (!node_->table)
-    return document_->mistakes.note({Rank::of_a_table, node_->at, fmt::format("missing [{}]", node_->path)});
-  const auto rank = find(node_->table, key) ? Rank::of_a_key : Rank::of_a_table;
+    return document_->mistakes.note({Rank::missing_error, node_->at, fmt::format("missing [{}]", node_->path)});
+  const auto rank = find(node_->table, key) ? Rank::key_error : Rank::missing_error;
   document_->mistakes.note({rank, node_->at_key(key), std::move(what)});
 }
 
 Result<void> TomlTable::verdict() const {
-  if (const auto& other = document_->of_another_kind)
+  if (const auto& other = document_->other_kind)
     return failure(FaultKind::bad_file, document_->place(other->at), other->what);
   const auto all = document_->all_mistakes();
   const auto mistakes = all.in_order();

@@ -90,8 +90,8 @@ class TomlTable {
   struct Node;
   TomlTable(std::shared_ptr<Document> document, std::shared_ptr<Node> node);
   /// Marks the key as read and returns the node.
-  [[nodiscard]] const Node& ask(std::string_view key) const;
-  [[nodiscard]] std::string path_of_table(std::string_view key) const;
+  [[nodiscard]] const Node& mark_read(std::string_view key) const;
+  [[nodiscard]] std::string table_path(std::string_view key) const;
   std::shared_ptr<Document> document_;
   std::shared_ptr<Node> node_;
 };
@@ -154,7 +154,7 @@ template <class T>
 }
 
 /// Reads an unsigned 32-bit number at `key`.
-[[nodiscard]] inline std::uint32_t word32(const TomlTable& table, const char* key, std::int64_t fallback) {
+[[nodiscard]] inline std::uint32_t read_uint32(const TomlTable& table, const char* key, std::int64_t fallback) {
   return whole<std::uint32_t>(table, key, 0, 0xFFFFFFFF, fallback);
 }
 

@@ -28,7 +28,7 @@ class Scanner {
     if (escaped_) {
       escaped_ = false;
       continued_ = inside_ == Inside::long_text && blank;
-      torn_ = c == '\n' && inside_ == Inside::text;
+      unterminated_ = c == '\n' && inside_ == Inside::text;
       return size;
     }
     continued_ = continued_ && blank;
@@ -38,14 +38,14 @@ class Scanner {
     }
     if (inside_ == Inside::plain) return c == '"' || c == '\'' ? open(rest) : size;
     escaped_ = c == '\\' && (inside_ == Inside::text || inside_ == Inside::long_text);
-    torn_ = c == '\n' && (inside_ == Inside::text || inside_ == Inside::literal);
+    unterminated_ = c == '\n' && (inside_ == Inside::text || inside_ == Inside::literal);
     return c == quote_ ? close(rest) : size;
   }
 
   /// Returns whether the next character may be outside ASCII.
-  [[nodiscard]] bool takes_any() const { return inside_ != Inside::plain && !escaped_ && !continued_; }
+  [[nodiscard]] bool accepts_non_ascii() const { return inside_ != Inside::plain && !escaped_ && !continued_; }
   /// Returns whether a quoted text lacks its closing quote at the end of its line.
-  [[nodiscard]] bool torn() const { return torn_; }
+  [[nodiscard]] bool is_unterminated() const { return unterminated_; }
   [[nodiscard]] Inside inside() const { return inside_; }
 
  private:
@@ -75,13 +75,13 @@ class Scanner {
   bool escaped_{};
   /// Reading the blanks after a backslash at a line's end.
   bool continued_{};
-  bool torn_{};
+  bool unterminated_{};
 };
 
 /// The limit that a text exceeds.
 enum class Excess { none, depth, keys, values, text, word };
 
-std::string in_words(Excess excess) {
+std::string describe(Excess excess) {
   switch (excess) {
     case Excess::none: break;
     case Excess::depth:
@@ -102,8 +102,8 @@ class Measure {
     const auto quotes = [](Inside inside) { return inside != Inside::plain && inside != Inside::comment; };
     if (quotes(before) || quotes(after)) return take_text(text.size());
     text_ = 0;
-    const bool of_a_comment = before == Inside::comment || after == Inside::comment;
-    return of_a_comment && text[0] != '\n' ? Excess::none : take(text[0]);
+    const bool in_comment = before == Inside::comment || after == Inside::comment;
+    return in_comment && text[0] != '\n' ? Excess::none : take(text[0]);
   }
 
  private:
@@ -143,14 +143,14 @@ class Measure {
       header_ = 0;
       ++keys_;
     }
-    if (brackets_ == dots_of_.size()) return;  // exceeds the depth limit
-    around_ += dots_of_[brackets_++] = key_;
+    if (brackets_ == bracket_dots_.size()) return;  // exceeds the depth limit
+    around_ += bracket_dots_[brackets_++] = key_;
     key_ = dots_ = 0;
   }
 
   void close() {
     if (is_header_ && dots_ > 0) header_ = dots_;
-    if (brackets_ > 0) around_ -= dots_of_[--brackets_];
+    if (brackets_ > 0) around_ -= bracket_dots_[--brackets_];
     dots_ = key_ = 0;
   }
 
@@ -164,7 +164,7 @@ class Measure {
   [[nodiscard]] std::size_t depth() const { return header_ + around_ + brackets_ + dots_; }
 
   /// Number of dots in the key before each open bracket.
-  std::array<std::size_t, TomlBounds::kDepth + 1> dots_of_{};
+  std::array<std::size_t, TomlBounds::kDepth + 1> bracket_dots_{};
   std::size_t brackets_{};  ///< open brackets
   /// Sum of the dots in the keys before the open brackets.
   std::size_t around_{};
@@ -180,20 +180,20 @@ class Measure {
 
 }  // namespace
 
-std::optional<TextFlaw> flaw_of(std::string_view text) {
+std::optional<TextFlaw> find_flaw(std::string_view text) {
   if (text.size() > kLargestText)
     return TextFlaw{.what = fmt::format("the text has {} bytes, expected at most {}", text.size(), kLargestText)};
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   Scanner scanner;
   Measure measure;
   TextFlaw at;
-  while (!text.empty() && !scanner.torn()) {
+  while (!text.empty() && !scanner.is_unterminated()) {
     const auto size = character_size(text);
     if (size == 0) {
       at.what = "a byte that is not UTF-8, expected a text in UTF-8";
       return at;
     }
-    if (size > 1 && !scanner.takes_any()) {
+    if (size > 1 && !scanner.accepts_non_ascii()) {
       at.what = "a character that stands in quoted texts and comments alone, expected plain ASCII here";
       return at;
     }
@@ -202,7 +202,7 @@ std::optional<TextFlaw> flaw_of(std::string_view text) {
     const auto taken = scanner.take(text, size);
     const auto excess = measure.step(before, scanner.inside(), text.substr(0, taken));
     if (excess != Excess::none) {
-      at.what = in_words(excess);
+      at.what = describe(excess);
       return at;
     }
     text.remove_prefix(taken);

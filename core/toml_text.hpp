@@ -36,7 +36,7 @@ struct TextFlaw {
 ///   of toml++ 3.3.0 is undefined;
 /// - a character that exceeds one of the limits.
 /// The check ends at a line that lacks its closing quote. The grammar fails there, so nothing after it is parsed.
-[[nodiscard]] std::optional<TextFlaw> flaw_of(std::string_view text);
+[[nodiscard]] std::optional<TextFlaw> find_flaw(std::string_view text);
 
 /// Returns the text as a TOML basic string on one line, with quotation marks. The text must be UTF-8.
 [[nodiscard]] std::string toml_quoted(std::string_view text);

@@ -30,13 +30,13 @@ constexpr Vocabulary<KindWord, 10> kCheckKinds{{{"none", {CheckKind::none, 0}},
 Crc read_crc(const TomlTable& table, int width) {
   Crc model;
   model.width = width != 0 ? width : whole<int>(table, "width", 3, 32);
-  model.polynomial = word32(table, "polynomial", 0);
+  model.polynomial = read_uint32(table, "polynomial", 0);
   if (model.polynomial == 0)
     table.mistake("polynomial", "the polynomial of a crc is missing, expected a number like 0x1021");
-  model.initial = word32(table, "initial", 0);
+  model.initial = read_uint32(table, "initial", 0);
   model.reflected = table.boolean("reflected", false);
   model.reflected_out = table.boolean("reflected_out", model.reflected);
-  model.final_xor = word32(table, "final_xor", 0);
+  model.final_xor = read_uint32(table, "final_xor", 0);
   return model;
 }
 
@@ -93,7 +93,7 @@ FrameCheck read_frame_check(const TomlTable& table, std::size_t shortest, bool i
   check.to = whole<std::ptrdiff_t>(table, "to", -kLongestFrame, kLongestFrame, end);
   check.big_endian = one_of(kEndians, table, "endian", "little");
   check.padded_to = whole<std::size_t>(table, "padded_to", 1, 64, 1);
-  check.mask = word32(table, "mask", 0xFFFFFFFF);
+  check.mask = read_uint32(table, "mask", 0xFFFFFFFF);
   if (is_parity(check.kind)) check.bit = whole<unsigned>(table, "bit", 0, 7);
   if (!extent_of(check, shortest)) table.mistake("offset", "the check lies outside the frame, or covers nothing");
   return check;

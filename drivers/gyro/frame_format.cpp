@@ -139,8 +139,8 @@ void read_presence(const TomlTable& table, const FrameFormat& format, FrameField
   field.turn = whole<std::uint32_t>(table, "turn", 0, field.every - 1, 0);
   if (format.line || is_real(field.type) || !table.has("when")) return;
   const auto when = table.table("when");
-  field.when_mask = word32(when, "mask", 0);
-  field.when_value = word32(when, "value", 0);
+  field.when_mask = read_uint32(when, "mask", 0);
+  field.when_value = read_uint32(when, "value", 0);
   const auto held = static_cast<unsigned>(std::min<std::size_t>(64, field.bits_per_byte * field.bytes));
   if (field.when_mask == 0 || (field.when_value & ~field.when_mask) != 0 || (held < 32 && field.when_mask >> held != 0))
     when.mistake("mask", "the mask is empty, holds bits that the field's bytes do not, or does not hold the value");
@@ -171,14 +171,14 @@ ExactScale read_scale(const TomlTable& table) {
 
 void read_status(const TomlTable& table, FrameField& field) {
   const bool ruled = table.has("rule");
-  field.mask = word32(table, "mask", ruled && !table.has("good") ? 0 : 0xFFFFFFFF);
-  field.good = word32(table, "good", 0);
+  field.mask = read_uint32(table, "mask", ruled && !table.has("good") ? 0 : 0xFFFFFFFF);
+  field.good = read_uint32(table, "good", 0);
   if (field.bits < 32) field.mask &= (std::uint32_t{1} << field.bits) - 1;
   for (const auto& each : table.tables("rule")) {
     StatusRule rule;
-    rule.mask = word32(each, "mask", 0);
+    rule.mask = read_uint32(each, "mask", 0);
     auto good = read_whole_numbers(each, "one_of", 0xFFFFFFFF, "values of the status");
-    if (good.empty()) good = {word32(each, "good", 0)};
+    if (good.empty()) good = {read_uint32(each, "good", 0)};
     rule.good = good.front();
     rule.also_good.assign(good.begin() + 1, good.end());
     rule.verdict = one_of(kMeanings, each, "verdict", "invalid");

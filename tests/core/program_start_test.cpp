@@ -82,10 +82,10 @@ TEST(ObjectionTo, AnEmptyValueOfAnyKind) {
 
 TEST(ObjectionToCommand, NamesTheNearestOrAll) {
   const std::string known[] = {"rigs", "units"};
-  EXPECT_EQ(objection_to_command("rigs", known), "");
-  EXPECT_EQ(objection_to_command("--json", known), "");
-  EXPECT_EQ(objection_to_command("rigz", known), "\"rigz\" is no command. Did you mean \"rigs\"?");
-  EXPECT_EQ(objection_to_command("calibrations", known), "\"calibrations\" is none of the commands rigs, units");
+  EXPECT_EQ(command_refusal_reason("rigs", known), "");
+  EXPECT_EQ(command_refusal_reason("--json", known), "");
+  EXPECT_EQ(command_refusal_reason("rigz", known), "\"rigz\" is no command. Did you mean \"rigs\"?");
+  EXPECT_EQ(command_refusal_reason("calibrations", known), "\"calibrations\" is none of the commands rigs, units");
 }
 
 }  // namespace

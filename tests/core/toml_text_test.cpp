@@ -16,7 +16,7 @@ namespace {
 
 /// Returns "line:column" of the first flaw, or "" if there is none.
 std::string place(std::string_view text) {
-  const auto flaw = flaw_of(text);
+  const auto flaw = find_flaw(text);
   return flaw ? std::to_string(flaw->line) + ":" + std::to_string(flaw->column) : "";
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Declares Eigen's decompositions of dense matrices as instantiated in dense.cpp. It is precompiled for every room of
-/// the analysis, so that none of its files instantiates them again, which took half of the time to compile them. A
-/// file includes the headers of Eigen that it uses, not this one.
+/// Declares the explicit instantiations of Eigen's dense decompositions that dense.cpp defines. Every part of the
+/// analysis precompiles this header, so the decompositions are compiled once; instantiating them in each file took half
+/// of the compile time. A file includes the Eigen headers that it uses, not this header.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -11,7 +11,7 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
-// GYROTHERM_DENSE is `extern` here, and nothing in dense.cpp.
+// Expands to `extern` here and to nothing in dense.cpp.
 #ifndef GYROTHERM_DENSE
 #define GYROTHERM_DENSE extern
 #endif
@@ -25,7 +25,7 @@ GYROTHERM_DENSE template class Eigen::JacobiSVD<Eigen::MatrixXd>;
 GYROTHERM_DENSE template class Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
 GYROTHERM_DENSE template class Eigen::HouseholderSequence<Eigen::MatrixXd, Eigen::VectorXd>;
 
-// Member templates are no part of a class that is instantiated.
+// Instantiating a class does not instantiate its member templates.
 GYROTHERM_DENSE template Eigen::LLT<Eigen::MatrixXd>& Eigen::LLT<Eigen::MatrixXd>::compute<Eigen::MatrixXd>(
     const Eigen::EigenBase<Eigen::MatrixXd>&);
 GYROTHERM_DENSE template Eigen::Index Eigen::internal::llt_inplace<double, Eigen::Lower>::blocked<Eigen::MatrixXd>(

@@ -17,7 +17,7 @@
 namespace gyrotherm::data {
 namespace {
 
-/// θ of NIST SP 1065: the running sum, one longer than the values.
+/// Returns θ of NIST SP 1065, the running sum. It has one element more than `values`.
 Eigen::VectorXd running_sum(const Eigen::Ref<const Eigen::VectorXd>& values) {
   Eigen::VectorXd sum(values.size() + 1);
   sum(0) = 0;
@@ -39,7 +39,7 @@ SquareSum squared_differences(const Eigen::VectorXd& theta, Eigen::Index m) {
 
 double deviation_of(const SquareSum& squares, double m) { return std::sqrt(squares.sum / squares.count / 2) / m; }
 
-/// Σ(K − 1), K means of m samples in each stretch.
+/// Counts the independent differences: Σ(K − 1) over the stretches, K means of m samples each.
 int independent_differences(const RateStretches& rates, Eigen::Index m) {
   int count = 0;
   for (const Eigen::VectorXd& stretch : rates.values) {
@@ -48,7 +48,7 @@ int independent_differences(const RateStretches& rates, Eigen::Index m) {
   return count;
 }
 
-/// g at lags 0, 1, 2, … intervals.
+/// Returns g at lags 0, 1, 2, … intervals.
 std::vector<double> generalised_covariance(const NoiseSquares& squares, double interval_h, Eigen::Index lags) {
   std::vector<double> g(static_cast<std::size_t>(lags) + 1);
   g[0] = squares(0);
@@ -60,7 +60,8 @@ std::vector<double> generalised_covariance(const NoiseSquares& squares, double i
   return g;
 }
 
-/// Covariance of two second differences of the angle, that of `m` samples starting `lag` samples after that of `n`.
+/// Computes the covariance of two second differences of the angle. The one over `m` samples starts `lag` samples after
+/// the one over `n` samples.
 double covariance_at(const std::vector<double>& g, Eigen::Index lag, Eigen::Index m, Eigen::Index n) {
   constexpr double kWeights[] = {1, -2, 1};
   double sum = 0;
@@ -72,7 +73,7 @@ double covariance_at(const std::vector<double>& g, Eigen::Index lag, Eigen::Inde
   return sum;
 }
 
-/// Stretches by their length.
+/// Number of stretches of each length.
 using Lengths = std::map<Eigen::Index, double>;
 
 Lengths lengths_of(const RateStretches& rates) {
@@ -81,7 +82,7 @@ Lengths lengths_of(const RateStretches& rates) {
   return lengths;
 }
 
-/// How many pairs (i, j) of differences over m and n samples, both inside one stretch, have i − j = lag.
+/// Counts the pairs (i, j) of differences over m and n samples inside one stretch with i − j = lag.
 double pairs_at(const Lengths& lengths, Eigen::Index lag, Eigen::Index m, Eigen::Index n) {
   double pairs = 0;
   for (const auto& [length, count] : lengths) {
@@ -94,7 +95,8 @@ double pairs_at(const Lengths& lengths, Eigen::Index lag, Eigen::Index m, Eigen:
 }
 
 constexpr double kArcsecPerDegree = 3600;
-constexpr double kSignificance = 2;  // of a square, in its standard errors
+// Significance threshold for a square, in standard errors.
+constexpr double kSignificance = 2;
 constexpr double kOneSided95 = 1.645;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -106,30 +108,33 @@ const std::array<NoiseTermInfo, kNoiseTerms> kInfo = {{
     {"R", "rate ramp", "°/h²", "R·τ/√2", 1.4142135623730951 * kSecondsPerHour},
 }};
 
-/// Which terms are fitted, in the order of NoiseTerm.
+/// Indices of the fitted terms, in the order of NoiseTerm.
 using Terms = std::vector<Eigen::Index>;
 
 struct Fitted {
   Terms terms;
   NoiseSquares squares = NoiseSquares::Zero();
-  NoiseSquares errors = NoiseSquares::Zero();  ///< standard errors of the squares of `terms`
+  /// Standard errors of the squares of `terms`.
+  NoiseSquares errors = NoiseSquares::Zero();
 };
 
-/// Values of the given terms, zeros elsewhere.
+/// Returns `values` at the indices of `terms` and zero elsewhere.
 NoiseSquares spread_over(const Terms& terms, const Eigen::VectorXd& values) {
   NoiseSquares all = NoiseSquares::Zero();
   for (std::size_t k = 0; k < terms.size(); ++k) all(terms[k]) = values(static_cast<Eigen::Index>(k));
   return all;
 }
 
-/// The curve as a problem of least squares.
+/// The curve as a least-squares problem.
 struct Problem {
   const AllanCurve& curve;
   const RateStretches& rates;
   Eigen::VectorXd variances;
-  Eigen::MatrixXd shapes;           ///< points × terms
-  Eigen::VectorXd relative_errors;  ///< of the variances, by sampling
-  double misfit{};                  ///< of the variances beside that, relative, each point on its own
+  Eigen::MatrixXd shapes;  ///< points × terms
+  /// Relative sampling errors of the variances.
+  Eigen::VectorXd relative_errors;
+  /// Additional relative error of each variance, independent between points.
+  double misfit{};
 };
 
 Problem problem_of(const AllanCurve& curve, const RateStretches& rates) {
@@ -145,7 +150,7 @@ Problem problem_of(const AllanCurve& curve, const RateStretches& rates) {
   return problem;
 }
 
-/// Least squares of variances on the given terms with these weights.
+/// Weighted least squares of the variances on the given terms.
 class LeastSquares {
  public:
   LeastSquares(const Problem& problem, const Terms& terms, Eigen::VectorXd weights) : weights_(std::move(weights)) {
@@ -158,7 +163,7 @@ class LeastSquares {
     const Eigen::VectorXd scaled = qr_.solve(weighted);
     return scaled.cwiseQuotient(scale_);
   }
-  /// The linear map from variances to squares that solve() is.
+  /// Returns the matrix of the linear map that solve() applies, from variances to squares.
   [[nodiscard]] Eigen::MatrixXd map() const {
     Eigen::MatrixXd columns(scale_.size(), weights_.size());
     for (Eigen::Index k = 0; k < weights_.size(); ++k)
@@ -171,8 +176,8 @@ class LeastSquares {
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
 };
 
-/// Least squares with no square negative: of all subsets of the terms whose own solution is positive, the one that is
-/// left with the least. Five terms have 32 subsets, so none need be guessed.
+/// Solves the least squares problem with non-negative squares. Tries all subsets of the terms (at most 32) and returns
+/// the solution with the smallest loss among those that are not negative.
 NoiseSquares non_negative(const Problem& problem, const Terms& terms, const Eigen::VectorXd& weights) {
   NoiseSquares best = NoiseSquares::Zero();
   double least = std::numeric_limits<double>::infinity();
@@ -192,7 +197,8 @@ NoiseSquares non_negative(const Problem& problem, const Terms& terms, const Eige
   return best;
 }
 
-/// The variances of `squares`, or measured ones where these give none; above 0.
+/// Returns the variances that `squares` predict, or the measured ones where the prediction is not positive. All are
+/// above 0.
 Eigen::VectorXd variances_about(const Problem& problem, const NoiseSquares& squares) {
   Eigen::VectorXd about = problem.shapes * squares;
   const double least = std::max(1e-12 * problem.variances.maxCoeff(), std::numeric_limits<double>::min());
@@ -218,22 +224,22 @@ Fitted fit_terms(const Problem& problem, const Terms& terms) {
   return fitted;
 }
 
-/// Covariance of the variances: sampling, and the misfit of each point.
+/// Computes the covariance of the variances from sampling and from the misfit of each point.
 Eigen::MatrixXd covariance_about(const Problem& problem, const NoiseSquares& squares) {
   Eigen::MatrixXd covariance = allan_covariance(problem.curve, problem.rates, squares);
   covariance.diagonal() += (problem.misfit * variances_about(problem, squares)).cwiseAbs2();
   return covariance;
 }
 
-/// Σ of the squared residuals in their errors, of the best fit.
+/// Computes χ² of the best fit: the sum of the squared residuals, each divided by its variance.
 double chi_squared(const Problem& problem, const Terms& terms) {
   const Fitted fitted = fit_terms(problem, terms);
   const Eigen::VectorXd left = problem.variances - problem.shapes * fitted.squares;
   return left.cwiseProduct(weights_about(problem, fitted.squares)).squaredNorm();
 }
 
-/// Errors by the fitted noise instead of 1/√(2(K − 1)); then, if χ² is greater than chance makes it, the misfit at
-/// which it is f, the number of points less that of terms (Mandel and Paule 1970).
+/// Replaces the errors 1/√(2(K − 1)) by those of the fitted noise. If χ² is then larger than chance allows, sets the
+/// misfit at which χ² equals f, the number of points minus the number of terms (Mandel and Paule 1970).
 void estimate_errors(Problem& problem, const Terms& terms) {
   const Fitted first = fit_terms(problem, terms);
   const Eigen::VectorXd sampling = covariance_about(problem, first.squares).diagonal().cwiseSqrt();
@@ -241,7 +247,8 @@ void estimate_errors(Problem& problem, const Terms& terms) {
   if (!(relative.minCoeff() > 0)) return;
   problem.relative_errors = relative;
   const double freedom = static_cast<double>(problem.curve.size()) - static_cast<double>(terms.size());
-  constexpr double kChance = 3;  // standard deviations of χ², √(2f) each
+  // Limit in standard deviations of χ², each √(2f).
+  constexpr double kChance = 3;
   if (freedom <= 0 || chi_squared(problem, terms) <= freedom + kChance * std::sqrt(2 * freedom)) return;
   constexpr int kHalvings = 14;
   double low = 0, high = 1;
@@ -251,14 +258,14 @@ void estimate_errors(Problem& problem, const Terms& terms) {
   }
 }
 
-/// Standard errors of the squares when just these terms are fitted.
+/// Computes the standard errors of the squares for a fit of exactly these terms.
 Eigen::VectorXd errors_of(const Problem& problem, const Terms& terms, const Fitted& about,
                           const Eigen::MatrixXd& covariance) {
   const Eigen::MatrixXd map = LeastSquares(problem, terms, weights_about(problem, about.squares)).map();
   return (map * covariance * map.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
 
-/// Terms leave one by one, the least certain first, until each that is left is seen.
+/// Removes the least certain term until every remaining term is significant.
 Fitted fit_seen(const Problem& problem, Terms terms) {
   while (true) {
     Fitted fitted = fit_terms(problem, terms);
@@ -273,12 +280,12 @@ Fitted fit_seen(const Problem& problem, Terms terms) {
   }
 }
 
-/// A square and its standard error.
+/// Square of a coefficient and its standard error.
 struct Square {
   double value{}, error{};
 };
 
-/// Returns the square of a term that is fitted once more beside the terms that are seen; nothing if there are too few
+/// Fits `term` together with the significant terms and returns its square. Returns nothing if the curve has too few
 /// points.
 std::optional<Square> fitted_once_more(const Problem& problem, const Fitted& fitted, Eigen::Index term,
                                        const Eigen::MatrixXd& covariance) {
@@ -366,7 +373,8 @@ Eigen::MatrixXd allan_covariance(const AllanCurve& curve, const RateStretches& r
   const double interval_h = rates.interval_s / kSecondsPerHour;
   const Lengths lengths = lengths_of(rates);
   const auto points = static_cast<Eigen::Index>(curve.size());
-  // Beyond four times the longer averaging time only the bias instability still correlates, and its squares are spent.
+  // At lags above four times the longer averaging time only bias instability is still correlated, and its squared
+  // covariance is negligible there.
   constexpr Eigen::Index kReach = 4;
   const Eigen::Index longest = points > 0 ? curve.back().m : 1;
   const std::vector<double> g = generalised_covariance(squares, interval_h, (kReach + 2) * longest);

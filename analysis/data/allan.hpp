@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Overlapping Allan deviation, how the noise of a rate depends on the time it is averaged over, and the five noises of
-/// a gyro that are read from it.
+/// Overlapping Allan deviation of a rate, and the five noise coefficients of a gyro that are fitted to it.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,25 +11,29 @@
 
 namespace gyrotherm::data {
 
-/// Rates in °/h, evenly spaced in time, cut where a sample is missing: no difference is taken across two stretches.
+/// Evenly spaced rates in °/h, cut into stretches at missing samples. No difference spans two stretches.
 struct RateStretches {
   double interval_s{};
-  std::vector<Eigen::VectorXd> values;  ///< finite
+  /// Finite values of each stretch.
+  std::vector<Eigen::VectorXd> values;
 };
 
-/// Cuts `rate_deg_per_h`, sample k taken at `time_s`(k), wherever a value is not finite or a time step differs from the
-/// interval by half of it or more.
+/// Cuts `rate_deg_per_h` into stretches; sample k was taken at `time_s`(k). Cuts at each value that is not finite, and
+/// where a time step differs from `interval_s` by half the interval or more.
 [[nodiscard]] RateStretches cut_at_gaps(const Eigen::Ref<const Eigen::VectorXd>& time_s,
                                         const Eigen::Ref<const Eigen::VectorXd>& rate_deg_per_h, double interval_s);
 
-/// The overlapping Allan deviation at one averaging time.
+/// Overlapping Allan deviation at one averaging time.
 struct AllanPoint {
-  int m{};         ///< samples averaged
+  /// Number of samples averaged.
+  int m{};
   double tau_s{};  ///< m intervals
   double deviation_deg_per_h{};
-  double error_deg_per_h{};  ///< its standard error, deviation/√(2(K − 1)), K non-overlapping means of m samples;
-                             ///< of several stretches, the sum of their K − 1
-  int differences{};         ///< overlapping differences averaged
+  /// Standard error deviation/√(2(K − 1)), where K is the number of non-overlapping means of m samples. For several
+  /// stretches, K − 1 is summed over the stretches.
+  double error_deg_per_h{};
+  /// Number of overlapping differences averaged.
+  int differences{};
 };
 using AllanCurve = std::vector<AllanPoint>;
 
@@ -41,65 +44,74 @@ void describe(auto& form, Like<AllanPoint> auto& point) {
   form("differences", point.differences);
 }
 
-/// The overlapping Allan deviation at averaging `m`, which is at least 1; a stretch has at least 2m values. With θ_0 =
-/// 0 and θ_i = θ_{i−1} + value_i it is σ² = Σ_i (θ_{i+2m} − 2θ_{i+m} + θ_i)²/(2m²(n + 1 − 2m)) (NIST SP 1065, eq. 11);
-/// the squares of all stretches are averaged together.
+/// Computes the overlapping Allan deviation at averaging factor `m` ≥ 1. At least one stretch has 2m values or more.
+/// With θ_0 = 0 and θ_i = θ_{i−1} + value_i, σ² = Σ_i (θ_{i+2m} − 2θ_{i+m} + θ_i)²/(2m²(n + 1 − 2m)) (NIST SP 1065, eq.
+/// 11). The squared differences of all stretches are averaged together.
 [[nodiscard]] AllanPoint allan_point(const RateStretches& rates, int m);
 
-/// The points at m = 1, 2, 4, … as long as at least two independent differences are left; empty if no stretch is long
-/// enough.
+/// Computes the points at m = 1, 2, 4, … while at least two independent differences remain. Returns an empty curve if
+/// no stretch is long enough.
 [[nodiscard]] AllanCurve allan_curve(const RateStretches& rates);
 
-/// The squares of Q (in °), N, B, K and R, with τ in h and σ in °/h.
+/// Squares of Q (in °), N, B, K and R, for τ in h and σ in °/h.
 using NoiseSquares = Eigen::Vector<double, 5>;
 
-/// What each square is multiplied by in σ²(τ): 3/τ², 1/τ, 2 ln 2/π, τ/3, τ²/2.
+/// Returns the factor of each square in σ²(τ): 3/τ², 1/τ, 2 ln 2/π, τ/3, τ²/2.
 [[nodiscard]] NoiseSquares noise_shapes(double tau_h);
 
-/// How the points of a curve vary together: the covariance of its Allan variances, in (°/h)⁴, for Gaussian noise of
-/// these squares over stretches as long as those of `rates`.
+/// Computes the covariance of the Allan variances of a curve, in (°/h)⁴, for Gaussian noise with the given squared
+/// coefficients in stretches as long as those of `rates`.
 ///
-/// The angle θ has the generalised covariance g(t) = Q²δ(t) − N²|t|/2 + B²t² ln|t|/(2π) + K²|t|³/12: that of its second
-/// differences over m and m' samples, a lag l apart, is c(l) = Σ w_a w_b g(l + a·m − b·m'), w = (1, −2, 1); the drift R
-/// adds the mean μ_m = R(mτ_0)². The mean squares of two such differences have the covariance
-/// Σ over all pairs of (2c² + 4μ_m μ_m' c), divided by the numbers of both.
+/// The angle θ has the generalised covariance g(t) = Q²δ(t) − N²|t|/2 + B²t² ln|t|/(2π) + K²|t|³/12. Two second
+/// differences of θ over m and m' samples at lag l have the covariance c(l) = Σ w_a w_b g(l + a·m − b·m'), w = (1, −2,
+/// 1). The drift R adds the mean μ_m = R(mτ_0)². The mean squares of two such differences have the covariance Σ (2c² +
+/// 4μ_m μ_m' c), summed over all pairs and divided by both numbers of differences.
 [[nodiscard]] Eigen::MatrixXd allan_covariance(const AllanCurve& curve, const RateStretches& rates,
                                                const NoiseSquares& squares);
 
 enum class NoiseTerm { quantisation, angle_random_walk, bias_instability, rate_random_walk, rate_ramp };
 inline constexpr std::size_t kNoiseTerms = 5;
 
-/// How a coefficient is written, and where its line is read.
+/// Notation of a coefficient, and the averaging time at which it is read off.
 struct NoiseTermInfo {
-  const char* symbol;   ///< "N"
-  const char* name;     ///< "angle random walk"
-  const char* unit;     ///< "°/√h"
-  const char* formula;  ///< of its share of σ, τ in h: "N/√τ"
-  double read_off_s;    ///< where σ of this term alone is the coefficient; NaN for B: anywhere, divided by 0.664
+  const char* symbol;  ///< "N"
+  const char* name;    ///< "angle random walk"
+  const char* unit;    ///< "°/√h"
+  /// Contribution of the term to σ, with τ in h: "N/√τ".
+  const char* formula;
+  /// Averaging time at which σ of this term alone equals the coefficient. NaN for B, whose σ is 0.664·B at every τ.
+  double read_off_s;
 };
 [[nodiscard]] const NoiseTermInfo& info(NoiseTerm term);
 
 struct NoiseCoefficient {
   NoiseTerm term{};
-  bool seen{};       ///< its square is at least twice its standard error
-  double value{};    ///< in the unit of its term (Q in arcsec); 0 if not seen
-  double error{};    ///< standard error; 0 if not seen
-  double at_most{};  ///< upper limit of 95 %, the terms that are seen held to their form
-  /// The square of the coefficient, in its unit squared, and its standard error, whether it is seen or not: of a term
-  /// that is not seen, as it is fitted beside those that are. Not negative; NaN where the curve has too few points.
+  /// Significant: the square is at least twice its standard error.
+  bool seen{};
+  /// Value in the unit of the term (Q in arcsec) and its standard error. Both are 0 if the term is not significant.
+  double value{};
+  double error{};
+  /// Upper 95 % limit, with the set of significant terms held fixed.
+  double at_most{};
+  /// Square of the coefficient, in its unit squared, and the standard error of the square. Both are set for terms that
+  /// are not significant too; these are fitted together with the significant ones. Not negative. NaN if the curve has
+  /// too few points.
   double square{}, square_error{};
 };
 
-/// The coefficients in the order of NoiseTerm when nothing is seen, nor a limit known.
+/// Returns coefficients in the order of NoiseTerm, none of them significant and without upper limits.
 [[nodiscard]] std::array<NoiseCoefficient, kNoiseTerms> nothing_seen();
 
 struct AllanFit {
-  std::array<NoiseCoefficient, kNoiseTerms> coefficients = nothing_seen();  ///< in the order of NoiseTerm
-  double misfit{};        ///< of σ, relative; 0: sampling explains what is left
-  double lowest_tau_s{};  ///< where the fitted σ is least among the curve's τ
+  /// Coefficients in the order of NoiseTerm.
+  std::array<NoiseCoefficient, kNoiseTerms> coefficients = nothing_seen();
+  /// Relative misfit of σ. 0 means that sampling errors explain the residuals.
+  double misfit{};
+  /// Averaging time of the curve at which the fitted σ is lowest.
+  double lowest_tau_s{};
 };
 
-/// The form of the coefficients, each under its symbol.
+/// Describes the coefficients, each under its symbol.
 void describe(auto& form, Like<AllanFit> auto& fit) {
   for (std::size_t k = 0; k < kNoiseTerms; ++k) {
     auto& coefficient = fit.coefficients[k];
@@ -117,37 +129,39 @@ void describe(auto& form, Like<AllanFit> auto& fit) {
   }
 }
 
-/// The coefficient of a term.
+/// Returns the coefficient of a term.
 [[nodiscard]] const NoiseCoefficient& of(const AllanFit& fit, NoiseTerm term);
 
-/// The coefficient by its square alone, seen or not: what an uncertainty budget takes. A term that chance made small is
-/// then small, and no term is dropped. 0 where the square is not known.
+/// Returns the coefficient computed from its square, whether it is significant or not, for an uncertainty budget. No
+/// term is dropped; a term that happens to be small contributes little. Returns 0 if the square is unknown.
 [[nodiscard]] NoiseCoefficient estimate_of(const NoiseCoefficient& coefficient);
 
-/// The σ that one term alone makes at `tau_s`, °/h.
+/// Computes σ of one term alone at `tau_s`, in °/h.
 [[nodiscard]] double deviation_of(const NoiseCoefficient& coefficient, double tau_s);
-/// The σ that all terms that are seen make together, °/h.
+/// Computes σ of all significant terms together at `tau_s`, in °/h.
 [[nodiscard]] double deviation_of(const AllanFit& fit, double tau_s);
 
-/// Reads the five noises from `curve`, which is allan_curve(rates) and not empty. With τ in h and σ in °/h (IEEE
-/// notation): σ²(τ) = 3Q²/τ² + N²/τ + (2 ln 2/π)B² + K²τ/3 + R²τ²/2. A curve of fewer than five points is fitted with
-/// as many terms, taken in the order N, Q, K, B, R.
+/// Fits the five noise coefficients to `curve`, which must be allan_curve(rates) and not empty. With τ in h and σ in
+/// °/h (IEEE notation): σ²(τ) = 3Q²/τ² + N²/τ + (2 ln 2/π)B² + K²τ/3 + R²τ²/2. A curve with fewer than five points is
+/// fitted with one term per point, taken in the order N, Q, K, B, R.
 ///
-/// The squares of the coefficients are fitted to σ² by weighted least squares, none negative; the weights are those of
-/// the relative error of σ, at first 1/√(2(K − 1)), about the fitted curve, since weights about the measured one favour
-/// the points that chance made low. A term stays only if its square is twice its standard error. Reading lines of slope
-/// −½, 0, +½ off the curve instead needs a stretch where one noise is alone: a hold of an hour has it for N at best,
-/// and the line credits the neighbours' share to the one that is read.
+/// The squared coefficients are fitted to σ² by weighted least squares under the constraint that none is negative. The
+/// weights follow from the relative error of σ, initially 1/√(2(K − 1)), and are taken about the fitted curve: weights
+/// about the measured curve would favour points that are low by chance. A term is kept only if its square is at least
+/// twice its standard error. Reading lines of slope −½, 0 and +½ off the curve would need a range of τ where one noise
+/// dominates. A hold of one hour has such a range for N at best, and the line then includes the contribution of the
+/// neighbouring noises.
 ///
-/// Standard errors are exact for Gaussian noise of the fitted kind: the points of an overlapping curve share their
-/// samples, so each pair's covariance is computed, and errors that took them for independent would be too small.
-/// Where the curve departs from the five terms by more than chance allows, χ² > f + 3√(2f) (pulses that beat with the
-/// sampling, a drift that is no straight line), a relative misfit common to all points is added to their errors until
-/// χ² is its f degrees of freedom (Mandel and Paule 1970), so that the sure points of short τ do not bend all the rest.
+/// Standard errors are exact for Gaussian noise of the fitted kind. The points of an overlapping curve share samples,
+/// so the covariance of each pair is computed; assuming independent points would give errors that are too small. If the
+/// curve departs from the five terms by more than chance allows, χ² > f + 3√(2f), a common relative misfit is added to
+/// the errors of all points until χ² equals its f degrees of freedom (Mandel and Paule 1970). Pulses that beat with the
+/// sampling and a drift that is not a straight line cause such departures. The misfit keeps the precise points at short
+/// τ from distorting the fit at long τ.
 [[nodiscard]] AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates);
 
-/// The same with no other terms than these, which are not more than the points: where the curve cannot tell all five
-/// apart, as means over minutes cannot tell quantisation from angle random walk.
+/// Fits only the given terms, at most one per point. Use this if the curve cannot separate all five terms: means over
+/// minutes cannot separate quantisation from angle random walk.
 [[nodiscard]] AllanFit fit_allan(const AllanCurve& curve, const RateStretches& rates, const std::vector<NoiseTerm>& of);
 
 }  // namespace gyrotherm::data

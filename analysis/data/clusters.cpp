@@ -15,10 +15,10 @@
 namespace gyrotherm::data {
 namespace {
 
-/// Of a cluster length: what rounding of a time stamp may amount to.
+/// Tolerance for the rounding of time stamps, as a fraction of the cluster length.
 constexpr double kTimeSlack = 1e-9;
 
-/// Rows first … first + count − 1 of a dataset lie in cluster `number`.
+/// Range of dataset rows, first … first + count − 1, in cluster `number`.
 struct Span {
   Eigen::Index number{}, first{}, count{};
 };
@@ -41,7 +41,8 @@ bool has_each_second(const Dataset& dataset, const Span& span, double length_s) 
   return dataset.imported || span.count == std::llround(length_s);
 }
 
-/// What the unit tells of itself may be missing: rows that need it are left out where they are used.
+/// Returns whether every temperature is present. Values reported by the unit itself may be missing; rows without them
+/// are skipped where they are used.
 bool has_each_temperature(const Dataset& dataset, const Span& span) {
   const auto rows = dataset.temperature_c.middleRows(span.first, span.count);
   for (Eigen::Index column = 0; column < rows.cols(); ++column)
@@ -55,7 +56,7 @@ bool is_whole(const Dataset& dataset, const Span& span, double length_s) {
          dataset.bias_deg_per_h.segment(span.first, span.count).allFinite();
 }
 
-/// For want of what no cluster is whole: ": in no row is there …"; empty: for nothing that is missing in every row.
+/// Names the inputs that are missing in every row: ": in no row is there …". Returns an empty string if there are none.
 std::string missing_throughout(const Dataset& dataset) {
   std::vector<std::string> missing;
   for (Eigen::Index column = 0; column < dataset.temperature_c.cols(); ++column) {
@@ -105,7 +106,8 @@ void fill_rates(Clusters& clusters, const std::vector<Span>& spans) {
   }
 }
 
-/// Of these spans, the kept ones among them. A run starts in balance: the time before its first cluster is infinite.
+/// Stores the history of `spans` and the rows of `kept` in it. A run is assumed to start in thermal equilibrium, so the
+/// time before its first cluster is infinite.
 void remember_history(Clusters& clusters, const Dataset& dataset, const std::vector<Span>& spans,
                       const std::vector<Span>& kept) {
   const auto rows = static_cast<Eigen::Index>(spans.size());
@@ -121,7 +123,7 @@ void remember_history(Clusters& clusters, const Dataset& dataset, const std::vec
   }
 }
 
-/// One history after the other; none where one is not known.
+/// Joins the histories of all parts in order. Leaves the history empty if one part is missing its history.
 void join_histories(Clusters& all, const std::vector<Clusters>& parts) {
   if (!std::ranges::all_of(parts, has_history)) return;
   Eigen::Index rows = 0;
@@ -138,7 +140,7 @@ void join_histories(Clusters& all, const std::vector<Clusters>& parts) {
   }
 }
 
-/// Calls visit(array of `to`, array of `from`) for each array that has a row per cluster.
+/// Calls visit(array of `to`, array of `from`) for each array with one row per cluster.
 template <class Visit>
 void each_array(Clusters& to, const Clusters& from, Visit visit) {
   visit(to.start_s, from.start_s);

@@ -18,7 +18,7 @@ constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 Eigen::Index rows_of(const record::Record& record) { return static_cast<Eigen::Index>(record.time_s.size()); }
 
-/// A column of the record, or all NaN if a foreign record has none.
+/// Returns a column of the record, or all NaN if an imported record does not have it.
 Eigen::VectorXd column(const std::vector<double>& values, Eigen::Index rows) {
   if (values.empty()) return Eigen::VectorXd::Constant(rows, kMissing);
   return Eigen::Map<const Eigen::VectorXd>(values.data(), rows);
@@ -31,21 +31,21 @@ Eigen::VectorXd times_of(const record::Record& record) {
   return seconds;
 }
 
-/// Of the axis that is wanted, and where it stands in the record.
+/// Selected axis and its location in the record.
 struct Place {
   const record::UnitInfo& unit;
   const record::AxisInfo& axis;
   const record::UnitColumns& columns;
-  std::size_t index;  ///< of the axis
+  std::size_t index;  ///< index of the axis
 };
 
-/// Whether people may call an axis so: "x", "imu.x", or a column's name that ends in it, "gyro_x".
+/// Returns whether users may refer to an axis by this name: "x", "imu.x", or a column name that ends in it, "gyro_x".
 bool is_called(const AxisChoice& axis, const std::string& name) {
   if (axis.axis == name || in_words(axis) == name) return true;
   return !axis.axis.empty() && name.ends_with("_" + axis.axis);
 }
 
-/// By choose_axis() it is there.
+/// Finds an axis in the record. choose_axis() has checked that it exists.
 Place place_of(const record::Record& record, const AxisChoice& of) {
   const auto& units = record.info.units;
   const auto unit = std::ranges::find(units, of.unit, &record::UnitInfo::name);
@@ -58,8 +58,9 @@ bool is_one_of(const std::string& name, const std::vector<std::string>& names) {
   return std::ranges::count(names, name) > 0;
 }
 
-/// Whatever the sensor of an own value is off by is a part of the unit, but it drifts: a temperature as thermometers do
-/// of which nothing is said; of anything else it is assumed that a year adds a hundredth of how far it went here.
+/// Returns the uncertainty of a value reported by the unit itself. A constant error of its sensor belongs to the unit
+/// and is not counted, but the sensor drifts. A temperature drifts like a thermometer with unknown uncertainty; any
+/// other value is assumed to drift by 1 % of its range in this record per year.
 record::ThermometerUncertainty uncertainty_of_own(bool is_temperature, const Eigen::VectorXd& values) {
   constexpr double kShareInAYear = 0.01, kLeast = 1e-12;
   record::ThermometerUncertainty known{.calibration = Kelvins{}};
@@ -73,7 +74,7 @@ record::ThermometerUncertainty uncertainty_of_own(bool is_temperature, const Eig
   return known;
 }
 
-/// Names and columns of all that a model may take in: of thermometers, calibrated, and the unit's own values.
+/// Adds names and columns of all model inputs: the calibrated thermometers and the values of the unit itself.
 void add_inputs(Dataset& dataset, const record::Record& record, const Place& at) {
   const Eigen::Index rows = rows_of(record);
   std::vector<Eigen::VectorXd> columns;
@@ -107,7 +108,8 @@ Eigen::VectorXd rotation_deg_per_h(const record::Record& record, const Place& at
   return at.axis.scale * number.array() / column(at.columns.interval_s, rows_of(record)).array();
 }
 
-/// What one pulse in a second is; 0 where none is counted: a rate was read, or an angle that is no whole number.
+/// Returns the rate of one pulse per second. Returns 0 if pulses are not counted: the axis reads a rate, or an angle
+/// with fractions of a pulse.
 double step_deg_per_h(const record::Record& record, const Place& at) {
   if (at.axis.kind != record::GyroKind::pulse_count) return 0;
   const auto is_count = [](double number) { return !std::isfinite(number) || std::floor(number) == number; };
@@ -129,13 +131,13 @@ void place_in_profile(Dataset& dataset, const record::Record& record) {
   }
 }
 
-/// None while the unit was in people's hands.
+/// Removes the bias while an operator was handling the unit.
 void drop_handling(Dataset& dataset, const record::Record& record) {
   for (Eigen::Index row = 0; row < dataset.bias_deg_per_h.size(); ++row)
     if (std::isnan(turned_at(record, static_cast<std::size_t>(row)))) dataset.bias_deg_per_h(row) = kMissing;
 }
 
-/// Of the first hold that has a bias; NaN if none has.
+/// Computes the mean of the first hold that has a bias. Returns NaN if none has.
 double mean_of_first_hold(const Dataset& dataset) {
   int first = -1, count = 0;
   double sum = 0;
@@ -172,7 +174,8 @@ void set_zero(Dataset& dataset, const record::Record& record, const std::optiona
   }
 }
 
-/// Errata 3.3: a rig that names no shell has G, the coldest of the block, in its place.
+/// Sets the three thermometers of the traditional method. If the rig names no shell, G, the coldest thermometer of the
+/// block, is used instead (errata 3.3).
 void name_three_points(Dataset& dataset, const record::UnitInfo& unit) {
   dataset.three_point = unit.three_point;
   const auto has = [&](const char* name) { return is_one_of(name, dataset.thermometers); };

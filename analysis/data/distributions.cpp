@@ -10,7 +10,7 @@
 namespace gyrotherm::data {
 namespace {
 
-/// The error policy: a result that does not exist is NaN or infinite, and nothing throws.
+/// Error policy: undefined results are NaN or infinite; nothing throws.
 using DistributionPolicy =
     boost::math::policies::policy<boost::math::policies::domain_error<boost::math::policies::ignore_error>,
                                   boost::math::policies::pole_error<boost::math::policies::ignore_error>,

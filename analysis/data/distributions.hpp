@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Distributions of statistics, computed by Boost.Math: χ², central and noncentral, and Student's t. Degrees of freedom
-/// are above 0 and need not be whole.
+/// Distributions for statistics, computed by Boost.Math: χ², central and noncentral, and Student's t. Degrees of
+/// freedom are above 0 and need not be whole numbers.
 #pragma once
 
 namespace gyrotherm::data {
 
-// χ². Values and the noncentrality λ, the sum of the squares of the means, are not below 0.
+// χ². Values and the noncentrality λ, the sum of the squared means, are not negative.
 
 /// Returns the probability that χ² of `freedom` degrees exceeds `value`.
 [[nodiscard]] double chi_squared_exceeds(double value, double freedom);
@@ -19,14 +19,14 @@ namespace gyrotherm::data {
 /// Returns the density of noncentral χ² at a value above 0.
 [[nodiscard]] double noncentral_chi_squared_density(double value, double freedom, double noncentrality);
 
-// Student's t. Its degrees of freedom may be infinite: the normal distribution.
+// Student's t. Infinite degrees of freedom give the normal distribution.
 
 /// Returns P(T ≤ t).
 [[nodiscard]] double students_t_probability(double t, double degrees_of_freedom);
 
-/// Returns the coverage factor k of a two-sided interval, P(|T| ≤ k) = `share`, which is above 0 and below 1: 1.960 for
-/// 95 % and infinite degrees of freedom, 12.71 for one. An uncertainty that is itself known with a number of degrees of
-/// freedom is multiplied by it (GUM, G.3).
+/// Returns the coverage factor k of a two-sided interval, P(|T| ≤ k) = `share`, with 0 < `share` < 1: 1.960 for 95 %
+/// and infinite degrees of freedom, 12.71 for one. The expanded uncertainty is k times a standard uncertainty with
+/// these degrees of freedom (GUM, G.3).
 [[nodiscard]] double coverage_factor(double share, double degrees_of_freedom);
 
 }  // namespace gyrotherm::data

@@ -26,13 +26,13 @@ bool contains(const std::vector<std::string>& names, std::string_view name) {
 
 std::string place(std::string_view term) { return fmt::format("input \"{}\"", term); }
 
-/// Reads one term; every mistake is said of the whole text.
+/// Parser of one term. All errors name the whole text.
 class TermReader {
  public:
   TermReader(std::string_view whole, const std::vector<std::string>& thermometers)
       : whole_(whole), thermometers_(thermometers) {}
 
-  /// Splits at each '*' in turn, since a name may hold one; what is wrong is said of the first split.
+  /// Splits at each '*' in turn, since a name may contain one. Returns the error of the first split.
   [[nodiscard]] Result<Term> product(std::string_view text) const {
     auto best = power(text);
     for (auto star = text.find('*'); star != text.npos && !best; star = text.find('*', star + 1)) {
@@ -81,7 +81,7 @@ class TermReader {
     return rate_term(std::string(name));
   }
 
-  /// "600:A"
+  /// Reads the part of a lag after its prefix: "600:A".
   [[nodiscard]] Result<Term> lag(std::string_view text) const {
     const auto colon = text.find(':');
     int time_constant_s = 0;
@@ -97,7 +97,7 @@ class TermReader {
     return lag_term(time_constant_s, std::string(name));
   }
 
-  /// Splits at each '-' in turn, since a name may hold one; what is unknown is said of the first split.
+  /// Splits at each '-' in turn, since a name may contain one. Returns the error of the first split.
   [[nodiscard]] Result<Term> gradient(std::string_view text) const {
     for (auto dash = text.find('-'); dash != text.npos; dash = text.find('-', dash + 1)) {
       const auto first = text.substr(0, dash), second = text.substr(dash + 1);
@@ -134,12 +134,13 @@ Result<Eigen::Index> column_of(const Clusters& clusters, const std::string& name
                   clusters.thermometers.empty() ? "none" : fmt::format("{}", fmt::join(clusters.thermometers, ", "))));
 }
 
-/// Returns the lag of one thermometer in each row of the history, K: 0 in the first of each run that has its
-/// temperature, NaN where that is not known, which is a longer step.
+/// Computes the lag of one thermometer in each row of the history, K. The lag is 0 in the first row of each run with a
+/// temperature. It is NaN where the temperature is missing; the next step is then longer.
 Eigen::VectorXd lag_of(const TemperatureHistory& history, Eigen::Index thermometer, double time_constant_s) {
   FirstOrderLag lag(time_constant_s);
   Eigen::VectorXd values(history.elapsed_s.size());
-  double elapsed_s = 0;  // since a temperature was known
+  // Time since the last known temperature.
+  double elapsed_s = 0;
   for (Eigen::Index k = 0; k < values.size(); ++k) {
     const double temperature_c = history.temperature_c(k, thermometer);
     elapsed_s += history.elapsed_s(k);
@@ -166,7 +167,7 @@ Result<Eigen::VectorXd> values_of(const Factor& factor, const Term& term, const 
   return clusters.temperature_c.col(*first) - clusters.temperature_c.col(*second);
 }
 
-/// A polynomial of temperatures, rates and lags: products of these axes, each in order, with their coefficients.
+/// Polynomial in temperatures, rates and lags: the coefficient of each product. The axes of a product are sorted.
 using Axis = Factor;
 using Polynomial = std::map<std::vector<Axis>, double>;
 
@@ -246,11 +247,12 @@ std::vector<Factor> lags_in(const std::vector<Term>& terms) {
   return {lags.begin(), lags.end()};
 }
 
-/// A line break is in no name of a record.
+/// Names of a record cannot contain a line break.
 std::string lag_name(const Factor& lag) { return '\n' + to_string(lag); }
 
 Term with_lags_as_temperatures(Term term) {
-  for (Factor& factor : term.factors)  // in their order still, so that the product is the same to the bit
+  // Keeps the order of the factors, so that the product is bit-identical.
+  for (Factor& factor : term.factors)
     if (factor.kind == FactorKind::lag) factor = {FactorKind::temperature, lag_name(factor), {}};
   return term;
 }

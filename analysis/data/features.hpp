@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The inputs of a model: terms as a user writes them, their values over clusters, and their scaling.
+/// Inputs of a model: terms as the user writes them, their values over clusters, and their scaling.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,24 +18,26 @@
 namespace gyrotherm::data {
 
 enum class FactorKind { temperature, gradient, rate, lag };
-/// The word for the kind: "temperature", "gradient", "rate", "lag".
+/// Returns the keyword for the kind: "temperature", "gradient", "rate", "lag".
 [[nodiscard]] const char* name(FactorKind kind);
 
-/// One quantity of the thermometers: T_first (°C), T_first − T_second (°C), the causal dT_first/dt (°C/min), or the
-/// causal lag of T_first (K): by how much a body that follows it with a time constant lags behind (FirstOrderLag).
+/// Quantity derived from thermometers: T_first (°C), T_first − T_second (°C), the causal dT_first/dt (°C/min), or the
+/// causal lag of T_first (K). The lag is the temperature difference between T_first and a body that follows it with a
+/// time constant (FirstOrderLag).
 struct Factor {
   FactorKind kind{};
   std::string first;
-  std::string second;     ///< gradient only
-  int time_constant_s{};  ///< lag only, 1 … kLongestTimeConstantS
+  std::string second;  ///< gradient only
+  /// Time constant of a lag, 1 … kLongestTimeConstantS.
+  int time_constant_s{};
   auto operator<=>(const Factor&) const = default;
 };
 
 inline constexpr std::size_t kMostFactors = 3;
 inline constexpr int kLongestTimeConstantS = 86400;
 
-/// One input of a model: a temperature, a gradient (the difference of two thermometers), a temperature rate or a lag,
-/// or the product of up to kMostFactors of these. Factors are kept in order: A·B and B·A are the same term.
+/// Input of a model: a temperature, a gradient (difference of two thermometers), a temperature rate or a lag, or a
+/// product of up to kMostFactors of these. Factors are sorted, so A·B and B·A are the same term.
 struct Term {
   std::vector<Factor> factors;
   auto operator<=>(const Term&) const = default;
@@ -56,33 +58,35 @@ void describe(auto& form, Like<Factor> auto& factor) {
 [[nodiscard]] Term temperature_term(std::string thermometer);
 [[nodiscard]] Term gradient_term(std::string first, std::string second);
 [[nodiscard]] Term rate_term(std::string thermometer);
-/// The time constant is of 1 … kLongestTimeConstantS seconds.
+/// Makes a lag term. The time constant must be 1 … kLongestTimeConstantS seconds.
 [[nodiscard]] Term lag_term(int time_constant_s, std::string thermometer);
-/// The product of two terms, which have kMostFactors factors at most together.
+/// Returns the product of two terms, which together must have at most kMostFactors factors.
 [[nodiscard]] Term operator*(const Term& a, const Term& b);
 
-/// True if the term needs the rate of a thermometer.
+/// Returns whether the term contains the rate of a thermometer.
 [[nodiscard]] bool has_rate(const Term& term);
 
-/// A factor as a sum of what is measured or kept, each with its sign: a gradient is the difference of two temperatures,
-/// any other factor is itself.
+/// Splits a factor into signed measured or filtered quantities. A gradient is the difference of two temperatures; any
+/// other factor is its only part.
 [[nodiscard]] std::vector<std::pair<Factor, double>> parts_of(const Factor& factor);
 
-/// The lags that terms are made of, each once, in order.
+/// Lists the distinct lags of the terms in order.
 [[nodiscard]] std::vector<Factor> lags_in(const std::vector<Term>& terms);
-/// The term with each lag as the temperature of a thermometer called lag_name: for whoever keeps the lags himself.
+/// Returns the term with each lag replaced by the temperature of a thermometer called lag_name, for callers that
+/// compute the lags themselves.
 [[nodiscard]] Term with_lags_as_temperatures(Term term);
-/// A name that no thermometer of a record has.
+/// Returns a name for the lag that cannot be the name of a thermometer.
 [[nodiscard]] std::string lag_name(const Factor& lag);
 
-/// Reads "A", "A-B", "rate:A", "lag:600:A" (the lag of A with a time constant of 600 s, whole seconds), a power of one
-/// like "A^2" ("A-B^2" is the square of the difference), or a product like "A*rate:A" and "A*A-B". A thermometer's name
-/// may hold '-', '*' and '^': what can be read as a whole name is. Fails with usage, naming the nearest thermometer.
+/// Parses "A", "A-B", "rate:A", "lag:600:A" (lag of A with a time constant of 600 s, in whole seconds), a power such as
+/// "A^2" ("A-B^2" is the square of the difference), or a product such as "A*rate:A" and "A*A-B". A thermometer name may
+/// contain '-', '*' and '^'; text that matches a whole name is read as that name. Fails with usage and suggests the
+/// nearest thermometer.
 [[nodiscard]] Result<Term> parse_term(std::string_view text, const std::vector<std::string>& thermometers);
-/// The text that parse_term reads as the same term, unless another thermometer bears that very name.
+/// Returns text that parse_term reads as the same term, unless it equals the name of another thermometer.
 [[nodiscard]] std::string to_string(const Term& term);
 
-/// The words are for people; the factors say the same where a thermometer's name holds a '-'.
+/// Describes a term. The text is for users; the factors are unambiguous even if a thermometer name contains '-'.
 void describe(auto& form, Like<Term> auto& term) {
   auto words = to_string(term);
   form("term", words);
@@ -92,45 +96,47 @@ void describe(auto& form, Like<Term> auto& term) {
   form.expect("term", words == to_string(term), "does not say the same as its factors");
 }
 
-/// Rows are samples, row-major so that a sample is contiguous.
+/// Row-major matrix with one sample per row, so that a sample is contiguous.
 using SampleMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// The causal first-order lag of a temperature: what a body that follows a thermometer slowly has not yet followed. The
-/// body follows the temperature T of the thermometer with the time constant τ: dF/dt = (T − F)/τ. It starts in
-/// balance: F is the first temperature. T is taken as a staircase of the temperatures given, each since the one before
-/// it, for which T_k − F_k = exp(−Δt/τ) (T_k − F_{k−1}) is the exact solution (the zero-order-hold equivalent;
-/// Franklin, Powell, Workman, Digital Control of Dynamic Systems (1998), §4.3.3). A gap is a long step: over one of
-/// many τ the body is in balance again.
+/// Causal first-order lag of a temperature: the temperature difference that a slow body has not yet followed. The body
+/// follows the temperature T of the thermometer with the time constant τ: dF/dt = (T − F)/τ. It starts in equilibrium:
+/// F equals the first temperature. T is taken as a staircase; each temperature holds since the previous one. The exact
+/// solution is then T_k − F_k = exp(−Δt/τ) (T_k − F_{k−1}), the zero-order-hold equivalent (Franklin, Powell, Workman,
+/// Digital Control of Dynamic Systems (1998), §4.3.3). A gap is one long step; after a gap of many τ the body is in
+/// equilibrium again.
 class FirstOrderLag {
  public:
   explicit FirstOrderLag(double time_constant_s) : time_constant_s_(time_constant_s) {}
 
-  /// By how much the body lags behind, T − F in K, once this temperature has lasted for `elapsed_s`.
+  /// Advances the body by `elapsed_s` at this temperature and returns its lag T − F, K.
   double push(double temperature_c, double elapsed_s);
 
  private:
   double time_constant_s_;
-  double followed_c_ = std::numeric_limits<double>::quiet_NaN();  ///< F; NaN before the first temperature
+  /// F. NaN before the first temperature.
+  double followed_c_ = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// All pairs i before j of the named thermometers: 28 for A…H.
+/// Returns the gradients of all pairs i < j of the named thermometers: 28 for A…H.
 [[nodiscard]] std::vector<Term> all_gradients(const std::vector<std::string>& names);
 
-/// The values of the terms, clusters × terms, unscaled. Lags are those of the clusters' whole runs, however few of the
-/// clusters are looked at; a cluster without a thermometer's mean is a longer step (FirstOrderLag). Fails with usage if
-/// a thermometer is not in the clusters, or a lag is asked for and the history is not known.
+/// Computes the values of the terms, clusters × terms, unscaled. Lags use the history of the whole runs, even if only
+/// some of their clusters are selected; a cluster without the mean of a thermometer is bridged by a longer step
+/// (FirstOrderLag). Fails with usage if a thermometer is not in the clusters, or if a lag is required and the history
+/// is unknown.
 [[nodiscard]] Result<SampleMatrix> evaluate(const std::vector<Term>& terms, const Clusters& clusters);
 
-/// The rank of the terms as polynomials of the temperatures, their rates and lags (13 gradients that contain all of A
-/// have rank 7).
+/// Returns the rank of the terms as polynomials of the temperatures, their rates and lags. For example, 13 gradients
+/// that connect all of A…H have rank 7.
 [[nodiscard]] int rank_of(const std::vector<Term>& terms);
 
-/// What makes the inputs that it was fitted to have zero mean and unit STD.
+/// Scaling that gives the inputs it was fitted to zero mean and unit STD.
 struct Scaling {
   Eigen::RowVectorXd mean;
   Eigen::RowVectorXd std;
 };
-/// Learns the scaling of `values`, a column per term. Fails with usage, naming the term, if a column does not vary.
+/// Fits the scaling to `values`, one column per term. Fails with usage and names the term if a column does not vary.
 [[nodiscard]] Result<Scaling> fit_scaling(const SampleMatrix& values, const std::vector<Term>& terms);
 [[nodiscard]] SampleMatrix apply(const Scaling& scaling, const SampleMatrix& values);
 

@@ -18,14 +18,14 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// One record's clusters by the fold that holds each out.
+/// Assignment of the clusters of one record to the folds that hold them out.
 struct Cut {
   std::vector<int> fold;
   int folds{};
   double guard_s{};
 };
 
-/// Number of each distinct cycle, in order of appearance.
+/// Numbers the distinct cycles in order of appearance.
 std::map<int, int> cycles_of(const Clusters& record) {
   std::map<int, int> number;
   for (const int cycle : record.cycle) {
@@ -47,7 +47,7 @@ Cut cut_at_cycles(const Clusters& record, const FoldOptions& options) {
   return cut;
 }
 
-/// In whole clusters: what half the shortest block still allows of the default.
+/// Returns the default guard, limited to half the shortest block and rounded down to whole clusters.
 double default_guard_s(Eigen::Index clusters_in_block, double length_s) {
   const double allowed = std::floor(static_cast<double>(clusters_in_block) / 2) * length_s;
   return std::min(kDefaultGuardMinutes * kSecondsPerMinute, allowed);
@@ -67,12 +67,12 @@ Result<Cut> cut_into_blocks(const Clusters& record, const FoldOptions& options) 
   return cut;
 }
 
-/// A record that is held out whole.
+/// Makes one fold of the whole record.
 Cut hold_out_whole(const Clusters& record) {
   return {.fold = std::vector<int>(static_cast<std::size_t>(record.cycle.size()), 0), .folds = 1, .guard_s = 0};
 }
 
-/// Seconds between each cluster and the nearest one of the fold, edge to edge.
+/// Computes the time between each cluster and the nearest cluster of the fold, edge to edge, in seconds.
 std::vector<double> distance_to_fold(const Clusters& record, const Cut& cut, int fold) {
   std::vector<double> distance(cut.fold.size(), kNever);
   const auto sweep = [&](auto begin, auto end, auto step) {
@@ -88,10 +88,11 @@ std::vector<double> distance_to_fold(const Clusters& record, const Cut& cut, int
   return distance;
 }
 
-/// The folds of a record whose first cluster is row `first` of `all` rows.
+/// Appends the folds of a record. Its first cluster is row `first` of `all` rows.
 void append(FoldPlan& plan, const Clusters& record, const Cut& cut, Eigen::Index first, Eigen::Index all) {
   const auto end = first + static_cast<Eigen::Index>(cut.fold.size());
-  const double slack_s = 1e-6 * record.length_s;  // starts are sums of doubles
+  // Tolerance, because start times are sums of doubles.
+  const double slack_s = 1e-6 * record.length_s;
   for (int fold = 0; fold < cut.folds; ++fold) {
     const std::vector<double> distance = distance_to_fold(record, cut, fold);
     Fold rows;
@@ -115,7 +116,7 @@ std::string format_guard(const std::vector<double>& guards_s) {
   return fmt::format(" with a guard of {} min", span);
 }
 
-/// What holds out where the user leaves it to the records.
+/// Returns the requested kind of folds, or chooses one for the records if it is automatic.
 FoldKind kind_for(const std::vector<Clusters>& records, const FoldOptions& options) {
   if (options.kind != FoldKind::automatic) return options.kind;
   const bool without_cycles =
@@ -123,7 +124,7 @@ FoldKind kind_for(const std::vector<Clusters>& records, const FoldOptions& optio
   return records.size() >= kFewestForRecords && without_cycles ? FoldKind::records : FoldKind::cycles;
 }
 
-/// How many folds are of a kind, and the guards around them.
+/// Counts the folds built so far and collects their guard intervals.
 struct Tally {
   int folds{};
   std::vector<double> guards_s;
@@ -151,7 +152,7 @@ Result<void> check(const FoldPlan& plan) {
   return {};
 }
 
-/// Rows of other programs are other runs: nothing lies between them that a guard would have to keep out.
+/// Plans one fold per program. Records of different programs are different runs, so they need no guard.
 Result<FoldPlan> hold_out_programs(const std::vector<Clusters>& records, const std::vector<std::string>& programs) {
   assert(records.size() == programs.size());
   std::vector<std::string> distinct;
@@ -178,7 +179,7 @@ Result<FoldPlan> hold_out_programs(const std::vector<Clusters>& records, const s
   return plan;
 }
 
-/// What is left of rows that are numbered anew; number −1: gone.
+/// Translates row numbers and removes the rows whose new number is −1.
 std::vector<Eigen::Index> renumbered(const std::vector<Eigen::Index>& rows, const std::vector<Eigen::Index>& number) {
   std::vector<Eigen::Index> left;
   for (const Eigen::Index row : rows) {

@@ -15,16 +15,16 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// The length of the clusters that all figures are of.
+/// Cluster length at which results are reported.
 constexpr double kClusterSeconds = 100;
 
-/// Rows first … first + count − 1, of samples or of clusters.
+/// Rows first … first + count − 1 of samples or clusters.
 struct Rows {
   Eigen::Index first{}, count{};
 };
 
-/// The stretches of rows that `hold_at` says lie in one hold, by its segment, −1 for a row in none; of one segment two
-/// if it is left and entered again.
+/// Finds the runs of rows in one hold. `hold_at` returns the segment of a row, or −1. A segment that is left and
+/// entered again gives two runs.
 template <class HoldAt>
 std::vector<Rows> holds_of(Eigen::Index rows, const std::vector<record::RunInfo::SegmentInfo>& segments,
                            HoldAt hold_at) {
@@ -45,14 +45,16 @@ bool neighbours(const Clusters& clusters, Eigen::Index k) {
   return std::abs(step_s - clusters.length_s) < 0.5 * clusters.length_s;
 }
 
-/// Differences by how many others of them begin one and two clusters later.
+/// Number of second differences, and how many of them overlap a later one.
 struct Overlaps {
-  int differences{}, by_two{}, by_one{};  ///< that share two clusters, and one, with a later one
+  /// Pairs that share two clusters, and pairs that share one.
+  int differences{}, by_two{}, by_one{};
 };
 
-/// Second differences of white noise that share two clusters are correlated by −2/3, those that share one by 1/6, and
-/// the squares of two normal numbers by the square of that: the mean of D squares has the relative variance
-/// (2 + 4·(4/9·P₂ + 1/36·P₁)/D)/D, and its root half that error.
+/// Returns the relative standard error of the root mean square of second differences of white noise. Differences that
+/// share two clusters have the correlation −2/3; those that share one have 1/6. Squares of two normal variables are
+/// correlated by the square of that. The mean of D squares thus has the relative variance (2 + 4·(4/9·P₂ +
+/// 1/36·P₁)/D)/D, and its root has half the relative error.
 double relative_error(const Overlaps& overlaps) {
   const double d = overlaps.differences;
   return 0.5 * std::sqrt((2 + 4 * (overlaps.by_two * 4.0 / 9 + overlaps.by_one / 36.0) / d) / d);
@@ -64,13 +66,13 @@ bool any_hold(const std::vector<record::RunInfo::SegmentInfo>& segments) {
 
 constexpr const char* kNoHold = "the record names no hold";
 
-/// Squares of second differences, summed, and how they overlap.
+/// Sum of squared second differences, and their overlaps.
 struct SecondDifferences {
   double sum{};
   Overlaps overlaps;
 };
 
-/// Those of the last hour of a hold of clusters.
+/// Adds the second differences in the last hour of a hold.
 void add_second_differences(SecondDifferences& all, const Clusters& clusters, const Rows& hold) {
   const Eigen::Index last = hold.first + hold.count - 1;
   const double from_s = clusters.start_s(last) + clusters.length_s - kQuietSeconds;
@@ -97,7 +99,7 @@ Rows last_hour(const Dataset& dataset, const Rows& hold, double interval_s) {
   return {first, end - first};
 }
 
-/// The prediction at each sample: straight lines between the middles of neighbouring clusters, NaN elsewhere.
+/// Interpolates the prediction at each sample linearly between the middles of neighbouring clusters. NaN elsewhere.
 Eigen::VectorXd at_samples(const Dataset& dataset, const Clusters& clusters, const Eigen::VectorXd& predicted) {
   Eigen::VectorXd at = Eigen::VectorXd::Constant(dataset.time_s.size(), std::numeric_limits<double>::quiet_NaN());
   Eigen::Index k = 0;
@@ -122,8 +124,8 @@ std::string statement_of(const HoldNoise& noise, const char* bias, const char* c
       noise.stretches == 1 ? "" : "es", noise.seconds, caution);
 }
 
-/// Puts the point at `tau_s` in its place on a curve of doubling τ, if it is a whole number of samples and not past the
-/// curve's end.
+/// Inserts the point at `tau_s` into a curve of doubling τ. Does nothing if `tau_s` is not a whole number of samples or
+/// is past the end of the curve.
 void add_point(AllanCurve& curve, const RateStretches& rates, double tau_s) {
   constexpr double kWhole = 1e-6;
   const double samples = tau_s / rates.interval_s;
@@ -156,7 +158,7 @@ HoldNoise noise_of(const Dataset& dataset, const Eigen::VectorXd& bias_deg_per_h
   return noise;
 }
 
-/// The statement, where the record names holds at all.
+/// Returns the summary, or a note that the record names no hold.
 std::string statement_of(const Dataset& dataset, const HoldNoise& noise, const char* bias, const char* caution) {
   return any_hold(dataset.segments) ? statement_of(noise, bias, caution) : kNoHold;
 }
@@ -168,7 +170,7 @@ HoldNoise noise_of_raw(const Dataset& dataset, const Eigen::VectorXd& bias_deg_p
   return noise;
 }
 
-/// The bias of samples in one of the clusters, NaN elsewhere.
+/// Returns the bias of the samples in one of the clusters and NaN elsewhere.
 Eigen::VectorXd within(const Dataset& dataset, const Clusters& clusters) {
   Eigen::VectorXd bias = Eigen::VectorXd::Constant(dataset.time_s.size(), kUnknown);
   Eigen::Index k = 0;

@@ -13,10 +13,11 @@
 namespace gyrotherm::data {
 namespace {
 
-/// A quantity with an error of its own: a temperature, a rate or a lag, as a factor.
+/// Quantity with an independent error: a temperature, a rate or a lag, represented as a factor.
 using Quantity = Factor;
 
-/// The derivative of the term after one quantity, in each cluster; empty if it does not depend on it.
+/// Computes the derivative of the term with respect to one quantity in each cluster. Empty if the term does not depend
+/// on it.
 Result<Eigen::VectorXd> derivative(const Term& term, const Quantity& quantity, const Clusters& clusters) {
   Eigen::VectorXd sum;
   for (std::size_t k = 0; k < term.factors.size(); ++k) {
@@ -37,7 +38,7 @@ Result<Eigen::VectorXd> derivative(const Term& term, const Quantity& quantity, c
   return sum;
 }
 
-/// The error of the quantity for an error of 1 K of the thermometer's last mean.
+/// Returns the error of the quantity for an error of 1 K in the last mean of the thermometer.
 double reach_of(const Quantity& quantity, double length_s) {
   switch (quantity.kind) {
     case FactorKind::rate: return kSecondsPerMinute / length_s;
@@ -48,7 +49,7 @@ double reach_of(const Quantity& quantity, double length_s) {
   return 1;
 }
 
-/// Adds what the error of one quantity, of this standard deviation, makes of the terms.
+/// Adds the contribution of one quantity, with this standard uncertainty, to the covariance.
 Result<void> add(const Quantity& quantity, double error, const std::vector<Term>& terms, const Clusters& clusters,
                  Eigen::MatrixXd& covariance) {
   std::vector<Eigen::Index> columns;
@@ -66,7 +67,7 @@ Result<void> add(const Quantity& quantity, double error, const std::vector<Term>
   return {};
 }
 
-/// The uncertainty of each quantity's thermometer.
+/// Returns the standard uncertainty of each quantity in the terms.
 Result<std::map<Quantity, double>> errors_of(const std::vector<Term>& terms, const Clusters& clusters,
                                              const std::vector<double>& uncertainty_k) {
   const auto wrong = [](std::string what) { return failure(FaultKind::usage, "uncertainty", std::move(what)); };

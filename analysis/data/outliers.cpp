@@ -22,7 +22,7 @@ double median_of(std::span<double> values) {
   return *middle;
 }
 
-/// Value after value with its time: "-1000 °/h at 120 s".
+/// List of values with their times: "-1000 °/h at 120 s".
 class Listed {
  public:
   void add(double value_deg_per_h, double time_s) {

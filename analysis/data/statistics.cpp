@@ -10,7 +10,7 @@
 namespace gyrotherm::data {
 namespace {
 
-/// Where each of these clusters stands, in whole clusters. A later record begins far behind the one before.
+/// Returns the position of each cluster, in cluster lengths. A later record starts far after the previous one.
 Eigen::VectorXi places_of(const Clusters& clusters, const std::vector<Eigen::Index>& rows) {
   Eigen::VectorXi places(static_cast<Eigen::Index>(rows.size()));
   int shift = 0;
@@ -45,7 +45,8 @@ EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values
                                  const Eigen::Ref<const Eigen::VectorXi>& places) {
   assert(values.size() == places.size());
   constexpr Eigen::Index kLeast = 4;
-  constexpr double kChance = 2;  // standard deviations of a correlation that is none
+  // Limit in standard deviations of a correlation that is zero.
+  constexpr double kChance = 2;
   const auto count = static_cast<double>(values.size());
   if (values.size() < kLeast) return {count, count};
   const Eigen::VectorXd centred = values.array() - values.mean();
@@ -124,7 +125,7 @@ Correlation correlate(const Clusters& clusters, const std::vector<std::string>& 
   r.gradient.setZero(count, count);
   r.temperature.resize(count);
   r.rate.resize(count);
-  // Not the first cluster of a run, nor the first after a gap.
+  // Excludes the first cluster of a run and the first after a gap.
   const std::vector<Eigen::Index> with_rate = finite_rows(clusters.rate_c_per_min);
   const Eigen::VectorXd bias_with_rate = bias(with_rate);
   std::vector<Eigen::Index> column;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The figures by which a residual is judged: eq. 11, what it hides, and how well it is known; and how bias and
-/// temperatures correlate.
+/// Statistics of a residual (eq. 11) with their standard errors, and the correlation of the bias with temperatures.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +11,7 @@
 
 namespace gyrotherm::data {
 
-/// The rows that are finite in every column, rising.
+/// Returns the rows that are finite in every column, in rising order.
 template <class Values>
 [[nodiscard]] std::vector<Eigen::Index> finite_rows(const Eigen::DenseBase<Values>& values) {
   std::vector<Eigen::Index> rows;
@@ -22,30 +21,33 @@ template <class Values>
   return rows;
 }
 
-/// What values have to do with those some places later.
+/// Mean product of values at a fixed lag.
 struct LaggedProduct {
-  double mean{};  ///< of the products; 0 of no pair
+  /// Mean of the products. 0 if there are no pairs.
+  double mean{};
   int pairs{};
 };
 
-/// The mean product of values `lag` ≥ 0 places apart. The values are centred, and each stands at a whole place, rising:
-/// over their variance it is their autocorrelation.
+/// Computes the mean product of values at positions `lag` ≥ 0 apart. The values are centred; their positions are rising
+/// whole numbers. Divided by their variance it is the autocorrelation.
 [[nodiscard]] LaggedProduct lagged_product(const Eigen::Ref<const Eigen::VectorXd>& centred,
                                            const Eigen::Ref<const Eigen::VectorXi>& places, int lag);
 
-/// How many independent values tell as much as these, which depend on their neighbours; 0 if that was not asked.
+/// Number of independent values with the same information as correlated ones. 0 if not computed.
 struct EffectiveNumber {
-  double of_std{};   ///< n²/(n + 2 Σ n_k ρ_k²): for the STD
-  double of_mean{};  ///< n²/(n + 2 Σ n_k ρ_k), at most n: for the mean
+  /// For the STD: n²/(n + 2 Σ n_k ρ_k²).
+  double of_std{};
+  /// For the mean: n²/(n + 2 Σ n_k ρ_k), at most n.
+  double of_mean{};
 };
 
-/// The effective number of values that stand at whole `places`, rising: n_k pairs lie k places apart, and their
-/// autocorrelation is ρ_k (Bartlett 1946, Gaussian values). The sums end before the first lag at which |ρ_k| < 2/√n_k,
-/// chance to 95 %. Both are n where fewer than four values are given or they do not vary.
+/// Computes the effective number of values at rising whole `places`. n_k pairs are k positions apart, and ρ_k is their
+/// autocorrelation (Bartlett 1946, Gaussian values). The sums end before the first lag with |ρ_k| < 2/√n_k, the 95 %
+/// limit for uncorrelated values. Both numbers are n if there are fewer than four values or if they do not vary.
 [[nodiscard]] EffectiveNumber effective_number(const Eigen::Ref<const Eigen::VectorXd>& values,
                                                const Eigen::Ref<const Eigen::VectorXi>& places);
 
-/// The figures of cluster means, °/h. `std` is eq. 11 (N − 1), 0 of a single value; all are 0 of none.
+/// Statistics of cluster means, °/h. `std` is eq. 11 (N − 1) and 0 for a single value. All are 0 without values.
 struct Figures {
   double std{}, mean{}, rmse{}, max_abs{};
   int count{};
@@ -53,19 +55,19 @@ struct Figures {
 };
 [[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values);
 
-/// The figures of values at these clusters of a record, one each, with their effective number. Nothing is correlated
-/// across two records.
+/// Computes the statistics of values at the given clusters of a record, one value each, with their effective number.
+/// Values of different records are taken as uncorrelated.
 [[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters,
                                  const std::vector<Eigen::Index>& rows);
-/// The figures of values at all clusters of a record.
+/// Computes the statistics of values at all clusters of a record.
 [[nodiscard]] Figures figures_of(const Eigen::Ref<const Eigen::VectorXd>& values, const Clusters& clusters);
 
-/// The standard error of the STD, std/√(2 n_eff), and that of the mean, std/√n_eff; NaN if the effective number is not
-/// known, and of a single value, which does not say how it scatters.
+/// Compute the standard error of the STD, std/√(2 n_eff), and of the mean, std/√n_eff. NaN if the effective number is
+/// unknown, or for a single value.
 [[nodiscard]] double std_error(const Figures& figures);
 [[nodiscard]] double mean_error(const Figures& figures);
 
-/// The form of figures wherever they are written: in the model, the report and what verify says.
+/// Describes the statistics in the model, the report and the output of verify.
 void describe(auto& form, Like<Figures> auto& figures) {
   form("std_deg_per_h", figures.std);
   form("mean_deg_per_h", figures.mean);
@@ -78,27 +80,30 @@ void describe(auto& form, Like<Figures> auto& figures) {
   form.derived("mean_error_deg_per_h", mean_error(figures));
 }
 
-/// Both ways of saying "improvement" (errata 1.1).
+/// Both definitions of "improvement" (errata 1.1).
 struct Improvement {
   double three_point_from_original{};  ///< 1 − s_three/s_raw
   double multi_point_from_original{};  ///< 1 − s_multi/s_raw
-  double paper_ratio{};  ///< (multi − three)/three of the two above: the paper's "improvement from traditional method"
+  /// (multi − three)/three of the two above: the "improvement from traditional method" of the paper.
+  double paper_ratio{};
   double residual_reduction{};  ///< 1 − s_multi/s_three
 };
 [[nodiscard]] Improvement improvement(double std_raw, double std_three_point, double std_multi_point);
 
-/// Pearson's correlation of bias with every gradient (Table 3), temperature and temperature rate.
+/// Pearson correlation of the bias with every gradient (Table 3), temperature and temperature rate.
 struct Correlation {
-  std::vector<std::string> names;  ///< thermometers, rows and columns of `gradient`
-  Eigen::MatrixXd gradient;        ///< signed r of T_i − T_j with bias for i before j; antisymmetric, zero diagonal
-  Eigen::VectorXd temperature;     ///< signed r of each T_i
-  Eigen::VectorXd rate;            ///< signed r of each causal dT_i/dt
+  /// Thermometers; the rows and columns of `gradient`.
+  std::vector<std::string> names;
+  /// Signed r of T_i − T_j with the bias for i before j. Antisymmetric with zero diagonal.
+  Eigen::MatrixXd gradient;
+  Eigen::VectorXd temperature;  ///< signed r of each T_i
+  Eigen::VectorXd rate;         ///< signed r of each causal dT_i/dt
 };
 
-/// Pearson's r of two rows of numbers of one length; 0 if one of them does not vary.
+/// Returns Pearson's r of two vectors of equal length. Returns 0 if one of them does not vary.
 [[nodiscard]] double pearson(const Eigen::Ref<const Eigen::VectorXd>& a, const Eigen::Ref<const Eigen::VectorXd>& b);
 
-/// Correlates the named thermometers on these clusters alone; rates on the clusters that have one.
+/// Correlates the named thermometers with the bias on these clusters. Rates use only the clusters that have one.
 [[nodiscard]] Correlation correlate(const Clusters& clusters, const std::vector<std::string>& names);
 
 }  // namespace gyrotherm::data

@@ -10,7 +10,7 @@
 namespace gyrotherm::svm {
 namespace {
 
-/// Small is simple: the octaves of C upward, of σ and ε downward.
+/// Returns a position in octaves, ordered so that a lower value is simpler: C keeps its sign, σ and ε are negated.
 std::vector<double> complexity_of(const JudgedPosition& judged) {
   std::vector<double> octaves;
   for (std::size_t k = 0; k < judged.position.size(); ++k) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which of the positions that a search has judged is taken: the one of least held-out error, as the paper does, or the
-/// simplest that is not distinguishable from it.
+/// Choice between the positions judged by a search: either the one with the lowest held-out error, as in the paper, or
+/// the simplest one that is not distinguishable from it.
 ///
-/// A held-out error is a mean over folds and has a standard error of its own. Where the optimum is flat the position of
-/// least error is drawn by the noise of the folds: over four gyros of one make C was 0.8 … 480 at equal error
-/// (docs/evaluation.md). The one-standard-error rule takes the simplest position whose error is at most one standard
-/// error above the least (Breiman et al. 1984, §3.4.3; Hastie, Tibshirani, Friedman 2009, §7.10).
+/// A held-out error is a mean over folds and has its own standard error. Near a flat optimum, the noise of the folds
+/// decides which position has the lowest error: over four gyros of one make, C varied from 0.8 to 480 at equal error
+/// (docs/evaluation.md). The one-standard-error rule chooses the simplest position with an error at most one standard
+/// error above the lowest (Breiman et al. 1984, §3.4.3; Hastie, Tibshirani, Friedman 2009, §7.10).
 #pragma once
 
 #include <cstddef>
@@ -21,45 +21,55 @@ namespace gyrotherm::svm {
 
 enum class ChoiceRule { best, one_standard_error };
 
-/// Reads "best" or "one-se". Fails with usage.
+/// Parses "best" or "one-se". Fails with usage.
 [[nodiscard]] Result<ChoiceRule> parse_choice(std::string_view text);
 
-/// A position of the search, log2 of C, σ and (unless it is fixed) ε, and what it was worth on every fold.
+/// Position of the search, in log2 of C, σ and (unless fixed) ε, with its error on every fold.
 struct JudgedPosition {
   std::vector<double> position;
-  std::vector<double> shares;  ///< of each fold in the mean squared error: Σ of its squares over all held-out rows
+  /// Share of each fold in the mean squared error: its squared errors divided by the number of all held-out rows.
+  std::vector<double> shares;
 };
 
-/// The mean squared error over all held-out rows: the sum of the shares.
+/// Returns the mean squared error over all held-out rows, the sum of the shares.
 [[nodiscard]] double mean_squared_error(const JudgedPosition& judged);
 
-/// The standard error of that mean: with the part w_k of all rows that fold k holds out and its own mean squared error
-/// e_k = share_k/w_k it is √(K/(K − 1) · Σ w_k²(e_k − ē)²), which for K equal folds is the standard deviation of the
-/// e_k over √K. 0 of a single fold. Asserts one share for each part.
+/// Returns the standard error of that mean. Let w_k be the fraction of all rows held out by fold k, and e_k =
+/// share_k/w_k its own mean squared error. The result is √(K/(K − 1) · Σ w_k²(e_k − ē)²). For K equal folds this is the
+/// standard deviation of the e_k over √K. Returns 0 for a single fold. Asserts that there is one share per fraction in
+/// `parts`.
 [[nodiscard]] double standard_error(const JudgedPosition& judged, std::span<const double> parts);
 
-/// True if `a` is simpler than `b`: smaller C, then larger σ, then larger ε, each by whole octaves, since a search
-/// never meets the same number twice; then of smaller error, then of smaller numbers.
+/// Returns whether `a` is simpler than `b`: smaller C, then larger σ, then larger ε. These are compared in whole
+/// octaves, since a search never evaluates the same number twice. Ties are decided by smaller error, then by smaller
+/// coordinates.
 [[nodiscard]] bool is_simpler(const JudgedPosition& a, const JudgedPosition& b);
 
-/// What the one-standard-error rule found.
+/// Result of the one-standard-error rule.
 struct OneStandardErrorChoice {
-  std::size_t best{};       ///< index of the position of least error
-  std::size_t simplest{};   ///< index of the one that is taken
-  double standard_error{};  ///< of the least error
-  int within{};             ///< how many positions are within one standard error of the least, itself included
+  /// Index of the position with the lowest error.
+  std::size_t best{};
+  /// Index of the chosen position.
+  std::size_t simplest{};
+  /// Standard error of the lowest error.
+  double standard_error{};
+  /// Number of positions within one standard error of the lowest, including that one.
+  int within{};
 };
 
-/// The rule over at least one position. Does not depend on their order.
+/// Applies the rule to at least one position. The result does not depend on their order.
 [[nodiscard]] OneStandardErrorChoice simplest_within_one_standard_error(std::span<const JudgedPosition> judged,
                                                                         std::span<const double> parts);
 
-/// How a choice by that rule is kept with a tuning; errors in (°/h)².
+/// Record of a choice by the one-standard-error rule, stored with a tuning. Errors are in (°/h)².
 struct OneStandardErrorSummary {
-  SvrParameters best;  ///< of least held-out error, which the rule passed over for a simpler one
+  /// Position with the lowest held-out error. The rule chose a simpler one instead.
+  SvrParameters best;
   double best_mse{};
-  double standard_error_mse{};  ///< of best_mse
-  int within{};                 ///< positions within it
+  /// Standard error of best_mse.
+  double standard_error_mse{};
+  /// Number of positions within that standard error.
+  int within{};
 };
 
 void describe(auto& form, Like<OneStandardErrorSummary> auto& summary) {

@@ -12,15 +12,15 @@ namespace gyrotherm::svm {
 
 namespace {
 
-// The recursion halves the matrix until a leaf of this order; all work above the leaves is matrix products.
+// The recursion halves the matrix down to leaves of this order. All work above the leaves is matrix products.
 constexpr Eigen::Index kLeaf = 24;
 
-// A product C −= A Bᵀ runs in tiles of 8 × 6, whose sums stay in registers on AVX2 and AVX-512 alike. A is packed in
-// blocks of 192 rows and 256 columns (half of an L2 cache of 1 MiB at most), B in blocks of 256 columns.
+// A product C −= A Bᵀ runs in tiles of 8 × 6. Their sums fit in registers on both AVX2 and AVX-512. A is packed in
+// blocks of 192 rows and 256 columns (at most half of a 1 MiB L2 cache), B in blocks of 256 columns.
 constexpr Eigen::Index kTileRows = kDoubleLanes;
 constexpr Eigen::Index kTileColumns = 6;
 constexpr Eigen::Index kStrips = 3;
-// Columns subtracted in one pass where no tiles are used.
+// Columns subtracted per pass where tiles are not used.
 constexpr Eigen::Index kColumnsAtOnce = 4;
 constexpr Eigen::Index kBlockRows = 192;
 constexpr Eigen::Index kBlockDepth = 256;
@@ -34,20 +34,20 @@ struct Block {
   [[nodiscard]] Block at(Eigen::Index row, Eigen::Index column) const { return {data + row + column * stride, stride}; }
 };
 
-// Scratch of one factorisation: packed strips of tiles.
+// Scratch memory of one factorisation: packed strips of tiles.
 struct Packed {
   std::vector<double> a;
   std::vector<double> b;
 };
 
-// What a thread's factorisations pack into. Kept between them: asked of the system anew each time, its pages cost more
-// than a small factorisation.
+// Returns the packing buffers of the calling thread. They are kept between factorisations, because allocating their
+// pages each time costs more than a small factorisation.
 Packed& scratch() {
   thread_local Packed packed;
   return packed;
 }
 
-// The rows of `m` as strips of `height` rows, each strip column after column, the last filled up with zeros.
+// Packs the rows of `m` as strips of `height` rows, each strip column by column. Pads the last strip with zeros.
 template <Eigen::Index height>
 void pack(Block m, Eigen::Index rows, Eigen::Index depth, std::vector<double>& out) {
   const Eigen::Index strips = (rows + height - 1) / height;
@@ -59,7 +59,7 @@ void pack(Block m, Eigen::Index rows, Eigen::Index depth, std::vector<double>& o
     for (Eigen::Index column = 0; column < depth; ++column, next += height) {
       const double* from = m.at(first, column).data;
       if (used == height) {
-        std::memcpy(next, from, height * sizeof(double));  // of a known size: no call
+        std::memcpy(next, from, height * sizeof(double));  // a constant size avoids a call
         continue;
       }
       std::copy_n(from, used, next);
@@ -68,7 +68,7 @@ void pack(Block m, Eigen::Index rows, Eigen::Index depth, std::vector<double>& o
   }
 }
 
-// c −= a bᵀ for one tile, of which `rows` × `columns` lie inside c.
+// Computes c −= a bᵀ for one tile. Only `rows` × `columns` of it are inside c.
 GYROTHERM_CLONES
 void subtract_tile(const double* a, const double* b, Eigen::Index depth, double* c, Eigen::Index stride,
                    Eigen::Index rows, Eigen::Index columns) {
@@ -88,8 +88,8 @@ void subtract_tile(const double* a, const double* b, Eigen::Index depth, double*
   }
 }
 
-// The same for kStrips whole tiles, one below the other, which keeps the registers of AVX-512 busy. Each sum runs as in
-// subtract_tile.
+// Computes the same for kStrips whole tiles below each other, to use all registers of AVX-512. The order of each sum is
+// that of subtract_tile.
 GYROTHERM_CLONES
 void subtract_tiles(const double* a, const double* b, Eigen::Index depth, double* c, Eigen::Index stride) {
   DoubleLanes sum[kStrips][kTileColumns] = {};
@@ -118,7 +118,7 @@ bool has_many_registers() {
 #endif
 }
 
-// C −= A Bᵀ with C rows × columns. Part::lower leaves out the tiles that lie wholly above the diagonal.
+// Computes C −= A Bᵀ with C rows × columns. Part::lower skips tiles that are entirely above the diagonal.
 void subtract_product(Block a, Block b, Block c, Eigen::Index rows, Eigen::Index columns, Eigen::Index depth, Part part,
                       Packed& packed) {
   const bool in_strips = has_many_registers();
@@ -147,7 +147,7 @@ void subtract_product(Block a, Block b, Block c, Eigen::Index rows, Eigen::Index
   }
 }
 
-// X ← X L⁻ᵀ for `rows` rows and a leaf L of order n, column by column.
+// Computes X ← X L⁻ᵀ for `rows` rows and a leaf L of order n, column by column.
 GYROTHERM_CLONES
 void divide_leaf(const double* l, Eigen::Index l_stride, double* x, Eigen::Index x_stride, Eigen::Index rows,
                  Eigen::Index n) {
@@ -172,7 +172,7 @@ void divide_leaf(const double* l, Eigen::Index l_stride, double* x, Eigen::Index
   }
 }
 
-// Half of n, rounded up to whole tiles so that the strips of the products are full.
+// Returns half of n, rounded up to whole tiles so that the strips of the products are full.
 Eigen::Index half(Eigen::Index n) { return (n / 2 + kTileRows - 1) / kTileRows * kTileRows; }
 
 void divide(Block l, Block x, Eigen::Index rows, Eigen::Index n, Packed& packed) {
@@ -210,7 +210,7 @@ bool factor(Block a, Eigen::Index n, Packed& packed) {
   return factor(a.at(left, left), right, packed);
 }
 
-// x ← L⁻ᵀ L⁻¹ x.
+// Computes x ← L⁻ᵀ L⁻¹ x.
 GYROTHERM_CLONES
 void solve_column(const double* l, Eigen::Index stride, Eigen::Index n, double* x) {
   for (Eigen::Index top = 0; top < n; top += kColumnsAtOnce) {
@@ -237,11 +237,11 @@ void solve_column(const double* l, Eigen::Index stride, Eigen::Index n, double* 
   }
 }
 
-// L⁻ᵀ is upper triangular: its rows from `top` on begin with zeros, which are left out where it is made so many rows at
-// once.
+// Number of rows of L⁻ᵀ computed at a time. L⁻ᵀ is upper triangular, so the leading zeros of its rows from `top` on are
+// skipped.
 constexpr Eigen::Index kInverseRows = 96;
 
-// A matrix as an operand that a product or a division reads alone.
+// Returns a matrix as an operand for products and divisions that only read it.
 Block read_only(const Eigen::Ref<const Eigen::MatrixXd>& m) { return {const_cast<double*>(m.data()), m.outerStride()}; }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The inner loops of a sum of Gaussians, for AVX-512, for AVX2 and for any processor.
+/// Inner loops for a sum of Gaussians, for AVX-512, for AVX2 and for any processor.
 #pragma once
 
 #include <cstddef>
@@ -8,57 +8,58 @@
 
 namespace gyrotherm::svm {
 
-/// Centres come in blocks of this many; a block is a few rows of one number for each of its centres.
+/// Number of centres per block. A block has several rows, each with one number per centre.
 inline constexpr std::ptrdiff_t kGaussianBlock = 16;
-/// Points go through a loop this many at once, so that each number of a block is fetched once for all of them.
+/// Number of points per loop call, so that each number of a block is loaded once for all of them.
 inline constexpr std::ptrdiff_t kGaussianTile = 6;
 
-/// The bytes of blocks that go over some points before the next: half a cache of the first level.
+/// Bytes of blocks applied to a set of points before the next blocks: half of a first-level cache.
 inline constexpr std::ptrdiff_t kGaussianBytes = 28000;
 
-/// Sums are kept in lanes, a few parts each: their parts add up to them.
+/// Number of partial sums per point. Their total is the sum.
 inline constexpr std::ptrdiff_t kGaussianLanes = 8;
 
-/// The loops of one instruction set, over `count` blocks and a tile of points, whose coordinate k at point i is
-/// points[k · stride + i]. What they sum for point i goes to the lanes sums[i · kGaussianLanes …]. A power is right to
-/// 1e-15 of itself. No exponent is above 1000.
+/// Loops for one instruction set, over `count` blocks and a tile of points. Coordinate k of point i is points[k ·
+/// stride + i]. Sums for point i are added to the partial sums sums[i · kGaussianLanes …]. The relative error of a
+/// power is at most 1e-15. No exponent may be above 1000.
 struct GaussianLoops {
-  /// Adds the terms of the blocks at each point; those of a `negative` block are subtracted.
+  /// Adds the terms of the blocks at each point. Terms of a `negative` block are subtracted.
   using Loop = void(const double* blocks, const bool* negative, std::ptrdiff_t count, std::ptrdiff_t dimensions,
                     const double* points, std::ptrdiff_t stride, double* sums);
-  /// Its terms are 2^(o_j + Σ_k s_jk u_k), no exponent below −1000. Rows of a block: o, then s of each dimension.
+  /// Uses the terms 2^(o_j + Σ_k s_jk u_k), with no exponent below −1000. Rows of a block: o, then s of each dimension.
   Loop* by_products;
-  /// Its terms are 2^(o_j + a_j Σ_k (u_k − c_jk)²), where that is below 2^−1000 perhaps 2^−1000. Rows of a block: o, a,
-  /// then c of each dimension.
+  /// Uses the terms 2^(o_j + a_j Σ_k (u_k − c_jk)²). Terms below 2^−1000 may be returned as 2^−1000. Rows of a block:
+  /// o, a, then c of each dimension.
   Loop* by_differences;
 
-  /// The terms are g = 2^(Σ_k s_jk u_k) w_j, no exponent below −1000. Rows of a block: w, then s of each dimension.
+  /// Uses the terms g = 2^(Σ_k s_jk u_k) w_j, with no exponent below −1000. Rows of a block: w, then s of each
+  /// dimension.
   using PairLoop = void(const double* blocks, std::ptrdiff_t count, std::ptrdiff_t dimensions, const double* points,
                         std::ptrdiff_t stride, const double* weights, double* sums, double* centre_sums);
-  /// Leaves `weights` and `centre_sums` alone.
+  /// Leaves `weights` and `centre_sums` unused.
   PairLoop* one_way;
-  /// Each power counts at both its ends: times `weights` of its point it is added to centre_sums of its centre as well,
-  /// kGaussianBlock of them to a block.
+  /// Adds each power at both of its ends. Multiplied by the entry of `weights` for its point, it is also added to the
+  /// entry of centre_sums for its centre, kGaussianBlock entries per block.
   PairLoop* both_ways;
 };
 
-/// The fastest loops that this processor has.
+/// Returns the fastest loops supported by this processor.
 [[nodiscard]] const GaussianLoops& gaussian_loops();
-/// All loops that this processor has, the fastest first; the last are for any processor.
+/// Returns all loops supported by this processor, the fastest first. The last ones run on any processor.
 [[nodiscard]] std::vector<const GaussianLoops*> all_gaussian_loops();
 
-/// The loops for one instruction set, whether or not this processor has it; null where they have not been built.
+/// Return the loops for one instruction set, whether or not this processor supports it. Null if they were not built.
 [[nodiscard]] const GaussianLoops* gaussian_loops_avx512();
 [[nodiscard]] const GaussianLoops* gaussian_loops_avx2();
 
-// What follows makes the loops, written over the lanes of an instruction set. `Lanes` has
-//   Line, a vector of kWidth doubles, and UnalignedLine, the same read from any address;
-//   raise<low>(x): x[i] ← 2^x[i] for a tile of lines; unless `low`, no x is below −1000;
-//   add_powers<low>(x, sums): sums[i] += 2^x[i].
-// Everything is inlined into its caller, so that it is compiled for the caller's instruction set.
+// The following templates make the loops from the lanes of an instruction set. `Lanes` has
+// Line, a vector of kWidth doubles, and UnalignedLine, the same loaded from any address;
+// raise<low>(x): x[i] ← 2^x[i] for a tile of lines; unless `low`, no x is below −1000;
+// add_powers<low>(x, sums): sums[i] += 2^x[i].
+// Everything is inlined into its caller, so that it is compiled for the instruction set of the caller.
 
 #define GYROTHERM_INLINE __attribute__((always_inline)) inline
-/// Before a loop over a tile or over lanes: its lines stay in registers only if it is unrolled early.
+/// Unrolls the next loop over a tile or over lanes early, so that its lines stay in registers.
 #define GYROTHERM_UNROLL _Pragma("GCC unroll 16")
 
 template <class Lanes>
@@ -66,7 +67,7 @@ GYROTHERM_INLINE void read(const double* from, typename Lanes::Line& line) {
   line = *reinterpret_cast<const typename Lanes::UnalignedLine*>(from);
 }
 
-/// x, y += Σ_k s_k u_k for two lines of centres, whose rows s_k begin at `rows`, and a tile of points u.
+/// Computes x, y += Σ_k s_k u_k for two lines of centres and a tile of points u. The rows s_k begin at `rows`.
 template <class Lanes>
 GYROTHERM_INLINE void add_products(const double* rows, std::ptrdiff_t dimensions, const double* points,
                                    std::ptrdiff_t stride, typename Lanes::Line (&x)[kGaussianTile],
@@ -83,7 +84,8 @@ GYROTHERM_INLINE void add_products(const double* rows, std::ptrdiff_t dimensions
   }
 }
 
-/// Exponents of two lines of centres at once: with one, fetching the points would take longer than the arithmetic.
+/// Exponents by products, for two lines of centres at once. With one line, loading the points would take longer than
+/// the arithmetic.
 template <class Lanes>
 struct ByProducts {
   using Line = typename Lanes::Line;
@@ -136,7 +138,7 @@ struct ByDifferences {
   }
 };
 
-/// Lanes in the compiler's own terms, `kBytes` to a line.
+/// Lanes as portable vector types of the compiler, `kBytes` per line.
 template <int kBytes>
 struct PlainLanes {
   typedef double Line __attribute__((vector_size(kBytes)));
@@ -157,14 +159,15 @@ struct PlainLanes {
                                              0.24022650695908768,
                                              0.6931471805599497,
                                              1.0};
-  // Added to a number below 2^51, leaves it rounded to an integer in the low bits of the sum.
+  // Adding this to a number below 2^51 leaves the number, rounded to an integer, in the low bits of the sum.
   static constexpr double kRounder = 6755399441055744.0;
   static constexpr double kSmallestExponent = -1000;
   static constexpr int kMantissaBits = 52;
-  static constexpr int kTogether = 3;  ///< chains of arithmetic side by side, of the 16 registers there may be
+  /// Number of interleaved arithmetic chains that fit in 16 registers.
+  static constexpr int kTogether = 3;
   static_assert(kGaussianTile % kTogether == 0);
 
-  // 2^x = 2^k · 2^r, k the integer nearest to x.
+  // Computes 2^x = 2^k · 2^r, where k is the integer nearest to x.
   template <bool kLow>
   static GYROTHERM_INLINE void raise(Line (&x)[kGaussianTile]) {
     GYROTHERM_UNROLL
@@ -232,7 +235,7 @@ GYROTHERM_INLINE void add_gaussians(const double* blocks, const bool* negative, 
   }
 }
 
-/// What powers of one line of centres add to the tile's sums, and, `kBoth` ways, to that of the centres.
+/// Adds the powers of one line of centres to the sums of the tile and, if `kBoth`, to the sums of the centres.
 template <class Lanes, bool kBoth>
 GYROTHERM_INLINE void share_out(const typename Lanes::Line (&power)[kGaussianTile], const double* centre_weights,
                                 const double* weights, typename Lanes::Line (&sum)[kGaussianTile],
@@ -276,7 +279,7 @@ GYROTHERM_INLINE void add_pairs(const double* blocks, std::ptrdiff_t count, std:
   }
 }
 
-/// All loops. The caller's file decides what instructions they are made of.
+/// Defines all loops. The file that uses the macro determines their instruction set.
 #define GYROTHERM_GAUSSIAN_LOOPS(Lanes)                                                                            \
   void by_products(const double* blocks, const bool* negative, std::ptrdiff_t count, std::ptrdiff_t dimensions,    \
                    const double* points, std::ptrdiff_t stride, double* sums) {                                    \

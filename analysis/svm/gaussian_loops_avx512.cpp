@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled for AVX-512 (see CMakeLists.txt), so nothing is included that the rest of the program would share compiled.
+// Compiled for AVX-512 (see CMakeLists.txt). Includes nothing that other object files of the program also compile.
 #include "analysis/svm/gaussian_loops.hpp"
 
 #ifdef __AVX512DQ__
@@ -36,9 +36,9 @@ constexpr double kPower[] = {0.00015740594022796908,
                              0.24022650696190864,
                              0.6931471805599344,
                              1.0};
-// Added with rounding down, leaves the sixteenths of a number in the low bits of the sum.
+// Adding this with rounding down leaves the sixteenths of a number in the low bits of the sum.
 constexpr double kSixteenths = 6755399441055744.0 / 16;
-// Every lane. (GCC 12 warns of the forms without a mask.)
+// Mask of all lanes. (GCC 12 warns about the forms without a mask.)
 constexpr __mmask8 kAll = 0xff;
 constexpr int kDownToSixteenths = 4 << 4 | _MM_FROUND_TO_NEG_INF;
 
@@ -64,7 +64,8 @@ struct Avx512 {
   }
 
  private:
-  // 2^x = 2^⌊x⌋ · 2^(i/16) · 2^r, i of 0 … 15, r the rest below a sixteenth: `whole` is what stands before 2^r.
+  // Splits 2^x = 2^⌊x⌋ · 2^(i/16) · 2^r with i in 0…15 and a remainder r below 1/16. `power` is 2^r and `whole` is the
+  // product of the other two.
   static GYROTHERM_INLINE void factors(const Line (&x)[kGaussianTile], Line (&power)[kGaussianTile],
                                        Line (&whole)[kGaussianTile]) {
     const Line low = _mm512_load_pd(kRoots), high = _mm512_load_pd(kRoots + 8);

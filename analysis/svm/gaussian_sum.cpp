@@ -17,16 +17,17 @@
 namespace gyrotherm::svm {
 namespace {
 
-// Exponents of 2. Weights below this part of the largest count as none, and a block's unused places as this.
+// Exponents of 2. Weights below the first, relative to the largest weight, are dropped. Unused lanes of a block have
+// the second.
 constexpr double kSmallestWeight = -400;
 constexpr double kNothing = -900;
-// Points in scratch together.
+// Number of points processed together in scratch memory.
 constexpr Eigen::Index kPointsTogether = 8 * kGaussianTile;
 
-// Coordinates of a few points: columns of kPointsTogether numbers.
+// Coordinates of a few points, in columns of kPointsTogether numbers.
 using Columns = Eigen::Array<double, kPointsTogether, Eigen::Dynamic>;
 
-// u = Bᵀx for a basis B, inputs × rank, and in x what is left of it.
+// Computes u = Bᵀx for a basis B, inputs × rank, and leaves the residual x − Bu in x.
 GYROTHERM_CLONES
 void turn(const double* basis, Eigen::Index inputs, Eigen::Index rank, double* x, double* u) {
   for (Eigen::Index l = 0; l < rank; ++l) {
@@ -48,7 +49,7 @@ void turn(const double* basis, Eigen::Index inputs, Eigen::Index rank, double* x
   }
 }
 
-// Two doubles to a register: SSE2, Neon.
+// Loops with two doubles per register: SSE2, Neon.
 GYROTHERM_GAUSSIAN_LOOPS(PlainLanes<16>);
 
 #if defined(__x86_64__)
@@ -80,13 +81,14 @@ const GaussianLoops& gaussian_loops() {
   return best;
 }
 
-// Of kPointsTogether points: the columns ‖u‖², u of each dimension, and the distance from the centres' space; which of
-// them are near enough for products; what each loop has summed.
+// State of kPointsTogether points: the columns ‖u‖², u of each dimension, and the distance from the space of the
+// centres; flags for points near enough for products; the sums of each loop.
 struct GaussianSum::Places {
   Places(Eigen::Index inputs, Eigen::Index rank)
       : columns(Columns::Zero(kPointsTogether, rank + 2)), rest(Columns::Zero(kPointsTogether, inputs)) {}
   Columns columns;
-  Columns rest;  ///< of each input, outside the centres' space
+  /// Component of each input outside the space of the centres.
+  Columns rest;
   std::array<bool, kPointsTogether> near{};
   Eigen::Array<double, kGaussianLanes, kPointsTogether> by_products, by_differences;
 };
@@ -120,7 +122,7 @@ void GaussianSum::span(const Eigen::MatrixXd& centred) {
   if (rank_ < inputs_) basis_ = std::move(basis);
 }
 
-// Places beyond the points there are keep what they had.
+// Fills the coordinates of the points. Unused entries keep their previous values.
 void GaussianSum::place(const Eigen::Ref<const SampleMatrix>& points, Places& places) const {
   const Eigen::Index count = points.rows();
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -140,8 +142,8 @@ void GaussianSum::place(const Eigen::Ref<const SampleMatrix>& points, Places& pl
   }
 }
 
-// A block holds weights of one sign. Blocks of both signs come by turns, so that the sums stay small: the positive and
-// the negative weights of a support vector machine cancel.
+// Packs the centres in blocks with weights of one sign. Blocks of both signs alternate to keep the sums small, because
+// the positive and negative weights of a support vector machine cancel.
 void GaussianSum::pack(const Eigen::MatrixXd& places, const Eigen::VectorXd& scales, const Eigen::VectorXd& weights) {
   const Eigen::VectorXd logarithms = (weights.array().abs() / weight_unit_).log() * std::numbers::log2e;
   std::array<std::vector<Eigen::Index>, 2> signs;  // positive, negative
@@ -189,7 +191,7 @@ void GaussianSum::pack_centre(Eigen::Index slot, const Eigen::Ref<const Eigen::R
   }
 }
 
-// Its power of two is nothing wherever the point is.
+// Fills a lane with a power of two that is negligible at every point.
 void GaussianSum::pack_nothing(Eigen::Index slot) {
   const Eigen::Index block = slot / kGaussianBlock, lane = slot % kGaussianBlock;
   double* difference = blocks_.by_differences.data() + block * difference_block() + lane;
@@ -198,7 +200,8 @@ void GaussianSum::pack_nothing(Eigen::Index slot) {
   difference[kGaussianBlock] = scale_;
 }
 
-// A tile takes the loops that its points ask for, both if they differ: what a point gets never depends on the others.
+// Evaluates each tile with the loops that its points require, or with both if they differ. The result for a point thus
+// never depends on the other points.
 void GaussianSum::add(const GaussianLoops& loops, Places& places) const {
   const Eigen::Index together =
       std::max<Eigen::Index>(1, kGaussianBytes / (difference_block() * static_cast<Eigen::Index>(sizeof(double))));
@@ -245,13 +248,13 @@ Eigen::VectorXd GaussianSum::at(const Eigen::Ref<const SampleMatrix>& points, co
 
 namespace {
 
-// Samples go in groups that both tiles and blocks divide; two groups have each pair of theirs once.
+// Group size divisible by both tiles and blocks. Each pair of two groups is computed once.
 constexpr Eigen::Index kGroup = std::lcm(kGaussianTile, kGaussianBlock);
 constexpr Eigen::Index kGroupBlocks = kGroup / kGaussianBlock;
 
 Eigen::Index groups_of(Eigen::Index count) { return (count + kGroup - 1) / kGroup; }
 
-// The support, a block of one sign after another, so that the sums stay small: the positive and the negative β of a
+// Returns the support in blocks of alternating sign to keep the sums small, because the positive and negative β of a
 // support vector machine cancel.
 std::vector<Eigen::Index> balanced(const Eigen::VectorXd& beta) {
   std::vector<Eigen::Index> positive, negative, order;
@@ -271,9 +274,9 @@ std::vector<Eigen::Index> balanced(const Eigen::VectorXd& beta) {
   return order;
 }
 
-// With e = ‖x‖²/(2σ²) about the mean, in powers of 2, a Gaussian is 2^−e_i · 2^−e_j · 2^(x_i·x_j/σ²): the first two go
-// to the weights and to the sums, and only the last is made for each pair. The samples whose β is not 0 come first, in
-// groups of their own; a place without a sample has a weight of 0.
+// Response computed by pairs. With e = ‖x‖²/(2σ²) about the mean, in powers of 2, a Gaussian is 2^−e_i · 2^−e_j ·
+// 2^(x_i·x_j/σ²). The first two factors are applied to the weights and to the sums; only the last is computed per pair.
+// Samples with β ≠ 0 come first, in groups of their own. An unused entry of a group has the weight 0.
 class Pairs {
  public:
   Pairs(const Eigen::MatrixXd& centred, double scale, const Eigen::VectorXd& beta)
@@ -327,7 +330,8 @@ class Pairs {
     return at < support_ ? at : support_groups_ * kGroup + at - support_;
   }
 
-  // The blocks from `first` to `end` at the points of a group, so many together as stay in the nearest cache.
+  // Adds the blocks from `first` to `end` at the points of a group. Processes as many blocks at once as fit in the
+  // nearest cache.
   void add(GaussianLoops::PairLoop* loop, Eigen::Index group, Eigen::Index first, Eigen::Index end) {
     const auto bytes = block_size() * static_cast<Eigen::Index>(sizeof(double));
     const Eigen::Index together = std::max<Eigen::Index>(1, kGaussianBytes / bytes);
@@ -339,9 +343,10 @@ class Pairs {
     }
   }
 
-  std::vector<Eigen::Index> order_;  // samples: the support, then the others
+  // Sample numbers: the support, then the others.
+  std::vector<Eigen::Index> order_;
   Eigen::Index support_groups_, groups_{}, support_, dimensions_;
-  Eigen::MatrixXd points_;  // places × dimensions
+  Eigen::MatrixXd points_;  // positions × dimensions
   Eigen::VectorXd powers_;  // 2^−e
   Eigen::VectorXd weights_;
   std::vector<double> blocks_;

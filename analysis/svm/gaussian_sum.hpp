@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sums of Gaussians: at many points, which is what a support vector machine or a radial network predicts, and at their
-/// own centres, which is the response of a training set to its β.
+/// Sums of Gaussians at many points, as predicted by a support vector machine or a radial network, and at their own
+/// centres, as the response of a training set to its β.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,41 +12,43 @@
 
 namespace gyrotherm::svm {
 
-/// Exponents of Gaussians come from products while ½log₂e (‖z‖ + ‖c‖)²/s² is at most this: rounding then leaves 1e-12
-/// of a term in the worst case.
+/// Limit of ½log₂e (‖z‖ + ‖c‖)²/s² up to which exponents are computed from products. Rounding errors are then at most
+/// 1e-12 of a term.
 inline constexpr double kLargestProduct = 256;
 
-/// f(z) = Σ_j w_j exp(−‖z − c_j‖²/(2 s_j²)), made ready for many z.
+/// Sum of Gaussians f(z) = Σ_j w_j exp(−‖z − c_j‖²/(2 s_j²)), prepared for evaluation at many z.
 ///
-/// Centres are turned into the coordinates of the space that they span, which is exact and pays where inputs depend on
-/// each other: thirteen gradients of eight thermometers span seven dimensions. A point's distance from that space is
-/// one coordinate more.
+/// Centres are transformed to coordinates of the space they span. This is exact, and faster if inputs depend on each
+/// other: thirteen gradients of eight thermometers span seven dimensions. The distance of a point from that space is
+/// one more coordinate.
 ///
-/// Exponents come from products, ‖z‖² + ‖c‖² − 2zc, while that cancels little, else from the differences z − c. Against
-/// the formula the error is below 1e-11 Σ|w_j|; about 1e-16 Σ|w_j| is usual.
+/// Exponents are computed from products, ‖z‖² + ‖c‖² − 2zc, where cancellation is small, and from the differences z − c
+/// elsewhere. The error relative to the formula is below 1e-11 Σ|w_j| and usually about 1e-16 Σ|w_j|.
 class GaussianSum {
  public:
-  /// Whether to look for the space that the centres span, or to take all inputs for it, which is right as well.
+  /// Coordinates of the centres: the space that they span, or all inputs. Both are correct.
   enum class Space { spanned, whole };
 
-  /// `centres` has one row per centre; `widths` s (> 0) and `weights` w one number each. All finite.
+  /// Prepares the sum. `centres` has one row per centre; `widths` s (> 0) and `weights` w have one number per centre.
+  /// All must be finite.
   GaussianSum(const Eigen::Ref<const SampleMatrix>& centres, const Eigen::Ref<const Eigen::VectorXd>& widths,
               const Eigen::Ref<const Eigen::VectorXd>& weights, Space space = Space::spanned);
 
-  /// f at each row of `points`, by these loops, to the bit the same whatever rows stand beside it; NaN where the row is
-  /// not finite. Takes a few kB of scratch, however many rows.
+  /// Computes f at each row of `points` with the given loops. The result for a row is bit-identical for any other rows.
+  /// NaN if the row is not finite. Uses a few kB of scratch memory for any number of rows.
   [[nodiscard]] Eigen::VectorXd at(const Eigen::Ref<const SampleMatrix>& points,
                                    const GaussianLoops& loops = gaussian_loops()) const;
 
-  /// The dimensions that the centres span.
+  /// Returns the number of dimensions that the centres span.
   [[nodiscard]] Eigen::Index dimensions() const { return rank_; }
 
  private:
   struct Places;
-  /// The centres as both loops want them.
+  /// Centres in the layouts of both loops.
   struct Blocks {
     std::vector<double> by_products, by_differences;
-    std::unique_ptr<bool[]> negative;  ///< one for each block: its weights are
+    /// One flag per block: its weights are negative.
+    std::unique_ptr<bool[]> negative;
     Eigen::Index count{};
   };
   void span(const Eigen::MatrixXd& centred);
@@ -62,17 +64,22 @@ class GaussianSum {
   Eigen::Index inputs_;
   Eigen::Index rank_{};
   Eigen::RowVectorXd mean_;
-  Eigen::MatrixXd basis_;  ///< inputs × rank, orthonormal; empty if the centres span the whole space
+  /// inputs × rank, orthonormal. Empty if the centres span the whole space.
+  Eigen::MatrixXd basis_;
   bool one_width_{};
-  double scale_{};        ///< −log₂e/(2s²), the largest in size
-  double radius_{};       ///< of the farthest centre from the mean
-  double weight_unit_{};  ///< the largest |w|
+  /// −log₂e/(2s²) with the largest magnitude.
+  double scale_{};
+  /// Distance of the farthest centre from the mean.
+  double radius_{};
+  /// Largest |w|.
+  double weight_unit_{};
   Blocks blocks_;
 };
 
-/// Σ_j β_j exp(−‖x_i − x_j‖²/(2σ²)) at each sample x_i, a row of `x` in coordinates that are `spanned`, from the
-/// non-zero β alone. Against the formula the error is below 1e-11 Σ|β_j|, as of a GaussianSum, which takes its place
-/// where samples lie too far apart for products. Each pair's Gaussian is computed once.
+/// Computes Σ_j β_j exp(−‖x_i − x_j‖²/(2σ²)) at each sample x_i from the non-zero β alone. Samples are the rows of `x`,
+/// in coordinates returned by `spanned`. The Gaussian of each pair is computed once. The error relative to the formula
+/// is below 1e-11 Σ|β_j|, as for a GaussianSum. A GaussianSum is used instead if samples are too far apart for
+/// products.
 [[nodiscard]] Eigen::VectorXd gaussian_response(const Eigen::Ref<const SampleMatrix>& x, double sigma,
                                                 const Eigen::VectorXd& beta,
                                                 const GaussianLoops& loops = gaussian_loops());

@@ -10,7 +10,7 @@
 namespace gyrotherm::svm {
 namespace {
 
-// out_j = exp(scale Σ_k (x_jk − x_ik)²) for `count` places; input k of all samples begins at x + k stride.
+// Computes out_j = exp(scale Σ_k (x_jk − x_ik)²) for `count` samples. Input k of all samples begins at x + k stride.
 template <class Lanes, class Real>
 [[gnu::always_inline]] inline void make(const Real* x, Eigen::Index stride, Eigen::Index inputs, Eigen::Index i,
                                         Real scale, int count, Real* out) {
@@ -45,7 +45,7 @@ void make_column(const double* x, Eigen::Index stride, Eigen::Index inputs, Eige
   make<DoubleLanes>(x, stride, inputs, i, scale, count, out);
 }
 
-// In both precisions, padded with zeros to what the hot loops take.
+// Stores the coordinates in both precisions, padded with zeros to the length used by the hot loops.
 void lay_out(const Eigen::MatrixXd& coordinates, Eigen::MatrixXd& doubles, Eigen::MatrixXf& singles) {
   const Eigen::Index size = coordinates.rows(), directions = coordinates.cols();
   doubles = Eigen::MatrixXd::Zero(padded_column(size), directions);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Makes the Gaussian kernel matrix of a training set row by row as the solvers ask for it, and keeps what it has made.
+/// Gaussian kernel matrix of a training set. Its rows are computed when the solvers request them, and are cached.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace gyrotherm::svm {
 
-/// n rounded up to what a row of floats, or a column of doubles, takes in the hot loops.
+/// Returns n rounded up to the length of a row of floats, or of a column of doubles, in the hot loops.
 [[nodiscard]] inline int padded_row(Eigen::Index n) {
   constexpr int kStep = 2 * kFloatLanes;
   return (static_cast<int>(n) + kStep - 1) / kStep * kStep;
@@ -21,41 +21,43 @@ inline constexpr int kColumnStep = 2 * kDoubleLanes;
   return (static_cast<int>(n) + kColumnStep - 1) / kColumnStep * kColumnStep;
 }
 
-/// Σ_i β_i exp(−‖x_i − z_j‖²/(2σ²)) at each place z_j, from the non-zero β alone; both in coordinates that are
-/// `spanned`.
+/// Computes Σ_i β_i exp(−‖x_i − z_j‖²/(2σ²)) at each position z_j from the non-zero β alone. Samples and positions are
+/// in coordinates returned by `spanned`.
 [[nodiscard]] Eigen::VectorXd gaussians_at(const Eigen::Ref<const SampleMatrix>& places,
                                            const Eigen::Ref<const SampleMatrix>& samples, double sigma,
                                            const Eigen::VectorXd& beta);
 
-/// Samples laid out so that rows of their Gaussian kernel matrix are made fast, in single or double precision.
+/// Samples in a layout for fast computation of rows of their Gaussian kernel matrix in single or double precision.
 class GaussianSamples {
  public:
-  /// Lays out a training set; its rows are samples.
+  /// Lays out a training set, one sample per row.
   explicit GaussianSamples(const Eigen::Ref<const SampleMatrix>& x);
   [[nodiscard]] Eigen::Index size() const { return size_; }
 
-  /// Makes exp(−‖x_i − x_j‖²/(2σ²)) for all j in single precision, from the differences themselves: 1 where rows are
-  /// equal. Relative error of a few 1e-7 where the exponent is small; `out` has padded_row(size()) places.
+  /// Computes exp(−‖x_i − x_j‖²/(2σ²)) for all j in single precision. Uses the differences, so the result is 1 for
+  /// equal rows. The relative error is a few 1e-7 where the exponent is small. `out` has padded_row(size()) elements.
   void single_row(Eigen::Index i, double sigma, float* out) const;
-  /// Makes the same in double precision, to a few 1e-16 where inputs are independent, else of the largest exponent;
-  /// `out` has padded_column(size()) places.
+  /// Computes the same in double precision. The relative error is a few 1e-16 if inputs are independent; otherwise it
+  /// is relative to the largest exponent. `out` has padded_column(size()) elements.
   void double_column(Eigen::Index i, double sigma, double* out) const;
-  /// Σ_i β_i exp(−‖x_i − x_j‖²/(2σ²)) for all j, from the non-zero β alone, as exact as a GaussianSum.
+  /// Computes Σ_i β_i exp(−‖x_i − x_j‖²/(2σ²)) for all j from the non-zero β alone, with the accuracy of a GaussianSum.
   [[nodiscard]] Eigen::VectorXd response(double sigma, const Eigen::VectorXd& beta) const;
 
  private:
   Eigen::Index size_;
   SampleMatrix places_;
-  Eigen::MatrixXf singles_;  // a column per direction in which the samples differ, padded with zeros
+  // One column per direction in which the samples differ, padded with zeros.
+  Eigen::MatrixXf singles_;
   Eigen::MatrixXd doubles_;
 };
 
-/// Memory that trainings hand on to each other, so that none of it is asked of the system anew. Not shared by threads.
+/// Memory reused from training to training, so that it is not allocated again each time. Must not be shared between
+/// threads.
 class KernelMemory {
  public:
-  /// Gives room for a matrix of n points in single precision, uninitialised.
+  /// Returns uninitialised memory for a matrix of n points in single precision.
   [[nodiscard]] float* singles(Eigen::Index n);
-  /// Gives room for the k-th column of n points in double precision, uninitialised.
+  /// Returns uninitialised memory for the k-th column of n points in double precision.
   [[nodiscard]] double* column(Eigen::Index n, std::size_t k);
 
  private:
@@ -65,24 +67,24 @@ class KernelMemory {
   Eigen::Index column_size_ = 0;
 };
 
-/// The bytes that a training of n points needs at least: with no column kept.
+/// Returns the least number of bytes that a training of n points needs, without cached columns.
 [[nodiscard]] std::size_t least_kernel_bytes(Eigen::Index n);
 
-/// The kernel matrix K_ij = exp(−‖x_i − x_j‖²/(2σ²)) of one training: its rows in single and its columns in double
-/// precision are made when they are first asked for, and kept.
+/// Kernel matrix K_ij = exp(−‖x_i − x_j‖²/(2σ²)) of one training. Rows in single and columns in double precision are
+/// computed on first use and cached.
 ///
-/// Memory: 4n² bytes of rows at most, and columns up to `column_bytes`; a column beyond that is made anew each time it
-/// is asked for.
+/// Memory: at most 4n² bytes of rows, and columns up to `column_bytes`. Columns above that limit are recomputed on each
+/// use.
 class Kernel {
  public:
-  /// The samples and the memory outlive it.
+  /// Makes the kernel. The samples and the memory must outlive it.
   Kernel(const GaussianSamples& samples, double sigma, KernelMemory& memory, std::size_t column_bytes);
   [[nodiscard]] Eigen::Index size() const { return samples_.size(); }
-  /// Row i in single precision.
+  /// Returns row i in single precision.
   [[nodiscard]] const float* row(Eigen::Index i);
-  /// Column i in double precision; valid until kSpare more columns have been asked for.
+  /// Returns column i in double precision, valid until kSpare more columns have been requested.
   [[nodiscard]] const double* column(Eigen::Index i);
-  /// The response Kβ of all points in double precision, made from the non-zero β alone and from no row or column.
+  /// Computes the response Kβ of all points in double precision from the non-zero β alone. Uses no row or column.
   [[nodiscard]] Eigen::VectorXd response(const Eigen::VectorXd& beta) const;
 
   static constexpr int kSpare = 8;
@@ -94,7 +96,8 @@ class Kernel {
   int row_stride_;
   float* singles_;
   std::vector<char> has_row_;
-  std::vector<const double*> columns_;  // null: not made yet
+  // null: not computed yet
+  std::vector<const double*> columns_;
   std::size_t made_ = 0;
   std::size_t most_;
   std::size_t spare_ = 0;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The few hot loops of this room are compiled once per generation of x86-64, and the program takes the best one its
-/// processor has when it starts; elsewhere, and under a sanitiser (which cannot yet run at that moment), there is one
-/// version. Results agree to rounding between processors, and to the bit on one.
+/// Vector types and exponentials for the hot loops of this module. These loops are compiled once per generation of
+/// x86-64, and the program selects the best version for its processor at startup. On other architectures there is one
+/// version, and under a sanitiser too, because it cannot run at that time. Results agree to rounding between processors
+/// and are bit-identical on one.
 #pragma once
 
 #include <cstddef>
@@ -17,19 +18,19 @@
 
 namespace gyrotherm::svm {
 
-/// A cache line of doubles, for arithmetic in whole lines; `Unaligned…` may be read from and written to any address.
+/// One cache line of doubles, for arithmetic in whole lines. `Unaligned…` may be loaded from and stored to any address.
 using DoubleLanes = double __attribute__((vector_size(64)));
 using UnalignedDoubleLanes = double __attribute__((vector_size(64), aligned(8), may_alias));
 using LongLanes = long long __attribute__((vector_size(64)));
 inline constexpr int kDoubleLanes = 8;
 
-/// A cache line of floats, and of as many numbers to count them with.
+/// One cache line of floats, and one of integers with as many lanes for indices.
 using FloatLanes = float __attribute__((vector_size(64)));
 using UnalignedFloatLanes = float __attribute__((vector_size(64), aligned(4), may_alias));
 using IndexLanes = int __attribute__((vector_size(64)));
 inline constexpr int kFloatLanes = 16;
 
-/// The lanes that begin at `values`.
+/// Returns the lanes that begin at `values`.
 [[gnu::always_inline]] inline const UnalignedDoubleLanes& lanes_at(const double* values) {
   return *reinterpret_cast<const UnalignedDoubleLanes*>(values);
 }
@@ -43,9 +44,9 @@ inline constexpr int kFloatLanes = 16;
   return *reinterpret_cast<UnalignedFloatLanes*>(values);
 }
 
-/// What exp is made of in one precision: ln 2 in two parts, of which the first has zeros in its last bits, so that its
-/// product with a small integer is exact; what, added to a small number, leaves it rounded to an integer in the low
-/// bits of the sum; the exponent below which exp is 0; and a Taylor polynomial, highest power first.
+/// Constants of exp in one precision. ln 2 is split in two parts; the last bits of the first are zero, so its product
+/// with a small integer is exact. Adding kRounder to a small number leaves it, rounded to an integer, in the low bits
+/// of the sum. Below kSmallestExponent exp is 0. The Taylor polynomial has its highest power first.
 template <class Real>
 struct Exponential;
 template <>
@@ -67,10 +68,10 @@ struct Exponential<float> {
   static constexpr float kTaylor[] = {1.0F / 5040, 1.0F / 720, 1.0F / 120, 1.0F / 24, 1.0F / 6, 0.5F, 1.0F, 1.0F};
 };
 
-/// x ← exp(x) for a number or for each lane of a line, x ≤ 0, to be inlined into the hot loops of each generation of
-/// processor: exp(x) = 2^k exp(r), k the integer nearest to x/ln 2, |r| ≤ ln 2/2. `Integers` are as many as x and as
-/// large. In double precision it is right to a relative error below 4e-16, 0 below −708, and exp(0) is exactly 1; in
-/// single precision to one below 3e-7, and 0 below −87.
+/// Computes x ← exp(x), x ≤ 0, for a number or for each lane of a line. It is inlined into the hot loops of each
+/// processor generation: exp(x) = 2^k exp(r), k the integer nearest to x/ln 2, |r| ≤ ln 2/2. `Integers` has the size
+/// and the number of lanes of x. In double precision the relative error is below 4e-16, the result is 0 below −708, and
+/// exp(0) is exactly 1. In single precision the relative error is below 3e-7 and the result is 0 below −87.
 template <class Real, class Integers, class Numbers>
 [[gnu::always_inline]] inline void exponentiate(Numbers& x) {
   using Of = Exponential<Real>;
@@ -90,8 +91,8 @@ template <class Real, class Integers, class Numbers>
 [[gnu::always_inline]] inline void exponentiate(DoubleLanes& x) { exponentiate<double, LongLanes>(x); }
 [[gnu::always_inline]] inline void exponentiate(FloatLanes& x) { exponentiate<float, IndexLanes>(x); }
 
-/// exp of a whole array, several times faster than one call per element: out_i = exp(scale · v_i) to a relative error
-/// below 4e-16, for `count` values with scale · v_i ≤ 0; 0 where that is below −708. exp(0) is exactly 1. `out` may be
+/// Computes out_i = exp(scale · v_i) for `count` values with scale · v_i ≤ 0, several times faster than one call per
+/// element. The relative error is below 4e-16. The result is 0 below −708, and exp(0) is exactly 1. `out` may be
 /// `values`.
 void exponentiate(const double* values, std::ptrdiff_t count, double scale, double* out);
 

@@ -13,21 +13,21 @@ namespace {
 
 constexpr int kStepsPerCentre = 25;
 constexpr int kLineSearchSteps = 12;
-constexpr double kRetreat = 0.2;  // of σ
-// So many steps shorter than this, and the proximal step is too long.
+constexpr double kRetreat = 0.2;  // factor of σ
+// After this many steps shorter than kShort, the proximal step is too long.
 constexpr int kShortSteps = 5;
 constexpr double kShort = 0.02;
-// β̃ and β(r) agree if they differ by less than this, in C: points that rounding moves to and fro between two pieces.
+// Tolerance, in C, for the agreement of β̃ and β(r). Rounding moves points back and forth between two pieces.
 constexpr double kAgreement = 1e-10;
 
-// At most, from the first that reached what was asked.
+// Limit of further centres after the first one that reached the requested gap.
 constexpr int kFurtherCentres = 2;
 
 enum class Piece : signed char { at_lower, falling, zero, rising, at_upper };
 
 bool on_slope(Piece piece) { return piece == Piece::falling || piece == Piece::rising; }
 
-// The easier the last step was, the longer the next.
+// Returns the growth of σ. It is larger after a proximal step that took few Newton steps.
 double growth(int steps) {
   if (steps <= 4) return 8;
   return steps <= 10 ? 2.8 : 1.3;
@@ -39,12 +39,13 @@ class Newton {
   NewtonResult run();
 
  private:
-  // β(r) of the present centre and weight.
+  // Returns β(r) for the present centre and weight.
   [[nodiscard]] Eigen::ArrayXd shrink(const Eigen::ArrayXd& residual) const;
   [[nodiscard]] Eigen::ArrayXd residual() const { return problem_.y - response_ - Eigen::VectorXd::Constant(n_, b_); }
   [[nodiscard]] Piece piece_of(Eigen::Index i, double residual) const;
 
-  bool minimise();  // one proximal step; false if it should be shorter
+  // Performs one proximal step. Returns false if the step should be shorter.
+  bool minimise();
   bool solve_pieces(const Eigen::ArrayXd& residual);
   bool solve_slope(Eigen::VectorXd& moved);
   [[nodiscard]] double balanced_offset(const Eigen::VectorXd& moved) const;
@@ -60,15 +61,17 @@ class Newton {
   double sigma_;
   Eigen::VectorXd centre_;
   Eigen::VectorXd centre_response_;  // Kc
-  Eigen::VectorXd beta_;             // β̃, which is not β(r) before the proximal step has converged
-  Eigen::VectorXd response_;         // Kβ̃
+  // β̃. It differs from β(r) until the proximal step has converged.
+  Eigen::VectorXd beta_;
+  Eigen::VectorXd response_;  // Kβ̃
   double b_;
-  Eigen::VectorXd direction_;           // of β̃
-  Eigen::VectorXd response_direction_;  // K times it
+  Eigen::VectorXd direction_;           // direction of β̃
+  Eigen::VectorXd response_direction_;  // K times direction_
   double b_direction_ = 0;
   std::vector<Piece> pieces_;
   std::vector<Eigen::Index> slope_;  // F
-  Eigen::MatrixXd system_;           // room for the equations of F
+  // Memory for the equations of F.
+  Eigen::MatrixXd system_;
   NewtonResult best_;
 };
 
@@ -99,7 +102,7 @@ Piece Newton::piece_of(Eigen::Index i, double residual) const {
   return raw > 0 ? Piece::rising : Piece::falling;
 }
 
-// The Newton direction at the present point.
+// Computes the Newton direction at the present point.
 bool Newton::solve_pieces(const Eigen::ArrayXd& residual) {
   const Eigen::ArrayXd target = shrink(residual);
   slope_.clear();
@@ -123,7 +126,8 @@ bool Newton::solve_pieces(const Eigen::ArrayXd& residual) {
   return true;
 }
 
-// The rows of F: (K_FF + I/σ)Δ + b1 = y − sε + (c − β̃)/σ − Kβ̃ with the others already moved, and Σ(β̃ + Δ) = 0.
+// Solves the rows of F: (K_FF + I/σ)Δ + b1 = y − sε + (c − β̃)/σ − Kβ̃, where the other points are already moved, and
+// Σ(β̃ + Δ) = 0.
 bool Newton::solve_slope(Eigen::VectorXd& moved) {
   const auto count = static_cast<Eigen::Index>(slope_.size());
   if (system_.rows() < count) system_.resize(count + count / 4, count + count / 4);
@@ -147,7 +151,7 @@ bool Newton::solve_slope(Eigen::VectorXd& moved) {
   return true;
 }
 
-// The b with Σβ_i(y − Kβ − b) = 0, for when no point's β moves with b to first order.
+// Finds b with Σβ_i(y − Kβ − b) = 0. Used if no β depends on b to first order.
 double Newton::balanced_offset(const Eigen::VectorXd& moved) const {
   const Eigen::ArrayXd z = problem_.y - moved;
   const double reach = problem_.epsilon + 2 * problem_.C / sigma_;
@@ -160,7 +164,7 @@ double Newton::balanced_offset(const Eigen::VectorXd& moved) const {
   }
 }
 
-// A step along the direction that makes the slope of Φ small.
+// Returns a step along the direction at which the slope of Φ is small.
 double Newton::line_search() const {
   const double linear = direction_.dot(response_);
   const double quadratic = direction_.dot(response_direction_);
@@ -181,7 +185,7 @@ double Newton::line_search() const {
   return step;
 }
 
-// No point has left its piece, or β̃ and β(r) agree.
+// Returns whether every point stayed on its piece, or β̃ and β(r) agree.
 bool Newton::settled(double step) const {
   const Eigen::ArrayXd r = residual();
   bool same = step == 1;
@@ -205,7 +209,8 @@ bool Newton::minimise() {
   return false;
 }
 
-// The solution becomes the centre: exact on the flat pieces, what rounding left of the sum spread over the others.
+// Makes the solution the new centre. Points on flat pieces are set exactly; the rounding error of the sum is spread
+// over the others.
 void Newton::take_centre() {
   const Eigen::ArrayXd r = residual();
   const Eigen::ArrayXd shrunk = shrink(r);
@@ -221,7 +226,7 @@ void Newton::take_centre() {
   centre_response_ = response_;
 }
 
-// Back to the centre, for a shorter step.
+// Returns to the centre for a shorter step.
 void Newton::retreat() {
   beta_ = centre_;
   response_ = centre_response_;
@@ -229,7 +234,8 @@ void Newton::retreat() {
   sigma_ *= kRetreat;
 }
 
-// What would end the search is judged by a response that has not been followed from step to step.
+// Keeps the present centre if it is the best so far. A gap that would end the search is checked with a freshly computed
+// response.
 void Newton::keep_if_best() {
   SvrPoint point{centre_, best_offset(problem_, response_)};
   double gap = certify(problem_, point, response_).relative_gap;

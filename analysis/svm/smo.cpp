@@ -14,7 +14,7 @@
 namespace gyrotherm::svm {
 namespace {
 
-// Whether a point that moves `units` of its part passes an end.
+// Returns whether a point that moves by `units` times its part leaves its range.
 GYROTHERM_CLONES
 bool passes(const double* part, const double* beta, const double* low, const double* high, double units) {
   int passing = 0;
@@ -25,14 +25,14 @@ bool passes(const double* part, const double* beta, const double* low, const dou
   return passing > 0;
 }
 
-// Stands for a slope that no step may climb: β_i is at its bound, or i is padding.
+// Slope that no step may climb: β_i is at its bound, or i is padding.
 constexpr float kWall = 1e30F;
 constexpr float kLeastCurvature = 1e-12F;
-// Of the pair's own curvature, for a direction conjugate to the last.
+// Smallest curvature of a conjugate direction, as a fraction of the curvature of the pair's own direction.
 constexpr double kLeastShare = 1e-3;
 constexpr IndexLanes kCount = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
-// Of sixteen, place i of `to` is place i ^ distance of `from`.
+// Permutes sixteen lanes: lane i of `to` is lane i ^ distance of `from`.
 template <int distance, class Lanes>
 [[gnu::always_inline]] inline void cross(const Lanes& from, Lanes& to) {
   constexpr int d = distance;
@@ -40,7 +40,7 @@ template <int distance, class Lanes>
                                11 ^ d, 12 ^ d, 13 ^ d, 14 ^ d, 15 ^ d);
 }
 
-// Calls step for the distances 8, 4, 2 and 1: a reduction of 16 lanes to one.
+// Calls `step` for the distances 8, 4, 2 and 1, which reduces 16 lanes to one.
 template <class Step>
 [[gnu::always_inline]] inline void fold_lanes(const Step& step) {
   step(std::integral_constant<int, 8>());
@@ -49,7 +49,7 @@ template <class Step>
   step(std::integral_constant<int, 1>());
 }
 
-// The largest of 2 × 16 candidates and where it is.
+// Reduces 2 × 16 candidates to the largest and its index.
 [[gnu::always_inline]] inline void reduce_largest(FloatLanes& best, IndexLanes& where, const FloatLanes& other,
                                                   const IndexLanes& other_where) {
   IndexLanes better = other > best;
@@ -66,7 +66,7 @@ template <class Step>
   });
 }
 
-// The arrays of a state that each step runs over. `count` is a multiple of two lines of lanes.
+// Arrays of a state that each step traverses. `count` is a multiple of two lines of lanes.
 struct StateLines {
   float* h;
   float* response;
@@ -74,9 +74,9 @@ struct StateLines {
   int count;
 };
 
-// Makes the step of a pair whose rows of K are `up` and `down`: response = up − down + kept · response,
-// h −= length · response. Returns the largest u = h − rise of the new h. The structures come by value, so that no store
-// to an array can change them.
+// Makes the step of a pair with the rows `up` and `down` of K: response = up − down + kept · response, h −= length ·
+// response. Returns the largest u = h − rise of the new h. The structures are passed by value, so that stores to an
+// array cannot change them.
 GYROTHERM_CLONES
 SmoSteepest move(StateLines lines, const float* up, const float* down, SmoStep step) {
   FloatLanes best[2] = {FloatLanes{} - kWall, FloatLanes{} - kWall};
@@ -102,7 +102,7 @@ SmoSteepest move(StateLines lines, const float* up, const float* down, SmoStep s
   return {.slope = best[0][0], .index = where[0][0]};
 }
 
-// Quotients square/curvature compared crosswise, without a division.
+// Candidates compared by their quotients square/curvature without a division.
 struct Candidate {
   FloatLanes square = {};
   FloatLanes curvature = FloatLanes{} + 1.0F;
@@ -117,7 +117,7 @@ struct Candidate {
   }
 };
 
-// Returns the least v = h − fall, and the j of the largest (u_i − v_j)²/(2 − 2K_ij) among the v_j below `u`; `row` is
+// Returns the least v = h − fall, and the j with the largest (u_i − v_j)²/(2 − 2K_ij) among the v_j below `u`. `row` is
 // K_i.
 GYROTHERM_CLONES
 SmoPartner choose_partner(const float* row, const float* h, const float* fall, float u, int count) {
@@ -150,8 +150,8 @@ SmoPartner choose_partner(const float* row, const float* h, const float* fall, f
   return {.least_slope = least[0][0], .index = best[0].where[0]};
 }
 
-// How far β_i may rise and β_j fall together: the decrease per unit is `slack` at first, falls by `curvature`, and by
-// 2ε where one of them passes zero.
+// Returns the distance by which β_i may rise and β_j fall together. The decrease per unit is initially `slack`. It
+// falls by `curvature` per unit, and by 2ε where one of them passes zero.
 double pair_step(double beta_i, double beta_j, double slack, double curvature, double C, double epsilon) {
   const double room = std::min(C - beta_i, beta_j + C);
   const double whole = slack / curvature;
@@ -172,15 +172,16 @@ double pair_step(double beta_i, double beta_j, double slack, double curvature, d
 
 double decrease(double slack, double curvature, double length) { return (slack - 0.5 * curvature * length) * length; }
 
-// Points of a working set: its rows take a megabyte.
+// Number of points in a working set. Its rows take one megabyte.
 constexpr int kWorkingSet = 512;
-// Sets of all points up to this size are their own working set.
+// Problems up to this size use all points as their working set.
 constexpr int kSmall = 640;
-// A working set is optimised until its violation is this part of what it was …
+// A working set is optimised until its violation is reduced by this factor …
 constexpr double kInnerFraction = 0.1;
-// … or for so many iterations per point.
+// … or for this many iterations per point.
 constexpr int kInnerIterations = 10;
-// After so many iterations per point of all, Newton steps are faster where no more than this part of them is free.
+// After this many iterations per point of the whole problem, Newton steps are faster if at most this fraction of the
+// points is free.
 constexpr int kIterationsBeforeFew = 4;
 constexpr double kFewFree = 0.08;
 constexpr int kRowsAtOnce = 4;
@@ -197,7 +198,7 @@ void gather(const float* row, const int* indices, int count, float* out) {
   for (int i = 0; i < count; ++i) out[i] = row[indices[i]];
 }
 
-// Working set after working set.
+// Optimisation of one working set after another.
 class Decomposition {
  public:
   Decomposition(const SvrProblem& problem, SmoState& all)
@@ -208,7 +209,7 @@ class Decomposition {
         chosen_(n_),
         block_(problem.C, problem.epsilon) {}
 
-  /// Goes on from `run`.
+  /// Continues from the state of `run`.
   void run(double tolerance, int most, SmoRun& run);
 
  private:
@@ -228,7 +229,8 @@ class Decomposition {
   std::vector<int> order_;
   std::vector<int> set_;
   std::vector<int> next_;
-  std::vector<float> rows_;  // of the working set among itself, where has_row_
+  // Rows of the working set, restricted to the set, where has_row_.
+  std::vector<float> rows_;
   std::vector<char> has_row_;
   SmoState block_;
 };
@@ -248,7 +250,7 @@ bool Decomposition::few_are_free() const {
   return static_cast<double>(free) <= kFewFree * n_;
 }
 
-// The `count` points of the largest slope that are not in yet; of equal ones the first.
+// Adds the `count` points with the largest slope that are not yet chosen. Among equal slopes the first is taken.
 void Decomposition::take_steepest(int count) {
   order_.clear();
   for (int i = 0; i < n_; ++i) {
@@ -261,7 +263,7 @@ void Decomposition::take_steepest(int count) {
   next_.insert(next_.end(), order_.begin(), end);
 }
 
-// Points of the last set, the free ones or the others.
+// Adds points of the previous set, either the free ones or the others.
 void Decomposition::keep(bool free) {
   for (const int i : set_) {
     if (static_cast<int>(next_.size()) >= kWorkingSet) return;
@@ -272,7 +274,7 @@ void Decomposition::keep(bool free) {
   }
 }
 
-// Half of the set are the most violating points of either direction, half is left of the last set.
+// Chooses the next set: half are the most violating points in either direction, half are kept from the previous set.
 void Decomposition::choose() {
   const int fresh = set_.empty() ? kWorkingSet : kWorkingSet / 2;
   std::fill(chosen_.begin(), chosen_.end(), 0);
@@ -293,7 +295,8 @@ SmoRun Decomposition::optimise(double tolerance, int most) {
   rows_.resize(static_cast<std::size_t>(count) * block_.stride());
   has_row_.assign(count, 0);
   for (int p = 0; p < count; ++p) block_.place(p, all_.beta(set_[p]), all_.error(set_[p]));
-  const auto row_of = [&](int p) {  // many points of a set never move
+  // Computed on demand, since many points of a set never move.
+  const auto row_of = [&](int p) {
     float* row = rows_.data() + static_cast<std::size_t>(p) * block_.stride();
     if (has_row_[p] == 0) gather(problem_.kernel.row(set_[p]), set_.data(), count, row);
     has_row_[p] = 1;
@@ -302,7 +305,7 @@ SmoRun Decomposition::optimise(double tolerance, int most) {
   return block_.run(row_of, tolerance, kInnerFraction, std::min(most, kInnerIterations * count));
 }
 
-// The errors of all points follow the β of the working set.
+// Updates the errors of all points for the new β of the working set.
 void Decomposition::follow() {
   std::array<const float*, kRowsAtOnce> rows{};
   std::array<float, kRowsAtOnce> weights{};
@@ -409,7 +412,7 @@ void SmoState::set(int i, double beta) {
   beta_[i] = beta;
   const float rise = beta >= C_ ? kWall : beta >= 0 ? epsilon : -epsilon;
   const float fall = beta <= -C_ ? -kWall : beta > 0 ? epsilon : -epsilon;
-  // Whole lanes are read soon, which would wait for what is written here.
+  // Avoids a write if the value is unchanged. Whole lanes are read soon afterwards and would wait for it.
   if (rise_[i] != rise) rise_[i] = rise;
   if (fall_[i] != fall) fall_[i] = fall;
 }
@@ -426,15 +429,15 @@ SmoPartner SmoState::partner_of(const SmoSteepest& first, const float* row) cons
   return choose_partner(row, h_.data(), fall_.data(), first.slope, stride_);
 }
 
-// With the piece of the dual that β_i is on, or comes to when it leaves zero.
+// Returns the point with the piece of the dual that β_i is on, or enters when it leaves zero.
 SmoDirection::Point SmoState::point(int i, bool rising) const {
   const double beta = beta_[i];
   const bool above = beta > 0 || (beta == 0 && rising);
   return {.index = i, .beta = beta, .low = above ? 0 : -C_, .high = above ? C_ : 0};
 }
 
-// Moves the points along the direction made conjugate to the last one. Returns nothing, and moves nothing, if the
-// pair's own direction is the better one now.
+// Moves the points along the direction made conjugate to the last one. Returns nothing and moves nothing if the
+// direction of the pair alone is better.
 std::optional<SmoStep> SmoState::step_conjugately(const SmoPair& pair) {
   if (direction_.empty() || direction_.full()) return {};
   const double shared = static_cast<double>(response_[pair.i]) - static_cast<double>(response_[pair.j]);
@@ -459,7 +462,7 @@ std::optional<SmoStep> SmoState::step_conjugately(const SmoPair& pair) {
   return SmoStep{.length = static_cast<float>(length.units), .kept = static_cast<float>(share)};
 }
 
-// Moves the pair alone, through zeros. Starts conjugacy if nothing stopped it.
+// Moves the pair alone, through zeros. Starts conjugacy if no bound or kink stopped it.
 SmoStep SmoState::step_alone(const SmoPair& pair) {
   direction_.clear();
   const double beta_i = beta_[pair.i], beta_j = beta_[pair.j];
@@ -496,7 +499,7 @@ Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int mo
   }
   const auto row_of = [&](int i) { return problem.kernel.row(i); };
   const bool small = n <= kSmall;
-  // From a start few points still move, of which a working set is made at once.
+  // Few points move from a given start, so a working set is chosen at once.
   const int of_all = small ? most : start == nullptr ? std::min(most, n) : 0;
   SmoRun run = all.run(row_of, tolerance, 0, of_all);
   if (!small && run.violation > tolerance) Decomposition(problem, all).run(tolerance, most, run);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sequential minimal optimisation in n variables: two of them move at a time. Fast on easy trainings, and a good start
-/// of the hard ones. Works on a kernel in single precision, so its result is to be certified by others.
+/// Sequential minimal optimisation in n variables, moving two of them at a time. Fast on easy trainings and a good
+/// start for hard ones. It uses a kernel in single precision, so its result must be certified separately.
 #pragma once
 
 #include <algorithm>
@@ -16,56 +16,60 @@ namespace gyrotherm::svm {
 struct SmoPair {
   int i{};
   int j{};
-  double slack{};      ///< decrease of the dual per unit, at first
-  double curvature{};  ///< by which that falls, per unit
+  /// Initial decrease of the dual per unit of step, and its reduction per unit.
+  double slack{};
+  double curvature{};
 };
 
-/// The point whose u is largest.
+/// Point with the largest u.
 struct SmoSteepest {
   float slope;  ///< max u
   int index;
 };
 
-/// The point that moves with the steepest one.
+/// Point that moves together with the steepest one.
 struct SmoPartner {
-  float least_slope;  ///< min v of all points, not of this one
+  /// Minimum of v over all points, not v of this point.
+  float least_slope;
   int index;
 };
 
-/// A step along the pair's direction plus `kept` times the direction of the step before.
+/// Step along the direction of the pair plus `kept` times the direction of the previous step.
 struct SmoStep {
   float length{};
   float kept{};
 };
 
-/// The direction d in which the last steps went, as a sum of pairs' directions e_i − e_j: the few points that moved,
-/// and how far each may go on. Each point that is part of it stays on its side of zero and in its bounds: there the
-/// dual is quadratic.
+/// Direction d of the last steps, as a sum of pair directions e_i − e_j. Stores the few points that moved and the range
+/// of each. Each point stays within its bounds and on its side of zero, where the dual is quadratic.
 class SmoDirection {
  public:
   static constexpr int kMostSteps = 5;
-  static constexpr int kPlaces = 16;  ///< at least two for each step and the first
+  /// At least two entries for each step and the first one.
+  static constexpr int kPlaces = 16;
   static_assert(2 * (kMostSteps + 1) <= kPlaces);
 
   struct Point {
     int index;
     double beta;
-    double low;  ///< β may go from low to high
+    /// Range of β.
+    double low;
     double high;
   };
   struct Length {
     double units;
-    int stopped_by;  ///< the place of the point that meets an end, or −1
+    /// Entry of the point that reaches the end of its range, or −1.
+    int stopped_by;
   };
 
   void clear();
   [[nodiscard]] bool empty() const { return count_ == 0; }
   [[nodiscard]] bool full() const { return steps_ >= kMostSteps; }
-  /// d becomes e_i − e_j alone.
+  /// Sets d to e_i − e_j.
   void start(const Point& i, const Point& j);
-  /// d becomes e_i − e_j + kept d.
+  /// Sets d to e_i − e_j + kept d.
   void turn(const Point& i, const Point& j, double kept);
-  /// How far the points can go along d, at most `units`.
+  /// Returns the distance that the points can move along d, at most `units`.
   [[nodiscard]] Length reach(double units) const;
   /// Moves the points along d.
   void move(const Length& length);
@@ -80,35 +84,36 @@ class SmoDirection {
   int count_ = 0;
   int steps_ = 0;
   std::array<int, kPlaces> index_{};
-  // Beyond count_: zeros.
+  // Entries above count_ are zero.
   std::array<double, kPlaces> part_{};
   std::array<double, kPlaces> beta_{};
   std::array<double, kPlaces> low_{};
   std::array<double, kPlaces> high_{};
 };
 
-/// How a run ended.
+/// Result of a run.
 struct SmoRun {
   int iterations{};
-  double violation{};  ///< max u − min v at the end
+  /// KKT violation max u − min v at the end.
+  double violation{};
 };
 
-/// Points of which two are chosen at a time to move. With h = y − Kβ, u_i = h_i − rise_i is what β_i gains by rising
-/// and v_i = h_i − fall_i what it loses by falling; rise and fall are the slopes of ε|β_i|, and walls at the bounds.
-/// Arrays are padded to whole lanes with points that cannot move.
+/// Points from which SMO chooses two at a time. With h = y − Kβ, u_i = h_i − rise_i is the gain if β_i rises and v_i =
+/// h_i − fall_i the loss if it falls. rise and fall are the slopes of ε|β_i|, and walls at the bounds. Arrays are
+/// padded to whole lanes with points that cannot move.
 ///
-/// A step goes along the pair's own direction made conjugate to the step before it (Torres-Barrán, Alaíz, Dorronsoro,
-/// "Faster SVM training via conjugate SMO", Pattern Recognition 2021), which takes some 0.6 times the steps. Conjugacy
-/// starts afresh where a point meets a bound or zero, and after a few steps: later it costs more than it gains.
+/// A step follows the direction of the pair, made conjugate to the previous step (Torres-Barrán, Alaíz, Dorronsoro,
+/// "Faster SVM training via conjugate SMO", Pattern Recognition 2021). This takes about 0.6 times as many steps.
+/// Conjugacy restarts when a point reaches a bound or zero, and after a few steps, when it costs more than it gains.
 class SmoState {
  public:
   SmoState(double C, double epsilon) : C_(C), epsilon_(epsilon) {}
 
-  /// Makes room for `count` points, each then to be placed.
+  /// Allocates `count` points. Each must then be set by place().
   void resize(int count);
-  /// Places point i; `error` is h_i.
+  /// Initialises point i. `error` is h_i.
   void place(int i, double beta, float error);
-  /// Sets β_i alone; h stays.
+  /// Sets β_i without updating h.
   void set(int i, double beta);
   [[nodiscard]] int stride() const { return stride_; }
   [[nodiscard]] double beta(int i) const { return beta_[i]; }
@@ -118,10 +123,10 @@ class SmoState {
   [[nodiscard]] float u(int i) const { return h_[i] - rise_[i]; }
   [[nodiscard]] float v(int i) const { return h_[i] - fall_[i]; }
 
-  /// Optimises until the KKT violation is at most `tolerance`, or at most `fraction` of what it is at the start, or
-  /// `most` iterations are done. `row_of(i)` gives K_i over these points, stride() floats. Working set: the most
-  /// violating point i, and the j of the largest decrease to second order (Fan, Chen, Lin 2005). The step continues
-  /// through the kinks of ε|β|.
+  /// Optimises until the KKT violation is at most `tolerance`, or at most `fraction` of its initial value, or until
+  /// `most` iterations are done. `row_of(i)` returns K_i over these points, stride() floats. The working set is the
+  /// most violating point i and the point j with the largest second-order decrease (Fan, Chen, Lin 2005). The step
+  /// continues through the kinks of ε|β|.
   template <class RowOf>
   SmoRun run(RowOf row_of, double tolerance, double fraction, int most);
 
@@ -140,7 +145,7 @@ class SmoState {
   std::vector<float> rise_;
   std::vector<float> fall_;
   std::vector<double> beta_;
-  SmoDirection direction_;       // d, of the last step
+  SmoDirection direction_;       // d of the last step
   std::vector<float> response_;  // Kd
   double curvature_ = 0;         // dᵀKd
 };
@@ -161,13 +166,13 @@ SmoRun SmoState::run(RowOf row_of, double tolerance, double fraction, int most) 
   }
 }
 
-/// Starts at `start`, which is feasible, or at β = 0, and stops once the KKT violation is at most `tolerance`, or after
-/// `most` iterations.
+/// Minimises the dual from the feasible `start`, or from β = 0, until the KKT violation is at most `tolerance` or
+/// `most` iterations are done.
 ///
-/// All points take part at first if it starts at 0. A training that needs more than n iterations goes on in working
-/// sets whose rows fit a second-level cache, where an iteration costs a fraction: each time the most violating points
-/// and those of the last set that are free are optimised among themselves, and then the gradient of all points follows.
-/// It stops sooner where few points are free, for a Newton step is cheap then.
+/// Without a start, all points take part at first. A training that needs more than n iterations continues in working
+/// sets whose rows fit in a second-level cache, which makes an iteration much cheaper. Each working set contains the
+/// most violating points and the free points of the previous set. These are optimised among themselves; then the
+/// gradient of all points is updated. The run ends earlier if few points are free, because a Newton step is then cheap.
 [[nodiscard]] Eigen::VectorXd solve_by_smo(const SvrProblem& problem, double tolerance, int most,
                                            const Eigen::VectorXd* start = nullptr);
 

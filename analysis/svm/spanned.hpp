@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The space that samples span about their mean: the same distances from fewer numbers where inputs depend on each
-/// other, as all differences of eight thermometers do.
+/// Coordinates of the space that samples span about their mean. Distances are the same with fewer coordinates if inputs
+/// depend on each other, as all differences of eight thermometers do.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,11 +9,12 @@
 
 namespace gyrotherm::svm {
 
-/// An orthonormal basis, a column each, of the directions in which rows about their mean differ: those in which they
-/// reach at least 1e-13 of their greatest reach. The identity where these are all.
+/// Returns an orthonormal basis, one vector per column, of the directions in which centred rows differ by at least
+/// 1e-13 of the largest extent. Returns the identity if these are all directions.
 [[nodiscard]] Eigen::MatrixXd directions_of(const Eigen::Ref<const Eigen::MatrixXd>& centred);
 
-/// The samples, a row each, in coordinates of these directions; as they are where these are all.
+/// Returns the samples, one per row, in coordinates of these directions. Returns them unchanged if these are all
+/// directions.
 [[nodiscard]] Eigen::MatrixXd spanned(const Eigen::Ref<const SampleMatrix>& x);
 
 }  // namespace gyrotherm::svm

@@ -19,16 +19,16 @@
 namespace gyrotherm::svm {
 namespace {
 
-// Of the KKT violation, in standard deviations of the target; most such solutions have a gap below 1e-3.
+// KKT violation at which SMO stops, in standard deviations of the target. Most such solutions have a gap below 1e-3.
 constexpr double kSmoTolerance = 1e-3;
-// Times n. Trainings that need more are faster by Newton steps, small ones sooner.
+// Iteration limits per point. Beyond them Newton steps are faster, for small trainings sooner.
 constexpr Eigen::Index kSmoIterationsPerPoint = 64;
 constexpr Eigen::Index kSmoIterationsPerPointOfFew = 16;
 constexpr Eigen::Index kFew = 640;
 // σ/C of the first proximal step after SMO.
 constexpr double kFirstWeight = 3;
-// Where C is larger than so many standard deviations of the target, a gap just below 1e-3 leaves errors of held-out
-// rows that are percents apart: a tenth of it is aimed at.
+// If C is larger than this many standard deviations of the target, solutions with a gap just below 1e-3 differ by
+// percents in held-out error. A tenth of the gap is then aimed at.
 constexpr double kLargeBound = 64;
 constexpr double kAim = 0.1;
 
@@ -83,8 +83,8 @@ void add_squared_differences(const double* values, double value, Eigen::Index co
   for (Eigen::Index i = 0; i < count; ++i) sum[i] += (values[i] - value) * (values[i] - value);
 }
 
-// The kernel of the rows of `columns` from `first` on with one place, from the differences themselves, so that equal
-// rows are exactly 0 apart; `out` begins with that of `first`.
+// Computes the kernel between one position and the rows of `columns` from `first` on. Uses the differences, so equal
+// rows have distance exactly 0. `out` begins with the value for `first`.
 void fill_kernel(const Eigen::MatrixXd& columns, Eigen::Index first, const Eigen::RowVectorXd& place, double sigma,
                  double* out) {
   const Eigen::Index count = columns.rows() - first;

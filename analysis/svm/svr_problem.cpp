@@ -12,8 +12,8 @@ namespace gyrotherm::svm {
 namespace {
 
 constexpr int kSummedAtOnce = 4;
-constexpr double kSumTolerance = 1e-12;  // of C n
-constexpr double kGapFloor = 1e-9;       // of C Σ|y_i − ȳ|
+constexpr double kSumTolerance = 1e-12;  // factor of C n
+constexpr double kGapFloor = 1e-9;       // factor of C Σ|y_i − ȳ|
 
 GYROTHERM_CLONES
 void add_columns(const double* const* columns, const double* weights, Eigen::Index n, double* sum) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One training as the solvers see it, a point of it, and the judge of both (errata 2.1 of the paper; svr.hpp has the
-/// dual).
+/// Training problem of the solvers, its points, and the computation of their certificates (errata 2.1 of the paper; the
+/// dual is in svr.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@
 
 namespace gyrotherm::svm {
 
-/// One training: views of a kernel and of targets that outlive it.
+/// One training: references to a kernel and to targets, both of which must outlive it.
 struct SvrProblem {
   Kernel& kernel;
   const Eigen::Ref<const Eigen::VectorXd>& y;
@@ -20,32 +20,35 @@ struct SvrProblem {
   [[nodiscard]] Eigen::Index size() const { return y.size(); }
 };
 
-/// A point of the dual and an offset; it is feasible if Σβ = 0 to rounding (1e-12 C n) and |β_i| ≤ C.
+/// Point of the dual and an offset. It is feasible if Σβ = 0 to rounding (1e-12 C n) and |β_i| ≤ C.
 struct SvrPoint {
   Eigen::VectorXd beta;
   double b{};
 };
 
-/// What is known of a point from its response Kβ.
+/// Duality gap and objective of a point, computed from its response Kβ.
 struct Certificate {
   double relative_gap{};
   double objective{};  ///< D(β)
 };
 
-/// Adds Kβ to `sum`, from columns that the kernel keeps.
+/// Adds Kβ to `sum`, using columns cached by the kernel.
 void add_response(const SvrProblem& problem, const Eigen::VectorXd& beta, Eigen::VectorXd& sum);
 
 /// Makes Σβ = 0 by equal shifts of the `free` points within their bounds.
 void spread_sum(const SvrProblem& problem, const std::vector<Eigen::Index>& free, Eigen::VectorXd& beta);
 
-/// The offset that minimises the primal value of β exactly: Σ max(0, |z_i − b| − ε), z = y − Kβ, is piecewise linear in
-/// b with breakpoints z_i ± ε, and least from their n-th to their (n+1)-th; the middle of that interval.
+/// Returns the offset that minimises the primal value of β exactly. Σ max(0, |z_i − b| − ε), z = y − Kβ, is piecewise
+/// linear in b with breakpoints z_i ± ε, and minimal between the n-th and the (n+1)-th. The middle of that interval is
+/// returned.
 [[nodiscard]] double best_offset(const SvrProblem& problem, const Eigen::VectorXd& response);
 
-/// Judges a point: its gap is as defined at SvrSolution::relative_gap in svr.hpp, infinite if it is not feasible.
+/// Computes the certificate of a point. The gap is defined at SvrSolution::relative_gap in svr.hpp; it is infinite if
+/// the point is not feasible.
 [[nodiscard]] Certificate certify(const SvrProblem& problem, const SvrPoint& point, const Eigen::VectorXd& response);
 
-/// LIBSVM's stopping measure in n variables: max{u_i : β_i < C} − min{v_i : β_i > −C}; 0 or less at an optimum.
+/// Computes the stopping measure of LIBSVM in n variables: max{u_i : β_i < C} − min{v_i : β_i > −C}. It is at most 0 at
+/// an optimum.
 [[nodiscard]] double kkt_violation(const SvrProblem& problem, const Eigen::VectorXd& beta,
                                    const Eigen::VectorXd& response);
 

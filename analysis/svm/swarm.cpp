@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kNothingYet = std::numeric_limits<double>::infinity();
 
-// oneTBB complains on stderr of more than the machine has.
+// Returns the number of threads, at most those of the machine. oneTBB prints a warning on stderr for more.
 int threads_of(const SwarmOptions& options) {
   const int available = tbb::info::default_concurrency();
   return options.threads == 0 ? available : std::min(options.threads, available);
@@ -83,10 +83,12 @@ class Swarm {
   const ProgressSink& progress_;
   std::mt19937_64 generator_;
   std::vector<Particle> particles_;
-  std::vector<Result<double>> values_;  // of the present iteration, by particle
+  // Values of the present iteration, by particle.
+  std::vector<Result<double>> values_;
   tbb::task_arena arena_;
   std::thread::id caller_ = std::this_thread::get_id();
-  std::atomic<int> done_ = 0;  // evaluations of the present iteration
+  // Number of evaluations in the present iteration.
+  std::atomic<int> done_ = 0;
   std::atomic<bool> interrupted_ = false;
   double stall_reference_ = kNothingYet;
   int stall_count_ = 0;
@@ -160,7 +162,7 @@ void Swarm::compare() {
   summary_.history.push_back(summary_.best_fitness);
 }
 
-// Eq. 9, then the move.
+// Applies eq. 9 and moves the particles.
 void Swarm::move(int iteration) {
   const double omega = inertia_weight(options_, iteration);
   for (Particle& particle : particles_) {

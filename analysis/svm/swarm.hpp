@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Particle swarm optimisation by eqs. 8–10 of the paper (with errata 2 for their order): inertia weight falling
-/// linearly, velocity limit before the move, positions clamped to the box with that velocity component set to zero.
+/// Particle swarm optimisation by eqs. 8–10 of the paper (order as in errata 2). The inertia weight falls linearly, the
+/// velocity is limited before the move, and positions are clamped to the box with that velocity component set to zero.
 #pragma once
 
 #include <cstddef>
@@ -17,19 +17,24 @@ namespace gyrotherm::svm {
 
 struct SwarmOptions {
   int particles = 20;
-  int iterations = 30;        ///< T_max of eq. 10; the initial swarm is evaluated before the first
-  double omega_max = 0.9;     ///< eq. 10
-  double omega_min = 0.4;     ///< eq. 10
-  double c1 = 2.0;            ///< eq. 9
-  double c2 = 2.0;            ///< eq. 9
-  double v_max = 0.2;         ///< of each coordinate's range
-  int stall_iterations = 10;  ///< stop early after so many iterations without `stall_gain`
-  double stall_gain = 1e-3;   ///< relative gain of the best fitness that counts
+  /// T_max of eq. 10. The initial swarm is evaluated before the first iteration.
+  int iterations = 30;
+  double omega_max = 0.9;  ///< eq. 10
+  double omega_min = 0.4;  ///< eq. 10
+  double c1 = 2.0;         ///< eq. 9
+  double c2 = 2.0;         ///< eq. 9
+  /// Velocity limit as a fraction of each coordinate's range.
+  double v_max = 0.2;
+  /// Stops early after this many iterations with a gain below `stall_gain`.
+  int stall_iterations = 10;
+  /// Smallest relative gain of the best fitness that is counted.
+  double stall_gain = 1e-3;
   std::uint64_t seed = 1;
-  int threads = 0;  ///< 0: all. The result does not depend on it
+  /// Number of threads, 0 for all. The result does not depend on it.
+  int threads = 0;
 };
 
-/// Where a swarm may go.
+/// Limits of each coordinate.
 struct SwarmBox {
   std::vector<double> lower;  ///< per coordinate
   std::vector<double> upper;
@@ -39,13 +44,15 @@ enum class SwarmEnd { was_not_run, iterations_done, stalled };
 inline constexpr std::initializer_list<SwarmEnd> kSwarmEnds = {SwarmEnd::was_not_run, SwarmEnd::iterations_done,
                                                                SwarmEnd::stalled};
 
-/// What a swarm found, and why it ended.
+/// Result of a swarm, and the reason for its end.
 struct SwarmSummary {
   SwarmEnd end = SwarmEnd::was_not_run;
-  std::vector<double> best;              ///< position
-  double best_fitness{};                 ///< lowest
-  std::vector<double> history;           ///< best fitness after the initial swarm and after each iteration
-  std::vector<int> coordinates_on_edge;  ///< coordinates of the best that lie on the box's edge
+  std::vector<double> best;  ///< position
+  double best_fitness{};     ///< lowest
+  /// Best fitness after the initial swarm and after each iteration.
+  std::vector<double> history;
+  /// Coordinates of the best position on the edge of the box.
+  std::vector<int> coordinates_on_edge;
   int evaluations{};
 };
 
@@ -73,21 +80,22 @@ void describe(auto& form, Like<SwarmOptions> auto& swarm) {
   form("seed", swarm.seed);
 }
 
-/// `fitness(particle, position, limit)` returns the value to minimise; it may stop early and return any partial value
-/// greater than `limit` (the particle's own best) once it is sure to exceed it – exact, because a fitness is only ever
-/// compared with the particle's own best. Called from several threads, of one particle by one at a time and in the
-/// order of its iterations.
+/// Fitness to minimise: `fitness(particle, position, limit)`. It may stop early and return any partial value above
+/// `limit` (the particle's own best) once the value is certain to exceed it. This is exact, because a fitness is only
+/// compared with the particle's own best. It is called from several threads, for one particle by one thread at a time
+/// and in the order of its iterations.
 using Fitness = std::function<Result<double>(std::size_t particle, const std::vector<double>& position, double limit)>;
 
-/// Minimises over the box. A fitness that is infinite or NaN never becomes a best. Particles are evaluated in parallel
-/// and compared only after all of an iteration are known, and every random number is drawn by the calling thread in a
-/// fixed order, so the result does not depend on the number of threads. `progress` is called by the calling thread
-/// alone, after each of its evaluations and after each iteration. Fails with usage on bad options, interrupted if
-/// `progress` says so, or with the first (lowest particle index) fault of a fitness.
+/// Minimises the fitness over the box. A fitness that is infinite or NaN never becomes a best. Particles are evaluated
+/// in parallel and compared only when all results of an iteration are available. The calling thread draws all random
+/// numbers in a fixed order. The result therefore does not depend on the number of threads. Only the calling thread
+/// calls `progress`, after each of its evaluations and after each iteration. Fails with usage on bad options, with
+/// interrupted if `progress` requests it, or with the first fault of a fitness (lowest particle index).
 [[nodiscard]] Result<SwarmSummary> minimise(const Fitness& fitness, const SwarmBox& box, const SwarmOptions& options,
                                             const ProgressSink& progress = {});
 
-/// Eq. 10: ω_max − (ω_max − ω_min) t/T_max. t = 0 is the initial swarm; its first move has t = 1, its last t = T_max.
+/// Returns ω_max − (ω_max − ω_min) t/T_max (eq. 10). t = 0 is the initial swarm; its first move has t = 1, its last t =
+/// T_max.
 [[nodiscard]] double inertia_weight(const SwarmOptions& options, int t);
 
 /// One coordinate of one particle.
@@ -96,8 +104,8 @@ struct Coordinate {
   double velocity{};
 };
 
-/// The move of a coordinate with the velocity eq. 9 gave it: velocity limited to ±`v_max` first, then the move, then
-/// the position clamped to the box, which sets the velocity to 0.
+/// Moves a coordinate with the velocity from eq. 9. Limits the velocity to ±`v_max`, then moves, then clamps the
+/// position to the box. Clamping sets the velocity to 0.
 [[nodiscard]] Coordinate moved(Coordinate from, double v_max, double lower, double upper);
 
 }  // namespace gyrotherm::svm

@@ -24,14 +24,15 @@ namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-// The samples of both sides of a fold, the held-out ones below, in the coordinates that they all span.
+// Returns the samples of both sides of a fold, the held-out ones below, in coordinates of the space that they span
+// together.
 SampleMatrix places_of(const TuningFold& fold) {
   SampleMatrix both(fold.train_x.rows() + fold.test_x.rows(), fold.train_x.cols());
   both << fold.train_x, fold.test_x;
   return spanned(both);
 }
 
-// A fold with its samples laid out for every evaluation.
+// Fold with its samples laid out for all evaluations.
 class PreparedFold {
  public:
   explicit PreparedFold(const TuningFold& fold)
@@ -39,9 +40,10 @@ class PreparedFold {
 
   [[nodiscard]] Eigen::Index held_out() const { return fold_->test_y.size(); }
 
-  // A training at one position, for others to begin at.
+  // Training at one position, as a start for other trainings.
   struct Solved {
-    double squared_error{};  // of all held-out rows, in the units of target_scale squared
+    // Sum over all held-out rows, in units of target_scale squared.
+    double squared_error{};
     SvrParameters at;
     SvrStart solution;
   };
@@ -65,7 +67,7 @@ class PreparedFold {
   GaussianSamples samples_;
 };
 
-// All folds, and how each of them begins where the first ended.
+// All folds, and the start of each fold from the solution of the first.
 struct PreparedFolds {
   explicit PreparedFolds(std::span<const TuningFold> all) : folds(all.begin(), all.end()) {
     for (const TuningFold& fold : all) seeds.push_back(FoldSeed::between(all.front(), fold));
@@ -81,16 +83,18 @@ struct PreparedFolds {
 
 using Memories = tbb::enumerable_thread_specific<KernelMemory>;
 
-// How many threads have a position of their own. Once a swarm has none left to give, the others are idle.
+// Number of threads that evaluate a position of their own. At the end of an iteration of the swarm the other threads
+// are idle.
 using Workers = std::atomic<int>;
 
-// What a particle has solved last of each fold.
+// Last solution of a particle for each fold.
 using History = std::vector<std::optional<PreparedFold::Solved>>;
 
-// Farther than this a particle's last solution is no better a start than that of another fold, or none.
+// Greatest distance at which the last solution of a particle is a better start than the solution of another fold or
+// none.
 constexpr double kFarthestStart = 2;
 
-// One evaluation of a position on all folds.
+// Evaluation of one position on all folds.
 class Evaluation {
  public:
   Evaluation(const PreparedFolds& prepared, const SvrParameters& parameters, const SvrOptions& options,
@@ -101,9 +105,10 @@ class Evaluation {
         memories_(memories),
         solved_(prepared.folds.size()) {}
 
-  // What each fold adds to the mean over all held-out rows, fold after fold until it passes the limit, for it can only
-  // grow; or every fold's if `all`. Where threads are idle the folds that are left run at once, some of them in vain.
-  // The history then holds the folds up to the limit, so that neither the outcome nor what follows depends on either.
+  // Returns the contribution of each fold to the mean over all held-out rows. Continues fold by fold until the sum
+  // exceeds the limit, since it can only grow; with `all`, evaluates every fold. If threads are idle, the remaining
+  // folds run in parallel, some of them needlessly. Updates the history only for the folds up to the limit, so that
+  // neither the result nor later evaluations depend on `all` or on the threads.
   Result<std::vector<double>> shares(double limit, bool all, History& history, const Workers* workers);
 
  private:
@@ -157,7 +162,7 @@ Result<std::vector<double>> Evaluation::shares(double limit, bool all, History& 
 
 double sum_of(const std::vector<double>& shares) { return std::accumulate(shares.begin(), shares.end(), 0.0); }
 
-// Every position of a search with its shares, as one_standard_error needs them; called from several threads.
+// All positions of a search with their shares, as one_standard_error requires. Thread-safe.
 class JudgedPositions {
  public:
   void add(const std::vector<double>& position, const std::vector<double>& shares) {
@@ -171,7 +176,7 @@ class JudgedPositions {
   std::vector<JudgedPosition> judged_;
 };
 
-// The coordinates of a search: C, σ, and ε unless it is fixed.
+// Coordinates of a search: C, σ, and ε unless it is fixed.
 struct Coordinates {
   SwarmBox box;
   std::vector<const char*> names;
@@ -196,8 +201,8 @@ SvrParameters parameters_at(const std::vector<double>& position, const TuningOpt
           .epsilon = options.fixed_epsilon > 0 ? options.fixed_epsilon : std::exp2(position[2])};
 }
 
-// Takes the simplest position within one standard error instead of the swarm's best, which is kept beside it. Returns
-// where it stands.
+// Takes the simplest position within one standard error instead of the swarm's best. Stores the best in the summary and
+// returns the position taken.
 std::vector<double> take_simplest(TuningSummary& summary, const std::vector<JudgedPosition>& judged,
                                   const PreparedFolds& prepared, const TuningOptions& options) {
   std::vector<double> parts;
@@ -213,7 +218,7 @@ std::vector<double> take_simplest(TuningSummary& summary, const std::vector<Judg
   return judged[choice.simplest].position;
 }
 
-// Warns of coordinates on the edge of their box, and of positions without a certificate.
+// Returns warnings about coordinates on the edge of their box and positions without a certificate.
 std::vector<std::string> warnings_of(const std::vector<double>& taken, const Coordinates& coordinates, int uncertified,
                                      int evaluations) {
   const auto& [box, names] = coordinates;
@@ -283,8 +288,8 @@ Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOp
     return failure(FaultKind::numeric, "tuning",
                    fmt::format("none of {} positions could be certified", swarm->evaluations));
   }
-  // What a position is worth by trainings that know of no other position, so that anyone finds the same number; that of
-  // the search if one of them misses its certificate.
+  // Computes the error of a position by trainings that do not start from another position, so that the result is
+  // reproducible. Returns the error of the search if one training misses its certificate.
   const auto afresh = [&](const SvrParameters& parameters, double judged_error) {
     History none(folds.size());
     const auto shares = Evaluation(prepared, parameters, options.svr, memories).shares(kNoLimit, true, none, &workers);

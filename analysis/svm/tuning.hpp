@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Chooses C, σ and ε of an ε-SVR by particle swarm in log2 space; the fitness is the mean squared error on held-out
+/// Choice of C, σ and ε of an ε-SVR by particle swarm in log2 space. The fitness is the mean squared error on held-out
 /// folds.
 #pragma once
 
@@ -19,23 +19,23 @@
 
 namespace gyrotherm::svm {
 
-/// One held-out fold, ready to train: selection and scaling were fitted on its training part alone.
-/// Targets are in units of the fold's own training STD; `target_scale` turns an error of them into °/h.
+/// One held-out fold, ready to train. Selection and scaling were fitted to its training part alone. Targets are in
+/// units of the training STD of the fold; `target_scale` converts their errors to °/h.
 struct TuningFold {
   SampleMatrix train_x;
   Eigen::VectorXd train_y;
   SampleMatrix test_x;
   Eigen::VectorXd test_y;
   double target_scale{};
-  /// Which rows of what was split into folds are trained on, so that one fold's training begins where another's ended;
-  /// empty: not known.
+  /// Training rows in the data set that was split, so that the training of one fold can begin at the solution of
+  /// another. Empty if unknown.
   std::vector<Eigen::Index> train_rows = {};
 };
 
-/// Checks one fold. Fails with usage: a fold without rows on both sides or with shapes that differ, a value that is not
-/// finite. `number` names the fold.
+/// Checks one fold. Fails with usage if one side is empty, if shapes differ, or if a value is not finite. `number`
+/// identifies the fold in messages.
 [[nodiscard]] Result<void> check_fold(const TuningFold& fold, std::size_t number);
-/// Checks all folds. Fails with usage as check_fold does for the first that it finds wrong, or if there is no fold.
+/// Checks all folds. Fails with usage at the first wrong fold as check_fold does, or if there are no folds.
 template <std::derived_from<TuningFold> Fold>
 [[nodiscard]] Result<void> check_folds(std::span<const Fold> folds) {
   if (folds.empty()) return failure(FaultKind::usage, "tuning", "no fold");
@@ -44,11 +44,14 @@ template <std::derived_from<TuningFold> Fold>
   return {};
 }
 
-/// The box of errata 4, in log2, and how it is searched.
+/// Search box of errata 4, in log2, and search options.
 struct TuningOptions {
-  std::pair<double, double> log2_c{-2, 12}, log2_sigma{-2, 3.5}, log2_epsilon{-8, -1};  ///< lower and upper bounds
-  double fixed_epsilon = 0;  ///< > 0: the paper's two-dimensional search over C and σ at this ε
-  /// one_standard_error judges every position on every fold: the swarm takes the same way, and more time.
+  /// Lower and upper bounds.
+  std::pair<double, double> log2_c{-2, 12}, log2_sigma{-2, 3.5}, log2_epsilon{-8, -1};
+  /// Fixed ε if > 0: the two-dimensional search over C and σ of the paper.
+  double fixed_epsilon = 0;
+  /// Rule of choice. one_standard_error evaluates every position on every fold; the path of the swarm is the same but
+  /// takes more time.
   ChoiceRule choice = ChoiceRule::best;
   SwarmOptions swarm;
   SvrOptions svr;
@@ -68,25 +71,31 @@ void describe(auto& form, Like<TuningOptions> auto& options) {
   form("swarm", options.swarm);
 }
 
-/// What the tuning found, and how sure it is.
+/// Result of a tuning, with its uncertainty.
 struct TuningSummary {
-  SvrParameters best;  ///< by the rule
-  /// Its (°/h)², over all held-out rows, by trainings that begin at no other position's solution: what
-  /// cross_validation_error says. The swarm's own figure may differ from it as the certificate allows.
+  /// Parameters chosen by the rule.
+  SvrParameters best;
+  /// Mean squared error of `best` in (°/h)² over all held-out rows, as returned by cross_validation_error: trainings do
+  /// not begin at the solution of another position. The swarm's own value may differ from it within the certificate.
   double cross_validation_mse{};
-  int uncertified{};  ///< positions with a training that missed its certificate: never a best one
+  /// Number of positions with a training that missed its certificate. These never become the best.
+  int uncertified{};
   SwarmSummary swarm;
-  std::vector<std::string> warnings;                          ///< "log2 C = 12 lies on the edge of its box", …
-  std::optional<OneStandardErrorSummary> one_standard_error;  ///< where that rule chose
+  /// "log2 C = 12 lies on the edge of its box", …
+  std::vector<std::string> warnings;
+  /// Set if the one-standard-error rule was applied.
+  std::optional<OneStandardErrorSummary> one_standard_error;
 };
 
-/// The mean squared error over all held-out rows, in the units of target_scale squared. Stops after the fold in which
-/// it passes `limit`, and returns what it has then: the sum can only grow. Fails as check_folds and solve_svr do.
+/// Computes the mean squared error over all held-out rows, in units of target_scale squared. Stops after the fold in
+/// which the sum exceeds `limit` and returns the partial sum, since it can only grow. Fails as check_folds and
+/// solve_svr do.
 [[nodiscard]] Result<double> cross_validation_error(std::span<const TuningFold> folds, const SvrParameters& parameters,
                                                     const SvrOptions& options, double limit);
 
-/// Tunes by particle swarm. A position where a training misses its certificate counts as infinitely bad, and is counted
-/// and warned of. Fails with usage, with interrupted, or with numeric if no position at all could be certified.
+/// Tunes by particle swarm. A position with a training that misses its certificate counts as infinitely bad; the number
+/// of such positions is reported in a warning. Fails with usage, with interrupted, or with numeric if no position could
+/// be certified.
 [[nodiscard]] Result<TuningSummary> tune_svr(std::span<const TuningFold> folds, const TuningOptions& options,
                                              const ProgressSink& progress = {});
 

@@ -12,9 +12,9 @@
 namespace gyrotherm::svm {
 namespace {
 
-// β this close to a bound, in parts of it, is at the bound: scaling has moved it there and away by rounding.
+// β within this relative distance of a bound is taken to be at the bound. Scaling changes it by rounding.
 constexpr double kAtBound = 1e-12;
-// Of C n, as the judge has it.
+// Tolerance of the sum in units of C n, stricter than that of certify().
 constexpr double kStartSumTolerance = 1e-13;
 
 using RowsOf = std::unordered_map<Eigen::Index, Eigen::Index>;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Where a training begins that resembles one already solved: another fold of the same position, or another position of
+/// Start of a training from the solution of a similar one: another fold at the same position, or another position of
 /// the same fold.
 #pragma once
 
@@ -15,31 +15,34 @@ namespace gyrotherm::svm {
 
 struct TuningFold;
 
-/// The rows of one fold in the solution of another: the rows that both learn from keep their β, and each β of a row
-/// that is left out now goes to the nearest rows that were left out then, as far as their bounds allow (alpha seeding:
-/// DeCoste, Wagstaff, KDD 2000; Wen et al., AAAI 2017).
+/// Mapping of the solution of one fold to the rows of another (alpha seeding: DeCoste, Wagstaff, KDD 2000; Wen et al.,
+/// AAAI 2017). Rows in both training sets keep their β. The β of a row that is now left out is added to the nearest
+/// rows that were left out before, as far as their bounds allow.
 class FoldSeed {
  public:
-  /// None if the folds do not say which rows they are of, or see different inputs.
+  /// Returns no value if the folds do not list their rows or have different inputs.
   [[nodiscard]] static std::optional<FoldSeed> between(const TuningFold& from, const TuningFold& to);
-  /// Where the training of `to` begins, given the solution of `from`. Its sum need not be zero.
+  /// Returns the start of the training of `to` for a solution of `from`. Its sum need not be zero.
   [[nodiscard]] SvrStart start(const SvrStart& solved) const;
 
  private:
   static constexpr int kNeighbours = 8;
   struct Removed {
-    Eigen::Index row;                                    ///< of `from`
-    std::array<Eigen::Index, kNeighbours> nearest_rows;  ///< of `to`, the nearest first; −1 where there is none
+    /// Row of `from`.
+    Eigen::Index row;
+    /// Nearest rows of `to`, the nearest first; −1 if there are fewer.
+    std::array<Eigen::Index, kNeighbours> nearest_rows;
   };
-  std::vector<Eigen::Index> shared_;  ///< for each row of `to` that of `from`, or −1
+  /// Row of `from` for each row of `to`, or −1.
+  std::vector<Eigen::Index> shared_;
   std::vector<Removed> removed_;
 };
 
-/// A feasible β of the problem near `start`: scaled as the bound is, clipped to it, and its sum made zero by the points
-/// that are at no bound. None if they cannot.
+/// Returns a feasible β of the problem near `start`. Scales it with the bound, clips it to the bound, and makes its sum
+/// zero by shifting points that are not at a bound. Returns no value if that is impossible.
 [[nodiscard]] std::optional<Eigen::VectorXd> feasible_start(const SvrProblem& problem, const SvrStart& start);
 
-/// How far two positions are from each other as warm starts see it: octaves of C, and twice those of σ.
+/// Returns the distance between two positions for warm starts: octaves of C, plus twice the octaves of σ.
 [[nodiscard]] double octaves_between(const SvrParameters& a, const SvrParameters& b);
 
 }  // namespace gyrotherm::svm

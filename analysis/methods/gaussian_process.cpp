@@ -16,7 +16,7 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// Limits of the logarithms, so that no search ends in infinity.
+/// Limits the logarithms, so that no search diverges.
 Eigen::VectorXd clamped(const Eigen::VectorXd& logarithms) {
   const Eigen::Index inputs = logarithms.size() - 2;
   Eigen::VectorXd out = logarithms;
@@ -33,7 +33,8 @@ constexpr std::size_t kAscents = 3;
 constexpr Eigen::Index kMostSamples = 400;  // for the likelihood
 constexpr int kMostEvaluations = 80;
 
-constexpr double kJitter = 1e-8;  // of the kernel of samples that nearly repeat each other
+// Added relative to σ_f² for samples that are nearly equal.
+constexpr double kJitter = 1e-8;
 
 tl::unexpected<Fault> not_definite() {
   return failure(FaultKind::numeric, "Gaussian process", "the covariance is not positive definite");
@@ -43,7 +44,8 @@ double between(double low, double high, std::mt19937_64& generator) {
   return low * std::pow(high / low, uniform(generator));
 }
 
-/// The first in the middle of what standardised data ask for, the others anywhere near.
+/// Returns a start of the climb: the first in the middle of the range for standardised data, the others at random
+/// around it.
 Covariance start_of(std::size_t start, Eigen::Index inputs, std::uint64_t seed) {
   const double middle = std::sqrt(static_cast<double>(inputs));
   if (start == 0) return {.lengths = Eigen::RowVectorXd::Constant(inputs, middle), .signal = 1, .noise = 0.1};
@@ -70,7 +72,7 @@ Result<Ascent> best_ascent(const data::SampleMatrix& x, const Eigen::VectorXd& y
   return ascents[best];
 }
 
-/// Every k-th row, such that at most so many remain.
+/// Returns every k-th row, so that at most `most` remain.
 std::vector<Eigen::Index> thinned(Eigen::Index rows, Eigen::Index most) {
   const Eigen::Index step = (rows + most - 1) / most;
   std::vector<Eigen::Index> kept;
@@ -94,7 +96,7 @@ std::string particulars_of(const Covariance& covariance, const std::vector<data:
       fmt::join(lengths, ", "), samples);
 }
 
-/// covariance_matrix of samples with themselves, of which only the lower triangle is to be read.
+/// Computes the covariance_matrix of samples with themselves. Only the lower triangle is valid.
 Eigen::MatrixXd lower_covariance(const Covariance& covariance, const data::SampleMatrix& x) {
   const data::SampleMatrix scaled = x.array().rowwise() / covariance.lengths.array();
   Eigen::MatrixXd lower = svm::gaussian_kernel_lower(scaled, 1);
@@ -163,8 +165,8 @@ Result<Likelihood> marginal_likelihood(const Covariance& covariance, const data:
   Likelihood likelihood{.log_value = -0.5 * y.dot(alpha.col(0)) - factor.diagonal().array().log().sum() -
                                      0.5 * samples * std::log(2 * std::numbers::pi),
                         .gradient = Eigen::VectorXd(inputs + 2)};
-  // ½ tr((ααᵀ − K⁻¹) ∂K/∂θ); ∂K/∂log l_j is S ∘ (z_j − z'_j)²/l_j², which sums to products of Q = (ααᵀ − K⁻¹) ∘ S with
-  // x.
+  // The gradient is ½ tr((ααᵀ − K⁻¹) ∂K/∂θ). ∂K/∂log l_j is S ∘ (z_j − z'_j)²/l_j², so its trace is a sum of products
+  // of Q = (ααᵀ − K⁻¹) ∘ S with x.
   Eigen::MatrixXd weighed = svm::inverse_lower(factor);
   double trace = 0;
   for (Eigen::Index j = 0; j < y.size(); ++j) {

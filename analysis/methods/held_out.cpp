@@ -32,7 +32,7 @@ Errors squared_errors(const Fold& fold, std::size_t index, const Trial& trial) {
   });
 }
 
-/// The mean over all rows; infinite where a fold was not learnt or its predictions are not finite.
+/// Returns the mean over all rows. It is infinite if a fold could not be trained or its predictions are not finite.
 Eigen::VectorXd mean_of(std::span<const Errors> folds, Eigen::Index rows) {
   Eigen::VectorXd sum;
   for (const Errors& fold : folds) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How the comparison methods choose: by the mean squared error on held-out folds, and by nothing else; and how their
-/// independent pieces of work share the threads.
+/// Choice of hyper-parameters of the comparison methods by the mean squared error on held-out folds, and parallel
+/// execution of their independent tasks.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,35 +15,35 @@
 
 namespace gyrotherm::methods {
 
-/// Calls `work(i)` for each i below `count`, in any order, on at most `threads` threads (0: all there are). The sink is
-/// asked from the calling thread alone; false if it asked to stop, and some of the work was then left out.
+/// Calls `work(i)` for each i below `count`, in any order, on at most `threads` threads (0: all). Only the calling
+/// thread calls the progress sink. Returns false if the sink requested a stop; part of the work is then skipped.
 [[nodiscard]] bool in_parallel(std::size_t count, int threads, std::string_view stage, const ProgressSink& progress,
                                const std::function<void(std::size_t)>& work);
 
-/// Checks what a method is to learn from. Fails with usage: fewer than `fewest` samples, shapes that differ, no input,
-/// a value that is not finite.
+/// Checks a training set. Fails with usage if there are fewer than `fewest` samples, if shapes differ, if there are no
+/// inputs, or if a value is not finite.
 [[nodiscard]] Result<void> check_set(const FitInput& set, Eigen::Index fewest);
 
-/// What several candidates, learnt together from the fold's training rows, say of its held-out rows: rows × candidates.
-/// Candidates are many where one decomposition serves many, as along a regularisation path.
+/// Trains several candidates together on the training rows of a fold and predicts its held-out rows: rows × candidates.
+/// A trial has many candidates if one decomposition serves all of them, as along a regularisation path.
 using Trial = std::function<Result<Eigen::MatrixXd>(const Fold& fold, std::size_t trial)>;
 
-/// The mean squared error over all held-out rows, (°/h)², of each candidate of each trial; infinite where it could not
-/// be learnt on every fold. Trials × folds run in parallel. Fails as check_folds does, with interrupted, or with the
-/// first trial's fault if nothing at all could be learnt.
+/// Computes the mean squared error over all held-out rows, (°/h)², for each candidate of each trial. It is infinite if
+/// the candidate could not be trained on every fold. Trials × folds run in parallel. Fails as check_folds does, with
+/// interrupted, or with the fault of the first trial if no candidate could be trained.
 [[nodiscard]] Result<std::vector<Eigen::VectorXd>> held_out_errors(std::span<const Fold> folds, std::size_t trials,
                                                                    const Trial& trial, const MethodOptions& options,
                                                                    const ProgressSink& progress);
 
-/// Where the least of the errors stands; the first of equals, so list the simple before the complex.
+/// Position of the lowest error. Among equal errors the first is taken, so simple candidates should come first.
 struct Least {
   std::size_t trial{};
   Eigen::Index candidate{};
 };
 [[nodiscard]] Least least_of(const std::vector<Eigen::VectorXd>& errors);
 
-/// Chooses the candidate with the least held-out error; each is fitted anew on each fold. Fails as held_out_errors
-/// does.
+/// Chooses the candidate with the lowest held-out error. Each candidate is fitted on each fold. Fails as
+/// held_out_errors does.
 [[nodiscard]] Result<Choice> choose_among(std::span<const HyperParameters> candidates, FitFunction* fit,
                                           std::span<const Fold> folds, const MethodOptions& options,
                                           const ProgressSink& progress);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The methods that solve with a kernel matrix beside the support vector machine: its least-squares form, and Gaussian
-/// processes.
+/// Methods with a kernel matrix other than the support vector machine: the least-squares support vector machine and
+/// Gaussian processes.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,10 +15,10 @@ namespace gyrotherm::methods {
 // Least-squares support vector machine (Suykens et al. 2002); for ring laser gyros: Wei, Li and Long, Measurement 44
 // (2011) 1898, and Li et al., Opt. Express 23 (2015) 13320, refs. 15 and 24 of the paper.
 //
-// Solves M [b; α] = [0; y] with M = [0 1ᵀ; 1 H], H = K + I/γ: Hη = 1, Hν = y, b = 1ᵀν/1ᵀη, α = ν − bη.
-// ŷ(z) = Σ α_i K(z_i, z) + b, K(z, z') = exp(−‖z − z'‖²/(2σ²)).
+// Solves M [b; α] = [0; y] with M = [0 1ᵀ; 1 H], H = K + I/γ: Hη = 1, Hν = y, b = 1ᵀν/1ᵀη, α = ν − bη. ŷ(z) = Σ α_i
+// K(z_i, z) + b, K(z, z') = exp(−‖z − z'‖²/(2σ²)).
 
-/// A machine, and what its solution leaves for other questions.
+/// Trained machine, with the intermediate results that other computations use.
 struct LsSvm {
   Eigen::MatrixXd factor;  ///< L of H = LLᵀ, lower triangle
   Eigen::VectorXd eta;     ///< H⁻¹1
@@ -26,44 +26,45 @@ struct LsSvm {
   double b{};
 };
 
-/// Solves for a kernel matrix (symmetric, finite) and γ > 0. Fails with numeric if H is not positive definite in
-/// double.
+/// Solves the machine for a kernel matrix (symmetric, finite) and γ > 0. Fails with numeric if H is not positive
+/// definite in double precision.
 [[nodiscard]] Result<LsSvm> solve_ls_svm(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
                                          const Eigen::Ref<const Eigen::VectorXd>& y, double gamma);
 
-/// The diagonal d of M⁻¹ over the samples: e_i = α_i/d_i is the residual of a sample by the machine trained without it
-/// (same kernel and γ; Cawley 2006; An, Liu and Venkatesh 2007), and n − Σd_i/γ the trace of the matrix from y to
-/// fitted values.
+/// Returns the diagonal d of M⁻¹ over the samples. e_i = α_i/d_i is the residual of a sample for the machine trained
+/// without it (same kernel and γ; Cawley 2006; An, Liu and Venkatesh 2007). n − Σd_i/γ is the trace of the matrix from
+/// y to fitted values.
 [[nodiscard]] Eigen::VectorXd inverse_diagonal_of(const LsSvm& machine);
 
-/// Chooses "gamma" and "sigma" by held-out error: from a grid over log2 γ = 2 … 18 and log2 σ = −½ … 5½ in steps of 4
-/// and 1½, then around the best with half and with a quarter of these steps (quick: the grid alone). Folds are scaled
-/// each by itself, so each is solved anew. Warns of a choice at the edge of the grid.
+/// Chooses "gamma" and "sigma" by held-out error. First searches a grid over log2 γ = 2…18 and log2 σ = −½…5½ in steps
+/// of 4 and 1½, then around the best position with one half and one quarter of these steps (quick: the grid only). Each
+/// fold has its own scaling, so each is solved separately. Warns if the choice is at the edge of the grid.
 [[nodiscard]] ChooseFunction choose_ls_svm;
 
-/// The effective parameters are the trace; the particulars name the closed-form leave-one-out error.
+/// Fits the machine. The effective parameters are the trace. The particulars contain the closed-form leave-one-out
+/// error.
 [[nodiscard]] FitFunction fit_ls_svm;
 
-// Gaussian process regression (Rasmussen and Williams 2006): a plane, and of what it leaves a squared-exponential
-// covariance with one length per input, which says which inputs matter, and a noise. One of the two modern methods
-// beside the paper's; the only one here that gives a standard deviation with each prediction.
+// Gaussian process regression (Rasmussen and Williams 2006): a plane, and for its residual a squared-exponential
+// covariance with one length per input, which shows the relevance of each input, plus noise. This is one of two modern
+// methods added to those of the paper, and the only one here that gives a standard deviation with each prediction.
 //
-// The plane's slope has the prior N(0, A), A⁻¹ the slope_penalty of ridge_u.hpp with the variance σ_n²: without the
-// Gaussians the plane would be that of ridge-u, so that what the process learns lasts while the thermometers drift, and
-// far from what was seen it goes on as a plane.
+// The slope of the plane has the prior N(0, A); A⁻¹ is the slope_penalty of ridge_u.hpp with the variance σ_n². Without
+// the Gaussians the plane would be that of ridge-u. The trained process thus remains valid while the thermometers
+// drift, and it continues as a plane far from the training data.
 
-/// The covariance σ_f² exp(−½ Σ_j ((z_j − z'_j)/l_j)²), and noise of variance σ_n² on each target.
+/// Covariance σ_f² exp(−½ Σ_j ((z_j − z'_j)/l_j)²), with noise of variance σ_n² on each target.
 struct Covariance {
   Eigen::RowVectorXd lengths;  ///< l
   double signal{};             ///< σ_f
   double noise{};              ///< σ_n
 };
 
-/// What the search moves in: log l_1 … log l_d, log σ_f, log σ_n.
+/// Convert to and from the coordinates of the search: log l_1 … log l_d, log σ_f, log σ_n.
 [[nodiscard]] Eigen::VectorXd logarithms_of(const Covariance& covariance);
 [[nodiscard]] Covariance covariance_of(const Eigen::VectorXd& logarithms);
 
-/// The covariance between the rows of a and b, without noise.
+/// Computes the covariance between the rows of a and b, without noise.
 [[nodiscard]] Eigen::MatrixXd covariance_matrix(const Covariance& covariance, const data::SampleMatrix& a,
                                                 const data::SampleMatrix& b);
 
@@ -71,21 +72,21 @@ struct Likelihood {
   double log_value{};        ///< log p(y | X)
   Eigen::VectorXd gradient;  ///< by the logarithms
 };
-/// The marginal likelihood of targets y at inputs x, and its gradient (Rasmussen and Williams, Gaussian Processes for
-/// Machine Learning (2006), eqs. 5.8 and 5.9). Fails with numeric if the
-/// covariance is not positive definite in double.
+/// Computes the marginal likelihood of targets y at inputs x, and its gradient (Rasmussen and Williams, Gaussian
+/// Processes for Machine Learning (2006), eqs. 5.8 and 5.9). Fails with numeric if the covariance is not positive
+/// definite in double precision.
 [[nodiscard]] Result<Likelihood> marginal_likelihood(const Covariance& covariance, const data::SampleMatrix& x,
                                                      const Eigen::VectorXd& y);
 
-/// Rprop (Blum and Riedmiller, Optimization of Gaussian process hyperparameters using Rprop, ESANN 2013): each
-/// coordinate has a step of its own, which grows while its derivative keeps its sign and shrinks where that turns.
+/// Rprop (Blum and Riedmiller, Optimization of Gaussian process hyperparameters using Rprop, ESANN 2013). Each
+/// coordinate has its own step size, which grows while its derivative keeps its sign and shrinks when the sign changes.
 class RpropSteps {
  public:
-  /// Steps of 0.2 in each of so many coordinates; they stay within 1e-6 … 1.
+  /// Starts with a step size of 0.2 in each coordinate. Step sizes remain within 1e-6…1.
   explicit RpropSteps(Eigen::Index coordinates);
 
-  /// The step uphill from where this is the gradient. A coordinate whose derivative has turned since the step before
-  /// stands still for one step.
+  /// Returns the uphill step at a point with this gradient. A coordinate with a changed sign of its derivative does not
+  /// move in this step.
   [[nodiscard]] Eigen::VectorXd next(Eigen::VectorXd gradient);
 
  private:
@@ -97,22 +98,22 @@ struct Ascent {
   double log_likelihood{};
   int evaluations{};
 };
-/// Climbs from a start by RpropSteps: the sign of each derivative sets the step of its logarithm; ends after `most`
-/// evaluations or when no derivative exceeds 0.05. Lengths stay within 0.05 … 200, σ_f within 0.01 … 100, σ_n within
-/// 0.001 … 2. Fails like marginal_likelihood, at the start only.
+/// Climbs from a start with RpropSteps. Ends after `most` evaluations or when no derivative exceeds 0.05. Lengths are
+/// limited to 0.05…200, σ_f to 0.01…100, σ_n to 0.001…2. Fails as marginal_likelihood does, at the start only.
 [[nodiscard]] Result<Ascent> climb_likelihood(const Covariance& start, const data::SampleMatrix& x,
                                               const Eigen::VectorXd& y, int most);
 
-/// How many samples the stored variance of a Gaussian process rests on.
+/// Number of samples stored for the variance of a Gaussian process.
 inline constexpr Eigen::Index kVarianceCentres = 60;
 
-/// Nothing is chosen on held-out folds: each fit finds its own covariance by the marginal likelihood of what the plane
-/// of ridge-u leaves of its training samples, and held-out samples choose nothing. The likelihood is climbed from three
-/// starts, one in the middle and two at random (quick: from the middle alone), on every k-th sample such that at most
-/// 400 remain; the function, plane and Gaussians together, is then made from all, its variance from every k-th such
-/// that at most kVarianceCentres remain. The prediction goes on as a plane far from what was seen. The effective
-/// parameters are the trace; the particulars name the lengths and the predictive standard deviation. Fails with numeric
-/// if no start has a positive definite covariance.
+/// Fits a Gaussian process. Nothing is chosen on held-out folds: each fit finds its own covariance by the marginal
+/// likelihood of the residual of ridge-u's plane on the training samples.
+///
+/// The likelihood is climbed from three starts, one in the middle and two at random (quick: the middle only), on every
+/// k-th sample so that at most 400 remain. The function, plane and Gaussians together, is then fitted to all samples.
+/// Its variance uses every k-th sample so that at most kVarianceCentres remain. Far from the training data the
+/// prediction continues as a plane. The effective parameters are the trace. The particulars contain the lengths and the
+/// predictive standard deviation. Fails with numeric if the covariance is not positive definite at any start.
 [[nodiscard]] FitFunction fit_gaussian_process;
 
 }  // namespace gyrotherm::methods

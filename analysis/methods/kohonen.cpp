@@ -16,7 +16,7 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// 0 … count − 1 in an order drawn at random.
+/// Returns 0 … count − 1 in random order.
 std::vector<Eigen::Index> shuffled(Eigen::Index count, std::mt19937_64& generator) {
   std::vector<Eigen::Index> order(count);
   std::iota(order.begin(), order.end(), 0);
@@ -24,7 +24,7 @@ std::vector<Eigen::Index> shuffled(Eigen::Index count, std::mt19937_64& generato
   return order;
 }
 
-/// One sample is shown to the map.
+/// Moves the nodes of the map towards one sample.
 void show(const Eigen::RowVectorXd& sample, double rate, double radius, Eigen::Index side, data::SampleMatrix& nodes) {
   Eigen::Index winner = 0;
   (nodes.rowwise() - sample).rowwise().squaredNorm().minCoeff(&winner);
@@ -41,7 +41,7 @@ constexpr int kToleranceSteps = 12;  // quarter decades from 10⁻¹ to 10⁻⁴
 
 double tolerance_at(Eigen::Index step) { return std::pow(10.0, -1 - 0.25 * static_cast<double>(step)); }
 
-/// The nodes and how far they lie from their neighbours.
+/// Nodes of a map, and their mean distance from their neighbours.
 struct Map {
   data::SampleMatrix nodes;
   double apart{};
@@ -96,18 +96,21 @@ OrthogonalPath orthogonal_least_squares(const Eigen::Ref<const Eigen::MatrixXd>&
                                         const Eigen::Ref<const Eigen::VectorXd>& y, double tolerance,
                                         Eigen::Index most) {
   assert(candidates.rows() == y.size() && candidates.cols() > 0);
-  constexpr double kOwn = 1e-12;  // of a candidate's squared norm; what is left below is rounding
+  // Residual of a candidate, relative to its squared norm, that is only rounding error.
+  constexpr double kOwn = 1e-12;
   OrthogonalPath path;
   path.means = candidates.colwise().mean();
   path.target_mean = y.mean();
-  Eigen::MatrixXd left = candidates.rowwise() - path.means;  // orthogonal to all that were taken
+  // Remainders, orthogonal to all candidates taken.
+  Eigen::MatrixXd left = candidates.rowwise() - path.means;
   const Eigen::VectorXd target = y.array() - path.target_mean;
   const Eigen::ArrayXd whole = left.colwise().squaredNorm().transpose();
   const double spread = target.squaredNorm();
   most = std::min({most, candidates.cols(), candidates.rows() - 1});
   path.triangle = Eigen::MatrixXd::Identity(most, most);
   path.orthogonal.setZero(most);
-  Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(most, candidates.cols());  // of each taken direction in each candidate
+  // Coefficient of each taken direction in each candidate.
+  Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(most, candidates.cols());
   Eigen::ArrayXd open = Eigen::ArrayXd::Ones(candidates.cols());
   double unexplained = 1;
   while (static_cast<Eigen::Index>(path.order.size()) < most && spread > 0 && unexplained >= tolerance) {

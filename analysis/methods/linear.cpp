@@ -14,14 +14,15 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// A direction that counts for less than this part of the greatest is rounding: inputs that depend on each other.
+/// Relative length below which a direction is rounding error of dependent inputs.
 constexpr double kRelativeRank = 1e-9;
 
-/// What a direction counts at least, of the greatest, where its variance is asked for: inputs that nearly depend on
-/// each other in training, as powers of one temperature in a hold, may not do so elsewhere. Of inputs that always
-/// depend on each other rounding is left, which this keeps below a thousandth of a target's variance.
+/// Lower limit for the length of a direction, relative to the greatest, in the computation of the variance. Inputs that
+/// are nearly dependent in training, such as powers of one temperature in a hold, may be independent elsewhere. For
+/// inputs that are always dependent only rounding errors remain; the limit keeps them below a thousandth of the
+/// target's variance.
 constexpr double kShortest = 3e-7;
-constexpr double kTiny = 1e-150;  ///< so that no square is 0
+constexpr double kTiny = 1e-150;  ///< avoids squares that are 0
 
 }  // namespace
 
@@ -100,7 +101,7 @@ std::vector<Eigen::Index> columns_of(const std::vector<data::Term>& terms, int o
   return columns;
 }
 
-/// Every different polynomial that the inputs offer, the simple first.
+/// Lists every distinct polynomial that the inputs allow, simple ones first.
 std::vector<HyperParameters> candidates_of(const std::vector<data::Term>& terms) {
   std::vector<HyperParameters> candidates;
   std::vector<std::vector<Eigen::Index>> seen;

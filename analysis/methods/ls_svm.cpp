@@ -14,7 +14,7 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// log2 of γ and σ.
+/// Position of the search in log2 of γ and σ.
 struct Position {
   double gamma{}, sigma{};
 };
@@ -22,7 +22,7 @@ struct Position {
 constexpr double kGammaStep = 4, kSigmaStep = 1.5;
 constexpr Position kLeast = {2, -0.5}, kLargest = {18, 5.5};
 
-/// One σ and every γ to try at it: they share a kernel.
+/// One σ and the values of γ to try with it. They share a kernel.
 struct Line {
   double sigma{};
   std::vector<double> gammas;
@@ -37,7 +37,7 @@ std::vector<Line> coarse_grid() {
   return grid;
 }
 
-/// The eight neighbours at a part of the coarse step.
+/// Returns the eight neighbours at the given fraction of the coarse step.
 std::vector<Line> around(Position best, double part) {
   const double aside = part * kGammaStep;
   std::vector<Line> grid;
@@ -48,13 +48,14 @@ std::vector<Line> around(Position best, double part) {
   return grid;
 }
 
-/// The best position may lie farther out, or its coordinate mean nothing there: at a large σ the machine is a line.
+/// Warns if the optimum is on the edge of the grid. The true optimum may lie outside, or the parameter may have no
+/// effect: for large σ the machine is nearly linear.
 void warn_of_edge(const char* name, double at, double least, double largest, std::vector<std::string>& warnings) {
   if (at > least && at < largest) return;
   warnings.push_back(fmt::format("log2 {} = {} lies at the edge of the grid, {} … {}", name, at, least, largest));
 }
 
-/// A column for each γ of the line; one that cannot be learnt is not finite.
+/// Predicts the held-out rows, one column per γ of the line. A column is not finite if its machine cannot be trained.
 Result<Eigen::MatrixXd> held_out_prediction(const Fold& fold, const Line& line) {
   const double sigma = std::exp2(line.sigma);
   const Eigen::MatrixXd among = svm::gaussian_kernel_lower(fold.train_x, sigma);

@@ -19,7 +19,7 @@
 namespace gyrotherm::methods {
 namespace {
 
-// The plane of each function is taken at `scaled`, its other parts at `bounded`.
+// Each function evaluates its plane at `scaled` and its other parts at `bounded`.
 
 Eigen::VectorXd value(const SvrModel& svr, const data::SampleMatrix&, const data::SampleMatrix& bounded) {
   const Eigen::VectorXd widths = Eigen::VectorXd::Constant(svr.beta.size(), svr.parameters.sigma);
@@ -56,7 +56,7 @@ int numbers(const NetworkModel& network) {
   return static_cast<int>(network.weights.size() + network.offsets.size() + network.out.size()) + 1;
 }
 
-/// For a method that has nothing to choose.
+/// Returns an empty choice, for methods without hyper-parameters.
 Result<Choice> choose_nothing(std::span<const Fold>, const MethodOptions&, const ProgressSink&) { return Choice{}; }
 
 constexpr std::array kMethods = {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One small face for every regression method: what it is called, how it chooses its hyper-parameters on held-out
-/// folds, how it fits, and what every fit ends in. The table of methods is in method.cpp; a new method is one file and
-/// one row.
+/// Common interface of all regression methods: name, choice of hyper-parameters on held-out folds, fit, and the
+/// functions that a fit can return. The table of methods is in method.cpp. A new method is one file and one row.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,8 +22,9 @@
 
 namespace gyrotherm::methods {
 
-/// What every method ends in is one of four functions of the scaled inputs z, in units of the target's STD from the
-/// target's mean. The first is f(z) = Σ β_i exp(−‖z − v_i‖²/(2σ²)) + b.
+/// Support vector function f(z) = Σ β_i exp(−‖z − v_i‖²/(2σ²)) + b. This and the next three structs are the functions
+/// that a fit can return. They take scaled inputs z and return values relative to the mean of the target, in units of
+/// its STD.
 struct SvrModel {
   data::SampleMatrix support_vectors;  ///< scaled
   Eigen::VectorXd beta;
@@ -34,47 +34,51 @@ struct SvrModel {
   double kkt_violation{};
 };
 
-/// f(z) = w·z + b.
+/// Linear function f(z) = w·z + b.
 struct LinearModel {
   Eigen::VectorXd weights;
   double b{};
 };
 
-/// f(z) = Σ_k w_k exp(−½ Σ_j ((z_j − c_kj)/(l_j s_k))²) + a·z + b.
+/// Expansion f(z) = Σ_k w_k exp(−½ Σ_j ((z_j − c_kj)/(l_j s_k))²) + a·z + b.
 struct ExpansionModel {
   data::SampleMatrix centres;  ///< k × inputs, scaled
-  Eigen::RowVectorXd lengths;  ///< l, > 0, one per input; ones unless the method weighs its inputs
-  Eigen::VectorXd widths;      ///< s, > 0, one per centre
-  Eigen::VectorXd weights;     ///< w, one per centre
+  /// l > 0, one per input. Ones unless the method weights its inputs.
+  Eigen::RowVectorXd lengths;
+  Eigen::VectorXd widths;   ///< s > 0, one per centre
+  Eigen::VectorXd weights;  ///< w, one per centre
   double b{};
-  Eigen::VectorXd slope = {};  ///< a, one per input; empty: there is no plane
+  /// a, one per input. Empty if there is no plane.
+  Eigen::VectorXd slope = {};
 };
 
-/// The variance of what a Gaussian process predicts, in units of the target's variance: of its plane and of what m of
-/// its samples say of the rest, φ(z)ᵀSφ(z) + σ_f² − |w(z)|², φ = (z, w(z)), w(z) = L⁻¹k(z),
-/// k_i(z) = σ_f² exp(−½ Σ_j ((z_j − c_ij)/l_j)²), LLᵀ = k at the c. What the m samples do not say of the others counts
-/// as their noise (the fully independent training conditional of Quiñonero-Candela and Rasmussen, J. Mach. Learn. Res.
-/// 6 (2005) 1939: with all samples as c it is the exact one). Noise of one target is not in it.
+/// Variance of the prediction of a Gaussian process with a plane, in units of the target's variance: φ(z)ᵀSφ(z) + σ_f²
+/// − |w(z)|², φ = (z, w(z)), w(z) = L⁻¹k(z), k_i(z) = σ_f² exp(−½ Σ_j ((z_j − c_ij)/l_j)²), LLᵀ = k at the c. Only m
+/// samples c are stored. The other samples are modelled by them, and the part that the m samples do not explain is
+/// counted as noise. This is the fully independent training conditional of Quiñonero-Candela and Rasmussen, J. Mach.
+/// Learn. Res. 6 (2005) 1939; with all samples as c it is exact. The noise of a single target is not included.
 struct PredictiveVariance {
   data::SampleMatrix centres;   ///< c, m × inputs, scaled
-  Eigen::RowVectorXd lengths;   ///< l, > 0, one per input
-  double signal{};              ///< σ_f, > 0
-  double noise{};               ///< σ_n, of one target, ≥ 0
+  Eigen::RowVectorXd lengths;   ///< l > 0, one per input
+  double signal{};              ///< σ_f > 0
+  double noise{};               ///< σ_n ≥ 0 of one target
   Eigen::MatrixXd posterior{};  ///< S, (inputs + m) × (inputs + m)
-  Eigen::MatrixXd root{};       ///< L, m × m, lower triangular, its diagonal above 0
+  /// L, m × m, lower triangular with a positive diagonal.
+  Eigen::MatrixXd root{};
 };
 
-/// Returns the variance of a plane z·w + b as a PredictiveVariance: `open` is the covariance of (w, b), `noise` that of
-/// one target, both in units of the target's. The constant is a single Gaussian so wide that it is 1 everywhere.
+/// Returns the variance of a plane z·w + b as a PredictiveVariance. `open` is the covariance of (w, b) and `noise` the
+/// noise of one target, both in units of the target. The constant is represented by a single Gaussian so wide that it
+/// is 1 everywhere.
 [[nodiscard]] PredictiveVariance variance_of_plane(Eigen::MatrixXd open, double noise);
 
-/// φ at each row, rows × (inputs + m).
+/// Computes φ at each row: rows × (inputs + m).
 [[nodiscard]] Eigen::MatrixXd features_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled);
 
-/// The variance of f at each row. `scaled` has the function's number of inputs.
+/// Computes the variance of f at each row. `scaled` must have one column per input of the function.
 [[nodiscard]] Eigen::VectorXd variance_of(const PredictiveVariance& variance, const data::SampleMatrix& scaled);
 
-/// f(z) = Σ_k v_k tanh(w_k·z + u_k) + b.
+/// Network function f(z) = Σ_k v_k tanh(w_k·z + u_k) + b.
 struct NetworkModel {
   data::SampleMatrix weights;  ///< w, hidden units × inputs
   Eigen::VectorXd offsets;     ///< u, one per hidden unit
@@ -84,18 +88,18 @@ struct NetworkModel {
 
 using Function = std::variant<SvrModel, LinearModel, ExpansionModel, NetworkModel>;
 
-/// The value of the function at each row. `scaled` has the function's number of inputs.
+/// Evaluates the function at each row. `scaled` must have one column per input of the function.
 [[nodiscard]] Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled);
 
-/// Returns the value at each row with the plane taken at `scaled` and everything else, Gaussians and hidden units, at
-/// the same row of `bounded`. A linear function is all plane. Both have the function's number of inputs.
+/// Evaluates the plane of the function at each row of `scaled`, and its other parts (Gaussians, hidden units) at the
+/// same row of `bounded`. A linear function is only a plane. Both must have one column per input of the function.
 [[nodiscard]] Eigen::VectorXd value_of(const Function& function, const data::SampleMatrix& scaled,
                                        const data::SampleMatrix& bounded);
 
-/// How many numbers the function stores: its size in a navigation computer.
+/// Counts the parameters that the function stores, a measure of its size in a navigation computer.
 [[nodiscard]] int numbers_in(const Function& function);
 
-/// A named number that a method chose: "lambda", "hidden units".
+/// Named value chosen by a method: "lambda", "hidden units".
 struct HyperParameter {
   std::string name;
   double value{};
@@ -107,76 +111,90 @@ void describe(auto& form, Like<HyperParameter> auto& parameter) {
   form("value", parameter.value);
 }
 
-/// The value of that name, which must be among them.
+/// Returns the value with the given name, which must exist.
 [[nodiscard]] double value_of(const HyperParameters& parameters, std::string_view name);
 
-/// One held-out fold as methods see it: what there is to learn and to predict, and of what its columns are.
+/// One held-out fold with the terms of its columns.
 struct Fold : svm::TuningFold {
   std::vector<data::Term> terms;
-  Eigen::MatrixXd input_covariance = {};  ///< as in FitInput, of the training rows
+  Eigen::MatrixXd input_covariance = {};  ///< as in FitInput, training rows
 };
 
 struct MethodOptions {
-  svm::TuningOptions tuning{};  ///< of the support vector methods
-  std::uint64_t seed = 1;       ///< of methods that start at random
-  double tight_gap = 0;         ///< > 0: the support vector methods try for this relative gap first
-  bool quick = false;           ///< a try: methods that search long search less
-  /// Standard uncertainties, K, of the clusters' thermometers. Only for methods that weigh them.
+  /// Options of the support vector methods.
+  svm::TuningOptions tuning{};
+  /// Seed of methods with a random start.
+  std::uint64_t seed = 1;
+  /// Relative gap that the support vector methods try first, if > 0.
+  double tight_gap = 0;
+  /// Shortens long searches, for a trial.
+  bool quick = false;
+  /// Standard uncertainties of the thermometers of the clusters, K. Used only by methods that weight them.
   std::vector<double> thermometer_uncertainty_k = {};
 };
 
-/// Hyper-parameters and how they were come by.
+/// Chosen hyper-parameters, with the record of the choice.
 struct Choice {
   HyperParameters parameters;
   std::optional<svm::TuningSummary> tuning;  ///< support vector methods only
   std::vector<std::string> warnings;
 };
 
-/// What one fit learns from. Inputs are scaled; targets are in units of their training STD from their training mean.
+/// Training set of one fit. Inputs are scaled; targets are relative to their training mean, in units of their training
+/// STD.
 struct FitInput {
   const data::SampleMatrix& x;
   const Eigen::VectorXd& y;
-  const std::vector<data::Term>& terms;  ///< of the columns of x
-  /// What the thermometers' uncertainty makes of x, on average over the set (data::input_covariance, scaled); empty
-  /// where x is to be taken as exact.
+  const std::vector<data::Term>& terms;  ///< columns of x
+  /// Mean covariance of the errors of x caused by the uncertainty of the thermometers (data::input_covariance, scaled).
+  /// Empty if x is taken as exact.
   Eigen::MatrixXd input_covariance = {};
 };
 
 struct Fit {
   Function function;
-  double effective_parameters{};  ///< trace of the matrix from targets to fitted values, or the method's nearest to it
-  std::string particulars = {};   ///< in words, what else is worth knowing; may be empty
-  /// Of a method that knows it: all but the SVRs, the networks and what is made of them. A plane's takes residuals as
-  /// independent.
+  /// Trace of the matrix from targets to fitted values, or the closest equivalent of the method.
+  double effective_parameters{};
+  /// Further information as text. May be empty.
+  std::string particulars = {};
+  /// Predictive variance, if the method computes it: all except the SVRs, the networks and methods based on them. The
+  /// variance of a plane assumes independent residuals.
   std::optional<PredictiveVariance> variance = {};
 };
 
-/// Chooses hyper-parameters by held-out error alone. Fails with usage or interrupted. No folds, no choice: an empty
-/// span is an error for a method that has something to choose.
+/// Chooses hyper-parameters by held-out error alone. Fails with usage or interrupted. For a method with
+/// hyper-parameters an empty `folds` is an error.
 using ChooseFunction = Result<Choice>(std::span<const Fold> folds, const MethodOptions& options,
                                       const ProgressSink& progress);
-/// Fits with these hyper-parameters. Fails with usage (too few samples, values that are not finite) or numeric.
+/// Fits with the given hyper-parameters. Fails with usage (too few samples, values that are not finite) or with
+/// numeric.
 using FitFunction = Result<Fit>(const FitInput& set, const HyperParameters& parameters, const MethodOptions& options);
 
 struct Method {
-  std::string_view name;      ///< what --method takes
-  std::string_view title;     ///< for the report
-  std::string_view citation;  ///< of its published form
-  std::string_view inputs;    ///< what it takes in where the user does not say: a word of --inputs
-  std::array<std::string_view, 5> compared_on = {};  ///< what else it is compared on in the qualification; "": nothing
+  /// Value of --method.
+  std::string_view name;
+  /// Title in the report.
+  std::string_view title;
+  /// Citation of the published form.
+  std::string_view citation;
+  /// Default inputs, as a value of --inputs.
+  std::string_view inputs;
+  /// Further inputs that the qualification compares it on. "" for none.
+  std::array<std::string_view, 5> compared_on = {};
   ChooseFunction* choose;
   FitFunction* fit;
-  /// A filter of the bias of the training clusters before anything is learnt, or null. Never applied to what is held
-  /// out.
+  /// Filter for the bias of the training clusters before training, or null. Never applied to held-out clusters.
   Eigen::VectorXd (*filter)(const data::Clusters& training) = nullptr;
-  bool tunes_svr = false;           ///< its choice is of C, sigma and epsilon, by tune_svr
-  bool weighs_uncertainty = false;  ///< of the thermometers: its fits are given an input_covariance
+  /// Its choice is C, sigma and epsilon, made by tune_svr.
+  bool tunes_svr = false;
+  /// Its fits are given an input_covariance from the uncertainty of the thermometers.
+  bool weighs_uncertainty = false;
 };
 
-/// All of them, the paper's own first.
+/// Returns all methods, the method of the paper first.
 [[nodiscard]] std::span<const Method> methods();
 
-/// Fails with usage, naming the nearest.
+/// Finds a method by name. Fails with usage and suggests the nearest name.
 [[nodiscard]] Result<const Method*> find_method(std::string_view name);
 
 }  // namespace gyrotherm::methods

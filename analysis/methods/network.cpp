@@ -18,7 +18,7 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// tanh of each, from one fast pass of exp; right to rounding of 1.
+/// Computes tanh of each element with one fast pass of exp. The absolute error is the rounding error of 1.
 Eigen::MatrixXd tanh_of(const Eigen::MatrixXd& sums) {
   Eigen::MatrixXd shrunk = sums.cwiseAbs();
   svm::exponentiate(shrunk.data(), shrunk.size(), -2, shrunk.data());
@@ -26,7 +26,7 @@ Eigen::MatrixXd tanh_of(const Eigen::MatrixXd& sums) {
          (sums.array() < 0).select(-1.0, Eigen::ArrayXXd::Ones(sums.rows(), sums.cols()));
 }
 
-/// Hidden units' outputs, units × samples.
+/// Computes the outputs of the hidden units, units × samples.
 Eigen::MatrixXd hidden_of(const NetworkModel& network, const data::SampleMatrix& x) {
   return tanh_of((network.weights * x.transpose()).colwise() + network.offsets);
 }
@@ -37,12 +37,12 @@ Eigen::VectorXd value_at(const NetworkModel& network, const Eigen::MatrixXd& hid
 
 constexpr std::array kHidden = {5, 10, 20};
 constexpr std::array kSteps = {5, 10, 15, 20, 30, 40, 60};
-constexpr std::size_t kQuickHidden = 2, kQuickSteps = 6;  // how many of them
+constexpr std::size_t kQuickHidden = 2, kQuickSteps = 6;  // number of values tried
 constexpr std::size_t kStarts = 10;
 
 std::uint64_t seed_of(const MethodOptions& options, std::size_t start) { return options.seed * kStarts + start; }
 
-/// The held-out predictions after each number of steps of one start.
+/// Predicts the held-out rows after each number of steps in `marks` for one start.
 Eigen::MatrixXd predictions_on_the_way(const Fold& fold, int hidden, std::uint64_t seed, std::span<const int> marks) {
   LevenbergMarquardt training(random_network(fold.train_x.cols(), hidden, seed), fold.train_x, fold.train_y);
   Eigen::MatrixXd predicted(fold.test_x.rows(), static_cast<Eigen::Index>(marks.size()));
@@ -58,7 +58,7 @@ Eigen::MatrixXd predictions_on_the_way(const Fold& fold, int hidden, std::uint64
   return predicted;
 }
 
-/// Of the ten: the one that is the lower median of their errors after so many steps.
+/// Returns the start with the lower median error of the ten after the given number of steps.
 std::size_t median_start(std::span<const Eigen::VectorXd> starts, Eigen::Index steps) {
   std::array<std::size_t, kStarts> order{};
   std::iota(order.begin(), order.end(), 0u);
@@ -70,7 +70,7 @@ std::size_t median_start(std::span<const Eigen::VectorXd> starts, Eigen::Index s
 
 NetworkModel random_network(Eigen::Index inputs, int hidden, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
-  // Uniform in ±√3 has the variance 1.
+  // A uniform variable in ±√3 has the variance 1.
   const auto draw = [&](double deviation) { return deviation * std::sqrt(3.0) * (2 * uniform(generator) - 1); };
   const double inner = 1 / std::sqrt(static_cast<double>(inputs) + 1), outer = 1 / std::sqrt(hidden);
   NetworkModel network{.weights = data::SampleMatrix(hidden, inputs),

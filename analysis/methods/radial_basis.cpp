@@ -15,14 +15,15 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// Lloyd's rounds work on columns, so that distances to one centre are one pass.
+/// Computes squared distances column by column, so that the distances to one centre take one pass.
 Eigen::VectorXd squared_distances_to(const Eigen::MatrixXd& samples, const Eigen::RowVectorXd& centre) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(samples.rows());
   for (Eigen::Index j = 0; j < samples.cols(); ++j) sum.array() += (samples.col(j).array() - centre(j)).square();
   return sum;
 }
 
-/// Each next centre is a sample drawn with a probability in proportion to its squared distance from those before.
+/// Draws start centres. Each next centre is a sample, drawn with a probability proportional to its squared distance
+/// from the previous centres.
 Result<data::SampleMatrix> spread_out(const Eigen::MatrixXd& samples, int count, std::mt19937_64& generator) {
   data::SampleMatrix centres(count, samples.cols());
   Eigen::VectorXd nearest = Eigen::VectorXd::Constant(samples.rows(), std::numeric_limits<double>::infinity());
@@ -42,7 +43,7 @@ Result<data::SampleMatrix> spread_out(const Eigen::MatrixXd& samples, int count,
   return centres;
 }
 
-/// The nearest centre of each sample, the first of equals; their squared distances into `nearest`.
+/// Assigns each sample to its nearest centre, the first among equals. Stores the squared distances in `nearest`.
 std::vector<Eigen::Index> assign(const Eigen::MatrixXd& samples, const data::SampleMatrix& centres,
                                  Eigen::VectorXd& nearest) {
   std::vector<Eigen::Index> owner(samples.rows(), 0);
@@ -58,7 +59,7 @@ std::vector<Eigen::Index> assign(const Eigen::MatrixXd& samples, const data::Sam
   return owner;
 }
 
-/// A centre that owns nothing stays where it is.
+/// Moves each centre to the mean of its samples. A centre without samples does not move.
 void move_to_means(const data::SampleMatrix& samples, const std::vector<Eigen::Index>& owner,
                    data::SampleMatrix& centres) {
   data::SampleMatrix sums = data::SampleMatrix::Zero(centres.rows(), centres.cols());
@@ -76,7 +77,7 @@ constexpr std::array kCentres = {10, 20, 40, 80};
 constexpr std::array kUnitWidthFactors = {1.0, 2.0, 4.0, 8.0, 16.0};
 constexpr std::array kLambdas = {1e-2, 1e-4, 1e-6, 1e-8, 1e-10};
 
-/// Centres and how far they lie from their neighbours.
+/// Centres, and their distances from their neighbours.
 struct Units {
   data::SampleMatrix centres;
   Eigen::VectorXd apart;
@@ -89,7 +90,7 @@ Result<Units> place_units(const data::SampleMatrix& x, int count, std::uint64_t 
   });
 }
 
-/// What units of this width factor predict of the fold's held-out rows, a column per λ.
+/// Predicts the held-out rows of the fold with units of this width factor, one column per λ.
 Eigen::MatrixXd path_on(const Units& units, double factor, const Fold& fold) {
   const Eigen::VectorXd widths = factor * units.apart;
   const RidgePath path(gaussian_units(fold.train_x, units.centres, widths), fold.train_y);

@@ -13,13 +13,13 @@
 namespace gyrotherm::methods {
 namespace {
 
-/// A root R of the matrix, RᵀR = C; what rounding has made negative counts as 0.
+/// Returns a root R of the matrix, RᵀR = C. Eigenvalues that rounding made negative are taken as 0.
 Eigen::MatrixXd root_of(const Eigen::Ref<const Eigen::MatrixXd>& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
   return eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
 }
 
-/// A direction that counts for less than this part of the greatest is rounding: terms that depend on each other.
+/// Relative length below which a direction is rounding error of dependent terms.
 constexpr double kRelative = 1e-9;
 
 }  // namespace
@@ -30,7 +30,7 @@ PenalisedPlane penalised_plane(const Eigen::Ref<const Eigen::MatrixXd>& z, const
   assert(z.rows() == y.size() && covariance.rows() == inputs && covariance.cols() == inputs);
   const Eigen::RowVectorXd z_mean = z.colwise().mean();
   const double y_mean = y.mean();
-  // The triangle of a QR says of the weights all that the samples say, and is far smaller.
+  // The triangle of a QR determines the weights as all samples do and is much smaller.
   const Eigen::HouseholderQR<Eigen::MatrixXd> samples(z.rowwise() - z_mean);
   const Eigen::Index kept = std::min(z.rows(), inputs);
   const Eigen::VectorXd rotated = samples.householderQ().transpose() * (y.array() - y_mean).matrix();

@@ -26,7 +26,7 @@ HyperParameters parameters_of(const TimeConstants& chosen) {
   return parameters;
 }
 
-/// Every set of so many of the bank, added to those that are there.
+/// Appends every subset of the bank with `states` elements to `sets`.
 void add_sets(const TimeConstants& bank, std::size_t states, std::size_t from, TimeConstants& begun,
               std::vector<HyperParameters>& sets) {
   if (begun.size() == states) return sets.push_back(parameters_of(begun));
@@ -37,7 +37,7 @@ void add_sets(const TimeConstants& bank, std::size_t states, std::size_t from, T
   }
 }
 
-/// The columns of terms whose lags all have one of these time constants.
+/// Returns the columns of terms in which every lag has one of the chosen time constants.
 std::vector<Eigen::Index> columns_of(const std::vector<data::Term>& terms, const HyperParameters& chosen) {
   const auto is_chosen = [&](const data::Factor& factor) {
     return factor.kind != data::FactorKind::lag ||

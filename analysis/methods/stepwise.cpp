@@ -13,8 +13,8 @@ namespace {
 
 using Subset = std::vector<Eigen::Index>;
 
-/// Regressions on subsets of the centred inputs. All happens in the triangle of one QR of [X y], in which a regression
-/// costs p³ instead of np².
+/// Regressions on subsets of the centred inputs. They use the triangle of one QR of [X y], in which a regression costs
+/// p³ instead of np².
 class Subsets {
  public:
   Subsets(const data::SampleMatrix& x, const Eigen::VectorXd& y) : samples_(x.rows()), inputs_(x.cols()) {
@@ -33,7 +33,7 @@ class Subsets {
     if (subset.empty()) return triangle_.col(inputs_).squaredNorm();
     return (triangle_.col(inputs_) - triangle_(Eigen::all, subset) * weights(subset)).squaredNorm();
   }
-  /// True if nearly nothing of the input is its own beside the subset.
+  /// Returns whether the input is nearly a linear combination of the subset.
   [[nodiscard]] bool depends(Eigen::Index input, const Subset& subset) const {
     constexpr double kOwn = 1e-9;
     if (subset.empty()) return false;
@@ -41,7 +41,7 @@ class Subsets {
     const Eigen::VectorXd column = triangle_.col(input);
     return (column - taken * taken.colPivHouseholderQr().solve(column)).norm() <= kOwn * column.norm();
   }
-  /// F of what `larger` has more than `smaller`, one input.
+  /// Returns the partial F of the one input by which the larger set exceeds the smaller one.
   [[nodiscard]] double partial_f(double rss_smaller, double rss_larger, std::size_t larger) const {
     const double freedom = static_cast<double>(samples_) - static_cast<double>(larger) - 1;
     if (freedom <= 0) return 0;
@@ -59,7 +59,7 @@ Subset without(Subset subset, std::size_t position) {
   return subset;
 }
 
-/// True if an input was added.
+/// Adds the best input if its F is large enough. Returns whether it did.
 bool add_best(const Subsets& regression, Subset& subset) {
   const double before = regression.residual(subset);
   double best = kFToEnter;
@@ -77,7 +77,7 @@ bool add_best(const Subsets& regression, Subset& subset) {
   return chosen >= 0;
 }
 
-/// True if an input was dropped.
+/// Drops the worst input if its F is small enough. Returns whether it did.
 bool drop_worst(const Subsets& regression, Subset& subset) {
   const double before = regression.residual(subset);
   double least = kFToRemove;
@@ -99,7 +99,7 @@ Result<Fit> fit_stepwise(const FitInput& set, const HyperParameters&, const Meth
   if (const auto sound = check_set(set, 3); !sound) return failure(sound.error());
   const Subsets regression(set.x, set.y);
   Subset subset;
-  // Each round lowers the residual by a factor, since what enters has a larger F than what leaves: it ends.
+  // Terminates: the F to enter is larger than the F to remove, so each round lowers the residual by a factor.
   while (add_best(regression, subset)) {
     while (drop_worst(regression, subset)) {
     }

@@ -26,7 +26,7 @@ SvrModel model_of(const FitInput& set, const svm::SvrSolution& solution, const s
                   .kkt_violation = solution.kkt_violation};
 }
 
-/// One past the last cluster of the stretch that begins at `first`.
+/// Returns one past the last cluster of the stretch that begins at `first`.
 Eigen::Index end_of_stretch(const data::Clusters& clusters, Eigen::Index first) {
   Eigen::Index next = first + 1;
   const auto follows = [&](Eigen::Index k) {
@@ -37,8 +37,8 @@ Eigen::Index end_of_stretch(const data::Clusters& clusters, Eigen::Index first) 
   return next;
 }
 
-// A quick search of folds that train on more rows than kMostQuickRows learns from every k-th row, at most
-// kThinnedRows of them; all held-out rows judge. Then it costs what a small record costs.
+// Thresholds of the quick search. Folds with more training rows than kMostQuickRows are trained on every k-th row, at
+// most kThinnedRows; all held-out rows are evaluated. The search then costs as much as for a small record.
 constexpr Eigen::Index kMostQuickRows = 2000;
 constexpr Eigen::Index kThinnedRows = 1000;
 
@@ -48,7 +48,7 @@ Eigen::Index thinning_of(const std::vector<svm::TuningFold>& folds) {
   return most <= kMostQuickRows ? 1 : (most + kThinnedRows - 1) / kThinnedRows;
 }
 
-// By the number of the row where it is known, so that folds share what they keep.
+// Keeps every k-th row, by its number in the data set if known, so that folds keep their common rows.
 void keep_every(Eigen::Index kth, svm::TuningFold& fold) {
   std::vector<Eigen::Index> kept;
   for (Eigen::Index i = 0; i < fold.train_y.size(); ++i) {
@@ -62,7 +62,7 @@ void keep_every(Eigen::Index kth, svm::TuningFold& fold) {
   fold.train_rows = std::move(kept);
 }
 
-/// Solves with the tighter of the options' gaps if it can be had, else with the common one. Fails like solve_svr.
+/// Solves to the tighter gap of the options if possible, else to the common one. Fails as solve_svr does.
 Result<svm::SvrSolution> solve_to_keep(const svm::GaussianSamples& samples, const Eigen::VectorXd& y,
                                        const svm::SvrParameters& parameters, const MethodOptions& options) {
   svm::KernelMemory memory;
@@ -76,7 +76,7 @@ Result<svm::SvrSolution> solve_to_keep(const svm::GaussianSamples& samples, cons
   return solve_svr(samples, memory, y, parameters, common);
 }
 
-/// A plane, and in what units the rest of its training rows is 1 in the mean square.
+/// Plane, and the RMS of its residual over its training rows as the unit.
 struct Rest {
   PenalisedPlane plane;
   double unit{};
@@ -85,7 +85,7 @@ struct Rest {
   }
 };
 
-/// A rest of nothing has a unit too, so that there is nothing to divide by 0.
+/// Computes the residual of the plane. The unit is above 0 even for a zero residual, to avoid a division by 0.
 Rest rest_of(const FitInput& set) {
   Rest rest{plane_of(set), 1};
   const double spread = rest.of(set.x, set.y).norm() / std::sqrt(static_cast<double>(set.y.size()));
@@ -102,7 +102,7 @@ Result<Choice> choose_svr(std::span<const Fold> folds, const MethodOptions& opti
     for (svm::TuningFold& fold : unnamed) keep_every(kth, fold);
   auto tuned = tune_svr(unnamed, options.tuning, progress);
   if (!tuned) return failure(tuned.error());
-  // The same weight of all losses together beside the norm.
+  // Keeps the total weight of all losses relative to the norm.
   tuned->best.C /= static_cast<double>(kth);
   if (auto& rule = tuned->one_standard_error) rule->best.C /= static_cast<double>(kth);
   if (kth > 1) tuned->warnings.push_back(fmt::format("the quick search learnt from one row in {} of its folds", kth));

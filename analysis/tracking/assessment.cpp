@@ -20,7 +20,7 @@ namespace {
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr Eigen::Index kSettlingHours = 2;
 
-/// The root of the mean of squares that are added one by one; NaN of none.
+/// Accumulator of the root mean square. NaN without values.
 struct RootMeanSquare {
   double sum{};
   int count{};
@@ -36,14 +36,14 @@ struct RootMeanSquare {
   [[nodiscard]] double value() const { return count > 0 ? std::sqrt(sum / count) : kNothing; }
 };
 
-/// At place k the mean of the `hour` values that follow it; NaN where one of them is missing.
+/// Returns at index k the mean of the following `hour` values. NaN if one of them is missing.
 Eigen::VectorXd means_of_next(const Eigen::VectorXd& values, Eigen::Index hour) {
   Eigen::VectorXd means = Eigen::VectorXd::Constant(values.size(), kNothing);
   for (Eigen::Index k = 0; k + hour < values.size(); ++k) means(k) = values.segment(k + 1, hour).mean();
   return means;
 }
 
-/// The errors of a denoiser's forecasts of the hours of `values`.
+/// Computes the errors of a denoiser's forecasts for the hours of `values`.
 RootMeanSquare forecast_errors(const Denoised& denoised, const Eigen::VectorXd& values, Eigen::Index hour) {
   RootMeanSquare errors;
   const Eigen::VectorXd means = means_of_next(values, hour);
@@ -59,13 +59,14 @@ double rmse_to_truth(const Denoised& denoised, const Eigen::VectorXd& truth, con
   return errors.value();
 }
 
-/// The standard error of an RMSE of forecasts, one from every interval: an hour's share one another's values.
+/// Returns the standard error of an RMSE of forecasts made in every interval. Forecasts of overlapping hours share
+/// values, so only whole hours are counted.
 double standard_error(const RootMeanSquare& errors, Eigen::Index hour) {
   const auto whole_hours = errors.count / hour;
   return whole_hours > 0 ? errors.value() / std::sqrt(2.0 * static_cast<double>(whole_hours)) : kNothing;
 }
 
-/// The values that are there in another order, less their mean.
+/// Shuffles the values that are not missing and subtracts their mean.
 Eigen::VectorXd shuffled(const Eigen::VectorXd& values, std::uint64_t seed) {
   std::vector<Eigen::Index> places;
   for (Eigen::Index k = 0; k < values.size(); ++k) {
@@ -93,7 +94,7 @@ double shuffled_gain(const Denoiser& denoiser, const Eigen::VectorXd& residual, 
   return 1 - ours.value() / none.value();
 }
 
-/// The residual less what was said of the bias before it.
+/// Returns the residual minus the bias estimate of the previous interval.
 Eigen::VectorXd left_of(const Eigen::VectorXd& residual, const Denoised& denoised) {
   Eigen::VectorXd left = residual;
   for (Eigen::Index k = 1; k < left.size(); ++k) left(k) -= denoised.bias(k - 1);
@@ -109,12 +110,13 @@ double allan_deviation(const Eigen::VectorXd& rates, double interval_s, Eigen::I
   return enough ? data::allan_point(stretches, static_cast<int>(intervals)).deviation_deg_per_h : kNothing;
 }
 
-/// What a denoiser says of rates with a change, less what it says of them without it.
+/// Returns the response of a denoiser to rates with a change minus its response to them without it.
 Eigen::VectorXd said_of(const Denoiser& denoiser, const Eigen::VectorXd& noise, const Eigen::VectorXd& change) {
   return denoiser.denoise(noise + change).bias - denoiser.denoise(noise).bias;
 }
 
-/// The values by a power of 2, such that the greatest has a square: a correlation is the same of both, to the bit.
+/// Scales the values by a power of 2 so that the square of the greatest is representable. Correlations are
+/// bit-identical.
 Eigen::VectorXd of_moderate_size(const Eigen::Ref<const Eigen::VectorXd>& values) {
   double greatest = 0;
   for (const double value : values)
@@ -199,7 +201,7 @@ Response response_of(const Denoiser& denoiser, const StateSpace& space) {
   const Eigen::VectorXd noise = draw(space, count, random).measured_deg_per_h;
   Eigen::VectorXd step = Eigen::VectorXd::Zero(count), ramp = step;
   step.tail(count - begin).setConstant(kStep);
-  const double rise = kSlopePerHour * space.interval_s / kSecondsPerHour;  // an interval
+  const double rise = kSlopePerHour * space.interval_s / kSecondsPerHour;  // per interval
   for (Eigen::Index k = begin; k < count; ++k) {
     ramp(k) = rise * (static_cast<double>(std::min(k - begin, kRampHours * hour)) + 0.5);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Assesses bias tracking and the ways it is compared with: on a residual, on that residual shuffled, and on a step and
-/// a ramp. Tests the innovations of its filter.
+/// Assessment of bias tracking and of the denoisers it is compared with: on a residual, on that residual shuffled, and
+/// on a step and a ramp. Includes tests of the innovations of the filter.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,26 +16,30 @@ namespace gyrotherm::tracking {
 
 struct Denoiser;  // analysis/tracking/baselines.hpp
 
-// The innovations of a filter are tested for their size and for whiteness.
+// Tests of the innovations of a filter, for their size and for whiteness.
 
-/// The test of Ljung and Box (Biometrika 65 (1978) 297): Q = n(n + 2) Σ_k r_k²/n_k over the lags, n_k pairs k apart
-/// and r_k their autocorrelation about 0, is χ² of as many degrees of freedom if the values are white.
+/// Result of the Ljung–Box test (Biometrika 65 (1978) 297). Q = n(n + 2) Σ_k r_k²/n_k over the lags, with n_k pairs at
+/// lag k and r_k their autocorrelation about 0. For white values Q follows χ² with as many degrees of freedom as lags.
 struct Whiteness {
   double statistic{};
   int lags{};
-  double probability{};  ///< of a statistic this large in white values; NaN if there are too few
+  /// Probability of a statistic at least this large for white values. NaN if there are too few values.
+  double probability{};
 };
-/// Values that are NaN are missing; pairs are of those that are there.
+/// Tests values for whiteness. NaN values are missing; pairs with a missing value are skipped.
 [[nodiscard]] Whiteness whiteness_of(const Eigen::Ref<const Eigen::VectorXd>& values, int lags);
 
-/// The innovations of a filter, judged (Bar-Shalom, Li, Kirubarajan, 2001, section 5.4).
+/// Consistency of the innovations of a filter (Bar-Shalom, Li, Kirubarajan, 2001, section 5.4).
 struct Consistency {
   int innovations{};
-  double mean_square{};  ///< NIS: the mean of the squared innovations, each over its expected variance; should be 1
-  double low{}, high{};  ///< where chance leaves it in 95 of 100 cases, if it is χ²_n/n
+  /// NIS: mean of the squared innovations, each divided by its expected variance. Its expectation is 1.
+  double mean_square{};
+  /// Limits of the central 95 % of χ²_n/n.
+  double low{}, high{};
   Whiteness whiteness{};
 };
-/// Leaves the first `settling` intervals out, in which the start's own uncertainty is most of the innovation.
+/// Computes the consistency. Skips the first `settling` intervals, in which the initial uncertainty dominates the
+/// innovation.
 [[nodiscard]] Consistency consistency_of(const std::vector<TrackedInterval>& intervals, std::size_t settling = 0);
 
 void describe(auto& form, Like<Consistency> auto& consistency) {
@@ -48,33 +52,46 @@ void describe(auto& form, Like<Consistency> auto& consistency) {
   form("ljung_box_probability", consistency.whiteness.probability);
 }
 
-// The denoisers are compared.
+// Comparison of denoisers.
 
-/// One value per cluster as a sequence of equal intervals from the first cluster to the last, NaN where there is none.
+/// Returns the values of the clusters as a sequence of equal intervals from the first cluster to the last. NaN where a
+/// cluster is missing.
 [[nodiscard]] Eigen::VectorXd evenly_spaced(const Eigen::Ref<const Eigen::VectorXd>& values,
                                             const data::Clusters& clusters);
 
-/// What a denoiser makes of a bias that changes amid the noise, less what it makes of the noise alone: of a step of
-/// 1 °/h, and of a ramp of 0.01 °/h/min that ends after 6 h.
+/// Response of a denoiser to a bias that changes amid the noise, minus its response to the noise alone. The changes are
+/// a step of 1 °/h and a ramp of 0.01 °/h/min that ends after 6 h.
 struct Response {
-  double step_delay_s{};              ///< until what it says has half the step; NaN if not within a day
-  double step_overshoot{};            ///< beyond the step, as a part of it
-  double ramp_delay_s{};              ///< how far behind it is where the ramp ends
-  double ramp_overshoot_deg_per_h{};  ///< beyond the ramp's end
+  /// Time until the estimate reaches half the step. NaN if it does not within a day.
+  double step_delay_s{};
+  /// Overshoot, as a fraction of the step.
+  double step_overshoot{};
+  /// Delay at the end of the ramp.
+  double ramp_delay_s{};
+  /// Overshoot above the end value of the ramp.
+  double ramp_overshoot_deg_per_h{};
 };
 [[nodiscard]] Response response_of(const Denoiser& denoiser, const StateSpace& space);
 
-/// Figures of one denoiser; NaN where there is nothing to judge by, as of the forecasts of one that is late.
+/// Results of one denoiser. NaN where a result is not available, such as the forecasts of a denoiser with latency.
 struct DenoiserFigures {
   std::string name;
   double latency_s{};
-  double next_hour_rmse{};           ///< °/h: its forecast of an hour less the mean of the rates measured in it
-  double next_hour_rmse_error{};     ///< standard error, by the number of whole hours
-  double next_hour_rmse_to_truth{};  ///< … less the mean of the true bias
-  double rmse_to_truth{};            ///< °/h: what it says of the bias of an interval less the true bias there
-  double shuffled_gain{};   ///< 1 − its next-hour RMSE/that of saying 0, where there is nothing to be followed
-  double allan_interval{};  ///< Allan deviation at one interval of the rate that is left, °/h: the angle's
-  double allan_hour{};      ///< … at an hour
+  /// RMS of the forecast of one hour minus the mean of the rates measured in it, °/h, and its standard error for the
+  /// number of whole hours.
+  double next_hour_rmse{};
+  double next_hour_rmse_error{};
+  /// RMS of the same forecast minus the mean of the true bias, °/h.
+  double next_hour_rmse_to_truth{};
+  /// RMS of the bias estimate of an interval minus the true bias in it, °/h.
+  double rmse_to_truth{};
+  /// Gain on shuffled residuals, in which there is no bias to track: 1 − (next-hour RMSE)/(next-hour RMSE of a zero
+  /// forecast).
+  double shuffled_gain{};
+  /// Allan deviation of the residual rate at one interval and at one hour, °/h. The residual rate is the one that would
+  /// be integrated to an angle.
+  double allan_interval{};
+  double allan_hour{};
   Response response;
 };
 
@@ -94,11 +111,13 @@ void describe(auto& form, Like<DenoiserFigures> auto& figures) {
   form("ramp_overshoot_deg_per_h", figures.response.ramp_overshoot_deg_per_h);
 }
 
-/// A residual as it was tracked and as it is known afterwards, an interval each, °/h: for drawings.
+/// Residual with its bias as predicted and as smoothed, one value per interval, °/h. Used for plots.
 struct TrackedSeries {
-  std::vector<double> residual;                ///< NaN where it is missing
-  std::vector<double> foretold;                ///< the bias, by the intervals before
-  std::vector<double> smoothed, smoothed_std;  ///< by all of them: no part of any figure
+  std::vector<double> residual;  ///< NaN where missing
+  /// Bias predicted from the previous intervals.
+  std::vector<double> foretold;
+  /// Bias estimated from all intervals. Not used in any result.
+  std::vector<double> smoothed, smoothed_std;
 };
 [[nodiscard]] TrackedSeries series_of(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h,
                                       double interval_s);
@@ -110,14 +129,17 @@ void describe(auto& form, Like<TrackedSeries> auto& series) {
   form("smoothed_std_deg_per_h", series.smoothed_std);
 }
 
-/// Everything that is said of tracking one residual.
+/// Complete assessment of tracking one residual.
 struct Assessment {
   BiasNoise noise;
   double interval_s{};
-  double steady_gain{};  ///< where that of the Kalman filter settles: what of an innovation it takes for bias
-  int hours{};           ///< whole ones that were foretold
+  /// Steady-state gain of the Kalman filter: the fraction of an innovation that it takes for bias.
+  double steady_gain{};
+  /// Number of whole hours that were predicted.
+  int hours{};
   std::vector<DenoiserFigures> denoisers;
-  Consistency consistency{};  ///< of the Kalman filter
+  /// Consistency of the Kalman filter.
+  Consistency consistency{};
   TrackedSeries series;
 };
 
@@ -131,14 +153,14 @@ void describe(auto& form, Like<Assessment> auto& assessment) {
   form("series", assessment.series);
 }
 
-/// Judges by a residual, means over equal intervals with NaN where one is missing, and by the true bias in each where
-/// that is known (else empty).
+/// Assesses the denoisers on a residual. The residual is a sequence of means over equal intervals, NaN where one is
+/// missing. The true bias of each interval is used if known (else empty).
 ///
-/// Forecasts are made at the end of every interval from the second hour's on, each for the hour that follows, and only
-/// hours without a gap count. The residual that is shuffled (eight times, by seeds) has lost its mean first: what is
-/// left has the same values and no order, so that who still gains on it, gains by chance or by a mistake of the judge.
-/// The rate that is left is the residual less what was said of the bias one interval before: what would be integrated
-/// to an angle.
+/// A forecast of the following hour is made at the end of every interval from the second hour on. Only hours without a
+/// gap are counted. The residual is shuffled eight times with different seeds, after its mean was removed. The result
+/// has the same values without temporal order, so any gain on it is due to chance or to an error of this assessment.
+/// The residual rate is the residual minus the bias estimate of the previous interval, the rate that would be
+/// integrated to an angle.
 [[nodiscard]] Assessment judge(const BiasNoise& noise, const Eigen::VectorXd& residual_deg_per_h, double interval_s,
                                const Eigen::VectorXd& true_bias_deg_per_h = {});
 

@@ -15,11 +15,12 @@
 namespace gyrotherm::tracking {
 namespace {
 
-/// Place k: the prediction of k + 1 by normalised least mean squares.
+/// Returns at index k the prediction of value k + 1 by normalised least mean squares.
 Eigen::VectorXd predicted_by_least_mean_squares(const Eigen::VectorXd& values) {
   const Eigen::Index count = values.size();
   const methods::ForwardPrediction options;
-  Eigen::VectorXd longer(count + 1);  // what stands in the last place is predicted and not learnt from
+  // The last element is predicted and not used for adaptation.
+  Eigen::VectorXd longer(count + 1);
   longer << values, 0;
   Eigen::VectorXd next = trailing_means(values, options.order);
   const Eigen::VectorXd predicted = methods::forward_prediction(longer, options);
@@ -51,7 +52,7 @@ constexpr std::array<double, kTaps> kLow = {0.48296291314453414, 0.8365163037378
                                             -0.12940952255126037};
 constexpr std::array<double, kTaps> kHigh = {kLow[3], -kLow[2], kLow[1], -kLow[0]};
 
-/// The place of `i` in `count` values that are continued by their mirror image again and again.
+/// Returns the index in `count` values for index `i` of their repeated mirror extension.
 Eigen::Index mirrored(Eigen::Index i, Eigen::Index count) {
   const Eigen::Index there = i % (2 * count);
   return there < count ? there : 2 * count - 1 - there;
@@ -64,7 +65,7 @@ double median_magnitude(const Eigen::Ref<const Eigen::VectorXd>& values) {
   return *middle;
 }
 
-/// The power of two that holds so many values, at least 8.
+/// Returns the smallest power of two that is at least `count` and at least 8.
 Eigen::Index power_of_two(Eigen::Index count) {
   Eigen::Index power = 8;
   while (power < count) power *= 2;
@@ -148,7 +149,7 @@ Eigen::VectorXd wavelet_step_back(const Eigen::Ref<const Eigen::VectorXd>& coeff
 
 Eigen::VectorXd wavelet_denoised(const Eigen::Ref<const Eigen::VectorXd>& values) {
   constexpr double kMedianOfNormal = 0.6745;
-  constexpr Eigen::Index kKept = 8;  // approximations of the doubled sequence
+  constexpr Eigen::Index kKept = 8;  // approximations of the extended sequence
   const Eigen::Index count = values.size(), held = power_of_two(count);
   assert(count >= 1 && values.allFinite());
   Eigen::VectorXd all(2 * held);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What bias tracking is measured against: other ways to take noise from a rate that are in use for gyros, each with
-/// what it says of the bias and how late.
+/// Denoisers that bias tracking is compared with: other methods in use for gyros to remove noise from a rate, each with
+/// its bias estimate and its latency.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,66 +12,72 @@
 
 namespace gyrotherm::tracking {
 
-/// Rates with each missing one (NaN) replaced by the last one before it, or by 0: for what can do with no gap.
+/// Replaces each missing rate (NaN) by the previous rate, or by 0, for methods that require data without gaps.
 [[nodiscard]] Eigen::VectorXd without_gaps(const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h);
 
-/// At place k the mean of the last `count` rates up to k, those that are there; 0 while there is none.
+/// Returns at index k the mean of the available rates among the last `count` up to k. Returns 0 while none is
+/// available.
 [[nodiscard]] Eigen::VectorXd trailing_means(const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h,
                                              Eigen::Index count);
 
-/// A forward linear predictor, ŷ(n) = Σ_{k=1}^{p} a_k y(n − k), whose weights follow by recursive least squares with
-/// exponential forgetting (Haykin, Adaptive Filter Theory, 4th ed. 2002, chapter 9).
+/// Options of a forward linear predictor, ŷ(n) = Σ_{k=1}^{p} a_k y(n − k). Its weights are adapted by recursive least
+/// squares with exponential forgetting (Haykin, Adaptive Filter Theory, 4th ed. 2002, chapter 9).
 struct RecursivePrediction {
   Eigen::Index order = 36;    ///< p
-  double forgetting = 0.999;  ///< λ, above 0, at most 1
+  double forgetting = 0.999;  ///< λ, 0 < λ ≤ 1
 };
 
-/// ŷ(1) … ŷ(n), each by the values before it and one place earlier: place k holds the prediction of k + 1 by values up
-/// to k. While fewer than p values are known it is their mean. The weights start at 1/p, the mean of the last p, held
-/// there as firmly as p values of the mean square of the first p would hold them. All values are finite.
+/// Predicts each next value from the previous ones: index k holds the prediction of value k + 1 from values up to k.
+/// While fewer than p values are known it is their mean. The weights start at 1/p, the mean of the last p values. The
+/// weight of this start equals that of p values with the mean square of the first p. All values must be finite.
 [[nodiscard]] Eigen::VectorXd predicted_next(const Eigen::Ref<const Eigen::VectorXd>& values,
                                              const RecursivePrediction& options = {});
 
-// Wavelet shrinkage with the four-tap filter of Daubechies, for whole sequences and for windows of the past.
+// Wavelet shrinkage with the four-tap filter of Daubechies, for whole sequences and for windows of past values.
 
-/// One level of the periodic transform (Daubechies, Comm. Pure Appl. Math. 41 (1988) 909; two vanishing moments): of an
-/// even number of values, the approximations in the first half and the details in the second. Orthogonal.
+/// Computes one level of the periodic transform (Daubechies, Comm. Pure Appl. Math. 41 (1988) 909; two vanishing
+/// moments). The number of values must be even. The first half of the result are the approximations, the second half
+/// the details. The transform is orthogonal.
 [[nodiscard]] Eigen::VectorXd wavelet_step(const Eigen::Ref<const Eigen::VectorXd>& values);
-/// Its inverse.
+/// Computes the inverse transform.
 [[nodiscard]] Eigen::VectorXd wavelet_step_back(const Eigen::Ref<const Eigen::VectorXd>& coefficients);
 
-/// Denoises by soft thresholds (Donoho and Johnstone, Biometrika 81 (1994) 425): every detail d becomes sign(d)
-/// max(|d| − t, 0), t = σ√(2 ln n), n values, σ the median magnitude of the finest details over 0.6745. The values, all
-/// finite and at least one, are continued by their mirror image to a power of two and then back to their beginning, so
-/// that no jump is made at an end. The approximations that are left alone are means over about a quarter of that.
+/// Denoises by soft thresholds (Donoho and Johnstone, Biometrika 81 (1994) 425). Every detail d becomes sign(d) max(|d|
+/// − t, 0), t = σ√(2 ln n) for n values, σ the median magnitude of the finest details divided by 0.6745. There must be
+/// at least one value, and all must be finite. The values are extended by their mirror image to a power of two, and the
+/// result is mirrored again, to avoid jumps at the ends. The coarsest approximations, which remain unchanged, are means
+/// over about a quarter of that length.
 [[nodiscard]] Eigen::VectorXd wavelet_denoised(const Eigen::Ref<const Eigen::VectorXd>& values);
 
-/// The same as it can be had while values come: at place k the value of k − delay in the denoised window of the last
-/// `window` values up to k; NaN for the first `delay` places. The window is longer than the delay.
+/// Denoises a sequence causally: index k holds value k − delay in the denoised window of the last `window` values up to
+/// k. NaN for the first `delay` indices. The window must be longer than the delay.
 [[nodiscard]] Eigen::VectorXd wavelet_denoised_in_windows(const Eigen::Ref<const Eigen::VectorXd>& values,
                                                           Eigen::Index window, Eigen::Index delay);
 
-/// What a denoiser says of a bias, at each place k by the rates up to k; NaN while it says nothing.
+/// Output of a denoiser. Index k uses the rates up to k; NaN where there is no estimate.
 struct Denoised {
-  Eigen::VectorXd bias;       ///< of the interval k − latency
-  Eigen::VectorXd next_hour;  ///< mean over the hour that follows k; NaN of one that is late
+  /// Bias estimate for interval k − latency.
+  Eigen::VectorXd bias;
+  /// Forecast of the mean over the hour after k. NaN for a denoiser with latency.
+  Eigen::VectorXd next_hour;
 };
 
-/// One way to take noise from a sequence of rates, NaN where one is missing.
+/// Denoiser of a sequence of rates. Missing rates are NaN.
 struct Denoiser {
   std::string name;
-  Eigen::Index latency{};  ///< intervals from the one that it speaks of to the one at whose end it does
+  /// Number of intervals between the estimated interval and the end of the interval at which its estimate is available.
+  Eigen::Index latency{};
   std::function<Denoised(const Eigen::VectorXd& rates_deg_per_h)> denoise;
 };
 
-/// The denoisers that are compared: none at all (the thermal model alone); the mean so far and that of the last hour;
+/// Returns the compared denoisers: none (the thermal model alone); the mean so far and the mean of the last hour;
 /// forward linear prediction by normalised least mean squares (methods::forward_prediction, order 8) and by recursive
-/// least squares; wavelets in windows of 256 intervals, at once and an hour late; the Kalman filter, at once and an
-/// hour late. Of those that answer at once, all but the Kalman filter foretell the next hour by holding what they said
-/// last.
+/// least squares; wavelets in windows of 256 intervals without delay and one hour late; the Kalman filter without delay
+/// and one hour late. Denoisers without delay, except the Kalman filter, use their last estimate as the forecast of the
+/// next hour.
 [[nodiscard]] std::vector<Denoiser> denoisers(const StateSpace& space);
 
-/// How many intervals an hour has, at least 1.
+/// Returns the number of intervals per hour, at least 1.
 [[nodiscard]] Eigen::Index intervals_of_hour(double interval_s);
 
 }  // namespace gyrotherm::tracking

@@ -12,7 +12,7 @@
 namespace gyrotherm::tracking {
 namespace {
 
-/// The root of the mean square of the values that are finite.
+/// Returns the root mean square of the finite values.
 double rms_of(const Eigen::Ref<const Eigen::VectorXd>& values) {
   double sum = 0;
   int count = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How the bias that a thermal model leaves wanders, in the few numbers that bias tracking needs, and how they are read
-/// from a residual.
+/// Noise model of the residual bias of a thermal model, in the few parameters that bias tracking needs, and its
+/// estimation from a residual.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,12 +11,13 @@
 
 namespace gyrotherm::tracking {
 
-/// Noise coefficients as IEEE Std 952 writes them (allan.hpp), each 0 or more.
+/// Noise coefficients in the notation of IEEE Std 952 (allan.hpp), each at least 0.
 struct BiasNoise {
   double angle_random_walk_deg_per_sqrt_h{};       ///< N, above 0
   double instability_deg_per_h{};                  ///< B
   double rate_random_walk_deg_per_h_per_sqrt_h{};  ///< K
-  double start_deg_per_h{};                        ///< standard deviation of the bias where tracking begins
+  /// Standard deviation of the bias at the start of tracking.
+  double start_deg_per_h{};
 };
 
 void describe(auto& form, Like<BiasNoise> auto& noise) {
@@ -26,14 +27,15 @@ void describe(auto& form, Like<BiasNoise> auto& noise) {
   form("start_deg_per_h", not_negative(noise.start_deg_per_h));
 }
 
-/// The noise of what a model leaves of each cluster, by the Allan deviation of the cluster means over whole records,
-/// ramps and all: what tracking must follow is the gyro's own wander and what the model does not know, together. Give
-/// it the held-out residual; one of the fit's own clusters lacks what the fit has taken up. N, B and K alone are fitted
-/// (allan.hpp), and one that is not seen is 0: means over 100 s do not tell quantisation from N, and a ramp of the
-/// record is no law for the time after it. Where no N is seen, since what the model does not know is larger, it is that
-/// of the record's noise floor, the white noise of one mean (°/h; NaN: not known). The bias at the start is as
-/// uncertain as the residual's RMS. Fails with usage if fewer than five averaging times can be had, or there is no N of
-/// either.
+/// Estimates the noise of a residual bias from the Allan deviation of its cluster means over whole records including
+/// ramps. Tracking must follow both the drift of the gyro itself and the errors of the model. Pass the held-out
+/// residual; an in-sample residual does not contain the part that the fit absorbed. Only N, B and K are fitted
+/// (allan.hpp), and a term that is not significant is 0: means over 100 s cannot separate quantisation from N, and a
+/// ramp in the record does not continue afterwards.
+///
+/// If N is not significant because the errors of the model are larger, N is computed from the noise floor of the
+/// record, the white noise of one mean (°/h; NaN: unknown). The initial uncertainty of the bias is the RMS of the
+/// residual. Fails with usage if there are fewer than five averaging times, or if both sources of N are missing.
 [[nodiscard]] Result<BiasNoise> noise_of_residual(const Eigen::Ref<const Eigen::VectorXd>& residual_deg_per_h,
                                                   const data::Clusters& clusters, double floor_deg_per_h);
 

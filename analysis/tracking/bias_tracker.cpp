@@ -35,7 +35,8 @@ Estimate BiasTracker::now() const { return {state_.sum(), std::sqrt(covariance_.
 
 Estimate BiasTracker::forecast(int intervals) const {
   assert(intervals >= 1);
-  State weight = State::Zero();  // of a state that is there n intervals before the end, in the sum of those n
+  // Weight of the state n intervals before the end in the sum over those n intervals.
+  State weight = State::Zero();
   double fresh = 0;
   for (int n = 1; n <= intervals; ++n) {
     weight = (State::Ones() + weight.cwiseProduct(space_.memory)).eval();

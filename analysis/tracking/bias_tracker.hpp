@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Bias tracking: a Kalman filter that follows what a thermal model leaves of the bias while the gyro is known to be at
-/// rest, and says how well it knows it. It is no filter of the output: what rotates must not be shown to it.
+/// Bias tracking: a Kalman filter for the residual bias of a thermal model while the gyro is known to be at rest, with
+/// its uncertainty. It is not a filter for the output: it must not receive rates while the gyro rotates.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,34 +11,38 @@
 
 namespace gyrotherm::tracking {
 
-/// What is known of a bias, or of its mean over a time.
+/// Estimate of a bias, or of its mean over a period.
 struct Estimate {
   double deg_per_h{};
-  double std_deg_per_h{};  ///< of its error, if the noise is what the filter was told
+  /// Standard deviation of its error, if the noise model is correct.
+  double std_deg_per_h{};
 };
 
-/// What one interval was to the filter.
+/// Filter quantities of one interval.
 struct TrackedInterval {
-  State predicted = State::Zero();  ///< before its mean was seen
+  /// State and covariance predicted before the mean of the interval is used.
+  State predicted = State::Zero();
   Covariance predicted_covariance = Covariance::Zero();
-  double innovation{};           ///< the mean less what was predicted of it; NaN if there is none
-  double innovation_variance{};  ///< what its square is expected to be
+  /// Mean minus its prediction. NaN if there is no mean.
+  double innovation{};
+  /// Expected variance of the innovation.
+  double innovation_variance{};
 };
 
-/// The filter of Kalman (J. Basic Eng. 82 (1960) 35) for the states of a noise. The covariance is updated in Joseph's
+/// Kalman filter (J. Basic Eng. 82 (1960) 35) for the states of a noise model. The covariance is updated in Joseph's
 /// form, which keeps it symmetric and positive (Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking
 /// and Navigation, 2001, section 5.2).
 class BiasTracker {
  public:
   explicit BiasTracker(const StateSpace& space);
 
-  /// The next interval's mean; NaN where the gyro was not at rest, or none was measured: the filter then goes on by
-  /// what it knows, and its uncertainty grows.
+  /// Processes the mean of the next interval. Pass NaN if the gyro was not at rest or nothing was measured; the filter
+  /// then only predicts, and its uncertainty grows.
   TrackedInterval push(double rate_deg_per_h);
 
-  /// The bias in the interval pushed last, or at the start.
+  /// Returns the bias in the last interval pushed, or at the start.
   [[nodiscard]] Estimate now() const;
-  /// The mean of the bias over the `intervals` to come, at least 1.
+  /// Predicts the mean of the bias over the next `intervals`, at least 1.
   [[nodiscard]] Estimate forecast(int intervals) const;
 
   [[nodiscard]] const State& state() const { return state_; }
@@ -48,24 +52,26 @@ class BiasTracker {
   StateSpace space_;
   State state_ = State::Zero();
   Covariance covariance_;
-  bool started_ = false;  ///< an interval has been pushed
+  /// Set once an interval was pushed.
+  bool started_ = false;
 };
 
-/// Pushes a sequence through a new tracker.
+/// Processes a sequence with a new tracker.
 [[nodiscard]] std::vector<TrackedInterval> track(const StateSpace& space,
                                                  const Eigen::Ref<const Eigen::VectorXd>& rates_deg_per_h);
 
-/// Tracks the bias of a stream: a compensated rate a second in, the bias that is left in it out. Averages the rates of
-/// an interval and pushes the mean if the gyro was at rest all the while. What it says of a row is from the intervals
-/// before it: it takes nothing of a row's own noise or rotation away.
+/// Tracker of the bias in a stream. Takes one compensated rate per second and returns the residual bias in it. It
+/// averages the rates of an interval and pushes the mean if the gyro was at rest throughout. The bias returned for a
+/// row depends only on earlier intervals, so noise and rotation of the row itself are not removed.
 class RestTracker {
  public:
-  /// `rows` of the stream make an interval of the space.
+  /// Starts tracking. `rows` of the stream make one interval of the space.
   RestTracker(const StateSpace& space, int rows);
 
-  /// The next row: what the thermal model left, NaN where that is not known. Returns the bias to take from it.
+  /// Processes the next row, the residual rate of the thermal model, NaN if unknown. Returns the bias to subtract from
+  /// it.
   Estimate push(double rate_deg_per_h, bool at_rest);
-  /// Rows that are missing: the bias wanders on, and nothing is seen of it.
+  /// Skips missing rows. The uncertainty of the bias grows meanwhile.
   void pass(std::int64_t rows);
 
   [[nodiscard]] const BiasTracker& tracker() const { return tracker_; }
@@ -73,9 +79,11 @@ class RestTracker {
  private:
   BiasTracker tracker_;
   int rows_;
-  int pushed_{};   ///< of this interval
-  double sum_{};   ///< of its rates; NaN if one counts for nothing
-  Estimate bias_;  ///< in this interval, foretold
+  int pushed_{};  ///< rows in this interval
+  /// Sum of the rates in this interval. NaN if one is not usable.
+  double sum_{};
+  /// Bias predicted for this interval.
+  Estimate bias_;
 };
 
 }  // namespace gyrotherm::tracking

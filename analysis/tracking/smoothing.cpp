@@ -11,14 +11,14 @@
 namespace gyrotherm::tracking {
 namespace {
 
-/// What the intervals from some place on say of the state before it: with r and N of de Jong, the smoothed state is x +
-/// P r and its covariance P − P N P, x and P as predicted.
+/// Information from later intervals about the preceding state. With r and N of de Jong, the smoothed state is x + P r
+/// and its covariance P − P N P, where x and P are the predicted state and covariance.
 struct Hindsight {
   State r = State::Zero();
   Covariance n = Covariance::Zero();
 };
 
-/// Steps back over one interval.
+/// Moves the recursion back over one interval.
 Hindsight before(const Hindsight& after, const StateSpace& space, const TrackedInterval& interval) {
   Hindsight hindsight{after.r.cwiseProduct(space.memory),
                       after.n.cwiseProduct(space.memory * space.memory.transpose())};

@@ -13,14 +13,15 @@
 namespace gyrotherm::tracking {
 namespace {
 
-/// A number of the normal distribution of mean 0 and standard deviation 1, by Box and Muller (1958).
+/// Draws from the standard normal distribution (Box and Muller 1958).
 double normal(std::mt19937_64& random) {
   const double radius = std::sqrt(-2 * std::log(1 - uniform(random)));
   return radius * std::cos(2 * std::numbers::pi * uniform(random));
 }
 
-/// The variance that flicker faster than the processes has as means over Δ: (B²/π) ∫ sin²x/x³ dx from Δ/(2τ) on, τ the
-/// fast end of the decade of the first process, which is at least 0.9 Δ. The integral is ln(τ/Δ) + 3/2 − γ to 6 %.
+/// Returns the variance of means over Δ due to flicker noise faster than the processes: (B²/π) ∫ sin²x/x³ dx from
+/// Δ/(2τ) on. τ is the fast end of the decade of the first process and at least 0.9 Δ. The integral is ln(τ/Δ) + 3/2 −
+/// γ to 6 %.
 double faster_flicker(double instability, double fastest_h, double interval_h) {
   constexpr double kHalfDecade = 3.1622776601683795;
   const double integral = std::log(fastest_h / kHalfDecade / interval_h) + 1.5 - std::numbers::egamma;
@@ -75,7 +76,8 @@ SteadyState steady_state(const StateSpace& space) {
   constexpr int kMostDoublings = 60;
   constexpr double kConverged = 1e-15;
   const Covariance identity = Covariance::Identity();
-  Covariance a = space.memory.asDiagonal();  // X = A'X(I + GX)⁻¹A + H in units of the white variance
+  // Iterates X = A'X(I + GX)⁻¹A + H in units of the white variance.
+  Covariance a = space.memory.asDiagonal();
   Covariance g = Covariance::Ones();
   Covariance h = (space.fresh / space.white).asDiagonal();
   for (int k = 0; k < kMostDoublings; ++k) {
